@@ -1,0 +1,76 @@
+# make demo    the whole pipeline on the logs in datasets/, in an environment of its own
+# make test    linters, types and every test but the slow studies
+# make help    the other targets
+
+PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
+	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
+VENV ?= .venv
+BIN := $(VENV)/bin
+MRFIT := $(BIN)/mrfit
+WORK ?= demo-work
+JOBS ?= 2
+
+# For `make batch`: every log under LOGS gets a workspace of its own under BATCH.
+LOGS ?= datasets/coil
+BATCH ?= batch-work
+MODEL ?= boucwen-flux
+OPT ?= pso-fmin
+PATTERN ?= *.csv
+
+.PHONY: help setup demo test lint test-slow bench batch datasets clean
+
+help:
+	@echo 'make demo       run the whole pipeline on the logs in datasets/ and say where the report lies'
+	@echo 'make test       lint, type-check and test'
+	@echo 'make test-slow  the long studies as well'
+	@echo 'make bench      measure speed, as ratios in one run'
+	@echo 'make batch LOGS=folder MODEL=name OPT=name -j2   re-process every log under a folder, only what changed'
+	@echo 'make datasets   make the logs in datasets/ again'
+	@echo 'make clean      remove the environment and what demo and batch made'
+
+setup: $(VENV)/installed
+
+$(VENV)/installed: pyproject.toml constraints.txt
+	@test -n "$(PYTHON)" || { echo 'mrfit needs Python 3.11 or newer on the PATH'; exit 1; }
+	$(PYTHON) -m venv $(VENV) || { echo 'Python has no venv module here; on Debian: apt-get install python3-venv'; exit 1; }
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev]'
+	@touch $@
+
+demo: setup
+	$(MRFIT) run pipelines/coil-flux.toml --work $(WORK)
+
+test: setup lint
+	$(BIN)/python -m pytest -n $(JOBS) -q
+
+lint: setup
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+test-slow: setup
+	$(BIN)/python -m pytest -q -m slow
+
+bench: setup
+	$(BIN)/python -m benchmarks
+
+datasets: setup
+	$(BIN)/python -m datasets.make_coil_logs
+
+clean:
+	rm -rf $(VENV) $(WORK) $(BATCH)
+
+# One target per log: make rebuilds a report when its log or the channel map beside it is newer.
+BATCH_LOGS := $(shell find $(LOGS) -type f -name '$(PATTERN)' 2>/dev/null)
+BATCH_REPORTS := $(foreach log,$(BATCH_LOGS),$(BATCH)/$(basename $(log))/report/index.html)
+
+batch: setup $(BATCH_REPORTS)
+	@echo "$(words $(BATCH_REPORTS)) reports under $(BATCH)/"
+
+define batch_rule
+$(BATCH)/$(basename $(1))/report/index.html: $(1) $(wildcard $(dir $(1))mrfit.toml) | setup
+	$(MRFIT) ingest '$(1)' --work '$(BATCH)/$(basename $(1))' --jobs 1
+	$(MRFIT) fit --model $(MODEL) --opt $(OPT) --work '$(BATCH)/$(basename $(1))' --jobs 1
+	$(MRFIT) report --work '$(BATCH)/$(basename $(1))'
+	@touch '$$@'
+endef
+$(foreach log,$(BATCH_LOGS),$(eval $(call batch_rule,$(log))))

@@ -1,0 +1,197 @@
+"""Put a model together: a base model, its dependence on current, and a chain of effects in fixed slots.
+
+The written name of the whole is ``BASE+EFFECT+EFFECT``. Whatever the order of writing, effects act in the order of
+their slots:
+
+    input (a channel is changed before the base sees it) -> theta (parameters of a role are scaled over time)
+    -> base -> add (a term is added to the output) -> output (the output is changed)
+
+Every effect has a neutral value at which it vanishes bit for bit, so that the base is nested in base + effect.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from types import ModuleType
+from typing import cast
+
+import numpy as np
+
+from mrfit import registry
+from mrfit.dependence import CurrentDependence, at_current, coefficients, expanded
+from mrfit.errors import ConfigError
+from mrfit.specs import Array, EffectSpec, ModelSpec, Response
+
+SLOTS = ("input", "theta", "add", "output")
+
+
+@dataclass(frozen=True, slots=True)
+class Assembly:
+    """A model ready to simulate.
+
+    Attributes
+    ----------
+    name
+        As written on the command line.
+    spec
+        Specification of the whole: the base's parameters, then each effect's as ``EFFECT.PARAMETER``.
+    simulate
+        Batched response, see ``specs.Response``.
+    derived
+        Maps theta (P, K) to the derived quantities (P, D) of ``spec.derived``.
+    start_values
+        Maps (drive (C, N), output (N,), dt) to what start values the data give, by parameter name.
+    """
+
+    name: str
+    spec: ModelSpec
+    simulate: Response
+    derived: Callable[[Array], Array]
+    start_values: Callable[[Array, Array, float], dict[str, float]]
+
+
+def _nothing_derived(theta: Array) -> Array:
+    return np.empty((len(theta), 0))
+
+
+def _no_start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
+    return {}
+
+
+def assemble(name: str, dependence: CurrentDependence | None = None) -> Assembly:
+    """Return the assembly of a written model name.
+
+    Parameters
+    ----------
+    name
+        ``BASE`` or ``BASE+EFFECT+…``.
+    dependence
+        Which of the base's parameters depend on current; None for none.
+
+    Raises
+    ------
+    ConfigError
+        If a name is in no registry, an effect is written twice, or it does not fit the base's output.
+    """
+    base, *written = name.split("+")
+    module = registry.load("model", base)
+    whole = Assembly(
+        name=name,
+        spec=cast(ModelSpec, module.SPEC),
+        simulate=cast(Response, module.response),
+        derived=getattr(module, "derived", _nothing_derived),
+        start_values=getattr(module, "start_values", _no_start_values),
+    )
+    if dependence and dependence.orders:
+        whole = _depending(whole, dependence)
+    return _with_effects(whole, [registry.load("effect", e) for e in written]) if written else whole
+
+
+def _depending(base: Assembly, dependence: CurrentDependence) -> Assembly:
+    spec = expanded(base.spec, dependence)
+    row = spec.inputs.index("current")
+    inputs = len(base.spec.inputs)
+
+    def simulate(drive: Array, theta: Array, dt: float) -> Array:
+        return base.simulate(drive[:inputs], at_current(base.spec, dependence, theta, drive[row]), dt)
+
+    def derived(theta: Array) -> Array:
+        return coefficients(base.spec, dependence, theta)
+
+    def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
+        starts = base.start_values(drive[:inputs], output, dt)
+        return {n: starts[n.partition("@")[0]] for n in spec.names if n.partition("@")[0] in starts}
+
+    return Assembly(base.name, spec, simulate, derived, start_values)
+
+
+def _with_effects(base: Assembly, modules: list[ModuleType]) -> Assembly:
+    modules = sorted(modules, key=lambda m: SLOTS.index(m.SPEC.slot))
+    specs = [cast(EffectSpec, m.SPEC) for m in modules]
+    for k, effect in enumerate(specs):
+        if effect in specs[:k]:
+            raise ConfigError(f"'{base.name}' names the effect {effect.name} twice")
+        if base.spec.output not in effect.outputs:
+            raise ConfigError(f"effect {effect.name} acts on {' or '.join(effect.outputs)}, not on {base.spec.output}")
+    needed = dict.fromkeys((*base.spec.inputs, *(i for e in specs for i in e.inputs)))
+    params = tuple(replace(p, name=f"{e.name}.{p.name}") for e in specs for p in e.params)
+    spec = replace(
+        base.spec,
+        name=base.name,
+        inputs=tuple(needed),
+        params=(*base.spec.params, *params),
+        rate_independent=False,
+    )
+    chain = _Chain(base, spec, modules, specs)
+    return replace(base, spec=spec, simulate=chain.simulate, derived=chain.derived, start_values=chain.start_values)
+
+
+@dataclass(frozen=True, slots=True)
+class _Chain:
+    """The base between its effects; every method takes a batch."""
+
+    base: Assembly
+    spec: ModelSpec
+    modules: list[ModuleType]
+    effects: list[EffectSpec]
+
+    def simulate(self, drive: Array, theta: Array, dt: float) -> Array:
+        """Simulate points that share their input effects together, since these change the drive itself."""
+        parts = self._split(theta)
+        shared = [p for p, e in zip(parts[1:], self.effects, strict=True) if e.slot == "input"]
+        if not shared:
+            return self._after_input(drive, parts, dt)
+        _, group = np.unique(np.hstack(shared), axis=0, return_inverse=True)
+        output = np.empty((len(theta), drive.shape[1]))
+        for number in range(group.max() + 1):
+            members = np.flatnonzero(group == number)
+            own = [p[members] for p in parts]
+            output[members] = self._after_input(self._changed(drive, own, dt), own, dt)
+        return output
+
+    def derived(self, theta: Array) -> Array:
+        """Return the base's derived quantities."""
+        return self.base.derived(theta[:, : len(self.base.spec.params)])
+
+    def start_values(self, drive: Array, output: Array, dt: float) -> dict[str, float]:
+        """Return the base's start values."""
+        return self.base.start_values(drive[: len(self.base.spec.inputs)], output, dt)
+
+    def _split(self, theta: Array) -> list[Array]:
+        sizes = [len(self.base.spec.params), *(len(e.params) for e in self.effects)]
+        return np.split(theta, np.cumsum(sizes)[:-1], axis=1)
+
+    def _active(self, slot: str, parts: list[Array]) -> list[tuple[ModuleType, Array]]:
+        """Return the effects of a slot that some point of the batch does not hold at neutral."""
+        return [
+            (m, p)
+            for m, e, p in zip(self.modules, self.effects, parts[1:], strict=True)
+            if e.slot == slot and not np.all(p == np.array(e.neutral))
+        ]
+
+    def _changed(self, drive: Array, parts: list[Array], dt: float) -> Array:
+        channels = dict(zip(self.spec.inputs, drive, strict=True))
+        for module, theta in self._active("input", parts):
+            channels |= module.transform(channels, theta[0], dt)
+        return np.stack([channels[n] for n in self.spec.inputs])
+
+    def _after_input(self, drive: Array, parts: list[Array], dt: float) -> Array:
+        channels = dict(zip(self.spec.inputs, drive, strict=True))
+        output = self.base.simulate(
+            np.ascontiguousarray(drive[: len(self.base.spec.inputs)]), self._scaled(channels, parts, dt), dt
+        )
+        for module, theta in self._active("add", parts):
+            output = output + module.term(channels, theta, dt)
+        for module, theta in self._active("output", parts):
+            output = module.shape(output, channels, theta, dt)
+        return output
+
+    def _scaled(self, channels: dict[str, Array], parts: list[Array], dt: float) -> Array:
+        theta = parts[0]
+        for module, own in self._active("theta", parts):
+            for role, factors in module.factors(channels, own, dt).items():
+                columns = [k for k, p in enumerate(self.base.spec.params) if p.role == role]
+                if factors.shape[1] > 1 and theta.ndim == 2:
+                    theta = np.repeat(theta[:, :, None], factors.shape[1], axis=2)
+                theta = theta.copy()
+                theta[:, columns] *= factors[:, None, :] if theta.ndim == 3 else factors
+        return theta

@@ -1,0 +1,356 @@
+"""The command line: parse, call one stage, print. Heavy imports stay inside commands, so that --help is quick."""
+
+import os
+import sys
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from mrfit import console
+from mrfit.errors import ConfigError, MrfitError
+
+app = typer.Typer(
+    name="mrfit",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="From laboratory logs of magnetorheological dampers and their coils to identified models and error reports.",
+)
+
+Work = Annotated[Path, typer.Option("--work", help="Workspace folder.", envvar="MRFIT_WORK")]
+Json = Annotated[bool, typer.Option("--json", help="Print a machine-readable summary, alone, to standard output.")]
+Jobs = Annotated[int, typer.Option("--jobs", "-j", min=1, help="Worker threads; does not change the result.")]
+Resistance = Annotated[
+    str | None,
+    typer.Option("--resistance", help="Coil resistance in ohm, or 'auto' to estimate it.", metavar="OHM|auto"),
+]
+Map = Annotated[Path | None, typer.Option("--map", help="Channel map (TOML); default: mrfit.toml beside the log.")]
+Logs = Annotated[list[Path], typer.Argument(help="Log files, or folders of them.", show_default=False)]
+WORK = Path("mrfit-work")
+CORES = os.cpu_count() or 1
+WEIGHTS = ("none", "floor", "range")
+
+
+def ohms(text: str | None) -> float | Literal["auto"] | None:
+    """Return a resistance option as a number, ``auto`` or None.
+
+    Raises
+    ------
+    ConfigError
+        If it is neither, or not positive.
+    """
+    if text is None:
+        return None
+    if text == "auto":
+        return "auto"
+    try:
+        value = float(text)
+    except ValueError as error:
+        raise ConfigError(f"--resistance takes a number of ohms or 'auto', not '{text}'") from error
+    if not 0.0 < value < float("inf"):
+        raise ConfigError(f"--resistance must be a positive number of ohms, not {text}")
+    return value
+
+
+def pairs(option: str, items: list[str] | None) -> list[tuple[str, str]]:
+    """Split NAME=VALUE items of a repeated option.
+
+    Raises
+    ------
+    ConfigError
+        If an item has no equals sign.
+    """
+    split = [item.partition("=") for item in items or []]
+    for name, sign, value in split:
+        if not (name and sign and value):
+            raise ConfigError(f"{option} takes NAME=VALUE, not '{name}{sign}{value}'")
+    return [(name.strip(), value.strip()) for name, _, value in split]
+
+
+def number(option: str, text: str) -> float:
+    """Return an option's text as a finite number.
+
+    Raises
+    ------
+    ConfigError
+        If it is none.
+    """
+    try:
+        value = float(text)
+    except ValueError as error:
+        raise ConfigError(f"{option}: '{text}' is not a number") from error
+    if value != value or value in (float("inf"), float("-inf")):
+        raise ConfigError(f"{option}: '{text}' is not finite")
+    return value
+
+
+@app.callback(invoke_without_command=True)
+def root(
+    version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show a traceback with an error.")] = False,
+) -> None:
+    """Identify hysteresis models from logs: ingest, flux, segment, fit, report."""
+    if version:
+        from importlib.metadata import version as installed
+
+        typer.echo(installed("mrfit"))
+        raise typer.Exit
+
+
+@app.command()
+def ingest(
+    logs: Logs,
+    map_file: Map = None,
+    resistance: Resistance = None,
+    preview: Annotated[bool, typer.Option("--preview", help="Show what would be read; write nothing.")] = False,
+    jobs: Jobs = CORES,
+    work: Work = WORK,
+    as_json: Json = False,
+) -> None:
+    """Read logs into recordings.
+
+    Example: mrfit ingest datasets/coil/*.csv
+    """
+    from mrfit import pipeline, summaries
+    from mrfit.ingest.stage import Settings
+    from mrfit.ingest.stage import preview as preview_logs
+
+    settings = Settings(map=map_file, resistance=ohms(resistance), jobs=jobs)
+    if preview:
+        rows = preview_logs(logs, settings)
+        return console.print_json(rows) if as_json else summaries.preview(rows)
+    with console.progress_bar() as progress:
+        summary = pipeline.ingest(work, logs, settings, progress)
+    return console.print_json(summary) if as_json else summaries.ingest(summary, work)
+
+
+@app.command()
+def flux(
+    resistance: Resistance = None,
+    drift: Annotated[str, typer.Option(help="How drift is removed: cycle, linear or none.")] = "cycle",
+    rule: Annotated[str, typer.Option(help="Integration rule: trapezoid or simpson.")] = "trapezoid",
+    work: Work = WORK,
+    as_json: Json = False,
+) -> None:
+    """Reconstruct flux linkage by integrating u − i·R.
+
+    Example: mrfit flux --resistance 2.1
+    """
+    from mrfit import pipeline, summaries
+    from mrfit.flux.stage import Settings
+
+    with console.progress_bar() as progress:
+        summary = pipeline.flux(work, Settings(resistance=ohms(resistance), drift=drift, rule=rule), progress)
+    return console.print_json(summary) if as_json else summaries.flux(summary, work)
+
+
+@app.command()
+def segment(
+    drive: Annotated[str | None, typer.Option(help="Channel that defines the condition; default: found.")] = None,
+    min_cycles: Annotated[int, typer.Option(min=1, help="Fewest steady cycles of a condition.")] = 2,
+    holdout: Annotated[
+        str, typer.Option(help="Conditions held out: auto, none, current=3, or a pattern on their names.")
+    ] = "auto",
+    work: Work = WORK,
+    as_json: Json = False,
+) -> None:
+    """Cut recordings into whole steady cycles by test condition.
+
+    Example: mrfit segment --holdout 'sine-*-3A'
+    """
+    from mrfit import pipeline, summaries
+    from mrfit.segment.stage import Settings
+
+    with console.progress_bar() as progress:
+        settings = Settings(drive=drive, min_cycles=min_cycles, holdout=holdout)
+        summary = pipeline.segment(work, settings, progress)
+    return console.print_json(summary) if as_json else summaries.segment(summary, work)
+
+
+@app.command()
+def fit(
+    model: Annotated[str, typer.Option(help="Model; `mrfit list models` shows all.")],
+    opt: Annotated[str, typer.Option(help="Optimizer or chain, as in pso-fmin.")] = "auto",
+    per: Annotated[str, typer.Option(help="Parameters per condition, or one set for all.")] = "condition",
+    name: Annotated[str, typer.Option(help="Name of the fit; default MODEL.OPT.", show_default=False)] = "",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of every random choice.")] = 0,
+    budget: Annotated[int | None, typer.Option(min=1, help="Evaluations for each set of parameters.")] = None,
+    seconds: Annotated[float | None, typer.Option(min=0.0, help="Time limit for each set of parameters.")] = None,
+    weight: Annotated[str, typer.Option(help="none; floor: conditions by their noise; range: alike.")] = "none",
+    bounds: Annotated[list[str] | None, typer.Option(metavar="NAME=LOW:HIGH", help="Change bounds.")] = None,
+    start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Change a start value.")] = None,
+    fix: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Hold a parameter.")] = None,
+    resistance: Resistance = None,
+    jobs: Jobs = CORES,
+    work: Work = WORK,
+    as_json: Json = False,
+) -> None:
+    """Fit a model; runs flux and segment first where they are due.
+
+    Example: mrfit fit --model boucwen-flux --opt pso-fmin
+    """
+    from mrfit import pipeline, summaries
+    from mrfit.fit.stage import Settings
+
+    limits = []
+    for parameter, value in pairs("--bounds", bounds):
+        low, _, high = value.partition(":")
+        limits.append((parameter, number("--bounds", low), number("--bounds", high)))
+    settings = Settings(
+        model=model,
+        optimizer=opt,
+        per=choice("--per", per, ("condition", "all")),  # type: ignore[arg-type]
+        name=name,
+        seed=seed,
+        budget=budget,
+        seconds=seconds,
+        weight=choice("--weight", weight, WEIGHTS),  # type: ignore[arg-type]
+        bounds=tuple(limits),
+        start=tuple((n, number("--start", v)) for n, v in pairs("--start", start)),
+        fixed=tuple((n, number("--fix", v)) for n, v in pairs("--fix", fix)),
+        jobs=jobs,
+    )
+    with console.progress_bar() as progress:
+        summary = pipeline.fit(work, settings, ohms(resistance), progress)
+    return console.print_json(summary) if as_json else summaries.fit(summary, work)
+
+
+def choice(option: str, value: str, allowed: tuple[str, ...]) -> str:
+    """Return ``value`` if it is allowed.
+
+    Raises
+    ------
+    ConfigError
+        If it is not; the message lists what is.
+    """
+    if value not in allowed:
+        raise ConfigError(f"{option} takes {' or '.join(allowed)}, not '{value}'")
+    return value
+
+
+@app.command()
+def predict(
+    logs: Logs,
+    fit_name: Annotated[str, typer.Option("--fit", help="Name of a finished fit.")],
+    map_file: Map = None,
+    resistance: Resistance = None,
+    work: Work = WORK,
+    as_json: Json = False,
+) -> None:
+    """Simulate a fitted model on other logs (free run) and report the errors there.
+
+    Example: mrfit predict --fit boucwen-flux.pso-fmin datasets/coil/coil_05Hz_3A.csv
+    """
+    from mrfit import pipeline, summaries
+    from mrfit.ingest.stage import Settings
+
+    settings = Settings(map=map_file, resistance=ohms(resistance))
+    with console.progress_bar() as progress:
+        summary = pipeline.predict(work, fit_name, logs, settings, progress)
+    return console.print_json(summary) if as_json else summaries.predict(summary)
+
+
+@app.command()
+def report(
+    fits: Annotated[list[str] | None, typer.Option("--fit", help="Fit to report; default: all.")] = None,
+    work: Work = WORK,
+    as_json: Json = False,
+) -> None:
+    """Write tables (CSV, LaTeX), figures (SVG) and one HTML file.
+
+    Example: mrfit report
+    """
+    from mrfit import pipeline, summaries
+    from mrfit.report.stage import Settings
+
+    with console.progress_bar() as progress:
+        summary = pipeline.report(work, Settings(fits=tuple(fits or ())), progress)
+    return console.print_json(summary) if as_json else summaries.report(summary, work)
+
+
+@app.command()
+def run(
+    file: Annotated[Path, typer.Argument(help="Pipeline file (TOML).", show_default=False)],
+    logs: Annotated[list[Path] | None, typer.Option("--log", help="Log or folder instead of the file's.")] = None,
+    work: Annotated[Path | None, typer.Option(help="Workspace folder instead of the file's.")] = None,
+    jobs: Jobs = CORES,
+    as_json: Json = False,
+) -> None:
+    """Run every stage of a pipeline file in order.
+
+    Example: mrfit run pipelines/coil-flux.toml
+    """
+    from mrfit import pipeline, summaries
+    from mrfit.config import read_pipeline
+
+    config = read_pipeline(file)
+    with console.progress_bar() as progress:
+        summary = pipeline.run(config, file.parent, pipeline.Overrides(logs, work, jobs), progress)
+    return console.print_json(summary) if as_json else summaries.run(summary)
+
+
+@app.command("list")
+def list_names(
+    kind: Annotated[str, typer.Argument(help="models, optimizers or readers.")] = "models",
+    as_json: Json = False,
+) -> None:
+    """List what there is of a kind, with its title.
+
+    Example: mrfit list models
+    """
+    from mrfit import summaries
+
+    rows = summaries.registry_rows(kind)
+    return console.print_json(rows) if as_json else summaries.registry_table(kind, rows)
+
+
+@app.command()
+def show(
+    name: Annotated[str, typer.Argument(help="Model, optimizer or reader.", show_default=False)],
+    as_json: Json = False,
+) -> None:
+    """Show one item: a model's equation, parameters with units and bounds, and source.
+
+    Example: mrfit show boucwen-flux
+    """
+    from mrfit import summaries
+
+    item = summaries.item(name)
+    return console.print_json(item) if as_json else summaries.show(item)
+
+
+def main() -> None:
+    """Run the command line; every error ends in one line and the right exit code, a traceback with --debug only."""
+    try:
+        code = app(standalone_mode=False) or 0
+    except KeyboardInterrupt:
+        sys.stderr.write("mrfit: stopped; the same command goes on where this one was\n")
+        code = 130
+    except Exception as error:
+        if "--debug" in sys.argv:
+            raise
+        text, code = explain(error)
+        sys.stderr.write(f"mrfit: {text}\n")
+    sys.exit(code)
+
+
+def explain(error: Exception) -> tuple[str, int]:
+    """Return the one line and the exit code with which an exception ends."""
+    import click
+
+    if isinstance(error, MrfitError):
+        return str(error), error.exit_code
+    if isinstance(error, click.UsageError):
+        path = error.ctx.command_path if error.ctx else "mrfit"
+        return f"{error.format_message()} (`{path} --help` shows how)", 2
+    if isinstance(error, click.Abort):
+        return "stopped", 130
+    if isinstance(error, (MemoryError, OSError)):
+        return f"{error}", 1
+    return f"unexpected {type(error).__name__}: {error} (--debug shows where)", 1
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,94 @@
+"""Pipeline files: one TOML file says which logs, which model, which optimizer and what is reported."""
+
+import tomllib
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from mrfit.errors import ConfigError
+
+
+class _Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class IngestSection(_Section):
+    """``[ingest]``: which logs, and how to read them."""
+
+    logs: list[str] = Field(min_length=1)
+    map: str | None = None
+    resistance: float | Literal["auto"] | None = None
+
+
+class FluxSection(_Section):
+    """``[flux]``: how flux linkage is reconstructed."""
+
+    drift: Literal["cycle", "linear", "none"] = "cycle"
+    rule: Literal["trapezoid", "simpson"] = "trapezoid"
+
+
+class SegmentSection(_Section):
+    """``[segment]``: how logs are cut by test condition."""
+
+    drive: str | None = None
+    min_cycles: int = Field(default=2, ge=1)
+    holdout: str = "auto"
+
+
+class FitSection(_Section):
+    """``[[fit]]``: one fit; a file may hold several."""
+
+    model: str
+    opt: str = "auto"
+    per: Literal["condition", "all"] = "condition"
+    name: str = ""
+    seed: int = 0
+    budget: int | None = Field(default=None, ge=1)
+    seconds: float | None = Field(default=None, gt=0)
+    weight: Literal["none", "floor", "range"] = "none"
+    bounds: dict[str, tuple[float, float]] = {}
+    start: dict[str, float] = {}
+    fixed: dict[str, float] = {}
+
+
+class PipelineFile(_Section):
+    """The whole file; every table but ``[ingest]`` and ``[[fit]]`` may be left out."""
+
+    work: str = "mrfit-work"
+    ingest: IngestSection
+    flux: FluxSection = FluxSection()
+    segment: SegmentSection = SegmentSection()
+    fit: list[FitSection] = Field(min_length=1)
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return a TOML file's content.
+
+    Raises
+    ------
+    ConfigError
+        If the file is missing or is no TOML; the message has the line.
+    """
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read ({error.strerror}); give the path of a pipeline file") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: is not valid TOML: {error}") from error
+
+
+def read_pipeline(path: Path) -> PipelineFile:
+    """Return a pipeline file, validated.
+
+    Raises
+    ------
+    ConfigError
+        If a key is unknown or a value is of the wrong kind; the message names the key.
+    """
+    try:
+        return PipelineFile.model_validate(read_toml(path))
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(part) for part in first["loc"])
+        raise ConfigError(f"{path}: {key}: {first['msg'].lower()} (got {str(first['input'])[:60]!r})") from error

@@ -1,0 +1,86 @@
+"""What a person at the terminal sees: progress bars on standard error, tables and summaries on standard output."""
+
+import json
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from mrfit.progress import Progress, silent
+
+
+def print_json(summary: object) -> None:
+    """Print a machine-readable summary, alone, to standard output."""
+    from mrfit.store import plain
+
+    sys.stdout.write(json.dumps(plain(summary), indent=2, ensure_ascii=False) + "\n")
+
+
+def note(text: str) -> None:
+    """Print a line for a person to standard error."""
+    from rich.console import Console
+
+    Console(stderr=True, highlight=False).print(text, markup=False, soft_wrap=True)
+
+
+def say(text: str) -> None:
+    """Print a line of a command's answer to standard output."""
+    from rich.console import Console
+
+    Console(highlight=False).print(text, markup=False, soft_wrap=True)
+
+
+def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
+    """Print a table to standard output; numbers are right-aligned and shown with four significant digits."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", header_style="bold")
+    for k, name in enumerate(columns):
+        numeric = any(isinstance(r[k], (int, float)) and not isinstance(r[k], bool) for r in rows)
+        table.add_column(name, justify="right" if numeric else "left", overflow="fold")
+    for row in rows:
+        table.add_row(*[cell(value) for value in row])
+    Console(width=None if sys.stdout.isatty() else 150).print(table)
+
+
+def cell(value: object) -> str:
+    """Return a value as it stands in a table."""
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return "–" if value != value else f"{value:.4g}"
+    return str(value)
+
+
+@contextmanager
+def progress_bar(enabled: bool = True) -> Iterator[Progress]:
+    """Give a progress listener that draws one bar for each task on standard error, where that is a terminal."""
+    if not (enabled and sys.stderr.isatty()):
+        yield silent
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bars
+
+    layout = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Bars(*layout, console=Console(stderr=True), transient=True) as bars:
+        tasks: dict[str, Any] = {}
+
+        def listen(what: str, done: int, total: int) -> None:
+            # what changes within a task (best error so far) stands after two blanks
+            task = what.split("  ")[0]
+            if task not in tasks:
+                tasks[task] = bars.add_task(what, total=total)
+            bars.update(tasks[task], description=what, completed=done, total=total)
+            if done >= total:
+                bars.update(tasks[task], visible=False)
+
+        yield listen
+
+
+def numbers(row: Mapping[str, Any], names: Sequence[str]) -> list[Any]:
+    """Pick values of a row in the order of ``names``."""
+    return [row.get(n) for n in names]

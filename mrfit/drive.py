@@ -1,0 +1,285 @@
+"""The one smoother and differentiator: what drives a model, freed of noise.
+
+Every wiggle of a noisy input is a reversal to a rate-independent model, and biases its hysteresis at an error that
+looks perfect. Periodic channels are replaced by their Fourier series, others by local polynomials (Savitzky and Golay, Anal.
+Chem. 36 (1964) 1627); derivatives come from the same series or the same polynomials.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import factorial, sqrt
+
+import numpy as np
+
+from mrfit.errors import DataError
+from mrfit.harmonics import HarmonicFit, harmonic_fit, synthesis
+from mrfit.noise import noise_floor, noise_level
+from mrfit.recording import Recording, Segment
+from mrfit.specs import Array
+
+__all__ = ["Drive", "HarmonicFit", "Smoothed", "harmonic_fit", "savitzky_golay", "smooth"]
+
+# A series is taken where what it leaves is noise: at most this much above the channel's own white noise …
+WHITE_EXCESS = 1.3
+# … or above what does not repeat between cycles, if that is at most the given share of the signal's amplitude.
+REPEAT_LIMITS = ((1.1, 0.02), (1.5, 0.01))
+POLYNOMIAL_ORDER = 3
+NARROWEST, WIDEST = 7, 16_001
+# Residual allowed above that of pure noise: a bias of a third of the noise.
+WINDOW_EXCESS = 1.05
+# Noise below this share of the signal cannot make reversals worth removing.
+NEGLIGIBLE = 1e-9
+
+ANTIDERIVATIVES: Mapping[str, tuple[tuple[str, int], ...]] = {
+    "velocity": (("displacement", 1),),
+    "acceleration": (("velocity", 1), ("displacement", 2)),
+    "angular_velocity": (("angle", 1),),
+    "angular_acceleration": (("angular_velocity", 1), ("angle", 2)),
+}
+LEVELS = ("current", "temperature")
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """Smoothed inputs of a model over a segment and its warm-up.
+
+    Attributes
+    ----------
+    values
+        Channels (C, N) in the order asked for; column ``warm_up`` is the segment's first sample.
+    warm_up
+        Samples before the segment.
+    dt
+        Sample interval in s.
+    method
+        How each channel was smoothed, for people.
+    noise
+        Channel name -> rms of what was taken away, in the channel's unit.
+    fits
+        One Fourier series for every channel, with t = 0 at the first column, or None unless all channels are periodic.
+    """
+
+    values: Array
+    warm_up: int
+    dt: float
+    method: str
+    noise: dict[str, float]
+    fits: tuple[HarmonicFit, ...] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Smoothed:
+    """A smoothed channel and its first two time derivatives, all (N,), with the window in samples (1: as recorded)."""
+
+    values: Array
+    first: Array
+    second: Array
+    window: int
+    residual: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Channel:
+    values: Array
+    method: str
+    noise: float
+    fit: HarmonicFit | None
+
+
+def savitzky_golay(values: Array, dt: float, noise: float | None = None) -> Smoothed:
+    """Return local cubic polynomials' values and derivatives, in the widest window whose residual is still noise.
+
+    Weights fall to zero at the window's ends (Hann), since the side lobes of equal weights let through the wiggles that
+    smoothing is to remove (Schmid, Rath and Diebold, ACS Meas. Sci. Au 2 (2022) 185).
+
+    Parameters
+    ----------
+    values
+        Channel (N,), N ≥ 5.
+    dt
+        Sample interval in s.
+    noise
+        Rms of the channel's noise, or None to estimate it from its high frequencies.
+    """
+    window = _widest_window(values, noise_level(values) if noise is None else noise)
+    width = max(window, NARROWEST)
+    smoothed = _local_polynomial(values, width, 0) if window > 1 else values
+    residual = float(np.sqrt(np.mean((values - smoothed) ** 2)))
+    first, second = (_local_polynomial(values, width, order) / dt**order for order in (1, 2))
+    return Smoothed(smoothed, first, second, window, residual)
+
+
+def _local_polynomial(values: Array, width: int, derivative: int) -> Array:
+    """Return the ``derivative``-th derivative per sample of weighted cubics over ``width`` samples."""
+    from scipy.signal import oaconvolve
+
+    half = width // 2
+    powers, weights = _window_basis(width)
+    projector = np.linalg.solve((powers.T * weights) @ powers, powers.T * weights)
+    scale = factorial(derivative) / (half + 1.0) ** derivative
+    interior = oaconvolve(values, projector[derivative][::-1], mode="valid")
+    # Within half a window of an end there is one polynomial, that of the first or last window.
+    slopes = np.array([np.polynomial.polynomial.polyder(unit, derivative) for unit in np.eye(POLYNOMIAL_ORDER + 1)])
+    slopes = slopes / factorial(derivative)
+    at_edges = powers[:, : slopes.shape[1]] @ slopes.T
+    first = at_edges @ np.linalg.lstsq(powers, values[:width], rcond=None)[0]
+    last = at_edges @ np.linalg.lstsq(powers, values[-width:], rcond=None)[0]
+    smoothed: Array = scale * np.concatenate([first[:half], interior, last[half + 1 :]])
+    return smoothed
+
+
+def _window_basis(width: int) -> tuple[Array, Array]:
+    half = width // 2
+    offsets = np.arange(-half, half + 1) / (half + 1.0)
+    return np.vander(offsets, POLYNOMIAL_ORDER + 1, increasing=True), np.cos(np.pi / 2 * offsets) ** 2
+
+
+def _widest_window(values: Array, noise: float) -> int:
+    """Return the widest odd window consistent with the noise, 1 if none is; bisects widths 15 % apart."""
+    if noise <= NEGLIGIBLE * float(np.ptp(values)):
+        return 1
+    widest = max(min(WIDEST, (len(values) - 1) // 4), NARROWEST)
+    grid = np.unique(np.round(np.geomspace(NARROWEST, widest, 56)).astype(int) // 2 * 2 + 1)
+    if not _consistent(values, int(grid[0]), noise):
+        return 1
+    low, high = 0, len(grid)
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if _consistent(values, int(grid[middle]), noise) else (low, middle)
+    return int(grid[low])
+
+
+def _consistent(values: Array, width: int, noise: float) -> bool:
+    """Tell whether what a window takes away has the rms that white noise alone would leave there."""
+    powers, weights = _window_basis(width)
+    centre = np.linalg.solve((powers.T * weights) @ powers, powers.T * weights)[0]
+    share = float(1.0 - 2.0 * centre[width // 2] + centre @ centre)
+    residual = values - _local_polynomial(values, width, 0)
+    excess = WINDOW_EXCESS + 2.0 / sqrt(len(values))  # the noise is known no better than that
+    return float(np.sqrt(np.mean(residual**2))) <= excess * noise * sqrt(share)
+
+
+def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Drive:
+    """Return the smoothed inputs of a model over ``[segment.start − segment.warm_up, segment.stop)``.
+
+    A channel of a periodic segment becomes its Fourier series if what that leaves is noise, any other a local
+    polynomial.
+    Velocities and accelerations that were not recorded are derivatives of the recorded stroke or angle; a current or a
+    temperature that was not recorded is constant at the level the segment or the recording's condition gives.
+
+    Parameters
+    ----------
+    recording
+        Log the segment points into.
+    segment
+        Range and fundamental frequency.
+    names
+        Channels wanted.
+
+    Raises
+    ------
+    DataError
+        If a channel is neither recorded nor derivable.
+    """
+    begin = max(segment.start - segment.warm_up, 0)
+    sources = {name: _source(recording, segment, name) for name in names}
+    frequency = _frequency(recording, segment, begin)
+    smoothed: dict[tuple[str, int], _Channel] = {}
+    for source, derivative in sources.values():
+        if isinstance(source, str) and (source, derivative) not in smoothed:
+            window = recording.channels[source][begin : segment.stop]
+            smoothed[source, derivative] = _smoothed(window, recording.dt, frequency, segment, derivative)
+    count = segment.stop - begin
+    channels = {
+        name: smoothed[source, derivative] if isinstance(source, str) else _level(source, count)
+        for name, (source, derivative) in sources.items()
+    }
+    fits = [c.fit for c in channels.values() if c.fit is not None]
+    return Drive(
+        values=np.stack([channels[n].values for n in names]),
+        warm_up=segment.start - begin,
+        dt=recording.dt,
+        method=_method(channels, sources),
+        noise={n: c.noise for n, c in channels.items()},
+        fits=tuple(fits) if len(fits) == len(names) and frequency > 0.0 else None,
+    )
+
+
+def _source(recording: Recording, segment: Segment, name: str) -> tuple[str | float, int]:
+    """Return the recorded channel and the order of derivative that give ``name``, or its constant level."""
+    if name in recording.channels:
+        return name, 0
+    for source, derivative in ANTIDERIVATIVES.get(name, ()):
+        if source in recording.channels:
+            return source, derivative
+    if name in LEVELS:
+        level = float(getattr(segment, name))
+        level = level if np.isfinite(level) else float(recording.condition.get(name, np.nan))
+        if np.isfinite(level):
+            return level, 0
+    raise DataError(f"{recording.source}: no {name} in this log; {_remedy(name)}")
+
+
+def _remedy(name: str) -> str:
+    column = f"name its column in the channel map ([channels] {name} = {{column = …, unit = …}})"
+    if name in LEVELS:
+        return f"{column}, or give its level in [condition] or in the file's name"
+    if name in ANTIDERIVATIVES:
+        stroke = ANTIDERIVATIVES[name][-1][0]
+        return f"{column}, or that of {stroke}, from which it is derived"
+    return f"{column}, or choose a model without it (`mrfit list models`)"
+
+
+def _frequency(recording: Recording, segment: Segment, begin: int) -> float:
+    """Return the fundamental refined on the segment's drive, 0 for a segment without one."""
+    if segment.cycles < 1 or segment.frequency <= 0.0 or segment.drive not in recording.channels:
+        return segment.frequency if segment.cycles else 0.0
+    values = recording.channels[segment.drive][begin : segment.stop]
+    return harmonic_fit(values, recording.dt, segment.frequency).frequency
+
+
+def _smoothed(values: Array, dt: float, frequency: float, segment: Segment, derivative: int) -> _Channel:
+    if frequency > 0.0:
+        fit = harmonic_fit(values, dt, frequency, refine=False)
+        if _leaves_noise(fit, values, dt):
+            order = np.arange(fit.harmonics + 1)
+            rates = fit.coefficients * (2j * np.pi * order * frequency) ** derivative
+            text = f"harmonic fit, {fit.harmonics} harmonic{'s' * (fit.harmonics != 1)} of {frequency:.5g} Hz"
+            signal = synthesis(rates, 2 * np.pi * frequency * dt, len(values))
+            return _Channel(signal, text, fit.residual, HarmonicFit(frequency, rates, fit.residual))
+    if len(values) < NARROWEST:
+        raise DataError(f"segment {segment.id} has {len(values)} samples, too few to smooth; use a longer log")
+    local = savitzky_golay(values, dt)
+    text = "as recorded"
+    if local.window > 1 or derivative:
+        window = max(local.window, NARROWEST)
+        text = f"savitzky-golay, window {window} samples, order {POLYNOMIAL_ORDER}"
+    return _Channel((local.values, local.first, local.second)[derivative], text, local.residual, None)
+
+
+def _leaves_noise(fit: HarmonicFit, values: Array, dt: float) -> bool:
+    """Tell whether a series leaves nothing but noise: white, or any that does not repeat from cycle to cycle."""
+    span = float(np.ptp(values))
+    if fit.residual <= max(WHITE_EXCESS * noise_level(values), 1e-6 * span):
+        return True
+    limits = [excess for excess, share in REPEAT_LIMITS if fit.residual <= share * span / 2]
+    if not limits:
+        return False
+    cycles = int(len(values) * dt * fit.frequency + 0.02)
+    return fit.residual <= REPEAT_EXCESS * noise_floor(
+        values, dt, fit.frequency, min(cycles, max(segment.cycles, cycles))
+    )
+
+
+def _level(level: float, count: int) -> _Channel:
+    return _Channel(np.full(count, level), "constant", 0.0, HarmonicFit(1.0, np.array([level + 0j]), 0.0))
+
+
+def _method(channels: Mapping[str, _Channel], sources: Mapping[str, tuple[str | float, int]]) -> str:
+    texts = {}
+    for name, channel in channels.items():
+        source, derivative = sources[name]
+        texts[name] = f"{channel.method} of {source}" if derivative else channel.method
+    if len(set(texts.values())) == 1:
+        return next(iter(texts.values()))
+    return "; ".join(f"{name}: {text}" for name, text in texts.items())

@@ -1,0 +1,39 @@
+"""What can go wrong, each kind with the exit code the shell sees.
+
+Every message is one line that says which file or name, which row where there is one, and what to do about it.
+"""
+
+from difflib import get_close_matches
+
+
+class MrfitError(Exception):
+    """Base of all errors a user can mend; shown as one line, without a traceback unless ``--debug`` is given."""
+
+    exit_code = 1
+
+
+class DataError(MrfitError):
+    """The data or the fit cannot be used (exit code 1)."""
+
+
+class ConfigError(MrfitError):
+    """The command line or a configuration file is wrong (exit code 2)."""
+
+    exit_code = 2
+
+
+def unknown_name(kind: str, name: str, known: list[str]) -> ConfigError:
+    """Return the error for a name that no registry holds, with near matches and the whole list.
+
+    Parameters
+    ----------
+    kind
+        What was asked for, as in ``model`` or ``optimizer``.
+    name
+        The name that was not found.
+    known
+        All names there are.
+    """
+    near = get_close_matches(name, known, n=3, cutoff=0.5)
+    hint = f"did you mean {' or '.join(near)}?" if near else f"choose one of {', '.join(known)}"
+    return ConfigError(f"unknown {kind} '{name}': {hint} (`mrfit list {kind}s` shows all)")

@@ -1,0 +1,94 @@
+"""The map between physical parameters and the unit cube in which optimizers search."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mrfit.errors import ConfigError
+from mrfit.specs import Array, Index, ModelSpec, Param
+
+
+@dataclass(frozen=True)
+class Cube:
+    """Free parameters of a model, each bound mapped to 0 and 1, linearly or in the logarithm; the others held.
+
+    Attributes
+    ----------
+    params
+        All parameters in the order of theta, bounds and starts as the user changed them.
+    free
+        Indices of the parameters that are fitted, shape (F,).
+    """
+
+    params: tuple[Param, ...]
+    free: Index
+
+    @property
+    def start(self) -> Array:
+        """Start point, shape (F,)."""
+        start: Array = self.to_points(np.array([[p.start for p in self.params]]))[0]
+        return start
+
+    def to_theta(self, points: Array) -> Array:
+        """Map points (P, F) of the cube to parameter vectors (P, K); held parameters take their start value."""
+        theta = np.tile(np.array([p.start for p in self.params]), (len(points), 1))
+        for column, k in enumerate(self.free):
+            low, high = self._ends(int(k))
+            values = low + (high - low) * points[:, column]
+            if self.params[k].scale == "log":
+                values = np.exp(values)
+            theta[:, k] = np.clip(values, self.params[k].low, self.params[k].high)
+        return theta
+
+    def to_points(self, theta: Array) -> Array:
+        """Map parameter vectors (P, K) to points (P, F); values outside the bounds go to the nearest bound."""
+        columns = []
+        for k in self.free:
+            low, high = self._ends(int(k))
+            values = np.clip(theta[:, k], self.params[k].low, self.params[k].high)
+            values = np.log(values) if self.params[k].scale == "log" else values
+            columns.append((values - low) / (high - low))
+        return np.stack(columns, axis=1) if columns else np.empty((len(theta), 0))
+
+    def _ends(self, k: int) -> tuple[float, float]:
+        p = self.params[k]
+        return (float(np.log(p.low)), float(np.log(p.high))) if p.scale == "log" else (p.low, p.high)
+
+
+def cube_of(
+    spec: ModelSpec,
+    bounds: Mapping[str, tuple[float, float]],
+    start: Mapping[str, float],
+    fixed: Mapping[str, float],
+) -> Cube:
+    """Return the cube of a model with the user's bounds, start values and fixed parameters.
+
+    Raises
+    ------
+    ConfigError
+        If a name is not a parameter, bounds are reversed or unusable on a logarithmic scale, a start lies outside its
+        bounds, or nothing is left to fit.
+    """
+    for name in [*bounds, *start, *fixed]:
+        if name not in spec.names:
+            raise ConfigError(f"model '{spec.name}' has no parameter '{name}'; it has {', '.join(spec.names)}")
+    params = tuple(_adjusted(p, bounds.get(p.name), start.get(p.name), fixed.get(p.name)) for p in spec.params)
+    free = np.array([k for k, p in enumerate(params) if p.name not in fixed], dtype=np.int64)
+    if not len(free):
+        raise ConfigError(f"every parameter of '{spec.name}' is fixed; leave at least one free")
+    return Cube(params, free)
+
+
+def _adjusted(param: Param, bounds: tuple[float, float] | None, start: float | None, fixed: float | None) -> Param:
+    if fixed is not None:
+        return replace(param, start=fixed, low=min(param.low, fixed), high=max(param.high, fixed))
+    low, high = bounds or (param.low, param.high)
+    if not (np.isfinite(low) and np.isfinite(high) and low < high):
+        raise ConfigError(f"bounds of {param.name} must be finite and rising, not {low:g}:{high:g}")
+    if param.scale == "log" and low <= 0:
+        raise ConfigError(f"{param.name} is fitted on a logarithmic scale: its lower bound must be > 0, not {low:g}")
+    value = param.start if start is None else start
+    if start is not None and not low <= start <= high:
+        raise ConfigError(f"start value {start:g} of {param.name} lies outside its bounds {low:g}:{high:g}")
+    return replace(param, low=low, high=high, start=min(max(value, low), high))

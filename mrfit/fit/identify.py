@@ -1,0 +1,210 @@
+"""Fit one group of segments: search over the folded data, then judge on every sample."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from mrfit import optimize
+from mrfit.assembly import Assembly
+from mrfit.drive import smooth
+from mrfit.errors import DataError
+from mrfit.fit.cube import Cube
+from mrfit.fit.problem import Block, differences, folded_block, full_block, residual_function
+from mrfit.fit.uncertainty import Uncertainty, analyse, sensitivities
+from mrfit.noise import noise_floor
+from mrfit.objective import Objective
+from mrfit.recording import Recording, Segment
+from mrfit.specs import Array
+
+HOLDOUT_SHARE = 3
+UNCERTAINTY_SAMPLES = 100_000
+
+
+@dataclass(frozen=True)
+class Group:
+    """What is fitted with one set of parameters.
+
+    Attributes
+    ----------
+    name
+        Condition, or ``all``.
+    search
+        Folded blocks of the training segments.
+    full
+        Full blocks of all segments, training and hold-out.
+    floors
+        Noise floor of each full block, in the output's unit.
+    """
+
+    name: str
+    search: list[Block]
+    full: list[Block]
+    floors: list[float]
+
+    @property
+    def training(self) -> list[Block]:
+        """Full blocks that are fitted."""
+        return [b for b in self.full if b.segment.role == "train"]
+
+    @property
+    def training_floors(self) -> list[float]:
+        """Noise floors of the blocks that are fitted."""
+        return [f for b, f in zip(self.full, self.floors, strict=True) if b.segment.role == "train"]
+
+
+def split_cycles(segment: Segment, dt: float) -> list[Segment]:
+    """Return a segment as its training part and its held-out last third, by whole cycles where it is periodic.
+
+    A segment with fewer than three cycles is training altogether.
+    """
+    if segment.cycles:
+        held = segment.cycles // HOLDOUT_SHARE
+        cut = segment.stop - int(round(held / (segment.frequency * dt)))
+    else:
+        held = segment.samples // HOLDOUT_SHARE
+        cut = segment.stop - held
+    if held < 1:
+        return [replace(segment, role="train")]
+    before = replace(segment, role="train", stop=cut, cycles=max(segment.cycles - held, 0))
+    lead = cut - segment.start + segment.warm_up
+    after = replace(segment, role="holdout", start=cut, warm_up=lead, cycles=held if segment.cycles else 0)
+    return [before, after]
+
+
+def build_group(
+    name: str, segments: list[Segment], recordings: dict[str, Recording], assembly: Assembly, split: bool
+) -> Group:
+    """Return the blocks of a group of segments.
+
+    Parameters
+    ----------
+    name
+        Condition, or ``all``.
+    segments
+        Segments of the group.
+    recordings
+        Recordings by id.
+    assembly
+        The model: names the inputs and the output.
+    split
+        Hold out the last third of each segment's cycles, instead of the segments whose role says so.
+
+    Raises
+    ------
+    DataError
+        If a recording lacks the model's output or an input, or no training segment is left.
+    """
+    search, full, floors = [], [], []
+    for segment in segments:
+        recording = recordings[segment.recording]
+        output = measured_output(recording, assembly)
+        floor = noise_floor(output[segment.start : segment.stop], recording.dt, segment.frequency, segment.cycles)
+        for part in split_cycles(segment, recording.dt) if split else [segment]:
+            drive = smooth(recording, part, assembly.spec.inputs)
+            values = output[part.start : part.stop]
+            full.append(full_block(part, drive, values))
+            floors.append(floor)
+            if part.role == "train":
+                search.append(folded_block(part, drive, values))
+    if not search:
+        raise DataError(f"{name}: no training segment; run `mrfit segment --holdout none` or ingest more conditions")
+    return Group(name, search, full, floors)
+
+
+def measured_output(recording: Recording, assembly: Assembly) -> Array:
+    """Return the channel a model predicts.
+
+    Raises
+    ------
+    DataError
+        If the recording does not hold it.
+    """
+    name = assembly.spec.output
+    if name not in recording.channels:
+        remedy = (
+            "give coil voltage and current in the channel map so that `mrfit flux` can reconstruct it"
+            if name == "flux"
+            else f"name its column in the channel map: [channels] {name} = {{column = …, unit = …}}"
+        )
+        raise DataError(f"{recording.source}: '{assembly.name}' predicts {name}, which this log lacks; {remedy}")
+    return recording.channels[name]
+
+
+def weights_of(blocks: list[Block], floors: list[float], weight: str) -> Array:
+    """Return the factor on each block's error, mean 1: equal, or the inverse of noise floor or output range."""
+    if weight == "none":
+        return np.ones(len(blocks))
+    scales = floors if weight == "floor" else [float(np.ptp(b.target)) for b in blocks]
+    factors: Array = 1.0 / np.maximum(scales, 1e-3 * max(scales) + 1e-300)
+    return factors / np.mean(factors)
+
+
+def search_optimum(
+    group: Group, assembly: Assembly, cube: Cube, settings: "SearchSettings", on_progress: Callable[[int, float], None]
+) -> dict[str, Any]:
+    """Search the cube for the least cost over the training blocks, and return where it ended, ready for JSON.
+
+    Raises
+    ------
+    DataError
+        If every simulation is non-finite; the message shows one of the parameter vectors.
+    """
+    residuals = residual_function(
+        group.search, assembly, cube.to_theta, weights_of(group.search, group.training_floors, settings.weight)
+    )
+    objective = Objective(residuals, cube.start, budget=0, on_progress=on_progress)
+    outcome = optimize.run(settings.optimizer, objective, settings.rng(group.name), settings.budget, settings.seconds)
+    if not np.isfinite(outcome.cost):
+        point = cube.start if outcome.first_nonfinite is None else outcome.first_nonfinite
+        theta = cube.to_theta(point[None, :])[0]
+        shown = ", ".join(f"{p.name}={v:.4g}" for p, v in zip(cube.params, theta, strict=True))
+        raise DataError(
+            f"{group.name}: every simulation of '{assembly.name}' diverged, as with {shown}; narrow --bounds"
+        )
+    last = outcome.links[-1]
+    return {
+        "point": outcome.point.tolist(),
+        "cost": outcome.cost,
+        "evaluations": outcome.evaluations,
+        "budget": sum(link.allowed for link in outcome.links),
+        # a population search ends with its budget by design; a local one should have stopped before
+        "budget_spent": last.ending in ("budget", "time") and (last.kind == "local" or last.name == "auto"),
+        "stopped": "; ".join(f"{link.name}: {link.reason}" for link in outcome.links),
+        "nonfinite": outcome.nonfinite,
+        "history": [list(step) for link in outcome.links for step in link.history],
+        "starts": [d.cost for d in outcome.descents] or None,
+        "agreeing": outcome.agreeing,
+    }
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """How to search: optimizer chain, seed, budget in evaluations and in seconds, weighting of conditions."""
+
+    optimizer: str
+    seed: int
+    budget: int | None
+    seconds: float | None
+    weight: str
+
+    def rng(self, group: str) -> np.random.Generator:
+        """Return the generator of one group: the same whatever else is fitted, and by however many workers."""
+        return np.random.default_rng([self.seed, *group.encode()])
+
+
+def uncertainty_of(group: Group, assembly: Assembly, cube: Cube, point: Array, weight: str) -> Uncertainty:
+    """Return the parameter uncertainty at an optimum, from the residuals of all training samples."""
+    training = group.training
+    total = sum(b.samples for b in training)
+    stride = max(1, -(-total // UNCERTAINTY_SAMPLES))
+    jacobians, residuals = [], []
+    for block, factor in zip(training, weights_of(training, group.training_floors, weight), strict=True):
+
+        def simulate(points: Array, block: Block = block, factor: float = factor) -> Array:
+            return factor * differences(block, assembly, cube.to_theta(points))[:, ::stride]
+
+        jacobians.append(sensitivities(simulate, point))
+        residuals.append(simulate(point[None, :])[0])
+    return analyse(jacobians, residuals)

@@ -1,0 +1,112 @@
+"""Simulate a fitted model on other logs, free run, and say how far off it is there."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from mrfit.assembly import Assembly, assemble
+from mrfit.drive import smooth
+from mrfit.errors import DataError
+from mrfit.fit.identify import measured_output
+from mrfit.fit.problem import Block, full_block
+from mrfit.fit.result import metric_rows, simulate_block
+from mrfit.fit.stage import load_recordings
+from mrfit.noise import noise_floor
+from mrfit.recording import Segment
+from mrfit.specs import Array
+from mrfit.store import Workspace, read_json
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What a fitted model says of other segments.
+
+    Attributes
+    ----------
+    metrics
+        Rows as in metrics.csv; role is ``predict``.
+    used
+        For each segment the condition whose parameters were used.
+    blocks, simulated
+        The segments' blocks and the simulated outputs, for tables and figures.
+    """
+
+    metrics: list[dict[str, Any]]
+    used: dict[str, str]
+    blocks: list[Block]
+    simulated: list[Array]
+
+
+def read_fit(workspace: Workspace, name: str) -> dict[str, Any]:
+    """Return fit.json of a named fit.
+
+    Raises
+    ------
+    DataError
+        If there is no such fit; the message lists those there are.
+    """
+    fit = read_json(workspace.fit_folder(name) / "fit.json")
+    if not fit:
+        there = ", ".join(workspace.fit_names()) or "none yet; run `mrfit fit` first"
+        raise DataError(f"{workspace.root}: no fit named '{name}' (there are: {there})")
+    return dict(fit)
+
+
+def predict(fit: dict[str, Any], logs: Workspace) -> Prediction:
+    """Simulate a fit on all segments of a workspace.
+
+    Parameters
+    ----------
+    fit
+        Content of fit.json.
+    logs
+        Workspace in which the logs were ingested and segmented.
+
+    Raises
+    ------
+    DataError
+        If a log lacks a channel the model needs.
+    """
+    assembly = assemble(fit["model"])
+    segments, _ = logs.read_segments()
+    recordings = load_recordings(logs, segments)
+    blocks, floors, simulated, used = [], [], [], {}
+    for segment in segments:
+        recording = recordings[segment.recording]
+        output = measured_output(recording, assembly)[segment.start : segment.stop]
+        result = closest_result(fit["results"], segment)
+        used[segment.id] = str(result["condition"])
+        part = replace(segment, role="predict")
+        block = full_block(part, smooth(recording, part, assembly.spec.inputs), output)
+        blocks.append(block)
+        floors.append(noise_floor(output, recording.dt, segment.frequency, segment.cycles))
+        simulated.append(simulate_block(block, assembly, theta_of(assembly, result))[0])
+    return Prediction(metric_rows(blocks, floors, simulated, assembly), used, blocks, simulated)
+
+
+def theta_of(assembly: Assembly, result: dict[str, Any]) -> Array:
+    """Return the parameter vector (K,) of one result in the order of the model's SPEC."""
+    values = {p["name"]: p["value"] for p in result["parameters"]}
+    return np.array([values[n] for n in assembly.spec.names])
+
+
+def closest_result(results: Sequence[dict[str, Any]], segment: Segment) -> dict[str, Any]:
+    """Return the result whose parameters suit a segment: the joint one, its own condition's, or the nearest one's.
+
+    Nearness is measured on the logarithms of frequency and amplitude and on the current level, as the results'
+    ``at`` records them.
+    """
+    for result in results:
+        if result["condition"] in ("all", segment.condition):
+            return result
+
+    def distance(result: dict[str, Any]) -> float:
+        at = result["at"]
+        pairs = [(at["frequency"], segment.frequency), (at["amplitude"], segment.amplitude)]
+        logs = [np.log(max(a or 0.0, 1e-12) / max(b, 1e-12)) for a, b in pairs]
+        levels = [at["current"] or 0.0, segment.current if np.isfinite(segment.current) else 0.0]
+        return float(np.hypot(*logs) + abs(levels[0] - levels[1]))
+
+    return min(results, key=distance)

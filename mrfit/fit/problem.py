@@ -1,0 +1,178 @@
+"""Measured segments as least-squares blocks: what drives the model, what it is compared with, in how many numbers.
+
+Where the drive is periodic, all cycles see the same input, so one simulated cycle is compared with the data folded onto
+one cycle: samples are collected in phase bins, each represented by its mean phase and mean value. The cost over the
+bins differs from that over the samples by a constant (the scatter inside bins), which is carried along, so both have
+the same minimum; the work no longer grows with the length of the log.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from mrfit.assembly import Assembly
+from mrfit.drive import Drive
+from mrfit.recording import Segment
+from mrfit.specs import Array, Index
+
+PHASE_BINS = 1024
+SETTLE_CYCLES = 2
+
+
+@dataclass(frozen=True)
+class Block:
+    """One segment to be simulated and compared.
+
+    Attributes
+    ----------
+    segment
+        The segment it stands for.
+    drive, dt
+        Inputs (C, W + M) in the order of the model's SPEC, and their sample interval in s.
+    target
+        Measured output (B,), compared with the simulation at ``nodes``.
+    nodes, fractions
+        Target b lies between simulated samples nodes[b] and next[b], at fractions[b].
+    counts
+        Samples each target stands for (B,).
+    scatter
+        Sum of squares of the samples about their targets: what no model can remove.
+    method
+        How the drive was smoothed.
+    """
+
+    segment: Segment
+    drive: Array
+    dt: float
+    target: Array
+    nodes: Index
+    following: Index
+    fractions: Array
+    counts: Array
+    scatter: float
+    method: str
+
+    @property
+    def samples(self) -> int:
+        """Number of measured samples the block stands for."""
+        return int(self.counts.sum())
+
+    def at_targets(self, simulated: Array) -> Array:
+        """Pick the simulated values (P, W + M) that stand beside the targets, (P, B)."""
+        picked: Array = simulated[:, self.nodes]
+        if self.fractions.any():
+            picked = picked + self.fractions * (simulated[:, self.following] - picked)
+        return picked
+
+
+def full_block(segment: Segment, drive: Drive, output: Array) -> Block:
+    """Return a block that compares every sample; a periodic drive is led in by two of its own cycles.
+
+    Parameters
+    ----------
+    segment
+        The segment.
+    drive
+        Its smoothed inputs over warm-up and segment.
+    output
+        Measured output over [segment.start, segment.stop), shape (N,).
+    """
+    values, warm_up = drive.values, drive.warm_up
+    if drive.fits is not None:
+        lead = int(round(SETTLE_CYCLES / (segment.frequency * drive.dt)))
+        times = np.arange(drive.warm_up - lead, drive.warm_up + len(output), dtype=np.float64) * drive.dt
+        values, warm_up = np.stack([fit.evaluate(times) for fit in drive.fits]), lead
+    nodes = warm_up + np.arange(len(output))
+    return Block(
+        segment=segment,
+        drive=np.ascontiguousarray(values),
+        dt=drive.dt,
+        target=output,
+        nodes=nodes,
+        following=nodes,
+        fractions=np.zeros(len(output)),
+        counts=np.ones(len(output)),
+        scatter=0.0,
+        method=drive.method,
+    )
+
+
+def folded_block(segment: Segment, drive: Drive, output: Array) -> Block:
+    """Return a block with the samples of a periodic drive folded onto one cycle; any other drive gives a full block."""
+    if drive.fits is None or len(output) <= PHASE_BINS:
+        return full_block(segment, drive, output)
+    frequency = next(fit.frequency for fit in drive.fits if fit.harmonics)
+    cycles = np.arange(len(output)) * drive.dt * frequency
+    phase = (cycles - np.floor(cycles)) * PHASE_BINS
+    bins = np.minimum(phase.astype(np.int64), PHASE_BINS - 1)
+    counts = np.bincount(bins, minlength=PHASE_BINS)
+    full = counts > 0
+    weight = counts[full].astype(np.float64)
+    mean_phase = np.bincount(bins, phase, PHASE_BINS)[full] / weight
+    target = np.bincount(bins, output, PHASE_BINS)[full] / weight
+    # within a bin the output also moves along its slope, which is no scatter
+    spread = np.bincount(bins, phase**2, PHASE_BINS)[full] - weight * mean_phase**2
+    slope = np.gradient(target, mean_phase)
+    scatter = float(np.sum(output**2) - np.sum(weight * target**2) - np.sum(slope**2 * spread))
+    lead = SETTLE_CYCLES * PHASE_BINS
+    times = np.arange(-lead, PHASE_BINS, dtype=np.float64) / (PHASE_BINS * frequency) + drive.warm_up * drive.dt
+    node = np.minimum(mean_phase.astype(np.int64), PHASE_BINS - 1)
+    return Block(
+        segment=segment,
+        drive=np.stack([fit.evaluate(times) for fit in drive.fits]),
+        dt=1.0 / (PHASE_BINS * frequency),
+        target=target,
+        nodes=lead + node,
+        following=lead + (node + 1) % PHASE_BINS,
+        fractions=mean_phase - node,
+        counts=weight,
+        scatter=max(scatter, 0.0),
+        method=drive.method,
+    )
+
+
+def free_offset(assembly: Assembly) -> bool:
+    """Return whether each record's output has an unknown constant: an integrated flux does, a load cell's force not."""
+    return assembly.spec.output == "flux"
+
+
+def differences(block: Block, assembly: Assembly, theta: Array) -> Array:
+    """Return simulated − measured at the targets of a block, (P, K) -> (P, B).
+
+    The unknown constant of a flux record is removed: it is the mean difference, since that is what least squares gives.
+    """
+    with np.errstate(all="ignore"):
+        delta = block.at_targets(assembly.simulate(block.drive, theta, block.dt)) - block.target
+        if free_offset(assembly):
+            delta = delta - (delta @ block.counts / block.counts.sum())[:, None]
+    return delta
+
+
+def residual_function(
+    blocks: list[Block], assembly: Assembly, to_theta: Callable[[Array], Array], weights: Array
+) -> Callable[[Array], Array]:
+    """Return the map from points (P, F) of the cube to weighted residuals (P, M) with the mean square of the samples.
+
+    Parameters
+    ----------
+    blocks
+        What is compared.
+    assembly
+        The model.
+    to_theta
+        Map from the cube to parameters.
+    weights
+        Factor on the error of each block, shape (len(blocks),).
+    """
+    samples = sum(b.samples for b in blocks)
+    rows = sum(len(b.target) for b in blocks) + 1
+    scale = [w * np.sqrt(b.counts * rows / samples) for b, w in zip(blocks, weights, strict=True)]
+    scatter = np.sqrt(sum(w**2 * b.scatter for b, w in zip(blocks, weights, strict=True)) * rows / samples)
+
+    def residuals(points: Array) -> Array:
+        theta = to_theta(points)
+        parts = [s * differences(b, assembly, theta) for s, b in zip(scale, blocks, strict=True)]
+        return np.hstack([*parts, np.full((len(points), 1), scatter)])
+
+    return residuals

@@ -1,0 +1,190 @@
+"""From an optimum to what is written: parameters with intervals, errors, passivity, and reasons for distrust."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from mrfit.assembly import Assembly
+from mrfit.fit.cube import Cube
+from mrfit.fit.problem import Block, differences
+from mrfit.fit.uncertainty import STEP, Uncertainty
+from mrfit.metrics import absorbed_energy, error_metrics
+from mrfit.specs import Array
+
+AT_BOUND = 1e-4
+WORSE_ON_HOLDOUT = 1.5
+# Output -> the channel it does work against, and that channel's rate
+WORK_AGAINST = {
+    "flux": ("current", ""),
+    "current": ("flux", ""),
+    "force": ("displacement", "velocity"),
+    "torque": ("angle", "angular_velocity"),
+}
+
+
+def parameter_rows(cube: Cube, point: Array, uncertainty: Uncertainty) -> list[dict[str, Any]]:
+    """Return one row per parameter: value, unit, 95 % interval, bounds, whether at one, whether the data determine it.
+
+    Parameters
+    ----------
+    cube
+        Bounds and scales.
+    point
+        Optimum in the cube, shape (F,).
+    uncertainty
+        Covariance in the cube.
+    """
+    theta = cube.to_theta(point[None, :])[0]
+    rows = []
+    for k, param in enumerate(cube.params):
+        row = {"name": param.name, "value": theta[k], "unit": param.unit, "text": param.text}
+        row |= {"low": theta[k], "high": theta[k], "bound_low": param.low, "bound_high": param.high}
+        row |= {"at_bound": False, "identifiable": True, "fixed": True}
+        place = np.flatnonzero(cube.free == k)
+        if len(place):
+            at = int(place[0])
+            width = uncertainty.half_width(np.eye(len(point))[at])
+            known = bool(np.isfinite(width))
+            ends = point[at] + width * np.array([-1.0, 1.0])
+            low, high = (_unclipped(cube, k, end) for end in ends) if known else (None, None)
+            row |= {"low": low, "high": high, "identifiable": known, "fixed": False}
+            row |= {"at_bound": bool(min(point[at], 1 - point[at]) < AT_BOUND)}
+        rows.append(row)
+    return rows
+
+
+def _unclipped(cube: Cube, k: int, position: float) -> float:
+    """Map one cube coordinate to its parameter without clipping, so that an interval may reach past a bound."""
+    param = cube.params[k]
+    if param.scale == "log":
+        return float(np.exp(np.log(param.low) + position * np.log(param.high / param.low)))
+    return float(param.low + position * (param.high - param.low))
+
+
+def derived_rows(assembly: Assembly, cube: Cube, point: Array, uncertainty: Uncertainty) -> list[dict[str, Any]]:
+    """Return one row per derived quantity with its 95 % interval by the delta method."""
+    free = len(point)
+    upper, lower = np.minimum(point + STEP, 1.0), np.maximum(point - STEP, 0.0)
+    points = np.tile(point, (2 * free + 1, 1))
+    points[1 + np.arange(free), np.arange(free)] = upper
+    points[1 + free + np.arange(free), np.arange(free)] = lower
+    values = assembly.derived(cube.to_theta(points))
+    gradients = (values[1 : free + 1] - values[free + 1 :]) / (upper - lower)[:, None]
+    rows = []
+    for d, quantity in enumerate(assembly.spec.derived):
+        value, width = float(values[0, d]), uncertainty.half_width(gradients[:, d])
+        known = bool(np.isfinite(width))
+        row = {"name": quantity.name, "value": value, "unit": quantity.unit, "text": quantity.text}
+        row |= {"low": value - width if known else None, "high": value + width if known else None}
+        row |= {"bound_low": None, "bound_high": None, "at_bound": False, "identifiable": known, "fixed": False}
+        rows.append(row)
+    return rows
+
+
+def conditioning(cube: Cube, uncertainty: Uncertainty) -> dict[str, Any]:
+    """Return rank, singular values and the directions the data leave open, as weights by parameter name."""
+    names = [cube.params[int(k)].name for k in cube.free]
+    directions = [
+        {n: round(float(w), 3) for n, w in zip(names, column, strict=True) if abs(w) > 0.05}
+        for column in uncertainty.null.T
+    ]
+    return {
+        "rank": uncertainty.rank,
+        "parameters": len(names),
+        "singular_values": uncertainty.singular_values,
+        "null_directions": directions,
+    }
+
+
+def work_drive(block: Block, assembly: Assembly) -> Array | None:
+    """Return the channel whose change does work against the output, at the targets of a full block (N,), or None.
+
+    A stroke or angle that does not drive the model is integrated from its rate.
+    """
+    inputs = assembly.spec.inputs
+    name, rate = WORK_AGAINST.get(assembly.spec.output, ("", ""))
+    if name in inputs:
+        stroke: Array = block.drive[inputs.index(name), block.nodes]
+        return stroke
+    if rate in inputs:
+        values = block.drive[inputs.index(rate), block.nodes]
+        path: Array = np.cumsum(values - values.mean()) * block.dt
+        return path
+    return None
+
+
+def simulate_block(block: Block, assembly: Assembly, theta: Array) -> tuple[Array, float]:
+    """Return the output at the targets (N,), the record's unknown constant included, and that constant."""
+    delta = differences(block, assembly, theta[None, :])[0]
+    raw = block.at_targets(assembly.simulate(block.drive, theta[None, :], block.dt))[0]
+    simulated = block.target + delta
+    return simulated, float(np.mean(simulated - raw))
+
+
+def metric_rows(
+    blocks: Sequence[Block], floors: Sequence[float], simulated: Sequence[Array], assembly: Assembly
+) -> list[dict[str, Any]]:
+    """Return one row of errors per condition and role, and one ``all`` row per role."""
+    rows = []
+    roles = [r for r in ("train", "holdout") if any(b.segment.role == r for b in blocks)]
+    for role in roles:
+        chosen = [k for k, b in enumerate(blocks) if b.segment.role == role]
+        conditions = list(dict.fromkeys(blocks[k].segment.condition for k in chosen))
+        sets = [(c, [k for k in chosen if blocks[k].segment.condition == c]) for c in conditions]
+        for condition, members in [*sets, ("all", chosen)]:
+            measured = np.concatenate([blocks[k].target for k in members])
+            drives = [work_drive(blocks[k], assembly) for k in members]
+            known = [d for d in drives if d is not None]
+            drive = np.concatenate(known) if len(known) == len(members) else None
+            starts = np.cumsum([0, *(blocks[k].samples for k in members[:-1])]).tolist()
+            errors = error_metrics(measured, np.concatenate([simulated[k] for k in members]), drive, starts)
+            power = sum(blocks[k].samples * floors[k] ** 2 for k in members) / len(measured)
+            rows.append({"condition": condition, "role": role, "samples": len(measured), **errors})
+            rows[-1]["noise_floor"] = float(np.sqrt(power))
+    return rows
+
+
+def passivity_rows(blocks: Sequence[Block], simulated: Sequence[Array], assembly: Assembly) -> list[dict[str, Any]]:
+    """Return the work per cycle of every periodic segment, and whether the model takes it in as a passive part does."""
+    rows = []
+    for block, output in zip(blocks, simulated, strict=True):
+        drive = work_drive(block, assembly)
+        if block.segment.cycles and drive is not None:
+            # with flux as output it is the co-energy that is integrated, the loop run the other way round
+            sign = -1.0 if assembly.spec.output == "flux" else 1.0
+            area = sign * absorbed_energy(output, drive) / block.segment.cycles
+            row = {"condition": block.segment.condition, "role": block.segment.role, "loop_area": area, "unit": "J"}
+            rows.append(row | {"passive": area >= 0.0})
+    return rows
+
+
+def warnings_of(result: dict[str, Any], metrics: Sequence[dict[str, Any]]) -> list[dict[str, str]]:
+    """Return every reason to distrust a result, each with a name and one sentence."""
+    found = []
+
+    def warn(kind: str, text: str) -> None:
+        found.append({"kind": kind, "text": text})
+
+    bound = [p["name"] for p in result["parameters"] if p["at_bound"] and p["identifiable"]]
+    if bound:
+        warn("at-bound", f"{', '.join(bound)} ended at a bound: widen --bounds or fix the parameter")
+    unknown = [p["name"] for p in result["parameters"] if not p["identifiable"]]
+    if unknown:
+        determined = [d["name"] for d in result["derived"] if d["identifiable"]]
+        instead = f"; read {', '.join(determined)} instead" if determined else ""
+        warn("not-identifiable", f"the data do not determine {', '.join(unknown)} one by one{instead}")
+    if result["nonfinite"]:
+        warn("non-finite", f"{result['nonfinite']} simulations diverged and were passed over")
+    if result["budget_spent"]:
+        warn("budget-spent", f"the search used all {result['evaluations']} evaluations; raise --budget")
+    active = [p for p in result["passivity"] if not p["passive"]]
+    if active:
+        worst = min(active, key=lambda p: float(p["loop_area"]))
+        place = f"{worst['condition']} (loop area {worst['loop_area']:.3g} J)"
+        warn("not-passive", f"the model gives energy out on {place}: no coil or damper can")
+    by_role = {m["role"]: m for m in metrics if m["condition"] == "all"}
+    if "holdout" in by_role and by_role["holdout"]["nrmse"] > WORSE_ON_HOLDOUT * by_role["train"]["nrmse"]:
+        ratio = by_role["holdout"]["nrmse"] / by_role["train"]["nrmse"]
+        warn("holdout-worse", f"the error on held-out data is {ratio:.1f} times that in training")
+    return found

@@ -1,0 +1,137 @@
+"""Flux linkage as the integral of the induced voltage, and the drift that offsets and noise leave in it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mrfit.cycles import Stretch
+from mrfit.specs import Array
+
+# Time and current that go together this closely cannot be told apart by regression.
+COLLINEAR = 0.98
+
+
+@dataclass(frozen=True, slots=True)
+class Drift:
+    """What was taken from an integral besides its true value.
+
+    Attributes
+    ----------
+    method
+        In words.
+    offset_volt
+        Slope of the drift in V: the mean of u − R·i that is no flux.
+    constant
+        λ0 in Wb, so that λ has zero mean over whole cycles (over the record, where there are none).
+    closure
+        λ at the end minus λ at the start of every whole cycle, in Wb; shape (cycles,).
+    """
+
+    method: str
+    offset_volt: float
+    constant: float
+    closure: Array
+
+
+def integrate(voltage: Array, dt: float, rule: str) -> Array:
+    """Return the cumulative integral (N,) of a voltage (N,), 0 at the first sample, by ``trapezoid`` or ``simpson``."""
+    from scipy.integrate import cumulative_simpson, cumulative_trapezoid
+
+    if rule == "simpson":
+        return np.asarray(cumulative_simpson(voltage, dx=dt, initial=0.0))
+    return np.asarray(cumulative_trapezoid(voltage, dx=dt, initial=0))
+
+
+def remove_drift(
+    integral: Array, current: Array, dt: float, stretches: Sequence[Stretch], method: str
+) -> tuple[Array, Drift]:
+    """Return flux linkage without drift, and what was taken away.
+
+    ``cycle`` takes away the line through the integral's means over whole cycles, which leaves a steady periodic λ as it
+    is and removes offset and the integrator's random walk alike. Where the current's own mean still moves, as after
+    switching on, the mean of λ moves with it by λ/i: that part stays. ``linear`` takes away one straight line, ``none``
+    only the constant.
+
+    Parameters
+    ----------
+    integral, current
+        ∫(u − R·i)dt in Wb and i in A, (N,).
+    dt
+        Sample interval in s.
+    stretches
+        Steady cycles of the current; without them every method but ``none`` fits a line beside a function of i.
+    method
+        ``cycle``, ``linear`` or ``none``.
+    """
+    time = np.arange(len(integral), dtype=np.float64) * dt
+    knots = [_knots(integral, current, dt, s) for s in stretches]
+    if method == "none":
+        line, slope, text = 0.0 * time, 0.0, "none removed"
+    elif knots and method == "cycle":
+        line, slope = _through_cycles(time, knots)
+        pieces = f" in each of {len(knots)} periodic stretches" if len(knots) > 1 else ""
+        text = f"line through the means of whole cycles{pieces}"
+    elif knots:
+        slope = _slope(*(np.concatenate(part) for part in zip(*knots, strict=True)))
+        line, text = slope * time, "straight line through the means of whole cycles"
+    else:
+        slope, text = _beside_current(integral, current, time)
+        line = slope * time
+    flux = integral - line
+    means = [np.mean(_cycle_means(flux, s.boundaries(dt))) for s in stretches]
+    constant = -float(np.mean(means) if means else np.mean(flux))
+    flux = flux + constant
+    ends = [np.diff(np.interp(s.boundaries(dt), np.arange(len(flux)), flux)) for s in stretches]
+    return flux, Drift(text, slope, constant, np.concatenate(ends) if ends else np.empty(0))
+
+
+def _cycle_means(values: Array, boundaries: Array) -> Array:
+    """Return means between fractional sample positions, by the trapezoid rule."""
+    running = np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2)])
+    whole = np.minimum(boundaries.astype(np.int64), len(values) - 2)
+    share = boundaries - whole
+    at = running[whole] + share * values[whole] + share**2 / 2 * (values[whole + 1] - values[whole])
+    means: Array = np.diff(at) / np.diff(boundaries)
+    return means
+
+
+def _knots(integral: Array, current: Array, dt: float, stretch: Stretch) -> tuple[Array, Array]:
+    """Return times and heights of the drift at the centres of a stretch's cycles."""
+    boundaries = stretch.boundaries(dt)
+    centres = (boundaries[1:] + boundaries[:-1]) / 2 * dt
+    heights = _cycle_means(integral, boundaries)
+    means = _cycle_means(current, boundaries)
+    slope = _slope(centres, heights)
+    begin, end = int(np.ceil(boundaries[0])), int(boundaries[-1]) + 1
+    steady = integral[begin:end] - slope * np.arange(begin, end) * dt
+    inductance = float(np.ptp(steady) / max(np.ptp(current[begin:end]), 1e-300))
+    return centres, heights - inductance * (means - np.median(means))
+
+
+def _slope(times: Array, heights: Array) -> float:
+    centred = times - np.mean(times)
+    return float(centred @ heights / (centred @ centred))
+
+
+def _through_cycles(time: Array, knots: Sequence[tuple[Array, Array]]) -> tuple[Array, float]:
+    """Return the polyline through all knots, going on at its ends with the mean slope of the stretch there."""
+    times, heights = (np.concatenate(part) for part in zip(*knots, strict=True))
+    line = np.interp(time, times, heights)
+    early, late = time < times[0], time > times[-1]
+    line[early] += _slope(*knots[0]) * (time[early] - times[0])
+    line[late] += _slope(*knots[-1]) * (time[late] - times[-1])
+    slopes = [_slope(*k) for k in knots]
+    return line, float(np.average(slopes, weights=[len(k[0]) for k in knots]))
+
+
+def _beside_current(integral: Array, current: Array, time: Array) -> tuple[float, str]:
+    """Return the slope in time that is left beside an odd cubic in the current."""
+    span = float(np.ptp(current))
+    if span <= 0.0 or abs(float(np.corrcoef(time, current)[0, 1])) > COLLINEAR:
+        return 0.0, "none removed: time and current go together, so that drift cannot be told from flux"
+    scaled = (current - np.mean(current)) / span
+    scaled_time = time / time[-1]
+    basis = np.stack([np.ones_like(time), scaled_time, scaled, scaled**3], axis=1)
+    slope = float(np.linalg.lstsq(basis, integral, rcond=None)[0][1] / time[-1])
+    return slope, "straight line, fitted beside a cubic in the current"

@@ -1,0 +1,189 @@
+"""Energy per cycle of a driven coil: what tells resistance, static hysteresis and eddy currents apart."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mrfit.cycles import Stretch
+from mrfit.harmonics import harmonic_fit
+from mrfit.specs import Array
+
+# Loops whose amplitudes differ by less belong to one group; frequencies closer than this count as one.
+SAME_AMPLITUDE = 0.1
+SAME_FREQUENCY = 0.05
+NEEDED_FREQUENCIES = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Loop:
+    """Energies of one steady loop.
+
+    Attributes
+    ----------
+    recording
+        Id of the recording.
+    frequency, amplitude, cycles
+        Fundamental in Hz, half the peak-to-peak current in A, whole cycles averaged over.
+    supplied
+        ∮ u·i dt per cycle in J, means removed.
+    squared
+        ∮ i² dt per cycle in A²·s, mean removed.
+    error
+        Standard error in J of ∮ u·i dt − R·∮ i² dt, from the noise of u and i.
+    """
+
+    recording: str
+    frequency: float
+    amplitude: float
+    cycles: int
+    supplied: float
+    squared: float
+    error: float
+
+    def area(self, resistance: float) -> float:
+        """Return the loop's area ∮ i dλ in J at a resistance in Ω."""
+        return self.supplied - resistance * self.squared
+
+
+@dataclass(frozen=True, slots=True)
+class Separation:
+    """Loop area of one amplitude, separated: area(f) = static + eddy·f − resistance_error·∮ i² dt (∝ 1/f).
+
+    Attributes
+    ----------
+    amplitude
+        Mean amplitude in A.
+    frequencies
+        Frequencies in Hz it rests on.
+    static, static_error
+        Static hysteresis loss per cycle in J, and its standard error.
+    eddy, eddy_error
+        Eddy-current loss per cycle and frequency in J/Hz, and its standard error.
+    resistance_error, resistance_error_error
+        Resistance used minus true resistance in Ω, and its standard error.
+    """
+
+    amplitude: float
+    frequencies: tuple[float, ...]
+    static: float
+    static_error: float
+    eddy: float
+    eddy_error: float
+    resistance_error: float
+    resistance_error_error: float
+
+
+def loop_of(voltage: Array, current: Array, dt: float, stretch: Stretch, recording: str) -> Loop:
+    """Return the energies of a stretch's mean cycle.
+
+    They come from the Fourier series of u and i, since noise in a sampled current would add its own power to ∮ i² dt.
+
+    Parameters
+    ----------
+    voltage, current
+        Whole recording (N,), V and A.
+    dt
+        Sample interval in s.
+    stretch
+        Steady cycles.
+    recording
+        Id of the recording.
+    """
+    window = slice(stretch.start, stretch.stop)
+    frequency, current_fit = stretch.fit.frequency, stretch.fit
+    voltage_fit = harmonic_fit(voltage[window], dt, frequency, refine=False)
+    count = min(current_fit.harmonics, voltage_fit.harmonics) + 1
+    amps = current_fit.coefficients
+    supplied = float(np.sum(voltage_fit.coefficients[1:count] * np.conj(amps[1:count])).real) / (2 * frequency)
+    squared = float(np.sum(np.abs(amps[1:]) ** 2)) / (2 * frequency)
+    resistance = supplied / squared if squared > 0.0 else 0.0
+    samples = stretch.stop - stretch.start
+    # δ∮(u·i − R·i²)dt = ∮ i·δu dt + ∮ (u − 2R·i)·δi dt, averaged over the cycles.
+    weight = 1.0 / (frequency * np.sqrt(samples))
+    amps_rms = np.sqrt(squared * frequency)
+    volts = np.zeros(len(amps), dtype=complex)
+    volts[:count] = voltage_fit.coefficients[:count]
+    rest_rms = float(np.sqrt(np.sum(np.abs(volts[1:] - 2 * resistance * amps[1:]) ** 2) / 2))
+    error = float(weight * np.hypot(amps_rms * voltage_fit.residual, rest_rms * current_fit.residual))
+    return Loop(recording, frequency, current_fit.amplitude, stretch.cycles, supplied, squared, error)
+
+
+def groups(loops: Sequence[Loop]) -> list[list[Loop]]:
+    """Return loops grouped by amplitude, groups with enough frequencies only."""
+    grouped: list[list[Loop]] = []
+    for loop in sorted(loops, key=lambda p: (p.amplitude, p.frequency, p.recording)):
+        if grouped and loop.amplitude <= grouped[-1][0].amplitude * (1 + SAME_AMPLITUDE):
+            grouped[-1].append(loop)
+        else:
+            grouped.append([loop])
+    return [g for g in grouped if len(distinct_frequencies(g)) >= NEEDED_FREQUENCIES]
+
+
+def distinct_frequencies(loops: Sequence[Loop]) -> tuple[float, ...]:
+    """Return the different frequencies of loops, rising."""
+    distinct: list[float] = []
+    for frequency in sorted(loop.frequency for loop in loops):
+        if not distinct or frequency > distinct[-1] * (1 + SAME_FREQUENCY):
+            distinct.append(frequency)
+    return tuple(distinct)
+
+
+def estimate_resistance(loops: Sequence[Loop]) -> tuple[float, float] | None:
+    """Return coil resistance and its standard error in Ω from how energy per cycle varies with frequency.
+
+    W = R·∮ i² dt + a²·(static + eddy·f) over all amplitude groups with at least three frequencies, one R and two loss
+    coefficients per group; a is the amplitude. None if there is no such group.
+    """
+    grouped = groups(loops)
+    if not grouped:
+        return None
+    rows, supplied, errors = [], [], []
+    for k, group in enumerate(grouped):
+        for loop in group:
+            row = np.zeros(1 + 2 * len(grouped))
+            square = loop.amplitude**2
+            row[0], row[1 + 2 * k], row[2 + 2 * k] = loop.squared / square, 1.0, loop.frequency
+            rows.append(row)
+            supplied.append(loop.supplied / square)
+            errors.append(loop.error / square)
+    solution, covariance = _weighted(np.array(rows), np.array(supplied), np.array(errors))
+    return float(solution[0]), float(np.sqrt(covariance[0, 0]))
+
+
+def separate(loops: Sequence[Loop], resistances: dict[str, float]) -> list[Separation]:
+    """Return the separation of loop area for every amplitude with at least three frequencies.
+
+    Parameters
+    ----------
+    loops
+        Loops of all recordings.
+    resistances
+        Resistance used for each recording, in Ω.
+    """
+    separations = []
+    for group in groups(loops):
+        mean = float(np.mean([loop.amplitude for loop in group]))
+        scale = np.array([(mean / loop.amplitude) ** 2 for loop in group])
+        rows = np.array([[1.0, loop.frequency, -loop.squared * s] for loop, s in zip(group, scale, strict=True)])
+        areas = np.array([loop.area(resistances[loop.recording]) for loop in group]) * scale
+        solution, covariance = _weighted(rows, areas, np.array([loop.error for loop in group]) * scale)
+        pairs = [x for pair in zip(solution, np.sqrt(np.diag(covariance)), strict=True) for x in pair]
+        separations.append(Separation(mean, distinct_frequencies(group), *(float(x) for x in pairs)))
+    return separations
+
+
+def _weighted(rows: Array, values: Array, errors: Array) -> tuple[Array, Array]:
+    """Return weighted least squares and its covariance, widened where the scatter is larger than the errors say."""
+    floor = 1e-9 * float(np.max(np.abs(values)))
+    weights = 1.0 / np.maximum(errors, floor)
+    scaled = rows * weights[:, None]
+    # Columns differ by decades; unit columns keep the solution accurate.
+    norms = np.linalg.norm(scaled, axis=0)
+    solution = np.linalg.lstsq(scaled / norms, values * weights, rcond=None)[0] / norms
+    covariance = np.linalg.pinv((scaled / norms).T @ (scaled / norms)) / np.outer(norms, norms)
+    freedom = len(values) - rows.shape[1]
+    if freedom > 0:
+        scatter = float(np.sum(((values - rows @ solution) * weights) ** 2)) / freedom
+        covariance = covariance * max(1.0, scatter)
+    return solution, covariance

@@ -1,0 +1,327 @@
+"""The flux stage: recordings with coil voltage and current in, the same with flux linkage out.
+
+λ(t) = λ0 + ∫(u − R·i) dt, λ0 and the drift removed over whole cycles; source: the flux-current method, eq. (3).
+"""
+
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from mrfit.channels import unit_of
+from mrfit.cycles import Stretch, steady_stretches
+from mrfit.errors import ConfigError, DataError
+from mrfit.flux.integral import Drift, integrate, remove_drift
+from mrfit.flux.losses import Loop, Separation, estimate_resistance, loop_of, separate
+from mrfit.flux.plateau import resistance_of_plateaus, steady_blocks
+from mrfit.progress import Progress, silent
+from mrfit.recording import Recording
+from mrfit.specs import Array
+from mrfit.store import Workspace, key_of, plain, read_json, write_atomic, write_json
+
+DRIFTS = ("cycle", "linear", "none")
+RULES = ("trapezoid", "simpson")
+STAGE = "flux"
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How flux linkage is reconstructed.
+
+    Attributes
+    ----------
+    resistance
+        Coil resistance in Ω for all recordings, ``auto`` to estimate it from the data, or None for each recording's own
+        (from the channel map) and ``auto`` for those without.
+    drift
+        ``cycle``, ``linear`` or ``none``.
+    rule
+        ``trapezoid`` or ``simpson``.
+    fallback
+        Resistance in Ω for recordings without their own, instead of estimating it.
+    """
+
+    resistance: float | Literal["auto"] | str | None = None
+    drift: str = "cycle"
+    rule: str = "trapezoid"
+    fallback: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Resistance:
+    """Coil resistance with its standard error in Ω (0 where it was given) and where it came from."""
+
+    value: float
+    error: float
+    source: str
+
+
+def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
+    """Reconstruct flux linkage where coil voltage and current were logged, and write ``flux/`` and flux.json.
+
+    Recordings with a measured flux keep it; those without voltage and current pass through untouched.
+
+    Parameters
+    ----------
+    workspace
+        Holds the recordings; on an error it is left as it was.
+    settings
+        Resistance, drift and integration rule.
+    progress
+        Told of every recording.
+
+    Returns
+    -------
+    dict
+        Content of flux.json, with ``skipped`` telling whether it was there already.
+
+    Raises
+    ------
+    ConfigError
+        If a setting is wrong or a resistance is not positive.
+    DataError
+        If nothing has been ingested, or the resistance cannot be found.
+    """
+    _check(settings)
+    ingested = workspace.ingest_summary()
+    identifiers = [r["id"] for r in ingested["recordings"]]
+    key = key_of(STAGE, asdict(settings), [[r["id"], r] for r in ingested["recordings"]])
+    existing = read_json(workspace.flux_json)
+    complete = all(workspace.recording_file(i, STAGE).is_file() for i in identifiers)
+    if existing and existing.get("key") == key and complete:
+        return {**existing, "skipped": True}
+    analysed = [_analyse(workspace.read_recording(i), settings) for i in identifiers]
+    resistances = _resistances(analysed, settings)
+    with _replacing(workspace) as staging:
+        rows = []
+        for done, found in enumerate(analysed):
+            rows.append(_write(workspace, staging, found, resistances.get(found.identifier), settings))
+            progress("flux", done + 1, len(analysed))
+        summary = plain(_summary(settings, key, rows, analysed, resistances))
+    write_json(workspace.flux_json, summary)
+    return {**summary, "skipped": False}
+
+
+def last_settings(workspace: Workspace) -> Settings:
+    """Return the settings of the workspace's last flux run, or the defaults."""
+    stored = (read_json(workspace.flux_json) or {}).get("settings")
+    return Settings(**stored) if stored else Settings()
+
+
+def last_resistance(workspace: Workspace) -> float | None:
+    """Return the coil resistance in Ω of the workspace's last flux run (the median, if recordings differ), or None."""
+    value = (read_json(workspace.flux_json) or {}).get("resistance")
+    return None if value is None else float(value)
+
+
+def _check(settings: Settings) -> None:
+    for name, choice, known in (("drift", settings.drift, DRIFTS), ("rule", settings.rule, RULES)):
+        if choice not in known:
+            raise ConfigError(f"flux {name} '{choice}' is unknown; choose one of {', '.join(known)}")
+    for value in (settings.resistance, settings.fallback):
+        if value is not None and value != "auto":
+            _positive(value, "--resistance")
+
+
+def _positive(value: object, where: str) -> float:
+    try:
+        ohms = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError) as error:
+        raise ConfigError(f"{where}: '{value}' is no resistance; give ohms above 0, or auto") from error
+    if not (np.isfinite(ohms) and ohms > 0.0):
+        raise ConfigError(f"{where}: coil resistance {ohms:g} Ω is not above 0; give the coil's ohms, or auto")
+    return ohms
+
+
+@dataclass(frozen=True, slots=True)
+class _Analysed:
+    """What is known of a recording before its resistance is: how it is treated, its steady cycles and loops."""
+
+    identifier: str
+    source: str
+    action: str
+    own_resistance: float | None
+    stretches: tuple[Stretch, ...]
+    loops: tuple[Loop, ...]
+    blocks: Array
+    peak: float
+
+
+def _analyse(recording: Recording, settings: Settings) -> _Analysed:
+    channels = recording.channels
+    nothing = (recording.id, recording.source)
+    empty = np.empty((0, 2))
+    if "flux" in channels:
+        return _Analysed(*nothing, "measured flux kept", None, (), (), empty, 0.0)
+    if not {"voltage", "current"} <= set(channels):
+        return _Analysed(*nothing, "passed through", None, (), (), empty, 0.0)
+    own = recording.condition.get("resistance")
+    if own is not None and settings.resistance is None:
+        own = _positive(own, recording.source)
+    voltage, current = channels["voltage"], channels["current"]
+    stretches = tuple(steady_stretches(current, recording.dt))
+    loops = tuple(loop_of(voltage, current, recording.dt, s, recording.id) for s in stretches)
+    blocks = steady_blocks(voltage, current) if not stretches else empty
+    peak = float(np.max(np.abs(current))) if not stretches else 0.0
+    return _Analysed(*nothing, "integrated", own, stretches, loops, blocks, peak)
+
+
+def _resistances(analysed: list[_Analysed], settings: Settings) -> dict[str, _Resistance]:
+    """Return the resistance of every recording that is integrated: as set, its own, the fallback or estimated."""
+    wanted = [a for a in analysed if a.action == "integrated"]
+    given, fallback = settings.resistance, settings.fallback
+    if isinstance(given, (int, float)):
+        return {a.identifier: _Resistance(float(given), 0.0, "given") for a in wanted}
+    found = {
+        a.identifier: _Resistance(a.own_resistance, 0.0, "recording's condition")
+        for a in wanted
+        if a.own_resistance is not None and given is None
+    }
+    if fallback is not None and given is None:
+        rest = _Resistance(float(fallback), 0.0, "fallback")
+    elif len(found) < len(wanted):
+        rest = _estimated(wanted)
+    return {a.identifier: found[a.identifier] if a.identifier in found else rest for a in wanted}
+
+
+def _estimated(wanted: list[_Analysed]) -> _Resistance:
+    by_frequency = estimate_resistance([loop for a in wanted for loop in a.loops])
+    if by_frequency is not None and by_frequency[0] > 0.0:
+        value, error = by_frequency
+        return _Resistance(value, error, "estimated from energy per cycle over frequency")
+    peak = max((a.peak for a in wanted), default=0.0)
+    by_plateau = resistance_of_plateaus([a.blocks for a in wanted], peak)
+    if by_plateau is not None and by_plateau[0] > 0.0:
+        value, error, how = by_plateau
+        return _Resistance(value, error, f"estimated from {how}")
+    raise DataError(
+        f"{wanted[0].source}: the coil resistance cannot be estimated: it needs steady cycles at three frequencies of "
+        "one amplitude, or a steady direct current (at one frequency an error δR adds −δR·∮i²dt to the loop's area, "
+        "just as hysteresis does); give it with --resistance OHM, or log more frequencies"
+    )
+
+
+@contextmanager
+def _replacing(workspace: Workspace) -> Iterator[str]:
+    """Yield a stage folder to write to, which takes the place of the old one if all goes well.
+
+    The summary goes first: a kill between the two leaves no summary, and so the stage is run again.
+    """
+    for stale in workspace.root.glob(f".{STAGE}-*"):
+        shutil.rmtree(stale, ignore_errors=True)
+    staging = f".{STAGE}-{os.getpid()}"
+    folder, target = workspace.root / staging, workspace.root / STAGE
+    try:
+        yield staging
+        _move(workspace, folder, target)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _move(workspace: Workspace, folder: Any, target: Any) -> None:
+    try:
+        workspace.flux_json.unlink(missing_ok=True)
+        shutil.rmtree(target, ignore_errors=True)
+        folder.replace(target)
+    except OSError as error:
+        raise DataError(f"{target}: cannot write ({error.strerror or error}); choose another --work folder") from error
+
+
+def _write(
+    workspace: Workspace, staging: str, found: _Analysed, resistance: _Resistance | None, settings: Settings
+) -> dict[str, Any]:
+    row: dict[str, Any] = {"id": found.identifier, "action": found.action}
+    if resistance is None:
+        source = workspace.recording_file(found.identifier)
+        copy: Callable[[Any], object] = lambda path: shutil.copyfile(source, path)  # noqa: E731
+        write_atomic(workspace.recording_file(found.identifier, staging), copy)
+        return row
+    recording = workspace.read_recording(found.identifier)
+    voltage, current = recording.channels["voltage"], recording.channels["current"]
+    integral = integrate(voltage - resistance.value * current, recording.dt, settings.rule)
+    flux, drift = remove_drift(integral, current, recording.dt, found.stretches, settings.drift)
+    workspace.write_recording(
+        replace(
+            recording,
+            channels={**recording.channels, "flux": flux},
+            units={**recording.units, "flux": unit_of("flux")},
+            history=(*recording.history, _history(resistance, drift, settings)),
+        ),
+        staging,
+    )
+    return {**row, **_row(found, resistance, drift)}
+
+
+def _history(resistance: _Resistance, drift: Drift, settings: Settings) -> str:
+    error = f" ± {resistance.error:.2g}" if resistance.error else ""
+    closure = f", closure {_rms(drift.closure):.3g} Wb rms per cycle" if len(drift.closure) else ""
+    return (
+        f"flux = λ0 + ∫(u − R·i)dt by {settings.rule}: R = {resistance.value:.6g}{error} Ω ({resistance.source}), "
+        f"λ0 = {drift.constant:.6g} Wb, drift {drift.offset_volt:.6g} V ({drift.method}){closure}"
+    )
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else float("nan")
+
+
+def _row(found: _Analysed, resistance: _Resistance, drift: Drift) -> dict[str, Any]:
+    longest = max(found.loops, key=lambda p: p.cycles, default=None)
+    closure = drift.closure
+    return {
+        "resistance": resistance.value,
+        "resistance_error": resistance.error,
+        "resistance_source": resistance.source,
+        "lambda0": drift.constant,
+        "offset_volt": drift.offset_volt,
+        "drift": drift.method,
+        "closure_rms": _rms(closure),
+        "closure_max": float(np.max(np.abs(closure))) if len(closure) else float("nan"),
+        "loop_area": longest.area(resistance.value) if longest else float("nan"),
+        "amplitude": longest.amplitude if longest else float("nan"),
+        "frequency": longest.frequency if longest else float("nan"),
+        "loops": [
+            {
+                "frequency": p.frequency,
+                "amplitude": p.amplitude,
+                "cycles": p.cycles,
+                "loop_area": p.area(resistance.value),
+                "loop_area_error": p.error,
+                "ohmic": resistance.value * p.squared,
+            }
+            for p in found.loops
+        ],
+    }
+
+
+def _summary(
+    settings: Settings,
+    key: str,
+    rows: list[dict[str, Any]],
+    analysed: list[_Analysed],
+    resistances: dict[str, _Resistance],
+) -> dict[str, Any]:
+    values = {i: r.value for i, r in resistances.items()}
+    separations = separate([loop for a in analysed for loop in a.loops], values)
+    return {
+        "key": key,
+        "settings": asdict(settings),
+        "resistance": float(np.median(list(values.values()))) if values else None,
+        "recordings": rows,
+        "separation": [asdict(s) for s in separations],
+        "separation_text": [_in_words(s) for s in separations],
+    }
+
+
+def _in_words(separation: Separation) -> str:
+    frequencies = ", ".join(f"{f:.3g}" for f in separation.frequencies)
+    return (
+        f"{separation.amplitude:.3g} A ({frequencies} Hz): loop area = "
+        f"{separation.static:.4g} ± {separation.static_error:.2g} J static hysteresis "
+        f"+ ({separation.eddy:.3g} ± {separation.eddy_error:.2g}) J/Hz · f eddy currents; "
+        f"R is off by {separation.resistance_error:.3g} ± {separation.resistance_error_error:.2g} Ω"
+    )

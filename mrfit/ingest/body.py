@@ -1,0 +1,242 @@
+"""The body of a delimited text log: numbers in bulk where it is sound, line by line and counted where it is not."""
+
+import csv
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mrfit.ingest.table import Lines, Refused
+from mrfit.specs import Array
+
+LINE_BY_LINE_BYTES = 8192
+BLANKS = "\x1f"  # stands for a run of blanks while pyarrow splits
+EMPTY = ("", " ", "  ")
+NOT_A_NUMBER = ("nan", "NaN", "NAN", "NA", "N/A", "n/a", "#N/A", "null", "NULL", "None", "--", "---")
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Where the numbers of a text log are.
+
+    Attributes
+    ----------
+    skip
+        Lines before the first data row.
+    delimiter
+        One character, or the empty string for runs of blanks.
+    decimal
+        Decimal mark.
+    width
+        Fields of a full data row.
+    use
+        Columns read as numbers.
+    texts
+        Columns returned as text (time stamps, events).
+    optional
+        Columns that short rows may lack.
+    blank
+        Columns in which nothing may stand.
+    header
+        Stripped header lines, by which a repeated header is known.
+    comment
+        Characters that begin a comment line.
+    """
+
+    skip: int
+    delimiter: str
+    decimal: str
+    width: int
+    use: tuple[int, ...]
+    texts: tuple[int, ...] = ()
+    optional: tuple[int, ...] = ()
+    blank: tuple[int, ...] = ()
+    header: frozenset[str] = frozenset()
+    comment: str = "#"
+
+
+@dataclass(slots=True)
+class Body:
+    """Rows of a text log: numbers and texts by column, their line numbers, and the rows left out."""
+
+    numbers: dict[int, Array]
+    lines: Lines
+    texts: dict[int, list[str]] = field(default_factory=dict)
+    refused: list[Refused] = field(default_factory=list)
+
+
+def read_body(data: bytes, layout: Layout, encoding: str = "utf-8") -> Body:
+    """Return the rows of a text log.
+
+    Every line after ``layout.skip`` that is neither blank nor a comment is a row, kept or refused.
+    """
+    start = _offset(data, layout.skip)
+    stop = _last_content(data)
+    parts = list(_parts(data, (start, max(start, stop)), layout.skip + 1, layout, encoding))
+    if len(parts) == 1:
+        return parts[0]
+    return Body(
+        {c: np.concatenate([p.numbers[c] for p in parts] or [np.empty(0)]) for c in layout.use},
+        np.concatenate([p.lines for p in parts] or [np.empty(0, np.int64)]),
+        {c: [t for p in parts for t in p.texts[c]] for c in layout.texts},
+        [r for p in parts for r in p.refused],
+    )
+
+
+def _offset(data: bytes, skip: int) -> int:
+    position = 0
+    for _ in range(skip):
+        position = data.find(b"\n", position) + 1
+        if position == 0:
+            return len(data)
+    return position
+
+
+def _last_content(data: bytes) -> int:
+    end = len(data)
+    while end and data[end - 1] in b" \t\r\n\x1a":
+        end -= 1
+    return end
+
+
+def _parts(data: bytes, span: tuple[int, int], line: int, layout: Layout, encoding: str) -> Iterator[Body]:
+    """Yield rows in order: the whole span at once if sound, else halves, down to single lines."""
+    start, stop = span
+    if start >= stop:
+        return
+    sound = _in_bulk(data, span, line, layout)
+    if sound is not None:
+        yield sound
+        return
+    middle = data.find(b"\n", (start + stop) // 2, stop) + 1
+    if stop - start <= LINE_BY_LINE_BYTES or middle in (0, stop):
+        yield _line_by_line(data[start:stop], line, layout, encoding)
+        return
+    yield from _parts(data, (start, middle), line, layout, encoding)
+    yield from _parts(data, (middle, stop), line + data.count(b"\n", start, middle), layout, encoding)
+
+
+def _in_bulk(data: bytes, span: tuple[int, int], line: int, layout: Layout) -> Body | None:
+    """Return the rows if every line of the span is one sound row, else None."""
+    import pyarrow as pa
+    from pyarrow import csv as arrow
+
+    start, stop = span
+    view, delimiter = memoryview(data)[start:stop], layout.delimiter
+    if not delimiter:
+        view, delimiter = memoryview(_one_blank(data[start:stop])), BLANKS
+    names = [f"f{i}" for i in range(layout.width)]
+    types = {names[c]: pa.float64() for c in layout.use} | {names[c]: pa.string() for c in layout.texts}
+    types |= {names[c]: pa.null() for c in layout.blank}
+    try:
+        table = arrow.read_csv(
+            pa.py_buffer(view),
+            arrow.ReadOptions(column_names=names),
+            arrow.ParseOptions(delimiter=delimiter),
+            arrow.ConvertOptions(
+                column_types=types,
+                include_columns=list(types),
+                null_values=[*EMPTY, *NOT_A_NUMBER],
+                decimal_point=layout.decimal,
+            ),
+        )
+    except pa.ArrowInvalid:
+        return None
+    rows = data.count(b"\n", start, stop) + (data[stop - 1 : stop] != b"\n")
+    if table.num_rows != rows:
+        return None
+    numbers = {c: _floats(table.column(names[c])) for c in layout.use}
+    texts = {c: table.column(names[c]).to_pylist() for c in layout.texts}
+    return Body(numbers, np.arange(line, line + rows, dtype=np.int64), texts)
+
+
+def _one_blank(text: bytes) -> bytes:
+    text = re.sub(rb"(?m)^[ \t]+|[ \t\r]+$", b"", text)
+    return re.sub(rb"[ \t]+", BLANKS.encode(), text)
+
+
+def _floats(column: Any) -> Array:
+    # frombuffer, since pyarrow's to_numpy imports pandas (0.2 s)
+    chunks = []
+    for chunk in column.chunks:
+        sound = chunk.fill_null(np.nan) if chunk.null_count else chunk
+        values = np.frombuffer(sound.buffers()[1], dtype=np.float64)
+        chunks.append(values[sound.offset : sound.offset + len(sound)])
+    return np.concatenate(chunks) if chunks else np.empty(0)
+
+
+def number_pattern(decimal: str) -> re.Pattern[str]:
+    """Return what a number looks like with the given decimal mark, as the bulk parser sees it."""
+    mark = re.escape(decimal)
+    return re.compile(rf"[+-]?(?:\d+{mark}?\d*|{mark}\d+)(?:[eE][+-]?\d+)?|[+-]?(?:inf|infinity)", re.ASCII | re.I)
+
+
+def split(line: str, delimiter: str) -> list[str]:
+    """Return the fields of a line, stripped of blanks and quotes."""
+    if not delimiter:
+        return re.split(r"[ \t]+", line.strip(" \t\r\n"))
+    if '"' in line:
+        try:
+            fields = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
+        except csv.Error:
+            fields = line.split(delimiter)
+    else:
+        fields = line.split(delimiter)
+    return [f.strip(" \t\r\n") for f in fields]
+
+
+def _line_by_line(text: bytes, line: int, layout: Layout, encoding: str) -> Body:
+    kept: list[list[float]] = []
+    texts: list[list[str]] = []
+    lines: list[int] = []
+    refused: list[Refused] = []
+    number = number_pattern(layout.decimal)
+    raw_lines = text.removesuffix(b"\n").split(b"\n")
+    for place, raw in enumerate(raw_lines, start=line):
+        content = raw.decode(encoding, errors="replace").rstrip("\r")
+        stripped = content.strip()
+        if not stripped or (layout.comment and stripped[0] in layout.comment):
+            continue
+        row = _row(content, stripped, layout, number)
+        if isinstance(row, str):
+            refused.append(Refused(row, place))
+            continue
+        kept.append(row[0])
+        texts.append(row[1])
+        lines.append(place)
+    values = np.array(kept, dtype=np.float64).reshape(len(kept), len(layout.use))
+    return Body(
+        {c: values[:, k].copy() for k, c in enumerate(layout.use)},
+        np.array(lines, dtype=np.int64),
+        {c: [t[k] for t in texts] for k, c in enumerate(layout.texts)},
+        refused,
+    )
+
+
+def _row(content: str, stripped: str, layout: Layout, number: re.Pattern[str]) -> tuple[list[float], list[str]] | str:
+    """Return numbers and texts of one line, or what is wrong with it."""
+    if "\0" in content:
+        return "NUL byte"
+    if stripped in layout.header:
+        return "repeated header"
+    fields = split(content, layout.delimiter)
+    if not any(fields):
+        return "empty row"
+    if any(c not in layout.optional for c in (*layout.use, *layout.texts) if c >= len(fields)):
+        return "short row"
+    if any(fields[layout.width :]) or any(fields[c] for c in layout.blank if c < len(fields)):
+        return "long row"
+    values = [_number(fields[c], number, layout.decimal) for c in layout.use]
+    if any(v is None for v in values):
+        return "not a number"
+    return [v for v in values if v is not None], [fields[c] if c < len(fields) else "" for c in layout.texts]
+
+
+def _number(field_text: str, number: re.Pattern[str], decimal: str) -> float | None:
+    if field_text in EMPTY or field_text in NOT_A_NUMBER:
+        return np.nan
+    if not number.fullmatch(field_text):
+        return None
+    return float(field_text.replace(decimal, "."))

@@ -1,0 +1,83 @@
+"""Which reader reads a file, and which files are parts of one record."""
+
+from pathlib import Path
+
+from mrfit import registry
+from mrfit.ingest.head import Head, open_head
+from mrfit.ingest.refusal import Refusal
+
+FALLBACK = "delimited"
+"""The reader for text that no instrument's reader claims."""
+
+
+def claims(head: Head) -> list[str]:
+    """Return the readers, the fallback apart, that know a file as theirs; at most one if all is well."""
+    names = [n for n in registry.names("reader") if n != FALLBACK]
+    return [n for n in names if registry.load("reader", n).sniff(head)]
+
+
+def reader_of(head: Head) -> str:
+    """Return the name of the reader for a file.
+
+    Raises
+    ------
+    Refusal
+        If no reader knows it.
+    """
+    claimed = claims(head)
+    if claimed:
+        return claimed[0]
+    if not head.encoding:
+        raise Refusal(
+            head.path, "a binary file of no known format", "export it as CSV, TDMS, MDF, HDF5, MAT or Parquet"
+        )
+    return FALLBACK
+
+
+def part_of(head: Head, reader: str) -> str | None:
+    """Return what the files of one record share, or None if the file is a record by itself."""
+    part = getattr(registry.load("reader", reader), "part", None)
+    return part(head) if part else None
+
+
+SKIPPED = frozenset(
+    ".toml .md .rst .html .htm .pdf .png .jpg .jpeg .gif .bmp .svg .tex .bib .py .ipynb .m .r .jl .c .h .cpp .json "
+    ".yml .yaml .ini .cfg .log~ .lock .doc .docx .ppt .pptx .gitignore".split()
+)
+"""Endings of files in a folder that are no logs."""
+
+
+def expand(paths: list[Path]) -> list[tuple[Path, Path]]:
+    """Return every file meant by ``paths`` with the folder up to which a channel map is looked for.
+
+    Folders stand for all files in them, hidden ones and those of ``SKIPPED`` apart, sorted by name.
+
+    Raises
+    ------
+    Refusal
+        If a path does not exist, or a folder holds no file.
+    """
+    files: dict[Path, Path] = {}
+    for path in paths:
+        if path.is_dir():
+            inside = [p for p in sorted(path.rglob("*")) if p.is_file() and _is_log(p, path)]
+            if not inside:
+                raise Refusal(path, "no log in this folder", "name a folder with logs, or the logs themselves")
+            for file in inside:
+                files.setdefault(file, path)
+        elif path.exists():
+            files.setdefault(path, path.parent)
+        else:
+            raise Refusal(path, "no such file", "check the path and its spelling")
+    return list(files.items())
+
+
+def _is_log(path: Path, root: Path) -> bool:
+    hidden = any(p.startswith(".") for p in path.relative_to(root).parts)
+    return not hidden and path.suffix.lower() not in SKIPPED
+
+
+def look(path: Path) -> tuple[Head, str]:
+    """Return the beginning of a file and its reader's name."""
+    head = open_head(path)
+    return head, reader_of(head)

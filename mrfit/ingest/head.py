@@ -1,0 +1,151 @@
+"""The first 64 KiB of a file: its encoding and lines, by which readers know their own."""
+
+import codecs
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from mrfit.ingest.refusal import Refusal
+
+HEAD_BYTES = 65536
+SINGLE_BYTE = ["cp1252", "latin_1", "cp437", "cp850", "mac_roman"]
+CONTAINERS = (
+    (b"PK\x03\x04", "a ZIP, XLSX or ODS file", "export the sheet as CSV, or unpack the archive"),
+    (b"\xd0\xcf\x11\xe0", "an old Excel file", "export the sheet as CSV"),
+    (b"\x1f\x8b", "a gzip archive", "unpack it first"),
+    (b"%PDF", "a PDF", "ingest the log itself"),
+    (b"\x89PNG", "a picture", "ingest the log itself"),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Head:
+    """The beginning of a file.
+
+    Attributes
+    ----------
+    path
+        The file.
+    size
+        Its length in bytes.
+    raw
+        Its first 64 KiB.
+    encoding
+        Text encoding, or the empty string of a binary file.
+    lines
+        Complete decoded lines of ``raw``; empty for a binary file.
+    """
+
+    path: Path
+    size: int
+    raw: bytes
+    encoding: str
+    lines: tuple[str, ...]
+
+    def starts(self, *prefixes: str) -> bool:
+        """Whether the first line that is not blank begins with one of ``prefixes``, whatever their case."""
+        first = next((line.strip() for line in self.lines if line.strip()), "").lower()
+        return first.startswith(tuple(p.lower() for p in prefixes))
+
+
+def open_head(path: Path) -> Head:
+    """Return the beginning of a file.
+
+    Raises
+    ------
+    Refusal
+        If there is no such file, it cannot be opened, or it holds no data at all.
+    """
+    try:
+        with path.open("rb") as handle:
+            raw = handle.read(HEAD_BYTES)
+        size = path.stat().st_size
+    except FileNotFoundError:
+        raise Refusal(path, "no such file", "check the path and its spelling") from None
+    except OSError as error:
+        raise Refusal(path, f"cannot be opened ({error.strerror or error})", "check its permissions") from None
+    _check_content(path, raw)
+    encoding = encoding_of(raw)
+    text = decode(raw, encoding) if encoding else ""
+    lines = text.split("\n")
+    if size > len(raw) and len(lines) > 1:
+        lines.pop()  # cut off at 64 KiB
+    return Head(path, size, raw, encoding, tuple(lines) if encoding else ())
+
+
+def _check_content(path: Path, raw: bytes) -> None:
+    again = "copy it from the instrument again"
+    if not raw:
+        raise Refusal(path, "empty file (0 bytes)", again)
+    if raw in (codecs.BOM_UTF8, codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+        raise Refusal(path, f"a byte-order mark and nothing else ({len(raw)} bytes)", again)
+    if raw.startswith(b"version https://git-lfs"):
+        raise Refusal(path, "a Git LFS pointer, not the log itself", "run `git lfs pull` in its repository")
+    if not raw.strip(b"\0"):
+        raise Refusal(path, "nothing but NUL bytes (a copy broken off)", again)
+    if not raw.strip(b"\0 \t\r\n\xef\xbb\xbf\xff\xfe"):
+        raise Refusal(path, "nothing but blanks", again)
+    for magic, what, remedy in CONTAINERS:
+        if raw.startswith(magic):
+            raise Refusal(path, f"{what}, which holds no log mrfit reads", remedy)
+
+
+def encoding_of(raw: bytes) -> str:
+    """Return the encoding of text, or the empty string for binary data."""
+    if raw.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return "utf-16"
+    if raw.startswith(codecs.BOM_UTF8):
+        return "utf-8-sig"
+    if half := _utf16_without_mark(raw):
+        return half
+    if _control_share(raw) > 0.002:
+        return ""
+    try:
+        codecs.getincrementaldecoder("utf-8")().decode(raw)
+    except UnicodeDecodeError:
+        return _single_byte(raw)
+    return "utf-8"
+
+
+def _utf16_without_mark(raw: bytes) -> str:
+    even, odd = raw[0::2], raw[1::2]
+    if len(odd) < 8:
+        return ""
+    if odd.count(0) > 0.9 * len(odd) and even.count(0) < 0.1 * len(even):
+        return "utf-16-le"
+    if even.count(0) > 0.9 * len(even) and odd.count(0) < 0.1 * len(odd):
+        return "utf-16-be"
+    return ""
+
+
+def _control_share(raw: bytes) -> float:
+    # NUL is left out: it damages text logs, and lines that hold one are refused one by one
+    control = bytes(b for b in range(1, 32) if b not in b"\t\n\v\f\r\x1a\x1b")
+    return 1.0 - len(raw.translate(None, control)) / len(raw)
+
+
+def _single_byte(raw: bytes) -> str:
+    from charset_normalizer import from_bytes
+
+    best = from_bytes(raw[:8192], cp_isolation=SINGLE_BYTE, threshold=1.0).best()
+    return best.encoding if best else "latin_1"
+
+
+def decode(raw: bytes, encoding: str) -> str:
+    """Return text with every kind of line end as a plain line feed; undecodable bytes become U+FFFD."""
+    text = raw.decode(encoding, errors="replace").removeprefix("\ufeff")
+    return re.sub("\r\r?\n|\r", "\n", text)
+
+
+def body_bytes(head: Head) -> bytes:
+    """Return the whole file as bytes in which digits, delimiters and line feeds are ASCII.
+
+    Line numbers agree with ``head.lines``.
+    """
+    data = head.path.read_bytes()
+    if head.encoding.startswith("utf-16"):
+        return decode(data, head.encoding).encode()
+    data = data.removeprefix(codecs.BOM_UTF8)
+    if b"\r" in data and data.count(b"\r\n") != data.count(b"\r"):
+        data = re.sub(b"\r\r?\n|\r", b"\n", data)
+    return data

@@ -1,0 +1,191 @@
+"""Give columns their channel names and SI units: by the map first, then by name, then by unit."""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from mrfit.channels import CHANNELS, unit_of
+from mrfit.ingest import units
+from mrfit.ingest.channel_map import ChannelRule, Rules
+from mrfit.ingest.layout import aliases_of
+from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.table import Column
+from mrfit.recording import Finding
+from mrfit.specs import Array
+
+ANGULAR = ("angle", "angular_velocity", "angular_acceleration")
+
+
+@dataclass(frozen=True, slots=True)
+class Signal:
+    """A column with its channel name, its SI unit, and its values in that unit."""
+
+    name: str
+    unit: str
+    values: Array
+    index: int
+
+
+def name_signals(columns: tuple[Column, ...], rules: Rules, path: str) -> tuple[list[Signal], list[Finding]]:
+    """Return the signals of a table and what was assumed about them.
+
+    Raises
+    ------
+    Refusal
+        If the map names a column that is not there, or a unit is unknown or of the wrong kind.
+    """
+    left = [c for c in columns if c.name.lower() not in {i.lower() for i in rules.ignore}]
+    signals: list[Signal] = []
+    for name, rule in rules.channels.items():
+        column = pick(left, rule.column, path, rules.where)
+        left.remove(column)
+        signals.append(_mapped(name, rule, column, path))
+    findings: list[Finding] = []
+    claims = _claims(left, {s.name for s in signals}, findings)
+    taken = {s.name for s in signals} | set(claims.values()) | {"time"}
+    for column in left:
+        claimed = claims.get(id(column))
+        name = claimed or _own_name(column, taken)
+        taken.add(name)
+        signals.append(_unmapped(name, column, path))
+    if unnamed := [f"'{c.name or c.index}'" for c in left if c.unit is None and id(c) not in claims]:
+        text = f"no unit and no known name: {', '.join(unnamed)}; a channel map can name them"
+        findings.append(Finding("unnamed", "", None, text))
+    return sorted(signals, key=lambda s: s.index), findings
+
+
+def pick(columns: list[Column], wanted: str | int | list[str], path: str, where: str) -> Column:
+    """Return the column a map means: by header name, whatever its case, or by place counted from 0."""
+    if isinstance(wanted, int):
+        found = [c for c in columns if c.index == wanted]
+    else:
+        names = [w.strip().lower() for w in ([wanted] if isinstance(wanted, str) else wanted)]
+        found = [c for c in columns if c.name.strip().lower() in names]
+    if len(found) == 1:
+        return found[0]
+    there = ", ".join(f"{c.index} '{c.name}'" if c.name else str(c.index) for c in columns)
+    what = f"no column {wanted!r}" if not found else f"{len(found)} columns named {wanted!r}"
+    raise Refusal(path, f"{what} as the channel map asks (there are {there})", f"correct the column in {where}")
+
+
+def _mapped(name: str, rule: ChannelRule, column: Column, path: str) -> Signal:
+    written = rule.unit if rule.unit is not None else column.unit
+    if rule.unit is None and rule.scale != 1.0:
+        written = None  # a scale turns the file's unit into another one
+    target = unit_of(name)
+    unit = written if written is not None else (target or "1")
+    conversion = _conversion(name, unit, target, path)
+    values = rule.sign * (rule.scale * column.values) + rule.offset
+    return Signal(name, conversion.unit, conversion.scale * values + conversion.offset, column.index)
+
+
+def _conversion(name: str, unit: str, target: str, path: str) -> units.Conversion:
+    if not units.known(unit):
+        raise Refusal(
+            path,
+            f"column '{name}' has the unknown unit '{unit}'",
+            f'write one in the channel map: [channels] {name} = {{column = …, unit = "{target or "V"}"}}, '
+            f'or leave the column out: ignore = ["{name}"]',
+        )
+    if not target:
+        return units.to_si(unit)
+    if not units.compatible(unit, target):
+        raise Refusal(path, f"{name} cannot be in '{unit}' (it needs a unit such as {target})", "correct the unit")
+    return units.to_unit(unit, target)
+
+
+def _unmapped(name: str, column: Column, path: str) -> Signal:
+    if column.unit is None:
+        return Signal(name, unit_of(name), column.values, column.index)
+    if not units.known(column.unit):
+        _conversion(column.name or name, column.unit, "", path)
+    target = unit_of(name)
+    conversion = units.to_unit(column.unit, target) if target else units.to_si(column.unit)
+    plain = conversion.scale == 1.0 and conversion.offset == 0.0
+    values = column.values if plain else conversion.scale * column.values + conversion.offset
+    return Signal(name, conversion.unit, values, column.index)
+
+
+def _claims(columns: list[Column], taken: set[str], findings: list[Finding]) -> dict[int, str]:
+    """Return id(column) -> canonical channel where exactly one column has the best claim to it."""
+    ranked: dict[str, list[tuple[int, Column]]] = {}
+    for column in columns:
+        for strength, name in _candidates(column):
+            if name not in taken:
+                ranked.setdefault(name, []).append((strength, column))
+    claims: dict[int, str] = {}
+    for name, rivals in sorted(ranked.items(), key=lambda item: -max(s for s, _ in item[1])):
+        rivals = [(s, c) for s, c in rivals if id(c) not in claims]
+        best = [c for s, c in rivals if s == max(r for r, _ in rivals)]
+        if len(best) > 1:
+            shown = " and ".join(f"'{c.name}'" for c in best)
+            text = f"{shown} may all be the {name}: name one in a channel map"
+            findings.append(Finding("ambiguous-channel", name, None, text))
+        elif best:
+            claims[id(best[0])] = name
+            if best[0].unit is None:
+                text = (
+                    f"the file gives '{best[0].name}' no unit: taken as {unit_of(name)}; a channel map can say another"
+                )
+                findings.append(Finding("unit-assumed", name, None, text))
+    _voltage_beside_current(columns, claims, taken)
+    return claims
+
+
+def _candidates(column: Column) -> list[tuple[int, str]]:
+    """Return (strength, channel) of what a column may be: 3 by its name, 2 by a word in it, 1 by its unit."""
+    exact = aliases_of(column.name)
+    if column.unit is None:
+        return [(3, n) for n in exact if len(column.name.strip()) > 1]
+    if not units.known(column.unit):
+        return []
+    possible = [n for n in units.channels_of(column.unit)]
+    if named := [n for n in exact if n in possible]:
+        return [(3, n) for n in named]
+    words = set(re.split(r"[^a-zà-ÿ]+", column.name.lower()))
+    spoken = [n for n in possible if any(len(a) > 2 and a in words for a in (n, *CHANNELS[n].aliases))]
+    if spoken:
+        return [(2, n) for n in spoken]
+    return [(1, n) for n in possible if n not in ANGULAR and n != "voltage"]
+
+
+def _voltage_beside_current(columns: list[Column], claims: dict[int, str], taken: set[str]) -> None:
+    if "voltage" in taken | set(claims.values()) or "current" not in taken | set(claims.values()):
+        return
+    volts = [c for c in columns if c.unit is not None and id(c) not in claims and units.compatible(c.unit, "V")]
+    if len(volts) == 1 and not aliases_of(volts[0].name):
+        claims[id(volts[0])] = "voltage"
+
+
+def _own_name(column: Column, taken: set[str]) -> str:
+    stem = re.sub(r"[^\w.-]+", "_", column.name.strip().lower()).strip("_") or f"column{column.index}"
+    if stem in CHANNELS or stem == "time":
+        stem = f"{stem}_{re.sub(r'[^a-z0-9]+', '', (column.unit or 'raw').lower()) or 'raw'}"
+    name, number = stem, 2
+    while name in taken:
+        name, number = f"{stem}_{number}", number + 1
+    return name
+
+
+def check_wrong_dimension(columns: tuple[Column, ...], rules: Rules, path: str) -> None:
+    """Refuse a column whose name says one quantity and whose unit another; a transducer's signal in V passes."""
+    mapped = {r.column if isinstance(r.column, (str, int)) else "" for r in rules.channels.values()}
+    for column in columns:
+        words = aliases_of(column.name) if len(column.name.strip()) > 1 else []
+        if not words or column.unit is None or column.name in mapped or column.index in mapped:
+            continue
+        if not units.known(column.unit) or units.compatible(column.unit, "V") or units.compatible(column.unit, "1"):
+            continue
+        if not any(units.compatible(column.unit, unit_of(w)) for w in words):
+            raise Refusal(
+                path,
+                f"column '{column.name}' is in '{column.unit}', which is no unit of {words[0]}",
+                f"write the true one in the channel map: [channels] {words[0]} = "
+                f'{{column = "{column.name}", unit = "{unit_of(words[0])}"}}',
+            )
+
+
+def all_missing(signal: Signal) -> bool:
+    """Whether a signal holds no finite value at all."""
+    return signal.values.size > 0 and not bool(np.isfinite(signal.values).any())

@@ -1,0 +1,181 @@
+"""Any delimited text: CSV, TSV, semicolons, blanks; header and unit rows, decimal comma, comments; or a channel map.
+
+The reader for files that no other claims. It refuses to guess: without a header it needs a channel map.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mrfit.ingest import units
+from mrfit.ingest.body import EMPTY, NOT_A_NUMBER, Layout, number_pattern, split
+from mrfit.ingest.channel_map import FILE_NAME
+from mrfit.ingest.head import Head
+from mrfit.ingest.layout import COMMENTS, SAMPLE, STAMP, TIME_NAMES, Grid, Header, find_grid, find_header
+from mrfit.ingest.refusal import Refusal, excerpt
+from mrfit.ingest.table import Column, Source, Table
+from mrfit.ingest.textlog import Field, body_of, positive, stated_interval, table_of
+from mrfit.recording import Finding
+from mrfit.specs import ReaderSpec
+
+SPEC = ReaderSpec("delimited", "delimited text with a header, or with a channel map")
+RATE_NAMES = ("fs", "rate", "sample rate", "samplerate", "sampling rate", "sample_rate")
+SPARSE = 0.05
+
+
+def sniff(head: Head) -> bool:
+    """Whether the file is text; asked only when no other reader claims the file."""
+    return bool(head.encoding)
+
+
+def read(source: Source) -> list[Table]:
+    """Return the table.
+
+    Raises
+    ------
+    Refusal
+        If there are no rows of numbers, or neither header nor channel map says what they are.
+    """
+    head = source.head
+    grid = find_grid(head)
+    header = find_header(head, grid)
+    if not header.names:
+        _need_map(source, grid)
+        header = Header(("",) * grid.width, (None,) * grid.width, header.rows)
+    return [read_grid(source, grid, header)]
+
+
+def _need_map(source: Source, grid: Grid) -> None:
+    if source.rules.channels:
+        return
+    row = excerpt(source.head.lines[grid.first])
+    example = '[channels] current = {column = 0, unit = "A"}'
+    raise Refusal(
+        source.head.path,
+        f"no header says what its {grid.width} columns are (first row, line {grid.first + 1}: '{row}')",
+        f"write a channel map, {FILE_NAME} beside it or --map: rate = HZ or time = COLUMN, and {example} …",
+    )
+
+
+def read_grid(source: Source, grid: Grid, header: Header) -> Table:
+    """Return the table of a text log whose layout and header are known."""
+    head = source.head
+    kinds = _kinds(head, grid)
+    numeric = [k for k, kind in enumerate(kinds) if kind == "number"]
+    stamps = [k for k, kind in enumerate(kinds) if kind == "stamp"]
+    time = _time_column(source, header, numeric, stamps)
+    blank = tuple(k for k, kind in enumerate(kinds) if kind == "empty" and not header.names[k])
+    texts = (time,) if time is not None and time in stamps else ()
+    comment = "" if head.lines[grid.first].strip()[:1] in COMMENTS else COMMENTS
+    layout = Layout(
+        grid.first, grid.delimiter, grid.decimal, grid.width, tuple(numeric), texts, (), blank, header.rows, comment
+    )
+    body = body_of(source, layout)
+    fields = [Field(header.names[k], header.units[k], k) for k in numeric if k != time]
+    clock = Field(header.names[time], _time_unit(source, header, time), time) if time in numeric else None
+    table = table_of(body, fields, clock)
+    if texts:
+        table = _with_stamps(table, header.names[texts[0]], body.texts[texts[0]], texts[0], head)
+    sparse, rate = _sparse(head, grid, header, kinds)
+    stated = rate or stated_interval(head.lines[: grid.first])
+    findings = (*table.findings, *sparse, *_time_findings(header, time, source))
+    return replace(table, dt=stated, findings=findings)
+
+
+def _sample_rows(head: Head, grid: Grid) -> list[list[str]]:
+    lines = [line for line in head.lines[grid.first :] if line.strip()]
+    chosen = lines if len(lines) <= 2 * SAMPLE else lines[:SAMPLE] + lines[-SAMPLE:]
+    rows = [split(line, grid.delimiter) for line in chosen]
+    return [r + [""] * (grid.width - len(r)) for r in rows if abs(len(r) - grid.width) <= 1]
+
+
+def _kinds(head: Head, grid: Grid) -> list[str]:
+    """Return for every column what its fields are: number, stamp, text, sparse or empty."""
+    number = number_pattern(grid.decimal)
+    rows = _sample_rows(head, grid)
+    kinds = []
+    for k in range(grid.width):
+        filled = [r[k] for r in rows if r[k] not in EMPTY]
+        numbers = sum(bool(number.fullmatch(f)) or f in NOT_A_NUMBER or f in ("∞", "-∞") for f in filled)
+        if not filled:
+            kinds.append("empty")
+        elif len(filled) < SPARSE * len(rows):
+            kinds.append("sparse")
+        elif 2 * numbers > len(filled):
+            kinds.append("number")
+        elif 2 * sum(bool(STAMP.fullmatch(f)) for f in filled) > len(filled):
+            kinds.append("stamp")
+        else:
+            kinds.append("text")
+    return kinds
+
+
+def _time_column(source: Source, header: Header, numeric: Sequence[int], stamps: Sequence[int]) -> int | None:
+    rule = source.rules.time
+    if rule is not None:
+        wanted = rule.column
+        names = [n.lower() for n in header.names]
+        place = wanted if isinstance(wanted, int) else names.index(wanted.lower()) if wanted.lower() in names else -1
+        if place in numeric or place in stamps:
+            return place
+        there = ", ".join(f"{k} '{header.names[k]}'" for k in numeric)
+        what = f"no column {wanted!r} to take as time (there are {there})"
+        raise Refusal(source.head.path, what, f"correct time = … in {source.rules.where}")
+    timed = [k for k in numeric if header.units[k] is not None and units.compatible(header.units[k] or "", "s")]
+    named = [k for k in numeric if header.names[k].strip().lower() in TIME_NAMES]
+    named = [k for k in named if header.units[k] is None or k in timed]
+    for choice in (named, timed, stamps):
+        if len(choice) == 1 or (choice and choice is not timed):
+            return choice[0]
+    return None
+
+
+def _time_unit(source: Source, header: Header, time: int) -> str | None:
+    rule = source.rules.time
+    return rule.unit if rule is not None and rule.unit is not None else header.units[time]
+
+
+def _time_findings(header: Header, time: int | None, source: Source) -> list[Finding]:
+    if time is None or source.rules.time is not None or header.units[time] is not None:
+        return []
+    name = header.names[time]
+    if name.lower() in ("timestamp", "time stamp", "second", "seconds", "sec"):
+        return []
+    return [Finding("unit-assumed", "", None, f"the file gives '{name}' no unit: taken as s")]
+
+
+def _with_stamps(table: Table, name: str, texts: list[str], index: int, head: Head) -> Table:
+    """Turn ISO time stamps into seconds from the first one."""
+    bare = [t.replace(" ", "T", 1).replace(",", ".").removesuffix("Z") if t else "NaT" for t in texts]
+    try:
+        stamps = np.array(bare, dtype="datetime64[ns]")
+    except ValueError as error:
+        raise Refusal(
+            head.path, f"column '{name}' holds no time stamps throughout ({error})", "export it again"
+        ) from None
+    valid = stamps[~np.isnat(stamps)]
+    if not len(valid):
+        raise Refusal(head.path, f"column '{name}' holds no time stamp", "export it again")
+    seconds = (stamps - valid[0]) / np.timedelta64(1, "ns") / 1e9
+    return replace(table, time=Column(name, "s", np.asarray(seconds, dtype=np.float64), index))
+
+
+def _sparse(head: Head, grid: Grid, header: Header, kinds: list[str]) -> tuple[list[Finding], float | None]:
+    """Say which columns are no channels, and take the sample rate where one of them holds it."""
+    findings: list[Finding] = []
+    rate = None
+    rows = _sample_rows(head, grid)
+    for k, kind in enumerate(kinds):
+        name = header.names[k]
+        if kind in ("number", "stamp") or not name:
+            continue
+        filled = [r[k] for r in rows if r[k] not in EMPTY]
+        if kind == "sparse" and name.lower() in RATE_NAMES and (value := positive(filled)):
+            rate = 1.0 / value
+            text = f"column '{name}' gives the sample rate, {value:g} Hz, and is no channel"
+        else:
+            what = f"is filled in {len(filled)} of {len(rows)} sampled rows" if kind != "text" else "holds text"
+            text = f"column '{name}' {what} and is no channel"
+        findings.append(Finding("no-channel", "", None, text))
+    return findings, rate

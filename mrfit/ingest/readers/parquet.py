@@ -1,0 +1,83 @@
+"""Parquet: recordings of mrfit's own workspaces, and any table with a time column."""
+
+import json
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mrfit.ingest.head import Head
+from mrfit.ingest.layout import TIME_NAMES, name_and_unit
+from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.table import Column, Source, Table
+from mrfit.specs import Array, ReaderSpec
+
+SPEC = ReaderSpec("parquet", "Apache Parquet")
+
+
+def sniff(head: Head) -> bool:
+    """Whether the file begins with Parquet's mark."""
+    return head.raw.startswith(b"PAR1")
+
+
+def read(source: Source) -> list[Table]:
+    """Return the numeric columns; units from the field's metadata, mrfit's own, or brackets in its name.
+
+    Raises
+    ------
+    Refusal
+        If the file is damaged or holds no numbers.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    path = source.head.path
+    try:
+        table = pq.read_table(path)
+    except (OSError, pa.ArrowException) as error:
+        raise Refusal(path, f"damaged Parquet ({str(error).splitlines()[0]})", "copy it again") from None
+    about = _about(table.schema.metadata or {})
+    written = {c["name"]: c["unit"] for c in about.get("channels", [])}
+    columns = []
+    for place, field in enumerate(table.schema):
+        name, unit = name_and_unit(field.name)
+        unit = (field.metadata or {}).get(b"unit", b"").decode() or written.get(field.name) or unit
+        values = _numbers(table.column(place), field.type)
+        if values is not None:
+            columns.append(Column(name, unit, values, place))
+    if not columns or table.num_rows < 2:
+        raise Refusal(path, "no numeric column with two rows", "write the log as float columns beside a time column")
+    return [_table(columns, table.num_rows, about, source)]
+
+
+def _about(metadata: dict[bytes, bytes]) -> dict[str, Any]:
+    try:
+        about = json.loads(metadata.get(b"mrfit", b"{}"))
+    except ValueError:
+        return {}
+    return about if isinstance(about, dict) else {}
+
+
+def _numbers(column: Any, kind: Any) -> Array | None:
+    import pyarrow as pa
+
+    if pa.types.is_timestamp(kind):
+        whole = column.cast(pa.timestamp("ns")).cast(pa.int64()).combine_chunks()
+        nanoseconds = np.array(whole.to_pylist(), dtype=np.float64)
+        return (nanoseconds - nanoseconds[:1]) / 1e9
+    if pa.types.is_boolean(kind) or not (pa.types.is_floating(kind) or pa.types.is_integer(kind)):
+        return None
+    filled = column.cast(pa.float64()).fill_null(np.nan)
+    return np.concatenate(
+        [np.frombuffer(c.buffers()[1], np.float64)[c.offset : c.offset + len(c)] for c in filled.chunks]
+    )
+
+
+def _table(columns: list[Column], rows: int, about: dict[str, Any], source: Source) -> Table:
+    time = next((c for c in columns if c.name.lower() in TIME_NAMES), None)
+    table = Table(tuple(c for c in columns if c is not time), np.arange(1, rows + 1), time=time)
+    if not about:
+        return table
+    condition = {k: v for k, v in about.get("condition", {}).items() if isinstance(v, float)}
+    clock = time and replace(time, unit="s", values=time.values + about.get("start", 0.0))
+    return replace(table, time=clock, dt=about.get("dt"), condition=condition)

@@ -1,0 +1,57 @@
+"""Tektronix MSO, DPO and MDO oscilloscopes: ``Model,`` header lines, then ``TIME,CH1,…`` and rows."""
+
+from dataclasses import replace
+
+from mrfit.ingest.body import Layout
+from mrfit.ingest.head import Head
+from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.table import Source, Table
+from mrfit.ingest.textlog import Field, check_width, count_finding, fields_at, meta_of, positive, read_table
+from mrfit.specs import ReaderSpec
+
+SPEC = ReaderSpec("tektronix-mso", "Tektronix MSO/DPO/MDO oscilloscope CSV")
+
+
+def sniff(head: Head) -> bool:
+    """Whether the file begins as these instruments write it."""
+    return head.starts("Model,") and _column_line(head) is not None
+
+
+def _column_line(head: Head) -> int | None:
+    return next((k for k, line in enumerate(head.lines[:60]) if line.strip().upper().startswith("TIME,")), None)
+
+
+def read(source: Source) -> list[Table]:
+    """Return the record; a peak-detect column is the envelope of its neighbour and no channel of its own.
+
+    Raises
+    ------
+    Refusal
+        If the rows do not fit the header.
+    """
+    head = source.head
+    row = _column_line(head)
+    if row is None:
+        raise Refusal(head.path, "no TIME row in its header", "export the log again")
+    names = fields_at(head, row, ",")
+    meta = meta_of(head, row)
+    check_width(head, row + 1, ",", len(names))
+    labels, written = meta.get("label", []), [u for u in meta.get("vertical units", []) if u]
+    fields: list[Field] = []
+    for k, name in enumerate(names[1:], start=1):
+        if "peak detect" in name.lower():
+            continue
+        unit = written[min(len(fields), len(written) - 1)] if written else "V"
+        label = labels[k - 1] if k - 1 < len(labels) else ""
+        fields.append(Field(label or name, unit, k))
+    layout = Layout(row + 1, ",", ".", len(names), (0, *(f.index for f in fields)), header=_header(head, row))
+    time = Field("TIME", (meta.get("horizontal units") or ["s"])[0] or "s", 0)
+    table = read_table(source, layout, fields, time)
+    table = count_finding(table, positive(meta.get("record length", [])))
+    if len(fields) < len(names) - 1:
+        table = replace(table, history=("left out the peak-detect envelope",))
+    return [replace(table, dt=positive(meta.get("sample interval", [])))]
+
+
+def _header(head: Head, row: int) -> frozenset[str]:
+    return frozenset(line.strip() for line in head.lines[: row + 1] if line.strip(", "))

@@ -1,0 +1,77 @@
+"""Tektronix TDS oscilloscopes: one file per channel, its settings in columns 0-1 beside time and value in 3-4."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+from mrfit.ingest.body import Layout, number_pattern, split
+from mrfit.ingest.head import Head
+from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.table import Source, Table
+from mrfit.ingest.textlog import Field, count_finding, meta_of, positive, read_table, side_by_side
+from mrfit.specs import ReaderSpec
+
+SPEC = ReaderSpec("tektronix-tds", "Tektronix TDS oscilloscope CSV, one file per channel")
+TIME, VALUE = 3, 4
+META_LINES = 20
+
+
+def sniff(head: Head) -> bool:
+    """Whether settings stand beside the first rows as these instruments write them."""
+    return _first_row(head) is not None
+
+
+def _first_row(head: Head) -> int | None:
+    """Return the line of the first row; hand-edited files may have a title line before it."""
+    number = number_pattern(".")
+    for place, line in enumerate(head.lines[:3]):
+        fields = split(line, ",")
+        if fields[0].lower() == "record length" and len(fields) > VALUE and number.fullmatch(fields[VALUE]):
+            return place
+    return None
+
+
+def part(head: Head) -> str | None:
+    """Return what files of one record share: the folder and the number in ``F0004CH1.CSV``."""
+    match = re.fullmatch(r"(F\d{4})CH\d", head.path.stem, re.IGNORECASE)
+    return f"{head.path.parent}/{match[1].upper()}" if match else None
+
+
+def read(source: Source) -> list[Table]:
+    """Return the channel of one file.
+
+    Raises
+    ------
+    Refusal
+        If its settings do not name the channel.
+    """
+    head = source.head
+    first = _first_row(head)
+    if first is None:
+        raise Refusal(head.path, "no 'Record Length' in its first lines", "copy the log again")
+    meta = meta_of(head, first + META_LINES)
+    name = next(iter(meta.get("source", [])), "") or head.path.stem[-3:]
+    unit = next(iter(meta.get("vertical units", [])), "") or "V"
+    width = len(split(head.lines[first], ","))
+    blank = tuple(range(VALUE + 1, width))
+    layout = Layout(first, ",", ".", width, (TIME, VALUE), blank=blank)
+    clock = Field("time", (meta.get("horizontal units") or ["s"])[0] or "s", TIME)
+    table = read_table(source, layout, [Field(name, unit, VALUE)], clock)
+    table = count_finding(table, positive(meta.get("record length", [])))
+    return [replace(table, dt=positive(meta.get("sample interval", [])))]
+
+
+def join(tables: Sequence[Table]) -> list[Table]:
+    """Return the channels of one record side by side; apart if their times differ."""
+    joined = side_by_side(_from_line_one(tables))
+    return [joined] if joined else list(tables)
+
+
+def _from_line_one(tables: Sequence[Table]) -> list[Table]:
+    """Count lines from the first row of each file, so that a hand-added title line does not shift a channel."""
+    moved = []
+    for table in tables:
+        first = min([int(table.lines[0]), *(r.line for r in table.refused)]) - 1
+        refused = tuple(replace(r, line=r.line - first) for r in table.refused)
+        moved.append(replace(table, lines=table.lines - first, refused=refused))
+    return moved

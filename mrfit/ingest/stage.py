@@ -1,0 +1,358 @@
+"""The ingest stage: log files to recordings in the workspace."""
+
+import shutil
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import asdict, dataclass, replace
+from os import getpid
+from os import path as os_path
+from pathlib import Path
+from typing import Any, Literal
+
+from mrfit.errors import ConfigError, DataError
+from mrfit.ingest.channel_map import FILE_NAME, MapFile, Rules, load_map, rules_for
+from mrfit.ingest.conditions import name_expression
+from mrfit.ingest.dispatch import expand, look, part_of
+from mrfit.ingest.reading import Item, Outcome, hash_of, read_item
+from mrfit.ingest.refusal import Refusal
+from mrfit.progress import Progress, silent
+from mrfit.recording import Recording
+from mrfit.store import Workspace, key_of, read_json, recording_id, write_json
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How to read logs.
+
+    Attributes
+    ----------
+    map
+        Channel map; None looks for ``mrfit.toml`` beside each log and in its parents up to the folder given.
+    resistance
+        Coil resistance in ohm, kept with every recording; ``auto`` or None leave it to the flux stage.
+    pattern
+        Conditions in file names, as ``{amplitude:mm}mm{frequency:Hz}Hz{current:A}A``; before the map's.
+    jobs
+        Files read at the same time.
+    """
+
+    map: Path | None = None
+    resistance: float | Literal["auto"] | None = None
+    pattern: str | None = None
+    jobs: int = 2
+
+
+def run(paths: Sequence[Path], settings: Settings, workspace: Workspace, progress: Progress = silent) -> dict[str, Any]:
+    """Read logs into the workspace and return the content of ingest.json with what this call changed.
+
+    Parameters
+    ----------
+    paths
+        Files and folders.
+    settings
+        How to read them.
+    workspace
+        Where the recordings go; recordings of other sources stay.
+    progress
+        Called after every file.
+
+    Returns
+    -------
+    dict
+        ``recordings``, ``refused``, ``key``, and of this call: ``skipped``, ``added``, ``replaced``, ``unchanged``
+        (lists of sources).
+
+    Raises
+    ------
+    ConfigError
+        If the settings or a channel map are wrong.
+    DataError
+        If no file could be read; the workspace is then as it was.
+    """
+    plan, refusals = plan_items(paths, settings)
+    before = _Before(workspace)
+    fresh = [(item, key) for item, key in plan if not before.holds(item, key)]
+    held = [before.source(item) for item, key in plan if before.holds(item, key)]
+    kept = [s for s in held if before.ids(s)]
+    refusals += [r for s in held for r in before.refusals(s)]
+    if not fresh and before.same_refusals(refusals):
+        _check_any(kept, refusals)
+        return {**before.summary, "skipped": True, "added": [], "replaced": [], "unchanged": kept}
+    staging = Workspace(workspace.root / f".ingest-{getpid()}")
+    try:
+        staged = _read_all(fresh, before, staging, (settings.jobs, progress))
+        _check_any([*kept, *(s for s, r in staged.recordings.items() if r)], [*refusals, *staged.refusals])
+        return _commit(workspace, staging, before, staged, (kept, refusals))
+    finally:
+        shutil.rmtree(staging.root, ignore_errors=True)
+
+
+def examine(paths: Sequence[Path], settings: Settings) -> tuple[list[Recording], list[Refusal]]:
+    """Return the recordings, still without ids, and the refused files of ``paths``; write nothing.
+
+    Raises
+    ------
+    ConfigError, DataError
+        If the settings are wrong or a path does not exist.
+    """
+    plan, refusals = plan_items(paths, settings)
+    recordings: list[Recording] = []
+    for outcome in _outcomes([item for item, _ in plan], settings.jobs):
+        recordings += outcome.recordings
+        refusals += outcome.refusals
+    return recordings, refusals
+
+
+def preview(paths: Sequence[Path], settings: Settings) -> list[dict[str, Any]]:
+    """Return what would be read as rows for a table, one per recording or refused file, and write nothing.
+
+    Raises
+    ------
+    ConfigError, DataError
+        If the settings are wrong or a path does not exist.
+    """
+    recordings, refusals = examine(paths, settings)
+    rows = [_preview_row(r) for r in recordings]
+    for refusal in refusals:
+        row = dict.fromkeys(PREVIEW_COLUMNS, "") | {"source": refusal.path, "reader": "refused"}
+        rows.append(row | {"oddities": f"{refusal.reason}; {refusal.remedy}"})
+    return sorted(rows, key=lambda row: str(row["source"]))
+
+
+PREVIEW_COLUMNS = ("source", "reader", "channels", "rate", "rows", "refused", "start", "condition", "oddities")
+
+
+def _preview_row(recording: Recording) -> dict[str, Any]:
+    channels = (f"{n} ({recording.units[n]})" if recording.units[n] else n for n in recording.channels)
+    values = (
+        recording.source,
+        recording.reader,
+        ", ".join(channels),
+        f"{1.0 / recording.dt:.6g} Hz",
+        recording.rows_kept,
+        recording.rows_refused,
+        recording.start,
+        ", ".join(f"{k} {v:.4g}" for k, v in recording.condition.items()),
+        "; ".join(f.text for f in recording.findings),
+    )
+    return dict(zip(PREVIEW_COLUMNS, values, strict=True))
+
+
+def _refused_row(refusal: Refusal) -> dict[str, str]:
+    return {"source": refusal.path, "reason": refusal.reason, "remedy": refusal.remedy}
+
+
+def plan_items(paths: Sequence[Path], settings: Settings) -> tuple[list[tuple[Item, str]], list[Refusal]]:
+    """Return the records to read, each with the key of all that determines it, and the files no reader takes.
+
+    Raises
+    ------
+    ConfigError
+        If the settings or a channel map are wrong.
+    DataError
+        If there is no such path.
+    """
+    _check_settings(settings)
+    maps = _Maps(settings)
+    groups: dict[str, list[tuple[Path, str]]] = {}
+    readers: dict[str, str] = {}
+    rules: dict[str, Rules] = {}
+    refusals = []
+    for file, root in expand([Path(p) for p in paths]):
+        try:
+            head, reader = look(file)
+            digest = hash_of(file)
+        except Refusal as refusal:
+            refusals.append(refusal)
+            continue
+        group = part_of(head, reader) or str(file)
+        groups.setdefault(f"{reader}:{group}", []).append((file, digest))
+        readers[f"{reader}:{group}"] = reader
+        rules.setdefault(f"{reader}:{group}", maps.rules(file, root))
+    items = [Item(tuple(sorted(files)), readers[g], rules[g]) for g, files in groups.items()]
+    return [(item, key_of([d for _, d in item.files], item.reader, asdict(item.rules))) for item in items], refusals
+
+
+def _check_settings(settings: Settings) -> None:
+    ohm = settings.resistance
+    if isinstance(ohm, (int, float)) and not 0.0 < ohm < float("inf"):
+        raise ConfigError(f"resistance {ohm:g} ohm is impossible; give a positive number or `auto`")
+    if settings.pattern is not None:
+        name_expression(settings.pattern)
+
+
+class _Maps:
+    """The channel maps met so far, and what each says of a file."""
+
+    def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self.loaded: dict[Path, MapFile] = {}
+
+    def rules(self, file: Path, root: Path) -> Rules:
+        path = self.settings.map or _map_beside(file, root)
+        if path is not None and path not in self.loaded:
+            self.loaded[path] = load_map(path)
+        rules = rules_for(file, self.loaded[path] if path else None, str(path or ""))
+        if rules.pattern and not self.settings.pattern:
+            name_expression(rules.pattern)
+        ohm = self.settings.resistance
+        return replace(
+            rules,
+            pattern=self.settings.pattern or rules.pattern,
+            resistance=float(ohm) if isinstance(ohm, (int, float)) else rules.resistance,
+        )
+
+
+def _map_beside(file: Path, root: Path) -> Path | None:
+    for folder in (file.parent, *file.parent.parents):
+        if (folder / FILE_NAME).is_file():
+            return folder / FILE_NAME
+        if folder == root or root not in folder.parents:
+            return None
+    return None
+
+
+class _Before:
+    """What earlier calls left in the workspace."""
+
+    def __init__(self, workspace: Workspace) -> None:
+        self.workspace = workspace
+        self.summary: dict[str, Any] = read_json(workspace.ingest_json) or {"recordings": [], "refused": []}
+        self.keys: dict[str, str] = self.summary.get("sources", {})
+        self.spelling: dict[str, str] = {os_path.abspath(s): s for s in self.keys}
+
+    def source(self, item: Item) -> str:
+        """Return the source's name as the workspace already knows it, or as the item has it."""
+        return self.spelling.get(os_path.abspath(item.source), item.source)
+
+    def ids(self, source: str) -> list[str]:
+        return [r["id"] for r in self.summary["recordings"] if r["source"] == source]
+
+    def holds(self, item: Item, key: str) -> bool:
+        source = self.source(item)
+        if self.keys.get(source) != key:
+            return False
+        return all(self.workspace.recording_file(i).is_file() for i in self.ids(source))
+
+    def refusals(self, source: str) -> list[Refusal]:
+        rows = [r for r in self.summary["refused"] if r["source"] == source]
+        return [Refusal(r["source"], r["reason"], r["remedy"]) for r in rows]
+
+    def same_refusals(self, refusals: list[Refusal]) -> bool:
+        known = {(r["source"], r["reason"]) for r in self.summary["refused"]}
+        return all((r.path, r.reason) in known for r in refusals)
+
+
+@dataclass(slots=True)
+class _Staged:
+    """What this call read: rows of ingest.json and keys by source, refusals, and all files looked at."""
+
+    recordings: dict[str, list[dict[str, Any]]]
+    keys: dict[str, str]
+    refusals: list[Refusal]
+    files: set[str]
+
+
+def _outcomes(items: Iterable[Item], jobs: int) -> Iterator[Outcome]:
+    """Yield the outcomes in the items' order, reading at most two items per job ahead."""
+    waiting: deque[Future[Outcome]] = deque()
+    with ThreadPoolExecutor(max(1, jobs)) as pool:
+        try:
+            for item in items:
+                waiting.append(pool.submit(read_item, item))
+                if len(waiting) >= 2 * max(1, jobs):
+                    yield waiting.popleft().result()
+            while waiting:
+                yield waiting.popleft().result()
+        finally:
+            for future in waiting:
+                future.cancel()
+
+
+def _read_all(
+    fresh: list[tuple[Item, str]],
+    before: _Before,
+    staging: Workspace,
+    how: tuple[int, Progress],
+) -> _Staged:
+    """Read the items and write their recordings to the staging folder."""
+    jobs, progress = how
+    staged = _Staged({}, {}, [], {str(file) for item, _ in fresh for file, _ in item.files})
+    renewed = {before.source(item) for item, _ in fresh}
+    taken = {r["id"].lower() for r in before.summary["recordings"] if r["source"] not in renewed}
+    keys = {item.source: key for item, key in fresh}
+    for number, outcome in enumerate(_outcomes((i for i, _ in fresh), jobs), start=1):
+        source = before.source(outcome.item)
+        staged.refusals += outcome.refusals
+        staged.recordings[source] = []
+        staged.keys[source] = keys[outcome.item.source]
+        for recording in _named(outcome, source, taken):
+            staging.write_recording(recording)
+            staged.recordings[source].append(recording.about())
+        progress("ingest", number, len(fresh))
+    return staged
+
+
+def _named(outcome: Outcome, source: str, taken: set[str]) -> Iterator[Recording]:
+    """Give recordings their ids: the file's stem, numbered from 1 where a file holds several."""
+    if not outcome.recordings:
+        return
+    base = recording_id(Path(source), taken)
+    several = len(outcome.recordings) > 1
+    for number, recording in enumerate(outcome.recordings, start=1):
+        name = recording_id(Path(f"{base}-{number}.x"), taken) if several else base
+        yield replace(recording, id=name, source=source)
+
+
+def _check_any(read: list[str], refusals: list[Refusal]) -> None:
+    if read:
+        return
+    if len(refusals) == 1:
+        raise refusals[0]
+    first = refusals[0]
+    raise DataError(f"none of {len(refusals)} files can be read; first {first}")
+
+
+def _commit(
+    workspace: Workspace, staging: Workspace, before: _Before, staged: _Staged, rest: tuple[list[str], list[Refusal]]
+) -> dict[str, Any]:
+    """Move the staged recordings into place, write ingest.json, remove what they replace."""
+    kept, unread = rest
+    refused = [_refused_row(r) for r in (*unread, *staged.refusals)]
+    gone = {r["source"] for r in refused} - set(staged.recordings)
+    old = [r for r in before.summary["recordings"] if r["source"] not in {*staged.recordings, *gone}]
+    new = [r for rows in staged.recordings.values() for r in rows]
+    for row in new:
+        target = workspace.recording_file(row["id"])
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            staging.recording_file(row["id"]).replace(target)
+        except OSError as error:
+            raise DataError(f"{target}: cannot write ({error.strerror}); choose another --work folder") from error
+    heard = {r["source"] for r in refused} | set(staged.recordings) | staged.files
+    refused += [r for r in before.summary["refused"] if r["source"] not in heard]
+    keys = {s: k for s, k in before.keys.items() if s not in gone} | staged.keys
+    summary = {
+        "recordings": sorted([*old, *new], key=lambda r: str(r["id"])),
+        "refused": sorted(refused, key=lambda r: r["source"]),
+        "sources": dict(sorted(keys.items())),
+        "key": key_of(sorted(keys.items())),
+    }
+    write_json(workspace.ingest_json, summary)
+    _remove_stale(workspace, before, {r["id"] for r in summary["recordings"]})
+    known = {r["source"] for r in before.summary["recordings"]}
+    read = [s for s, rows in staged.recordings.items() if rows]
+    return {
+        **(read_json(workspace.ingest_json) or summary),
+        "skipped": False,
+        "added": [s for s in read if s not in known],
+        "replaced": [s for s in read if s in known],
+        "unchanged": kept,
+    }
+
+
+def _remove_stale(workspace: Workspace, before: _Before, ids: set[str]) -> None:
+    for row in before.summary["recordings"]:
+        if row["id"] not in ids:
+            workspace.recording_file(row["id"]).unlink(missing_ok=True)

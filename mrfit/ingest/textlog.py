@@ -1,0 +1,176 @@
+"""What the readers of text logs share: from a layout and column names to a table."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mrfit.ingest import units
+from mrfit.ingest.body import Body, Layout, read_body, split
+from mrfit.ingest.head import Head, body_bytes
+from mrfit.ingest.refusal import Refusal, excerpt
+from mrfit.ingest.table import Column, Source, Table
+from mrfit.recording import Finding
+
+RATE = re.compile(
+    r"(?:sampl(?:e|ing)|acquisition|scan)[ _]*(rate|frequency|interval|period|time)\b[^0-9+-]*"
+    r"([+-]?[\d.]+(?:e[+-]?\d+)?)\s*([a-zµ/]*)",
+    re.IGNORECASE,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """A column of a text log that is read: header name, unit text or None, place in the row."""
+
+    name: str
+    unit: str | None
+    index: int
+
+
+def meta_of(head: Head, stop: int, delimiter: str = ",") -> dict[str, list[str]]:
+    """Return the ``name,value,value…`` lines of a header by lower-case name without trailing ``=`` or ``:``."""
+    meta: dict[str, list[str]] = {}
+    for line in head.lines[:stop]:
+        fields = split(line, delimiter)
+        if fields[0]:
+            meta.setdefault(fields[0].rstrip("=: ").lower(), fields[1:])
+    return meta
+
+
+def positive(texts: Sequence[str]) -> float | None:
+    """Return the first text as a positive number, or None."""
+    found = units.quantity(texts[0]) if texts else None
+    return found[0] if found and found[0] > 0.0 else None
+
+
+def stated_interval(lines: Sequence[str]) -> float | None:
+    """Return the sample interval in s that a header line states as rate or interval, or None."""
+    for line in lines:
+        if not (match := RATE.search(line)):
+            continue
+        word, unit = match[1].lower(), match[3]
+        if not (value := positive([match[2]])):
+            continue
+        if word in ("rate", "frequency"):
+            unit = "Hz" if unit.lower() in ("", "sps", "sa/s", "s/s", "samples/s") else unit
+            if units.compatible(unit, "Hz"):
+                return 1.0 / (value * units.to_unit(unit, "Hz").scale)
+        elif units.compatible(unit or "s", "s"):
+            return value * units.to_unit(unit or "s", "s").scale
+    return None
+
+
+def fields_at(head: Head, line: int, delimiter: str) -> list[str]:
+    """Return the fields of a line (index from 0), trailing empty ones left out."""
+    fields = split(head.lines[line], delimiter) if line < len(head.lines) else []
+    while fields and not fields[-1]:
+        fields.pop()
+    return fields
+
+
+def check_width(head: Head, line: int, delimiter: str, expected: int) -> int:
+    """Return the number of fields of the first data row, empty ones counted, if it fills ``expected`` columns.
+
+    Raises
+    ------
+    Refusal
+        If there is no data row, or it has other columns than the header names.
+    """
+    if line >= len(head.lines) or not head.lines[line].strip():
+        raise Refusal(head.path, f"no data row after its header (line {line + 1})", "copy the log again")
+    filled = len(fields_at(head, line, delimiter))
+    for place in range(line, min(line + 200, len(head.lines))):
+        filled = max(filled, len(fields_at(head, place, delimiter)))
+        if filled >= expected:
+            break
+    if filled != expected:
+        raise Refusal(
+            head.path,
+            f"the header names {expected} columns but line {line + 1} has {filled} ('{excerpt(head.lines[line])}')",
+            "check its delimiter and decimal mark, and export the log again",
+        )
+    return len(split(head.lines[line], delimiter))
+
+
+def read_table(source: Source, layout: Layout, fields: Sequence[Field], time: Field | None = None) -> Table:
+    """Return the table of a text log: the named fields as columns.
+
+    Raises
+    ------
+    Refusal
+        If it has no data row.
+    """
+    body = body_of(source, layout)
+    return table_of(body, fields, time)
+
+
+def body_of(source: Source, layout: Layout) -> Body:
+    """Return the rows of a text log.
+
+    Raises
+    ------
+    Refusal
+        If there are none.
+    """
+    body = read_body(body_bytes(source.head), layout, source.head.encoding)
+    if not len(body.lines):
+        told = f" ({body.refused[0].kind} in line {body.refused[0].line})" if body.refused else ""
+        raise Refusal(source.head.path, f"no row of numbers after its header{told}", "copy or export the log again")
+    return body
+
+
+def table_of(body: Body, fields: Sequence[Field], time: Field | None = None) -> Table:
+    """Return the table of rows already read."""
+    columns = tuple(Column(f.name, f.unit, body.numbers[f.index], f.index) for f in fields)
+    clock = Column(time.name, time.unit, body.numbers[time.index], time.index) if time else None
+    return Table(columns, body.lines, time=clock, refused=tuple(body.refused))
+
+
+def count_finding(table: Table, stated: float | None) -> Table:
+    """Say it where the header states another number of rows than the file has."""
+    rows = table.rows + len(table.refused)
+    if stated is None or int(stated) == rows:
+        return table
+    text = f"the header states {int(stated)} rows but the file has {rows}"
+    return replace(table, findings=(*table.findings, Finding("record-length", "", None, text)))
+
+
+def side_by_side(tables: Sequence[Table]) -> Table | None:
+    """Return tables of one time base as one with all their columns, or None if their times differ."""
+    first = tables[0]
+    common = first.lines
+    for table in tables[1:]:
+        common = np.intersect1d(common, table.lines)
+    masks = [np.isin(t.lines, common) for t in tables]
+    for table, mask in zip(tables, masks, strict=True):
+        if not _same_times(first, masks[0], table, mask):
+            return None
+    columns = [replace(c, values=c.values[m]) for t, m in zip(tables, masks, strict=True) for c in t.columns]
+    time = first.time and replace(first.time, values=first.time.values[masks[0]])
+    lost = {r.line: r for t in tables for r in t.refused}
+    for table in tables:
+        for line in np.setdiff1d(table.lines, common):
+            lost.setdefault(int(line), replace(next(iter(lost.values())), line=int(line)))
+    findings = tuple(dict.fromkeys(f for t in tables for f in t.findings))
+    return replace(
+        first,
+        columns=tuple(columns),
+        lines=common,
+        time=time,
+        refused=tuple(lost[k] for k in sorted(lost)),
+        findings=findings,
+    )
+
+
+def _same_times(first: Table, mine: np.ndarray, other: Table, its: np.ndarray) -> bool:
+    if first.dt != other.dt or (first.time is None) != (other.time is None):
+        return False
+    if abs(first.rows - other.rows) > 0.5 * first.rows:
+        return False
+    if first.time is None or other.time is None:
+        return first.start == other.start
+    apart = np.abs(first.time.values[mine] - other.time.values[its])
+    step = float(np.median(np.abs(np.diff(first.time.values)))) if first.rows > 1 else 0.0
+    return bool(np.all(apart <= 0.01 * step))

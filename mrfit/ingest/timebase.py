@@ -1,0 +1,291 @@
+"""From printed times to a uniform time base: sample interval, gaps, clock jumps, resampling; nothing unsaid."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrfit.recording import Finding
+from mrfit.specs import Array
+
+FILL_AT_MOST = 5
+"""Longest run of missing samples that is interpolated; a longer one splits the record."""
+TOLERANCE = 0.05
+"""Largest departure of a sample from the uniform grid, in samples, that is left as it is."""
+IRREGULAR_GAP = 20.0
+"""In an unevenly sampled record, a step this many times the median splits it."""
+
+PRINT_BLOCK = 512
+
+Rows = NDArray[np.int64]
+
+
+class TimeFault(ValueError):
+    """Times that no uniform base can be made of; the text says why, ``row`` where."""
+
+    def __init__(self, text: str, row: int) -> None:
+        super().__init__(text)
+        self.row = row
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A stretch of rows on one uniform grid.
+
+    Attributes
+    ----------
+    rows
+        Its rows, ascending.
+    start
+        Time of its first sample, as the file counts.
+    position
+        Where its rows stand on the grid, in samples; None where row k is sample k.
+    """
+
+    rows: slice
+    start: float
+    position: Array | None = None
+
+
+@dataclass(slots=True)
+class TimeBase:
+    """The uniform time base of a table: interval in s, pieces, and what is to be said."""
+
+    dt: float
+    pieces: list[Piece]
+    findings: list[Finding] = field(default_factory=list)
+    history: list[str] = field(default_factory=list)
+
+
+def time_base(time: Array, stated: float | None, breaks: tuple[int, ...] = ()) -> TimeBase:
+    """Return the uniform base of times in s.
+
+    Parameters
+    ----------
+    time
+        Times of the rows, shape (N,), N >= 2.
+    stated
+        Sample interval that a header or the channel map states.
+    breaks
+        Rows at which the instrument began a new run.
+
+    Raises
+    ------
+    TimeFault
+        If the times run backwards again and again, or do not move.
+    """
+    cuts = _cuts(time, breaks)
+    step = _typical_step(time, cuts)
+    printed = print_step(time)
+    irregular = _irregular(time, cuts, step, float(printed.max()))
+    base = TimeBase(step, [])
+    gap = IRREGULAR_GAP * step if irregular else (FILL_AT_MOST + 1.5) * step + float(printed.max())
+    runs = _runs(time, cuts, gap)
+    base.dt = step if irregular else _interval(_Clock(time, printed, runs), step, stated, base)
+    _say_cuts(time, runs, cuts, base)
+    for begin, end in runs:
+        base.pieces.append(_piece((time[begin:end], printed[begin:end]), begin, base, irregular))
+    _say_resampling(base, irregular)
+    return base
+
+
+def print_step(time: Array) -> Array:
+    """Return the unit of the last printed decimal of every time, found over blocks of rows; 0 where there is none."""
+    ends = [*range(0, len(time), PRINT_BLOCK), len(time)]
+    blocks = [_decimal_step(time[a:b]) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+    # a block in which the print changes shows the finer step: its neighbours know better
+    wide = [max(blocks[max(0, k - 1) : k + 2]) for k in range(len(blocks))]
+    return np.repeat(wide, np.diff(ends)).astype(np.float64)
+
+
+def _decimal_step(time: Array) -> float:
+    some = time[:: max(1, len(time) // 64)]
+    for decimals in range(13):
+        scaled = some * 10.0**decimals
+        if np.all(np.abs(scaled - np.round(scaled)) < 1e-4):
+            if decimals < 9 or np.max(np.abs(scaled)) < 1e11:
+                return float(10.0**-decimals)
+            return 0.0
+    return 0.0
+
+
+def repeated(time: Array, breaks: tuple[int, ...] = ()) -> Rows:
+    """Return the rows that repeat the time of the row before, where that is the exception.
+
+    Raises
+    ------
+    TimeFault
+        If the time stands still all along.
+    """
+    same = np.flatnonzero(np.diff(time) == 0.0) + 1
+    if len(same) > 0.9 * max(len(time) - 1, 1):
+        raise TimeFault(f"time stands still at {time[0]:g} s", int(same[0]))
+    if len(same) > max(3, 0.02 * len(time)):
+        return same[:0]  # times printed so coarsely that neighbours look equal
+    return np.setdiff1d(same, np.array(breaks, dtype=np.int64))
+
+
+def _cuts(time: Array, breaks: tuple[int, ...]) -> list[int]:
+    """Return the rows at which a new run begins: stated ones, and where the clock jumps back."""
+    back = np.flatnonzero(np.diff(time) < 0.0) + 1
+    back = np.setdiff1d(back, breaks)
+    if len(back) > max(3, 0.01 * len(time)):
+        text = f"time runs backwards {len(back)} times, first from {time[back[0] - 1]:g} to {time[back[0]]:g}"
+        raise TimeFault(text, int(back[0]))
+    return sorted({*breaks, *(int(b) for b in back)} - {0, len(time)})
+
+
+def _inner_steps(time: Array, cuts: list[int]) -> Array:
+    step = np.diff(time)
+    if cuts:
+        step = np.delete(step, np.array(cuts) - 1)
+    return step
+
+
+def _typical_step(time: Array, cuts: list[int]) -> float:
+    """Return the mean of the ordinary steps, so that times rounded in print still give the true interval."""
+    step = _inner_steps(time, cuts)
+    step = step[step >= 0.0]
+    if not step.size or not step.any():
+        raise TimeFault("time does not move", 0)
+    middle = float(np.median(step)) or float(np.mean(step))
+    ordinary = step[step <= 2.5 * middle]
+    return float(np.mean(ordinary))
+
+
+def _irregular(time: Array, cuts: list[int], step: float, printed: float) -> bool:
+    """Whether steps vary so much that gaps cannot be told from slow samples."""
+    steps = _inner_steps(time, cuts) / step
+    ordinary = np.abs(steps - np.maximum(np.round(steps), 1.0)) < 0.3 + printed / step
+    return bool(np.mean(ordinary) < 0.9)
+
+
+def _runs(time: Array, cuts: list[int], gap: float) -> list[tuple[int, int]]:
+    wide = np.flatnonzero(np.diff(time) > gap) + 1
+    edges = sorted({0, len(time), *cuts, *(int(w) for w in wide)})
+    return list(zip(edges[:-1], edges[1:], strict=True))
+
+
+@dataclass(frozen=True, slots=True)
+class _Clock:
+    """Times, the step of their print, and the runs between gaps."""
+
+    time: Array
+    printed: Array
+    runs: list[tuple[int, int]]
+
+    @property
+    def longest(self) -> slice:
+        """Rows of the longest run."""
+        return slice(*max(self.runs, key=lambda r: r[1] - r[0]))
+
+
+def _interval(clock: _Clock, step: float, stated: float | None, base: TimeBase) -> float:
+    """Return the sample interval: the stated one if the times bear it out, else the fit over the whole record."""
+    fitted, off, longest = _fit(clock.time[clock.longest], step)
+    coarse = float(clock.printed[clock.longest].max())
+    if stated is not None:
+        if abs(stated / fitted - 1.0) * longest <= 2.0 * off + 0.5 or abs(stated / fitted - 1.0) < 1e-6:
+            return stated
+        text = f"the header states an interval of {stated:.6g} s but the times say {fitted:.6g} s: the times are used"
+        base.findings.append(Finding("rate-differs", "", None, text))
+    elif off > TOLERANCE and coarse > TOLERANCE * fitted:
+        text = f"times are printed to {coarse:g} s only: the interval {fitted:.6g} s is a fit over {longest} rows"
+        base.findings.append(Finding("rounded-time", "", None, text))
+    return _shortest_decimal(fitted, fitted * (off + 1e-9) / max(longest, 1))
+
+
+def _places(time: Array, step: float) -> Array:
+    """Return the sample number of every row: one more than the row before, or more where samples are missing."""
+    ahead = np.maximum(np.round(np.diff(time) / step), 1.0)
+    # a rounded print makes a step look like two: count it as missing only where the grid bears it out
+    places = np.concatenate([[0.0], np.cumsum(np.ones(len(ahead)))])
+    if ahead.max(initial=1.0) > 1.0:
+        drift = (time - time[0]) / step - places
+        extra = np.where(ahead > 1.0, np.round(np.diff(drift)), 0.0)
+        settled = _settled(drift, extra)
+        places += np.concatenate([[0.0], np.cumsum(settled)])
+    return places
+
+
+def _settled(drift: Array, extra: Array) -> Array:
+    """Keep the jumps of the clock that later rows do not take back (those of a rounded print cancel)."""
+    at = np.flatnonzero(extra > 0.0)
+    settled = np.zeros_like(extra)
+    for k in at:
+        before = float(np.median(drift[max(0, k - 8) : k + 1]))
+        after = float(np.median(drift[k + 1 : k + 10]))
+        settled[k] = max(0.0, np.round(after - before))
+    return settled
+
+
+def _fit(stretch: Array, step: float) -> tuple[float, float, int]:
+    """Return interval, largest departure from the grid in samples, and number of samples of a run."""
+    if len(stretch) < 2:
+        return step, 0.0, 1
+    places = _places(stretch, step)
+    k = places - places.mean()
+    slope = float(k @ (stretch - stretch.mean()) / (k @ k))
+    off = stretch - stretch.mean() - slope * k
+    return slope, float(np.max(np.abs(off)) / slope), int(places[-1])
+
+
+def _shortest_decimal(value: float, within: float) -> float:
+    """Return the interval, or inverse rate, with the fewest digits within an uncertainty."""
+    for digits in range(1, 13):
+        for candidate in (float(f"{value:.{digits - 1}e}"), 1.0 / float(f"{1.0 / value:.{digits - 1}e}")):
+            if abs(candidate - value) <= within:
+                return candidate
+    return value
+
+
+def _piece(run: tuple[Array, Array], first: int, base: TimeBase, irregular: bool) -> Piece:
+    time, printed = run
+    rows = slice(first, first + len(time))
+    if len(time) < 2:
+        return Piece(rows, float(time[0]))
+    if irregular:
+        return Piece(rows, float(time[0]), (time - time[0]) / base.dt)
+    places = _places(time, base.dt)
+    off = (time - time[0]) / base.dt - places
+    allowed = TOLERANCE + 0.55 * printed / base.dt
+    if np.any(np.abs(off - 0.5 * (off.max() + off.min())) > allowed):
+        return Piece(rows, float(time[0]), (time - time[0]) / base.dt)
+    missing = int(places[-1]) + 1 - len(places)
+    if missing == 0:
+        return Piece(rows, float(time[0]))
+    at = int(np.flatnonzero(np.diff(places) > 1.0)[0])
+    text = f"{missing} samples are missing and were interpolated, the first after {time[at]:.6g} s"
+    base.findings.append(Finding("dropped-samples", "", float(time[at] - time[0]), text))
+    base.history.append(f"interpolated {missing} missing samples")
+    return Piece(rows, float(time[0]), places)
+
+
+def _say_cuts(time: Array, runs: list[tuple[int, int]], cuts: list[int], base: TimeBase) -> None:
+    for begin, _ in runs[1:]:
+        jump = float(time[begin] - time[begin - 1])
+        kind = "clock-jump" if jump < 0 else ("new-run" if begin in cuts else "gap")
+        text = f"the clock goes from {time[begin - 1]:.6g} to {time[begin]:.6g} s: the record is split there"
+        base.findings.append(Finding(kind, "", float(time[begin - 1] - time[0]), text))
+
+
+def _say_resampling(base: TimeBase, irregular: bool) -> None:
+    uneven = [p for p in base.pieces if p.position is not None and not np.all(p.position == np.round(p.position))]
+    if not uneven:
+        return
+    position = uneven[0].position
+    assert position is not None
+    off = float(np.max(np.abs(np.diff(position) - 1.0)))
+    what = "irregular" if irregular else "jittering"
+    text = f"times are {what} (steps up to {off:.2g} samples off): resampled linearly to {base.dt:.6g} s"
+    base.findings.append(Finding("resampled", "", None, text))
+    base.history.append(f"resampled linearly to dt = {base.dt:.9g} s")
+
+
+def on_grid(values: Array, piece: Piece) -> Array:
+    """Return a channel of a piece on its uniform grid."""
+    own = values[piece.rows]
+    if piece.position is None:
+        return own
+    grid = np.arange(np.floor(piece.position[-1] + 1e-9) + 1.0)
+    return np.interp(grid, piece.position, own)

@@ -1,0 +1,191 @@
+"""Units as laboratories write them, to SI; the only place that knows pint."""
+
+import re
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from mrfit.channels import CHANNELS
+
+SPELLINGS = {
+    "": "1",
+    "-": "1",
+    "volt": "V",
+    "volts": "V",
+    "amp": "A",
+    "amps": "A",
+    "ampere": "A",
+    "amperes": "A",
+    "s": "s",
+    "sec": "s",
+    "secs": "s",
+    "second": "s",
+    "seconds": "s",
+    "sek": "s",
+    "segundos": "s",
+    "msec": "ms",
+    "milliseconds": "ms",
+    "usec": "us",
+    "microseconds": "us",
+    "newton": "N",
+    "newtons": "N",
+    "nm": "N*m",
+    "n.m": "N*m",
+    "n-m": "N*m",
+    "vs": "V*s",
+    "v.s": "V*s",
+    "mvs": "mV*s",
+    "wb-t": "Wb",
+    "c": "degC",
+    "degc": "degC",
+    "deg c": "degC",
+    "°c": "degC",
+    "ºc": "degC",
+    "celsius": "degC",
+    "f": "degF",
+    "degf": "degF",
+    "deg f": "degF",
+    "°f": "degF",
+    "ºf": "degF",
+    "fahrenheit": "degF",
+    "°": "deg",
+    "º": "deg",
+    "degrees": "deg",
+    "cycle": "1",
+    "cycles": "1",
+    "counts": "1",
+    "count": "1",
+    "%": "percent",
+    "g": "standard_gravity",
+    "kgf": "kgf",
+    "kg-f": "kgf",
+    "kp": "kgf",
+    "lbs": "lbf",
+    "ohms": "ohm",
+    "ω": "ohm",
+    "mps": "m/s",
+    "in": "inch",
+    '"': "inch",
+}
+SIGNS = {"\u03bc": "u", "\u00b5": "u", "²": "^2", "³": "^3", "·": "*", "\u03a9": "ohm", "\u2126": "ohm"}
+CASE_SENSITIVE = {"S": "s", "MPa": "MPa", "mN": "mN", "MN": "MN", "nm": "nm", "Nm": "N*m", "kNm": "kN*m", "Nmm": "N*mm"}
+TEMPERATURES = ("degC", "degF")
+SI = ("m", "s", "A", "V", "N", "Wb", "Pa", "m/s", "m/s^2", "K", "N*m", "ohm", "H", "T", "W", "Hz", "kg", "m^3", "A/m")
+ANGLES = re.compile(r"rad|deg|°|rpm|rev|turn", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True)
+class Conversion:
+    """value_SI = scale · value + offset, in ``unit``."""
+
+    unit: str
+    scale: float = 1.0
+    offset: float = 0.0
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
+
+
+@cache
+def spelled(text: str) -> str:
+    """Return a unit in pint's spelling, without asking whether pint knows it."""
+    bare = (
+        text.strip().strip("[](){}").strip().replace("μ", "u").replace("µ", "u").replace("²", "^2").replace("³", "^3")
+    )
+    bare = bare.replace("·", "*").replace("Ω", "ohm").replace("Ω", "ohm")
+    if bare in CASE_SENSITIVE:
+        return CASE_SENSITIVE[bare]
+    return SPELLINGS.get(bare.lower(), bare)
+
+
+@cache
+def known(text: str) -> bool:
+    """Whether a text is a unit."""
+    unit = spelled(text)
+    if unit == "1" or unit in SI or unit in TEMPERATURES:
+        return True
+    if not re.fullmatch(r"[A-Za-z°%Ωµ0-9/*^.() _-]{1,24}", unit) or unit[:1].isdigit():
+        return False
+    try:
+        _registry().Unit(unit)
+    except Exception:  # pint raises whatever its tokenizer meets
+        return False
+    return True
+
+
+@cache
+def compatible(text: str, unit: str) -> bool:
+    """Whether a unit can be converted to ``unit``."""
+    written = spelled(text)
+    if written == unit:
+        return True
+    if "rad" in unit or unit == "1":  # pint takes an angle for a pure number
+        return bool(ANGLES.search(written)) == ("rad" in unit) and _same_dimension(written, unit)
+    return _same_dimension(written, unit)
+
+
+def _same_dimension(written: str, unit: str) -> bool:
+    if not known(written):
+        return False
+    registry = _registry()
+    return bool(registry.Unit(_plain(written)).dimensionality == registry.Unit(_plain(unit)).dimensionality)
+
+
+def _plain(unit: str) -> str:
+    return "dimensionless" if unit == "1" else unit
+
+
+@cache
+def to_unit(text: str, unit: str) -> Conversion:
+    """Return the conversion from a written unit to ``unit``; both must be compatible."""
+    written = spelled(text)
+    if written == unit:
+        return Conversion(unit)
+    quantity = _registry().Quantity
+    zero = quantity(0.0, _plain(written)).to(_plain(unit)).magnitude
+    one = quantity(1.0, _plain(written)).to(_plain(unit)).magnitude
+    if written not in TEMPERATURES and unit not in TEMPERATURES:
+        return Conversion(unit, float(one))
+    return Conversion(unit, float(one - zero), float(zero))
+
+
+@cache
+def to_si(text: str) -> Conversion:
+    """Return the conversion from a written unit to the SI unit of its kind."""
+    written = spelled(text)
+    if written == "1" or written in SI:
+        return Conversion(written)
+    if written in TEMPERATURES:
+        return to_unit(written, "degC")
+    if ANGLES.search(written) and compatible(written, "rad"):
+        return to_unit(written, "rad")
+    if ANGLES.search(written) and compatible(written, "rad/s"):
+        return to_unit(written, "rad/s")
+    for unit in SI:
+        if compatible(written, unit):
+            return to_unit(written, unit)
+    whole = _registry().Quantity(1.0, written).to_base_units()
+    return Conversion(f"{whole.units:~C}".replace("**", "^"), float(whole.magnitude))
+
+
+def channels_of(text: str) -> list[str]:
+    """Return the canonical channels a written unit can belong to."""
+    return [c.name for c in CHANNELS.values() if compatible(text, c.unit)]
+
+
+def quantity(text: str) -> tuple[float, str] | None:
+    """Return number and unit of a text such as ``-12.0mV`` or ``160000Hz``, or None."""
+    match = re.fullmatch(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµμ°%/]*)\s*", text)
+    return (float(match[1]), match[2]) if match else None
+
+
+def seconds(text: str) -> float | None:
+    """Return the seconds of a text such as ``1.6e-06``, ``4 ms`` or ``2.5us``; None if it is no time."""
+    found = quantity(text)
+    if found is None or not compatible(found[1] or "s", "s"):
+        return None
+    return found[0] * to_unit(found[1] or "s", "s").scale

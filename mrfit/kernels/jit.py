@@ -1,0 +1,39 @@
+"""The one compile policy of all numba code: ahead in a cache folder keyed by the jitted sources, GIL released.
+
+numba's own cache sees an edit in the file of the function it compiles, not in the files that function calls; the key of
+the folder is a hash over all kernel sources, so that any edit starts afresh.
+"""
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def _cache_folder() -> Path:
+    sources = sorted(Path(__file__).parent.glob("*.py"))
+    key = hashlib.sha256(b"".join(s.read_bytes() for s in sources)).hexdigest()[:16]
+    root = Path(os.environ.get("MRFIT_CACHE", os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")))
+    folder = root / "mrfit" / f"kernels-{key}"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if os.access(folder, os.W_OK):
+            return folder
+    except OSError:
+        pass
+    return Path(tempfile.gettempdir()) / f"mrfit-kernels-{key}"
+
+
+os.environ.setdefault("NUMBA_CACHE_DIR", str(_cache_folder()))
+
+import numba  # noqa: E402  (the cache folder must be set before numba is imported)
+
+
+def kernel(function: F) -> F:
+    """Compile a function of arrays and floats: cached, without the GIL, division by zero as in IEEE 754."""
+    compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})(function)
+    return cast(F, compiled)

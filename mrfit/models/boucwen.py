@@ -1,0 +1,67 @@
+"""Bouc-Wen damper: viscous damper and spring beside a rate-independent hysteretic element.
+
+    F = c*v + k*(x - x0) + alpha*z
+    dz/dt = kappa*v - beta*v*|z|^n - gamma*|v|*z*|z|^(n-1)
+
+x displacement (m), v velocity (m/s), F force (N), c damping (N*s/m), k stiffness (N/m), x0 displacement at which the
+spring is at rest (m), alpha force per z (N), z hysteretic state (1) with z = 0 at sample 0, kappa, beta, gamma (1/m),
+n (1). z depends on the path of x alone and is simulated by the exact branch curve of ``kernels.branch``.
+
+Source: paper 000 eq. 4, written here for z without a unit, so that the unit of beta and gamma does not hang on n. The
+offset of a gas accumulator is -k*x0, as printed; a separate f0 would be the same parameter twice.
+
+z -> s*z, kappa -> s*kappa, alpha -> alpha/s, beta -> s^(1-n)*beta, gamma -> s^(1-n)*gamma leave F as it is: ``derived``
+gives what data determine.
+"""
+
+import numpy as np
+
+from mrfit.kernels.branch import bouc_wen, normal_form
+from mrfit.kernels.theta import columns, plain
+from mrfit.specs import Array, Derived, ModelSpec, Param
+
+SPEC = ModelSpec(
+    name="boucwen",
+    title="Bouc-Wen damper",
+    equation="F = c*v + k*(x-x0) + alpha*z;  dz/dt = kappa*v - beta*v*|z|^n - gamma*|v|*z*|z|^(n-1)",
+    reference="paper 000 eq. 4",
+    inputs=("displacement", "velocity"),
+    output="force",
+    params=(
+        Param("c", "N*s/m", 1.0, 1e6, 1000.0, "log", "viscous", "damping"),
+        Param("k", "N/m", 1.0, 1e7, 1000.0, "log", "stiffness", "stiffness"),
+        Param("x0", "m", -1.0, 1.0, 0.0, "linear", "offset", "displacement at which the spring is at rest"),
+        Param("alpha", "N", 1.0, 1e6, 500.0, "log", "yield", "force of the hysteretic element per z"),
+        Param("kappa", "1/m", 10.0, 1e5, 1000.0, "log", "hysteresis", "initial slope of z"),
+        Param("beta", "1/m", 1.0, 1e5, 500.0, "log", "hysteresis", "shape of the loop, follows the velocity's sign"),
+        Param("gamma", "1/m", 1.0, 1e5, 500.0, "log", "hysteresis", "shape of the loop, width"),
+        Param("n", "1", 1.0, 10.0, 2.0, "log", "hysteresis", "sharpness of the knee"),
+    ),
+    linear=("c", "k", "alpha"),
+    derived=(
+        Derived("yield_force", "N", "alpha*z_max: force of the saturated hysteretic element"),
+        Derived("offset", "N", "-k*x0: force at rest in the middle"),
+        Derived("turnover", "m", "z_max/kappa: travel over which the loop turns from one branch to the other"),
+        Derived("sharpness", "1", "n"),
+        Derived("rho", "1", "(beta-gamma)/(beta+gamma): ratio that shapes the loop"),
+    ),
+)
+
+
+def response(drive: Array, theta: Array, dt: float) -> Array:
+    """Return the force in N, shape (P, N), of displacement (m) and velocity (m/s), shape (2, N); dt does not enter."""
+    x, v = drive
+    c, k, x0, *_ = columns(theta)
+    yield_force, _, turnover, n, rho = derived(theta).T
+    nothing = np.zeros(len(theta))
+    force = bouc_wen(plain(x), np.column_stack([nothing, yield_force, 1.0 / turnover, n, rho]))
+    force += c * v
+    force += k * (x - x0)
+    return force
+
+
+def derived(theta: Array) -> Array:
+    """Return yield force (N), offset (N), turn-over travel (m), n and rho, shape (P, 5), of theta (P, 8)."""
+    _, k, x0, alpha, kappa, beta, gamma, n = theta.T
+    z_max, rate, rho = normal_form(kappa, beta, gamma, n)
+    return np.column_stack([alpha * z_max, -k * x0, 1.0 / rate, n, rho])

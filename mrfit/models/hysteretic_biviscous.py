@@ -1,0 +1,69 @@
+"""Hysteretic biviscous: the biviscous curve split in two by the sign of acceleration.
+
+    a > 0:  C_inf*v - fy     for v < -vyc
+            C0*(v - vh)      for -vyc <= v <= vye
+            C_inf*v + fy     for v > vye
+    a < 0:  the mirror image through the point (0, f0)
+    vyc = (fy - C0*vh)/(C0 - C_inf),  vye = (fy + C0*vh)/(C0 - C_inf)
+
+F - f0 is given; v velocity (m/s), a acceleration (m/s^2), F force (N), f0 offset of the gas accumulator (N), fy yield
+force (N), C0 pre-yield and C_inf post-yield damping (N*s/m), vh velocity of zero force (m/s). The three lines meet at
+-vyc and vye, so that each branch is the middle one of its three lines, whatever their slopes.
+
+Source: paper 003 eqs. 5-6; its print has C0 and C_inf exchanged in two of the branches for a < 0.
+"""
+
+import numpy as np
+
+from mrfit.kernels.points import half_width, inside, post_yield_line, yield_velocity
+from mrfit.kernels.theta import evaluate
+from mrfit.specs import Array, Derived, ModelSpec, Param
+
+SPEC = ModelSpec(
+    name="hysteretic-biviscous",
+    title="Hysteretic biviscous",
+    equation="F = f0 + min(max(C0*(v - vh*sign(a)), C_inf*v - fy), C_inf*v + fy)",
+    reference="paper 003 eqs. 5-6",
+    inputs=("velocity", "acceleration"),
+    output="force",
+    params=(
+        Param("fy", "N", 1.0, 1e6, 500.0, "log", "yield", "yield force"),
+        Param("C_inf", "N*s/m", 1.0, 1e6, 1000.0, "log", "viscous", "post-yield damping"),
+        Param("C0", "N*s/m", 10.0, 1e8, 5e4, "log", "viscous", "pre-yield damping"),
+        Param("vh", "m/s", -0.5, 0.5, 0.002, "linear", "hysteresis", "velocity of zero force"),
+        Param("f0", "N", -1e5, 1e5, 0.0, "linear", "offset", "offset of the gas accumulator"),
+    ),
+    linear=("f0",),
+    derived=(
+        Derived("vyc", "m/s", "(fy-C0*vh)/(C0-C_inf): lower yield velocity"),
+        Derived("vye", "m/s", "(fy+C0*vh)/(C0-C_inf): upper yield velocity"),
+    ),
+)
+
+
+def response(drive: Array, theta: Array, dt: float) -> Array:
+    """Return the force in N, shape (P, N), of velocity (m/s) and acceleration (m/s^2), shape (2, N)."""
+    return evaluate(_force, drive, theta)
+
+
+def derived(theta: Array) -> Array:
+    """Return the yield velocities vyc and vye in m/s, shape (P, 2)."""
+    fy, c_inf, c0, vh, _ = theta.T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.column_stack([(fy - c0 * vh) / (c0 - c_inf), (fy + c0 * vh) / (c0 - c_inf)])
+
+
+def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
+    """Return the post-yield line, the half-width of the loop at zero force and the slope up to yield."""
+    v, a = drive
+    line = post_yield_line(v, output)
+    c0 = line["C_inf"] + line["fy"] / max(yield_velocity(v, output), 1e-6)
+    return inside(SPEC, {**line, "C0": c0, "vh": half_width(v, a, output - line["f0"])})
+
+
+def _force(v: Array, a: Array, *parameters: Array) -> Array:
+    fy, c_inf, c0, vh, f0 = parameters
+    post_yield = c_inf * v
+    branch = c0 * (v - np.where(a >= 0, vh, -vh))
+    force: Array = f0 + np.clip(branch, post_yield - fy, post_yield + fy)
+    return force

@@ -1,0 +1,49 @@
+"""Hyperbolic tangent: an algebraic hysteresis loop that can be inverted for control.
+
+    F = fy*tanh(a1*v + a2*x) + c*v + k*x + f0
+
+x displacement (m), v velocity (m/s), F force (N), fy yield force (N), a1 (s/m) slope and a2 (1/m) width of the loop at
+low velocity, c viscous damping (N*s/m), k stiffness of the gas accumulator (N/m), f0 its offset (N).
+
+Source: paper 004 eq. 1, published values in its Table 2 (there in mm); start values by characteristic points, eqs. 2-7.
+"""
+
+import numpy as np
+
+from mrfit.kernels.points import inside, tanh_points
+from mrfit.kernels.theta import evaluate
+from mrfit.specs import Array, ModelSpec, Param
+
+SPEC = ModelSpec(
+    name="tanh",
+    title="Hyperbolic tangent",
+    equation="F = fy*tanh(a1*v + a2*x) + c*v + k*x + f0",
+    reference="paper 004 eq. 1",
+    inputs=("displacement", "velocity"),
+    output="force",
+    params=(
+        Param("fy", "N", 1.0, 1e6, 500.0, "log", "yield", "yield force"),
+        Param("a1", "s/m", 0.5, 1e4, 80.0, "log", "yield", "slope at low velocity"),
+        Param("a2", "1/m", -5e3, 5e3, 60.0, "linear", "hysteresis", "width of the loop at low velocity"),
+        Param("c", "N*s/m", 1.0, 1e6, 1000.0, "log", "viscous", "viscous damping"),
+        Param("k", "N/m", -1e6, 1e6, 300.0, "linear", "stiffness", "stiffness of the gas accumulator"),
+        Param("f0", "N", -1e5, 1e5, 0.0, "linear", "offset", "offset of the gas accumulator"),
+    ),
+    linear=("fy", "c", "k", "f0"),
+)
+
+
+def response(drive: Array, theta: Array, dt: float) -> Array:
+    """Return the force in N, shape (P, N), of displacement (m) and velocity (m/s), shape (2, N)."""
+    return evaluate(_force, drive, theta)
+
+
+def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
+    """Return all six parameters from the characteristic points of the force-velocity loop, paper 004 eqs. 2-7."""
+    return inside(SPEC, tanh_points(drive[0], drive[1], output))
+
+
+def _force(x: Array, v: Array, *parameters: Array) -> Array:
+    fy, a1, a2, c, k, f0 = parameters
+    force: Array = fy * np.tanh(a1 * v + a2 * x) + c * v + k * x + f0
+    return force

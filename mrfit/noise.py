@@ -1,0 +1,90 @@
+"""How much of a channel is noise, estimated from the channel itself."""
+
+from math import comb, sqrt
+
+import numpy as np
+
+from mrfit.harmonics import harmonic_fit
+from mrfit.specs import Array
+
+# Ratio of a normal deviate's standard deviation to its median absolute value.
+NORMAL_MEDIAN = 1.482602218505602
+DIFFERENCE_ORDERS = (2, 4, 6, 8)
+UNIQUE_SAMPLES = 20_000
+
+
+def noise_level(values: Array) -> float:
+    """Return the rms of a channel's white noise or, where that is larger, of its quantisation.
+
+    Differences of order p remove what is smooth and turn white noise of variance σ² into variance C(2p, p)·σ²; the
+    median makes them blind to jumps, and the smallest of several orders is taken. Noise that has little power near the
+    Nyquist frequency, as after an anti-aliasing filter, is underestimated; a signal with fewer than about 8 samples per
+    cycle is taken for noise.
+
+    Parameters
+    ----------
+    values
+        Channel (N,), in any unit; 0 is returned for fewer than 3 samples.
+    """
+    orders = [p for p in DIFFERENCE_ORDERS if len(values) > 2 * p]
+    levels = [_difference_level(values, p) for p in orders]
+    return max(min(levels, default=0.0), quantisation(values) / sqrt(12.0))
+
+
+def _difference_level(values: Array, order: int) -> float:
+    difference = np.diff(values, order)
+    return float(NORMAL_MEDIAN * np.median(np.abs(difference)) / np.sqrt(comb(2 * order, order)))
+
+
+def quantisation(values: Array) -> float:
+    """Return the step of a channel's amplitude grid, or 0 if it does not lie on one."""
+    levels = np.unique(values[:UNIQUE_SAMPLES])
+    if len(levels) < 3 or len(levels) > min(len(values), UNIQUE_SAMPLES) // 2:
+        return 0.0
+    steps = np.diff(levels)
+    steps = steps[steps > 1e-9 * (levels[-1] - levels[0])]
+    step = float(np.min(steps))
+    # On a grid every distance between levels is a whole number of steps.
+    off_grid = np.abs(steps / step - np.round(steps / step))
+    return step if np.max(off_grid) < 0.05 else 0.0
+
+
+def noise_floor(values: Array, dt: float, frequency: float, cycles: int) -> float:
+    """Return the rms of what does not repeat from cycle to cycle: no model driven by the same cycles can explain it.
+
+    A Fourier series takes away the repeated part; of the rest, whatever lies on multiples of the fundamental is
+    repeated too. Noise that lies there by chance, one part in M of it, is put back by the factor M/(M − 1), whatever
+    the noise's colour, so long as its spectrum is smooth over one multiple of the fundamental. Slow drift counts as
+    noise. Cycles need not be a whole number of samples.
+
+    Parameters
+    ----------
+    values
+        Channel (N,) over a segment.
+    dt
+        Sample interval in s.
+    frequency
+        Fundamental in Hz, 0 for a segment without one.
+    cycles
+        Whole cycles M in the segment. Below 2, and without a fundamental, ``noise_level`` is returned instead, which
+        knows white noise only.
+    """
+    if cycles < 2 or frequency <= 0.0 or frequency * dt > 0.25:
+        return noise_level(values)
+    fit = harmonic_fit(values, dt, frequency, refine=False)
+    whole, samples = _best_window(1.0 / (frequency * dt), cycles, len(values))
+    residual = values[:samples] - fit.evaluate(np.arange(samples, dtype=np.float64) * dt)
+    power = np.abs(np.fft.rfft(residual)) ** 2
+    power[1:] *= 2.0
+    if samples % 2 == 0:
+        power[-1] /= 2.0
+    power[::whole] = 0.0
+    return float(np.sqrt(np.sum(power) * whole / (whole - 1))) / samples
+
+
+def _best_window(period: float, cycles: int, samples: int) -> tuple[int, int]:
+    """Return cycles and samples of the window, among the longest few, that is closest to whole samples."""
+    choices = [m for m in range(max(2, cycles - 3), cycles + 1) if round(m * period) <= samples] or [2]
+    mismatch = {m: abs(m * period - round(m * period)) / m for m in choices}
+    whole = min(choices, key=lambda m: (round(mismatch[m], 6), -m))
+    return whole, min(samples, round(whole * period))

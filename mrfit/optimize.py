@@ -1,0 +1,201 @@
+"""Run an optimizer or a chain of them on an Objective: who gets which share of the budget, and why each one stopped."""
+
+import time
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from mrfit import registry
+from mrfit.errors import ConfigError
+from mrfit.objective import BudgetSpent, Descent, Objective, Stalled, TimeSpent
+from mrfit.specs import Array, OptimizerSpec
+
+# A global search ends when this share of its evaluations has passed without progress.
+PATIENCE = 0.5
+
+Ending = Literal["finished", "budget", "time", "stalled"]
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """What one optimizer of a chain did.
+
+    Attributes
+    ----------
+    name
+        Registry name.
+    kind
+        ``global`` or ``local``.
+    allowed, evaluations
+        Evaluations it might use, and used.
+    cost
+        Best cost when it ended.
+    ending
+        ``finished`` by its own rule; ``budget``, ``time`` or ``stalled`` if it was stopped.
+    reason
+        The same in words.
+    history
+        (evaluations of the whole chain, best cost) after every batch, from the link's first to its last.
+    """
+
+    name: str
+    kind: Literal["global", "local"]
+    allowed: int
+    evaluations: int
+    cost: float
+    ending: Ending
+    reason: str
+    history: tuple[tuple[int, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """Where a chain of optimizers ended.
+
+    Attributes
+    ----------
+    name
+        The chain as written.
+    point, cost
+        Best point (K,) of the cube and its RMS cost; infinite if nothing could be simulated.
+    evaluations, nonfinite
+        Points simulated, and how many of them gave non-finite values.
+    first_nonfinite
+        The first of these, shape (K,), or None.
+    links
+        What each optimizer did.
+    descents
+        Where each of several starts ended, best first; empty for optimizers without starts.
+    agreeing
+        How many of these settled at the best cost.
+    """
+
+    name: str
+    point: Array
+    cost: float
+    evaluations: int
+    nonfinite: int
+    first_nonfinite: Array | None
+    links: tuple[Link, ...]
+    descents: tuple[Descent, ...]
+    agreeing: int
+
+    @property
+    def converged(self) -> bool:
+        """Whether the last optimizer ended by its own rule, not for lack of budget, time or progress."""
+        return bool(self.links) and self.links[-1].ending == "finished"
+
+
+def chain(name: str) -> list[str]:
+    """Return the optimizers of a chain written with hyphens.
+
+    Raises
+    ------
+    ConfigError
+        If a part is empty or no such optimizer exists.
+    """
+    parts = name.split("-")
+    if not all(parts):
+        known = ", ".join(registry.names("optimizer"))
+        raise ConfigError(f"optimizer chain '{name}' has an empty part: write names joined by single hyphens ({known})")
+    for part in parts:
+        registry.load("optimizer", part)
+    return parts
+
+
+def default_budget(name: str, dimension: int) -> int:
+    """Return the evaluations a chain asks for at this dimension."""
+    return sum(int(registry.load("optimizer", part).SPEC.budget(dimension)) for part in chain(name))
+
+
+def run(
+    name: str,
+    objective: Objective,
+    rng: np.random.Generator,
+    budget: int | None = None,
+    seconds: float | None = None,
+) -> Outcome:
+    """Minimise an objective by the named optimizer or chain; each link starts from the best point of those before it.
+
+    Parameters
+    ----------
+    name
+        Registry name, or several joined by hyphens (``pso-fmin``).
+    objective
+        What to minimise; its budget, patience and deadline are set here.
+    rng
+        Source of all randomness. Without ``seconds`` the outcome depends on nothing else.
+    budget
+        Evaluations for the whole chain, divided in proportion to what the links ask for, what a link leaves going to
+        those after it. None gives every link what it asks for.
+    seconds
+        Wall-clock limit of the whole chain, looked at before every batch.
+
+    Raises
+    ------
+    ConfigError
+        If an optimizer is unknown, or a limit is not positive.
+    """
+    names = chain(name)
+    if budget is not None and budget < 1:
+        raise ConfigError(f"a budget of {budget} evaluations allows no fit; give at least 1")
+    if seconds is not None and not seconds > 0:
+        raise ConfigError(f"a time limit of {seconds:g} s allows no fit; give a positive number")
+    objective.deadline = None if seconds is None else time.monotonic() + seconds
+    total = None if budget is None else objective.evaluations + budget
+    links: list[Link] = []
+    wanted = [_wanted(part, objective) for part in names]
+    for position, part in enumerate(names):
+        share = wanted[position] / sum(wanted[position:])
+        allowed = wanted[position] if total is None else round((total - objective.evaluations) * share)
+        links.append(_run_link(part, objective, rng, allowed))
+        if links[-1].ending == "time":
+            break
+    return Outcome(
+        name=name,
+        point=objective.best_point.copy(),
+        cost=objective.best_cost,
+        evaluations=objective.evaluations,
+        nonfinite=objective.nonfinite,
+        first_nonfinite=objective.first_nonfinite,
+        links=tuple(links),
+        descents=tuple(objective.descents),
+        agreeing=objective.agreeing,
+    )
+
+
+def _wanted(name: str, objective: Objective) -> int:
+    spec: OptimizerSpec = registry.load("optimizer", name).SPEC
+    return spec.budget(objective.dimension)
+
+
+def _run_link(name: str, objective: Objective, rng: np.random.Generator, allowed: int) -> Link:
+    module = registry.load("optimizer", name)
+    spec: OptimizerSpec = module.SPEC
+    before, batches = objective.evaluations, len(objective.history)
+    objective.budget = before + allowed
+    objective.patience = max(1, round(PATIENCE * allowed)) if spec.kind == "global" else None
+    objective.restart_patience()
+    objective.verdict = ""
+    ending: Ending
+    try:
+        module.minimise(objective, rng)
+        ending = "budget" if not objective.verdict and not objective.remaining else "finished"
+        reason = objective.verdict or f"its {allowed} evaluations are done"
+    except TimeSpent:
+        ending, reason = "time", "time limit reached"
+    except Stalled:
+        ending, reason = "stalled", f"no progress in {objective.patience} evaluations"
+    except BudgetSpent:
+        ending, reason = "budget", f"budget of {allowed} evaluations spent"
+    return Link(
+        name=name,
+        kind=spec.kind,
+        allowed=allowed,
+        evaluations=objective.evaluations - before,
+        cost=objective.best_cost,
+        ending=ending,
+        reason=reason,
+        history=tuple(objective.history[batches:]),
+    )

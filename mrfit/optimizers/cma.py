@@ -1,0 +1,61 @@
+"""Covariance matrix adaptation."""
+
+import numpy as np
+
+from mrfit.objective import Objective
+from mrfit.specs import Array, OptimizerSpec
+
+FIRST_SPREAD = 0.25
+# Costs are told relative to the first finite one, so that the tolerances mean the same for every unit.
+TOLERANCE = 1e-9
+# A restart that does not lower the best cost by this share is the last.
+RESTART_GAIN = 1e-4
+
+SPEC = OptimizerSpec(
+    name="cma",
+    title="Covariance matrix adaptation, restarted with doubled populations",
+    reference="Hansen and Ostermeier (2001); Auger and Hansen (2005); library `cma`",
+    kind="global",
+    budget=lambda dimension: 2000 * (dimension + 3),
+)
+
+
+def minimise(objective: Objective, rng: np.random.Generator) -> None:
+    """Run CMA-ES from the best point known, then from random points with twice the population each time.
+
+    Ends after the first restart that brings no gain. Populations are simulated in one batch.
+
+    Source: Auger and Hansen (2005).
+    """
+    start, population = objective.best_point, 4 + int(3 * np.log(objective.dimension))
+    objective.costs(start[None, :])
+    before = np.inf
+    while objective.best_cost < before * (1.0 - RESTART_GAIN) or not np.isfinite(before):
+        before = objective.best_cost
+        _evolve(objective, start, population, rng)
+        start, population = rng.random(objective.dimension), 2 * population
+    objective.verdict = "a restart with twice the population brought no gain"
+
+
+def _evolve(objective: Objective, start: Array, population: int, rng: np.random.Generator) -> None:
+    from cma import CMAEvolutionStrategy
+
+    options = {
+        "bounds": [0.0, 1.0],
+        "popsize": population,
+        # the library draws from the passed generator and leaves numpy's global state alone
+        "seed": np.nan,
+        "randn": lambda *shape: rng.standard_normal(shape),
+        "tolfun": TOLERANCE,
+        "tolx": TOLERANCE,
+        # maximally quiet, and no file in the working directory steers the run
+        "verbose": -10,
+    }
+    strategy = CMAEvolutionStrategy(start, FIRST_SPREAD, options)
+    scale = objective.best_cost if 0.0 < objective.best_cost < np.inf else 1.0
+    while not strategy.stop():
+        points = strategy.ask()
+        costs = objective.costs(np.array(points)) / scale
+        # a finite penalty keeps the library's statistics defined
+        worst = np.max(costs, where=np.isfinite(costs), initial=1.0)
+        strategy.tell(points, list(np.where(np.isfinite(costs), costs, 10.0 * worst)))

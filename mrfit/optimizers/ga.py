@@ -1,0 +1,70 @@
+"""Real-coded genetic algorithm."""
+
+import math
+
+import numpy as np
+
+from mrfit.objective import Objective
+from mrfit.specs import Array, OptimizerSpec
+
+POPULATION = 40
+GENERATIONS = 800
+ELITE = 2
+CROSSOVER_SHARE = 0.8
+BLEND = 0.5
+# Standard deviation of a mutated component at the first and the last generation, as a share of the cube's edge.
+MUTATION = (0.2, 0.002)
+
+SPEC = OptimizerSpec(
+    name="ga",
+    title="Real-coded genetic algorithm: tournaments, blend crossover, shrinking mutation, elite",
+    reference="002 §5.1 compares with it; blend crossover of Eshelman and Schaffer (1993)",
+    kind="global",
+    budget=lambda dimension: POPULATION * GENERATIONS,
+)
+
+
+def minimise(objective: Objective, rng: np.random.Generator) -> None:
+    """Breed 40 points until the budget is spent, each generation simulated in one batch.
+
+    Parents win tournaments of two; 80 % of the children blend two parents (BLX-0.5), the others copy one; every
+    component mutates with probability 1/K by a normal step that shrinks over the run; the best two survive.
+    """
+    count = max(1, min(POPULATION, objective.remaining))
+    generations = math.ceil(objective.remaining / count)
+    points = rng.random((count, objective.dimension))
+    points[0] = objective.best_point
+    costs = objective.costs(points)
+    first, last = MUTATION
+    for generation in range(1, generations):
+        elite = np.argsort(costs, kind="stable")[: min(ELITE, count - 1)]
+        children = breed(points, costs, rng, first * (last / first) ** (generation / generations))
+        child_costs = objective.costs(children)
+        worst = np.argsort(-child_costs, kind="stable")[: len(elite)]
+        children[worst], child_costs[worst] = points[elite], costs[elite]
+        points, costs = children, child_costs
+
+
+def breed(points: Array, costs: Array, rng: np.random.Generator, mutation: float) -> Array:
+    """Return as many children as there are parents, (P, K) -> (P, K), inside the cube.
+
+    Parameters
+    ----------
+    points, costs
+        Parents (P, K) and their costs (P,).
+    rng
+        Source of randomness.
+    mutation
+        Standard deviation of a mutated component.
+    """
+    count, dimension = points.shape
+    entrants = rng.integers(count, size=(2, count, 2))
+    winners = np.where(costs[entrants[..., 0]] <= costs[entrants[..., 1]], entrants[..., 0], entrants[..., 1])
+    mother, father = points[winners[0]], points[winners[1]]
+    shares = rng.uniform(-BLEND, 1.0 + BLEND, (count, dimension))
+    blended = rng.random((count, 1)) < CROSSOVER_SHARE
+    children = np.where(blended, mother + shares * (father - mother), mother)
+    mutated = rng.random((count, dimension)) < 1.0 / dimension
+    steps = mutation * rng.standard_normal((count, dimension))
+    inside: Array = np.clip(children + np.where(mutated, steps, 0.0), 0.0, 1.0)
+    return inside

@@ -1,0 +1,174 @@
+"""The stages in order, each under the workspace's lock; no other logic."""
+
+import glob
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import mrfit.fit.predict
+import mrfit.fit.stage
+import mrfit.flux.stage
+import mrfit.ingest.stage
+import mrfit.report.stage
+import mrfit.segment.stage
+from mrfit.config import FitSection, PipelineFile
+from mrfit.errors import ConfigError
+from mrfit.progress import Progress
+from mrfit.store import Workspace
+
+Summary = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Overrides:
+    """What the command line changes in a pipeline file: logs, workspace, worker threads."""
+
+    logs: Sequence[Path] | None = None
+    work: Path | None = None
+    jobs: int = 1
+
+
+def ingest(work: Path, logs: Sequence[Path], settings: mrfit.ingest.stage.Settings, progress: Progress) -> Summary:
+    """Read logs into the workspace's recordings."""
+    workspace = Workspace(work)
+    with workspace.locked():
+        return mrfit.ingest.stage.run(logs, settings, workspace, progress)
+
+
+def flux(work: Path, settings: mrfit.flux.stage.Settings, progress: Progress) -> Summary:
+    """Reconstruct flux linkage."""
+    workspace = Workspace(work)
+    with workspace.locked():
+        return mrfit.flux.stage.run(workspace, settings, progress)
+
+
+def segment(work: Path, settings: mrfit.segment.stage.Settings, progress: Progress) -> Summary:
+    """Cut recordings by test condition, reconstructing flux first where that is due."""
+    workspace = Workspace(work)
+    with workspace.locked():
+        _flux_as_before(workspace, None, progress)
+        return mrfit.segment.stage.run(workspace, settings, progress)
+
+
+def fit(work: Path, settings: mrfit.fit.stage.Settings, resistance: float | str | None, progress: Progress) -> Summary:
+    """Fit a model, running flux and segment first where they are due, with the settings they last had."""
+    workspace = Workspace(work)
+    mrfit.fit.stage.check(settings)
+    with workspace.locked():
+        _flux_as_before(workspace, resistance, progress)
+        mrfit.segment.stage.run(workspace, mrfit.segment.stage.last_settings(workspace), progress)
+        return mrfit.fit.stage.run(workspace, settings, progress)
+
+
+def _flux_as_before(workspace: Workspace, resistance: float | str | None, progress: Progress) -> None:
+    settings = mrfit.flux.stage.last_settings(workspace)
+    if resistance is not None:
+        settings = replace(settings, resistance=resistance)
+    mrfit.flux.stage.run(workspace, settings, progress)
+
+
+def predict(
+    work: Path, fit_name: str, logs: Sequence[Path], settings: mrfit.ingest.stage.Settings, progress: Progress
+) -> Summary:
+    """Simulate a fit on other logs, which pass through ingest, flux and segment in a folder of their own.
+
+    The flux settings of the fit's workspace apply; the coil resistance it found is used where the logs bring none.
+    """
+    workspace = Workspace(work)
+    found = mrfit.fit.predict.read_fit(workspace, fit_name)
+    with tempfile.TemporaryDirectory(prefix="mrfit-predict-") as folder:
+        other = Workspace(Path(folder))
+        ingested = mrfit.ingest.stage.run(logs, settings, other, progress)
+        flux_settings = mrfit.flux.stage.last_settings(workspace)
+        known = mrfit.flux.stage.last_resistance(workspace)
+        if settings.resistance is None and flux_settings.resistance is None and known is not None:
+            flux_settings = replace(flux_settings, fallback=known)
+        mrfit.flux.stage.run(other, replace(flux_settings, resistance=settings.resistance), progress)
+        mrfit.segment.stage.run(other, mrfit.segment.stage.Settings(holdout="none"), progress)
+        prediction = mrfit.fit.predict.predict(found, other)
+    return {
+        "fit": fit_name,
+        "model": found["model"],
+        "metrics": prediction.metrics,
+        "used": prediction.used,
+        "refused": ingested["refused"],
+    }
+
+
+def report(work: Path, settings: mrfit.report.stage.Settings, progress: Progress) -> Summary:
+    """Write tables, figures and the page."""
+    workspace = Workspace(work)
+    with workspace.locked():
+        return mrfit.report.stage.run(workspace, settings, progress)
+
+
+def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Progress) -> Summary:
+    """Run all stages of a pipeline file; its paths are relative to the file's folder.
+
+    Raises
+    ------
+    ConfigError
+        If a pattern of ``[ingest] logs`` matches nothing, or a fit's settings are wrong.
+    """
+    work = overrides.work or Path(config.work)
+    fits = [_fit_settings(section, overrides.jobs) for section in config.fit]
+    for settings in fits:
+        mrfit.fit.stage.check(settings)
+    logs = list(overrides.logs) if overrides.logs else _expand(config.ingest.logs, folder)
+    map_file = folder / config.ingest.map if config.ingest.map else None
+    reading = mrfit.ingest.stage.Settings(map=map_file, resistance=config.ingest.resistance, jobs=overrides.jobs)
+    stages: list[tuple[str, Callable[[Workspace], Summary]]] = [
+        ("ingest", lambda w: mrfit.ingest.stage.run(logs, reading, w, progress)),
+        ("flux", lambda w: mrfit.flux.stage.run(w, _flux_settings(config), progress)),
+        ("segment", lambda w: mrfit.segment.stage.run(w, _segment_settings(config), progress)),
+    ]
+    workspace = Workspace(work)
+    with workspace.locked():
+        summary: Summary = {"work": str(work)}
+        for name, stage in stages:
+            summary[name] = stage(workspace)
+        summary["fits"] = [mrfit.fit.stage.run(workspace, settings, progress) for settings in fits]
+        names = tuple(s.fit_name for s in fits)
+        summary["report"] = mrfit.report.stage.run(workspace, mrfit.report.stage.Settings(fits=names), progress)
+    return summary
+
+
+def _expand(patterns: Sequence[str], folder: Path) -> list[Path]:
+    logs: list[Path] = []
+    for pattern in patterns:
+        found = sorted(glob.glob(str(folder / pattern), recursive=True))
+        if not found:
+            raise ConfigError(
+                f"[ingest] logs: '{pattern}' matches nothing under {folder}; paths start at the file's folder"
+            )
+        logs += [Path(f) for f in found]
+    return logs
+
+
+def _flux_settings(config: PipelineFile) -> mrfit.flux.stage.Settings:
+    section = config.flux
+    return mrfit.flux.stage.Settings(resistance=config.ingest.resistance, drift=section.drift, rule=section.rule)
+
+
+def _segment_settings(config: PipelineFile) -> mrfit.segment.stage.Settings:
+    section = config.segment
+    return mrfit.segment.stage.Settings(drive=section.drive, min_cycles=section.min_cycles, holdout=section.holdout)
+
+
+def _fit_settings(section: FitSection, jobs: int) -> mrfit.fit.stage.Settings:
+    return mrfit.fit.stage.Settings(
+        model=section.model,
+        optimizer=section.opt,
+        per=section.per,
+        name=section.name,
+        seed=section.seed,
+        budget=section.budget,
+        seconds=section.seconds,
+        weight=section.weight,
+        bounds=tuple((n, low, high) for n, (low, high) in section.bounds.items()),
+        start=tuple(section.start.items()),
+        fixed=tuple(section.fixed.items()),
+        jobs=jobs,
+    )

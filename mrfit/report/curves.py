@@ -1,0 +1,100 @@
+"""What of the data a figure shows: which segment, which cycles, how many points, in which unit, in which panels."""
+
+import math
+from collections.abc import Sequence
+from itertools import groupby
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrfit.report.numbers import natural, unit_html
+from mrfit.report.source import Series
+from mrfit.specs import Array
+
+PANELS = 12
+CYCLES = 2.0
+_PREFIXES = {-3: "m", -6: "µ", 3: "k", 6: "M"}
+
+
+def decimate(values: Array, limit: int) -> NDArray[np.int64]:
+    """Return indices (at most ``limit``) of the least and greatest value of every stretch, so that no peak is lost.
+
+    First and last sample are kept; all indices if there are no more than ``limit``.
+
+    Parameters
+    ----------
+    values
+        Curve, shape (N,).
+    limit
+        Points to keep, at least 4.
+    """
+    count = len(values)
+    if count <= limit:
+        return np.arange(count, dtype=np.int64)
+    edges = np.linspace(0, count, (limit - 2) // 2 + 1).astype(np.int64)
+    kept = {0, count - 1}
+    for a, b in zip(edges[:-1], edges[1:], strict=True):
+        kept |= {int(a + np.argmin(values[a:b])), int(a + np.argmax(values[a:b]))}
+    return np.array(sorted(kept), dtype=np.int64)
+
+
+def shown_cycles(series: Series) -> slice:
+    """Return the samples of the first two cycles, or all where the test is not periodic."""
+    if series.frequency <= 0.0:
+        return slice(None)
+    return slice(0, int(np.searchsorted(series.time, CYCLES / series.frequency * (1.0 + 1e-9), side="right")))
+
+
+def worst_of_each(series: Sequence[Series]) -> list[Series]:
+    """Return for every condition its part with the largest RMS residual, conditions in natural order."""
+    ordered = sorted(series, key=lambda s: (natural(s.condition), s.segment, s.role))
+    by_condition = groupby(ordered, key=lambda s: s.condition)
+    return [max(parts, key=lambda s: s.error if math.isfinite(s.error) else math.inf) for _, parts in by_condition]
+
+
+def sheets(series: Sequence[Series]) -> list[list[Series]]:
+    """Return series in groups of at most 12 for one figure each.
+
+    Conditions that share all but the last part of their name (``sine-1Hz-1A`` … ``sine-1Hz-5A``) are a family. More
+    than 12 conditions become one figure a family; a larger family is split evenly, and families of one or two are put
+    together.
+    """
+    if len(series) <= PANELS:
+        return [list(series)]
+    pieces: list[list[Series]] = []
+    for _, group in groupby(series, key=family):
+        members = list(group)
+        edges = np.linspace(0, len(members), -(-len(members) // PANELS) + 1).astype(np.int64)
+        pieces += [members[a:b] for a, b in zip(edges[:-1], edges[1:], strict=True)]
+    if min(len(p) for p in pieces) > 2:
+        return pieces
+    merged = [pieces[0]]
+    for piece in pieces[1:]:
+        if len(merged[-1]) + len(piece) <= PANELS:
+            merged[-1] = merged[-1] + piece
+        else:
+            merged.append(piece)
+    return merged
+
+
+def family(series: Series) -> str:
+    """Return all but the last part of a condition's name."""
+    return series.condition.rpartition("-")[0]
+
+
+def prefixed(largest: float, unit: str) -> tuple[float, str]:
+    """Return the factor and unit in which values up to ``largest`` are read most easily: 0.02 Wb as 20 mWb.
+
+    Parameters
+    ----------
+    largest
+        Greatest magnitude shown, SI.
+    unit
+        SI unit in pint's spelling.
+    """
+    text = unit_html(unit)
+    takes_prefix = text[:1].isalpha()
+    if not takes_prefix or not math.isfinite(largest) or largest <= 0.0 or 0.1 <= largest < 1000.0:
+        return 1.0, text
+    power = min(max(3 * math.floor(math.log10(largest) / 3.0), -6), 6)
+    return (10.0**-power, _PREFIXES[power] + text) if power else (1.0, text)

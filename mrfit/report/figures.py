@@ -1,0 +1,317 @@
+"""The figures of one fit: time histories, loops, residuals, convergence, error per condition against the noise floor.
+
+matplotlib is used through Figure objects only: no window system, no pyplot state left behind.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mrfit.channels import symbol_of, unit_of
+from mrfit.report.curves import decimate, family, prefixed, sheets, shown_cycles, worst_of_each
+from mrfit.report.numbers import SUPERSCRIPTS, percent, significant
+from mrfit.report.source import Fit, MetricRow, Result, Series
+from mrfit.report.svg import style, to_svg
+from mrfit.specs import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
+    from matplotlib.lines import Line2D
+
+MEASURED, SIMULATED, QUIET = "#8a99a8", "#c2410c", "#94a3b8"
+HOLDOUT = "#1d4ed8"
+PALETTE = ("#0f766e", "#c2410c", "#1d4ed8", "#a16207", "#7e22ce", "#475569")
+WIDTH = 10.0
+CURVE_POINTS = 2000
+# Characters of a panel's title that fit beside its neighbours', by columns of panels
+TITLE_WIDTHS = {1: 110, 2: 58, 3: 38, 4: 28}
+# The channels a loop is drawn against, by output
+LOOPS = {
+    "flux": ("current",),
+    "current": ("flux",),
+    "force": ("velocity", "displacement"),
+    "torque": ("angular_velocity", "angle"),
+}
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A finished figure.
+
+    Attributes
+    ----------
+    name
+        File name without ending.
+    title, caption
+        Heading and explanation on the page.
+    alt
+        What it shows, for those who do not see it.
+    svg
+        The file's text.
+    narrow
+        Whether it looks best below the full width of the page.
+    """
+
+    name: str
+    title: str
+    caption: str
+    alt: str
+    svg: str
+    narrow: bool = False
+
+
+def figures_of(fit: Fit, series: Sequence[Series]) -> list[Figure]:
+    """Return every figure of a fit.
+
+    Parameters
+    ----------
+    fit
+        The fit.
+    series
+        Its measured and simulated outputs.
+    """
+    with style():
+        return list(_figures(fit, series))
+
+
+def _figures(fit: Fit, series: Sequence[Series]) -> Iterator[Figure]:
+    if any(m.nrmse is not None for m in fit.metrics):
+        yield error_figure(fit)
+    shown = worst_of_each(series)
+    for channel in LOOPS.get(fit.output, ()):
+        if shown and all(channel in s.inputs for s in shown):
+            yield from loop_figures(fit, shown, channel)
+    if shown:
+        yield from history_figures(fit, shown)
+        yield from residual_figures(fit, shown)
+    if any(_descent(result) for result in fit.results):
+        yield convergence_figure(fit)
+
+
+def history_figures(fit: Fit, series: Sequence[Series]) -> Iterator[Figure]:
+    """Yield measured and simulated output against time over two cycles of every condition."""
+    cut = [s.time[shown_cycles(s)] for s in series]
+    seconds, time_unit = prefixed(max(float(t[-1]) for t in cut), "s")
+    factor, unit = _scale([s.measured for s in series], fit.output)
+
+    def draw(axes: "Axes", one: Series, points: int) -> None:
+        window = shown_cycles(one)
+        for values, look in ((one.measured[window], _MEASURED), (one.simulated[window], _SIMULATED)):
+            at = decimate(values, points)
+            axes.plot(seconds * one.time[window][at], factor * values[at], **look)
+
+    labels = _axis("t", time_unit, "Time"), _axis(symbol_of(fit.output), unit, fit.output)
+    caption = f"Measured and simulated {fit.output} over two cycles (the whole record where the test is not periodic)."
+    yield from _grids(fit, series, draw, ("time-history", "Time history", caption + _WORST, labels))
+
+
+def loop_figures(fit: Fit, series: Sequence[Series], channel: str) -> Iterator[Figure]:
+    """Yield output against one input channel over two cycles of every condition."""
+    across, across_unit = _scale([s.inputs[channel] for s in series], channel)
+    factor, unit = _scale([s.measured for s in series], fit.output)
+
+    def draw(axes: "Axes", one: Series, points: int) -> None:
+        window = shown_cycles(one)
+        for values, look in ((one.measured[window], _MEASURED), (one.simulated[window], _SIMULATED)):
+            at = decimate(values, points)
+            axes.plot(across * one.inputs[channel][window][at], factor * values[at], **look)
+
+    labels = _axis(symbol_of(channel), across_unit, channel), _axis(symbol_of(fit.output), unit, fit.output)
+    what = f"{fit.output}–{channel} loop".replace("_", " ")
+    caption = f"Measured and simulated over two cycles.{_WORST}"
+    about = (f"loop-{channel}".replace("_", "-"), what[0].upper() + what[1:], caption, labels)
+    yield from _grids(fit, series, draw, about)
+
+
+def residual_figures(fit: Fit, series: Sequence[Series]) -> Iterator[Figure]:
+    """Yield measured minus simulated output over the whole of every condition, with the noise floor as a band."""
+    seconds, time_unit = prefixed(max(float(s.time[-1]) for s in series), "s")
+    factor, unit = _scale([s.measured - s.simulated for s in series], fit.output)
+    floors = {(m.condition, m.role): m.noise_floor or 0.0 for m in fit.metrics}
+
+    def draw(axes: "Axes", one: Series, points: int) -> None:
+        floor = factor * floors.get((one.condition, one.role), 0.0)
+        axes.axhspan(-floor, floor, color="#fde68a", lw=0, label="± noise floor")
+        residual = one.measured - one.simulated
+        at = decimate(residual, points)
+        axes.plot(seconds * one.time[at], factor * residual[at], color="#334155", lw=0.6, label="measured − simulated")
+
+    symbol = symbol_of(fit.output)
+    labels = _axis("t", time_unit, "Time"), _axis(f"{symbol} − {symbol}\u0302", unit, "Residual")
+    caption = "What the model leaves of the measured output; the band is ± the noise floor (RMS)."
+    yield from _grids(fit, series, draw, ("residual", "Residual", caption + _WORST, labels))
+
+
+_MEASURED: dict[str, Any] = {"color": MEASURED, "lw": 2.4, "label": "measured", "solid_capstyle": "round"}
+_SIMULATED: dict[str, Any] = {"color": SIMULATED, "lw": 1.0, "label": "simulated"}
+_WORST = " Percentages are NRMSE. Of repeated segments the one with the largest error is drawn."
+
+
+def convergence_figure(fit: Fit) -> Figure:
+    """Return the best cost found against the evaluations spent, one line per set of parameters, both logarithmic."""
+    canvas = _canvas(WIDTH * 0.75, 3.8)
+    axes = canvas.subplots()
+    curves = {r.condition: np.array(_descent(r)) for r in fit.results if _descent(r)}
+    factor, unit = prefixed(float(np.exp(np.mean([np.log(c[[0, -1], 1]) for c in curves.values()]))), fit.unit)
+    few = len(curves) <= len(PALETTE)
+    for k, (condition, curve) in enumerate(curves.items()):
+        at = decimate(np.log(curve[:, 1]), CURVE_POINTS)
+        look: dict[str, Any] = {"color": PALETTE[k] if few else QUIET, "lw": 1.3, "marker": "o", "ms": 3.5, "markevery": [-1]}
+        axes.step(curve[at, 0], factor * curve[at, 1], where="post", label=condition, **look)
+    if not few:
+        _mark_extremes(axes, [float(c[-1, 1]) for c in curves.values()])
+    axes.set(xscale="log", yscale="log", xlabel="Evaluations (simulated parameter vectors)")
+    axes.set_ylabel(f"Best cost, RMS ({unit})" if unit else "Best cost, RMS")
+    _plain_log(axes)
+    if len(curves) > 1:
+        canvas.legend(handles=_named(axes, few), loc="outside right upper", title="Condition")
+    ends = ", ".join(f"{c} {significant(float(v[-1, 1]))} {fit.unit}" for c, v in list(curves.items())[:12])
+    caption = f"Best cost against evaluations of {fit.optimizer}; the cost is the RMS residual over the training data."
+    alt = f"Convergence of {fit.optimizer}; costs reached: {ends}{' …' if len(curves) > 12 else ''}."
+    svg = to_svg(canvas, f"{fit.name}: convergence")
+    return Figure(f"{fit.name}.convergence", "Convergence", caption, alt, svg, narrow=True)
+
+
+def _descent(result: Result) -> list[tuple[float, float]]:
+    """Return (evaluations, best cost) from the first finite cost on."""
+    return [(n, c) for n, c in result.history if c is not None and c > 0.0 and n > 0.0]
+
+
+def _mark_extremes(axes: "Axes", ends: Sequence[float]) -> None:
+    """Redraw the lines that end lowest and highest in colour; the others stay quiet and unnamed."""
+    for k, colour in ((int(np.argmax(ends)), SIMULATED), (int(np.argmin(ends)), HOLDOUT)):
+        axes.lines[k].set(color=colour, lw=1.8, zorder=3, gid="named")
+
+
+def _named(axes: "Axes", few: bool) -> list["Line2D"]:
+    """Return the lines the legend names: all of a few, else the extremes and one that stands for the others."""
+    if few:
+        return list(axes.lines)
+    named = [line for line in axes.lines if line.get_gid() == "named"]
+    rest = next(line for line in axes.lines if line not in named)
+    rest.set_label("all others")
+    return [*named, rest]
+
+
+def error_figure(fit: Fit) -> Figure:
+    """Return NRMSE of every condition and role as dots, with the noise floor as a tick on the same scale."""
+    rows = [m for m in fit.metrics if m.condition != "all" and m.nrmse is not None]
+    names = list(dict.fromkeys(m.condition for m in rows))
+    canvas = _canvas(WIDTH * 0.75, 1.3 + 0.27 * len(names))
+    axes = canvas.subplots()
+    for role, marker in (("train", {"color": SIMULATED}), ("holdout", {"mfc": "white", "mec": HOLDOUT, "mew": 1.6})):
+        chosen = [m for m in rows if m.role == role]
+        if chosen:
+            places = [names.index(m.condition) for m in chosen]
+            values = [100.0 * (m.nrmse or 0.0) for m in chosen]
+            label = {"train": "training", "holdout": "hold-out"}[role]
+            axes.plot(values, places, "o", ms=6.5, label=label, ls="none", zorder=3, **marker)
+    _noise_ticks(axes, rows, names)
+    values = [m.nrmse or 0.0 for m in rows]
+    spread = max(values) > 20.0 * min(values) > 0.0
+    axes.set(xlabel="NRMSE (% of the measured range)", yticks=range(len(names)), yticklabels=names)
+    axes.set_ylim(len(names) - 0.4, -0.6)
+    if spread:
+        axes.set_xscale("log")
+        _plain_log(axes)
+    else:
+        axes.set_xlim(left=0.0)
+    axes.grid(axis="y", color="#e2e8f0", lw=0.8)
+    canvas.legend(loc="outside upper right", ncols=3)
+    worst = max(rows, key=lambda m: m.nrmse or 0.0)
+    alt = f"NRMSE of {len(names)} conditions; largest {percent(worst.nrmse)} at {worst.condition}."
+    caption = "Error of every condition as a share of the measured range; the bar is the noise floor on the same scale."
+    svg = to_svg(canvas, f"{fit.name}: NRMSE")
+    return Figure(f"{fit.name}.nrmse", "Error per condition", caption, alt, svg, narrow=True)
+
+
+def _noise_ticks(axes: "Axes", rows: Sequence[MetricRow], names: Sequence[str]) -> None:
+    floors = [(names.index(m.condition), 100.0 * m.relative_floor) for m in rows if m.relative_floor]
+    if floors:
+        places, values = zip(*floors, strict=True)
+        axes.plot(values, places, "|", ms=13, mew=2.0, color="#475569", ls="none", label="noise floor", zorder=2)
+
+
+def _grids(
+    fit: Fit,
+    series: Sequence[Series],
+    draw: Callable[["Axes", Series, int], None],
+    about: tuple[str, str, str, tuple[str, str]],
+) -> Iterator[Figure]:
+    """Yield small multiples, one panel a condition, at most 12 a figure."""
+    kind, title, caption, (across, up) = about
+    errors = {(m.condition, m.role): m.nrmse for m in fit.metrics}
+    pages = sheets(series)
+    for number, page in enumerate(pages, start=1):
+        columns = _columns(len(page))
+        lines = -(-len(page) // columns)
+        canvas = _canvas(WIDTH, 0.75 + (3.6 if columns == 1 else 2.9 if columns == 2 else 2.15) * lines)
+        panels = canvas.subplots(lines, columns, squeeze=False).ravel()
+        for axes, one in zip(panels, page, strict=False):
+            draw(axes, one, CURVE_POINTS if len(page) <= 2 else CURVE_POINTS // 2)
+            role = " · hold-out" if one.role == "holdout" else ""
+            title_text = f"{one.condition}{role} · {percent(errors.get((one.condition, one.role)))}"
+            axes.set_title(fill(title_text, TITLE_WIDTHS[columns]))
+        for axes in panels[len(page) :]:
+            axes.remove()
+        canvas.supxlabel(across)
+        canvas.supylabel(up)
+        canvas.legend(*panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
+        last = _part(page, number, len(pages))
+        name = f"{fit.name}.{kind}" + (f"-{number}" if len(pages) > 1 else "")
+        alt = f"{title} of {page[0].condition}" + (f" to {page[-1].condition}" if len(page) > 1 else "")
+        yield Figure(name, title + last, caption, f"{alt}.", to_svg(canvas, f"{fit.name}: {title}{last}"))
+
+
+def _part(page: Sequence[Series], number: int, total: int) -> str:
+    """Return what sets one of several figures apart: the family of conditions it shows, or its number."""
+    if total == 1:
+        return ""
+    families = {family(one) for one in page}
+    return f", {families.pop()}" if len(families) == 1 else f", {number} of {total}"
+
+
+def _columns(panels: int) -> int:
+    if panels <= 2:
+        return panels
+    return 2 if panels == 4 else 3 if panels <= 9 else 4
+
+
+def _canvas(width: float, height: float) -> "Canvas":
+    from matplotlib.figure import Figure as Canvas
+
+    return Canvas(figsize=(width, height), layout="constrained")
+
+
+def _scale(curves: Sequence[Array], channel: str) -> tuple[float, str]:
+    finite = [float(np.max(np.abs(c[np.isfinite(c)]), initial=0.0)) for c in curves]
+    return prefixed(max(finite), unit_of(channel))
+
+
+def _axis(symbol: str, unit: str, name: str) -> str:
+    words = name.replace("_", " ")
+    quantity = words[:1].upper() + words[1:] + (f" {symbol}" if symbol != name else "")
+    return f"{quantity} ({unit})" if unit else quantity
+
+
+def _plain_log(axes: "Axes") -> None:
+    """Write the numbers of logarithmic axes as 0.1, 1, 10 … and as 10⁵ where they are long, without math fonts."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    for axis in (axes.xaxis, axes.yaxis):
+        if axis.get_scale() == "log":
+            axes.autoscale_view()
+            low, high = sorted(axis.get_view_interval())
+            decades = np.log10(high / low) if low > 0.0 else 9.0
+            axis.set_major_locator(LogLocator(subs=(1.0,) if decades > 1.5 else (1.0, 2.0, 5.0)))
+            axis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:g}" if 1e-3 <= v < 1e5 else _power(v)))
+            axis.set_minor_formatter(NullFormatter())
+
+
+def _power(value: float) -> str:
+    mantissa, exponent = f"{value:.0e}".split("e")
+    return ("" if mantissa == "1" else f"{mantissa}×") + f"10{str(int(exponent)).translate(SUPERSCRIPTS)}"

@@ -1,0 +1,134 @@
+"""Numbers, units and names as text for people: HTML with Unicode, LaTeX with math, sorted as people sort them.
+
+Numbers are first rounded to a plain text such as ``-1.23e-4`` and then dressed, so that page and tables show the same
+digits.
+"""
+
+import math
+import re
+
+SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+GREEK = "alpha beta gamma delta epsilon zeta eta theta kappa lambda mu nu xi rho sigma tau phi chi psi omega".split()
+MISSING = "–"
+
+_LATEX = {
+    "\\": r"\textbackslash{}",
+    "&": r"\&",
+    "%": r"\%",
+    "$": r"\$",
+    "#": r"\#",
+    "_": r"\_",
+    "{": r"\{",
+    "}": r"\}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "<": "$<$",
+    ">": "$>$",
+    "|": "$|$",
+    "°": r"$^\circ$",
+    "·": r"$\cdot$",
+    "×": r"$\times$",
+    "−": "$-$",
+    "–": "--",
+    "∞": r"$\infty$",
+    "∮": r"$\oint$",
+    "∫": r"$\int$",
+    "√": r"$\surd$",
+    "Ω": r"$\Omega$",
+    "π": r"$\pi$",
+    **dict(zip("αβγδεζηθκλμνξρστφχψω", (rf"$\{name}$" for name in GREEK), strict=True)),
+}
+# Whole numbers up to a million and fractions down to a thousandth are read more easily without a power of ten.
+_PLAIN = range(-3, 6)
+
+
+def significant(value: float | None, digits: int = 3) -> str:
+    """Return a number rounded to significant digits as plain text (``0.0123``, ``-1.20e-7``); empty if not finite."""
+    if value is None or not math.isfinite(value):
+        return ""
+    if value == 0:
+        return "0"
+    exponent = int(f"{value:.{digits - 1}e}".split("e")[1])
+    return _fixed(value, exponent, digits)
+
+
+def with_interval(value: float, low: float | None, high: float | None) -> tuple[str, str, str]:
+    """Return value, low and high as plain text, to the digit at which half the interval shows two significant ones.
+
+    Four significant digits where there is no interval, three each where the interval is wider than the value, and up
+    to six where it is a point.
+    """
+    if low is None or high is None or not math.isfinite(high - low):
+        return significant(value, 4), "", ""
+    half = (high - low) / 2.0
+    if half <= 0.0:
+        exact = f"{value:.6g}".replace("e-0", "e-").replace("e+0", "e")
+        return exact, exact, exact
+    if half >= abs(value):
+        return significant(value), significant(low), significant(high)
+    exponent = int(f"{value:.5e}".split("e")[1])
+    digits = min(max(exponent - math.floor(math.log10(half)) + 2, 2), 8)
+    return _fixed(value, exponent, digits), _fixed(low, exponent, digits), _fixed(high, exponent, digits)
+
+
+def _fixed(value: float, exponent: int, digits: int) -> str:
+    if exponent in _PLAIN:
+        return f"{value:.{max(digits - 1 - exponent, 0)}f}"
+    return f"{value / 10.0**exponent:.{digits - 1}f}e{exponent}"
+
+
+def in_html(text: str) -> str:
+    """Return a plain number for the page: true minus sign, power of ten in superscripts, a dash for none."""
+    mantissa, _, exponent = text.partition("e")
+    power = f"×10{exponent.translate(SUPERSCRIPTS)}" if exponent else ""
+    return (mantissa.replace("-", "−") + power) or MISSING
+
+
+def in_latex(text: str) -> str:
+    """Return a plain number for LaTeX, in math where it has a sign or a power of ten; two hyphens for none."""
+    mantissa, _, exponent = text.partition("e")
+    if exponent:
+        return rf"${mantissa}\times10^{{{exponent}}}$"
+    return f"${mantissa}$" if mantissa.startswith("-") else mantissa or "--"
+
+
+def percent(share: float | None) -> str:
+    """Return a share as percent with three significant digits, as in ``1.23 %``."""
+    return f"{in_html(significant(None if share is None else 100.0 * share))} %"
+
+
+def unit_html(unit: str) -> str:
+    """Return a unit in pint's spelling as print has it (``m/s²``, ``N·s/m``, ``°C``); empty for a pure number."""
+    if unit in ("", "1"):
+        return ""
+    text = re.sub(r"(?:\*\*|\^)\(?(-?\d+)\)?", lambda m: m[1].translate(SUPERSCRIPTS), unit)
+    return text.replace("*", "·").replace("degC", "°C").replace("ohm", "Ω")
+
+
+def unit_latex(unit: str) -> str:
+    """Return a unit in pint's spelling for LaTeX text; empty for a pure number."""
+    if unit in ("", "1"):
+        return ""
+    text = unit.replace("*", r"\,").replace("degC", r"$^\circ$C").replace("ohm", r"$\Omega$")
+    return re.sub(r"(?:\\,\\,|\^)\(?(-?[\d.]+)\)?", r"$^{\1}$", text)
+
+
+def escape_latex(text: str) -> str:
+    """Return text with LaTeX's special characters and the commonest symbols written as commands."""
+    return "".join(_LATEX.get(c, c) for c in text)
+
+
+def symbol_latex(name: str) -> str:
+    r"""Return a parameter's name as a symbol (``$\kappa$``, ``$L_{c}$``, ``$c_{0}$``), longer names as text."""
+    match = re.fullmatch(rf"({'|'.join(GREEK)}|[A-Za-z])_?([A-Za-z0-9]{{0,3}})", name)
+    if not match:
+        return escape_latex(name)
+    letter, index = match.groups()
+    letter, index = "\\" + letter if letter in GREEK else letter, r"\infty" if index == "inf" else index
+    return f"${letter}_{{{index}}}$" if index else f"${letter}$"
+
+
+def natural(text: str) -> list[tuple[int, float, str]]:
+    """Return a sort key that puts ``5Hz`` before ``10Hz``."""
+    parts = re.split(r"(\d+(?:\.\d+)?)", text.lower())
+    return [(0, float(p), "") if k % 2 else (1, 0.0, p) for k, p in enumerate(parts) if p]

@@ -1,0 +1,141 @@
+"""The report stage: finished fits in, tables, figures and one page out."""
+
+import hashlib
+import os
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from mrfit.errors import DataError
+from mrfit.progress import Progress, silent
+from mrfit.report import figures, page, tables
+from mrfit.report.source import Source, fit_names, input_files, read_source
+from mrfit.store import Workspace, key_of, read_json, write_json
+
+SCHEMA = "mrfit/report/1"
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What to report.
+
+    Attributes
+    ----------
+    fits
+        Names of fits in the order to show them; empty for all finished ones.
+    """
+
+    fits: tuple[str, ...] = ()
+
+
+def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
+    """Write ``report/``: index.html, parameters and metrics as CSV and LaTeX, figures as SVG.
+
+    All is made before the first file is touched, then put in place file by file by renaming; ``report.json``, which
+    holds the key of what the report was made of, is taken away first and comes back last. A kill in between leaves
+    whole files and a report that the same command makes again.
+
+    Parameters
+    ----------
+    workspace
+        Holds the fits.
+    settings
+        Which to report.
+    progress
+        Told of every fit drawn.
+
+    Returns
+    -------
+    dict
+        Content of report.json (``fits``, ``conditions``, ``files``, ``key``), ``index``, the page's path, and
+        ``skipped``: whether nothing had changed since the last report.
+
+    Raises
+    ------
+    DataError
+        If there is no fit, one is damaged, or the folder cannot be written.
+    """
+    names = fit_names(workspace, settings.fits)
+    key = _key(workspace, names, settings)
+    folder = workspace.report_folder
+    existing = read_json(folder / "report.json")
+    if existing and existing.get("key") == key and all((folder / f).is_file() for f in existing["files"]):
+        return {**existing, "index": str(folder / "index.html"), "skipped": True}
+    source = read_source(workspace, tuple(names))
+    files = _render(source, progress)
+    summary = {
+        "schema": SCHEMA,
+        "key": key,
+        "fits": names,
+        "conditions": len({m.condition for f in source.fits for m in f.metrics if m.condition != "all"}),
+        "files": sorted(files),
+    }
+    publish(folder, files, summary)
+    return {**summary, "index": str(folder / "index.html"), "skipped": False}
+
+
+def _key(workspace: Workspace, names: list[str], settings: Settings) -> str:
+    """Return the key of all that goes into the report; the page's template is none of the hashed sources."""
+    inputs = [page.TEMPLATE, *input_files(workspace, names)]
+    hashes = [(p.name, hashlib.sha256(p.read_bytes()).hexdigest()) for p in inputs]
+    return key_of(names, asdict(settings), hashes, version("matplotlib"), version("jinja2"))
+
+
+def _render(source: Source, progress: Progress) -> dict[str, str]:
+    """Return the text of every file by its path in the report's folder."""
+    drawn: dict[str, list[figures.Figure]] = {}
+    for done, fit in enumerate(source.fits):
+        progress("figures", done, len(source.fits))
+        drawn[fit.name] = figures.figures_of(fit, source.series[fit.name])
+    progress("figures", len(source.fits), len(source.fits))
+    files = {
+        "parameters.csv": tables.parameters_csv(source.fits),
+        "parameters.tex": tables.parameters_tex(source.fits),
+        "metrics.csv": tables.metrics_csv(source.fits),
+        "metrics.tex": tables.metrics_tex(source.fits),
+        "index.html": page.render(source, drawn),
+    }
+    return files | {f"figures/{f.name}.svg": f.svg for figures in drawn.values() for f in figures}
+
+
+def publish(folder: Path, files: Mapping[str, str], summary: dict[str, Any]) -> None:
+    """Put files in place together: all under temporary names, then renamed, then those of an older report removed.
+
+    Parameters
+    ----------
+    folder
+        The report's folder. ``figures/`` in it holds the report's figures and nothing else afterwards.
+    files
+        Text by path in the folder.
+    summary
+        Content of report.json.
+
+    Raises
+    ------
+    DataError
+        If the folder cannot be written; an older report is then as it was, or is made again by the next run.
+    """
+    pending: list[tuple[Path, Path]] = []
+    try:
+        for name, text in files.items():
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+            pending.append((temporary, path))
+            with temporary.open("wb") as handle:
+                handle.write(text.encode())
+                handle.flush()
+                os.fsync(handle.fileno())
+        (folder / "report.json").unlink(missing_ok=True)
+        for temporary, path in pending:
+            temporary.replace(path)
+        for path in {*folder.glob("figures/*"), *folder.glob(".*.tmp")} - {folder / name for name in files}:
+            path.unlink()
+    except OSError as error:
+        raise DataError(f"{folder}: cannot write ({error.strerror or error}); choose another --work folder") from error
+    finally:
+        for temporary, _ in pending:
+            temporary.unlink(missing_ok=True)
+    write_json(folder / "report.json", summary)

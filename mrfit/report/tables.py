@@ -1,0 +1,154 @@
+"""Parameter and error tables: CSV with every digit, LaTeX with the digits that mean something."""
+
+import csv
+import io
+from collections.abc import Sequence
+
+from mrfit.metrics import METRICS
+from mrfit.report.numbers import (
+    escape_latex,
+    in_latex,
+    significant,
+    symbol_latex,
+    unit_latex,
+    with_interval,
+)
+from mrfit.report.source import Fit, MetricRow, Quantity, Result
+
+Cell = str | int | float | bool | None
+
+PARAMETER_COLUMNS = ("condition", "parameter", "value", "unit", "low", "high", "at_bound", "identifiable")
+METRIC_COLUMNS = ("condition", "role", "samples", *(m.name for m in METRICS), "noise_floor")
+ROLES = {"train": "training", "holdout": "hold-out"}
+NOTE = r"$^{\ast}$ ended at a bound; $^{\dagger}$ not determined by the data."
+
+
+def parameters_csv(fits: Sequence[Fit]) -> str:
+    """Return all parameters and derived quantities, one row per fit, condition and name; ``fit`` if there are several.
+
+    Numbers carry every digit, in SI; ``low`` and ``high`` bound the 95 % interval and are empty where the data leave
+    it open.
+    """
+    rows: list[list[Cell]] = [
+        [fit.name, result.condition, q.name, q.value, q.unit, q.low, q.high, q.at_bound, q.identifiable]
+        for fit in fits
+        for result in fit.results
+        for q in [*result.parameters, *result.derived]
+    ]
+    return _csv(("fit", *PARAMETER_COLUMNS), rows, several=len(fits) > 1)
+
+
+def metrics_csv(fits: Sequence[Fit]) -> str:
+    """Return all errors, one row per fit, condition and role and one ``all`` row per role; units as in ``METRICS``."""
+    rows: list[list[Cell]] = [[fit.name, *metric_cells(m)] for fit in fits for m in fit.metrics]
+    return _csv(("fit", *METRIC_COLUMNS), rows, several=len(fits) > 1)
+
+
+def metric_cells(row: MetricRow) -> list[Cell]:
+    """Return a row of errors in the order of ``METRIC_COLUMNS``."""
+    return [getattr(row, name) for name in METRIC_COLUMNS]
+
+
+def _csv(header: Sequence[str], rows: Sequence[Sequence[Cell]], several: bool) -> str:
+    first = 0 if several else 1
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header[first:])
+    writer.writerows([["" if c is None else repr(c) if isinstance(c, float) else c for c in r[first:]] for r in rows])
+    return text.getvalue()
+
+
+def parameters_tex(fits: Sequence[Fit]) -> str:
+    """Return LaTeX tables (booktabs) of parameters and of derived quantities, in the layout that suits their number.
+
+    One set of parameters is set out one parameter a row with its interval; several sets one condition a row. Values
+    are rounded where half of their 95 % interval has two significant digits.
+    """
+    tables = []
+    for fit in fits:
+        for kind, label in (("parameters", "Parameters"), ("derived", "Derived quantities")):
+            sets = [(r, _quantities(r, kind)) for r in fit.results]
+            if any(quantities for _, quantities in sets):
+                caption = f"{label} of {fit.model} ({fit.optimizer})"
+                tables.append(_quantity_table(sets, caption, f"tab:{fit.name}:{kind}"))
+    return "\n".join(tables)
+
+
+def _quantities(result: Result, kind: str) -> list[Quantity]:
+    return result.derived if kind == "derived" else result.parameters
+
+
+def _quantity_table(sets: Sequence[tuple[Result, list[Quantity]]], caption: str, label: str) -> str:
+    if len(sets) == 1:
+        header = ["Symbol", "Meaning", "Value", r"95\,\% interval", "Unit"]
+        rows = [_long_row(q) for q in sets[0][1]]
+        return latex_table(header, rows, "llrll", (caption, label, NOTE))
+    header = ["Condition", *(_headed(symbol_latex(q.name), q.unit) for q in sets[0][1])]
+    rows = [[escape_latex(r.condition), *(_marked(q) for q in quantities)] for r, quantities in sets]
+    return latex_table(header, rows, "l" + "r" * (len(header) - 1), (caption, label, NOTE))
+
+
+def _long_row(q: Quantity) -> list[str]:
+    _, low, high = with_interval(q.value, q.low, q.high)
+    interval = "held fixed" if q.fixed else f"[{in_latex(low)}, {in_latex(high)}]" if low else "not determined"
+    return [symbol_latex(q.name), escape_latex(q.text), _marked(q), interval, unit_latex(q.unit) or "--"]
+
+
+def _marked(q: Quantity) -> str:
+    value = in_latex(with_interval(q.value, q.low, q.high)[0])
+    return value + (r"$^{\ast}$" if q.at_bound else "") + ("" if q.identifiable else r"$^{\dagger}$")
+
+
+def _headed(name: str, unit: str) -> str:
+    return f"{name} ({unit_latex(unit)})" if unit_latex(unit) else name
+
+
+def metrics_tex(fits: Sequence[Fit]) -> str:
+    """Return LaTeX tables (booktabs) of the errors, three significant digits, one table per fit."""
+    tables = []
+    for fit in fits:
+        units = {"y": fit.unit, "y^2": f"({fit.unit})^2" if set(fit.unit) & set("*/") else f"{fit.unit}^2", "1": ""}
+        measures = [_headed(escape_latex(m.label), units.get(m.unit, "")) for m in METRICS]
+        measures = [h + (r" (\%)" if m.unit == "%" else "") for h, m in zip(measures, METRICS, strict=True)]
+        header = ["Condition", "Role", "Samples", *measures, _headed("noise floor", fit.unit)]
+        rows = []
+        for row in fit.metrics:
+            name, role, samples, *values = metric_cells(row)
+            numbers = [in_latex(significant(v if isinstance(v, float) else None)) for v in values]
+            rows.append(
+                [escape_latex(str(name)), ROLES.get(str(role), escape_latex(str(role))), str(samples), *numbers]
+            )
+        about = (f"Errors of {fit.model} ({fit.optimizer})", f"tab:{fit.name}:metrics", "")
+        tables.append(latex_table(header, rows, "llr" + "r" * (len(header) - 3), about))
+    return "\n".join(tables)
+
+
+def latex_table(header: Sequence[str], rows: Sequence[Sequence[str]], align: str, about: tuple[str, str, str]) -> str:
+    r"""Return a table float for ``\usepackage{booktabs}``; cells are LaTeX already.
+
+    Parameters
+    ----------
+    header, rows
+        Cells; every row as long as the header.
+    align
+        Column letters, as many as there are columns.
+    about
+        Plain caption, label, and a LaTeX note below (empty for none).
+    """
+    caption, label, note = about
+    lines = [
+        r"\begin{table}[htbp]",
+        r"\centering\small",
+        rf"\caption{{{escape_latex(caption)}}}",
+        rf"\label{{{label}}}",
+        rf"\begin{{tabular}}{{{align}}}",
+        r"\toprule",
+        *(" & ".join(row) + r" \\" for row in [header]),
+        r"\midrule",
+        *(" & ".join(row) + r" \\" for row in rows),
+        r"\bottomrule",
+        r"\end{tabular}",
+        *([rf"\par\smallskip\footnotesize {note}"] if note else []),
+        r"\end{table}",
+    ]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,87 @@
+"""A fit's outcome in words: how good, where best and worst, and every reason to distrust it."""
+
+from mrfit.report.curves import prefixed
+from mrfit.report.numbers import in_html, percent, significant
+from mrfit.report.source import Fit, MetricRow
+
+# An error within this factor of the noise floor is the noise's.
+WITHIN_NOISE = 1.1
+
+
+def verdict(fit: Fit) -> list[str]:
+    """Return sentences on the error in training and on held-out data, and on the best and the worst condition."""
+    said = []
+    for role, where in (("train", "training"), ("holdout", "held-out")):
+        pooled = fit.pooled(role)
+        if pooled:
+            said.append(_error(fit, pooled, where, len(fit.rows(role))))
+    if not fit.pooled("holdout"):
+        said.append("Nothing was held out: how the model does on data it has not seen is not known.")
+    rows = [m for m in fit.rows("holdout") or fit.rows("train") if m.nrmse is not None]
+    if len(rows) > 1:
+        best, worst = min(rows, key=_nrmse), max(rows, key=_nrmse)
+        where = "held-out" if rows[0].role == "holdout" else "training"
+        said.append(
+            f"Best {where} condition: {best.condition} ({percent(best.nrmse)}); "
+            f"worst: {worst.condition} ({percent(worst.nrmse)})."
+        )
+    return said
+
+
+def _nrmse(row: MetricRow) -> float:
+    return row.nrmse or 0.0
+
+
+def _error(fit: Fit, row: MetricRow, where: str, conditions: int) -> str:
+    if row.rmse is None:
+        return f"On {where} data the simulation diverged: no error can be given."
+    factor, unit = prefixed(row.rmse, fit.unit)
+    amount = f"{in_html(significant(factor * row.rmse))} {unit}".strip()
+    data = f"{where} data ({_count(conditions, 'condition')})"
+    text = f"On {data} the error is {amount} RMS, {percent(row.nrmse)} of the range"
+    if not row.noise_floor:
+        return text + "."
+    ratio = row.rmse / row.noise_floor
+    if ratio <= WITHIN_NOISE:
+        return f"{text}, {in_html(significant(ratio))} times the noise floor: what is left is noise."
+    return f"{text}, {in_html(significant(ratio))} times the noise floor."
+
+
+def cautions(fit: Fit) -> list[tuple[str, str, str]]:
+    """Return every warning once as (kind, text, conditions it was raised for), the most frequent first."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for result in fit.results:
+        for caution in result.warnings:
+            found.setdefault((caution.kind, caution.text), []).append(result.condition)
+    ordered = sorted(found.items(), key=lambda item: -len(item[1]))
+    return [(kind, text, _where(where, len(fit.results))) for (kind, text), where in ordered]
+
+
+def _where(conditions: list[str], total: int) -> str:
+    if total == 1:
+        return ""
+    if len(conditions) == total:
+        return f"all {total} conditions"
+    named = ", ".join(conditions[:4])
+    return named if len(conditions) <= 4 else f"{named} and {len(conditions) - 4} more"
+
+
+def open_directions(fit: Fit) -> list[tuple[str, str]]:
+    """Return what the data leave open as (condition, sentence), for every set of parameters that is not full rank."""
+    said = []
+    for result in fit.results:
+        conditioning = result.conditioning
+        if conditioning and conditioning.rank < conditioning.parameters:
+            ways = "; ".join(_direction(d) for d in conditioning.null_directions)
+            text = f"the data determine {conditioning.rank} of {conditioning.parameters} directions"
+            said.append((result.condition, text + (f"; free to move along {ways}" if ways else "")))
+    return said
+
+
+def _direction(weights: dict[str, float]) -> str:
+    ordered = sorted(weights.items(), key=lambda item: -abs(item[1]))
+    return " ".join(f"{'+' if w > 0 else '−'}{abs(w):.2g}·{name}" for name, w in ordered)
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" + ("" if number == 1 else "s")

@@ -1,0 +1,264 @@
+"""Name test conditions and share them out between training and hold-out, whatever the order of the files."""
+
+import fnmatch
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mrfit.errors import ConfigError
+from mrfit.recording import Segment
+from mrfit.specs import Array
+
+# Segments are repeats of one condition if they differ by less than this.
+SAME_FREQUENCY, SAME_AMPLITUDE, SAME_LEVEL, SAME_TEMPERATURE = 0.03, 0.05, 0.03, 5.0
+LEAST_CURRENT = 0.02
+# A stated value names a condition if the data agree with it within this share.
+STATED = 0.25
+HOLDOUT_SHARE = 0.25
+FEWEST_FOR_HOLDOUT = 4
+BIAS = 0.1
+ROUNDED = 0.02
+UNITS: Mapping[str, tuple[float, str]] = {
+    "current": (1.0, "A"),
+    "displacement": (1e3, "mm"),
+    "velocity": (1e3, "mmps"),
+    "angle": (1.0, "rad"),
+    "angular_velocity": (1.0, "radps"),
+}
+QUANTITIES = ("frequency", "amplitude", "current", "offset", "temperature")
+
+
+@dataclass(frozen=True, slots=True)
+class _Stated:
+    """A segment with the stated values that its data agree with, nan where there is none."""
+
+    segment: Segment
+    frequency: float
+    amplitude: float
+    current: float
+
+
+def name_conditions(segments: Sequence[Segment], stated: Mapping[str, Mapping[str, float]]) -> list[Segment]:
+    """Return the segments with their conditions named, as in ``sine-5Hz-2mm-0.25A``.
+
+    Parameters
+    ----------
+    segments
+        Segments of all recordings.
+    stated
+        Recording id -> the condition its file name or header states. Values that agree with the data within 25 % name
+        the condition; otherwise measured values do, rounded within 2 %.
+    """
+    members = [_agreed(s, stated.get(s.recording, {})) for s in segments]
+    clusters = sorted(_clusters(members), key=lambda c: _sorting_key([members[i] for i in c]))
+    taken: set[str] = set()
+    named = list(segments)
+    for cluster in clusters:
+        name = _unique_name([members[i] for i in cluster], taken)
+        taken.add(name)
+        for i in cluster:
+            named[i] = replace(segments[i], condition=name)
+    return named
+
+
+def _agreed(segment: Segment, stated: Mapping[str, float]) -> _Stated:
+    given = dict(stated)
+    if segment.drive == "current" and "amplitude" not in given and "current" in given:
+        # A coil test's file name gives one current: its amplitude.
+        given["amplitude"] = given["current"]
+    values = {}
+    for name in ("frequency", "amplitude", "current"):
+        value, measured = given.get(name, np.nan), float(getattr(segment, name))
+        agrees = abs(value - measured) <= max(STATED * abs(measured), LEAST_CURRENT if name == "current" else 0.0)
+        values[name] = value if agrees else np.nan
+    return _Stated(segment, **values)
+
+
+def _clusters(members: Sequence[_Stated]) -> list[list[int]]:
+    """Return indices grouped so that segments that are alike, or linked by a chain of alike ones, are together."""
+    left = list(range(len(members)))
+    clusters = []
+    while left:
+        cluster, fresh = [], [left.pop(0)]
+        while fresh:
+            cluster += fresh
+            near = [j for j in left if any(_alike(members[i], members[j]) for i in fresh)]
+            left = [j for j in left if j not in near]
+            fresh = near
+        clusters.append(sorted(cluster))
+    return clusters
+
+
+def _alike(one: _Stated, other: _Stated) -> bool:
+    a, b = one.segment, other.segment
+    if (a.waveform, a.drive) != (b.waveform, b.drive):
+        return False
+    # Conditions stated to differ do differ, however close their data are.
+    if any(abs(getattr(one, n) - getattr(other, n)) > 1e-9 for n in ("frequency", "amplitude", "current")):
+        return False
+    amplitude = max(a.amplitude, b.amplitude)
+    limits = {
+        "frequency": SAME_FREQUENCY * max(a.frequency, b.frequency),
+        "amplitude": SAME_AMPLITUDE * amplitude,
+        "current": max(SAME_LEVEL * max(abs(a.current), abs(b.current)), LEAST_CURRENT),
+        "temperature": SAME_TEMPERATURE,
+        "offset": SAME_AMPLITUDE * amplitude if a.drive == "current" else np.inf,
+    }
+    return not any(abs(getattr(a, n) - getattr(b, n)) > limit for n, limit in limits.items()) and (
+        np.isnan(a.current) == np.isnan(b.current)
+    )
+
+
+def _median(members: Sequence[_Stated], name: str) -> float:
+    values = [v for m in members if np.isfinite(v := float(getattr(m.segment, name)))]
+    return float(np.median(values)) if values else float("nan")
+
+
+def _sorting_key(members: Sequence[_Stated]) -> tuple[object, ...]:
+    first = members[0].segment
+    return (first.waveform, first.drive, *(np.nan_to_num(_median(members, n), nan=-1e300) for n in QUANTITIES))
+
+
+def _unique_name(members: Sequence[_Stated], taken: set[str]) -> str:
+    """Return the shortest name not yet taken: with the temperature, or with more digits, where the plain one is."""
+    temperature = _median(members, "temperature")
+    tail = f"-{temperature:.0f}degC" if np.isfinite(temperature) else ""
+    for digits in (1, 2, 3, 4, 6):
+        for extra in ("", tail):
+            name = _name(members, digits) + extra
+            if name not in taken:
+                return name
+    return next(n for k in range(2, len(taken) + 3) if (n := f"{_name(members, 6)}-{k}") not in taken)
+
+
+def _name(members: Sequence[_Stated], digits: int) -> str:
+    first = members[0].segment
+    scale, unit = UNITS.get(first.drive, (1.0, first.drive))
+    parts = [first.waveform]
+    if first.frequency > 0.0:
+        parts.append(f"{_shown(members, 'frequency', 1.0, digits)}Hz")
+    parts.append(f"{_shown(members, 'amplitude', scale, digits)}{unit}")
+    bias, amplitude = _median(members, "offset"), _median(members, "amplitude")
+    if first.drive == "current" and abs(bias) > BIAS * amplitude:
+        parts.append(f"bias{_rounded(bias, digits)}A")
+    if np.isfinite(first.current):
+        parts.append(f"{_shown(members, 'current', 1.0, digits)}A")
+    return "-".join(parts)
+
+
+def _shown(members: Sequence[_Stated], name: str, scale: float, digits: int) -> str:
+    stated = [v for m in members if np.isfinite(v := getattr(m, name))]
+    if stated:
+        return f"{float(f'{stated[0] * scale:.6g}'):g}"
+    value = _median(members, name)
+    if name == "current" and abs(value) < LEAST_CURRENT:
+        return "0"
+    return _rounded(value * scale, digits)
+
+
+def _rounded(value: float, digits: int) -> str:
+    """Return a number in as few digits, ``digits`` or more, as hold it within 2 %."""
+    texts = [f"{float(f'{value:.{n}g}'):.10g}" for n in range(digits, digits + 3)]
+    return next((t for t in texts if abs(float(t) - value) <= ROUNDED * abs(value)), texts[-1])
+
+
+def assign_roles(segments: Sequence[Segment], holdout: str) -> list[Segment]:
+    """Return the segments with their roles: ``holdout`` for the chosen conditions, ``train`` for the rest.
+
+    Parameters
+    ----------
+    segments
+        Segments with named conditions.
+    holdout
+        ``none``; ``auto``: a quarter of the conditions, those inside the grid of frequency, amplitude and current
+        first, none below four conditions and never more than half of one waveform; or, separated by commas,
+        ``quantity=value`` (within 5 %) and patterns on condition names.
+
+    Raises
+    ------
+    ConfigError
+        If a choice matches no condition, or all conditions are chosen.
+    """
+    conditions = sorted({s.condition for s in segments})
+    if holdout == "auto":
+        chosen = _auto(segments, conditions)
+    elif holdout == "none":
+        chosen = set()
+    else:
+        chosen = {s.condition for term in holdout.split(",") for s in _matching(segments, term.strip(), conditions)}
+    if conditions and chosen == set(conditions):
+        raise ConfigError(
+            f"--holdout '{holdout}' leaves no condition to train on; choose fewer of {_listed(conditions)}"
+        )
+    return [replace(s, role="holdout" if s.condition in chosen else "train") for s in segments]
+
+
+def _listed(conditions: Sequence[str]) -> str:
+    return ", ".join(conditions[:12]) + (" …" if len(conditions) > 12 else "")
+
+
+def _matching(segments: Sequence[Segment], term: str, conditions: Sequence[str]) -> list[Segment]:
+    name, equals, text = term.partition("=")
+    if equals and name in (*QUANTITIES, "waveform"):
+        found = [s for s in segments if _equals(s, name, text)]
+    else:
+        found = [s for s in segments if fnmatch.fnmatchcase(s.condition, term)]
+    if not found:
+        raise ConfigError(
+            f"--holdout '{term}' matches no condition; there are {_listed(conditions)} (give auto, none, a pattern on "
+            f"these names, or {'|'.join(QUANTITIES)}=VALUE in SI units)"
+        )
+    return found
+
+
+def _equals(segment: Segment, name: str, text: str) -> bool:
+    if name == "waveform":
+        return segment.waveform == text
+    try:
+        value = float(text)
+    except ValueError as error:
+        raise ConfigError(f"--holdout '{name}={text}': '{text}' is no number; give it in SI units") from error
+    # In a coil test `current=3` means the condition of 3 A, which is the drive's amplitude.
+    quantity = "amplitude" if name == "current" and segment.drive == "current" else name
+    measured = float(getattr(segment, quantity))
+    return abs(measured - value) <= max(0.05 * abs(value), LEAST_CURRENT if name == "current" else 0.0)
+
+
+def _auto(segments: Sequence[Segment], conditions: Sequence[str]) -> set[str]:
+    if len(conditions) < FEWEST_FOR_HOLDOUT:
+        return set()
+    grid, waveforms = _grid(segments, conditions)
+    inside = np.sum((grid > 0.0) & (grid < 1.0), axis=1)
+    room = {w: waveforms.count(w) // 2 for w in waveforms}
+    chosen: list[int] = []
+    while len(chosen) < round(HOLDOUT_SHARE * len(conditions)):
+        open_ = [i for i in range(len(conditions)) if i not in chosen and room[waveforms[i]] > 0]
+        if not open_:
+            break
+        best = max(open_, key=lambda i: (inside[i], _spread(grid, i, chosen), -i))
+        room[waveforms[best]] -= 1
+        chosen.append(best)
+    return {conditions[i] for i in chosen}
+
+
+def _spread(grid: Array, i: int, chosen: Sequence[int]) -> float:
+    """Return the distance to the nearest condition already held out, or (for the first) minus that to the centre."""
+    if not chosen:
+        return -float(np.linalg.norm(grid[i] - 0.5))
+    return round(min(float(np.linalg.norm(grid[i] - grid[j])) for j in chosen), 9)
+
+
+def _grid(segments: Sequence[Segment], conditions: Sequence[str]) -> tuple[Array, list[str]]:
+    """Return each condition's place among the steps of frequency, amplitude and current: (conditions, 3), 0 to 1."""
+    first = {s.condition: s for s in reversed(segments)}
+    columns = []
+    for name, tolerance in (("frequency", SAME_FREQUENCY), ("amplitude", SAME_AMPLITUDE), ("current", SAME_LEVEL)):
+        values = np.nan_to_num(np.array([float(getattr(first[c], name)) for c in conditions]))
+        order = np.argsort(values, kind="stable")
+        sorted_values = values[order]
+        step = np.diff(sorted_values) > np.maximum(tolerance * np.abs(sorted_values[1:]), 1e-12)
+        ranks = np.empty(len(values))
+        ranks[order] = np.concatenate([[0], np.cumsum(step)])
+        columns.append(ranks / max(float(ranks.max()), 1.0))
+    return np.stack(columns, axis=1), [first[c].waveform for c in conditions]

@@ -1,0 +1,167 @@
+"""Find in one recording what is under test: the drive channel and the segments of steady or irregular excitation."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mrfit.cycles import Stretch, gaps, steady_stretches
+from mrfit.noise import noise_level
+from mrfit.recording import Recording, Segment
+from mrfit.segment.waveform import STILL_NOISE, irregular_waveform, periodic_waveform
+from mrfit.specs import Array
+
+MOVED = ("displacement", "velocity", "angle", "angular_velocity")
+# An irregular stretch beside periodic ones must be this long and large to be a test of its own.
+IRREGULAR_SHARE = 0.2
+FEWEST_SAMPLES = 100
+# Share of an irregular segment that only leads the model in.
+LEAD_IN = 0.1
+HELD = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class Detection:
+    """Segments of one recording (conditions and roles not yet set), and what is to be said about it."""
+
+    recording: Recording
+    segments: tuple[Segment, ...]
+    findings: tuple[str, ...]
+    kept: int
+
+
+def drive_channel(recording: Recording, wanted: str | None) -> str | None:
+    """Return the channel that defines the test: the one asked for, or the first that moves.
+
+    A log of force or torque is a damper's: its stroke or angle comes first. Otherwise a current with coil voltage or
+    flux comes first. None if nothing fit for it moves.
+    """
+    if wanted is not None:
+        return wanted if wanted in recording.channels else None
+    coil = ("current",) if {"flux", "voltage"} & set(recording.channels) else ()
+    damper = {"force", "torque"} & set(recording.channels)
+    order = (*MOVED, "current") if damper else (*coil, *MOVED, "current")
+    return next((n for n in order if n in recording.channels and _moves(recording.channels[n])), None)
+
+
+def _moves(values: Array) -> bool:
+    return len(values) > 2 and float(np.ptp(values)) > max(STILL_NOISE * noise_level(values), 1e-12)
+
+
+def detect(recording: Recording, drive: str, min_cycles: int, settle: int, tolerance: float) -> Detection:
+    """Return the segments of a recording.
+
+    Parameters
+    ----------
+    recording
+        Log, in SI.
+    drive
+        Channel that defines the condition.
+    min_cycles
+        Fewest steady cycles of a periodic segment, 2 at least.
+    settle
+        Steady cycles at the start of each stretch that lead the model in and are not compared; fewer where that would
+        leave less than two.
+    tolerance
+        See ``steady_stretches``.
+    """
+    values = recording.channels[drive]
+    levels = [recording.channels["current"]] if drive != "current" and "current" in recording.channels else []
+    stretches = steady_stretches(values, recording.dt, levels, max(2, min_cycles), tolerance)
+    ranges = [_periodic(recording, drive, s, settle) for s in stretches]
+    ranges += [s for gap in gaps(stretches, len(values)) if (s := _irregular(recording, drive, gap, bool(stretches)))]
+    segments = tuple(_numbered(sorted(ranges, key=lambda s: s.start), recording.id))
+    kept = sum(s.samples + s.warm_up for s in segments)
+    return Detection(recording, segments, tuple(_said(recording, drive, segments, kept)), kept)
+
+
+def _numbered(segments: list[Segment], recording: str) -> list[Segment]:
+    return [replace(s, id=f"{recording}#{k}") for k, s in enumerate(segments, 1)]
+
+
+def _segment(
+    recording: Recording, drive: str, place: tuple[int, int, int], shape: Mapping[str, float | str]
+) -> Segment:
+    start, stop, warm_up = place
+    return Segment(
+        id="",
+        condition="",
+        recording=recording.id,
+        start=start,
+        stop=stop,
+        warm_up=warm_up,
+        waveform=str(shape["waveform"]),
+        drive=drive,
+        frequency=float(shape["frequency"]),
+        amplitude=float(shape["amplitude"]),
+        offset=float(shape["offset"]),
+        cycles=int(shape["cycles"]),
+        current=float("nan") if drive == "current" else held_level(recording, "current", start, stop),
+        temperature=held_level(recording, "temperature", start, stop),
+        role="train",
+    )
+
+
+def held_level(recording: Recording, name: str, start: int, stop: int) -> float:
+    """Return the mean of a channel that a test holds, else the level its condition gives; nan if not held or known."""
+    if name not in recording.channels:
+        return float(recording.condition.get(name, np.nan))
+    window = recording.channels[name][start:stop]
+    mean = float(np.mean(window))
+    # A temperature drifts in any test, so its mean is its level.
+    spread = float(np.std(window))
+    limit = max(HELD * abs(mean), 1.5 * noise_level(window), 0.02 * float(np.ptp(recording.channels[name])))
+    return mean if spread <= limit or name == "temperature" else float("nan")
+
+
+def _periodic(recording: Recording, drive: str, stretch: Stretch, settle: int) -> Segment:
+    period = 1.0 / (stretch.fit.frequency * recording.dt)
+    lead = max(0, min(settle, stretch.cycles - 2))
+    cycles = stretch.cycles - lead
+    start = max(stretch.start, round(stretch.stop - cycles * period))
+    shape: dict[str, float | str] = {
+        "waveform": periodic_waveform(stretch.fit),
+        "frequency": stretch.fit.frequency,
+        "amplitude": stretch.fit.amplitude,
+        "offset": float(stretch.fit.coefficients[0].real),
+        "cycles": cycles,
+    }
+    return _segment(recording, drive, (start, stretch.stop, start - stretch.start), shape)
+
+
+def _irregular(recording: Recording, drive: str, gap: tuple[int, int], beside_periodic: bool) -> Segment | None:
+    values = recording.channels[drive]
+    window = values[gap[0] : gap[1]]
+    small = len(window) < FEWEST_SAMPLES or float(np.ptp(window)) < IRREGULAR_SHARE * float(np.ptp(values))
+    if small or len(window) < IRREGULAR_SHARE * len(values):
+        return None
+    waveform = irregular_waveform(window)
+    if waveform is None or (beside_periodic and waveform != "random"):
+        return None
+    shape: dict[str, float | str] = {
+        "waveform": waveform,
+        "frequency": 0.0,
+        "amplitude": float(np.ptp(window)) / 2,
+        "offset": float(np.mean(window)),
+        "cycles": 0,
+    }
+    lead = int(LEAD_IN * len(window))
+    return _segment(recording, drive, (gap[0] + lead, gap[1], lead), shape)
+
+
+def _said(recording: Recording, drive: str, segments: tuple[Segment, ...], kept: int) -> list[str]:
+    """Return sentences on what was cut and on measured conditions that differ from the stated ones."""
+    said = []
+    if not segments:
+        said.append(f"{recording.id}: no steady cycles, steps, sweep or random excitation in {drive}; left out")
+    elif kept < recording.samples / 2:
+        said.append(
+            f"{recording.id}: {recording.samples - kept} of {recording.samples} samples cut as transients or rest"
+        )
+    # A file name states one condition; a log of several is no contradiction to it.
+    stated = recording.condition if len({round(s.frequency, 2) for s in segments}) == 1 else {}
+    for name in ("frequency", "amplitude"):
+        measured = float(getattr(segments[0], name)) if segments else 0.0
+        if name in stated and measured > 0.0 and abs(stated[name] - measured) > 0.05 * measured:
+            said.append(f"{recording.id}: {name} is stated as {stated[name]:.4g}, the data say {measured:.4g} (SI)")
+    return said

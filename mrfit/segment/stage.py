@@ -1,0 +1,178 @@
+"""The segment stage: recordings in, segments by test condition with training and hold-out roles out."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from mrfit.errors import ConfigError, DataError
+from mrfit.progress import Progress, silent
+from mrfit.recording import Segment
+from mrfit.segment.conditions import assign_roles, name_conditions
+from mrfit.segment.detect import Detection, detect, drive_channel
+from mrfit.store import Workspace, key_of, plain, read_json, segment_row
+
+METADATA = "mrfit"
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How recordings are cut into segments.
+
+    Attributes
+    ----------
+    drive
+        Channel that defines the condition, or None to find it.
+    min_cycles
+        Fewest steady cycles of a periodic segment; 1 counts as 2, since one cycle shows no steadiness.
+    holdout
+        ``auto``, ``none``, ``quantity=value`` or patterns on condition names, see ``assign_roles``.
+    settle
+        Steady cycles that lead the model in before those that are compared.
+    tolerance
+        Departure of the drive from its mean cycle, in shares of its amplitude, that ends a steady stretch.
+    """
+
+    drive: str | None = None
+    min_cycles: int = 2
+    holdout: str = "auto"
+    settle: int = 1
+    tolerance: float = 0.02
+
+
+def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
+    """Find the segments of all recordings and write segments.parquet.
+
+    Parameters
+    ----------
+    workspace
+        Holds recordings, with flux where that stage has run; on an error it is left as it was.
+    settings
+        How to cut.
+    progress
+        Told of every recording.
+
+    Returns
+    -------
+    dict
+        ``segments`` (rows), ``conditions``, ``recordings`` (samples kept and cut), ``findings``, ``skipped``.
+
+    Raises
+    ------
+    ConfigError
+        If a setting is wrong or names what there is not.
+    DataError
+        If nothing has been ingested or no segment is found.
+    """
+    _check(settings)
+    ingested = workspace.ingest_summary()
+    flux = read_json(workspace.flux_json)
+    key = key_of("segment", asdict(settings), flux["key"] if flux else [[r["id"], r] for r in ingested["recordings"]])
+    existing = _stored(workspace)
+    if existing and existing.get("key") == key:
+        return {**existing, "skipped": True}
+    identifiers = sorted(r["id"] for r in ingested["recordings"])
+    detections = _detections(workspace, identifiers, "flux" if flux else "recordings", settings, progress)
+    found = [s for d in detections for s in d.segments]
+    stated = {d.recording.id: d.recording.condition for d in detections}
+    segments = assign_roles(name_conditions(found, stated), settings.holdout)
+    summary = plain(_summary(key, settings, segments, detections))
+    workspace.write_segments(segments, {METADATA: json.dumps(summary, ensure_ascii=False)})
+    return {**summary, "skipped": False}
+
+
+def last_settings(workspace: Workspace) -> Settings:
+    """Return the settings of the workspace's last segment run, or the defaults."""
+    stored = _stored(workspace)
+    return Settings(**stored["settings"]) if stored else Settings()
+
+
+def _stored(workspace: Workspace) -> dict[str, Any] | None:
+    """Return the summary written with the segments, or None if there is none to be read."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        metadata = pq.read_metadata(workspace.segments_file).metadata or {}
+        summary: dict[str, Any] = json.loads(metadata[METADATA.encode()])
+    except (OSError, pa.ArrowInvalid, KeyError, ValueError):
+        return None
+    return summary
+
+
+def _check(settings: Settings) -> None:
+    if settings.min_cycles < 1:
+        raise ConfigError(f"--min-cycles {settings.min_cycles} is below 1; give the fewest steady cycles to accept")
+    if settings.settle < 0:
+        raise ConfigError(f"settle {settings.settle} is negative; give the cycles that lead the model in")
+    if not 0.0 < settings.tolerance < 1.0:
+        raise ConfigError(f"tolerance {settings.tolerance:g} is not between 0 and 1; it is a share of the amplitude")
+
+
+def _detections(
+    workspace: Workspace, identifiers: Sequence[str], stage: str, settings: Settings, progress: Progress
+) -> list[Detection]:
+    detections, lacking, channels = [], [], set()
+    for done, identifier in enumerate(identifiers, 1):
+        recording = workspace.read_recording(identifier, stage)
+        channels |= set(recording.channels)
+        drive = drive_channel(recording, settings.drive)
+        if drive is None:
+            wanted = settings.drive or "no current, displacement, velocity or angle that moves"
+            lacking.append(
+                f"{recording.source}: {'no ' if settings.drive else ''}{wanted} in {_held(recording.channels)}"
+            )
+            detections.append(
+                Detection(recording, (), (f"{identifier}: {lacking[-1].split(': ', 1)[1]}; left out",), 0)
+            )
+        else:
+            detections.append(detect(recording, drive, settings.min_cycles, settings.settle, settings.tolerance))
+        progress("segment", done, len(identifiers))
+    if settings.drive is not None and settings.drive not in channels:
+        raise ConfigError(f"--drive '{settings.drive}': no recording has this channel; there are {_held(channels)}")
+    if not any(d.segments for d in detections):
+        raise DataError(_nothing_found(detections[0], lacking, settings))
+    return detections
+
+
+def _held(channels: object) -> str:
+    return ", ".join(sorted(map(str, channels)))  # type: ignore[call-overload]
+
+
+def _nothing_found(first: Detection, lacking: Sequence[str], settings: Settings) -> str:
+    if lacking:
+        return (
+            f"{lacking[0]}; no segment in any recording: name the drive's column in the channel map, or give it with "
+            "--drive CHANNEL"
+        )
+    return (
+        f"{first.recording.source}: no segment in this or any other recording: looked for "
+        f"{max(2, settings.min_cycles)} steady cycles, steps, a sweep or random excitation; log more cycles, lower --min-cycles, or give another "
+        "--drive CHANNEL"
+    )
+
+
+def _summary(
+    key: str, settings: Settings, segments: Sequence[Segment], detections: Sequence[Detection]
+) -> dict[str, Any]:
+    conditions = {s.condition: s for s in reversed(segments)}
+    return {
+        "key": key,
+        "settings": asdict(settings),
+        "segments": [segment_row(s) for s in segments],
+        "conditions": [
+            {
+                "condition": name,
+                "role": conditions[name].role,
+                "waveform": conditions[name].waveform,
+                "segments": sum(s.condition == name for s in segments),
+                "samples": sum(s.samples for s in segments if s.condition == name),
+            }
+            for name in sorted(conditions)
+        ],
+        "recordings": [
+            {"id": d.recording.id, "kept": d.kept, "cut": d.recording.samples - d.kept, "segments": len(d.segments)}
+            for d in detections
+        ],
+        "findings": [f for d in detections for f in d.findings],
+    }

@@ -1,0 +1,72 @@
+"""Which waveform a drive has, from its Fourier series where it repeats, else from its plateaus and reversals."""
+
+import numpy as np
+
+from mrfit.cycles import turning_points
+from mrfit.harmonics import HarmonicFit
+from mrfit.noise import noise_level
+from mrfit.specs import Array
+
+# A current called sine by its laboratory is bent by the coil; a triangle's own misfit to a sine is 0.12.
+SINE_MISFIT = 0.2
+TRIANGLE_MISFIT = 0.06
+STILL_NOISE = 8.0
+REVERSAL_SWING = 0.05
+BLOCKS = 400
+STILL_SHARE = 0.6
+FEW = 12
+STRAIGHT = 0.03
+
+
+def periodic_waveform(fit: HarmonicFit) -> str:
+    """Return ``sine``, ``triangle`` or ``periodic`` for a Fourier series.
+
+    The misfits are the rms distances to the closest sine and the closest triangle in phase with the fundamental, in
+    shares of the signal's rms; a triangle has the harmonics 1/k², k odd.
+    """
+    harmonics = fit.coefficients[1:]
+    power = float(np.sum(np.abs(harmonics) ** 2))
+    if power <= 0.0:
+        return "periodic"
+    order = np.arange(1, len(harmonics) + 1)
+    template = np.where(order % 2 == 1, np.exp(1j * order * np.angle(harmonics[0])) / order**2, 0.0)
+    # What the series was too short to hold counts as missing too.
+    whole = np.pi**4 / 96
+    sine = np.sqrt(max(0.0, 1.0 - abs(harmonics[0]) ** 2 / power))
+    triangle = np.sqrt(max(0.0, 1.0 - float(np.sum(harmonics * np.conj(template)).real) ** 2 / (power * whole)))
+    if triangle < TRIANGLE_MISFIT and triangle < sine / 2:
+        return "triangle"
+    return "sine" if sine < SINE_MISFIT else "periodic"
+
+
+def irregular_waveform(values: Array) -> str | None:
+    """Return ``step``, ``quasi-static`` or ``random`` for a drive (N,) that does not repeat, None for one at rest."""
+    span, noise = float(np.ptp(values)), noise_level(values)
+    if span <= STILL_NOISE * noise or span == 0.0 or len(values) < 3 * FEW:
+        return None
+    levels, share = _plateaus(values, max(6 * noise, 0.02 * span))
+    if share >= STILL_SHARE:
+        jumps = int(np.sum(np.abs(np.diff(levels)) > REVERSAL_SWING * span))
+        return "step" if jumps <= FEW else "random"
+    points = turning_points(values, max(REVERSAL_SWING * span, STILL_NOISE * noise))
+    if len(points) - 2 <= FEW or _straight(values, points):
+        return "quasi-static"
+    return "random"
+
+
+def _plateaus(values: Array, band: float) -> tuple[Array, float]:
+    """Return the levels of blocks that stay within a band, in time, and the share of all blocks they make up."""
+    size = max(4, len(values) // BLOCKS)
+    blocks = values[: len(values) // size * size].reshape(-1, size)
+    still = np.ptp(blocks, axis=1) <= band
+    return np.mean(blocks[still], axis=1), float(np.mean(still))
+
+
+def _straight(values: Array, points: Array | np.ndarray) -> bool:
+    """Tell whether most branches between turning points are ramps."""
+    departures = []
+    for a, b in zip(points[:-1], points[1:], strict=True):
+        ramp = values[a] + (values[b] - values[a]) * np.arange(b - a + 1) / (b - a)
+        rms = np.sqrt(np.mean((values[a : b + 1] - ramp) ** 2))
+        departures.append(rms / abs(values[b] - values[a]))
+    return float(np.median(departures)) < STRAIGHT

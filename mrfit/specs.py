@@ -1,0 +1,198 @@
+"""What a registry entry says about itself: parameters, models, optimizers, readers."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Param:
+    """A named, bounded, unit-bearing model parameter.
+
+    Attributes
+    ----------
+    name
+        Symbol as in the cited source (``Lc``, ``kappa``, ``fy``).
+    unit
+        SI unit, in pint's spelling; ``1`` for a pure number.
+    low, high
+        Bounds within which a fit searches; both finite, ``low < high``.
+    start
+        Start value, inside the bounds.
+    scale
+        ``log`` where the value may range over decades (needs ``low > 0``), else ``linear``.
+    role
+        What the parameter does, for effects that make parameters of a role vary: ``yield``, ``viscous``, ``stiffness``,
+        ``hysteresis``, ``offset``, ``inductance`` or empty.
+    text
+        What it means, in a few words.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    start: float
+    scale: Literal["linear", "log"] = "linear"
+    role: str = ""
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Derived:
+    """A quantity computed from the parameters that the data may determine where single parameters they do not."""
+
+    name: str
+    unit: str
+    text: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ModelSpec:
+    """A model's self-description, beside its ``response(drive, theta, dt)``.
+
+    Attributes
+    ----------
+    name
+        Registry name; the file name with hyphens.
+    title
+        One line.
+    equation
+        The equations in plain text.
+    reference
+        Source with equation number.
+    inputs
+        Channel names in the order of the rows of ``drive``.
+    output
+        Channel name of the response.
+    params
+        Parameters in the order of the columns of ``theta``.
+    linear
+        Names of parameters in which the response is jointly linear (affine), the others held.
+    rate_independent
+        Whether the response depends on the path of its first input only, not on time.
+    derived
+        What the module's ``derived(theta)`` returns, if it has one: (P, K) -> (P, D).
+    """
+
+    name: str
+    title: str
+    equation: str
+    reference: str
+    inputs: tuple[str, ...]
+    output: str
+    params: tuple[Param, ...]
+    linear: tuple[str, ...] = ()
+    rate_independent: bool = False
+    derived: tuple[Derived, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Parameter names in the order of ``theta``'s columns."""
+        return tuple(p.name for p in self.params)
+
+    @property
+    def start(self) -> Array:
+        """Start values, shape (K,)."""
+        return np.array([p.start for p in self.params])
+
+
+Response = Callable[[Array, Array, float], Array]
+"""response(drive (C, N), theta (P, K), dt in s) -> (P, N): a whole batch of parameter vectors in one call.
+
+Causal, deterministic, inputs untouched; every row equals the one a batch of one gives. State starts from rest at
+sample 0. A simulation that diverges returns non-finite values instead of raising.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class EffectSpec:
+    """An effect's self-description; one link of the chain round a base model.
+
+    Beside it the module holds the function of its slot, θ the effect's own parameters, Q of them:
+
+    - ``input``: ``transform(channels {name: (N,)}, theta (Q,), dt) -> {name: (N,)}``, the channels it changes;
+    - ``theta``: ``factors(channels, theta (P, Q), dt) -> {role: (P, N) or (P, 1)}``, factors on parameters of a role;
+    - ``add``: ``term(channels, theta (P, Q), dt) -> (P, N)``, added to the output;
+    - ``output``: ``shape(output (P, N), channels, theta (P, Q), dt) -> (P, N)``.
+
+    Attributes
+    ----------
+    name
+        Registry name; the file name with hyphens.
+    title, equation, reference
+        One line each.
+    slot
+        Where in the chain it acts.
+    outputs
+        Model outputs it can act on: ``flux``, ``force``, ``torque``.
+    inputs
+        Channels it needs.
+    params
+        Its parameters; bounds hold the neutral value.
+    neutral
+        Values at which it vanishes, one for each parameter.
+    aliases
+        Effects it is mistaken for.
+    experiment
+        Which test tells it from these.
+    """
+
+    name: str
+    title: str
+    equation: str
+    reference: str
+    slot: Literal["input", "theta", "add", "output"]
+    outputs: tuple[str, ...]
+    inputs: tuple[str, ...]
+    params: tuple[Param, ...]
+    neutral: tuple[float, ...]
+    aliases: tuple[str, ...] = ()
+    experiment: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class OptimizerSpec:
+    """An optimizer's self-description, beside its ``minimise(objective, rng)``.
+
+    Attributes
+    ----------
+    name
+        Registry name: one word, no hyphen, since chains are written with hyphens.
+    title
+        One line.
+    reference
+        Where the algorithm comes from.
+    kind
+        ``global`` searches the whole cube, ``local`` refines from the objective's best point.
+    budget
+        Evaluations (simulated parameter vectors) it asks for when the user names none, as a function of the dimension.
+    """
+
+    name: str
+    title: str
+    reference: str
+    kind: Literal["global", "local"]
+    budget: Callable[[int], int]
+
+
+@dataclass(frozen=True, slots=True)
+class ReaderSpec:
+    """A file reader's self-description, beside its ``sniff(head)`` and ``read(source)``.
+
+    Attributes
+    ----------
+    name
+        Registry name.
+    title
+        Instrument family and format.
+    """
+
+    name: str
+    title: str

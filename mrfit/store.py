@@ -1,0 +1,293 @@
+"""The workspace on disk: where each stage keeps what it made, written so that a kill leaves old or new, never half.
+
+Every file is written to a temporary name in the same folder and renamed. A stage ends by writing its JSON summary,
+which carries the key of all that made it; a run whose key is already there has nothing to do.
+"""
+
+import hashlib
+import json
+import math
+import os
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, fields
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from mrfit.errors import DataError
+from mrfit.recording import Finding, Recording, Segment
+from mrfit.specs import Array
+
+LOCK_SECONDS = 600.0
+
+
+@cache
+def code_version() -> str:
+    """Return a hash over the package's sources, so that results of other code are never taken for this one's."""
+    digest = hashlib.sha256(version("mrfit").encode())
+    for source in sorted(Path(__file__).parent.rglob("*.py")):
+        digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def key_of(*parts: object) -> str:
+    """Return a hash of JSON-able inputs and settings together with the code version."""
+    text = json.dumps([code_version(), *parts], sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def plain(value: object) -> Any:
+    """Return ``value`` as JSON can hold it: arrays as lists, non-finite numbers as null."""
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {str(k): plain(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple, set)):
+        return [plain(v) for v in value]
+    return value
+
+
+def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
+    """Call ``write`` with a temporary name beside ``path``, flush to disk, rename.
+
+    Raises
+    ------
+    DataError
+        If the folder cannot be written.
+    """
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write(temporary)
+        with temporary.open("rb") as handle:
+            os.fsync(handle.fileno())
+        temporary.replace(path)
+    except OSError as error:
+        raise DataError(f"{path}: cannot write ({error.strerror or error}); choose another --work folder") from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file atomically, in UTF-8 with plain line feeds."""
+    write_atomic(path, lambda p: p.write_bytes(text.encode()))
+
+
+def write_json(path: Path, value: object) -> None:
+    """Write JSON atomically, keys in the given order, two spaces deep."""
+    write_text(path, json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def read_json(path: Path) -> Any:
+    """Return the content of a JSON file, or None if there is no such file or it cannot be parsed."""
+    try:
+        return json.loads(path.read_text())
+    except (OSError, ValueError):
+        return None
+
+
+def write_table(path: Path, columns: Mapping[str, Array], metadata: Mapping[str, str] | None = None) -> None:
+    """Write equal-length float64 columns as Parquet (zstd, byte-stream split), atomically."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    table = pa.table({name: np.ascontiguousarray(values) for name, values in columns.items()})
+    table = table.replace_schema_metadata(dict(metadata or {}))
+    write_atomic(path, lambda p: pq.write_table(table, p, compression="zstd", use_dictionary=False))
+
+
+def read_table(path: Path) -> tuple[dict[str, Array], dict[str, str]]:
+    """Return the columns and metadata of a Parquet file written by ``write_table``.
+
+    Raises
+    ------
+    DataError
+        If the file is missing or damaged.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        table = pq.read_table(path)
+    except (OSError, pa.ArrowInvalid) as error:
+        raise DataError(f"{path}: cannot be read ({error}); run `mrfit ingest` again") from error
+    columns = {name: _values(table.column(name)) for name in table.column_names}
+    metadata = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
+    return columns, metadata
+
+
+def _values(column: Any) -> Array:
+    # frombuffer, since pyarrow's to_numpy imports pandas (0.2 s)
+    chunks = [np.frombuffer(c.buffers()[1], dtype=np.float64)[c.offset : c.offset + len(c)] for c in column.chunks]
+    return np.concatenate(chunks) if chunks else np.empty(0)
+
+
+class Workspace:
+    """The folder one study works in.
+
+    Parameters
+    ----------
+    root
+        The folder; made at the first write.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+
+    @property
+    def ingest_json(self) -> Path:
+        """Summary of the ingest stage."""
+        return self.root / "ingest.json"
+
+    @property
+    def flux_json(self) -> Path:
+        """Summary of the flux stage."""
+        return self.root / "flux.json"
+
+    @property
+    def segments_file(self) -> Path:
+        """Table of segments."""
+        return self.root / "segments.parquet"
+
+    def fit_folder(self, name: str) -> Path:
+        """Return the folder of the named fit."""
+        return self.root / "fits" / name
+
+    @property
+    def report_folder(self) -> Path:
+        """Folder of the report."""
+        return self.root / "report"
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Hold the workspace's lock, waiting for another command to finish.
+
+        Raises
+        ------
+        DataError
+            If the folder cannot be written, or another command holds it for ten minutes.
+        """
+        from filelock import FileLock, Timeout
+
+        existed = self.root.is_dir()
+        lock = FileLock(self.root / ".lock", timeout=LOCK_SECONDS)
+        try:
+            self.root.mkdir(parents=True, exist_ok=True)
+            if not os.access(self.root, os.W_OK):
+                raise PermissionError(13, "Permission denied")
+            lock.acquire()
+        except Timeout as error:
+            raise DataError(f"{self.root}: in use by another mrfit command; wait for it to end") from error
+        except OSError as error:
+            text = error.strerror or error
+            raise DataError(f"{self.root}: cannot write here ({text}); choose another --work folder") from error
+        try:
+            yield
+        finally:
+            lock.release()
+            if not existed:
+                self._forget_if_empty()
+
+    def _forget_if_empty(self) -> None:
+        """Remove a workspace folder that a failing command made and put nothing into."""
+        if all(p.name == ".lock" for p in self.root.iterdir()):
+            (self.root / ".lock").unlink(missing_ok=True)
+            self.root.rmdir()
+
+    def ingest_summary(self) -> dict[str, Any]:
+        """Return ingest.json.
+
+        Raises
+        ------
+        DataError
+            If nothing has been ingested.
+        """
+        summary = read_json(self.ingest_json)
+        if not summary or not summary.get("recordings"):
+            raise DataError(f"{self.root}: nothing ingested here; run `mrfit ingest LOGS… --work {self.root}` first")
+        return cast(dict[str, Any], summary)
+
+    def recording_file(self, identifier: str, stage: str = "recordings") -> Path:
+        """Return the Parquet file of a recording as ``stage`` (``recordings`` or ``flux``) left it."""
+        return self.root / stage / f"{identifier}.parquet"
+
+    def write_recording(self, recording: Recording, stage: str = "recordings") -> None:
+        """Write a recording: samples as columns beside ``time``, everything else as metadata."""
+        time = np.arange(recording.samples, dtype=np.float64) * recording.dt
+        metadata = {"mrfit": json.dumps(plain(recording.about()), ensure_ascii=False)}
+        write_table(self.recording_file(recording.id, stage), {"time": time, **recording.channels}, metadata)
+
+    def read_recording(self, identifier: str, stage: str = "recordings") -> Recording:
+        """Return a recording as ``stage`` left it.
+
+        Raises
+        ------
+        DataError
+            If its file is missing or damaged.
+        """
+        columns, metadata = read_table(self.recording_file(identifier, stage))
+        about = json.loads(metadata["mrfit"])
+        columns.pop("time")
+        return Recording(
+            channels=columns,
+            units={c["name"]: c["unit"] for c in about["channels"]},
+            columns={c["name"]: c["column"] for c in about["channels"] if c["column"] is not None},
+            findings=tuple(Finding(**f) for f in about["findings"]),
+            history=tuple(about["history"]),
+            **{k: about[k] for k in ("id", "source", "sha256", "reader", "dt", "start")},
+            **{k: about[k] for k in ("condition", "rows_kept", "rows_refused")},
+        )
+
+    def write_segments(self, segments: Sequence[Segment], metadata: Mapping[str, str]) -> None:
+        """Write the table of segments, one row each."""
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        names = [f.name for f in fields(Segment)]
+        table = pa.table({n: [getattr(s, n) for s in segments] for n in names})
+        table = table.replace_schema_metadata(dict(metadata))
+        write_atomic(self.segments_file, lambda p: pq.write_table(table, p, compression="zstd"))
+
+    def read_segments(self) -> tuple[list[Segment], dict[str, str]]:
+        """Return the segments and the metadata written with them.
+
+        Raises
+        ------
+        DataError
+            If the segment stage has not run.
+        """
+        import pyarrow.parquet as pq
+
+        if not self.segments_file.is_file():
+            raise DataError(f"{self.root}: no segments here; run `mrfit segment --work {self.root}` first")
+        table = pq.read_table(self.segments_file)
+        metadata = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
+        return [Segment(**row) for row in table.to_pylist()], metadata
+
+    def fit_names(self) -> list[str]:
+        """Return the names of all finished fits, sorted."""
+        return sorted(p.parent.name for p in self.root.glob("fits/*/fit.json"))
+
+
+def recording_id(source: Path, taken: set[str]) -> str:
+    """Return a file-system-safe identifier for a log: its stem, numbered if another log already has it."""
+    stem = re.sub(r"[^A-Za-z0-9._-]+", "-", source.stem).strip("-.") or "recording"
+    name, number = stem, 2
+    while name.lower() in taken:
+        name, number = f"{stem}-{number}", number + 1
+    taken.add(name.lower())
+    return name
+
+
+def segment_row(segment: Segment) -> dict[str, Any]:
+    """Return a segment as a plain row for JSON and tables."""
+    return asdict(segment)

@@ -1,0 +1,169 @@
+"""What each command prints for a person."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from mrfit import registry
+from mrfit.console import numbers, print_table, say
+from mrfit.errors import ConfigError, unknown_name
+
+Summary = dict[str, Any]
+METRIC_COLUMNS = ("condition", "role", "samples", "rmse", "nrmse", "noise_floor", "esr", "fit_percent")
+
+
+def _state(summary: Summary) -> str:
+    return " (nothing had changed)" if summary.get("skipped") else ""
+
+
+def ingest(summary: Summary, work: Path) -> None:
+    """Print what was read and what was odd about it."""
+    rows = [
+        [r["id"], r["reader"], r["rows_kept"], r["rows_refused"], r["dt"], channels_text(r), condition_text(r)]
+        for r in summary["recordings"]
+    ]
+    columns = ("recording", "reader", "rows", "refused", "dt (s)", "channels", "condition")
+    print_table(f"Recordings in {work}{_state(summary)}", columns, rows)
+    for recording in summary["recordings"]:
+        for finding in recording["findings"]:
+            say(f"  {recording['id']}: {finding['text']}")
+    for refused in summary["refused"]:
+        say(f"  refused {refused['source']}: {refused['reason']}; {refused['remedy']}")
+
+
+def channels_text(recording: Summary) -> str:
+    """Return a recording's channels with their units in one line."""
+    return ", ".join(f"{c['name']} ({c['unit']})" if c["unit"] else c["name"] for c in recording["channels"])
+
+
+def condition_text(recording: Summary) -> str:
+    """Return what the file says of the test in one line."""
+    return ", ".join(f"{k} {v:g}" for k, v in recording.get("condition", {}).items())
+
+
+def preview(rows: Sequence[Summary]) -> None:
+    """Print what would be read."""
+    columns = tuple(rows[0]) if rows else ()
+    print_table("What would be read", columns, [[row.get(c) for c in columns] for row in rows])
+
+
+def flux(summary: Summary, work: Path) -> None:
+    """Print how flux linkage was reconstructed."""
+    names = ("id", "action", "resistance", "resistance_source", "offset_volt", "closure_rms", "loop_area")
+    columns = ("recording", "what was done", "R (Ω)", "R from", "offset (V)", "closure (Wb)", "loop area (J)")
+    rows = [numbers(r, names) for r in summary["recordings"]]
+    print_table(f"Flux linkage in {work}{_state(summary)}", columns, rows)
+    for line in summary.get("separation_text", []):
+        say(f"  {line}")
+
+
+def segment(summary: Summary, work: Path) -> None:
+    """Print the segments found and what was cut."""
+    names = ("recording", "condition", "waveform", "frequency", "amplitude", "offset", "cycles", "role")
+    columns = ("recording", "condition", "waveform", "f (Hz)", "amplitude", "offset", "cycles", "role")
+    print_table(f"Segments in {work}{_state(summary)}", columns, [numbers(s, names) for s in summary["segments"]])
+    for finding in summary.get("findings", []):
+        say(f"  {finding}")
+
+
+def fit(summary: Summary, work: Path) -> None:
+    """Print a fit's errors, its parameters (in full for one to three results) and the reasons to distrust it."""
+    title = f"Fit {summary['name']}: {summary['model']} by {summary['optimizer']}, seed {summary['seed']}"
+    print_table(title + _state(summary), METRIC_COLUMNS, [numbers(m, METRIC_COLUMNS) for m in summary["metrics"]])
+    for result in summary["results"][: 3 if len(summary["results"]) <= 3 else 1]:
+        names = ("name", "value", "unit", "low", "high", "identifiable")
+        rows = [numbers(p, names) for p in [*result["parameters"], *result["derived"]]]
+        columns = ("parameter", "value", "unit", "95 % low", "95 % high", "determined")
+        print_table(f"Parameters, {result['condition']}", columns, rows)
+    if len(summary["results"]) > 3:
+        say(f"All {len(summary['results'])} sets of parameters: {work}/fits/{summary['name']}/parameters.csv")
+    warnings(summary)
+
+
+def warnings(summary: Summary) -> None:
+    """Print each kind of warning once, with the conditions it holds for."""
+    kinds: dict[str, list[tuple[str, str]]] = {}
+    for result in summary["results"]:
+        for warning in result["warnings"]:
+            kinds.setdefault(warning["kind"], []).append((result["condition"], warning["text"]))
+    for kind, found in kinds.items():
+        condition, text = found[0]
+        more = f" (and {len(found) - 1} more conditions)" if len(found) > 1 else ""
+        say(f"  warning {kind}: {condition}{more}: {text}")
+
+
+def predict(summary: Summary) -> None:
+    """Print the errors of a prediction and whose parameters it used."""
+    title = f"Prediction by {summary['fit']}"
+    print_table(title, METRIC_COLUMNS, [numbers(m, METRIC_COLUMNS) for m in summary["metrics"]])
+    for segment_id, condition in summary["used"].items():
+        say(f"  {segment_id}: parameters of {condition}")
+    for refused in summary["refused"]:
+        say(f"  refused {refused['source']}: {refused['reason']}; {refused['remedy']}")
+
+
+def report(summary: Summary, work: Path) -> None:
+    """Print where the report lies."""
+    say(f"Report{_state(summary)}: {work / 'report' / 'index.html'}")
+
+
+def run(summary: Summary) -> None:
+    """Print the outcome of a whole pipeline: each fit's errors and where the report lies."""
+    work = Path(summary["work"])
+    for done in summary["fits"]:
+        fit(done, work)
+    report(summary["report"], work)
+
+
+def registry_rows(kind: str) -> list[dict[str, str]]:
+    """Return name and title of every item of a kind, given in the singular or plural.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such kind.
+    """
+    singular = kind.removesuffix("s")
+    if singular not in registry.KINDS:
+        known = ", ".join(f"{k}s" for k in registry.KINDS)
+        raise ConfigError(f"there are no '{kind}' to list; choose one of {known}")
+    return [{"name": n, "title": registry.load(singular, n).SPEC.title} for n in registry.names(singular)]
+
+
+def registry_table(kind: str, rows: Sequence[dict[str, str]]) -> None:
+    """Print names and titles."""
+    print_table(kind, ("name", "title"), [[r["name"], r["title"]] for r in rows])
+
+
+def item(name: str) -> Summary:
+    """Return everything an item's SPEC says.
+
+    Raises
+    ------
+    ConfigError
+        If no registry holds the name.
+    """
+    import inspect
+    from dataclasses import asdict
+
+    for kind in registry.KINDS:
+        if name in registry.names(kind):
+            module = registry.load(kind, name)
+            spec = {k: v for k, v in asdict(module.SPEC).items() if not callable(v)}
+            return {"kind": kind, **spec, "text": inspect.getdoc(module) or ""}
+    raise unknown_name("model", name, [n for kind in registry.KINDS for n in registry.names(kind)])
+
+
+def show(found: Summary) -> None:
+    """Print an item's title, text, and for a model its inputs and parameters."""
+    say(f"{found['name']} ({found['kind']}): {found['title']}\n")
+    say(found["text"] + "\n")
+    if "params" in found:
+        say(f"{', '.join(found['inputs'])} -> {found['output']}")
+        names = ("name", "unit", "low", "high", "start", "scale", "text")
+        columns = ("parameter", "unit", "low", "high", "start", "scale", "meaning")
+        print_table("Parameters", columns, [numbers(p, names) for p in found["params"]])
+        for quantity in found["derived"]:
+            say(f"  derived: {quantity['name']} ({quantity['unit']}) {quantity['text']}")
+    if found.get("reference"):
+        say(f"Source: {found['reference']}")

@@ -1,0 +1,187 @@
+"""What every registered optimizer must do, whatever it is."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+from mrfit import optimize, registry
+from mrfit.objective import Objective
+
+OPTIMIZERS = registry.names("optimizer")
+every_optimizer = pytest.mark.parametrize("name", OPTIMIZERS)
+
+
+def quadratic(target):
+    def residuals(points):
+        return (points - target) * np.linspace(1.0, 3.0, points.shape[1])
+
+    return residuals
+
+
+def rosenbrock(points):
+    x = -2.0 + 4.0 * points
+    return np.stack([10.0 * (x[:, 1] - x[:, 0] ** 2), 1.0 - x[:, 0]], axis=1)
+
+
+def recorded(residuals, batches):
+    def function(points):
+        batches.append(points.copy())
+        return residuals(points)
+
+    return function
+
+
+def run(name, residuals, start, budget=None, seed=0, **more):
+    batches = []
+    objective = Objective(recorded(residuals, batches), np.asarray(start, dtype=float), 0, **more)
+    outcome = optimize.run(name, objective, np.random.default_rng(seed), budget)
+    return outcome, batches
+
+
+@every_optimizer
+def test_spec_is_complete(name):
+    spec = registry.load("optimizer", name).SPEC
+    assert spec.name == name and "-" not in name
+    assert spec.title and spec.reference
+    assert spec.kind in ("global", "local")
+    assert 0 < spec.budget(1) <= spec.budget(20) < 1_000_000
+
+
+@every_optimizer
+@pytest.mark.parametrize("target", [0.0, 0.6, 1.0])
+def test_points_stay_in_the_cube(name, target):
+    _, batches = run(name, quadratic(np.full(3, target)), [0.5, 0.0, 1.0], budget=2000)
+    points = np.vstack(batches)
+    assert points.min() >= 0.0
+    assert points.max() <= 1.0
+
+
+@every_optimizer
+@pytest.mark.parametrize("budget", [1, 4, 39, 40, 41, 997])
+def test_budget_is_never_exceeded_and_every_evaluation_counted(name, budget):
+    outcome, batches = run(name, rosenbrock, [0.2, 0.7], budget=budget)
+    assert outcome.evaluations == sum(len(b) for b in batches) <= budget
+    assert outcome.links[0].evaluations == outcome.evaluations
+
+
+@every_optimizer
+@pytest.mark.parametrize("budget", [40, 203])
+def test_global_search_uses_its_whole_budget_on_a_problem_that_needs_more(name, budget):
+    if registry.load("optimizer", name).SPEC.kind == "local":
+        return
+    rng = np.random.default_rng(1)
+    phases = rng.random((30, 4)) * 6.0
+
+    def rugged(points):
+        return 2.0 + np.sin(60.0 * points @ rng_matrix + phases.sum(axis=1))
+
+    rng_matrix = rng.standard_normal((4, 30))
+    outcome, _ = run(name, rugged, np.full(4, 0.5), budget=budget)
+    dimension = 4
+    assert budget - dimension <= outcome.evaluations <= budget
+
+
+@every_optimizer
+def test_result_is_never_worse_than_the_start(name):
+    start = np.array([0.61, 0.58])
+    outcome, _ = run(name, quadratic(start), start, budget=60)
+    assert outcome.cost <= 1e-8
+
+
+@every_optimizer
+def test_same_seed_gives_the_same_bytes_and_global_random_state_is_untouched(name):
+    np.random.seed(1)  # noqa: NPY002
+    state = np.random.get_state()[1].copy()
+    first = np.vstack(run(name, rosenbrock, [0.2, 0.7], budget=700, seed=5)[1])
+    assert np.array_equal(np.random.get_state()[1], state)
+    np.random.seed(2)  # noqa: NPY002
+    second = np.vstack(run(name, rosenbrock, [0.2, 0.7], budget=700, seed=5)[1])
+    assert first.tobytes() == second.tobytes()
+
+
+@every_optimizer
+def test_another_seed_searches_elsewhere(name):
+    first = np.vstack(run(name, rosenbrock, [0.2, 0.7], budget=100, seed=5)[1])
+    second = np.vstack(run(name, rosenbrock, [0.2, 0.7], budget=100, seed=6)[1])
+    is_global = registry.load("optimizer", name).SPEC.kind == "global"
+    assert np.array_equal(first, second) != is_global
+
+
+@every_optimizer
+def test_progress_is_told_after_every_batch(name):
+    told = []
+    outcome, batches = run(
+        name, rosenbrock, [0.2, 0.7], budget=500, on_progress=lambda evaluations, cost: told.append((evaluations, cost))
+    )
+    assert len(told) == len(batches)
+    assert [e for e, _ in told] == list(np.cumsum([len(b) for b in batches]))
+    assert told[-1] == (outcome.evaluations, outcome.cost)
+
+
+@every_optimizer
+def test_best_so_far_falls_monotonously_and_belongs_to_the_point(name):
+    outcome, _ = run(name, rosenbrock, [0.2, 0.7], budget=1500)
+    costs = [cost for _, cost in outcome.links[0].history]
+    assert all(b <= a for a, b in zip(costs, costs[1:], strict=False))
+    assert outcome.cost == np.sqrt(np.mean(rosenbrock(outcome.point[None, :]) ** 2))
+
+
+@every_optimizer
+@pytest.mark.parametrize("bad", [np.nan, np.inf, 1e200])
+def test_simulations_that_diverge_in_a_part_of_the_cube_cost_only_themselves(name, bad):
+    def residuals(points):
+        values = quadratic(np.array([0.3, 0.4]))(points)
+        values[points[:, 0] > 0.62] = bad
+        return values
+
+    outcome, _ = run(name, residuals, [0.6, 0.6], budget=4000)
+    assert outcome.cost < 1e-2
+    if registry.load("optimizer", name).SPEC.kind == "global":
+        assert outcome.nonfinite > 0
+        assert outcome.first_nonfinite[0] > 0.62
+
+
+@every_optimizer
+@pytest.mark.parametrize("dimension", [1, 3])
+def test_all_simulations_diverging_is_reported_not_raised(name, dimension):
+    outcome, _ = run(name, lambda p: np.full((len(p), 4), np.nan), np.full(dimension, 0.5), budget=500)
+    assert outcome.cost == np.inf
+    assert outcome.nonfinite == outcome.evaluations > 0
+    assert outcome.first_nonfinite.shape == (dimension,)
+    assert not any(d.settled for d in outcome.descents)
+
+
+@every_optimizer
+def test_flat_objective_ends_quietly(name):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        outcome, _ = run(name, lambda p: np.ones((len(p), 5)), np.full(3, 0.5), budget=1000)
+    assert outcome.cost == 1.0
+    assert np.isfinite(outcome.point).all()
+
+
+@every_optimizer
+@pytest.mark.parametrize(("dimension", "share"), [(1, 1e-4), (20, 0.1)])
+def test_quadratic_is_minimised_in_one_and_twenty_dimensions(name, dimension, share):
+    target = np.linspace(0.3, 0.6, dimension)
+    start = np.full(dimension, 0.9)
+    residuals = quadratic(target)
+    first = np.sqrt(np.mean(residuals(start[None, :]) ** 2))
+    outcome, _ = run(name, residuals, start, budget=16000)
+    assert outcome.cost < share * first
+    if dimension == 1:
+        assert outcome.point == pytest.approx(target, abs=1e-3)
+
+
+@every_optimizer
+def test_curved_valley_is_followed_to_its_end(name):
+    outcome, _ = run(name, rosenbrock, [0.2, 0.75], budget=16000)
+    assert outcome.cost < 0.02
+    assert outcome.point == pytest.approx([0.75, 0.75], abs=0.01)
+
+
+@every_optimizer
+def test_minimum_on_the_boundary_is_reached(name):
+    outcome, _ = run(name, quadratic(np.array([1.4, 0.4, -0.5])), [0.5, 0.5, 0.5], budget=16000)
+    assert outcome.point == pytest.approx([1.0, 0.4, 0.0], abs=5e-3)

@@ -1,0 +1,57 @@
+"""The cube maps bounds to 0 and 1 and back without loss."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mrfit.errors import ConfigError
+from mrfit.fit.cube import cube_of
+from mrfit.specs import ModelSpec, Param
+
+SPEC = ModelSpec(
+    name="toy",
+    title="",
+    equation="",
+    reference="",
+    inputs=("current",),
+    output="flux",
+    params=(Param("a", "1", -2.0, 3.0, 0.5), Param("b", "H", 1e-4, 1e2, 1e-1, "log")),
+)
+
+
+@given(st.lists(st.floats(0, 1), min_size=2, max_size=2))
+def test_points_survive_the_way_to_parameters_and_back(point: list[float]) -> None:
+    cube = cube_of(SPEC, {}, {}, {})
+    theta = cube.to_theta(np.array([point]))
+    assert np.allclose(cube.to_points(theta)[0], point, atol=1e-12)
+    assert np.all((theta >= [-2.0, 1e-4]) & (theta <= [3.0, 1e2]))
+
+
+def test_corners_are_the_bounds_and_log_parameters_halve_in_the_logarithm() -> None:
+    cube = cube_of(SPEC, {}, {}, {})
+    theta = cube.to_theta(np.array([[0.0, 0.0], [1.0, 1.0], [0.5, 0.5]]))
+    assert np.allclose(theta, [[-2.0, 1e-4], [3.0, 1e2], [0.5, 1e-1]], rtol=1e-12)
+
+
+def test_fixed_parameters_keep_their_value_and_leave_the_search() -> None:
+    cube = cube_of(SPEC, {}, {}, {"a": 7.0})
+    assert cube.to_theta(np.array([[0.25]]))[0, 0] == 7.0
+    assert list(cube.free) == [1]
+
+
+@pytest.mark.parametrize(
+    ("bounds", "start", "fixed", "words"),
+    [
+        ({"zz": (0.0, 1.0)}, {}, {}, "no parameter 'zz'; it has a, b"),
+        ({"a": (2.0, 1.0)}, {}, {}, "rising"),
+        ({"b": (0.0, 1.0)}, {}, {}, "logarithmic"),
+        ({}, {"a": 9.0}, {}, "outside its bounds"),
+        ({}, {}, {"a": 1.0, "b": 1.0}, "at least one free"),
+    ],
+)
+def test_wrong_settings_name_the_parameter_and_the_remedy(
+    bounds: dict[str, tuple[float, float]], start: dict[str, float], fixed: dict[str, float], words: str
+) -> None:
+    with pytest.raises(ConfigError, match=words):
+        cube_of(SPEC, bounds, start, fixed)

@@ -1,0 +1,95 @@
+"""The flux model against the published parameters, its null directions and energy."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from mrfit.models.boucwen_flux import SPEC, derived, response
+
+# Paper 000 Table 3 (1 Hz): current amplitude, A, Lc, kappa, beta, gamma, n, D.
+PUBLISHED = np.array(
+    [
+        [1, 1.0957, 0.0230, 3.4913, 29.9979, 60.0024, 1.3066, 20.0008],
+        [2, 1.1583, 0.0201, 3.5300, 30.0082, 60.0078, 1.3014, 20.0054],
+        [3, 1.1993, 0.0178, 3.4887, 30.0007, 59.9993, 1.2695, 19.9999],
+        [4, 1.1990, 0.0164, 3.4998, 29.9999, 60.0000, 1.3041, 20.0000],
+        [5, 1.1987, 0.0153, 3.4990, 30.0000, 59.9999, 1.3041, 19.9996],
+    ]
+)
+
+
+def sine(amplitude: float, samples: int = 4001) -> np.ndarray:
+    return amplitude * np.sin(np.linspace(0, 4 * np.pi, samples))
+
+
+def hysteretic_share(amplitude: float, theta: np.ndarray) -> float:
+    current = sine(amplitude)
+    flux = response(current[None], theta[None], 1e-3)[0]
+    return float(np.ptp(flux - derived(theta[None])[0, 0] * current) / np.ptp(flux))
+
+
+@pytest.mark.parametrize("row", PUBLISHED)
+def test_printed_divisor_shows_no_loop_at_published_values(row: np.ndarray) -> None:
+    assert 0.000135 <= hysteretic_share(row[0], row[1:]) <= 0.00037
+
+
+@pytest.mark.parametrize("row", PUBLISHED)
+def test_standard_reading_of_the_divisor_shows_the_published_loop(row: np.ndarray) -> None:
+    theta = row[1:].copy()
+    theta[6] = 1 / theta[6]
+    assert 0.05 <= hysteretic_share(row[0], theta) <= 0.15
+
+
+def test_bounds_reach_both_readings_and_every_published_value() -> None:
+    low, high = np.array([[p.low, p.high] for p in SPEC.params]).T
+    standard = PUBLISHED[:, 1:].copy()
+    standard[:, 6] = 1 / standard[:, 6]
+    for theta in (PUBLISHED[:, 1:], standard):
+        assert (low < theta).all()
+        assert (theta < high).all()
+
+
+@pytest.mark.parametrize(("A", "passive"), [(1.2, True), (0.8, False)])
+def test_coil_loses_energy_for_a_above_1_only(A: float, passive: bool) -> None:
+    theta = np.array([[A, 0.02, 3.5, 30, 60, 1.3, 0.05]])
+    current = sine(2.0)
+    flux = response(current[None], theta, 1e-3)[0]
+    assert bool(np.trapezoid(current[2000:], flux[2000:]) > 0) is passive
+
+
+def test_null_directions_leave_the_flux_and_the_derived_quantities() -> None:
+    theta = np.array([1.2, 0.02, 3.5, 30, 60, 1.3, 0.05])
+    n, s = theta[5], 2.7
+    scaled = theta.copy()
+    scaled[[2, 3, 4, 6]] *= [s, s ** (1 - n), s ** (1 - n), s]
+    shared = theta.copy()
+    shared[0], shared[1] = 1.1, theta[1] * 1.2 / 1.1
+    shared[6] = theta[6] * (1 - 1.1) * shared[1] / ((1 - 1.2) * theta[1])
+    drive = sine(1.5)[None]
+    rows = response(drive, np.array([theta, scaled, shared]), 1e-3)
+    assert np.abs(rows[1:] - rows[0]).max() < 1e-12 * np.ptp(rows[0])
+    assert derived(np.array([theta, scaled, shared])) == pytest.approx(np.tile(derived(theta[None]), (3, 1)))
+
+
+def test_agrees_with_the_printed_equation_solved_in_time() -> None:
+    A, Lc, kappa, beta, gamma, n, D = theta = np.array([1.2, 0.02, 3.5, 3.0, 6.0, 1.3, 0.05])
+    omega, amplitude = 2 * np.pi * 5, 0.8
+    t = np.linspace(0, 0.4, 801)
+
+    def growth(t: float, z: np.ndarray) -> list[float]:
+        rate, size = amplitude * omega * np.cos(omega * t), abs(z[0])
+        return [kappa * rate - beta * rate * size**n - gamma * z[0] * abs(rate) * size ** (n - 1 if size else 0)]
+
+    z = [0.0]
+    for start in np.arange(0, 0.4, 0.025):  # quarter by quarter: no step across a reversal
+        spots = t[(t > start + 1e-9) & (t < start + 0.025 + 1e-9)]
+        span = (start, spots[-1])
+        z.extend(solve_ivp(growth, span, z[-1:], "DOP853", rtol=1e-10, atol=1e-12, max_step=1e-3, t_eval=spots).y[0])
+    current = amplitude * np.sin(omega * t)
+    expected = A * Lc * current + (1 - A) * Lc / D * np.array(z)
+    z_max = (kappa / (beta + gamma)) ** (1 / n)
+    assert np.abs(response(current[None], theta[None], t[1])[0] - expected).max() < 1e-6 * abs((1 - A) * Lc / D) * z_max
+
+
+def test_published_table_starts_the_fit_at_its_own_values() -> None:
+    assert SPEC.start == pytest.approx([1.2, 0.02, 3.5, 30, 60, 1.3, 20], rel=1e-9)
