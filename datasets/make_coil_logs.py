@@ -15,7 +15,7 @@ import numpy as np
 
 from datasets.rig.boucwen import FluxBoucWen
 from datasets.rig.coil import Coil, solve, tune
-from datasets.rig.scope import Probe, acquire, write
+from datasets.rig.scope import LEVELS_PER_DIVISION, Probe, acquire, vertical_scale, write
 from datasets.rig.stop import Array
 
 SEED = 20240
@@ -45,20 +45,31 @@ def probes(rng: np.random.Generator) -> tuple[Probe, Probe]:
     )
 
 
+def converter_noise(signal: Array, probe: Probe, front_end: float) -> float:
+    """Return the noise in V of a channel: its front end's, and one level of the converter on the range it is set to.
+
+    A scope reaches 12 bits by averaging, so its noise is about its level; less would leave its steps in every
+    cycle at the same place.
+    """
+    level = vertical_scale(float(np.abs(probe.gain * signal + probe.offset).max())) / LEVELS_PER_DIVISION
+    return float(np.hypot(front_end, level))
+
+
 def save(
     path: Path, frequency: float, per_period: int, signals: tuple[Array, Array], rng: np.random.Generator
 ) -> dict[str, object]:
     """Acquire coil voltage and current, one period before the trigger, and return what the probes did."""
     interval = 1.0 / frequency / per_period
     pair = probes(rng)
-    noise = [rng.normal(0.0, level, len(signals[0])) for level in (VOLTAGE_NOISE, CURRENT_NOISE)]
-    (voltage, v_scale), (current, i_scale) = map(acquire, signals, pair, noise)
+    noise = [converter_noise(s, p, n) for s, p, n in zip(signals, pair, (VOLTAGE_NOISE, CURRENT_NOISE), strict=True)]
+    drawn = [rng.normal(0.0, level, len(signals[0])) for level in noise]
+    (voltage, v_scale), (current, i_scale) = map(acquire, signals, pair, drawn)
     write(path, -1.0 / frequency, interval, {"CH1": voltage, "CH2": current}, v_scale)
     return {
-        "voltage": {"offset": pair[0].offset, "noise": VOLTAGE_NOISE, "level": v_scale / 400, "unit": "V"},
+        "voltage": {"offset": pair[0].offset, "noise": noise[0], "level": v_scale / 400, "unit": "V"},
         "current": {
             "offset": pair[1].offset / CLAMP,
-            "noise": CURRENT_NOISE / CLAMP,
+            "noise": noise[1] / CLAMP,
             "level": i_scale / 400 / CLAMP,
             "unit": "A",
         },
@@ -99,8 +110,8 @@ def make_bench(out: Path, seed: int, eddy: float) -> None:
 def make_planted(out: Path, truth: FluxBoucWen, rng: np.random.Generator) -> dict[str, object]:
     """Write nine logs of 4800 rows with one parameter set, u = R i + d lambda/dt exact, and return their truth.
 
-    600 rows a period: after a reversal z turns over within 22 mA, which at 5 A is a fiftieth of a period, and the integral
-    of the voltage must resolve it.
+    600 rows a period: after a reversal z turns over within 22 mA, which at 5 A is a fiftieth of a period, and the
+    integral of the voltage must resolve it.
     """
     resistance = 2.1
     logs = folder(out, resistance)

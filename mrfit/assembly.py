@@ -1,7 +1,7 @@
 """Put a model together: a base model, its dependence on current, and a chain of effects in fixed slots.
 
 The written name of the whole is ``BASE+EFFECT+EFFECT``. Whatever the order of writing, effects act in the order of
-their slots:
+their slots, those of one slot in the order of their names:
 
     input (a channel is changed before the base sees it) -> theta (parameters of a role are scaled over time)
     -> base -> add (a term is added to the output) -> output (the output is changed)
@@ -81,7 +81,7 @@ def assemble(name: str, dependence: CurrentDependence | None = None) -> Assembly
         derived=getattr(module, "derived", _nothing_derived),
         start_values=getattr(module, "start_values", _no_start_values),
     )
-    if dependence and dependence.orders:
+    if dependence and dependence.varies:
         whole = _depending(whole, dependence)
     return _with_effects(whole, [registry.load("effect", e) for e in written]) if written else whole
 
@@ -105,7 +105,7 @@ def _depending(base: Assembly, dependence: CurrentDependence) -> Assembly:
 
 
 def _with_effects(base: Assembly, modules: list[ModuleType]) -> Assembly:
-    modules = sorted(modules, key=lambda m: SLOTS.index(m.SPEC.slot))
+    modules = sorted(modules, key=lambda m: (SLOTS.index(m.SPEC.slot), m.SPEC.name))
     specs = [cast(EffectSpec, m.SPEC) for m in modules]
     for k, effect in enumerate(specs):
         if effect in specs[:k]:
@@ -158,7 +158,8 @@ class _Chain:
 
     def _split(self, theta: Array) -> list[Array]:
         sizes = [len(self.base.spec.params), *(len(e.params) for e in self.effects)]
-        return np.split(theta, np.cumsum(sizes)[:-1], axis=1)
+        # kernels are compiled for contiguous arrays
+        return [np.ascontiguousarray(p) for p in np.split(theta, np.cumsum(sizes)[:-1], axis=1)]
 
     def _active(self, slot: str, parts: list[Array]) -> list[tuple[ModuleType, Array]]:
         """Return the effects of a slot that some point of the batch does not hold at neutral."""
@@ -190,6 +191,8 @@ class _Chain:
         for module, own in self._active("theta", parts):
             for role, factors in module.factors(channels, own, dt).items():
                 columns = [k for k, p in enumerate(self.base.spec.params) if p.role == role]
+                if not columns:
+                    continue
                 if factors.shape[1] > 1 and theta.ndim == 2:
                     theta = np.repeat(theta[:, :, None], factors.shape[1], axis=2)
                 theta = theta.copy()

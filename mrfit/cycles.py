@@ -87,7 +87,8 @@ def turning_points(values: Array, swing: float) -> Indices:
         points = points[~gone]
     if len(points) == 2 and abs(values[points[1]] - values[points[0]]) < swing:
         return np.empty(0, dtype=np.int64)
-    return points.astype(np.int64)
+    kept: Indices = points.astype(np.int64)
+    return kept
 
 
 def steady_stretches(
@@ -123,7 +124,7 @@ def steady_stretches(
     if span > NOISE_SWING * search.noise:
         for limits in gaps(found, len(values)):
             found += search.by_correlation(limits, 0.1 * span)
-    return sorted(found, key=lambda s: s.start)
+    return _without_transients(sorted(found, key=lambda s: s.start), dt)
 
 
 def gaps(stretches: Sequence[Stretch], samples: int) -> list[tuple[int, int]]:
@@ -131,6 +132,22 @@ def gaps(stretches: Sequence[Stretch], samples: int) -> list[tuple[int, int]]:
     ordered = sorted(stretches, key=lambda s: s.start)
     edges = [0, *(edge for s in ordered for edge in (s.start, s.stop)), samples]
     return [(a, b) for a, b in zip(edges[0::2], edges[1::2], strict=True) if b - a > 4]
+
+
+def _without_transients(stretches: list[Stretch], dt: float) -> list[Stretch]:
+    """Return the stretches but for short ones that run into a longer one of nearly the same cycles: its transients."""
+
+    def runs_into(short: Stretch, long: Stretch) -> bool:
+        apart = max(short.start, long.start) - min(short.stop, long.stop)
+        return (
+            2 * short.cycles <= long.cycles
+            and apart * dt * long.fit.frequency < 1.0
+            and abs(short.fit.frequency / long.fit.frequency - 1) < AGREEMENT
+            and abs(short.fit.amplitude / long.fit.amplitude - 1) < 4 * AGREEMENT
+            and abs(short.fit.coefficients[0] - long.fit.coefficients[0]) < 4 * AGREEMENT * long.fit.amplitude
+        )
+
+    return [s for s in stretches if not any(runs_into(s, other) for other in stretches)]
 
 
 def _cycles(values: Array, limits: tuple[int, int], swing: float, levels: Sequence[Array]) -> list[_Cycle]:
@@ -254,15 +271,22 @@ class _Search:
     def _follows(self, departure: Array, middle: int, period: float, amplitude: float) -> tuple[int, int]:
         """Return the range round ``middle`` in which the departure, averaged over a 20th of a cycle, stays small."""
         width = max(1, min(int(period / 20), len(departure) // 4))
-        averaged = np.abs(np.convolve(departure, np.ones(width) / width, mode="same"))
+        running = np.concatenate([[0.0], np.cumsum(departure)])
+        middles = np.arange(len(departure)) - width // 2
+        first, last = np.maximum(middles, 0), np.minimum(middles + width, len(departure))
+        averaged = np.abs(running[last] - running[first]) / (last - first)
         cycle = averaged[max(0, middle - int(period / 2)) : middle + int(period / 2) + 1]
-        # What a series of 40 harmonics cannot follow, as the edges of a square wave, is no transient.
+        # What a series of 40 harmonics cannot follow, as the edges of a square wave, is no transient …
         usual = min(1.5 * float(np.max(cycle)), 0.15 * amplitude)
-        limit = max(self.tolerance * amplitude + 4.0 * self.noise / np.sqrt(width), usual)
+        # … while in a very steady signal a departure well within the tolerance already is one.
+        inner = averaged[len(averaged) // 4 : -(len(averaged) // 4) or None]
+        least, most = self.tolerance * amplitude / 10, self.tolerance * amplitude
+        limit = float(np.clip(4.0 * np.quantile(inner, 0.95), least, most)) + 4.0 * self.noise / np.sqrt(width)
+        limit = max(limit, usual)
         beyond = np.flatnonzero(averaged > limit)
         before, after = beyond[beyond < middle], beyond[beyond >= middle]
-        first = int(before[-1]) + 1 if len(before) else 0
-        return first, int(after[0]) if len(after) else len(departure)
+        begin = int(before[-1]) + 1 if len(before) else 0
+        return begin, int(after[0]) if len(after) else len(departure)
 
 
 def _swings(values: Array, lag: float, swing: float) -> int:

@@ -4,16 +4,17 @@ A parameter p of order m is given by its values p_0 … p_m at m + 1 currents I_
 
     p(i) = Σ_k p_k·ℓ_k(i),   ℓ_k the Lagrange polynomials of the nodes,
 
-on a logarithmic scale where the parameter has one, so that it stays positive. Values at nodes have the unit, the bounds
-and the start value of the parameter itself, which coefficients of powers of i have not. Outside the tested range the
-current is held at its end: a polynomial says nothing there.
+on a logarithmic scale where the parameter has one and does not enter linearly, so that a sharpness or an exponent stays
+positive. Forces and stiffnesses, which enter linearly, are polynomials of i as papers print them, and stay linear. Values
+at nodes have the unit, the bounds and the start value of the parameter itself, which coefficients of powers of i have
+not. Outside the tested range the current is held at its end: a polynomial says nothing there.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.errors import ConfigError
+from mrfit.errors import ConfigError, DataError
 from mrfit.specs import Array, Derived, ModelSpec, Param
 
 HIGHEST = 4
@@ -31,11 +32,28 @@ class CurrentDependence:
         (parameter name, order) pairs; parameters not named are constant.
     low, high
         Tested range of current in A.
+
+    Raises
+    ------
+    DataError
+        If a parameter is to vary over a range without extent.
     """
 
     orders: tuple[tuple[str, int], ...]
     low: float
     high: float
+
+    def __post_init__(self) -> None:
+        if self.varies and not self.low < self.high:
+            raise DataError(
+                f"a dependence on current needs tests at two currents or more, these are all at {self.low:.4g} A: "
+                "add tests at other currents, or leave --current-order out"
+            )
+
+    @property
+    def varies(self) -> bool:
+        """Whether any parameter depends on current."""
+        return any(order for _, order in self.orders)
 
     def nodes(self, order: int) -> Array:
         """Return the currents (order + 1,) in A at which a parameter of this order is given."""
@@ -66,7 +84,7 @@ def orders_of(spec: ModelSpec, text: str) -> tuple[tuple[str, int], ...]:
     if "=" not in text:
         order = _order(text)
         return tuple((p.name, order) for p in spec.params if p.role not in FIXED_ROLES and order)
-    named = dict(item.partition("=")[::2] for item in text.split(","))
+    named = {name.strip(): order for name, _, order in (item.partition("=") for item in text.split(","))}
     for name in named:
         if name not in spec.names:
             raise ConfigError(
@@ -89,10 +107,12 @@ def expanded(spec: ModelSpec, dependence: CurrentDependence) -> ModelSpec:
         order = orders.get(p.name, 0)
         nodes = list(dependence.nodes(order)) if order else []
         params += [replace(p, name=f"{p.name}@{i:.4g}A", text=f"{p.text} at {i:.4g} A") for i in nodes] or [p]
-    linear = [q.name for q in params if q.name.partition("@")[0] in spec.linear and _keeps_linear(spec, q, orders)]
+    linear = [q.name for q in params if q.name.partition("@")[0] in spec.linear]
     coefficients = [
         Derived(
-            f"{p.name}.i{power}", f"{p.unit}/A^{power}" if power else p.unit, f"coefficient of i^{power} of {_of(p)}"
+            f"{p.name}.i{power}",
+            f"{p.unit}/A^{power}" if power else p.unit,
+            f"coefficient of i^{power} of {_of(spec, p)}",
         )
         for p in spec.params
         for power in range(orders.get(p.name, 0) + 1)
@@ -107,13 +127,12 @@ def expanded(spec: ModelSpec, dependence: CurrentDependence) -> ModelSpec:
     )
 
 
-def _of(param: Param) -> str:
-    return f"ln({param.name})" if param.scale == "log" else param.name
+def _logarithmic(spec: ModelSpec, param: Param) -> bool:
+    return param.scale == "log" and param.name not in spec.linear
 
 
-def _keeps_linear(spec: ModelSpec, node: Param, orders: dict[str, int]) -> bool:
-    name = node.name.partition("@")[0]
-    return not orders.get(name, 0) or node.scale == "linear"
+def _of(spec: ModelSpec, param: Param) -> str:
+    return f"ln({param.name})" if _logarithmic(spec, param) else param.name
 
 
 def at_current(spec: ModelSpec, dependence: CurrentDependence, theta: Array, current: Array) -> Array:
@@ -142,7 +161,7 @@ def at_current(spec: ModelSpec, dependence: CurrentDependence, theta: Array, cur
         column += order + 1
         if not order:
             result[:, k] = nodes[:, 0]
-        elif p.scale == "log":
+        elif _logarithmic(spec, p):
             result[:, k] = np.exp(np.sum(np.log(nodes) * dependence.basis(order, values), axis=1))
         else:
             result[:, k] = np.sum(nodes * dependence.basis(order, values), axis=1)
@@ -158,7 +177,7 @@ def coefficients(spec: ModelSpec, dependence: CurrentDependence, theta: Array) -
         order = orders.get(p.name, 0)
         if order:
             nodes = theta[:, column : column + order + 1]
-            nodes = np.log(nodes) if p.scale == "log" else nodes
+            nodes = np.log(nodes) if _logarithmic(spec, p) else nodes
             powers = np.linalg.inv(np.vander(dependence.nodes(order), increasing=True))
             columns += list((nodes @ powers.T).T)
         column += order + 1

@@ -1,8 +1,8 @@
 """The one smoother and differentiator: what drives a model, freed of noise.
 
 Every wiggle of a noisy input is a reversal to a rate-independent model, and biases its hysteresis at an error that
-looks perfect. Periodic channels are replaced by their Fourier series, others by local polynomials (Savitzky and Golay, Anal.
-Chem. 36 (1964) 1627); derivatives come from the same series or the same polynomials.
+looks perfect. Periodic channels are replaced by their Fourier series, others by local polynomials (Savitzky and Golay,
+Anal. Chem. 36 (1964) 1627); derivatives come from the same series or the same polynomials.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,6 +23,7 @@ __all__ = ["Drive", "HarmonicFit", "Smoothed", "harmonic_fit", "savitzky_golay",
 WHITE_EXCESS = 1.3
 # … or above what does not repeat between cycles, if that is at most the given share of the signal's amplitude.
 REPEAT_LIMITS = ((1.1, 0.02), (1.5, 0.01))
+FITTED_CYCLES = 4
 POLYNOMIAL_ORDER = 3
 NARROWEST, WIDEST = 7, 16_001
 # Residual allowed above that of pure noise: a bias of a third of the noise.
@@ -188,7 +189,7 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
     for source, derivative in sources.values():
         if isinstance(source, str) and (source, derivative) not in smoothed:
             window = recording.channels[source][begin : segment.stop]
-            smoothed[source, derivative] = _smoothed(window, recording.dt, frequency, segment, derivative)
+            smoothed[source, derivative] = _smoothed(window, segment, recording.dt, frequency, derivative)
     count = segment.stop - begin
     channels = {
         name: smoothed[source, derivative] if isinstance(source, str) else _level(source, count)
@@ -235,13 +236,20 @@ def _frequency(recording: Recording, segment: Segment, begin: int) -> float:
     if segment.cycles < 1 or segment.frequency <= 0.0 or segment.drive not in recording.channels:
         return segment.frequency if segment.cycles else 0.0
     values = recording.channels[segment.drive][begin : segment.stop]
-    return harmonic_fit(values, recording.dt, segment.frequency).frequency
+    return harmonic_fit(values[_unsettled(segment, len(values)) :], recording.dt, segment.frequency).frequency
 
 
-def _smoothed(values: Array, dt: float, frequency: float, segment: Segment, derivative: int) -> _Channel:
+def _unsettled(segment: Segment, samples: int) -> int:
+    """Return how many samples to leave out of a series: the lead-in, still settling, where enough cycles follow it."""
+    return samples - segment.samples if segment.cycles >= FITTED_CYCLES else 0
+
+
+def _smoothed(values: Array, segment: Segment, dt: float, frequency: float, derivative: int) -> _Channel:
     if frequency > 0.0:
-        fit = harmonic_fit(values, dt, frequency, refine=False)
-        if _leaves_noise(fit, values, dt):
+        skipped = _unsettled(segment, len(values))
+        fit = harmonic_fit(values[skipped:], dt, frequency, refine=False)
+        if _leaves_noise(fit, values[skipped:], dt):
+            fit = fit.shifted(-skipped * dt)
             order = np.arange(fit.harmonics + 1)
             rates = fit.coefficients * (2j * np.pi * order * frequency) ** derivative
             text = f"harmonic fit, {fit.harmonics} harmonic{'s' * (fit.harmonics != 1)} of {frequency:.5g} Hz"
@@ -266,9 +274,7 @@ def _leaves_noise(fit: HarmonicFit, values: Array, dt: float) -> bool:
     if not limits:
         return False
     cycles = int(len(values) * dt * fit.frequency + 0.02)
-    return fit.residual <= REPEAT_EXCESS * noise_floor(
-        values, dt, fit.frequency, min(cycles, max(segment.cycles, cycles))
-    )
+    return bool(fit.residual <= max(limits) * noise_floor(values, dt, fit.frequency, cycles))
 
 
 def _level(level: float, count: int) -> _Channel:

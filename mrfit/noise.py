@@ -11,6 +11,7 @@ from mrfit.specs import Array
 NORMAL_MEDIAN = 1.482602218505602
 DIFFERENCE_ORDERS = (2, 4, 6, 8)
 UNIQUE_SAMPLES = 20_000
+STAYING = 0.1
 
 
 def noise_level(values: Array) -> float:
@@ -37,7 +38,12 @@ def _difference_level(values: Array, order: int) -> float:
 
 
 def quantisation(values: Array) -> float:
-    """Return the step of a channel's amplitude grid, or 0 if it does not lie on one."""
+    """Return the step of a channel's amplitude grid, or 0 if its samples do not stay on levels of one.
+
+    Where hardly any sample equals the one before, quantisation is white noise and ``noise_level`` sees it as such.
+    """
+    if np.mean(values[1:] == values[:-1]) < STAYING:
+        return 0.0
     levels = np.unique(values[:UNIQUE_SAMPLES])
     if len(levels) < 3 or len(levels) > min(len(values), UNIQUE_SAMPLES) // 2:
         return 0.0
@@ -69,10 +75,11 @@ def noise_floor(values: Array, dt: float, frequency: float, cycles: int) -> floa
         Whole cycles M in the segment. Below 2, and without a fundamental, ``noise_level`` is returned instead, which
         knows white noise only.
     """
-    if cycles < 2 or frequency <= 0.0 or frequency * dt > 0.25:
+    whole = min(cycles, int((len(values) + 1.0) * frequency * dt))
+    if whole < 2 or frequency <= 0.0 or frequency * dt > 0.25:
         return noise_level(values)
     fit = harmonic_fit(values, dt, frequency, refine=False)
-    whole, samples = _best_window(1.0 / (frequency * dt), cycles, len(values))
+    samples = min(len(values), round(whole / (frequency * dt)))
     residual = values[:samples] - fit.evaluate(np.arange(samples, dtype=np.float64) * dt)
     power = np.abs(np.fft.rfft(residual)) ** 2
     power[1:] *= 2.0
@@ -80,11 +87,3 @@ def noise_floor(values: Array, dt: float, frequency: float, cycles: int) -> floa
         power[-1] /= 2.0
     power[::whole] = 0.0
     return float(np.sqrt(np.sum(power) * whole / (whole - 1))) / samples
-
-
-def _best_window(period: float, cycles: int, samples: int) -> tuple[int, int]:
-    """Return cycles and samples of the window, among the longest few, that is closest to whole samples."""
-    choices = [m for m in range(max(2, cycles - 3), cycles + 1) if round(m * period) <= samples] or [2]
-    mismatch = {m: abs(m * period - round(m * period)) / m for m in choices}
-    whole = min(choices, key=lambda m: (round(mismatch[m], 6), -m))
-    return whole, min(samples, round(whole * period))

@@ -2,11 +2,13 @@
 
 import json
 from dataclasses import asdict, dataclass, field
+from math import inf
 from pathlib import Path
 
 import numpy as np
 
 from datasets.rig import coil_bench, damper_bench, press
+from datasets.rig.coil import other_coil
 from datasets.rig.damper import base_damper
 from datasets.rig.effects import EFFECTS
 from datasets.rig.flux_coil import base_coil
@@ -21,7 +23,7 @@ class Hidden:
     Attributes
     ----------
     bench
-        ``coil`` or ``damper``.
+        ``coil``, ``damper``, or ``other-coil``: it saturates and is made of stops, so that no Bouc-Wen law fits it.
     programme
         Which tests are run, a key of the bench's ``PROGRAMMES``.
     effects
@@ -50,26 +52,37 @@ def make(hidden: Hidden, folder: Path) -> dict[str, object]:
     unknown = set(hidden.effects) - set(EFFECTS)
     if unknown:
         raise ValueError(f"no such effect on the bench: {', '.join(sorted(unknown))}; see datasets/rig/effects.py")
-    measured = _coil(hidden, logs) if hidden.bench == "coil" else _damper(hidden, logs)
+    measured = _damper(hidden, logs) if hidden.bench == "damper" else _coil(hidden, logs)
     truth = asdict(hidden) | measured
     (folder / "truth.json").write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8")
     return truth
 
 
+def _plain(values: dict[str, object]) -> dict[str, object]:
+    """Return values as JSON can hold them."""
+    return {
+        k: _plain(v) if isinstance(v, dict) else v.tolist() if isinstance(v, np.ndarray) else v
+        for k, v in values.items()
+        if not isinstance(v, float) or v < inf
+    }
+
+
 def _coil(hidden: Hidden, logs: Path) -> dict[str, object]:
-    coil = base_coil(np.random.default_rng([hidden.seed, 1]))
+    rng = np.random.default_rng([hidden.seed, 1])
+    flux_coil = base_coil(rng)
+    coil = flux_coil if hidden.bench == "coil" else other_coil(rng)
     record = coil_bench.run(coil, hidden.effects, coil_bench.PROGRAMMES[hidden.programme]())
     written = coil.resistance * (1.0 + hidden.effects.get("resistance-error", 0.0))
     noise = coil_bench.save(record, logs, hidden.style, np.random.default_rng([hidden.seed, 2]))
     (logs / "mrfit.toml").write_text(coil_bench.channel_map(written, hidden.style), encoding="utf-8")
-    share, visible = coil_gap(record, coil, written, hidden.style.integrator)
+    share, visible = coil_gap(record, flux_coil.iron, written, hidden.style.integrator)
     clean = rebuilt_flux(record.voltage, record.current, record.interval, written)
     if hidden.style.integrator:
         floor = coil_bench.INTEGRATOR_NOISE / coil_bench.INTEGRATOR / float(np.ptp(clean))
     else:
         noisy = rebuilt_flux(record.voltage + noise[0], record.current + noise[1], record.interval, written)
         floor = nrmse(noisy - clean, clean)
-    return {"base": asdict(coil), "map_resistance": written, "share": share, "visible": visible, "noise": floor}
+    return {"base": _plain(asdict(coil)), "map_resistance": written, "share": share, "visible": visible, "noise": floor}
 
 
 def _damper(hidden: Hidden, logs: Path) -> dict[str, object]:

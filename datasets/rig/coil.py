@@ -38,6 +38,17 @@ class Coil:
         return current
 
 
+def other_coil(rng: np.random.Generator) -> Coil:
+    """Return a coil of its own kind: resistance, knee and hysteresis moved by up to 10 %."""
+    law = default_hysteresis()
+    return Coil(
+        resistance=round(2.1 * float(rng.uniform(0.9, 1.1)), 3),
+        knee_current=1.62 * float(rng.uniform(0.9, 1.1)),
+        knee_flux=0.0502 * float(rng.uniform(0.9, 1.1)),
+        hysteresis=StopLaw(law.thresholds, law.weights * float(rng.uniform(0.8, 1.2))),
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class CoilRun:
     """What happened, without any instrument: arrays (runs, samples) of coil voltage, current, flux, EMF."""

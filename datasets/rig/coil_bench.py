@@ -1,13 +1,16 @@
 """The coil's bench: which voltages drive it, what the scope's channels see, and the files it saves."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from datasets.rig import coil as stop_coil
+from datasets.rig import flux_coil
 from datasets.rig import noise as noises
-from datasets.rig.flux_coil import Effects, FluxCoil, solve
+from datasets.rig.coil import Coil, CoilRun
+from datasets.rig.flux_coil import FluxCoil
 from datasets.rig.scope import Probe, acquire, write
 from datasets.rig.stop import Array
 from datasets.rig.style import Style
@@ -19,11 +22,12 @@ CLAMP = 0.1
 INTEGRATOR = 50.0
 VOLTAGE_NOISE, CURRENT_NOISE, INTEGRATOR_NOISE = 4e-3, 4e-4, 5e-3
 CLIP_KNEE = 3.2
+NOMINAL_INDUCTANCE = 0.018
 
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """One log: ``sine`` or ``square`` voltage, frequency in Hz, nominal current amplitude in A, number of the repeat."""
+    """One log: ``sine`` or ``square`` voltage, frequency in Hz, nominal current amplitude in A, repeat."""
 
     shape: str
     frequency: float
@@ -45,8 +49,8 @@ PROGRAMMES: dict[str, Callable[[], list[Drive]]] = {
     "rich": lambda: [
         *_sines((1, 5, 10), (1, 2.5, 5)),
         *_sines((40,), (1.5,)),
-        Drive("square", 2, 3),
-        Drive("square", 5, 1.5),
+        Drive("square", 5, 3),
+        Drive("square", 40, 2),
     ],
     "one-frequency": lambda: [Drive("sine", 5, a, k) for k in (1, 2, 3) for a in (1, 2, 3.5, 5)],
     "narrow-band": lambda: _sines((4, 5, 6), (1, 2, 3.5, 5)),
@@ -67,22 +71,28 @@ class CoilRecord:
     """Flux linkage as an electronic integrator shows it, Wb."""
 
 
-def run(coil: FluxCoil, magnitudes: Mapping[str, float], drives: list[Drive]) -> CoilRecord:
+def run(coil: FluxCoil | Coil, magnitudes: Mapping[str, float], drives: list[Drive]) -> CoilRecord:
     """Drive the coil and return what the instruments present."""
     frequency = np.array([d.frequency for d in drives])
     steps = PERIODS * PER_PERIOD * OVERSAMPLING
     phase = 2 * np.pi * np.arange(2 * steps + 1) / (2 * PER_PERIOD * OVERSAMPLING)
-    inductance = 0.9 * coil.iron.A * coil.iron.Lc
-    shapes = {"sine": np.sin(phase), "square": np.tanh(np.sin(phase) / 0.08)}
-    impedance = np.hypot(coil.resistance + coil.output_resistance, 2 * np.pi * frequency * inductance)
+    shapes = {"sine": np.sin(phase), "square": np.tanh(np.sin(phase) / 0.3)}
+    impedance = np.hypot(coil.resistance + coil.output_resistance, 2 * np.pi * frequency * NOMINAL_INDUCTANCE)
     emf = np.array([d.amplitude * z * shapes[d.shape] for d, z in zip(drives, impedance, strict=True)])
     step = 1.0 / (frequency * PER_PERIOD * OVERSAMPLING)
-    true = solve(coil, Effects.of(magnitudes), emf, step, keep=1)
+    true = _solved(coil, magnitudes, emf, step)
     seen = _clamp(true.current, magnitudes, step)
     time = step[:, None] * np.arange(steps + 1)
     drift = magnitudes.get("integrator-offset", 0.0) * time
     kept = slice(0, steps, OVERSAMPLING)
     return CoilRecord(drives, step * OVERSAMPLING, true.voltage[:, kept], seen[:, kept], (true.flux + drift)[:, kept])
+
+
+def _solved(coil: FluxCoil | Coil, magnitudes: Mapping[str, float], emf: Array, step: Array) -> CoilRun:
+    """Return the true signals at every step of an EMF given at every half step."""
+    if isinstance(coil, FluxCoil):
+        return flux_coil.solve(coil, flux_coil.Effects.of(magnitudes), emf, step, keep=1)
+    return stop_coil.solve(replace(coil, eddy=magnitudes.get("eddy-current", coil.eddy)), emf[:, ::2], step, keep=1)
 
 
 def _clamp(current: Array, magnitudes: Mapping[str, float], step: Array) -> Array:

@@ -2,7 +2,7 @@
 
 The magnetising current j carries the flux linkage lambda = (1 + g(t)) S(A Lc j + h z) + w, h = (1 - A) Lc / D,
 S(y) = y / sqrt(1 + (y / knee)^2), with dz/dj = kappa - |z|^n (beta + gamma sign(z dj)). The circuit is
-e = (R(T) + R_out) i + d lambda/dt, i = j + (d lambda/dt)/R_eddy. Stepped by classical Runge-Kutta, all runs side by side.
+e = (R(T) + R_out) i + d lambda/dt, i = j + (d lambda/dt)/R_eddy. Stepped by Runge-Kutta, all runs side by side.
 """
 
 from collections.abc import Mapping

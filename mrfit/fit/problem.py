@@ -18,6 +18,8 @@ from mrfit.specs import Array, Index
 
 PHASE_BINS = 1024
 SETTLE_CYCLES = 2
+# Half the span of the slope within which samples of a bin move; wide, so that noise does not pass for slope
+SLOPE_BINS = 8
 
 
 @dataclass(frozen=True)
@@ -32,8 +34,9 @@ class Block:
         Inputs (C, W + M) in the order of the model's SPEC, and their sample interval in s.
     target
         Measured output (B,), compared with the simulation at ``nodes``.
-    nodes, fractions
-        Target b lies between simulated samples nodes[b] and next[b], at fractions[b].
+    nodes, weights
+        Target b stands beside Σ_k weights[b, k]·simulated[nodes[b, k]], both (B, S): one sample itself, or four on the
+        grid of a folded cycle, between which a cubic is drawn.
     counts
         Samples each target stands for (B,).
     scatter
@@ -47,8 +50,7 @@ class Block:
     dt: float
     target: Array
     nodes: Index
-    following: Index
-    fractions: Array
+    weights: Array
     counts: Array
     scatter: float
     method: str
@@ -60,10 +62,17 @@ class Block:
 
     def at_targets(self, simulated: Array) -> Array:
         """Pick the simulated values (P, W + M) that stand beside the targets, (P, B)."""
-        picked: Array = simulated[:, self.nodes]
-        if self.fractions.any():
-            picked = picked + self.fractions * (simulated[:, self.following] - picked)
+        if self.nodes.shape[1] == 1:
+            return np.ascontiguousarray(simulated[:, self.nodes[:, 0]])
+        picked: Array = np.zeros((len(simulated), len(self.nodes)))
+        for k in range(self.nodes.shape[1]):
+            picked += self.weights[:, k] * simulated[:, self.nodes[:, k]]
         return picked
+
+    def inputs(self, row: int) -> Array:
+        """Return one input at the targets of a full block, (N,)."""
+        values: Array = self.drive[row, self.nodes[:, 0]]
+        return values
 
 
 def full_block(segment: Segment, drive: Drive, output: Array) -> Block:
@@ -83,15 +92,14 @@ def full_block(segment: Segment, drive: Drive, output: Array) -> Block:
         lead = int(round(SETTLE_CYCLES / (segment.frequency * drive.dt)))
         times = np.arange(drive.warm_up - lead, drive.warm_up + len(output), dtype=np.float64) * drive.dt
         values, warm_up = np.stack([fit.evaluate(times) for fit in drive.fits]), lead
-    nodes = warm_up + np.arange(len(output))
+    nodes = warm_up + np.arange(len(output))[:, None]
     return Block(
         segment=segment,
         drive=np.ascontiguousarray(values),
         dt=drive.dt,
         target=output,
         nodes=nodes,
-        following=nodes,
-        fractions=np.zeros(len(output)),
+        weights=np.ones((len(output), 1)),
         counts=np.ones(len(output)),
         scatter=0.0,
         method=drive.method,
@@ -113,7 +121,8 @@ def folded_block(segment: Segment, drive: Drive, output: Array) -> Block:
     target = np.bincount(bins, output, PHASE_BINS)[full] / weight
     # within a bin the output also moves along its slope, which is no scatter
     spread = np.bincount(bins, phase**2, PHASE_BINS)[full] - weight * mean_phase**2
-    slope = np.gradient(target, mean_phase)
+    run = (np.roll(mean_phase, -SLOPE_BINS) - np.roll(mean_phase, SLOPE_BINS)) % PHASE_BINS
+    slope = (np.roll(target, -SLOPE_BINS) - np.roll(target, SLOPE_BINS)) / run
     scatter = float(np.sum(output**2) - np.sum(weight * target**2) - np.sum(slope**2 * spread))
     lead = SETTLE_CYCLES * PHASE_BINS
     times = np.arange(-lead, PHASE_BINS, dtype=np.float64) / (PHASE_BINS * frequency) + drive.warm_up * drive.dt
@@ -123,13 +132,24 @@ def folded_block(segment: Segment, drive: Drive, output: Array) -> Block:
         drive=np.stack([fit.evaluate(times) for fit in drive.fits]),
         dt=1.0 / (PHASE_BINS * frequency),
         target=target,
-        nodes=lead + node,
-        following=lead + (node + 1) % PHASE_BINS,
-        fractions=mean_phase - node,
+        nodes=lead + (node[:, None] + np.arange(-1, 3)) % PHASE_BINS,
+        weights=_cubic(mean_phase - node),
         counts=weight,
         scatter=max(scatter, 0.0),
         method=drive.method,
     )
+
+
+def _cubic(fractions: Array) -> Array:
+    """Return Lagrange weights (B, 4) of the samples at −1, 0, 1, 2 for a point at a fraction (B,) between 0 and 1."""
+    f = fractions
+    columns = (
+        -f * (f - 1) * (f - 2) / 6,
+        (f + 1) * (f - 1) * (f - 2) / 2,
+        -(f + 1) * f * (f - 2) / 2,
+        (f + 1) * f * (f - 1) / 6,
+    )
+    return np.stack(columns, axis=1)
 
 
 def free_offset(assembly: Assembly) -> bool:

@@ -105,10 +105,9 @@ def work_drive(block: Block, assembly: Assembly) -> Array | None:
     inputs = assembly.spec.inputs
     name, rate = WORK_AGAINST.get(assembly.spec.output, ("", ""))
     if name in inputs:
-        stroke: Array = block.drive[inputs.index(name), block.nodes]
-        return stroke
+        return block.inputs(inputs.index(name))
     if rate in inputs:
-        values = block.drive[inputs.index(rate), block.nodes]
+        values = block.inputs(inputs.index(rate))
         path: Array = np.cumsum(values - values.mean()) * block.dt
         return path
     return None

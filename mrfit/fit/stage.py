@@ -289,7 +289,7 @@ def _residual_frames(piece: _Piece, assembly: Assembly) -> list[Any]:
     frames = []
     for block, simulated in zip(piece.group.full, piece.simulated, strict=True):
         segment = block.segment
-        inputs = {n: block.drive[row, block.nodes] for row, n in enumerate(assembly.spec.inputs)}
+        inputs = {n: block.inputs(row) for row, n in enumerate(assembly.spec.inputs)}
         columns: dict[str, Any] = {"condition": segment.condition, "segment": segment.id, "role": segment.role}
         columns |= {"time": np.arange(block.samples) * block.dt, "measured": block.target, "simulated": simulated}
         frames.append(pd.DataFrame({**columns, **inputs}))

@@ -23,7 +23,8 @@ class Drift:
     offset_volt
         Slope of the drift in V: the mean of u − R·i that is no flux.
     constant
-        λ0 in Wb, so that λ has zero mean over whole cycles (over the record, where there are none).
+        λ0 in Wb, the flux linkage at the first sample, such that λ has zero mean over whole cycles (over the record,
+        where there are none).
     closure
         λ at the end minus λ at the start of every whole cycle, in Wb; shape (cycles,).
     """
@@ -79,11 +80,18 @@ def remove_drift(
         slope, text = _beside_current(integral, current, time)
         line = slope * time
     flux = integral - line
-    means = [np.mean(_cycle_means(flux, s.boundaries(dt))) for s in stretches]
-    constant = -float(np.mean(means) if means else np.mean(flux))
-    flux = flux + constant
-    ends = [np.diff(np.interp(s.boundaries(dt), np.arange(len(flux)), flux)) for s in stretches]
-    return flux, Drift(text, slope, constant, np.concatenate(ends) if ends else np.empty(0))
+    if not (knots and method == "cycle"):
+        means = [np.mean(_cycle_means(flux, s.boundaries(dt))) for s in stretches]
+        flux = flux - float(np.mean(means) if means else np.mean(flux))
+    ends = [np.diff(_between(flux, s.boundaries(dt))) for s in stretches]
+    return flux, Drift(text, slope, float(flux[0] - integral[0]), np.concatenate(ends) if ends else np.empty(0))
+
+
+def _between(values: Array, positions: Array) -> Array:
+    """Return values at fractional sample positions, linearly; the last boundary may lie a sample past the end."""
+    whole = np.minimum(positions.astype(np.int64), len(values) - 2)
+    at: Array = values[whole] + (positions - whole) * (values[whole + 1] - values[whole])
+    return at
 
 
 def _cycle_means(values: Array, boundaries: Array) -> Array:
@@ -103,9 +111,9 @@ def _knots(integral: Array, current: Array, dt: float, stretch: Stretch) -> tupl
     heights = _cycle_means(integral, boundaries)
     means = _cycle_means(current, boundaries)
     slope = _slope(centres, heights)
-    begin, end = int(np.ceil(boundaries[0])), int(boundaries[-1]) + 1
-    steady = integral[begin:end] - slope * np.arange(begin, end) * dt
-    inductance = float(np.ptp(steady) / max(np.ptp(current[begin:end]), 1e-300))
+    within = slice(stretch.start, stretch.stop)
+    steady = integral[within] - slope * dt * np.arange(stretch.start, stretch.stop)
+    inductance = float(np.ptp(steady) / max(np.ptp(current[within]), 1e-300))
     return centres, heights - inductance * (means - np.median(means))
 
 
@@ -126,12 +134,12 @@ def _through_cycles(time: Array, knots: Sequence[tuple[Array, Array]]) -> tuple[
 
 
 def _beside_current(integral: Array, current: Array, time: Array) -> tuple[float, str]:
-    """Return the slope in time that is left beside an odd cubic in the current."""
+    """Return the slope in time that is left beside a cubic in the current."""
     span = float(np.ptp(current))
     if span <= 0.0 or abs(float(np.corrcoef(time, current)[0, 1])) > COLLINEAR:
         return 0.0, "none removed: time and current go together, so that drift cannot be told from flux"
     scaled = (current - np.mean(current)) / span
     scaled_time = time / time[-1]
-    basis = np.stack([np.ones_like(time), scaled_time, scaled, scaled**3], axis=1)
+    basis = np.stack([np.ones_like(time), scaled_time, scaled, scaled**2, scaled**3], axis=1)
     slope = float(np.linalg.lstsq(basis, integral, rcond=None)[0][1] / time[-1])
     return slope, "straight line, fitted beside a cubic in the current"

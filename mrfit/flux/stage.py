@@ -1,6 +1,7 @@
 """The flux stage: recordings with coil voltage and current in, the same with flux linkage out.
 
-λ(t) = λ0 + ∫(u − R·i) dt, λ0 and the drift removed over whole cycles; source: the flux-current method, eq. (3).
+λ(t) = λ0 + ∫(u − R·i) dt, with λ0 and the drift removed over whole cycles.
+Source: Tang, Bankosz and Goldasz, "Reconstructing Magnetic Hysteresis Behavior with Flux Model", eq. 3.
 """
 
 import os
@@ -133,7 +134,7 @@ def _positive(value: object, where: str) -> float:
     except (TypeError, ValueError) as error:
         raise ConfigError(f"{where}: '{value}' is no resistance; give ohms above 0, or auto") from error
     if not (np.isfinite(ohms) and ohms > 0.0):
-        raise ConfigError(f"{where}: coil resistance {ohms:g} Ω is not above 0; give the coil's ohms, or auto")
+        raise ConfigError(f"{where}: coil resistance {ohms:g} Ω is not positive; give the coil's ohms, or auto")
     return ohms
 
 

@@ -59,12 +59,25 @@ class Layout:
 
 @dataclass(slots=True)
 class Body:
-    """Rows of a text log: numbers and texts by column, their line numbers, and the rows left out."""
+    """Rows of a text log: numbers and texts by column, their line numbers, and the rows left out.
+
+    ``open_end`` tells that the last line has no line end and is shorter than the one before: it may be cut.
+    """
 
     numbers: dict[int, Array]
     lines: Lines
     texts: dict[int, list[str]] = field(default_factory=dict)
     refused: list[Refused] = field(default_factory=list)
+    open_end: bool = False
+
+
+def ends_open(data: bytes) -> bool:
+    """Whether the last line lacks its line end and is shorter than the line before."""
+    if not data or data[-1:] in b"\r\n":
+        return False
+    last = data.rfind(b"\n")
+    before = data.rfind(b"\n", 0, max(last, 0))
+    return len(data) - last < last - before
 
 
 def read_body(data: bytes, layout: Layout, encoding: str = "utf-8") -> Body:
@@ -170,7 +183,7 @@ def _floats(column: Any) -> Array:
 def number_pattern(decimal: str) -> re.Pattern[str]:
     """Return what a number looks like with the given decimal mark, as the bulk parser sees it."""
     mark = re.escape(decimal)
-    return re.compile(rf"[+-]?(?:\d+{mark}?\d*|{mark}\d+)(?:[eE][+-]?\d+)?|[+-]?(?:inf|infinity)", re.ASCII | re.I)
+    return re.compile(rf"[+-]?(?:\d+{mark}?\d*|{mark}\d+)(?:[eE][+-]?\d+)?|[+-]?(?:inf|infinity|∞)", re.ASCII | re.I)
 
 
 def split(line: str, delimiter: str) -> list[str]:
@@ -239,4 +252,4 @@ def _number(field_text: str, number: re.Pattern[str], decimal: str) -> float | N
         return np.nan
     if not number.fullmatch(field_text):
         return None
-    return float(field_text.replace(decimal, "."))
+    return float(field_text.replace(decimal, ".").replace("∞", "inf"))

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +44,7 @@ class Rows:
     lines: NDArray[np.int64]
     breaks: tuple[int, ...]
     refused: list[Refused]
+    findings: list[Finding] = field(default_factory=list)
 
     def keep(self, mask: Mask, kinds: Iterable[str]) -> None:
         """Drop the rows where ``mask`` is false; ``kinds`` names each one's fault."""
@@ -71,7 +72,7 @@ def build(table: Table, origin: Origin) -> list[Recording]:
     rows = Rows(signals, time, table.lines, table.breaks, list(table.refused))
     _refuse_missing(rows, origin)
     base = _base(rows, stated, origin)
-    findings = [*table.findings, *findings, *_refused_findings(rows), *base.findings]
+    findings = [*table.findings, *findings, *rows.findings, *_refused_findings(rows), *base.findings]
     return _recordings(rows, base, findings, table, origin)
 
 
@@ -105,6 +106,7 @@ def _ordinals(table: Table) -> Array:
 
 
 def _refuse_missing(rows: Rows, origin: Origin) -> None:
+    _leave_out_loose(rows)
     for signal in rows.signals:
         if all_missing(signal):
             raise Refusal(
@@ -126,6 +128,18 @@ def _refuse_missing(rows: Rows, origin: Origin) -> None:
             f"only {len(rows.lines)} of {total} rows can be read{what}",
             "export the log again, or name its columns in a channel map",
         )
+
+
+def _leave_out_loose(rows: Rows) -> None:
+    """Leave out columns without unit or known name that are not finite throughout: they must not cost good rows."""
+    loose = [s for s in rows.signals if not s.unit and not np.all(np.abs(s.values) < OVERFLOW)]
+    if not loose or len(loose) == len(rows.signals):
+        return
+    rows.signals = [s for s in rows.signals if all(s is not other for other in loose)]
+    for signal in loose:
+        count = int(np.count_nonzero(~(np.abs(signal.values) < OVERFLOW)))
+        text = f"'{signal.name}' has no unit and is not finite in {count} rows: left out"
+        rows.findings.append(Finding("not-read", signal.name, None, text))
 
 
 def _summary(refused: list[Refused]) -> str:
@@ -182,8 +196,8 @@ def _recordings(rows: Rows, base: TimeBase, said: list[Finding], table: Table, o
             columns={s.name: s.index for s in rows.signals},
             rows_kept=piece.rows.stop - piece.rows.start,
             rows_refused=refused,
-            findings=tuple(_of_piece(said, piece, number, rows)),
-            history=(f"read by {origin.reader}", *table.history, *base.history),
+            findings=(*_of_piece(said, piece, number, rows), *piece.findings),
+            history=(f"read by {origin.reader}", *table.history, *piece.history),
         )
         made.append(_judged(record, number, len(base.pieces), table, origin))
     return made

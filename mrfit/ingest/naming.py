@@ -49,6 +49,9 @@ def name_signals(columns: tuple[Column, ...], rules: Rules, path: str) -> tuple[
         name = claimed or _own_name(column, taken)
         taken.add(name)
         signals.append(_unmapped(name, column, path))
+    if gravity := [f"'{c.name}'" for c in columns if c.unit is not None and c.unit.strip() == "g"]:
+        text = f"{', '.join(gravity)}: the unit g is taken as standard gravity, not gram"
+        findings.append(Finding("unit-assumed", "", None, text))
     if unnamed := [f"'{c.name or c.index}'" for c in left if c.unit is None and id(c) not in claims]:
         text = f"no unit and no known name: {', '.join(unnamed)}; a channel map can name them"
         findings.append(Finding("unnamed", "", None, text))
@@ -76,8 +79,10 @@ def _mapped(name: str, rule: ChannelRule, column: Column, path: str) -> Signal:
     target = unit_of(name)
     unit = written if written is not None else (target or "1")
     conversion = _conversion(name, unit, target, path)
-    values = rule.sign * (rule.scale * column.values) + rule.offset
-    return Signal(name, conversion.unit, conversion.scale * values + conversion.offset, column.index)
+    with np.errstate(over="ignore"):  # what overflows is refused row by row later
+        values = rule.sign * (rule.scale * column.values) + rule.offset
+        values = conversion.scale * values + conversion.offset
+    return Signal(name, conversion.unit, values, column.index)
 
 
 def _conversion(name: str, unit: str, target: str, path: str) -> units.Conversion:
@@ -103,7 +108,8 @@ def _unmapped(name: str, column: Column, path: str) -> Signal:
     target = unit_of(name)
     conversion = units.to_unit(column.unit, target) if target else units.to_si(column.unit)
     plain = conversion.scale == 1.0 and conversion.offset == 0.0
-    values = column.values if plain else conversion.scale * column.values + conversion.offset
+    with np.errstate(over="ignore"):
+        values = column.values if plain else conversion.scale * column.values + conversion.offset
     return Signal(name, conversion.unit, values, column.index)
 
 
@@ -137,7 +143,7 @@ def _candidates(column: Column) -> list[tuple[int, str]]:
     """Return (strength, channel) of what a column may be: 3 by its name, 2 by a word in it, 1 by its unit."""
     exact = aliases_of(column.name)
     if column.unit is None:
-        return [(3, n) for n in exact if len(column.name.strip()) > 1]
+        return [(3, n) for n in exact if len(column.name.strip()) > 1 and n not in ANGULAR]
     if not units.known(column.unit):
         return []
     possible = [n for n in units.channels_of(column.unit)]

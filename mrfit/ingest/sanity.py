@@ -46,7 +46,7 @@ def _flickers(values: Array) -> bool:
 def _clipped(name: str, values: Array, dt: float, ends: tuple[float, float]) -> Iterator[Finding]:
     low, high = ends
     for end, word in ((high, "highest"), (low, "lowest")):
-        at_end = values == end
+        at_end = _away_from_the_ends(values == end)
         count = int(np.count_nonzero(at_end))
         if count < max(10, CLIPPED_SHARE * len(values)):
             continue
@@ -59,6 +59,16 @@ def _clipped(name: str, values: Array, dt: float, ends: tuple[float, float]) -> 
             share = 100.0 * count / len(values)
             text = f"{name} stands at its {word} value {end:.6g} for {share:.2g} % of the time: clipped or saturated"
             yield Finding("clipped", name, at, text)
+
+
+def _away_from_the_ends(mask: np.ndarray) -> np.ndarray:
+    """Leave out the stretches at the beginning and the end of a record, where a machine stands still."""
+    inside = mask.copy()
+    if mask.all():
+        return inside
+    inside[: int(np.argmin(mask))] = False
+    inside[len(mask) - int(np.argmin(mask[::-1])) :] = False
+    return inside
 
 
 def _rectangular(values: Array, ends: tuple[float, float]) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mrfit.ingest import units
-from mrfit.ingest.body import Body, Layout, read_body, split
+from mrfit.ingest.body import Body, Layout, ends_open, read_body, split
 from mrfit.ingest.head import Head, body_bytes
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Source, Table
@@ -70,6 +70,12 @@ def fields_at(head: Head, line: int, delimiter: str) -> list[str]:
     return fields
 
 
+def after_blocks(lines: Sequence[int], heads: Sequence[int]) -> tuple[int, ...]:
+    """Return the rows (line numbers ``lines``) that are the first after each header line but the first."""
+    firsts = np.searchsorted(np.asarray(lines), np.asarray(heads))
+    return tuple(sorted({int(k) for k in firsts} - {0, len(lines)}))
+
+
 def check_width(head: Head, line: int, delimiter: str, expected: int) -> int:
     """Return the number of fields of the first data row, empty ones counted, if it fills ``expected`` columns.
 
@@ -106,15 +112,17 @@ def read_table(source: Source, layout: Layout, fields: Sequence[Field], time: Fi
     return table_of(body, fields, time)
 
 
-def body_of(source: Source, layout: Layout) -> Body:
-    """Return the rows of a text log.
+def body_of(source: Source, layout: Layout, data: bytes | None = None) -> Body:
+    """Return the rows of a text log, or of ``data`` where its headers have been blanked already.
 
     Raises
     ------
     Refusal
         If there are none.
     """
-    body = read_body(body_bytes(source.head), layout, source.head.encoding)
+    data = body_bytes(source.head) if data is None else data
+    body = read_body(data, layout, source.head.encoding)
+    body.open_end = ends_open(data)
     if not len(body.lines):
         told = f" ({body.refused[0].kind} in line {body.refused[0].line})" if body.refused else ""
         raise Refusal(source.head.path, f"no row of numbers after its header{told}", "copy or export the log again")
@@ -125,7 +133,11 @@ def table_of(body: Body, fields: Sequence[Field], time: Field | None = None) -> 
     """Return the table of rows already read."""
     columns = tuple(Column(f.name, f.unit, body.numbers[f.index], f.index) for f in fields)
     clock = Column(time.name, time.unit, body.numbers[time.index], time.index) if time else None
-    return Table(columns, body.lines, time=clock, refused=tuple(body.refused))
+    text = (
+        f"line {int(body.lines[-1])}, the last, has no line end and is shorter than the one before: it may be cut off"
+    )
+    findings = (Finding("last-line-open", "", None, text),) if body.open_end else ()
+    return Table(columns, body.lines, time=clock, refused=tuple(body.refused), findings=findings)
 
 
 def count_finding(table: Table, stated: float | None) -> Table:

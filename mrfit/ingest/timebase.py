@@ -40,21 +40,24 @@ class Piece:
         Time of its first sample, as the file counts.
     position
         Where its rows stand on the grid, in samples; None where row k is sample k.
+    findings, history
+        What is odd about it (times from its first sample), and what was done to it.
     """
 
     rows: slice
     start: float
     position: Array | None = None
+    findings: tuple[Finding, ...] = ()
+    history: tuple[str, ...] = ()
 
 
 @dataclass(slots=True)
 class TimeBase:
-    """The uniform time base of a table: interval in s, pieces, and what is to be said."""
+    """The uniform time base of a table: interval in s, pieces, and findings (times from its first row)."""
 
     dt: float
     pieces: list[Piece]
     findings: list[Finding] = field(default_factory=list)
-    history: list[str] = field(default_factory=list)
 
 
 def time_base(time: Array, stated: float | None, breaks: tuple[int, ...] = ()) -> TimeBase:
@@ -84,8 +87,7 @@ def time_base(time: Array, stated: float | None, breaks: tuple[int, ...] = ()) -
     base.dt = step if irregular else _interval(_Clock(time, printed, runs), step, stated, base)
     _say_cuts(time, runs, cuts, base)
     for begin, end in runs:
-        base.pieces.append(_piece((time[begin:end], printed[begin:end]), begin, base, irregular))
-    _say_resampling(base, irregular)
+        base.pieces.append(_piece((time[begin:end], printed[begin:end]), begin, base.dt, irregular))
     return base
 
 
@@ -149,6 +151,9 @@ def _typical_step(time: Array, cuts: list[int]) -> float:
     if not step.size or not step.any():
         raise TimeFault("time does not move", 0)
     middle = float(np.median(step)) or float(np.mean(step))
+    sharp = np.abs(step - middle) < 0.05 * middle
+    if np.mean(sharp) > 0.8:
+        return float(np.mean(step[sharp]))
     ordinary = step[step <= 2.5 * middle]
     return float(np.mean(ordinary))
 
@@ -192,15 +197,18 @@ def _interval(clock: _Clock, step: float, stated: float | None, base: TimeBase) 
     elif off > TOLERANCE and coarse > TOLERANCE * fitted:
         text = f"times are printed to {coarse:g} s only: the interval {fitted:.6g} s is a fit over {longest} rows"
         base.findings.append(Finding("rounded-time", "", None, text))
-    return _shortest_decimal(fitted, fitted * (off + 1e-9) / max(longest, 1))
+    return _shortest_decimal(fitted, fitted * max((off + 1e-9) / max(longest, 1), min(0.02 / max(longest, 1), 1e-7)))
 
 
 def _places(time: Array, step: float) -> Array:
     """Return the sample number of every row: one more than the row before, or more where samples are missing."""
-    ahead = np.maximum(np.round(np.diff(time) / step), 1.0)
-    # a rounded print makes a step look like two: count it as missing only where the grid bears it out
-    places = np.concatenate([[0.0], np.cumsum(np.ones(len(ahead)))])
+    steps = np.diff(time) / step
+    ahead = np.maximum(np.round(steps), 1.0)
+    places = np.arange(len(time), dtype=np.float64)
+    if np.mean(np.abs(steps - ahead) < 0.2) > 0.95:
+        return np.concatenate([[0.0], np.cumsum(ahead)])
     if ahead.max(initial=1.0) > 1.0:
+        # a rounded print makes a step look like two: count it as missing only where later rows bear it out
         drift = (time - time[0]) / step - places
         extra = np.where(ahead > 1.0, np.round(np.diff(drift)), 0.0)
         settled = _settled(drift, extra)
@@ -239,26 +247,33 @@ def _shortest_decimal(value: float, within: float) -> float:
     return value
 
 
-def _piece(run: tuple[Array, Array], first: int, base: TimeBase, irregular: bool) -> Piece:
+def _piece(run: tuple[Array, Array], first: int, dt: float, irregular: bool) -> Piece:
     time, printed = run
     rows = slice(first, first + len(time))
     if len(time) < 2:
         return Piece(rows, float(time[0]))
     if irregular:
-        return Piece(rows, float(time[0]), (time - time[0]) / base.dt)
-    places = _places(time, base.dt)
-    off = (time - time[0]) / base.dt - places
-    allowed = TOLERANCE + 0.55 * printed / base.dt
+        return _resampled(rows, time, dt, "irregular")
+    places = _places(time, dt)
+    off = (time - time[0]) / dt - places
+    allowed = TOLERANCE + 0.55 * printed / dt
     if np.any(np.abs(off - 0.5 * (off.max() + off.min())) > allowed):
-        return Piece(rows, float(time[0]), (time - time[0]) / base.dt)
+        return _resampled(rows, time, dt, "jittering")
     missing = int(places[-1]) + 1 - len(places)
     if missing == 0:
         return Piece(rows, float(time[0]))
     at = int(np.flatnonzero(np.diff(places) > 1.0)[0])
     text = f"{missing} samples are missing and were interpolated, the first after {time[at]:.6g} s"
-    base.findings.append(Finding("dropped-samples", "", float(time[at] - time[0]), text))
-    base.history.append(f"interpolated {missing} missing samples")
-    return Piece(rows, float(time[0]), places)
+    finding = Finding("dropped-samples", "", float(time[at] - time[0]), text)
+    return Piece(rows, float(time[0]), places, (finding,), (f"interpolated {missing} missing samples",))
+
+
+def _resampled(rows: slice, time: Array, dt: float, what: str) -> Piece:
+    position = (time - time[0]) / dt
+    off = float(np.max(np.abs(np.diff(position) - 1.0)))
+    text = f"times are {what} (steps up to {off:.2g} samples off): resampled linearly to {dt:.6g} s"
+    finding = Finding("resampled", "", None, text)
+    return Piece(rows, float(time[0]), position, (finding,), (f"resampled linearly to dt = {dt:.9g} s",))
 
 
 def _say_cuts(time: Array, runs: list[tuple[int, int]], cuts: list[int], base: TimeBase) -> None:
@@ -267,19 +282,6 @@ def _say_cuts(time: Array, runs: list[tuple[int, int]], cuts: list[int], base: T
         kind = "clock-jump" if jump < 0 else ("new-run" if begin in cuts else "gap")
         text = f"the clock goes from {time[begin - 1]:.6g} to {time[begin]:.6g} s: the record is split there"
         base.findings.append(Finding(kind, "", float(time[begin - 1] - time[0]), text))
-
-
-def _say_resampling(base: TimeBase, irregular: bool) -> None:
-    uneven = [p for p in base.pieces if p.position is not None and not np.all(p.position == np.round(p.position))]
-    if not uneven:
-        return
-    position = uneven[0].position
-    assert position is not None
-    off = float(np.max(np.abs(np.diff(position) - 1.0)))
-    what = "irregular" if irregular else "jittering"
-    text = f"times are {what} (steps up to {off:.2g} samples off): resampled linearly to {base.dt:.6g} s"
-    base.findings.append(Finding("resampled", "", None, text))
-    base.history.append(f"resampled linearly to dt = {base.dt:.9g} s")
 
 
 def on_grid(values: Array, piece: Piece) -> Array:

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrfit.kernels.jit import kernel
+from mrfit.kernels.powers import power
 from mrfit.specs import Array
 
 # Taylor order of a table step; the tables of tests/kernels/test_branch.py stay below 3e-7 with it.
@@ -52,31 +53,32 @@ class Curve(NamedTuple):
 def _start_series(n: float, rho: float) -> Array:
     """Return a of Y = s*sum_j a_j*(s^n)^j, the solution of dY/ds = 1 - rho*Y^n about s = 0."""
     a = np.zeros(_ORDER)
-    power = np.zeros(_ORDER)
-    a[0] = power[0] = 1.0
+    raised = np.zeros(_ORDER)
+    a[0] = raised[0] = 1.0
     for j in range(1, _ORDER):
-        a[j] = -rho * power[j - 1] / (1.0 + n * j)
+        a[j] = -rho * raised[j - 1] / (1.0 + n * j)
         total = 0.0
         for i in range(1, j + 1):
-            total += (n * i - (j - i)) * a[i] * power[j - i]
-        power[j] = total / j
+            total += (n * i - (j - i)) * a[i] * raised[j - i]
+        raised[j] = total / j
     return a
 
 
 @kernel
-def _taylor_step(q: float, y: float, h: float, n: float, rho: float) -> float:
-    """Return Y(q + h) from Y(q) = y > 0, where dY/dq = 2q(1 - rho*Y^n), by the Taylor series about q."""
+def _taylor_step(q: float, y: float, y_n: float, h: float, law: tuple[float, float]) -> float:
+    """Return Y(q + h) from Y(q) = y > 0, y_n = y^n, where dY/dq = 2q(1 - rho*Y^n), by the Taylor series about q."""
+    n, rho = law
     value = np.empty(_ORDER + 1)
-    power = np.empty(_ORDER)
-    value[0], power[0] = y, y**n
-    value[1] = 2.0 * q * (1.0 - rho * power[0])
+    raised = np.empty(_ORDER)
+    value[0], raised[0] = y, y_n
+    value[1] = 2.0 * q * (1.0 - rho * y_n)
     for j in range(1, _ORDER):
         total = 0.0
         for i in range(1, j + 1):
-            total += (n * i - (j - i)) * value[i] * power[j - i]
-        power[j] = total / (j * y)
-        before = (1.0 if j == 1 else 0.0) - rho * power[j - 1]
-        value[j + 1] = 2.0 * (before - q * rho * power[j]) / (j + 1)
+            total += (n * i - (j - i)) * value[i] * raised[j - i]
+        raised[j] = total / (j * y)
+        before = (1.0 if j == 1 else 0.0) - rho * raised[j - 1]
+        value[j + 1] = 2.0 * (before - q * rho * raised[j]) / (j + 1)
     result = 0.0
     for j in range(_ORDER, -1, -1):
         result = result * h + value[j]
@@ -87,21 +89,22 @@ def _taylor_step(q: float, y: float, h: float, n: float, rho: float) -> float:
 def _tabulate(n: float, rho: float, h: float, stop: float, cells: Array) -> int:
     """Fill quintic cells of |Y| over q = 0, h, 2h ... until ``stop`` is passed; return how many there are."""
     series = _start_series(n, rho)
-    y, slope, bend = 0.0, 0.0, 2.0 * h * h
+    y, y_n, slope, bend = 0.0, 0.0, 0.0, 2.0 * h * h
     count = 0
     while count < len(cells) and y < stop:
         q = (count + 1) * h
         if q < _SERIES_END:
-            power = (q * q) ** n
+            s_n = power(q * q, n)
             following = 0.0
             for j in range(_ORDER - 1, -1, -1):
-                following = following * power + series[j]
+                following = following * s_n + series[j]
             following *= q * q
         else:
-            following = _taylor_step(q - h, y, h, n, rho)
-        growth = 1.0 - rho * following**n
+            following = _taylor_step(q - h, y, y_n, h, (n, rho))
+        y_n = power(following, n)
+        growth = 1.0 - rho * y_n
         next_slope = 2.0 * q * growth * h
-        next_bend = 2.0 * h * h * growth - 2.0 * q * h * rho * n * following ** (n - 1.0) * next_slope
+        next_bend = 2.0 * h * h * growth - 2.0 * q * h * rho * n * y_n / following * next_slope
         a, b, c = following - y - slope - 0.5 * bend, next_slope - slope - bend, next_bend - bend
         cell = cells[count]
         cell[0], cell[1], cell[2] = y, slope, 0.5 * bend

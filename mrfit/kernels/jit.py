@@ -31,9 +31,27 @@ def _cache_folder() -> Path:
 os.environ.setdefault("NUMBA_CACHE_DIR", str(_cache_folder()))
 
 import numba  # noqa: E402  (the cache folder must be set before numba is imported)
+from numba.extending import intrinsic  # noqa: E402
 
 
 def kernel(function: F) -> F:
     """Compile a function of arrays and floats: cached, without the GIL, division by zero as in IEEE 754."""
     compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})(function)
     return cast(F, compiled)
+
+
+def _bitcast(result: Any, argument: Any) -> Any:
+    """Return a numba intrinsic that reads the bits of a value of one type as a value of another."""
+
+    def typing(context: Any, value: Any) -> Any:
+        def build(target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            return builder.bitcast(arguments[0], target.get_value_type(result))
+
+        return result(argument), build
+
+    return intrinsic(typing)
+
+
+# The 64 bits of a float64 as an int64, and back: what vector powers are made of.
+bits = cast(Callable[[float], int], _bitcast(numba.int64, numba.float64))
+from_bits = cast(Callable[[int], float], _bitcast(numba.float64, numba.int64))

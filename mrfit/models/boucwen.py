@@ -5,7 +5,8 @@
 
 x displacement (m), v velocity (m/s), F force (N), c damping (N*s/m), k stiffness (N/m), x0 displacement at which the
 spring is at rest (m), alpha force per z (N), z hysteretic state (1) with z = 0 at sample 0, kappa, beta, gamma (1/m),
-n (1). z depends on the path of x alone and is simulated by the exact branch curve of ``kernels.branch``.
+n (1). z depends on the path of x alone and is simulated by the exact branch curve of ``kernels.branch``; where kappa,
+beta, gamma or n vary along the samples, by sub-steps in x.
 
 Source: paper 000 eq. 4, written here for z without a unit, so that the unit of beta and gamma does not hang on n. The
 offset of a gas accumulator is -k*x0, as printed; a separate f0 would be the same parameter twice.
@@ -16,7 +17,9 @@ gives what data determine.
 
 import numpy as np
 
-from mrfit.kernels.branch import bouc_wen, normal_form
+from mrfit.kernels.branch import normal_form
+from mrfit.kernels.friction import hysteresis
+from mrfit.kernels.points import inside, post_yield_line
 from mrfit.kernels.theta import columns, plain
 from mrfit.specs import Array, Derived, ModelSpec, Param
 
@@ -50,11 +53,11 @@ SPEC = ModelSpec(
 
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the force in N, shape (P, N), of displacement (m) and velocity (m/s), shape (2, N); dt does not enter."""
-    x, v = drive
-    c, k, x0, *_ = columns(theta)
-    yield_force, _, turnover, n, rho = derived(theta).T
-    nothing = np.zeros(len(theta))
-    force = bouc_wen(plain(x), np.column_stack([nothing, yield_force, 1.0 / turnover, n, rho]))
+    x, v = plain(drive)
+    c, k, x0, alpha, kappa, beta, gamma, n = columns(theta)
+    z_max, rate, rho = normal_form(kappa, beta, gamma, n)
+    force = hysteresis(x, rate, n, rho)
+    force *= alpha * z_max
     force += c * v
     force += k * (x - x0)
     return force
@@ -65,3 +68,11 @@ def derived(theta: Array) -> Array:
     _, k, x0, alpha, kappa, beta, gamma, n = theta.T
     z_max, rate, rho = normal_form(kappa, beta, gamma, n)
     return np.column_stack([alpha * z_max, -k * x0, 1.0 / rate, n, rho])
+
+
+def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
+    """Return the post-yield line's force as alpha, its damping, and its offset as that of the start stiffness."""
+    line = post_yield_line(drive[1], output)
+    stiffness = SPEC.start[1]
+    found = {"alpha": line["fy"] / (SPEC.start[4] / (SPEC.start[5] + SPEC.start[6])) ** (1 / SPEC.start[7])}
+    return inside(SPEC, {**found, "c": line["C_inf"], "k": stiffness, "x0": -line["f0"] / stiffness})

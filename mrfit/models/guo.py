@@ -3,7 +3,8 @@
     F = f0 + fy*tanh(C0*(v + Omega*x)) + C_inf*(v + Omega*x),    Omega = vh/xh
 
 x displacement (m), v velocity (m/s), F force (N), f0 offset of the gas accumulator (N), fy yield force (N), C0
-sharpness of yield (s/m), C_inf post-yield damping (N*s/m), Omega hysteretic critical velocity over critical displacement (1/s).
+sharpness of yield (s/m), C_inf post-yield damping (N*s/m), Omega hysteretic critical velocity over critical
+displacement (1/s).
 
 Source: paper 003 eq. 8. Its print has the quotient of Omega upside down; its words and the dimensions say vh/xh.
 """

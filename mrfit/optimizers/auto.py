@@ -11,7 +11,7 @@ from mrfit.specs import Array, OptimizerSpec
 SPEC = OptimizerSpec(
     name="auto",
     title="Multi-start bounded Levenberg-Marquardt, all starts side by side, until several agree",
-    reference="Levenberg (1944); Marquardt (1963); stop of Bates and Watts (1981); starts: Sobol (1967)",
+    reference="Levenberg (1944); Marquardt (1963); stop of Bates and Watts (1981); starts: McKay, Beckman and Conover (1979)",
     kind="global",
     budget=lambda dimension: 1000 * (dimension + 1),
 )
@@ -34,7 +34,7 @@ ZERO = 1e-6
 
 # A descent has settled when the linear model can explain no more than this share of the squared cost; only the leader
 # goes on, to the second share.
-SETTLED = 1e-4
+SETTLED = 1e-3
 POLISHED = 1e-9
 ITERATIONS, LEADER_ITERATIONS = 60, 500
 
@@ -42,7 +42,7 @@ ITERATIONS, LEADER_ITERATIONS = 60, 500
 # along their directions, so parameters the data do not determine stay where they started.
 RANK_TOLERANCE = 3e-5
 # Longest step along any axis of the cube.
-LONGEST_STEP = 0.3
+LONGEST_STEP = 0.1
 FIRST_DAMPING, LEAST_DAMPING = 1e-2, 1e-12
 # A descent is stuck when a damped step failed that promised less than this share of the squared cost.
 LEAST_FALL = 1e-10
@@ -74,15 +74,12 @@ def minimise(objective: Objective, rng: np.random.Generator) -> None:
     μ, any other raises it. Where descents ended is left in the objective's ``descents``, how many agree in
     ``agreeing``.
     """
-    from scipy.stats import qmc
-
-    sampler = qmc.Sobol(objective.dimension, rng=rng)
     given = [objective.best_point[None, :], objective.start[None, :]]
     if objective.starts is not None:
         given.append(objective.starts)
     pool, count, zero = np.unique(np.vstack(given), axis=0), FIRST_WAVE, np.inf
     while True:
-        screened = np.vstack([pool, sampler.random(SCREENED * count)])
+        screened = np.vstack([pool, _latin_hypercube(SCREENED * count, objective.dimension, rng)])
         costs = objective.costs(screened)
         zero = min(zero, ZERO * float(costs.min()))
         starts = _choose(screened, costs, len(pool), count)
@@ -96,6 +93,13 @@ def minimise(objective: Objective, rng: np.random.Generator) -> None:
             objective.verdict = f"{objective.agreeing} of {len(objective.descents)} starts agree"
             return
         pool, count = pool[:0], min(2 * count, LAST_WAVE)
+
+
+def _latin_hypercube(count: int, dimension: int, rng: np.random.Generator) -> Array:
+    """Return points (P, K) of which every axis has exactly one in each P-th of the cube's edge."""
+    cells = np.argsort(rng.random((count, dimension)), axis=0)
+    points: Array = (cells + rng.random((count, dimension))) / count
+    return points
 
 
 def _choose(points: Array, costs: Array, given: int, count: int) -> Array:
@@ -134,7 +138,7 @@ def _advance(front: Front, active: NDArray[np.int64], trials: Array, predicted: 
     """Take the trial steps that lower the cost, and adapt the dampings."""
     gain = front.model.costs[active] ** 2 - model.costs**2
     better = gain > 0.0
-    factor = np.select([~better, gain < 0.25 * predicted, gain > 0.75 * predicted], [3.0, 2.0, 0.3], 1.0)
+    factor = np.select([~better, gain < 0.25 * predicted, gain > 0.75 * predicted], [3.0, 2.0, 0.5], 1.0)
     front.dampings[active] = np.maximum(front.dampings[active] * factor, LEAST_DAMPING)
     hopeless = predicted <= LEAST_FALL * front.model.costs[active] ** 2
     short = np.abs(trials - front.points[active]).max(axis=1) < SHORTEST_STEP

@@ -51,11 +51,13 @@ def _evolve(objective: Objective, start: Array, population: int, rng: np.random.
         # maximally quiet, and no file in the working directory steers the run
         "verbose": -10,
     }
-    strategy = CMAEvolutionStrategy(start, FIRST_SPREAD, options)
+    # the library does not support one dimension: a second one that changes nothing stands in
+    padded = start if objective.dimension > 1 else np.append(start, 0.5)
+    strategy = CMAEvolutionStrategy(padded, FIRST_SPREAD, options)
     scale = objective.best_cost if 0.0 < objective.best_cost < np.inf else 1.0
     while not strategy.stop():
         points = strategy.ask()
-        costs = objective.costs(np.array(points)) / scale
+        costs = objective.costs(np.array(points)[:, : objective.dimension]) / scale
         # a finite penalty keeps the library's statistics defined
         worst = np.max(costs, where=np.isfinite(costs), initial=1.0)
         strategy.tell(points, list(np.where(np.isfinite(costs), costs, 10.0 * worst)))

@@ -52,8 +52,9 @@ def climb(objective: Objective, monkeys: Array, step: float, rng: np.random.Gene
     for _ in range(CLIMB_STEPS):
         probe = step * rng.choice([-1.0, 1.0], monkeys.shape)
         costs = objective.costs(np.vstack([monkeys + probe, monkeys - probe]))
-        uphill = np.sign(np.nan_to_num(costs[:count] - costs[count:]))[:, None] * np.sign(probe)
-        monkeys = np.clip(monkeys - step * uphill, 0.0, 1.0)
+        ahead, behind = costs[:count, None], costs[count:, None]
+        downhill = np.where(ahead < behind, 1.0, np.where(ahead > behind, -1.0, 0.0))
+        monkeys = np.clip(monkeys + downhill * probe, 0.0, 1.0)
     return monkeys
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from mrfit.channels import symbol_of, unit_of
 from mrfit.report.curves import decimate, family, prefixed, sheets, shown_cycles, worst_of_each
-from mrfit.report.numbers import SUPERSCRIPTS, percent, significant
+from mrfit.report.numbers import SUPERSCRIPTS, in_html, percent, significant
 from mrfit.report.source import Fit, MetricRow, Result, Series
 from mrfit.report.svg import style, to_svg
 from mrfit.specs import Array
@@ -28,7 +28,7 @@ PALETTE = ("#0f766e", "#c2410c", "#1d4ed8", "#a16207", "#7e22ce", "#475569")
 WIDTH = 10.0
 CURVE_POINTS = 2000
 # Characters of a panel's title that fit beside its neighbours', by columns of panels
-TITLE_WIDTHS = {1: 110, 2: 58, 3: 38, 4: 28}
+TITLE_WIDTHS = {1: 120, 2: 76, 3: 48, 4: 36}
 # The channels a loop is drawn against, by output
 LOOPS = {
     "flux": ("current",),
@@ -160,16 +160,23 @@ def convergence_figure(fit: Fit) -> Figure:
     few = len(curves) <= len(PALETTE)
     for k, (condition, curve) in enumerate(curves.items()):
         at = decimate(np.log(curve[:, 1]), CURVE_POINTS)
-        look: dict[str, Any] = {"color": PALETTE[k] if few else QUIET, "lw": 1.3, "marker": "o", "ms": 3.5, "markevery": [-1]}
+        look: dict[str, Any] = {
+            "color": PALETTE[k] if few else QUIET,
+            "lw": 1.3,
+            "marker": "o",
+            "ms": 3.5,
+            "markevery": [-1],
+        }
         axes.step(curve[at, 0], factor * curve[at, 1], where="post", label=condition, **look)
-    if not few:
-        _mark_extremes(axes, [float(c[-1, 1]) for c in curves.values()])
+    named = list(axes.lines) if few else _extremes(axes, [float(c[-1, 1]) for c in curves.values()])
     axes.set(xscale="log", yscale="log", xlabel="Evaluations (simulated parameter vectors)")
     axes.set_ylabel(f"Best cost, RMS ({unit})" if unit else "Best cost, RMS")
     _plain_log(axes)
     if len(curves) > 1:
-        canvas.legend(handles=_named(axes, few), loc="outside right upper", title="Condition")
-    ends = ", ".join(f"{c} {significant(float(v[-1, 1]))} {fit.unit}" for c, v in list(curves.items())[:12])
+        canvas.legend(handles=named, loc="outside right upper", title="Condition")
+    ends = ", ".join(
+        f"{c} {in_html(significant(factor * float(v[-1, 1])))} {unit}" for c, v in list(curves.items())[:12]
+    )
     caption = f"Best cost against evaluations of {fit.optimizer}; the cost is the RMS residual over the training data."
     alt = f"Convergence of {fit.optimizer}; costs reached: {ends}{' …' if len(curves) > 12 else ''}."
     svg = to_svg(canvas, f"{fit.name}: convergence")
@@ -181,20 +188,14 @@ def _descent(result: Result) -> list[tuple[float, float]]:
     return [(n, c) for n, c in result.history if c is not None and c > 0.0 and n > 0.0]
 
 
-def _mark_extremes(axes: "Axes", ends: Sequence[float]) -> None:
-    """Redraw the lines that end lowest and highest in colour; the others stay quiet and unnamed."""
-    for k, colour in ((int(np.argmax(ends)), SIMULATED), (int(np.argmin(ends)), HOLDOUT)):
-        axes.lines[k].set(color=colour, lw=1.8, zorder=3, gid="named")
-
-
-def _named(axes: "Axes", few: bool) -> list["Line2D"]:
-    """Return the lines the legend names: all of a few, else the extremes and one that stands for the others."""
-    if few:
-        return list(axes.lines)
-    named = [line for line in axes.lines if line.get_gid() == "named"]
-    rest = next(line for line in axes.lines if line not in named)
-    rest.set_label("all others")
-    return [*named, rest]
+def _extremes(axes: "Axes", ends: Sequence[float]) -> list["Line2D"]:
+    """Colour the lines that end highest and lowest and return them with one that stands for the quiet others."""
+    extremes = {int(np.argmax(ends)): SIMULATED, int(np.argmin(ends)): HOLDOUT}
+    for k, colour in extremes.items():
+        axes.lines[k].set(color=colour, lw=1.8, zorder=3)
+    other = next(line for k, line in enumerate(axes.lines) if k not in extremes)
+    other.set_label("all others")
+    return [*(axes.lines[k] for k in extremes), other]
 
 
 def error_figure(fit: Fit) -> Figure:
@@ -253,9 +254,7 @@ def _grids(
         panels = canvas.subplots(lines, columns, squeeze=False).ravel()
         for axes, one in zip(panels, page, strict=False):
             draw(axes, one, CURVE_POINTS if len(page) <= 2 else CURVE_POINTS // 2)
-            role = " · hold-out" if one.role == "holdout" else ""
-            title_text = f"{one.condition}{role} · {percent(errors.get((one.condition, one.role)))}"
-            axes.set_title(fill(title_text, TITLE_WIDTHS[columns]))
+            axes.set_title(_heading(one, errors.get((one.condition, one.role)), TITLE_WIDTHS[columns]))
         for axes in panels[len(page) :]:
             axes.remove()
         canvas.supxlabel(across)
@@ -265,6 +264,13 @@ def _grids(
         name = f"{fit.name}.{kind}" + (f"-{number}" if len(pages) > 1 else "")
         alt = f"{title} of {page[0].condition}" + (f" to {page[-1].condition}" if len(page) > 1 else "")
         yield Figure(name, title + last, caption, f"{alt}.", to_svg(canvas, f"{fit.name}: {title}{last}"))
+
+
+def _heading(one: Series, nrmse: float | None, width: int) -> str:
+    """Return condition, role and NRMSE, on several lines where one is too narrow."""
+    rest = ("hold-out · " if one.role == "holdout" else "") + percent(nrmse)
+    line = f"{one.condition} · {rest}"
+    return line if len(line) <= width else f"{fill(one.condition, width)}\n{rest}"
 
 
 def _part(page: Sequence[Series], number: int, total: int) -> str:

@@ -142,7 +142,7 @@ def _quantity(q: Quantity) -> dict[str, Any]:
         "value": number(q.value, value),
         "low": number(q.low, low) if known else None,
         "high": number(q.high, high) if known else None,
-        "notes": "; ".join(notes),
+        "notes": notes,
     }
 
 

@@ -8,15 +8,17 @@ from mrfit.report.tables import ROLES
 
 
 def recording_row(about: dict[str, Any]) -> dict[str, Any]:
-    """Return one recording of ingest.json with its channels, sample interval and rate as text."""
+    """Return one recording of ingest.json with its channels, and sample rate as text."""
     channels = [f"{c['name']} ({unit_html(c['unit']) or '1'})" for c in about.get("channels", [])]
     dt = about.get("dt")
     return {
         **{"findings": [], "history": [], **about},
         "channels": ", ".join(channels),
-        "dt": _with_unit(dt, "s", 4),
         "rate": _with_unit(1.0 / dt if dt else None, "Hz", 4),
     }
+
+
+_DRIFTS = {"cycle": "drift removed cycle by cycle", "linear": "one linear drift removed", "none": "no drift removed"}
 
 
 def flux_section(flux: dict[str, Any]) -> dict[str, Any]:
@@ -32,7 +34,7 @@ def flux_section(flux: dict[str, Any]) -> dict[str, Any]:
     integrated = [r for r in flux.get("recordings", []) if r.get("resistance") is not None]
     others = [r for r in flux.get("recordings", []) if r.get("resistance") is None]
     return {
-        "how": f"λ = λ0 + ∫(u − R·i) dt, {rule} rule, drift removed per {drift}" if rule and drift else "",
+        "how": f"λ = λ0 + ∫(u − R·i) dt by the {rule} rule, {_DRIFTS.get(drift, drift)}" if rule else "",
         "rows": [_flux_row(r) for r in integrated],
         "others": [f"{r['id']}: {r.get('action', '')}" for r in others],
         "separation": flux.get("separation_text", []),

@@ -20,6 +20,7 @@ Cell = str | int | float | bool | None
 PARAMETER_COLUMNS = ("condition", "parameter", "value", "unit", "low", "high", "at_bound", "identifiable")
 METRIC_COLUMNS = ("condition", "role", "samples", *(m.name for m in METRICS), "noise_floor")
 ROLES = {"train": "training", "holdout": "hold-out"}
+WIDE = 8
 NOTE = r"$^{\ast}$ ended at a bound; $^{\dagger}$ not determined by the data."
 
 
@@ -82,10 +83,11 @@ def _quantity_table(sets: Sequence[tuple[Result, list[Quantity]]], caption: str,
     if len(sets) == 1:
         header = ["Symbol", "Meaning", "Value", r"95\,\% interval", "Unit"]
         rows = [_long_row(q) for q in sets[0][1]]
-        return latex_table(header, rows, "llrll", (caption, label, NOTE))
-    header = ["Condition", *(_headed(symbol_latex(q.name), q.unit) for q in sets[0][1])]
+        return latex_table([header], rows, "llrll", (caption, label, NOTE))
+    header = ["Condition", *(symbol_latex(q.name) for q in sets[0][1])]
+    units = ["", *(_bracketed(unit_latex(q.unit)) for q in sets[0][1])]
     rows = [[escape_latex(r.condition), *(_marked(q) for q in quantities)] for r, quantities in sets]
-    return latex_table(header, rows, "l" + "r" * (len(header) - 1), (caption, label, NOTE))
+    return latex_table([header, units], rows, "l" + "r" * (len(header) - 1), (caption, label, NOTE))
 
 
 def _long_row(q: Quantity) -> list[str]:
@@ -99,18 +101,19 @@ def _marked(q: Quantity) -> str:
     return value + (r"$^{\ast}$" if q.at_bound else "") + ("" if q.identifiable else r"$^{\dagger}$")
 
 
-def _headed(name: str, unit: str) -> str:
-    return f"{name} ({unit_latex(unit)})" if unit_latex(unit) else name
+def _bracketed(unit: str) -> str:
+    return f"({unit})" if unit else ""
 
 
 def metrics_tex(fits: Sequence[Fit]) -> str:
     """Return LaTeX tables (booktabs) of the errors, three significant digits, one table per fit."""
     tables = []
     for fit in fits:
-        units = {"y": fit.unit, "y^2": f"({fit.unit})^2" if set(fit.unit) & set("*/") else f"{fit.unit}^2", "1": ""}
-        measures = [_headed(escape_latex(m.label), units.get(m.unit, "")) for m in METRICS]
-        measures = [h + (r" (\%)" if m.unit == "%" else "") for h, m in zip(measures, METRICS, strict=True)]
-        header = ["Condition", "Role", "Samples", *measures, _headed("noise floor", fit.unit)]
+        unit = unit_latex(fit.unit)
+        squared = f"({unit})$^{{2}}$" if set(fit.unit) & set("*/") else f"{unit}$^{{2}}$"
+        known = {"y": unit, "y^2": squared if unit else "", "%": r"\%"}
+        header = ["Condition", "Role", "Samples", *(escape_latex(m.label) for m in METRICS), "noise floor"]
+        units = ["", "", "", *(_bracketed(known.get(m.unit, "")) for m in METRICS), _bracketed(unit)]
         rows = []
         for row in fit.metrics:
             name, role, samples, *values = metric_cells(row)
@@ -119,31 +122,36 @@ def metrics_tex(fits: Sequence[Fit]) -> str:
                 [escape_latex(str(name)), ROLES.get(str(role), escape_latex(str(role))), str(samples), *numbers]
             )
         about = (f"Errors of {fit.model} ({fit.optimizer})", f"tab:{fit.name}:metrics", "")
-        tables.append(latex_table(header, rows, "llr" + "r" * (len(header) - 3), about))
+        tables.append(latex_table([header, units], rows, "llr" + "r" * (len(header) - 3), about))
     return "\n".join(tables)
 
 
-def latex_table(header: Sequence[str], rows: Sequence[Sequence[str]], align: str, about: tuple[str, str, str]) -> str:
+def latex_table(
+    header: Sequence[Sequence[str]], rows: Sequence[Sequence[str]], align: str, about: tuple[str, str, str]
+) -> str:
     r"""Return a table float for ``\usepackage{booktabs}``; cells are LaTeX already.
 
     Parameters
     ----------
-    header, rows
-        Cells; every row as long as the header.
+    header
+        One or two rows of headings.
+    rows
+        Cells; every row as long as those of the header.
     align
-        Column letters, as many as there are columns.
+        Column letters, as many as there are columns; more than eight columns are set closer and smaller.
     about
         Plain caption, label, and a LaTeX note below (empty for none).
     """
     caption, label, note = about
+    size = r"\small" if len(align) <= WIDE else r"\scriptsize\setlength{\tabcolsep}{3pt}"
     lines = [
         r"\begin{table}[htbp]",
-        r"\centering\small",
+        rf"\centering{size}",
         rf"\caption{{{escape_latex(caption)}}}",
         rf"\label{{{label}}}",
-        rf"\begin{{tabular}}{{{align}}}",
+        rf"\begin{{tabular}}{{@{{}}{align}@{{}}}}",
         r"\toprule",
-        *(" & ".join(row) + r" \\" for row in [header]),
+        *(" & ".join(row) + r" \\" for row in header if any(row)),
         r"\midrule",
         *(" & ".join(row) + r" \\" for row in rows),
         r"\bottomrule",

@@ -1,7 +1,9 @@
 """A fit's outcome in words: how good, where best and worst, and every reason to distrust it."""
 
+from typing import Any
+
 from mrfit.report.curves import prefixed
-from mrfit.report.numbers import in_html, percent, significant
+from mrfit.report.numbers import in_html, natural, percent, significant
 from mrfit.report.source import Fit, MetricRow
 
 # An error within this factor of the noise floor is the noise's.
@@ -47,14 +49,31 @@ def _error(fit: Fit, row: MetricRow, where: str, conditions: int) -> str:
     return f"{text}, {in_html(significant(ratio))} times the noise floor."
 
 
-def cautions(fit: Fit) -> list[tuple[str, str, str]]:
-    """Return every warning once as (kind, text, conditions it was raised for), the most frequent first."""
-    found: dict[tuple[str, str], list[str]] = {}
+def cautions(fit: Fit) -> list[dict[str, Any]]:
+    """Return the warnings by kind, the most frequent first.
+
+    Each holds ``kind``; ``text``, the most frequent wording; ``where``, the conditions concerned (empty for one set of
+    parameters); ``others``, the remaining wordings as (text, where).
+    """
+    found: dict[str, dict[str, list[str]]] = {}
     for result in fit.results:
         for caution in result.warnings:
-            found.setdefault((caution.kind, caution.text), []).append(result.condition)
-    ordered = sorted(found.items(), key=lambda item: -len(item[1]))
-    return [(kind, text, _where(where, len(fit.results))) for (kind, text), where in ordered]
+            found.setdefault(caution.kind, {}).setdefault(caution.text, []).append(result.condition)
+    total = len(fit.results)
+    rows = []
+    for kind, wordings in found.items():
+        (text, _), *others = sorted(wordings.items(), key=lambda item: -len(item[1]))
+        conditions = sorted({c for where in wordings.values() for c in where}, key=natural)
+        rows.append(
+            {
+                "kind": kind,
+                "count": len(conditions),
+                "text": text,
+                "where": _where(conditions, total),
+                "others": [(t, _where(where, total)) for t, where in others],
+            }
+        )
+    return sorted(rows, key=lambda row: -int(str(row["count"])))
 
 
 def _where(conditions: list[str], total: int) -> str:
@@ -62,8 +81,7 @@ def _where(conditions: list[str], total: int) -> str:
         return ""
     if len(conditions) == total:
         return f"all {total} conditions"
-    named = ", ".join(conditions[:4])
-    return named if len(conditions) <= 4 else f"{named} and {len(conditions) - 4} more"
+    return ", ".join(conditions) if len(conditions) <= 3 else f"{len(conditions)} of {total} conditions"
 
 
 def open_directions(fit: Fit) -> list[tuple[str, str]]:

@@ -189,7 +189,7 @@ def assign_roles(segments: Sequence[Segment], holdout: str) -> list[Segment]:
         chosen = {s.condition for term in holdout.split(",") for s in _matching(segments, term.strip(), conditions)}
     if conditions and chosen == set(conditions):
         raise ConfigError(
-            f"--holdout '{holdout}' leaves no condition to train on; choose fewer of {_listed(conditions)}"
+            f"--holdout '{holdout}' leaves nothing to train on; choose fewer of {_listed(conditions)}"
         )
     return [replace(s, role="holdout" if s.condition in chosen else "train") for s in segments]
 

@@ -145,10 +145,10 @@ def _nothing_found(first: Detection, lacking: Sequence[str], settings: Settings)
             f"{lacking[0]}; no segment in any recording: name the drive's column in the channel map, or give it with "
             "--drive CHANNEL"
         )
+    cycles = max(2, settings.min_cycles)
     return (
-        f"{first.recording.source}: no segment in this or any other recording: looked for "
-        f"{max(2, settings.min_cycles)} steady cycles, steps, a sweep or random excitation; log more cycles, lower --min-cycles, or give another "
-        "--drive CHANNEL"
+        f"{first.recording.source}: no segment in this or any other recording: looked for {cycles} steady cycles, "
+        "steps, a sweep or random excitation; log more cycles, lower --min-cycles, or give another --drive CHANNEL"
     )
 
 

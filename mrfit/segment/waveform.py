@@ -44,7 +44,7 @@ def irregular_waveform(values: Array) -> str | None:
     span, noise = float(np.ptp(values)), noise_level(values)
     if span <= STILL_NOISE * noise or span == 0.0 or len(values) < 3 * FEW:
         return None
-    levels, share = _plateaus(values, max(6 * noise, 0.02 * span))
+    levels, share = _plateaus(values, noise)
     if share >= STILL_SHARE:
         jumps = int(np.sum(np.abs(np.diff(levels)) > REVERSAL_SWING * span))
         return "step" if jumps <= FEW else "random"
@@ -54,12 +54,17 @@ def irregular_waveform(values: Array) -> str | None:
     return "random"
 
 
-def _plateaus(values: Array, band: float) -> tuple[Array, float]:
-    """Return the levels of blocks that stay within a band, in time, and the share of all blocks they make up."""
+def _plateaus(values: Array, noise: float) -> tuple[Array, float]:
+    """Return the levels of blocks that are as they were a 40th of the record before, and their share of all blocks.
+
+    A ramp across the whole record moves by a 40th of its span in that time, which is more than a plateau may.
+    """
     size = max(4, len(values) // BLOCKS)
-    blocks = values[: len(values) // size * size].reshape(-1, size)
-    still = np.ptp(blocks, axis=1) <= band
-    return np.mean(blocks[still], axis=1), float(np.mean(still))
+    means = values[: len(values) // size * size].reshape(-1, size).mean(axis=1)
+    lag = max(1, len(means) // 40)
+    change = np.abs(means[lag:] - means[:-lag])
+    still = change <= 0.01 * float(np.ptp(values)) + 4 * noise / np.sqrt(size)
+    return means[lag:][still], float(np.mean(still))
 
 
 def _straight(values: Array, points: Array | np.ndarray) -> bool:

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from datasets import make_coil_logs
+from datasets.make_coil_logs import PER_PERIOD, ROWS
 from datasets.rig.boucwen import FluxBoucWen
 
 SHIPPED = Path(make_coil_logs.__file__).parent
@@ -79,19 +80,19 @@ def test_planted_logs_hold_the_flux_of_the_published_equation(variant):
     model = FluxBoucWen(**truth["parameters"])
     for name, instrument in truth["files"].items():
         interval, voltage, current = read(SHIPPED / "coil-planted" / variant / name)
-        flux, _ = steady_flux(interval, voltage, current, 200)
-        clean = float(name[10:-5]) * make_coil_logs.sine_burst(2000, 200)
-        planted = model.flux(clean, model.hysteretic(clean))[-601:]
+        flux, _ = steady_flux(interval, voltage, current, PER_PERIOD)
+        clean = float(name[10:-5]) * make_coil_logs.sine_burst(ROWS, PER_PERIOD)
+        planted = model.flux(clean, model.hysteretic(clean))[-3 * PER_PERIOD - 1 :]
         noise = [np.hypot(instrument[c]["noise"], instrument[c]["level"] / 12**0.5) for c in ("voltage", "current")]
         # a random walk over three periods, tied at its ends: standard deviation at most half that of a free one
-        walk = np.hypot(noise[0], RESISTANCE * noise[1]) * interval * np.sqrt(600) / 2
+        walk = np.hypot(noise[0], RESISTANCE * noise[1]) * interval * np.sqrt(3 * PER_PERIOD) / 2
         assert np.sqrt(np.mean((flux - planted) ** 2)) < 2 * walk + 1e-4 * np.ptp(planted)
 
 
 def test_the_two_readings_of_d_differ_as_the_literature_says():
-    current = 5 * make_coil_logs.sine_burst(2000, 200)
+    current = 5 * make_coil_logs.sine_burst(ROWS, PER_PERIOD)
     model = make_coil_logs.PUBLISHED
-    z = model.hysteretic(current)[-201:]
+    z = model.hysteretic(current)[-PER_PERIOD - 1 :]
     hysteretic = (model.A - 1) * model.Lc * np.ptp(z)
     whole = model.A * model.Lc * 10
     assert 0.00010 < hysteretic / model.D / whole < 0.00036

@@ -82,7 +82,7 @@ def test_latex_rows_have_as_many_cells_as_columns(fits, write):
     columns = 0
     for line in write(fits).splitlines():
         if line.startswith(r"\begin{tabular}"):
-            columns = len(line.removeprefix(r"\begin{tabular}").strip("{}"))
+            columns = len(line.removeprefix(r"\begin{tabular}{@{}").removesuffix("@{}}"))
         elif line.endswith(r" \\"):
             assert len(re.findall(r"(?<!\\)&", line)) == columns - 1
 

@@ -50,12 +50,22 @@ def _need_map(source: Source, grid: Grid) -> None:
     if source.rules.channels:
         return
     row = excerpt(source.head.lines[grid.first])
+    hint = "; column 0 rises evenly and may be the time" if _rises_evenly(source.head, grid) else ""
     example = '[channels] current = {column = 0, unit = "A"}'
     raise Refusal(
         source.head.path,
-        f"no header says what its {grid.width} columns are (first row, line {grid.first + 1}: '{row}')",
+        f"no header says what its {grid.width} columns are (first row, line {grid.first + 1}: '{row}'{hint})",
         f"write a channel map, {FILE_NAME} beside it or --map: rate = HZ or time = COLUMN, and {example} …",
     )
+
+
+def _rises_evenly(head: Head, grid: Grid) -> bool:
+    number = number_pattern(grid.decimal)
+    texts = [r[0] for r in _sample_rows(head, grid)[:SAMPLE]]
+    if len(texts) < 4 or not all(number.fullmatch(t) for t in texts):
+        return False
+    steps = np.diff([float(t.replace(grid.decimal, ".")) for t in texts])
+    return bool(np.all(steps > 0.0) and np.ptp(steps) < 0.1 * np.mean(steps))
 
 
 def read_grid(source: Source, grid: Grid, header: Header) -> Table:

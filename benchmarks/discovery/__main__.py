@@ -1,0 +1,46 @@
+"""Command line: python -m benchmarks.discovery --smoke | --full [--scale 0.3] [--jobs N] [--keep DIR] --out FILE.md."""
+
+import argparse
+import sys
+from pathlib import Path
+
+from benchmarks.discovery.protocol import STRATA, full, smoke
+from benchmarks.discovery.report import document
+from benchmarks.discovery.runner import run_all
+from benchmarks.discovery.score import judge_all
+
+
+def main() -> int:
+    """Run the chosen cases; return 1 if a smoke case failed."""
+    parser = argparse.ArgumentParser(
+        prog="benchmarks.discovery", description="Score `mrfit discover` on hidden effects."
+    )
+    size = parser.add_mutually_exclusive_group(required=True)
+    size.add_argument("--smoke", action="store_true", help="four cases")
+    size.add_argument("--full", action="store_true", help="the whole protocol")
+    parser.add_argument("--scale", type=float, default=1.0, help="multiplies the repeats of the full protocol")
+    parser.add_argument("--stratum", choices=[*STRATA, "absorbed"], action="append", help="only these strata")
+    parser.add_argument("--match", default="", help="only cases whose name holds this text")
+    parser.add_argument("--jobs", type=int, default=1, help="cases at a time")
+    parser.add_argument("--keep", type=Path, help="folder of finished cases: a later run goes on from there")
+    parser.add_argument("--out", type=Path, help="Markdown file to write; default: standard output")
+    options = parser.parse_args()
+    cases = smoke() if options.smoke else full(options.scale)
+    cases = [c for c in cases if not options.stratum or c.stratum in options.stratum]
+    cases = [c for c in cases if options.match in c.name]
+    results = []
+    for result in run_all(cases, options.jobs, options.keep):
+        results.append(result)
+        verdict = result.error or result.discovery.get("verdict")
+        sys.stderr.write(f"{len(results)}/{len(cases)} {result.name}: {verdict} ({result.seconds:.0f} s)\n")
+    outcomes = judge_all(cases, results)
+    text = document(outcomes, "smoke set" if options.smoke else "full protocol")
+    if options.out:
+        options.out.write_text(text, encoding="utf-8")
+    else:
+        sys.stdout.write(text)
+    return int(options.smoke and not all(o.right for o in outcomes))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

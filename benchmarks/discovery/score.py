@@ -1,0 +1,157 @@
+"""Judge a discovery against the truth: right, wrong, or only cautious."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from benchmarks.discovery.protocol import Case
+from benchmarks.discovery.runner import Result
+from datasets.rig.effects import EFFECTS
+
+# Effects whose magnitude means the same in any formulation: its value, or one over it
+COMPARABLE = {
+    "eddy-current": ("ohm", "S"),
+    "probe-skew": ("s",),
+    "current-lag": ("s", "1/s"),
+    "delay": ("s",),
+    "inertia": ("kg",),
+    "coulomb-friction": ("N",),
+    "quadratic-drag": ("N*s^2/m^2", "N*s**2/m**2", "kg/m"),
+}
+RECIPROCAL = {"S", "1/s"}
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What is to be said of one case.
+
+    Attributes
+    ----------
+    case, result
+        Judged.
+    verdict
+        As mrfit gave it, or ``error``.
+    names
+        Effects named.
+    wrong
+        Names that were not built in.
+    right
+        Whether the case's own demand was met.
+    why
+        What went wrong, empty if nothing did.
+    covered
+        By effect, whether the interval of its comparable parameter holds the truth.
+    """
+
+    case: Case
+    result: Result
+    verdict: str
+    names: frozenset[str]
+    wrong: frozenset[str]
+    right: bool
+    why: str
+    covered: dict[str, bool] = field(default_factory=dict)
+
+    @property
+    def contrast(self) -> float:
+        """How far what the base law cannot absorb stands above the noise."""
+        return float(self.result.truth["visible"]) / float(self.result.truth["noise"])
+
+    @property
+    def closed(self) -> float:
+        """Share of the gap closed on held-out conditions."""
+        return float(self.result.discovery.get("gap", {}).get("closed") or 0.0)
+
+
+def judge(case: Case, result: Result, twin: Outcome | None = None) -> Outcome:
+    """Return the outcome of a case; ``twin`` is the outcome whose verdict a metamorphic case must repeat."""
+    found = result.discovery
+    verdict = "error" if result.error else str(found.get("verdict", "error"))
+    names = frozenset(e["name"] for e in found.get("effects", []))
+    why = result.error or _complaint(case, result, verdict, names)
+    if not why and twin is not None and (twin.verdict, twin.names) != (verdict, names):
+        why = f"{verdict} {sorted(names)} where its twin is {twin.verdict} {sorted(twin.names)}"
+    return Outcome(case, result, verdict, names, names - case.inside, not why, why, _covered(case, found))
+
+
+def _complaint(case: Case, result: Result, verdict: str, names: frozenset[str]) -> str:
+    wrong = names - case.inside
+    if wrong:
+        return f"named {', '.join(sorted(wrong))}, which is not there"
+    demand = {
+        "null": _nothing,
+        "absorbed": _nothing,
+        "untellable": _cautious,
+        "outside": _unexplained,
+        "little": _too_little,
+        "missing": _no_name,
+        "other-law": _something,
+    }.get(case.stratum, _exact if case.inside else _nothing)
+    return demand(case, result, verdict, names)
+
+
+def _nothing(case: Case, result: Result, verdict: str, names: frozenset[str]) -> str:
+    return "" if verdict == "none" else f"verdict {verdict}, nothing can be seen"
+
+
+def _exact(case: Case, result: Result, verdict: str, names: frozenset[str]) -> str:
+    if names == case.inside:
+        return ""
+    if names:
+        return f"named {', '.join(sorted(names))} only"
+    stated = ", ".join(result.discovery.get("ambiguous_set", []))
+    return f"verdict {verdict}" + (f" ({stated})" if stated else "")
+
+
+def _cautious(case: Case, result: Result, verdict: str, names: frozenset[str]) -> str:
+    if verdict == "ambiguous":
+        lost = case.inside - set(result.discovery.get("ambiguous_set", []))
+        return f"the stated set lacks {', '.join(sorted(lost))}" if lost else ""
+    invisible = result.truth["visible"] < result.truth["noise"]
+    if verdict in ("none", "insufficient-data") and invisible:
+        return ""
+    return f"verdict {verdict}" + (", though the data cannot tell" if names else "")
+
+
+def _unexplained(case: Case, result: Result, verdict: str, names: frozenset[str]) -> str:
+    if verdict != "unexplained":
+        return f"verdict {verdict}"
+    (effect,) = case.hidden.effects
+    found = result.discovery
+    where = [*found.get("unexplained", {}).get("where", []), *found.get("where", [])][:6]
+    places = [str(w["region"] if isinstance(w, dict) else w) for w in where]
+    if any(word.lower() in place.lower() for word in EFFECTS[effect].places for place in places):
+        return ""
+    return f"unexplained, but placed in {'; '.join(places) or 'no region'}"
+
+
+def _too_little(case: Case, result: Result, verdict: str, names: frozenset[str]) -> str:
+    return "" if verdict == "insufficient-data" else f"verdict {verdict} on too little data"
+
+
+def _something(case: Case, result: Result, verdict: str, names: frozenset[str]) -> str:
+    return "nothing found in a coil whose law the base cannot have" if verdict == "none" else ""
+
+
+def _no_name(case: Case, result: Result, verdict: str, names: frozenset[str]) -> str:
+    return "named what no channel shows" if names else ""
+
+
+def _covered(case: Case, found: dict[str, Any]) -> dict[str, bool]:
+    covered = {}
+    for effect in found.get("effects", []):
+        units = COMPARABLE.get(effect["name"], ())
+        matching = [p for p in effect.get("parameters", []) if p.get("unit") in units]
+        if effect["name"] in case.inside and len(matching) == 1:
+            p = matching[0]
+            truth = case.hidden.effects[effect["name"]]
+            value = 1.0 / truth if p["unit"] in RECIPROCAL else truth
+            covered[effect["name"]] = any(p["low"] <= s * value <= p["high"] for s in (1.0, -1.0))
+    return covered
+
+
+def judge_all(cases: list[Case], results: list[Result]) -> list[Outcome]:
+    """Judge all cases, twins before those that must repeat them."""
+    known: dict[str, Outcome] = {}
+    for case, result in sorted(zip(cases, results, strict=True), key=lambda pair: bool(pair[0].twin)):
+        known[case.name] = judge(case, result, known.get(case.twin))
+    return [known[c.name] for c in cases]

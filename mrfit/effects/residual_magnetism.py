@@ -1,0 +1,34 @@
+"""Residual magnetism: the field keeps part of what an earlier current made of it.
+
+    i_eff(t) = max(i(t) - w, min(i(t) + w, i_eff before))
+
+i current (A), i_eff the current that the base sees (A), w half-width of the play between them (A): the coercive
+current of core and fluid. The play starts demagnetised, at 0. After a current has gone back to 0 the yield force
+stays that of w.
+
+Source: play operator, M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis (1989), ch. 1.
+"""
+
+from mrfit.kernels.filters import play
+from mrfit.kernels.theta import plain
+from mrfit.specs import Array, EffectSpec, Param
+
+SPEC = EffectSpec(
+    name="residual-magnetism",
+    title="Field remembering earlier currents",
+    equation="i_eff(t) = max(i(t) - w, min(i(t) + w, i_eff before))",
+    reference="play operator, Krasnosel'skii and Pokrovskii, Systems with Hysteresis (1989), ch. 1",
+    slot="input",
+    outputs=("force", "torque"),
+    inputs=("current",),
+    params=(Param("w", "A", 0.0, 1.0, 0.0, text="half-width of the play, the coercive current"),),
+    neutral=(0.0,),
+    aliases=("current-lag",),
+    experiment="current up and down in stairs at constant speed, each step held until the force rests, once fast and "
+    "once slowly: residual magnetism leaves different forces on the way up and down at any rate, a lag does not",
+)
+
+
+def transform(channels: dict[str, Array], theta: Array, dt: float) -> dict[str, Array]:
+    """Return the effective current in A, shape (N,); theta is (w,) in A."""
+    return {"current": play(plain(channels["current"]), theta[0])}

@@ -1,0 +1,126 @@
+"""From named arrays, as MAT, HDF5 and TDMS files hold them, to tables."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mrfit.ingest.layout import TIME_NAMES, name_and_unit
+from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.table import Column, Source, Table
+from mrfit.recording import Finding
+from mrfit.specs import Array
+
+INTERVALS = ("ts", "dt", "delta_t", "sample_time", "sampletime", "sample_interval", "wf_increment")
+RATES = ("fs", "rate", "sample_rate", "samplerate", "sampling_rate", "samplingrate")
+WIDEST = 64
+"""A matrix with more columns than this is no set of channels."""
+
+
+@dataclass(slots=True)
+class Arrays:
+    """Named arrays of a file with what it says about them.
+
+    Attributes
+    ----------
+    signals
+        Name -> values, shape (N,).
+    units
+        Name -> unit text.
+    scalars
+        Name -> single numbers.
+    """
+
+    signals: dict[str, Array] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+    scalars: dict[str, float] = field(default_factory=dict)
+
+    def add(self, name: str, value: Any, unit: str = "") -> None:
+        """Take a numeric array: a vector as it is, a matrix column by column, one number as a scalar."""
+        array = np.asarray(value)
+        if array.dtype.kind not in "fiub" or array.ndim > 2 or array.size == 0:
+            return
+        array = array.astype(np.float64)
+        if array.size == 1:
+            self.scalars[name] = float(array.reshape(()))
+            return
+        if array.ndim == 2 and 1 not in array.shape:
+            array = array if array.shape[0] >= array.shape[1] else array.T
+            if array.shape[1] <= WIDEST:
+                for k in range(array.shape[1]):
+                    self._add(f"{name}[{k}]", array[:, k], unit)
+            return
+        self._add(name, array.ravel(), unit)
+
+    def _add(self, name: str, values: Array, unit: str) -> None:
+        self.signals[name] = np.ascontiguousarray(values)
+        if unit:
+            self.units[name] = unit
+
+
+def tables_of(arrays: Arrays, source: Source) -> list[Table]:
+    """Return one table for every length of arrays; where some have a time vector, those without are left out.
+
+    Raises
+    ------
+    Refusal
+        If there is no array of two numbers.
+    """
+    if not arrays.signals:
+        raise Refusal(source.head.path, "no numeric array of two or more numbers", "save the signals as vectors")
+    order = {name: k for k, name in enumerate(arrays.signals)}
+    groups: dict[int, list[str]] = {}
+    for name, values in arrays.signals.items():
+        groups.setdefault(len(values), []).append(name)
+    wanted = source.rules.time.column if source.rules.time else None
+    times = {size: _time(names, arrays, wanted, order) for size, names in groups.items()}
+    timed = [size for size, names in groups.items() if times[size] and len(times[size]) < len(names)]
+    chosen = timed or list(groups)
+    left = [name for size in groups if size not in chosen for name in groups[size]]
+    findings = (_left_out(left, arrays),) if left else ()
+    return [_table(groups[s], times[s], arrays, order, findings) for s in sorted(chosen, reverse=True)]
+
+
+def _left_out(names: Sequence[str], arrays: Arrays) -> Finding:
+    shown = ", ".join(f"'{n}' ({len(arrays.signals[n])})" for n in names)
+    return Finding("not-read", "", None, f"arrays of another length than the time vector are left out: {shown}")
+
+
+def _time(names: list[str], arrays: Arrays, wanted: str | int | None, order: Mapping[str, int]) -> list[str]:
+    """Return the vectors of a group that are times: named so and rising; the first is used."""
+    if wanted is not None:
+        return [n for n in names if n == wanted or order[n] == wanted]
+    called = [n for n in names if name_and_unit(n.rpartition(".")[2])[0].lower() in TIME_NAMES]
+    return [n for n in called if bool(np.all(np.diff(arrays.signals[n]) > 0.0))]
+
+
+def _table(
+    names: list[str], times: list[str], arrays: Arrays, order: Mapping[str, int], findings: tuple[Finding, ...]
+) -> Table:
+    columns = {n: _column(n, arrays, order[n]) for n in names}
+    rows = len(arrays.signals[names[0]])
+    copies = {n for n in times if np.array_equal(arrays.signals[n], arrays.signals[times[0]])}
+    return Table(
+        tuple(columns[n] for n in names if n not in copies),
+        np.arange(1, rows + 1, dtype=np.int64),
+        time=columns[times[0]] if times else None,
+        dt=None if times else _stated(arrays.scalars),
+        findings=findings,
+    )
+
+
+def _column(name: str, arrays: Arrays, index: int) -> Column:
+    bare, unit = (name, None) if name.endswith("]") else name_and_unit(name)
+    return Column(bare, arrays.units.get(name) or unit, arrays.signals[name], index)
+
+
+def _stated(scalars: Mapping[str, float]) -> float | None:
+    """Return the sample interval that a scalar states, or None."""
+    for name, value in scalars.items():
+        word = name.rpartition(".")[2].lower()
+        if value > 0.0 and word in INTERVALS:
+            return value
+        if value > 0.0 and word in RATES:
+            return 1.0 / value
+    return None

@@ -1,0 +1,72 @@
+"""DAQami and TracerDAQ text logs: ``Header Size:`` lines, time stamps, pauses told in an Events field."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from mrfit.ingest.body import Layout, split
+from mrfit.ingest.head import Head
+from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.table import Column, Source, Table
+from mrfit.ingest.textlog import Field, body_of, count_finding, positive, stated_interval, table_of
+from mrfit.specs import Array, ReaderSpec
+
+SPEC = ReaderSpec("daq-text", "DAQami/TracerDAQ text log")
+STAMP_FORMS = ("%m/%d/%Y %I:%M:%S.%f %p", "%d/%m/%Y %I:%M:%S.%f %p", "%m/%d/%Y %H:%M:%S.%f", "%d/%m/%Y %H:%M:%S.%f")
+
+
+def sniff(head: Head) -> bool:
+    """Whether the first line is ``Header Size:`` and a row of column names follows."""
+    return head.starts("Header Size:") and _name_line(head) is not None
+
+
+def _name_line(head: Head) -> int | None:
+    return next((k for k, line in enumerate(head.lines[:40]) if line.lower().startswith("sample number,")), None)
+
+
+def read(source: Source) -> list[Table]:
+    """Return the table; a new run begins wherever the log was resumed.
+
+    Raises
+    ------
+    Refusal
+        If the header names no channel or states no rate, or the time stamps cannot be read.
+    """
+    head = source.head
+    row = _name_line(head)
+    if row is None:
+        raise Refusal(head.path, "no 'Sample Number, …' row in its header", "export the log again")
+    names = [n.lower() for n in split(head.lines[row], ",")]
+    if "date/time" not in names:
+        raise Refusal(head.path, "its name row has no Date/Time", "export the log again")
+    stamp, event = names.index("date/time"), names.index("events") if "events" in names else None
+    channels = [k for k in range(1, len(names)) if k not in (stamp, event) and names[k]]
+    texts = (stamp,) if event is None else (stamp, event)
+    optional = () if event is None else (event,)
+    header = frozenset(line.strip() for line in head.lines[: row + 1])
+    layout = Layout(row + 1, ",", ".", len(names), tuple(channels), texts, optional, header=header)
+    body = body_of(source, layout)
+    original = split(head.lines[row], ",")
+    table = table_of(body, [Field(original[k], None, k) for k in channels])
+    time = Column("Date/Time", "s", _seconds(head, body.texts[stamp]), stamp)
+    breaks = tuple(k for k, text in enumerate(body.texts[event]) if k and _begins(text)) if event is not None else ()
+    table = replace(table, time=time, breaks=breaks, dt=stated_interval(head.lines[:row]))
+    count = [line.partition(":")[2].strip() for line in head.lines[:row] if line.lower().startswith("sample count")]
+    return [count_finding(table, positive(count))]
+
+
+def _begins(event: str | None) -> bool:
+    return bool(event) and any(word in str(event).lower() for word in ("resume", "start"))
+
+
+def _seconds(head: Head, texts: list[str]) -> Array:
+    """Return seconds from the first stamp; nan where a stamp cannot be read."""
+    import pandas as pd
+
+    stamps = pd.Series(texts)
+    for form in STAMP_FORMS:
+        parsed = pd.to_datetime(stamps, format=form, errors="coerce")
+        if float(parsed.notna().mean()) > 0.9:
+            first = parsed.dropna().iloc[0]
+            return np.asarray((parsed - first).dt.total_seconds(), dtype=np.float64)
+    raise Refusal(head.path, f"unknown form of time stamp '{texts[0]}'", "set the logger to MM/DD/YYYY hh:mm:ss.fff")

@@ -1,0 +1,43 @@
+"""Digilent WaveForms (Analog Discovery): ``#`` lines with the settings, then one name row with units in brackets."""
+
+from dataclasses import replace
+
+from mrfit.ingest.body import Layout
+from mrfit.ingest.head import Head
+from mrfit.ingest.layout import name_and_unit
+from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.table import Source, Table
+from mrfit.ingest.textlog import Field, check_width, count_finding, fields_at, positive, read_table, stated_interval
+from mrfit.specs import ReaderSpec
+
+SPEC = ReaderSpec("digilent", "Digilent WaveForms CSV")
+
+
+def sniff(head: Head) -> bool:
+    """Whether the first line names Digilent WaveForms."""
+    return head.starts("#Digilent WaveForms", "# Digilent WaveForms")
+
+
+def read(source: Source) -> list[Table]:
+    """Return the record.
+
+    Raises
+    ------
+    Refusal
+        If there is no name row after the settings.
+    """
+    head = source.head
+    row = next((k for k, line in enumerate(head.lines) if line.strip() and not line.startswith("#")), None)
+    cells = fields_at(head, row, ",") if row is not None else []
+    parsed = [name_and_unit(c) for c in cells]
+    if row is None or len(parsed) < 2 or (parsed[0][1] or "").lower() not in ("s", "ms", "us"):
+        raise Refusal(head.path, "no 'Time (s),Channel 1 (V)' row after its settings", "export the log again")
+    width = check_width(head, row + 1, ",", len(parsed))
+    fields = [Field(name, unit, k) for k, (name, unit) in enumerate(parsed) if k]
+    columns = tuple(range(len(parsed)))
+    header = frozenset({head.lines[row].strip()})
+    layout = Layout(row + 1, ",", ".", width, columns, blank=tuple(range(len(parsed), width)), header=header)
+    table = read_table(source, layout, fields, Field(parsed[0][0], parsed[0][1], 0))
+    samples = [line.partition(":")[2] for line in head.lines[:row] if line.lower().startswith("#samples:")]
+    table = count_finding(table, positive(samples))
+    return [replace(table, dt=stated_interval(head.lines[:row]))]

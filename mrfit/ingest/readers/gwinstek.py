@@ -1,0 +1,56 @@
+"""GW Instek GDS oscilloscopes: ``name,value,`` lines, then ``Waveform Data,`` and rows without a name row."""
+
+from dataclasses import replace
+
+from mrfit.ingest import units
+from mrfit.ingest.body import Layout
+from mrfit.ingest.head import Head
+from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.table import Source, Table
+from mrfit.ingest.textlog import Field, check_width, count_finding, fields_at, meta_of, positive, read_table
+from mrfit.specs import ReaderSpec
+
+SPEC = ReaderSpec("gwinstek", "GW Instek GDS oscilloscope CSV")
+
+
+def sniff(head: Head) -> bool:
+    """Whether settings as this instrument writes them end in ``Waveform Data``."""
+    return head.starts("Memory Length,", "Format,") and _data_line(head) is not None
+
+
+def _data_line(head: Head) -> int | None:
+    return next((k for k, line in enumerate(head.lines[:60]) if line.lower().startswith("waveform data")), None)
+
+
+def read(source: Source) -> list[Table]:
+    """Return the channel; a file without time column counts from its horizontal position.
+
+    Raises
+    ------
+    Refusal
+        If the settings lack the sampling period or the rows do not fit.
+    """
+    head = source.head
+    row = _data_line(head)
+    if row is None:
+        raise Refusal(head.path, "no 'Waveform Data' line in its header", "export the log again")
+    meta = meta_of(head, row)
+    name = next(iter(meta.get("source", [])), "") or "CH1"
+    unit = next(iter(meta.get("vertical units", [])), "") or "V"
+    dt = _interval(meta)
+    timed = len(fields_at(head, row + 1, ",")) == 2
+    columns = 2 if timed else 1
+    width = check_width(head, row + 1, ",", columns)
+    layout = Layout(row + 1, ",", ".", width, tuple(range(columns)), blank=tuple(range(columns, width)))
+    clock = Field("time", (meta.get("horizontal units") or ["s"])[0] or "s", 0) if timed else None
+    table = read_table(source, layout, [Field(name, unit, columns - 1)], clock)
+    table = count_finding(table, positive(meta.get("memory length", [])))
+    if not timed and dt is None:
+        raise Refusal(head.path, "neither a time column nor a sampling period", "write rate = HZ in a channel map")
+    return [replace(table, dt=dt)]
+
+
+def _interval(meta: dict[str, list[str]]) -> float | None:
+    values = meta.get("sampling period", [])
+    found = units.seconds(values[0]) if values else None
+    return found if found is not None and found > 0.0 else None

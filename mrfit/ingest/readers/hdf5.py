@@ -1,0 +1,25 @@
+"""HDF5: numeric datasets, their ``unit`` attributes, and a rate from an attribute or a time vector."""
+
+from mrfit.ingest.arrays import tables_of
+from mrfit.ingest.hdf import hdf_arrays
+from mrfit.ingest.head import Head
+from mrfit.ingest.table import Source, Table
+from mrfit.specs import ReaderSpec
+
+SPEC = ReaderSpec("hdf5", "HDF5 (needs h5py)")
+
+
+def sniff(head: Head) -> bool:
+    """Whether the file begins with HDF5's signature."""
+    return head.raw.startswith(b"\x89HDF\r\n\x1a\n")
+
+
+def read(source: Source) -> list[Table]:
+    """Return the datasets as tables.
+
+    Raises
+    ------
+    Refusal
+        If h5py is missing, the file is damaged, or it holds no vectors.
+    """
+    return tables_of(hdf_arrays(source.head.path), source)

@@ -1,0 +1,36 @@
+"""Keysight and Agilent InfiniiVision oscilloscopes: ``x-axis,1,2,4`` above ``second,Volt,Volt,Volt``."""
+
+from mrfit.ingest.body import Layout
+from mrfit.ingest.head import Head
+from mrfit.ingest.table import Source, Table
+from mrfit.ingest.textlog import Field, check_width, fields_at, read_table
+from mrfit.specs import ReaderSpec
+
+SPEC = ReaderSpec("keysight", "Keysight/Agilent InfiniiVision oscilloscope CSV")
+
+
+def sniff(head: Head) -> bool:
+    """Whether the first two lines are this instrument's header."""
+    return head.starts("x-axis,") and [f.lower() for f in fields_at(head, 1, ",")[:1]] == ["second"]
+
+
+def read(source: Source) -> list[Table]:
+    """Return the record; its first rows may have a time and no values.
+
+    Raises
+    ------
+    Refusal
+        If the rows do not fit the header.
+    """
+    head = source.head
+    names, written = fields_at(head, 0, ","), fields_at(head, 1, ",")
+    width = check_width(head, 2, ",", len(names))
+    fields = [
+        Field(f"CH{name}" if name.isdigit() else name, written[k] if k < len(written) else "V", k)
+        for k, name in enumerate(names)
+        if k
+    ]
+    header = frozenset(line.strip() for line in head.lines[:2])
+    columns = tuple(range(len(names)))
+    layout = Layout(2, ",", ".", width, columns, blank=tuple(range(len(names), width)), header=header)
+    return [read_table(source, layout, fields, Field("x-axis", written[0], 0))]

@@ -1,0 +1,155 @@
+"""LabVIEW measurement files (LVM): one or many segments, with no, one, or one time column per channel."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mrfit.ingest.body import Body, Layout, number_pattern, split
+from mrfit.ingest.head import Head, body_bytes
+from mrfit.ingest.layout import name_and_unit
+from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.table import Column, Source, Table
+from mrfit.ingest.textlog import Field, after_blocks, body_of, count_finding, positive, table_of
+from mrfit.recording import Finding
+from mrfit.specs import ReaderSpec
+
+SPEC = ReaderSpec("labview-lvm", "LabVIEW measurement file (LVM)")
+END = "***end_of_header***"
+
+
+def sniff(head: Head) -> bool:
+    """Whether the first line is ``LabVIEW Measurement``."""
+    return head.starts("LabVIEW Measurement")
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """The header of the first segment: delimiter, line of the name row, names, and its settings by channel."""
+
+    delimiter: str
+    row: int
+    names: tuple[str, ...]
+    meta: dict[str, list[str]]
+
+
+def read(source: Source) -> list[Table]:
+    """Return the tables: one, or one for each channel where they have times of their own that differ.
+
+    Raises
+    ------
+    Refusal
+        If there is no ``X_Value`` row, or neither times nor Delta_X.
+    """
+    head = source.head
+    segment = _segment(head)
+    comment = [k for k, n in enumerate(segment.names) if n.lower() == "comment"]
+    clocks = [k for k, n in enumerate(segment.names) if n.lower() == "x_value"]
+    signals = [k for k, n in enumerate(segment.names) if k not in (*comment, *clocks)]
+    filled = _filled_clocks(head, segment, clocks)
+    data, heads = _without_headers(body_bytes(head), segment)
+    decimal = _decimal(head, segment)
+    use = tuple(sorted([*signals, *filled]))
+    layout = Layout(0, segment.delimiter, decimal, len(segment.names), use, optional=tuple(comment), comment="")
+    body = body_of(source, layout, data)
+    fields = [_field(segment, k, place) for place, k in enumerate(signals)]
+    tables = _tables(body, fields, filled, segment, head)
+    return [replace(t, breaks=after_blocks(list(body.lines), heads)) for t in tables]
+
+
+def _segment(head: Head) -> Segment:
+    separator = next((line for line in head.lines[:30] if line.lower().startswith("separator")), "")
+    delimiter = "," if "comma" in separator.lower() else "\t"
+    row = next((k for k, line in enumerate(head.lines) if line.lower().startswith("x_value")), None)
+    if row is None:
+        raise Refusal(head.path, "no X_Value row in its header", "export the log again")
+    meta: dict[str, list[str]] = {}
+    for line in head.lines[:row]:
+        fields = split(line, delimiter)
+        meta[fields[0].lower()] = fields[1:]
+    names = tuple(n for n in split(head.lines[row], delimiter))
+    while names and not names[-1]:
+        names = names[:-1]
+    return Segment(delimiter, row, names, meta)
+
+
+def _field(segment: Segment, column: int, place: int) -> Field:
+    """Return name and unit of a channel; units stand in the column of the channel, counted as the name row does."""
+    name, bracketed = name_and_unit(segment.names[column])
+    labels = segment.meta.get("y_unit_label", [])
+    label = labels[column - 1] if 0 < column <= len(labels) else ""
+    return Field(name, label or bracketed, column)
+
+
+def _filled_clocks(head: Head, segment: Segment, clocks: list[int]) -> list[int]:
+    """Return the X_Value columns that hold times; with X_Columns No they are empty."""
+    first = next((line for line in head.lines[segment.row + 1 :] if line.strip()), "")
+    fields = split(first, segment.delimiter)
+    return [k for k in clocks if k < len(fields) and fields[k]]
+
+
+def _decimal(head: Head, segment: Segment) -> str:
+    """Return the decimal mark: the stated one, or (files of version 0.92 state none) the one the data have."""
+    stated = segment.meta.get("decimal_separator", [""])[0]
+    if stated in (".", ","):
+        return stated
+    first = next((line for line in head.lines[segment.row + 1 :] if line.strip()), "")
+    fields = [f for f in split(first, segment.delimiter) if f]
+    return "." if any(number_pattern(".").fullmatch(f) for f in fields) else ","
+
+
+def _without_headers(data: bytes, segment: Segment) -> tuple[bytes, list[int]]:
+    """Return the data with all headers blanked, and the line numbers of the name rows."""
+    lines = data.split(b"\n")
+    heads = []
+    begin: int | None = 0
+    for place, line in enumerate(lines):
+        word = line[:24].strip().lower()
+        if begin is None and word.startswith((b"channels", b"labview measurement")):
+            begin = place
+        elif word.startswith(b"x_value") and begin is not None:
+            lines[begin : place + 1] = [b""] * (place + 1 - begin)
+            heads.append(place + 1)
+            begin = None
+    return b"\n".join(lines), heads
+
+
+def _tables(body: Body, fields: list[Field], clocks: list[int], segment: Segment, head: Head) -> list[Table]:
+    if not clocks:
+        return [_stated(table_of(body, fields), segment, head)]
+    delta = _number(segment, "delta_x", 1)
+    same = all(np.array_equal(body.numbers[clocks[0]], body.numbers[c], equal_nan=True) for c in clocks)
+    if same:
+        table = table_of(body, fields, Field("X_Value", "s", clocks[0]))
+        return [replace(_counted(table, segment), dt=delta)]
+    tables = []
+    for field in fields:
+        own = max((c for c in clocks if c < field.index), default=clocks[0])
+        tables.append(replace(table_of(body, [field], Field("X_Value", "s", own)), dt=delta))
+    return tables
+
+
+def _counted(table: Table, segment: Segment) -> Table:
+    return count_finding(table, positive(segment.meta.get("samples", [])))
+
+
+def _number(segment: Segment, key: str, place: int) -> float | None:
+    texts = segment.meta.get(key, [])
+    text = texts[place - 1].replace(",", ".") if len(texts) >= place else ""
+    return float(text) if number_pattern(".").fullmatch(text) else None
+
+
+def _stated(table: Table, segment: Segment, head: Head) -> Table:
+    """Return a table without times on the grid X0 + k·Delta_X."""
+    start, delta = _number(segment, "x0", 1), _number(segment, "delta_x", 1)
+    if delta is None or delta <= 0.0:
+        raise Refusal(head.path, "neither X values nor Delta_X", "write rate = HZ in a channel map")
+    digits = len(segment.meta["delta_x"][0].lower().partition("e")[0].replace(",", "").replace(".", "").strip("0"))
+    if digits <= 3 and not _round_rate(delta):
+        text = f"Delta_X = {delta:g} s has {digits} digits only: the rate of {1.0 / delta:.1f} Hz is that inexact"
+        table = replace(table, findings=(*table.findings, Finding("rounded-rate", "", None, text)))
+    columns = tuple(Column(c.name, c.unit, c.values, c.index) for c in table.columns)
+    return replace(_counted(table, segment), columns=columns, dt=delta, start=start or 0.0)
+
+
+def _round_rate(delta: float) -> bool:
+    return abs(round(1.0 / delta) - 1.0 / delta) < 1e-6 / delta

@@ -1,0 +1,71 @@
+"""ASAM MDF 3 and 4 (MDF, DAT, MF4), through asammdf."""
+
+import contextlib
+import warnings
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from mrfit.ingest.head import Head
+from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.table import Column, Source, Table
+from mrfit.specs import ReaderSpec
+
+SPEC = ReaderSpec("mdf", "ASAM MDF (needs asammdf)")
+
+
+def sniff(head: Head) -> bool:
+    """Whether the file begins with MDF's mark."""
+    return head.raw.startswith((b"MDF     ", b"UnFinMF "))
+
+
+def read(source: Source) -> list[Table]:
+    """Return one table for every channel group.
+
+    Raises
+    ------
+    Refusal
+        If asammdf is missing, the file is damaged, or it holds no numbers.
+    """
+    path = source.head.path
+    try:
+        import asammdf
+        from asammdf.blocks import mdf_v3, mdf_v4
+    except ImportError:
+        raise Refusal(path, "MDF needs asammdf", "install it: pip install 'mrfit[mdf]'") from None
+    for kind in (mdf_v3.MDF3, mdf_v4.MDF4):
+        # asammdf's own destructor fails on a half-opened file and prints a traceback
+        kind.__del__ = _close_quietly  # type: ignore[method-assign]
+    try:
+        with warnings.catch_warnings(), path.open("rb") as handle, asammdf.MDF(handle) as mdf:
+            warnings.simplefilter("ignore")
+            tables = list(_tables(mdf))
+    except Exception as error:  # asammdf raises whatever it met in a damaged file
+        text = (str(error).splitlines() or ["unreadable"])[0]
+        raise Refusal(path, f"damaged MDF ({text})", "copy it again") from None
+    if not tables:
+        raise Refusal(path, "no channel of two or more numbers", "check what the recorder wrote")
+    return tables
+
+
+def _close_quietly(mdf: Any) -> None:
+    with contextlib.suppress(Exception):
+        mdf.close()
+
+
+def _tables(mdf: Any) -> Iterator[Table]:
+    index = 0
+    for number, group in enumerate(mdf.groups):
+        columns, time = [], None
+        for place in range(len(group.channels)):
+            signal = mdf.get(group=number, index=place)
+            index += 1
+            values = np.asarray(signal.samples)
+            if place == mdf.masters_db.get(number) or values.ndim != 1 or values.dtype.kind not in "fiu":
+                continue
+            columns.append(Column(signal.name, signal.unit or None, values.astype(np.float64), index - 1))
+            time = np.asarray(signal.timestamps, dtype=np.float64)
+        if columns and time is not None and len(time) > 1:
+            clock = Column("time", "s", time, -1)
+            yield Table(tuple(columns), np.arange(1, len(time) + 1, dtype=np.int64), time=clock)

@@ -1,0 +1,94 @@
+"""MTS TestSuite: ``File Path:`` lines, name and unit rows, time last; one test spread over several files."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mrfit.ingest import units
+from mrfit.ingest.body import Layout
+from mrfit.ingest.head import Head
+from mrfit.ingest.layout import find_grid
+from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.table import Column, Source, Table
+from mrfit.ingest.textlog import Field, check_width, fields_at, read_table
+from mrfit.specs import ReaderSpec
+
+SPEC = ReaderSpec("mts-testsuite", "MTS TestSuite text export")
+
+
+def sniff(head: Head) -> bool:
+    """Whether ``File Path:`` and ``Test Run:`` stand in the first lines."""
+    return head.starts("File Path:") and any(line.startswith("Test Run:") for line in head.lines[:8])
+
+
+def part(head: Head) -> str | None:
+    """Return what the parts of one test share: ``(Timed).txt``, ``(Timed)2.txt`` and so on."""
+    match = re.fullmatch(r"(.*\))\d*", head.path.stem)
+    return f"{head.path.parent}/{match[1]}" if match else None
+
+
+def read(source: Source) -> list[Table]:
+    """Return one part.
+
+    Raises
+    ------
+    Refusal
+        If its name row and unit row do not fit, or no column is a time.
+    """
+    head = source.head
+    row = next((k for k in range(1, min(40, len(head.lines))) if _is_unit_row(head, k)), None)
+    if row is None:
+        raise Refusal(head.path, "no unit row below its column names", "export the log again")
+    names, written = fields_at(head, row - 1, "\t"), fields_at(head, row, "\t")
+    if len(names) != len(written):
+        raise Refusal(head.path, f"{len(names)} names but {len(written)} units", "export the log again")
+    time = next(k for k, u in enumerate(written) if units.compatible(u, "s"))
+    decimal = find_grid(head, row + 1).decimal
+    width = check_width(head, row + 1, "\t", len(names))
+    fields = [Field(n, u, k) for k, (n, u) in enumerate(zip(names, written, strict=True))]
+    header = frozenset(line.strip() for line in head.lines[: row + 1] if line.strip())
+    columns = tuple(range(len(names)))
+    layout = Layout(row + 1, "\t", decimal, width, columns, blank=tuple(range(len(names), width)), header=header)
+    return [read_table(source, layout, [f for f in fields if f.index != time], fields[time])]
+
+
+def _is_unit_row(head: Head, line: int) -> bool:
+    cells = fields_at(head, line, "\t")
+    return len(cells) > 1 and all(units.known(c) for c in cells) and any(units.compatible(c, "s") for c in cells)
+
+
+def join(tables: Sequence[Table]) -> list[Table]:
+    """Return the parts of one test one after the other, in the order of their times (not of their file names)."""
+    ordered = sorted(tables, key=_first_time)
+    names = [[c.name for c in t.columns] for t in ordered]
+    if any(n != names[0] for n in names):
+        return list(tables)
+    whole = ordered[0]
+    for part_table in ordered[1:]:
+        whole = _appended(whole, part_table)
+    return [whole]
+
+
+def _first_time(table: Table) -> float:
+    return float(table.time.values[0]) if table.time is not None else 0.0
+
+
+def _appended(first: Table, second: Table) -> Table:
+    """Return two parts as one; lines of the second count on from the last of the first."""
+    assert first.time is not None and second.time is not None
+    shift = max([int(first.lines[-1]), *(r.line for r in first.refused)])
+    refused = tuple(replace(r, line=r.line + shift) for r in second.refused)
+    return replace(
+        first,
+        columns=tuple(_chained(a, b) for a, b in zip(first.columns, second.columns, strict=True)),
+        time=_chained(first.time, second.time),
+        lines=np.concatenate([first.lines, second.lines + shift]),
+        refused=(*first.refused, *refused),
+        findings=(*first.findings, *second.findings),
+    )
+
+
+def _chained(first: Column, second: Column) -> Column:
+    return replace(first, values=np.concatenate([first.values, second.values]))

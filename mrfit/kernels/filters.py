@@ -1,0 +1,113 @@
+"""Operators on sampled signals, of which effects are made: lag, fractional shift, play, bend, level.
+
+Every operator is the identity, to the last bit, at the parameter value that makes it vanish.
+"""
+
+import math
+
+import numpy as np
+
+from mrfit.kernels.jit import kernel
+from mrfit.specs import Array
+
+
+@kernel
+def lag(x: Array, ratio: Array) -> Array:
+    """Pass signals through y + tau*dy/dt = x, exact for x linear between samples, with y = x at the first.
+
+    Parameters
+    ----------
+    x
+        Signals, shape (P, N).
+    ratio
+        tau/dt >= 0, shape (P,); 0 leaves the signal as it is.
+    """
+    y = np.empty_like(x)
+    samples = x.shape[1]
+    for p in range(len(x)):
+        decay = math.exp(-1.0 / ratio[p])
+        follow = -ratio[p] * math.expm1(-1.0 / ratio[p])
+        y[p, 0] = x[p, 0]
+        for j in range(1, samples):
+            y[p, j] = x[p, j] + decay * (y[p, j - 1] - x[p, j - 1]) - follow * (x[p, j] - x[p, j - 1])
+    return y
+
+
+@kernel
+def shifted(x: Array, shift: Array) -> Array:
+    """Delay signals by a number of samples that need not be whole, by cubic Lagrange interpolation.
+
+    Source: T. I. Laakso et al., Splitting the unit delay, IEEE Signal Processing Magazine 13 (1996) 30.
+
+    Parameters
+    ----------
+    x
+        Signals, shape (P, N); beyond its ends a signal holds its end value.
+    shift
+        Delay in samples, either sign, shape (P,); 0 leaves the signal as it is.
+    """
+    y = np.empty_like(x)
+    last = x.shape[1] - 1
+    for p in range(len(x)):
+        if shift[p] == 0.0:
+            y[p] = x[p]
+            continue
+        bounded = min(max(shift[p], -2.0 - last), 2.0 + last)
+        whole = math.floor(-bounded)
+        f = -bounded - whole
+        before = -f * (f - 1.0) * (f - 2.0) / 6.0
+        here = (f + 1.0) * (f - 1.0) * (f - 2.0) / 2.0
+        after = -(f + 1.0) * f * (f - 2.0) / 2.0
+        beyond = (f + 1.0) * f * (f - 1.0) / 6.0
+        for j in range(last + 1):
+            k = j + int(whole)
+            if k < 0 or k >= last:
+                y[p, j] = x[p, 0] if k < 0 else x[p, last]
+            else:
+                y[p, j] = before * x[p, max(k - 1, 0)] + here * x[p, k] + after * x[p, k + 1]
+                y[p, j] += beyond * x[p, min(k + 2, last)]
+    return y
+
+
+@kernel
+def play(x: Array, half_width: float) -> Array:
+    """Pass a signal (N,) through a play of half-width w >= 0, in the signal's unit, which rests at 0 before sample 0.
+
+    y[j] = max(x[j] - w, min(x[j] + w, y[j-1])); w = 0 leaves the signal as it is.
+
+    Source: M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis (1989), ch. 1.
+    """
+    y = np.empty_like(x)
+    state = 0.0
+    for j in range(len(x)):
+        state = max(x[j] - half_width, min(x[j] + half_width, state))
+        y[j] = state
+    return y
+
+
+def level(x: Array) -> float:
+    """Return the mean of a signal (N,) under a Hann window, whose bias by an unfinished cycle falls as 1/cycles^3."""
+    weights = 1.0 - np.cos(2.0 * np.pi * (np.arange(len(x)) + 0.5) / len(x))
+    return float(weights @ x / len(x))
+
+
+def running_integral(x: Array, dt: float) -> Array:
+    """Return the cumulative integral (N,) of a signal (N,) by the trapezoid rule, 0 at the first sample."""
+    integral = np.zeros(len(x))
+    np.cumsum((x[1:] + x[:-1]) * (dt / 2.0), out=integral[1:])
+    return integral
+
+
+def bent(x: Array, curvature: float) -> Array:
+    """Return s*tanh(x/s) with 1/s^2 = curvature >= 0, which is x - curvature*x^3/3 at first; 0 leaves x as it is."""
+    if curvature == 0.0:
+        return x
+    rate = math.sqrt(curvature)
+    saturated: Array = np.tanh(rate * x) / rate
+    return saturated
+
+
+def soft_sign(x: Array, width: float) -> Array:
+    """Return tanh(x/width): the sign of x, but for |x| below the width, where the sign of a noisy x would chatter."""
+    sign: Array = np.tanh(x / width)
+    return sign

@@ -1,0 +1,100 @@
+"""Linear blocks in continuous time, simulated exactly for inputs that are linear between samples."""
+
+import math
+
+import numpy as np
+
+from mrfit.kernels.jit import kernel
+from mrfit.specs import Array
+
+
+@kernel
+def exponential(matrix: Array) -> Array:
+    """Return exp of a small square matrix by scaling, a Taylor polynomial of order 14, and squaring."""
+    norm = np.abs(matrix).sum(axis=1).max()
+    squarings = max(0, int(math.ceil(math.log2(max(norm, 1e-300)))) + 1) if norm < 1e15 else 0
+    scaled = matrix / 2.0**squarings
+    result = np.eye(len(matrix))
+    for k in range(14, 0, -1):
+        result = np.eye(len(matrix)) + scaled @ result / k
+    for _ in range(squarings):
+        result = result @ result
+    return result
+
+
+@kernel
+def delayed(u: Array, shift: Array) -> Array:
+    """Delay one signal by numbers of samples that need not be whole, linear between samples, its first value before.
+
+    Parameters
+    ----------
+    u
+        Signal, shape (N,).
+    shift
+        Delays in samples, >= 0, shape (P,).
+
+    Returns
+    -------
+    Array
+        Shape (P, N).
+    """
+    out = np.empty((len(shift), len(u)))
+    for p in range(len(shift)):
+        for j in range(len(u)):
+            place = max(j - shift[p], 0.0)
+            k = int(place)
+            out[p, j] = u[k] if place == k else u[k] + (place - k) * (u[k + 1] - u[k])
+    return out
+
+
+@kernel
+def unit_gain_filter(u: Array, poles: Array, zeros: Array, dt: float) -> Array:
+    """Pass signals through a cascade of real poles with unit gain at rest and up to two zeros.
+
+        prod_i p_i/(s + p_i) * (1 + z_1*s + z_2*s^2)
+
+    Parameters
+    ----------
+    u
+        Signals, shape (P, N), at rest at their first value before it.
+    poles
+        p_i in 1/s, shape (P, n), n >= 2 (n > 2 or z_2 = 0 makes the last sample's weight finite in either case).
+    zeros
+        z_1 (s) and z_2 (s^2), shape (P, 2).
+    dt
+        Sample interval in s.
+
+    Returns
+    -------
+    Array
+        Shape (P, N).
+    """
+    vectors, order = poles.shape
+    out = np.empty_like(u)
+    for p in range(vectors):
+        system = np.zeros((order + 2, order + 2))
+        for i in range(order):
+            system[i, i] = -poles[p, i] * dt
+            system[i, i - 1 if i else order] = poles[p, i] * dt
+        system[order, order + 1] = 1.0
+        step = exponential(system)
+        # Output: w = last state, s*w = p_n*(w_before - w), s^2*w likewise from s*w_before.
+        before, last = poles[p, order - 2], poles[p, order - 1]
+        first, second = zeros[p]
+        state = np.zeros(order)
+        following = np.zeros(order)
+        rest = u[p, 0]
+        for j in range(u.shape[1]):
+            if j > 0:
+                now, rise = u[p, j - 1] - rest, u[p, j] - u[p, j - 1]
+                for i in range(order):
+                    total = step[i, order] * now + step[i, order + 1] * rise
+                    for k in range(i + 1):
+                        total += step[i, k] * state[k]
+                    following[i] = total
+                state[:] = following
+            inner = state[order - 3] if order > 2 else u[p, j] - rest
+            rate_before = before * (inner - state[order - 2])
+            rate = last * (state[order - 2] - state[order - 1])
+            out[p, j] = rest + state[order - 1] + first * rate + second * last * (rate_before - rate)
+    return out

@@ -1,0 +1,50 @@
+"""Dahl damper: a viscous damper beside Dahl's friction, whose force depends on the path.
+
+    F = f0 + c*v + fy*w,    dw/dt = rho*(v - |v|*w)
+
+x displacement (m), v velocity (m/s), F force (N), c damping (N*s/m), fy friction force (N), w state between -1 and 1
+with w = 0 at sample 0, rho inverse of the travel over which friction turns over (1/m), f0 offset (N). w depends on the
+path of x alone: every step is its exponential, exact at any sampling.
+
+Source: Q. Zhou, S. Nielsen, W. Qu, Journal of Sound and Vibration 296 (2006) 1; named in the reviews of papers 001 and
+003 ("Dahl hysteresis operator").
+"""
+
+from mrfit.kernels.friction import dahl
+from mrfit.kernels.points import inside, post_yield_line
+from mrfit.kernels.theta import columns, plain
+from mrfit.specs import Array, ModelSpec, Param
+
+SPEC = ModelSpec(
+    name="dahl",
+    title="Viscous damper with Dahl friction",
+    equation="F = f0 + c*v + fy*w;  dw/dt = rho*(v - |v|*w)",
+    reference="Zhou, Nielsen, Qu 2006; reviewed in papers 001 and 003",
+    inputs=("displacement", "velocity"),
+    output="force",
+    params=(
+        Param("c", "N*s/m", 1.0, 1e6, 1000.0, "log", "viscous", "damping"),
+        Param("fy", "N", 1.0, 1e6, 500.0, "log", "yield", "friction force"),
+        Param(
+            "rho", "1/m", 1.0, 1e6, 2000.0, "log", "hysteresis", "inverse of the travel over which friction turns over"
+        ),
+        Param("f0", "N", -1e5, 1e5, 0.0, "linear", "offset", "offset of the gas accumulator"),
+    ),
+    linear=("c", "fy", "f0"),
+)
+
+
+def response(drive: Array, theta: Array, dt: float) -> Array:
+    """Return the force in N, shape (P, N), of displacement (m) and velocity (m/s), shape (2, N); dt does not enter."""
+    x, v = plain(drive)
+    c, fy, rho, f0 = columns(theta)
+    force = dahl(x, plain(rho))
+    force *= fy
+    force += c * v + f0
+    return force
+
+
+def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
+    """Return friction force, damping and offset of the line through the faster half of the samples."""
+    line = post_yield_line(drive[1], output)
+    return inside(SPEC, {"fy": line["fy"], "c": line["C_inf"], "f0": line["f0"]})

@@ -1,0 +1,58 @@
+"""LuGre damper: bristles that deflect, with damping of their own and Stribeck's curve for their strength.
+
+    F = f0 + sigma0*z + sigma1*dz/dt + sigma2*v
+    dz/dt = v - sigma0*|v|*z/g(v),    g(v) = Fc + dF*exp(-(v/vs)^2)
+
+v velocity (m/s), F force (N), z deflection (m) with z = 0 at sample 0, sigma0 stiffness (N/m) and sigma1 damping
+(N*s/m) of the bristles, sigma2 viscous damping (N*s/m), Fc friction force at speed (N), dF what it is more at rest (N),
+vs Stribeck's velocity (m/s), f0 offset (N). v is linear between samples; every step is an exponential one, exact for
+dF = 0 and stable for any stiffness.
+
+Source: R. Jimenez, L. Alvarez-Icaza, Structural Control and Health Monitoring 12 (2005) 91, for magnetorheological
+dampers, there with g constant (dF = 0); named in the reviews of papers 001 and 003 ("LuGre hysteresis operator").
+"""
+
+import numpy as np
+
+from mrfit.kernels.friction import lugre
+from mrfit.kernels.points import inside, post_yield_line
+from mrfit.kernels.theta import along_samples, columns, plain
+from mrfit.specs import Array, ModelSpec, Param
+
+SPEC = ModelSpec(
+    name="lugre",
+    title="LuGre friction",
+    equation="F = f0 + sigma0*z + sigma1*dz/dt + sigma2*v;  dz/dt = v - sigma0*|v|*z/(Fc + dF*exp(-(v/vs)^2))",
+    reference="Jimenez, Alvarez-Icaza 2005; reviewed in papers 001 and 003",
+    inputs=("velocity",),
+    output="force",
+    params=(
+        Param("sigma0", "N/m", 100.0, 1e9, 1e6, "log", "stiffness", "stiffness of the bristles"),
+        Param("sigma1", "N*s/m", 0.01, 1e5, 100.0, "log", "viscous", "damping of the bristles"),
+        Param("sigma2", "N*s/m", 1.0, 1e6, 1000.0, "log", "viscous", "viscous damping"),
+        Param("Fc", "N", 1.0, 1e6, 500.0, "log", "yield", "friction force at speed"),
+        Param("dF", "N", 0.01, 1e6, 20.0, "log", "yield", "friction force at rest less that at speed"),
+        Param("vs", "m/s", 1e-4, 1.0, 0.01, "log", "yield", "Stribeck's velocity"),
+        Param("f0", "N", -1e5, 1e5, 0.0, "linear", "offset", "offset of the gas accumulator"),
+    ),
+    linear=("sigma1", "sigma2", "f0"),
+)
+
+
+def response(drive: Array, theta: Array, dt: float) -> Array:
+    """Return the force in N, shape (P, N), of a velocity in m/s, shape (1, N), sampled every dt s."""
+    v = plain(drive[0])
+    sigma0, sigma1, sigma2, fc, df, vs, f0 = columns(theta)
+    shape = np.stack(np.broadcast_arrays(sigma0, fc, fc + df, vs), axis=1)
+    z, rate = lugre(v, along_samples(shape), dt)
+    z *= sigma0
+    rate *= sigma1
+    z += rate
+    z += sigma2 * v + f0
+    return z
+
+
+def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
+    """Return friction force, damping and offset of the line through the faster half of the samples."""
+    line = post_yield_line(drive[0], output)
+    return inside(SPEC, {"Fc": line["fy"], "sigma2": line["C_inf"], "f0": line["f0"]})

@@ -1,0 +1,78 @@
+"""Feed-forward neural network: velocity and current, now and 4 ms ago, through two hidden layers of three.
+
+    h1 = tanh(W1*u + b1),  h2 = tanh(W2*h1 + b2),  F = w3*h2 + b3,    u = (v, i, v 4 ms ago, i 4 ms ago)
+
+v velocity (m/s), i current (A), F force (N). 31 parameters: W1_jk (weight of input k in unit j; s/m or 1/A), b1_j, W2_jk,
+b2_j (1), w3_j and b3 (N). Values 4 ms ago are linear between samples, and the first sample's value before it. The start
+values are fixed numbers spread over -1 ... 1, since equal units would stay equal for ever.
+
+Source: paper 001, section 4. The activation is not printed; the hyperbolic tangent is MATLAB's default.
+"""
+
+import numpy as np
+
+from mrfit.kernels.lti import delayed
+from mrfit.kernels.theta import plain
+from mrfit.specs import Array, ModelSpec, Param
+
+_LAG = 4e-3
+_UNITS = 3
+_INPUTS = (("v", "s/m", 10.0), ("i", "1/A", 1.0), ("v_ago", "s/m", 10.0), ("i_ago", "1/A", 1.0))
+
+
+def _spread(k: int) -> float:
+    """Return the k-th of a sequence of fixed numbers spread evenly over -1 ... 1 (multiples of the golden ratio)."""
+    return 2.0 * ((k + 1) * 0.6180339887498949 % 1.0) - 1.0
+
+
+def _params() -> tuple[Param, ...]:
+    rows = [
+        *((f"W1_{j}_{name}", unit, 20.0 * size, size) for j in range(1, 4) for name, unit, size in _INPUTS),
+        *((f"b1_{j}", "1", 20.0, 0.5) for j in range(1, 4)),
+        *((f"W2_{j}_{k}", "1", 20.0, 1.0) for j in range(1, 4) for k in range(1, 4)),
+        *((f"b2_{j}", "1", 20.0, 0.5) for j in range(1, 4)),
+        *((f"w3_{j}", "N", 1e5, 500.0) for j in range(1, 4)),
+        ("b3", "N", 1e5, 0.0),
+    ]
+    return tuple(
+        Param(name, unit, -bound, bound, _spread(k) * size, text="bias" if name[0] == "b" else "weight")
+        for k, (name, unit, bound, size) in enumerate(rows)
+    )
+
+
+SPEC = ModelSpec(
+    name="neural-network",
+    title="Feed-forward neural network, two hidden layers of three",
+    equation="F = w3*tanh(W2*tanh(W1*u + b1) + b2) + b3;  u = (v, i, v 4 ms ago, i 4 ms ago)",
+    reference="paper 001 section 4",
+    inputs=("velocity", "current"),
+    output="force",
+    params=_params(),
+    linear=("w3_1", "w3_2", "w3_3", "b3"),
+)
+
+
+def response(drive: Array, theta: Array, dt: float) -> Array:
+    """Return the force in N, shape (P, N), of velocity (m/s) and current (A), shape (2, N), sampled every dt s."""
+    lag = np.array([_LAG / dt])
+    inputs = np.vstack([drive, *(delayed(plain(row), lag) for row in drive)])
+    out = np.empty((len(theta), drive.shape[1]))
+    for p, row in enumerate(theta):
+        first = np.tanh(row[:12].reshape(_UNITS, 4) @ inputs + row[12:15, None])
+        second = np.tanh(row[15:24].reshape(_UNITS, _UNITS) @ first + row[24:27, None])
+        out[p] = row[27:30] @ second + row[30]
+    return out
+
+
+def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
+    """Return first weights scaled to the inputs' range, last weights to the output's, and its mean as b3."""
+    found = {}
+    for p in SPEC.params:
+        if p.name.startswith("W1"):
+            channel = drive[0] if "_v" in p.name else drive[1]
+            size = 10.0 if "_v" in p.name else 1.0
+            found[p.name] = p.start / size * min(2.0 / max(float(np.max(np.abs(channel))), 1e-6), 10.0 * size)
+        elif p.name.startswith("w3"):
+            found[p.name] = p.start / 500.0 * float(np.ptp(output))
+    found["b3"] = float(np.mean(output))
+    return {p.name: float(np.clip(found[p.name], p.low, p.high)) for p in SPEC.params if p.name in found}

@@ -1,0 +1,74 @@
+"""Spencer's phenomenological damper (modified Bouc-Wen): a dashpot in series with a Bouc-Wen element.
+
+    F = f0 + C0*dy/dt + K0*x
+    dy/dt = (alpha*z + C_inf*v + K_inf*(x - y))/(C0 + C_inf)
+    dz/dt = A*u - beta*u*|z|^n - gamma*|u|*z*|z|^(n-1),    u = v - dy/dt
+
+x displacement (m), v velocity (m/s), F force (N), y inner displacement (m), z hysteretic state (1), C0 pre-yield
+damping (the series dashpot) and C_inf post-yield damping (N*s/m), K0 stiffness of the accumulator and K_inf stiffness
+at large velocity (N/m), alpha force per z (N), A, beta, gamma (1/m) and n (1) shape of the hysteretic element, f0
+offset (N). From rest, y = x and z = 0 at sample 0; see ``kernels.spencer`` for the integration.
+
+Source: paper 003 eq. 10 (Spencer et al. 1997), written here for z without a unit, so that the unit of beta and gamma
+does not hang on n. z -> s*z, A -> s*A, alpha -> alpha/s, beta -> s^(1-n)*beta, gamma -> s^(1-n)*gamma leave F as it is:
+``derived`` gives what data determine.
+"""
+
+import numpy as np
+
+from mrfit.kernels.branch import normal_form
+from mrfit.kernels.points import inside, post_yield_line, yield_velocity
+from mrfit.kernels.spencer import spencer
+from mrfit.kernels.theta import along_samples, plain
+from mrfit.specs import Array, Derived, ModelSpec, Param
+
+SPEC = ModelSpec(
+    name="spencer",
+    title="Spencer's phenomenological damper (modified Bouc-Wen)",
+    equation=(
+        "F = f0 + C0*dy/dt + K0*x;  dy/dt = (alpha*z + C_inf*v + K_inf*(x-y))/(C0+C_inf);  "
+        "dz/dt = A*u - beta*u*|z|^n - gamma*|u|*z*|z|^(n-1), u = v - dy/dt"
+    ),
+    reference="paper 003 eq. 10",
+    inputs=("displacement", "velocity"),
+    output="force",
+    params=(
+        Param("C0", "N*s/m", 10.0, 1e7, 3e4, "log", "viscous", "pre-yield damping, in series"),
+        Param("C_inf", "N*s/m", 1.0, 1e6, 2000.0, "log", "viscous", "post-yield damping"),
+        Param("K0", "N/m", -1e6, 1e6, 500.0, "linear", "stiffness", "stiffness of the accumulator"),
+        Param("K_inf", "N/m", 1.0, 1e6, 500.0, "log", "stiffness", "stiffness at large velocity"),
+        Param("alpha", "N", 1.0, 1e6, 500.0, "log", "yield", "force of the hysteretic element per z"),
+        Param("A", "1/m", 10.0, 1e6, 5000.0, "log", "hysteresis", "initial slope of z"),
+        Param("beta", "1/m", 1.0, 1e6, 2500.0, "log", "hysteresis", "shape of the loop, follows the velocity's sign"),
+        Param("gamma", "1/m", 1.0, 1e6, 2500.0, "log", "hysteresis", "shape of the loop, width"),
+        Param("n", "1", 1.0, 10.0, 2.0, "log", "hysteresis", "sharpness of the knee"),
+        Param("f0", "N", -1e5, 1e5, 0.0, "linear", "offset", "offset of the gas accumulator"),
+    ),
+    linear=("K0", "f0"),
+    derived=(
+        Derived("yield_force", "N", "alpha*z_max: force of the saturated hysteretic element"),
+        Derived("turnover", "m", "z_max/A: travel over which the loop turns from one branch to the other"),
+        Derived("sharpness", "1", "n"),
+        Derived("rho", "1", "(beta-gamma)/(beta+gamma): ratio that shapes the loop"),
+    ),
+)
+
+
+def response(drive: Array, theta: Array, dt: float) -> Array:
+    """Return the force in N, shape (P, N), of displacement (m) and velocity (m/s), shape (2, N), sampled every dt s."""
+    x, v = plain(drive)
+    return spencer(x, v, along_samples(theta), dt)
+
+
+def derived(theta: Array) -> Array:
+    """Return yield force (N), turn-over travel (m), n and rho, shape (P, 4), of theta (P, 10)."""
+    alpha, growth, beta, gamma, n = theta.T[4:9]
+    z_max, rate, rho = normal_form(growth, beta, gamma, n)
+    return np.column_stack([alpha * z_max, 1.0 / rate, n, rho])
+
+
+def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
+    """Return the force and damping of the post-yield line as alpha and C_inf, twice the pre-yield slope as C0."""
+    line = post_yield_line(drive[1], output)
+    slope = line["fy"] / max(yield_velocity(drive[1], output), 1e-6)
+    return inside(SPEC, {"alpha": line["fy"], "C_inf": line["C_inf"], "C0": 2 * slope, "f0": line["f0"]})

@@ -1,0 +1,97 @@
+"""What every reader in the registry must keep, whatever its format."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mrfit import registry
+from mrfit.errors import DataError
+from mrfit.ingest.dispatch import FALLBACK, claims, reader_of
+from mrfit.ingest.head import open_head
+from mrfit.ingest.stage import Settings, examine
+from mrfit.recording import Recording
+from mrfit.specs import ReaderSpec
+from tests.ingest.samples import WRITERS, sample
+
+NAMES = registry.names("reader")
+OWN_NAME = {"rohde-schwarz"}  # known by its file's name, since its rows are bare
+
+
+def _one(path: Path) -> Recording:
+    recordings, refusals = examine([path], Settings())
+    assert not refusals
+    assert len(recordings) == 1
+    return recordings[0]
+
+
+def test_every_reader_has_a_sample() -> None:
+    assert sorted(WRITERS) == NAMES
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_spec_names_the_reader(name: str) -> None:
+    module = registry.load("reader", name)
+    assert isinstance(module.SPEC, ReaderSpec)
+    assert module.SPEC.name == name
+    assert module.SPEC.title
+    assert callable(module.sniff) and callable(module.read)
+    assert hasattr(module, "part") == hasattr(module, "join")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_reads_channels_units_rate_and_values(name: str, tmp_path: Path) -> None:
+    truth, path = sample(name, tmp_path)
+    record = _one(path)
+    assert record.reader == name
+    assert record.dt == pytest.approx(truth.dt, rel=1e-9)
+    assert record.start == pytest.approx(truth.start, abs=1e-12)
+    assert set(record.channels) == set(truth.channels)
+    for channel, values in truth.channels.items():
+        assert record.units[channel] == truth.units[channel]
+        np.testing.assert_allclose(record.channels[channel], values, rtol=1e-12, atol=1e-15)
+    assert record.rows_kept == len(values)
+    assert record.rows_refused == 0
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_other_reader_claims_the_file(name: str, tmp_path: Path) -> None:
+    _, path = sample(name, tmp_path)
+    assert claims(open_head(path)) == ([] if name == FALLBACK else [name])
+    assert reader_of(open_head(path)) == name
+
+
+@pytest.mark.parametrize("other", ["renamed.bin", "extensionless", "UPPER.TXT"])
+@pytest.mark.parametrize("name", sorted(set(NAMES) - OWN_NAME))
+def test_file_name_does_not_matter(name: str, other: str, tmp_path: Path) -> None:
+    truth, path = sample(name, tmp_path, other)
+    record = _one(path)
+    assert record.reader == name
+    values = sorted(float(v[0]) for v in record.channels.values())
+    assert values == pytest.approx(sorted(float(v[0]) for v in truth.channels.values()))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_half_a_file_is_read_in_part_or_refused_in_one_line(name: str, tmp_path: Path) -> None:
+    truth, path = sample(name, tmp_path)
+    path.write_bytes(truth.data[: len(truth.data) // 2])
+    try:
+        recordings, refusals = examine([path], Settings())
+    except DataError as error:
+        assert "\n" not in str(error)
+        return
+    for refusal in refusals:
+        assert "\n" not in str(refusal) and refusal.remedy
+    for record in recordings:
+        for channel, values in record.channels.items():
+            cut = record.rows_kept - 1  # the last row may be cut inside a number
+            np.testing.assert_allclose(values[:cut], truth.channels[channel][:cut], rtol=1e-12)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_first_bytes_alone_end_in_one_line(name: str, tmp_path: Path) -> None:
+    truth, path = sample(name, tmp_path)
+    path.write_bytes(truth.data[:20])
+    recordings, refusals = examine([path], Settings())
+    assert not recordings
+    assert [str(r).count("\n") for r in refusals] == [0]

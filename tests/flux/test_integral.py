@@ -1,0 +1,96 @@
+import numpy as np
+import pytest
+
+from mrfit.cycles import steady_stretches
+from mrfit.flux.integral import integrate, remove_drift
+
+FREQUENCY = 5.0
+
+
+def signals(per_cycle: int, cycles: float = 6.0) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Return λ, dλ/dt, i and dt of a loop with a third harmonic."""
+    dt = 1 / (FREQUENCY * per_cycle)
+    turn = 2 * np.pi * np.arange(int(per_cycle * cycles)) / per_cycle
+    flux = np.sin(turn - 0.1) + 0.2 * np.sin(3 * turn)
+    induced = 2 * np.pi * FREQUENCY * (np.cos(turn - 0.1) + 0.6 * np.cos(3 * turn))
+    return flux, induced, np.sin(turn), dt
+
+
+@pytest.mark.parametrize(("rule", "order"), [("trapezoid", 2), ("simpson", 4)])
+def test_the_integral_converges_with_the_order_of_its_rule(rule: str, order: int) -> None:
+    errors = []
+    for per_cycle in (100, 200, 400):
+        flux, induced, _, dt = signals(per_cycle)
+        integral = integrate(induced, dt, rule)
+        errors.append(np.max(np.abs(integral - flux + flux[0])[::2]))
+    rates = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert rates == pytest.approx(order, abs=0.25)
+
+
+@pytest.mark.parametrize("method", ["cycle", "linear"])
+@pytest.mark.parametrize("per_cycle", [400, 333])
+def test_an_offset_is_removed_and_reported(method: str, per_cycle: int) -> None:
+    flux, induced, current, dt = signals(per_cycle, 6.3)
+    integral = integrate(induced + 0.05, dt, "trapezoid")
+    found, drift = remove_drift(integral, current, dt, steady_stretches(current, dt), method)
+    assert found == pytest.approx(flux, abs=3e-4)
+    assert drift.offset_volt == pytest.approx(0.05, rel=1e-3)
+    assert np.max(np.abs(drift.closure)) < 1e-4
+    assert len(drift.closure) == 6
+
+
+def test_steady_cycles_lose_nothing_but_a_constant() -> None:
+    flux, _, current, dt = signals(250, 7.7)
+    found, drift = remove_drift(flux + 3.0, current, dt, steady_stretches(current, dt), "cycle")
+    assert found == pytest.approx(flux, abs=1e-6)
+    assert drift.constant == pytest.approx(-3.0, abs=1e-6)
+    assert abs(drift.offset_volt) < 1e-6
+
+
+def test_the_walk_of_a_noisy_integrator_is_removed_by_cycles() -> None:
+    rng = np.random.default_rng(1)
+    flux, induced, current, dt = signals(200, 30)
+    integral = integrate(induced + 5.0 * rng.standard_normal(len(induced)), dt, "trapezoid")
+    stretches = steady_stretches(current, dt)
+    errors = {
+        m: np.std(remove_drift(integral, current, dt, stretches, m)[0] - flux) for m in ("cycle", "linear", "none")
+    }
+    assert errors["cycle"] < 0.5 * errors["linear"]
+    assert errors["linear"] < errors["none"]
+
+
+def test_a_mean_that_moves_with_the_current_is_no_drift() -> None:
+    flux, _, current, dt = signals(400, 10)
+    settling = 0.015 * np.exp(-np.arange(len(flux)) / 800)
+    found, _ = remove_drift(flux + settling, current + settling, dt, steady_stretches(current + settling, dt), "cycle")
+    assert np.max(np.abs(found - flux - settling)[400:-400]) < 2e-3
+
+
+def test_without_cycles_the_drift_is_fitted_beside_the_current() -> None:
+    rng = np.random.default_rng(2)
+    current = np.convolve(rng.standard_normal(20_000), np.hanning(301) / 30, mode="valid")
+    time = np.arange(len(current)) * 1e-3
+    flux = 0.1 * current + 0.001 * current**3
+    found, drift = remove_drift(flux + 0.02 * time, current, 1e-3, [], "cycle")
+    assert drift.offset_volt == pytest.approx(0.02, rel=1e-6)
+    assert found == pytest.approx(flux - flux.mean(), abs=1e-6)
+
+
+def test_a_single_ramp_says_that_drift_cannot_be_told() -> None:
+    ramp = np.linspace(0, 5, 1000)
+    _, drift = remove_drift(0.1 * ramp, ramp, 1e-3, [], "cycle")
+    assert drift.offset_volt == 0.0
+    assert "cannot be told" in drift.method
+
+
+def test_every_periodic_stretch_of_a_long_log_has_its_own_line() -> None:
+    flux, _, current, dt = signals(400, 8)
+    slow = np.interp(np.arange(3 * len(flux)), [0, len(flux), 2 * len(flux), 3 * len(flux)], [0, 0.5, 0.4, 1.4])
+    currents = np.concatenate([current, 3 * current, 0.5 * current])
+    fluxes = np.concatenate([flux, 3 * flux, 0.5 * flux])
+    stretches = steady_stretches(currents, dt)
+    found, drift = remove_drift(fluxes + slow, currents, dt, stretches, "cycle")
+    assert len(stretches) == 3 and "3 periodic stretches" in drift.method
+    for stretch in stretches:
+        inside = slice(stretch.start + 250, stretch.stop - 250)
+        assert np.max(np.abs(found - fluxes)[inside]) < 0.04

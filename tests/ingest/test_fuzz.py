@@ -1,0 +1,202 @@
+"""Damaged logs end in a right read, a counted partial read, or one clear error."""
+
+import random
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from mrfit import registry
+from mrfit.errors import DataError
+from mrfit.ingest.stage import Settings, examine
+from mrfit.recording import Recording
+from tests.ingest.samples import RS_SETTINGS, WRITERS, Sample
+
+NAMES = registry.names("reader")
+SAMPLES = {name: WRITERS[name]() for name in NAMES}
+BINARY = {"parquet", "matlab", "hdf5", "tdms", "mdf"}
+
+Mutation = Callable[[bytes, random.Random], bytes]
+
+
+def flip_byte(data: bytes, rng: random.Random) -> bytes:
+    place = rng.randrange(len(data))
+    return data[:place] + bytes([rng.randrange(256)]) + data[place + 1 :]
+
+
+def flip_bit(data: bytes, rng: random.Random) -> bytes:
+    place = rng.randrange(len(data))
+    return data[:place] + bytes([data[place] ^ (1 << rng.randrange(8))]) + data[place + 1 :]
+
+
+def cut(data: bytes, rng: random.Random) -> bytes:
+    return data[: rng.randrange(1, len(data) + 1)]
+
+
+def lose_bytes(data: bytes, rng: random.Random) -> bytes:
+    place = rng.randrange(len(data))
+    return data[:place] + data[place + rng.randrange(1, 40) :] or b"x"
+
+
+def lose_line(data: bytes, rng: random.Random) -> bytes:
+    lines = data.split(b"\n")
+    del lines[rng.randrange(len(lines))]
+    return b"\n".join(lines) or b"x"
+
+
+def double_line(data: bytes, rng: random.Random) -> bytes:
+    lines = data.split(b"\n")
+    place = rng.randrange(len(lines))
+    return b"\n".join([*lines[: place + 1], lines[place], *lines[place + 1 :]])
+
+
+def swap_lines(data: bytes, rng: random.Random) -> bytes:
+    lines = data.split(b"\n")
+    one, two = rng.randrange(len(lines)), rng.randrange(len(lines))
+    lines[one], lines[two] = lines[two], lines[one]
+    return b"\n".join(lines)
+
+
+def cut_line(data: bytes, rng: random.Random) -> bytes:
+    lines = data.split(b"\n")
+    place = rng.randrange(len(lines))
+    fields = lines[place].split(b",")
+    lines[place] = b",".join(fields[: rng.randrange(len(fields) + 1)])
+    return b"\n".join(lines) or b"x"
+
+
+def other_delimiter(data: bytes, rng: random.Random) -> bytes:
+    return data.replace(rng.choice([b",", b"\t"]), rng.choice([b";", b"\t", b"|", b" "]))
+
+
+def other_decimal(data: bytes, rng: random.Random) -> bytes:
+    return data.replace(b".", b",")
+
+
+def nul_bytes(data: bytes, rng: random.Random) -> bytes:
+    place = rng.randrange(len(data))
+    return data[:place] + b"\0" * rng.randrange(1, 9) + data[place:]
+
+
+def other_line_ends(data: bytes, rng: random.Random) -> bytes:
+    return data.replace(b"\r", b"").replace(b"\n", rng.choice([b"\r\n", b"\r", b"\r\r\n"]))
+
+
+def utf16(data: bytes, rng: random.Random) -> bytes:
+    return data.decode("latin-1").encode(rng.choice(["utf-16", "utf-16-le", "utf-16-be"]))
+
+
+def overflow_marks(data: bytes, rng: random.Random) -> bytes:
+    lines = data.split(b"\n")
+    place = rng.randrange(len(lines))
+    mark = b"\t" if b"\t" in lines[place] else b","
+    fields = lines[place].split(mark)
+    fields[rng.randrange(len(fields))] = rng.choice([b"1e38", b"NaN", b"inf", b"", "∞".encode(), b"-12.0mV", b"--"])
+    lines[place] = mark.join(fields)
+    return b"\n".join(lines)
+
+
+def junk_in_front(data: bytes, rng: random.Random) -> bytes:
+    return bytes(rng.randrange(256) for _ in range(rng.randrange(1, 30))) + data
+
+
+ANY: list[Mutation] = [flip_byte, flip_bit, cut, lose_bytes, nul_bytes, junk_in_front]
+TEXT: list[Mutation] = [
+    *ANY,
+    *(lose_line, double_line, swap_lines, cut_line, other_delimiter, other_decimal),
+    *(other_line_ends, utf16, overflow_marks),
+]
+WHOLE_LINES: list[Mutation] = [lose_line, double_line, swap_lines, other_line_ends, utf16, overflow_marks]
+"""Damage that leaves every number either whole or gone, so that what is read can be compared with the truth."""
+
+
+def read_damaged(name: str, data: bytes) -> list[Recording]:
+    """Read bytes under the name of a reader's sample, checking that all errors are single lines."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / SAMPLES[name].name
+        path.write_bytes(data)
+        if name == "rohde-schwarz":
+            (Path(folder) / "RefCurve.csv").write_text(RS_SETTINGS)
+        try:
+            recordings, refusals = examine([path], Settings(jobs=1))
+        except DataError as error:
+            assert "\n" not in str(error)
+            return []
+    for refusal in refusals:
+        assert "\n" not in str(refusal) and refusal.reason and refusal.remedy
+    return recordings
+
+
+def check_sound(records: list[Recording]) -> None:
+    for record in records:
+        assert np.isfinite(record.dt) and record.dt > 0.0
+        assert record.rows_kept >= 2
+        for values in record.channels.values():
+            assert len(values) == record.samples
+            assert np.isfinite(values).all()
+
+
+def check_numbers(truth: Sample, records: list[Recording]) -> None:
+    """Every number of a channel known by name and unit is one of the truth's, unless interpolation was said."""
+    for record in records:
+        if {f.kind for f in record.findings} & {"resampled", "dropped-samples"}:
+            continue
+        for channel, values in record.channels.items():
+            if record.units[channel] != truth.units.get(channel, None):
+                continue
+            known = np.sort(truth.channels[channel])
+            place = np.clip(np.searchsorted(known, values), 1, len(known) - 1)
+            off = np.minimum(np.abs(values - known[place - 1]), np.abs(values - known[place]))
+            assert off.max() < 1e-9 * np.abs(known).max()
+
+
+def fuzz(name: str, mutations: list[Mutation], picks: list[int], seed: int) -> None:
+    rng = random.Random(seed)
+    truth = SAMPLES[name]
+    data = truth.data
+    for pick in picks:
+        data = mutations[pick % len(mutations)](data, rng)
+    records = read_damaged(name, data)
+    check_sound(records)
+    if mutations is WHOLE_LINES:
+        check_numbers(truth, records)
+
+
+quick = settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+long = settings(max_examples=2000, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+PICKS = st.lists(st.integers(0, 1000), min_size=1, max_size=4)
+SEEDS = st.integers(0, 2**32)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@quick
+@given(picks=PICKS, seed=SEEDS)
+def test_any_damage_ends_in_a_read_or_one_line(name: str, picks: list[int], seed: int) -> None:
+    fuzz(name, ANY if name in BINARY else TEXT, picks, seed)
+
+
+@pytest.mark.parametrize("name", sorted(set(NAMES) - BINARY))
+@quick
+@given(picks=PICKS, seed=SEEDS)
+def test_no_wrong_number_after_damage_to_lines(name: str, picks: list[int], seed: int) -> None:
+    fuzz(name, WHOLE_LINES, picks, seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+@long
+@given(picks=PICKS, seed=SEEDS)
+def test_any_damage_two_thousand_times(name: str, picks: list[int], seed: int) -> None:
+    fuzz(name, ANY if name in BINARY else TEXT, picks, seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(set(NAMES) - BINARY))
+@long
+@given(picks=PICKS, seed=SEEDS)
+def test_no_wrong_number_two_thousand_times(name: str, picks: list[int], seed: int) -> None:
+    fuzz(name, WHOLE_LINES, picks, seed)

@@ -1,0 +1,86 @@
+import re
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from mrfit.report.figures import figures_of
+from mrfit.report.source import Fit, Series, read_source
+
+
+def texts(svg: str) -> list[str]:
+    return [e.text or "" for e in ElementTree.fromstring(svg).iter() if e.tag.endswith("text")]
+
+
+def drawings(study) -> dict[str, str]:
+    paths = sorted(study[0].report_folder.glob("figures/*.svg"))
+    return {p.stem.rpartition(".")[2]: p.read_text(encoding="utf-8") for p in paths}
+
+
+@pytest.fixture(scope="module")
+def drawn(coil, damper):
+    return drawings(coil), drawings(damper)
+
+
+def test_a_coil_has_a_flux_current_loop_and_a_damper_both_force_loops(drawn):
+    coil, damper = ({re.sub(r"-\d+$", "", n) for n in d} for d in drawn)
+    assert coil == {"nrmse", "loop-current", "time-history", "residual", "convergence"}
+    assert damper == {"nrmse", "loop-velocity", "loop-displacement", "time-history", "residual", "convergence"}
+
+
+def test_axes_are_labelled_with_symbol_and_unit(drawn):
+    coil, damper = drawn
+    assert {"Flux λ (mWb)", "Current i (A)"} <= set(texts(coil["loop-current-1"]))
+    assert {"Force F (kN)", "Displacement x (mm)"} <= set(texts(damper["loop-displacement"]))
+    assert {"Force F (kN)", "Time t (s)", "measured", "simulated"} <= set(texts(damper["time-history"]))
+
+
+def test_every_condition_has_its_panel(drawn):
+    coil, _ = drawn
+    panels = [t for k in (1, 2, 3) for t in texts(coil[f"time-history-{k}"]) if t.startswith("sine-")]
+    assert [p.split(" ")[0] for p in panels] == [f"sine-{f}Hz-{a}A" for f in (1, 5, 10) for a in range(1, 6)]
+
+
+def test_files_stay_small(drawn):
+    assert max(len(svg) for figures in drawn for svg in figures.values()) < 250_000
+
+
+def test_figures_say_what_they_show(coil):
+    page = (coil[0].report_folder / "index.html").read_text(encoding="utf-8")
+    assert 'aria-label="NRMSE of 15 conditions; largest 1.86 % at sine-10Hz-1A."' in page
+    assert 'aria-label="Convergence of pso-fmin; costs reached: sine-1Hz-1A 0.226 mWb, ' in page
+    assert "<strong>Residual, sine-5Hz.</strong>" in page
+
+
+def plot_points(svg: str) -> int:
+    return max(len(re.findall("[ML]", d)) for d in re.findall(r' d="([^"]*)"', svg))
+
+
+def test_long_records_are_decimated(damper):
+    fit = read_source(damper[0], ()).fits[0]
+    rng = np.random.default_rng(1)
+    noise = rng.standard_normal(100_000)
+    condition = fit.metrics[0].condition
+    long = Series(condition, "a#0", "train", np.arange(100_000) / 1e3, noise, 0.0 * noise, {}, 0.0)
+    figures = {f.title: f for f in figures_of(fit, [long])}
+    assert plot_points(figures["Residual"].svg) <= 2000
+
+
+def test_diverged_fit_is_still_drawn(damper):
+    fit = read_source(damper[0], ()).fits[0]
+    rows = [m.model_copy(update={"nrmse": None, "rmse": None}) for m in fit.metrics]
+    results = [r.model_copy(update={"history": [(10.0, None)], "cost": None}) for r in fit.results]
+    lost = Fit.model_validate({**fit.model_dump(), "metrics": rows, "results": results})
+    time = np.arange(50) / 50.0
+    one = Series(rows[0].condition, "a#0", "train", time, np.sin(time), np.full(50, np.nan), {}, 0.0)
+    assert [f.title for f in figures_of(lost, [one])] == ["Time history", "Residual"]
+
+
+def test_long_names_are_broken_not_overlapped(damper):
+    fit = read_source(damper[0], ()).fits[0]
+    time = np.arange(50) / 50.0
+    names = [f"triangle-1.25Hz-0.02m-{k}.5A-25degC-repeat" for k in range(5)]
+    many = [Series(n, f"{n}#0", "holdout", time, np.sin(time), np.sin(time), {}, 0.0) for n in names]
+    figure = next(f for f in figures_of(fit, many) if f.title == "Time history")
+    lines = [t for t in texts(figure.svg) if "triangle" in t or "hold-out" in t]
+    assert len(lines) == 10 and max(len(t) for t in lines) <= 48

@@ -1,0 +1,185 @@
+import csv
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from mrfit.report.figures import figures_of
+from mrfit.report.page import render
+from mrfit.report.source import read_source
+
+VOID = {"meta", "br", "link", "img", "hr", "input"}
+
+
+class Page(HTMLParser):
+    """Tables as rows of cells, each cell with its attributes, text and the exact values in it; every tag and link."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tables: dict[str, list[list[dict]]] = {}
+        self.open: list[str] = []
+        self.attributes: list[tuple[str, str, str]] = []
+        self.captions: dict[str, str] = {}
+        self.unbalanced: list[str] = []
+        self._table, self._cell, self._row = "", {}, {}
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        given = dict(attrs)
+        self.attributes += [(tag, k, v or "") for k, v in attrs]
+        if tag not in VOID:
+            self.open.append(tag)
+        if tag == "table":
+            self._table = given["class"].split()[0]
+            self.tables.setdefault(self._table, [])
+        elif tag == "tr" and self._table:
+            self.tables[self._table].append([])
+            self._row = given
+        elif tag in ("td", "th") and self._table:
+            self._cell = {"exact": [], "shown": [], "text": "", **self._row, **given}
+            self.tables[self._table][-1].append(self._cell)
+        elif tag == "data":
+            self._cell["exact"].append(given["value"])
+
+    def handle_startendtag(self, tag, attrs):
+        self.attributes += [(tag, k, v or "") for k, v in attrs]
+
+    def handle_endtag(self, tag):
+        if self.open.pop() != tag:
+            self.unbalanced.append(tag)
+        if tag == "table":
+            self._table = ""
+
+    def handle_data(self, data):
+        if self._table and "caption" in self.open:
+            self.captions[self._table] = self.captions.get(self._table, "") + data
+        if self._table and self._cell:
+            self._cell["text"] += data
+            if self.open[-1] == "data":
+                self._cell["shown"].append(data)
+
+
+def plain(shown: str) -> float:
+    digits = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻−", "0123456789--")
+    mantissa, _, exponent = shown.partition("×10")
+    return float(mantissa.translate(digits) + ("e" + exponent.translate(digits) if exponent else ""))
+
+
+@pytest.fixture(scope="module", params=["coil", "damper"])
+def study(request):
+    workspace, _ = request.getfixturevalue(request.param)
+    return workspace.report_folder
+
+
+@pytest.fixture(scope="module")
+def page(study) -> Page:
+    return Page((study / "index.html").read_text(encoding="utf-8"))
+
+
+def table(folder, name):
+    return list(csv.DictReader((folder / name).read_text(encoding="utf-8").splitlines()))
+
+
+def test_page_is_balanced_html(page):
+    assert not page.open and not page.unbalanced
+
+
+def test_every_error_equals_the_csv(study, page):
+    written = table(study, "metrics.csv")
+    shown = page.tables["metrics"][1:]
+    assert len(shown) == len(written)
+    roles = {"training": "train", "hold-out": "holdout"}
+    for cells, row in zip(shown, written, strict=True):
+        assert (cells[0]["text"], roles[cells[1]["text"]]) == (row["condition"], row["role"])
+        values = list(row.values())[2:]
+        assert [(c["exact"] or [""])[0] for c in cells[2:]] == values
+
+
+def test_every_parameter_equals_the_csv(study, page):
+    written = {(r["condition"], r["parameter"]): r for r in table(study, "parameters.csv")}
+    seen: dict[tuple[str, str], list[str]] = {}
+    for name in ("parameters", "derived"):
+        for cells in page.tables.get(name, []):
+            for cell in cells:
+                if "data-name" in cell:
+                    seen.setdefault((cell["data-condition"], cell["data-name"]), []).extend(cell["exact"])
+    assert seen.keys() == written.keys()
+    for key, exact in seen.items():
+        row = written[key]
+        held = row["low"] == row["high"]
+        assert exact == [row["value"], *([] if held else [row["low"], row["high"]])]
+
+
+def test_shown_numbers_are_the_exact_ones_rounded(page):
+    pairs = [
+        (exact, shown)
+        for rows in page.tables.values()
+        for cells in rows
+        for cell in cells
+        for exact, shown in zip(cell["exact"], cell["shown"], strict=True)
+    ]
+    assert len(pairs) > 30
+    for exact, shown in pairs:
+        assert plain(shown) == pytest.approx(float(exact), rel=6e-3)
+
+
+def test_what_is_not_identifiable_or_at_a_bound_is_said_in_words(coil):
+    page = Page((coil[0].report_folder / "index.html").read_text(encoding="utf-8"))
+    cells = {c["data-name"]: c["text"] for c in page.tables["parameters"][1] if "data-name" in c}
+    assert "not identifiable" in cells["A"] and "not identifiable" not in cells["Lc"]
+    assert "at its bound 1.00" in cells["n"]
+    assert "held fixed" in cells["D"]
+
+
+def test_page_asks_for_nothing_from_outside(study, page):
+    links = [v for tag, name, v in page.attributes if name in ("href", "src", "xlink:href", "srcset", "data", "action")]
+    assert links and all(v.startswith("#") for v in links)
+    text = (study / "index.html").read_text(encoding="utf-8")
+    assert not re.search(r"https?:|//\w|@import|url\((?!#)", text)
+
+
+def test_links_lead_somewhere_and_ids_are_unique(page):
+    ids = [v for _, name, v in page.attributes if name == "id"]
+    assert len(ids) == len(set(ids))
+    assert {v[1:] for _, name, v in page.attributes if name in ("href", "xlink:href")} <= set(ids)
+
+
+def test_tables_have_captions_and_figures_are_described(page):
+    assert set(page.captions) == set(page.tables)
+    drawings = [v for tag, name, v in page.attributes if tag == "svg" and name == "aria-label"]
+    assert len(drawings) >= 5 and all(len(v) > 20 for v in drawings)
+    assert sum(tag == "svg" and name == "role" for tag, name, _ in page.attributes) == len(drawings)
+
+
+def test_text_from_files_is_not_taken_for_markup(coil, damper):
+    assert "end of the range &lt;5 A&gt;" in (coil[0].report_folder / "index.html").read_text(encoding="utf-8")
+    assert "yield force &lt;at rest&gt;" in (damper[0].report_folder / "index.html").read_text(encoding="utf-8")
+
+
+def test_page_tells_what_was_run_and_read(coil):
+    text = (coil[0].report_folder / "index.html").read_text(encoding="utf-8")
+    for said in (
+        "pso-fmin, 90000 evaluations in all",
+        "bounds of n 1 to 10",
+        "λ = A·Lc·i + (1−A)·Lc·z/D",
+        "Tang et al., eq. 5",
+        "logs/coil-10Hz-5A.csv",
+        "no numeric rows; check the file",
+        "2.5000 ± 0.010",
+        "loop area = 0.01 J static hysteresis",
+        "coil-1Hz-1A: measured flux kept",
+        "determine 3 of 4 directions; free to move along −0.8·kappa +0.6·A",
+        "no, in 1 of 1",
+    ):
+        assert said in text, said
+
+
+def test_several_fits_are_compared(coil):
+    source = read_source(coil[0], ())
+    other = source.fits[0].model_copy(update={"name": "second"})
+    both = type(source)([source.fits[0], other], source.series, source.ingest, source.flux, source.segments)
+    drawn = figures_of(source.fits[0], [])
+    page = Page(render(both, {source.fits[0].name: drawn, "second": drawn}))
+    assert [row[0]["text"] for row in page.tables["comparison"][1:]] == [source.fits[0].name, "second"]
+    ids = [v for _, name, v in page.attributes if name == "id"]
+    assert len(ids) == len(set(ids))

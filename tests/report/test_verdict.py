@@ -1,0 +1,80 @@
+import pytest
+
+from mrfit.report.source import Fit, read_source
+from mrfit.report.verdict import cautions, open_directions, verdict
+
+
+@pytest.fixture(scope="module")
+def fits(coil, damper) -> list[Fit]:
+    return [read_source(workspace, ()).fits[0] for workspace, _ in (coil, damper)]
+
+
+def metric(condition: str, role: str, rmse: float | None, floor: float | None = None) -> dict[str, object]:
+    nrmse = None if rmse is None else rmse / 10.0
+    return {"condition": condition, "role": role, "samples": 10, "rmse": rmse, "nrmse": nrmse, "noise_floor": floor}
+
+
+def with_metrics(fit: Fit, *rows: dict[str, object]) -> Fit:
+    return Fit.model_validate({**fit.model_dump(), "metrics": list(rows)})
+
+
+def test_best_and_worst_condition_are_named_from_held_out_data(fits):
+    assert "Best held-out condition: sine-1Hz-5A (0.192 %); worst: sine-10Hz-1A (1.86 %)." in verdict(fits[0])
+
+
+def test_error_at_the_noise_floor_is_called_noise(fits):
+    said = verdict(with_metrics(fits[1], metric("all", "train", 2.0, 1.95), metric("a", "train", 2.0, 1.95)))
+    assert said[0] == (
+        "On training data (1 condition) the error is 2.00 N RMS, 20.0 % of the range, "
+        "1.03 times the noise floor: what is left is noise."
+    )
+
+
+def test_error_above_the_noise_floor_is_not_excused(fits):
+    said = verdict(with_metrics(fits[1], metric("all", "train", 2.0, 0.5), metric("a", "train", 2.0, 0.5)))
+    assert said[0].endswith("4.00 times the noise floor.")
+
+
+def test_missing_hold_out_and_noise_floor_are_said(fits):
+    said = verdict(with_metrics(fits[1], metric("all", "train", 2.0), metric("a", "train", 2.0)))
+    assert said == [
+        "On training data (1 condition) the error is 2.00 N RMS, 20.0 % of the range.",
+        "Nothing was held out: how the model does on data it has not seen is not known.",
+    ]
+
+
+def test_divergence_is_said(fits):
+    said = verdict(with_metrics(fits[1], metric("all", "train", None), metric("a", "train", None)))
+    assert said[0] == "On training data the simulation diverged: no error can be given."
+
+
+def test_equal_warnings_are_said_once(fits):
+    found = cautions(fits[0])
+    assert [(c["kind"], c["where"], c["others"]) for c in found] == [
+        ("not-identifiable", "all 15 conditions", []),
+        ("at-bound", "all 15 conditions", []),
+    ]
+
+
+def test_rarer_wordings_of_a_warning_follow_the_commonest(fits):
+    fit = fits[0].model_copy(deep=True)
+    for k, result in enumerate(fit.results):
+        kept = [result.warnings[1].model_copy(update={"text": "rho"} if k < 2 else {})] if k < 7 else []
+        result.warnings = kept
+    (found,) = cautions(fit)
+    assert found["where"] == "7 of 15 conditions" and found["text"].startswith("n ended at a bound")
+    assert found["others"] == [("rho", "sine-1Hz-1A, sine-1Hz-2A")]
+
+
+def test_joint_fit_needs_no_condition_beside_its_warning(fits):
+    fit = fits[1].model_copy(deep=True)
+    fit.results[0].warnings = fits[0].results[0].warnings
+    assert [c["where"] for c in cautions(fit)] == ["", ""]
+
+
+def test_open_directions_are_spelled_out_largest_weight_first(fits):
+    assert open_directions(fits[0])[0] == (
+        "sine-1Hz-1A",
+        "the data determine 3 of 4 directions; free to move along −0.8·kappa +0.6·A",
+    )
+    assert open_directions(fits[1]) == []

@@ -1,0 +1,133 @@
+import itertools
+
+import pytest
+
+from mrfit.errors import ConfigError
+from mrfit.recording import Segment
+from mrfit.segment.conditions import assign_roles, name_conditions
+
+NAN = float("nan")
+
+
+def segment(
+    recording: str,
+    frequency: float = 5.0,
+    amplitude: float = 3.0,
+    current: float = NAN,
+    drive: str = "current",
+    waveform: str = "sine",
+    offset: float = 0.0,
+    temperature: float = NAN,
+) -> Segment:
+    shape = (waveform, drive, frequency, amplitude, offset, 8 if frequency else 0)
+    return Segment(f"{recording}#1", "", recording, 100, 900, 100, *shape, current, temperature, "train")
+
+
+def names(segments: list[Segment], stated: dict[str, dict[str, float]] | None = None) -> list[str]:
+    return [s.condition for s in name_conditions(segments, stated or {})]
+
+
+def test_a_coil_condition_is_named_by_frequency_and_amplitude() -> None:
+    assert names([segment("a", 5.003, 2.984)]) == ["sine-5Hz-3A"]
+
+
+def test_a_damper_condition_is_named_by_its_current_too() -> None:
+    assert names([segment("a", 5.1, 0.00162, 0.2504, "displacement")]) == ["sine-5Hz-1.6mm-0.25A"]
+
+
+def test_stated_values_name_what_the_data_agree_with() -> None:
+    stated = {"a": {"frequency": 5.0, "amplitude": 0.002, "current": 0.25}}
+    assert names([segment("a", 5.1, 0.00162, 0.25, "displacement")], stated) == ["sine-5Hz-2mm-0.25A"]
+    stated = {"a": {"frequency": 1.5, "amplitude": 0.002, "current": 0.25}}
+    assert names([segment("a", 7.03, 0.00102, 0.25, "displacement")], stated) == ["sine-7Hz-1mm-0.25A"]
+
+
+def test_the_current_a_coil_log_states_is_its_amplitude() -> None:
+    assert names([segment("a", 5.0, 2.8)], {"a": {"current": 3.0}}) == ["sine-5Hz-3A"]
+
+
+def test_a_random_condition_has_no_frequency() -> None:
+    assert names([segment("a", 0.0, 0.5, waveform="random")]) == ["random-0.5A"]
+
+
+def test_a_bias_is_part_of_the_name() -> None:
+    assert names([segment("a", offset=1.0), segment("b", offset=0.01)]) == ["sine-5Hz-3A-bias1A", "sine-5Hz-3A"]
+
+
+def test_repeats_share_a_condition_and_others_do_not() -> None:
+    repeats = [segment("a", 5.0, 2.949), segment("b", 5.01, 2.951), segment("c", 5.0, 3.5), segment("d", 6.0, 2.95)]
+    found = names(repeats)
+    assert found[0] == found[1]
+    assert len(set(found)) == 3
+
+
+def test_conditions_that_round_alike_get_more_digits() -> None:
+    found = names([segment("a", 1.0, 0.0300), segment("b", 1.0, 0.0318)], {})
+    assert len(set(found)) == 2
+    hot = names([segment("a", temperature=25.0), segment("b", temperature=60.0)])
+    assert hot == ["sine-5Hz-3A", "sine-5Hz-3A-60degC"]
+
+
+def grid() -> list[Segment]:
+    return [segment(f"{f}-{a}", f, a) for f in (1.0, 5.0, 10.0) for a in (1.0, 2.0, 3.0, 4.0, 5.0)]
+
+
+def test_names_do_not_depend_on_the_order_of_the_files() -> None:
+    segments = [*grid(), segment("x", 5.0, 3.02), segment("y", 1.0, 3.0, offset=1.5)]
+    expected = {s.id: s.condition for s in name_conditions(segments, {})}
+    for k in (3, 7, 11):
+        shuffled = segments[k:] + segments[:k][::-1]
+        assert {s.id: s.condition for s in name_conditions(shuffled, {})} == expected
+
+
+def roles(segments: list[Segment], holdout: str) -> dict[str, str]:
+    return {s.condition: s.role for s in assign_roles(name_conditions(segments, {}), holdout)}
+
+
+def test_a_quarter_is_held_out_from_inside_the_grid() -> None:
+    held = sorted(c for c, role in roles(grid(), "auto").items() if role == "holdout")
+    assert len(held) == 4
+    assert {"sine-5Hz-2A", "sine-5Hz-3A", "sine-5Hz-4A"} <= set(held)
+    assert roles(grid()[::-1], "auto") == roles(grid(), "auto")
+
+
+def test_fewer_than_four_conditions_all_train() -> None:
+    assert set(roles(grid()[:3], "auto").values()) == {"train"}
+
+
+@pytest.mark.parametrize("count", [4, 5, 8, 13])
+def test_no_waveform_is_held_out_whole(count: int) -> None:
+    mixed = grid()[:count] + [segment("r", 0.0, 0.5, waveform="random"), segment("q", 0.0, 5.0, waveform="quasi-static")]
+    found = roles(mixed, "auto")
+    assert found["random-0.5A"] == "train" and found["quasi-static-5A"] == "train"
+    assert "holdout" in found.values()
+
+
+@pytest.mark.parametrize(
+    ("holdout", "held"),
+    [
+        ("none", set()),
+        ("sine-5Hz-*", {f"sine-5Hz-{a}A" for a in (1, 2, 3, 4, 5)}),
+        ("current=3", {f"sine-{f}Hz-3A" for f in (1, 5, 10)}),
+        ("frequency=10", {f"sine-10Hz-{a}A" for a in (1, 2, 3, 4, 5)}),
+        ("sine-1Hz-1A, sine-5Hz-2A", {"sine-1Hz-1A", "sine-5Hz-2A"}),
+    ],
+)
+def test_conditions_are_held_out_as_asked(holdout: str, held: set[str]) -> None:
+    assert {c for c, role in roles(grid(), holdout).items() if role == "holdout"} == held
+
+
+@pytest.mark.parametrize(
+    ("holdout", "words"),
+    [("sine-7Hz-*", "sine-1Hz-1A"), ("current=x", "number"), ("*", "nothing to train on"), ("current=9", "matches no")],
+)
+def test_a_choice_that_cannot_be_is_refused(holdout: str, words: str) -> None:
+    with pytest.raises(ConfigError, match=words):
+        roles(grid(), holdout)
+
+
+def test_repeats_have_one_role() -> None:
+    repeated = list(itertools.chain(grid(), [segment("again", 5.0, 3.0)]))
+    named = assign_roles(name_conditions(repeated, {}), "auto")
+    by_condition = {s.condition: {o.role for o in named if o.condition == s.condition} for s in named}
+    assert all(len(r) == 1 for r in by_condition.values())

@@ -1,0 +1,148 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mrfit.recording import Recording
+from mrfit.segment.detect import Detection, detect, drive_channel
+from tests.flux.records import recording
+
+STILL = np.zeros(1000)
+MOVING = np.sin(np.arange(1000) / 30)
+
+
+def found(log: Recording, drive: str = "current", settle: int = 1) -> Detection:
+    return detect(log, drive, 2, settle, 0.02)
+
+
+def sine(cycles: float, per_cycle: float, amplitude: float = 1.0, noise: float = 0.0) -> np.ndarray:
+    n = np.arange(int(cycles * per_cycle))
+    rng = np.random.default_rng(0)
+    return amplitude * (np.sin(2 * np.pi * n / per_cycle) + noise * rng.standard_normal(len(n)))
+
+
+@pytest.mark.parametrize(
+    ("channels", "expected"),
+    [
+        ({"current": MOVING, "voltage": MOVING}, "current"),
+        ({"current": MOVING, "flux": MOVING, "displacement": MOVING}, "current"),
+        ({"current": STILL + 0.5, "displacement": MOVING, "force": MOVING}, "displacement"),
+        ({"current": MOVING, "voltage": MOVING, "displacement": STILL, "force": MOVING}, "current"),
+        ({"velocity": MOVING, "force": MOVING}, "velocity"),
+        ({"angle": MOVING, "torque": MOVING, "current": STILL}, "angle"),
+        ({"current": STILL, "voltage": MOVING}, None),
+        ({"force": MOVING}, None),
+    ],
+)
+def test_the_drive_is_what_moves(channels: dict[str, np.ndarray], expected: str | None) -> None:
+    assert drive_channel(recording("log", 1e-3, channels), None) == expected
+
+
+def test_a_wanted_drive_is_taken() -> None:
+    log = recording("log", 1e-3, {"displacement": MOVING, "velocity": MOVING})
+    assert drive_channel(log, "velocity") == "velocity"
+    assert drive_channel(log, "angle") is None
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    per_cycle=st.floats(20.0, 600.0),
+    cycles=st.floats(3.2, 12.0),
+    amplitude=st.floats(0.01, 100.0),
+    noise=st.sampled_from([0.0, 1e-3, 1e-2]),
+)
+def test_whole_steady_cycles_are_kept(per_cycle: float, cycles: float, amplitude: float, noise: float) -> None:
+    dt = 1 / (5.0 * per_cycle)
+    log = recording("log", dt, {"current": sine(cycles, per_cycle, amplitude, noise)})
+    (segment,) = found(log).segments
+    whole = int((log.samples + 0.5) / per_cycle)
+    assert segment.cycles == whole - 1
+    assert segment.samples == pytest.approx(segment.cycles * per_cycle, abs=1.0)
+    assert 0 <= segment.start - segment.warm_up and segment.stop <= log.samples
+    assert segment.warm_up >= per_cycle - 2
+    assert segment.waveform == "sine"
+    assert segment.frequency == pytest.approx(5.0, rel=1e-2 * noise + 1e-6 + noise / cycles)
+    assert segment.amplitude == pytest.approx(amplitude, rel=0.05)
+
+
+def test_two_cycles_are_both_kept() -> None:
+    (segment,) = found(recording("log", 1e-3, {"current": sine(2.0, 500)})).segments
+    assert (segment.cycles, segment.start, segment.stop, segment.warm_up) == (2, 0, 1000, 0)
+
+
+def test_more_settling_cycles_can_be_asked_for() -> None:
+    (segment,) = found(recording("log", 1e-3, {"current": sine(9.0, 500)}), settle=3).segments
+    assert (segment.cycles, segment.warm_up) == (6, 1500)
+
+
+def test_units_change_nothing_but_the_amplitude() -> None:
+    values = sine(8.3, 333.3, 1.0, 0.003)
+    (one,) = found(recording("log", 1e-3, {"displacement": values}), "displacement").segments
+    (other,) = found(recording("log", 1e-3, {"displacement": values / 1000}), "displacement").segments
+    assert (one.start, one.stop, one.cycles, one.waveform) == (other.start, other.stop, other.cycles, other.waveform)
+    assert other.amplitude == pytest.approx(one.amplitude / 1000)
+
+
+def test_a_long_log_of_six_conditions_is_split() -> None:
+    parts = []
+    for per_cycle in (1000.0, 200.0, 133.4):
+        for amplitude in (1.0, 3.0):
+            parts += [sine(7, per_cycle, amplitude), np.zeros(300)]
+    values = np.concatenate(parts) + 0.005 * np.random.default_rng(1).standard_normal(sum(map(len, parts)))
+    segments = found(recording("log", 1e-3, {"current": values})).segments
+    assert [s.id for s in segments] == [f"log#{k}" for k in range(1, 7)]
+    expected = [(f, a) for f in (1.0, 5.0, 7.496) for a in (1.0, 3.0)]
+    for segment, (frequency, amplitude) in zip(segments, expected, strict=True):
+        assert (segment.frequency, segment.amplitude) == pytest.approx((frequency, amplitude), rel=0.01)
+        assert segment.cycles >= 5
+
+
+def test_a_long_log_is_split_by_current_level() -> None:
+    stroke = 0.01 * sine(40, 200)
+    current = np.repeat([0.0, 0.5, 1.0, 1.5], 2000) + 0.002 * np.random.default_rng(2).standard_normal(8000)
+    log = recording("log", 1e-3, {"displacement": stroke, "current": current, "force": stroke})
+    segments = found(log, "displacement").segments
+    assert [round(s.current, 2) for s in segments] == [0.0, 0.5, 1.0, 1.5]
+
+
+def test_the_level_comes_from_the_condition_where_it_was_not_recorded() -> None:
+    log = recording("log", 1e-3, {"displacement": sine(9, 200), "force": sine(9, 200)}, {"current": 0.75, "temperature": 31.0})
+    (segment,) = found(log, "displacement").segments
+    assert (segment.current, segment.temperature) == (0.75, 31.0)
+
+
+def test_a_current_that_is_not_held_is_no_level() -> None:
+    log = recording("log", 1e-3, {"displacement": sine(9, 200), "current": np.sin(np.arange(1800) / 37.0)})
+    segments = found(log, "displacement").segments
+    assert all(np.isnan(s.current) for s in segments)
+
+
+def test_random_excitation_is_one_segment_with_a_lead_in() -> None:
+    white = np.random.default_rng(3).standard_normal(20_000)
+    values = np.convolve(white, np.hanning(150), mode="valid")
+    (segment,) = found(recording("log", 1e-3, {"current": values})).segments
+    assert (segment.waveform, segment.frequency, segment.cycles) == ("random", 0.0, 0)
+    assert (segment.start - segment.warm_up, segment.stop) == (0, len(values))
+    assert segment.warm_up == pytest.approx(0.1 * len(values), abs=1)
+
+
+def test_random_excitation_after_sines_is_found_too() -> None:
+    white = np.random.default_rng(4).standard_normal(12_149)
+    tail = np.convolve(white, np.hanning(150) / 20, mode="valid")
+    segments = found(recording("log", 1e-3, {"current": np.concatenate([sine(10, 500), tail])})).segments
+    assert [s.waveform for s in segments] == ["sine", "random"]
+
+
+def test_rest_before_a_test_is_no_segment() -> None:
+    values = np.concatenate([np.zeros(5000), sine(8, 500), np.zeros(5000)])
+    detection = found(recording("log", 1e-3, {"current": values + 0.002 * np.random.default_rng(5).standard_normal(14_000)}))
+    (segment,) = detection.segments
+    assert segment.start - segment.warm_up >= 4950 and segment.stop <= 9050
+    assert any("cut as transients or rest" in f for f in detection.findings)
+
+
+def test_a_stated_value_that_the_data_contradict_is_said() -> None:
+    stated = {"frequency": 5.0, "amplitude": 2.0}
+    detection = found(recording("log", 1e-3, {"current": sine(9, 200, 1.65)}, stated))
+    assert any("amplitude is stated as 2, the data say 1.65" in f for f in detection.findings)
+    assert not any("frequency" in f for f in detection.findings)

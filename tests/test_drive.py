@@ -1,0 +1,139 @@
+import numpy as np
+import pytest
+
+from mrfit.drive import savitzky_golay, smooth
+from mrfit.errors import DataError
+from mrfit.recording import Recording, Segment
+
+
+def recording(dt: float, condition: dict[str, float] | None = None, **channels: np.ndarray) -> Recording:
+    return Recording("log", "log.csv", "0", "csv", dt, 0.0, channels, {}, condition=condition or {})
+
+
+def segment(start: int, stop: int, warm_up: int, frequency: float, cycles: int, drive: str = "current") -> Segment:
+    shape = "sine" if cycles else "random"
+    level = (float("nan"), float("nan"))
+    return Segment(
+        "log#1", "c", "log", start, stop, warm_up, shape, drive, frequency, 5.0, 0.0, cycles, *level, "train"
+    )
+
+
+def reversals(values: np.ndarray) -> int:
+    return int(np.sum(np.diff(np.sign(np.diff(values))) != 0))
+
+
+@pytest.mark.parametrize("per_cycle", [200, 2000, 20_000])
+@pytest.mark.parametrize("noise", [1e-4, 1e-3, 1e-2])
+def test_a_noisy_sine_keeps_two_reversals_per_cycle(per_cycle: int, noise: float) -> None:
+    rng = np.random.default_rng(1)
+    t = np.arange(6 * per_cycle + per_cycle // 3) / per_cycle
+    clean = 5 * np.sin(2 * np.pi * t + 0.3)
+    log = recording(1 / per_cycle, current=clean + 5 * noise * rng.standard_normal(len(t)))
+    drive = smooth(log, segment(len(t) - 5 * per_cycle, len(t), per_cycle, 1.003, 5), ("current",))
+    begin = len(t) - 6 * per_cycle
+    assert reversals(drive.values[0]) == 12
+    assert np.std(drive.values[0] - clean[begin:]) < 5 * noise * 4 / np.sqrt(5 * per_cycle)
+    assert drive.noise["current"] == pytest.approx(5 * noise, rel=0.1)
+    assert drive.warm_up == per_cycle
+    assert "harmonic fit, 1 harmonic of 1 Hz" in drive.method or "of 1.0" in drive.method or "of 0.99" in drive.method
+
+
+def test_the_series_of_a_periodic_drive_go_on_outside_the_segment() -> None:
+    t = np.arange(5000) / 1000
+    log = recording(1e-3, current=np.sin(2 * np.pi * 2 * t), flux=0.3 * np.sin(2 * np.pi * 2 * t - 0.2))
+    drive = smooth(log, segment(1000, 5000, 500, 2.0, 8), ("flux", "current"))
+    assert drive.fits is not None
+    before = np.arange(-500, 0) * 1e-3
+    assert drive.fits[1].evaluate(before) == pytest.approx(np.sin(2 * np.pi * 2 * (before + 0.5)), abs=1e-8)
+    assert drive.fits[0].evaluate(np.arange(4500) * 1e-3) == pytest.approx(drive.values[0], abs=1e-9)
+
+
+def test_a_settling_lead_in_does_not_bend_the_series() -> None:
+    t = np.arange(9000) / 1000
+    clean = np.sin(2 * np.pi * t)
+    log = recording(1e-3, current=clean + 0.02 * np.exp(-t / 0.3))
+    drive = smooth(log, segment(2000, 9000, 2000, 1.0, 7), ("current",))
+    assert np.max(np.abs(drive.values[0] - clean)) < 2e-4
+
+
+@pytest.mark.parametrize("periodic", [True, False])
+def test_rates_that_were_not_recorded_are_derived(periodic: bool) -> None:
+    rng = np.random.default_rng(2)
+    t = np.arange(8000) / 2000
+    turn = 2 * np.pi * 2.0
+    x = 0.01 * np.sin(turn * t)
+    log = recording(5e-4, displacement=x + 1e-6 * rng.standard_normal(len(t)))
+    part = segment(0, 8000, 0, 2.0 if periodic else 0.0, 8 if periodic else 0, "displacement")
+    values = smooth(log, part, ("displacement", "velocity", "acceleration")).values
+    inner = slice(500, -500)
+    expected = [x, 0.01 * turn * np.cos(turn * t), -(turn**2) * x]
+    for row, truth, tolerance in zip(values, expected, (1e-4, 3e-3, 3e-2), strict=True):
+        assert np.std((row - truth)[inner]) < tolerance * np.std(truth)
+
+
+def test_acceleration_comes_from_a_recorded_velocity_first() -> None:
+    t = np.arange(4000) / 1000
+    log = recording(1e-3, displacement=np.sin(7 * t), velocity=np.cos(2 * np.pi * t))
+    drive = smooth(log, segment(0, 4000, 0, 1.0, 4, "velocity"), ("acceleration",))
+    assert drive.values[0] == pytest.approx(-2 * np.pi * np.sin(2 * np.pi * t), abs=1e-6)
+    assert drive.method.endswith("of velocity")
+
+
+def test_a_level_that_was_not_recorded_is_constant() -> None:
+    t = np.arange(4000) / 1000
+    log = recording(1e-3, {"current": 0.75}, displacement=np.sin(2 * np.pi * t))
+    drive = smooth(log, segment(1000, 4000, 1000, 1.0, 3, "displacement"), ("displacement", "current"))
+    assert np.all(drive.values[1] == 0.75)
+    assert drive.fits is not None and drive.fits[1].evaluate(t) == pytest.approx(0.75)
+    assert "current: constant" in drive.method
+
+
+def test_a_channel_that_cannot_be_had_is_named_with_its_remedy() -> None:
+    log = recording(1e-3, displacement=np.sin(np.arange(1000) / 50))
+    for name, word in (("current", "level"), ("flux", "column"), ("angular_velocity", "angle")):
+        with pytest.raises(DataError, match=f"log.csv: no {name} .*{word}"):
+            smooth(log, segment(0, 1000, 0, 0.0, 0, "displacement"), (name,))
+
+
+def test_noise_that_is_small_near_nyquist_does_not_stop_a_harmonic_fit() -> None:
+    rng = np.random.default_rng(3)
+    n = np.arange(9000)
+    band_limited = np.convolve(rng.standard_normal(9050), np.hanning(51) / 4, mode="valid")[:9000]
+    log = recording(1e-3, displacement=np.sin(2 * np.pi * n / 1000) + 1e-3 * band_limited)
+    drive = smooth(log, segment(0, 9000, 0, 1.0, 9, "displacement"), ("displacement",))
+    assert drive.fits is not None
+    assert reversals(drive.values[0]) == 18
+
+
+def test_a_drive_that_leaves_its_series_is_smoothed_locally() -> None:
+    n = np.arange(9000)
+    growing = np.sin(2 * np.pi * n / 1000) * (1 + n / 9000)
+    rng = np.random.default_rng(4)
+    log = recording(1e-3, current=growing + 0.005 * rng.standard_normal(9000))
+    drive = smooth(log, segment(0, 9000, 0, 1.0, 9), ("current",))
+    assert drive.fits is None and "savitzky-golay" in drive.method
+    assert np.std(drive.values[0] - growing) < 0.002
+    assert reversals(drive.values[0]) <= 22
+
+
+def test_local_polynomials_reproduce_cubics_up_to_the_ends() -> None:
+    t = np.arange(400) / 100
+    values = 1 + 2 * t - 3 * t**2 + 0.5 * t**3
+    smoothed = savitzky_golay(values, 0.01, noise=0.01)
+    assert smoothed.window > 50
+    assert smoothed.values == pytest.approx(values, abs=1e-9)
+    assert smoothed.first == pytest.approx(2 - 6 * t + 1.5 * t**2, abs=1e-8)
+    assert smoothed.second == pytest.approx(-6 + 3 * t, abs=1e-6)
+
+
+def test_a_noise_free_signal_is_left_as_recorded() -> None:
+    values = np.abs(((np.arange(3000) / 700) % 1) - 0.5)
+    assert savitzky_golay(values, 1.0).window == 1
+    assert np.array_equal(savitzky_golay(values, 1.0).values, values)
+
+
+def test_more_noise_asks_for_a_wider_window() -> None:
+    rng = np.random.default_rng(5)
+    clean, noise = np.sin(np.arange(20_000) / 300), rng.standard_normal(20_000)
+    windows = [savitzky_golay(clean + s * noise, 1.0).window for s in (1e-3, 1e-2, 1e-1)]
+    assert windows == sorted(windows) and windows[0] < windows[2]
