@@ -187,14 +187,15 @@ class _Chain:
         return output
 
     def _scaled(self, channels: dict[str, Array], parts: list[Array], dt: float) -> Array:
-        theta = parts[0]
+        """Return the base's parameters (P, K), or (P, K, N) where an effect makes them vary over the samples."""
+        theta, scaled = parts[0], False
         for module, own in self._active("theta", parts):
             for role, factors in module.factors(channels, own, dt).items():
                 columns = [k for k, p in enumerate(self.base.spec.params) if p.role == role]
-                if not columns:
-                    continue
-                if factors.shape[1] > 1 and theta.ndim == 2:
-                    theta = np.repeat(theta[:, :, None], factors.shape[1], axis=2)
-                theta = theta.copy()
-                theta[:, columns] *= factors[:, None, :] if theta.ndim == 3 else factors
+                if columns and theta.ndim < 3 and factors.shape[1] > 1:
+                    theta, scaled = np.repeat(theta[:, :, None], factors.shape[1], axis=2), True
+                elif columns and not scaled:
+                    theta, scaled = theta.copy(), True
+                for k in columns:
+                    theta[:, k] *= factors if theta.ndim == 3 else factors[:, 0]
         return theta

@@ -1,14 +1,30 @@
 """The command line: parse, call one stage, print. Heavy imports stay inside commands, so that --help is quick."""
 
-import os
 import sys
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
 from mrfit import console
 from mrfit.errors import ConfigError, MrfitError
+from mrfit.options import (
+    CORES,
+    WEIGHTS,
+    WORK,
+    CurrentOrder,
+    Jobs,
+    Json,
+    Logs,
+    Map,
+    Only,
+    Resistance,
+    Work,
+    choice,
+    number,
+    ohms,
+    pairs,
+)
 
 app = typer.Typer(
     name="mrfit",
@@ -18,72 +34,6 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     help="From laboratory logs of magnetorheological dampers and their coils to identified models and error reports.",
 )
-
-Work = Annotated[Path, typer.Option("--work", help="Workspace folder.", envvar="MRFIT_WORK")]
-Json = Annotated[bool, typer.Option("--json", help="Print a machine-readable summary, alone, to standard output.")]
-Jobs = Annotated[int, typer.Option("--jobs", "-j", min=1, help="Worker threads; does not change the result.")]
-Resistance = Annotated[
-    str | None,
-    typer.Option("--resistance", help="Coil resistance in ohm, or 'auto' to estimate it.", metavar="OHM|auto"),
-]
-Map = Annotated[Path | None, typer.Option("--map", help="Channel map (TOML); default: mrfit.toml beside the log.")]
-Logs = Annotated[list[Path], typer.Argument(help="Log files, or folders of them.", show_default=False)]
-WORK = Path("mrfit-work")
-CORES = os.cpu_count() or 1
-WEIGHTS = ("none", "floor", "range")
-
-
-def ohms(text: str | None) -> float | Literal["auto"] | None:
-    """Return a resistance option as a number, ``auto`` or None.
-
-    Raises
-    ------
-    ConfigError
-        If it is neither, or not positive.
-    """
-    if text is None:
-        return None
-    if text == "auto":
-        return "auto"
-    try:
-        value = float(text)
-    except ValueError as error:
-        raise ConfigError(f"--resistance takes a number of ohms or 'auto', not '{text}'") from error
-    if not 0.0 < value < float("inf"):
-        raise ConfigError(f"--resistance must be a positive number of ohms, not {text}")
-    return value
-
-
-def pairs(option: str, items: list[str] | None) -> list[tuple[str, str]]:
-    """Split NAME=VALUE items of a repeated option.
-
-    Raises
-    ------
-    ConfigError
-        If an item has no equals sign.
-    """
-    split = [item.partition("=") for item in items or []]
-    for name, sign, value in split:
-        if not (name and sign and value):
-            raise ConfigError(f"{option} takes NAME=VALUE, not '{name}{sign}{value}'")
-    return [(name.strip(), value.strip()) for name, _, value in split]
-
-
-def number(option: str, text: str) -> float:
-    """Return an option's text as a finite number.
-
-    Raises
-    ------
-    ConfigError
-        If it is none.
-    """
-    try:
-        value = float(text)
-    except ValueError as error:
-        raise ConfigError(f"{option}: '{text}' is not a number") from error
-    if value != value or value in (float("inf"), float("-inf")):
-        raise ConfigError(f"{option}: '{text}' is not finite")
-    return value
 
 
 @app.callback(invoke_without_command=True)
@@ -182,6 +132,9 @@ def fit(
     bounds: Annotated[list[str] | None, typer.Option(metavar="NAME=LOW:HIGH", help="Change bounds.")] = None,
     start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Change a start value.")] = None,
     fix: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Hold a parameter.")] = None,
+    current_order: CurrentOrder = "auto",
+    only: Only = "",
+    intervals: Annotated[str, typer.Option(help="Of parameters: hac, bootstrap or profile.")] = "hac",
     resistance: Resistance = None,
     jobs: Jobs = CORES,
     work: Work = WORK,
@@ -210,24 +163,14 @@ def fit(
         bounds=tuple(limits),
         start=tuple((n, number("--start", v)) for n, v in pairs("--start", start)),
         fixed=tuple((n, number("--fix", v)) for n, v in pairs("--fix", fix)),
+        current_order=current_order,
+        only=only,
+        intervals=choice("--intervals", intervals, ("hac", "bootstrap", "profile")),  # type: ignore[arg-type]
         jobs=jobs,
     )
     with console.progress_bar() as progress:
         summary = pipeline.fit(work, settings, ohms(resistance), progress)
     return console.print_json(summary) if as_json else summaries.fit(summary, work)
-
-
-def choice(option: str, value: str, allowed: tuple[str, ...]) -> str:
-    """Return ``value`` if it is allowed.
-
-    Raises
-    ------
-    ConfigError
-        If it is not; the message lists what is.
-    """
-    if value not in allowed:
-        raise ConfigError(f"{option} takes {' or '.join(allowed)}, not '{value}'")
-    return value
 
 
 @app.command()
@@ -289,6 +232,46 @@ def run(
     with console.progress_bar() as progress:
         summary = pipeline.run(config, file.parent, pipeline.Overrides(logs, work, jobs), progress)
     return console.print_json(summary) if as_json else summaries.run(summary)
+
+
+@app.command()
+def compare(
+    models: Annotated[str, typer.Option(help="Models by commas, or all.", show_default=False)] = "",
+    optimizers: Annotated[str, typer.Option(help="Instead: optimizers by commas, on one --model.")] = "",
+    model: Annotated[str, typer.Option(help="Model on which optimizers are compared.", show_default=False)] = "",
+    seeds: Annotated[int, typer.Option(min=1, help="Runs of each optimizer, from different starts.")] = 5,
+    opt: Annotated[str, typer.Option(help="Optimizer with which models are compared.")] = "auto",
+    per: Annotated[str, typer.Option(help="Parameters per condition, or one set for all.")] = "all",
+    seed: Annotated[int, typer.Option(min=0, help="Seed of every random choice.")] = 0,
+    budget: Annotated[int | None, typer.Option(min=1, help="Evaluations for each set of parameters.")] = None,
+    seconds: Annotated[float | None, typer.Option(min=0.0, help="Time limit for each set of parameters.")] = None,
+    weight: Annotated[str, typer.Option(help="none; floor: conditions by their noise; range: alike.")] = "none",
+    current_order: CurrentOrder = "auto",
+    only: Only = "",
+    jobs: Jobs = CORES,
+    work: Work = WORK,
+    as_json: Json = False,
+) -> None:
+    """Compare models on all conditions, or optimizers on one model.
+
+    Example: mrfit compare --models all
+    """
+    from mrfit import pipeline, summaries
+
+    options = {"budget": budget, "seconds": seconds, "current_order": current_order, "only": only, "jobs": jobs}
+    options |= {"per": choice("--per", per, ("condition", "all")), "weight": choice("--weight", weight, WEIGHTS)}
+    if bool(models) == bool(optimizers) or bool(optimizers) != bool(model):
+        raise ConfigError("compare takes --models NAMES, or --optimizers NAMES together with --model NAME")
+    with console.progress_bar() as progress:
+        if models:
+            chosen = tuple(n.strip() for n in models.split(","))
+            summary = pipeline.compare_models(work, chosen, {**options, "optimizer": opt, "seed": seed}, progress)
+        else:
+            tried = tuple(n.strip() for n in optimizers.split(","))
+            summary = pipeline.compare_optimizers(work, tried, {**options, "model": model}, seeds, progress)
+    if as_json:
+        return console.print_json(summary)
+    return summaries.compare_models(summary, work) if models else summaries.compare_optimizers(summary, work)
 
 
 @app.command("list")

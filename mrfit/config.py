@@ -50,6 +50,9 @@ class FitSection(_Section):
     bounds: dict[str, tuple[float, float]] = {}
     start: dict[str, float] = {}
     fixed: dict[str, float] = {}
+    current_order: str | int = "auto"
+    only: str = ""
+    intervals: Literal["hac", "bootstrap", "profile"] = "hac"
 
 
 class PipelineFile(_Section):

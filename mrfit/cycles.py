@@ -16,10 +16,10 @@ Indices = NDArray[np.int64]
 # regard to noise, small ones in what is left.
 SCALES = (0.4, 0.2, 0.1, 0.05, 0.025, 0.0125)
 NOISE_SWING = 8.0
-# Neighbouring cycles agree in period and extremes within this share of their own …
-AGREEMENT = 0.05
-# … and a stretch ends where the signal leaves its Fourier series by this share of its amplitude.
+# A stretch ends where the signal leaves its Fourier series by this share of its amplitude; neighbouring cycles agree
+# in period and extremes within some times that.
 TOLERANCE = 0.02
+AGREEMENT = 2.5
 # Shorter runs amid many more reversals of like size are chance.
 CHANCE_CYCLES = 5
 REPEATED = 0.9
@@ -119,12 +119,12 @@ def steady_stretches(
             break
         for limits in gaps(found, len(values)):
             cycles = _cycles(values, limits, swing, levels)
-            runs = _runs(cycles, max(search.noise, 0.002 * swing), level_noise)
+            runs = _runs(cycles, AGREEMENT * tolerance, max(search.noise, 0.002 * swing), level_noise)
             found += search.refined([r for r in runs if len(r) >= min_cycles and not _chance(r, runs)], limits)
     if span > NOISE_SWING * search.noise:
         for limits in gaps(found, len(values)):
             found += search.by_correlation(limits, 0.1 * span)
-    return _without_transients(sorted(found, key=lambda s: s.start), dt)
+    return _without_transients(sorted(found, key=lambda s: s.start), dt, 4 * AGREEMENT * tolerance)
 
 
 def gaps(stretches: Sequence[Stretch], samples: int) -> list[tuple[int, int]]:
@@ -134,7 +134,7 @@ def gaps(stretches: Sequence[Stretch], samples: int) -> list[tuple[int, int]]:
     return [(a, b) for a, b in zip(edges[0::2], edges[1::2], strict=True) if b - a > 4]
 
 
-def _without_transients(stretches: list[Stretch], dt: float) -> list[Stretch]:
+def _without_transients(stretches: list[Stretch], dt: float, near: float) -> list[Stretch]:
     """Return the stretches but for short ones that run into a longer one of nearly the same cycles: its transients."""
 
     def runs_into(short: Stretch, long: Stretch) -> bool:
@@ -142,9 +142,9 @@ def _without_transients(stretches: list[Stretch], dt: float) -> list[Stretch]:
         return (
             2 * short.cycles <= long.cycles
             and apart * dt * long.fit.frequency < 1.0
-            and abs(short.fit.frequency / long.fit.frequency - 1) < AGREEMENT
-            and abs(short.fit.amplitude / long.fit.amplitude - 1) < 4 * AGREEMENT
-            and abs(short.fit.coefficients[0] - long.fit.coefficients[0]) < 4 * AGREEMENT * long.fit.amplitude
+            and abs(short.fit.frequency / long.fit.frequency - 1) < near / 4
+            and abs(short.fit.amplitude / long.fit.amplitude - 1) < near
+            and abs(short.fit.coefficients[0] - long.fit.coefficients[0]) < near * long.fit.amplitude
         )
 
     return [s for s in stretches if not any(runs_into(s, other) for other in stretches)]
@@ -181,28 +181,28 @@ def _crossings(values: Array, points: Indices) -> Array:
     return crossings
 
 
-def _runs(cycles: list[_Cycle], noise: float, level_noise: Sequence[float]) -> list[list[_Cycle]]:
+def _runs(cycles: list[_Cycle], agreement: float, noise: float, level_noise: Sequence[float]) -> list[list[_Cycle]]:
     """Return maximal runs of cycles that agree with the mean of their run so far."""
     runs: list[list[_Cycle]] = []
     for cycle in cycles:
-        if runs and _agrees(cycle, runs[-1], noise, level_noise):
+        if runs and _agrees(cycle, runs[-1], agreement, noise, level_noise):
             runs[-1].append(cycle)
         else:
             runs.append([cycle])
     return runs
 
 
-def _agrees(cycle: _Cycle, run: list[_Cycle], noise: float, level_noise: Sequence[float]) -> bool:
+def _agrees(cycle: _Cycle, run: list[_Cycle], agreement: float, noise: float, level_noise: Sequence[float]) -> bool:
     recent = run[-8:]
     period, low, high = (float(np.mean([getattr(c, n) for c in recent])) for n in ("period", "low", "high"))
-    margin = AGREEMENT * (high - low) + 4 * noise
-    if abs(cycle.start - run[-1].start - run[-1].period) > 1.0 or abs(cycle.period - period) > AGREEMENT * period + 0.5:
+    margin = agreement * (high - low) + 4 * noise
+    if abs(cycle.start - run[-1].start - run[-1].period) > 1.0 or abs(cycle.period - period) > agreement * period + 0.5:
         return False
     if abs(cycle.high - high) > margin or abs(cycle.low - low) > margin:
         return False
     # The first cycle of a run may straddle a change of level: it then agrees with none.
     return all(
-        abs(now - then) <= AGREEMENT * abs(then) + limit
+        abs(now - then) <= agreement * abs(then) + limit
         for now, then, limit in zip(cycle.levels, recent[-1].levels, level_noise, strict=True)
     )
 

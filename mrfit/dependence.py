@@ -4,10 +4,10 @@ A parameter p of order m is given by its values p_0 … p_m at m + 1 currents I_
 
     p(i) = Σ_k p_k·ℓ_k(i),   ℓ_k the Lagrange polynomials of the nodes,
 
-on a logarithmic scale where the parameter has one and does not enter linearly, so that a sharpness or an exponent stays
-positive. Forces and stiffnesses, which enter linearly, are polynomials of i as papers print them, and stay linear. Values
-at nodes have the unit, the bounds and the start value of the parameter itself, which coefficients of powers of i have
-not. Outside the tested range the current is held at its end: a polynomial says nothing there.
+on a logarithmic scale where the parameter has one and does not enter linearly, so that a sharpness or an exponent
+stays positive. Forces and stiffnesses, which enter linearly, are polynomials of i as papers print them, and stay
+linear. Values at nodes have the unit, the bounds and the start value of the parameter itself, which coefficients of
+powers of i have not. Outside the tested range the current is held at its end: a polynomial says nothing there.
 """
 
 from dataclasses import dataclass, replace
@@ -109,11 +109,7 @@ def expanded(spec: ModelSpec, dependence: CurrentDependence) -> ModelSpec:
         params += [replace(p, name=f"{p.name}@{i:.4g}A", text=f"{p.text} at {i:.4g} A") for i in nodes] or [p]
     linear = [q.name for q in params if q.name.partition("@")[0] in spec.linear]
     coefficients = [
-        Derived(
-            f"{p.name}.i{power}",
-            f"{p.unit}/A^{power}" if power else p.unit,
-            f"coefficient of i^{power} of {_of(spec, p)}",
-        )
+        _coefficient(spec, p, power)
         for p in spec.params
         for power in range(orders.get(p.name, 0) + 1)
         if orders.get(p.name, 0)
@@ -131,8 +127,11 @@ def _logarithmic(spec: ModelSpec, param: Param) -> bool:
     return param.scale == "log" and param.name not in spec.linear
 
 
-def _of(spec: ModelSpec, param: Param) -> str:
-    return f"ln({param.name})" if _logarithmic(spec, param) else param.name
+def _coefficient(spec: ModelSpec, param: Param, power: int) -> Derived:
+    name, unit = (f"ln({param.name})", "1") if _logarithmic(spec, param) else (param.name, param.unit)
+    return Derived(
+        f"{param.name}.i{power}", f"{unit}/A^{power}" if power else unit, f"coefficient of i^{power} of {name}"
+    )
 
 
 def at_current(spec: ModelSpec, dependence: CurrentDependence, theta: Array, current: Array) -> Array:
@@ -166,6 +165,33 @@ def at_current(spec: ModelSpec, dependence: CurrentDependence, theta: Array, cur
         else:
             result[:, k] = np.sum(nodes * dependence.basis(order, values), axis=1)
     return result[:, :, 0].copy() if constant else result
+
+
+def through(spec: ModelSpec, dependence: CurrentDependence, currents: Array, theta: Array) -> Array:
+    """Return the parameters at the nodes (K',) whose polynomials come nearest to values found current by current.
+
+    Parameters
+    ----------
+    spec
+        The base model's SPEC, K parameters.
+    dependence
+        Orders and range.
+    currents
+        Currents in A, shape (L,).
+    theta
+        The base model's parameters at each of them, shape (L, K); a constant parameter takes their median.
+    """
+    orders = dict(dependence.orders)
+    nodes: list[Array] = []
+    for k, p in enumerate(spec.params):
+        order = orders.get(p.name, 0)
+        if not order:
+            nodes.append(np.median(theta[:, k : k + 1], axis=0))
+            continue
+        values = np.log(theta[:, k]) if _logarithmic(spec, p) else theta[:, k]
+        found = np.linalg.lstsq(dependence.basis(order, currents).T, values, rcond=None)[0]
+        nodes.append(np.clip(np.exp(found) if _logarithmic(spec, p) else found, p.low, p.high))
+    return np.concatenate(nodes)
 
 
 def coefficients(spec: ModelSpec, dependence: CurrentDependence, theta: Array) -> Array:

@@ -11,6 +11,7 @@ from math import factorial, sqrt
 
 import numpy as np
 
+from mrfit.cycles import turning_points
 from mrfit.errors import DataError
 from mrfit.harmonics import HarmonicFit, harmonic_fit, synthesis
 from mrfit.noise import noise_floor, noise_level
@@ -28,6 +29,8 @@ POLYNOMIAL_ORDER = 3
 NARROWEST, WIDEST = 7, 16_001
 # Residual allowed above that of pure noise: a bias of a third of the noise.
 WINDOW_EXCESS = 1.05
+# Swings below this share of the range are wiggles; smoothing them away may change the signal by as much.
+CALM_SHARE = 0.003
 # Noise below this share of the signal cannot make reversals worth removing.
 NEGLIGIBLE = 1e-9
 
@@ -38,6 +41,8 @@ ANTIDERIVATIVES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "angular_acceleration": (("angular_velocity", 1), ("angle", 2)),
 }
 LEVELS = ("current", "temperature")
+# Seconds from the record's first sample: what does not repeat with the drive depends on it
+TIME = "time"
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,12 +75,13 @@ class Drive:
 
 @dataclass(frozen=True, slots=True)
 class Smoothed:
-    """A smoothed channel and its first two time derivatives, all (N,), with the window in samples (1: as recorded)."""
+    """A smoothed channel, its first two time derivatives (N,), and its narrowest and widest window (1: as recorded)."""
 
     values: Array
     first: Array
     second: Array
     window: int
+    widest: int
     residual: float
 
 
@@ -96,18 +102,50 @@ def savitzky_golay(values: Array, dt: float, noise: float | None = None) -> Smoo
     Parameters
     ----------
     values
-        Channel (N,), N ≥ 5.
+        Channel (N,), N ≥ 7.
     dt
         Sample interval in s.
     noise
         Rms of the channel's noise, or None to estimate it from its high frequencies.
     """
-    window = _widest_window(values, noise_level(values) if noise is None else noise)
+    level = noise_level(values) if noise is None else noise
+    window = _calm_window(values, _widest_window(values, level))
     width = max(window, NARROWEST)
     smoothed = _local_polynomial(values, width, 0) if window > 1 else values
-    residual = float(np.sqrt(np.mean((values - smoothed) ** 2)))
-    first, second = (_local_polynomial(values, width, order) / dt**order for order in (1, 2))
-    return Smoothed(smoothed, first, second, window, residual)
+    series = [smoothed, _local_polynomial(values, width, 1), _local_polynomial(values, width, 2)]
+    widest = window
+    if not _calm(smoothed, CALM_SHARE * float(np.ptp(values))) and level > NEGLIGIBLE * float(np.ptp(values)):
+        series, widest = _widened(values, level, series, width)
+    residual = float(np.sqrt(np.mean((values - series[0]) ** 2)))
+    return Smoothed(series[0], series[1] / dt, series[2] / dt**2, window, widest, residual)
+
+
+def _widened(values: Array, noise: float, series: list[Array], width: int) -> tuple[list[Array], int]:
+    """Return value and derivatives per sample in windows that are wider wherever the signal allows it, and the widest.
+
+    Edges, as in a binary sequence, keep their narrow window; plateaus between them get a wide one. A window may be used
+    where its residual over it is noise; in between, the two estimates are mixed with weights that change slowly.
+    """
+    widest = width
+    while (width := int(1.6 * width) // 2 * 2 + 1) < min(WIDEST, len(values) // 4):
+        wide = _local_polynomial(values, width, 0)
+        limit = (WINDOW_EXCESS + 2.0 / sqrt(width)) * noise * sqrt(_residual_share(width))
+        fits = (_moving_mean((values - wide) ** 2, width) <= limit**2).astype(np.float64)
+        weight = _moving_mean((_moving_mean(fits, width // 2) > 1.0 - 1e-9).astype(np.float64), width // 2)
+        if not weight.any():
+            break
+        wides = [wide, _local_polynomial(values, width, 1), _local_polynomial(values, width, 2)]
+        series = [weight * w + (1.0 - weight) * s for w, s in zip(wides, series, strict=True)]
+        widest = width
+    return series, widest
+
+
+def _moving_mean(values: Array, width: int) -> Array:
+    running = np.concatenate([[0.0], np.cumsum(values)])
+    middles = np.arange(len(values)) - width // 2
+    first, last = np.maximum(middles, 0), np.minimum(middles + width, len(values))
+    means: Array = (running[last] - running[first]) / (last - first)
+    return means
 
 
 def _local_polynomial(values: Array, width: int, derivative: int) -> Array:
@@ -135,6 +173,27 @@ def _window_basis(width: int) -> tuple[Array, Array]:
     return np.vander(offsets, POLYNOMIAL_ORDER + 1, increasing=True), np.cos(np.pi / 2 * offsets) ** 2
 
 
+def _calm_window(values: Array, window: int) -> int:
+    """Return the narrowest window from ``window`` on that leaves few reversals but those of large swings.
+
+    White noise sets the first window; noise that is not white leaves wiggles behind it. Widening stops where it would
+    change the signal by more than a small share of its range.
+    """
+    smallest = CALM_SHARE * float(np.ptp(values))
+    while not _calm(_local_polynomial(values, window, 0) if window > 1 else values, smallest):
+        wider = max(NARROWEST, int(1.3 * window) // 2 * 2 + 1)
+        residual = values - _local_polynomial(values, wider, 0) if wider < len(values) // 4 else np.full(1, np.inf)
+        if np.sqrt(np.mean(residual**2)) > smallest:
+            break
+        window = wider
+    return window
+
+
+def _calm(values: Array, swing: float) -> bool:
+    reversals = int(np.sum(np.diff(np.sign(np.diff(values))) != 0))
+    return reversals <= 1.2 * len(turning_points(values, swing)) + 2
+
+
 def _widest_window(values: Array, noise: float) -> int:
     """Return the widest odd window consistent with the noise, 1 if none is; bisects widths 15 % apart."""
     if noise <= NEGLIGIBLE * float(np.ptp(values)):
@@ -152,21 +211,24 @@ def _widest_window(values: Array, noise: float) -> int:
 
 def _consistent(values: Array, width: int, noise: float) -> bool:
     """Tell whether what a window takes away has the rms that white noise alone would leave there."""
-    powers, weights = _window_basis(width)
-    centre = np.linalg.solve((powers.T * weights) @ powers, powers.T * weights)[0]
-    share = float(1.0 - 2.0 * centre[width // 2] + centre @ centre)
     residual = values - _local_polynomial(values, width, 0)
     excess = WINDOW_EXCESS + 2.0 / sqrt(len(values))  # the noise is known no better than that
-    return float(np.sqrt(np.mean(residual**2))) <= excess * noise * sqrt(share)
+    return float(np.sqrt(np.mean(residual**2))) <= excess * noise * sqrt(_residual_share(width))
+
+
+def _residual_share(width: int) -> float:
+    """Return the share of white noise's power that a window leaves in the residual."""
+    powers, weights = _window_basis(width)
+    centre = np.linalg.solve((powers.T * weights) @ powers, powers.T * weights)[0]
+    return float(1.0 - 2.0 * centre[width // 2] + centre @ centre)
 
 
 def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Drive:
     """Return the smoothed inputs of a model over ``[segment.start − segment.warm_up, segment.stop)``.
 
     A channel of a periodic segment becomes its Fourier series if what that leaves is noise, any other a local
-    polynomial.
-    Velocities and accelerations that were not recorded are derivatives of the recorded stroke or angle; a current or a
-    temperature that was not recorded is constant at the level the segment or the recording's condition gives.
+    polynomial. Velocities and accelerations that were not recorded are derivatives of the recorded stroke or angle; a
+    current or a temperature that was not recorded is constant at the level that the segment or the condition gives.
 
     Parameters
     ----------
@@ -183,7 +245,7 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
         If a channel is neither recorded nor derivable.
     """
     begin = max(segment.start - segment.warm_up, 0)
-    sources = {name: _source(recording, segment, name) for name in names}
+    sources = {name: _source(recording, segment, name) for name in names if name != TIME}
     frequency = _frequency(recording, segment, begin)
     smoothed: dict[tuple[str, int], _Channel] = {}
     for source, derivative in sources.values():
@@ -195,6 +257,9 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
         name: smoothed[source, derivative] if isinstance(source, str) else _level(source, count)
         for name, (source, derivative) in sources.items()
     }
+    if TIME in names:
+        elapsed = np.arange(begin, segment.stop, dtype=np.float64) * recording.dt
+        channels[TIME] = _Channel(elapsed, "as recorded", 0.0, None)
     fits = [c.fit for c in channels.values() if c.fit is not None]
     return Drive(
         values=np.stack([channels[n].values for n in names]),
@@ -259,9 +324,10 @@ def _smoothed(values: Array, segment: Segment, dt: float, frequency: float, deri
         raise DataError(f"segment {segment.id} has {len(values)} samples, too few to smooth; use a longer log")
     local = savitzky_golay(values, dt)
     text = "as recorded"
-    if local.window > 1 or derivative:
-        window = max(local.window, NARROWEST)
-        text = f"savitzky-golay, window {window} samples, order {POLYNOMIAL_ORDER}"
+    if local.widest > 1 or derivative:
+        window = max(local.window, 1 if local.widest > 1 and not derivative else NARROWEST)
+        windows = f"{window}" if local.widest <= window else f"{window} to {local.widest}"
+        text = f"savitzky-golay, window {windows} samples, order {POLYNOMIAL_ORDER}"
     return _Channel((local.values, local.first, local.second)[derivative], text, local.residual, None)
 
 
@@ -284,7 +350,7 @@ def _level(level: float, count: int) -> _Channel:
 def _method(channels: Mapping[str, _Channel], sources: Mapping[str, tuple[str | float, int]]) -> str:
     texts = {}
     for name, channel in channels.items():
-        source, derivative = sources[name]
+        source, derivative = sources.get(name, (name, 0))
         texts[name] = f"{channel.method} of {source}" if derivative else channel.method
     if len(set(texts.values())) == 1:
         return next(iter(texts.values()))

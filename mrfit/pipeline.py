@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import mrfit.compare.optimizers
+import mrfit.compare.stage
 import mrfit.fit.predict
 import mrfit.fit.stage
 import mrfit.flux.stage
@@ -57,9 +59,35 @@ def fit(work: Path, settings: mrfit.fit.stage.Settings, resistance: float | str 
     workspace = Workspace(work)
     mrfit.fit.stage.check(settings)
     with workspace.locked():
-        _flux_as_before(workspace, resistance, progress)
-        mrfit.segment.stage.run(workspace, mrfit.segment.stage.last_settings(workspace), progress)
+        _segments_as_before(workspace, resistance, progress)
         return mrfit.fit.stage.run(workspace, settings, progress)
+
+
+def compare_models(work: Path, models: Sequence[str], options: dict[str, Any], progress: Progress) -> Summary:
+    """Fit several models and put them into one table; ``options`` are those of ``mrfit.compare.stage.Settings``."""
+    settings = mrfit.compare.stage.Settings(models=tuple(models), **options)
+    mrfit.compare.stage.check(settings)
+    workspace = Workspace(work)
+    with workspace.locked():
+        _segments_as_before(workspace, None, progress)
+        return mrfit.compare.stage.run(workspace, settings, progress)
+
+
+def compare_optimizers(
+    work: Path, optimizers: Sequence[str], options: dict[str, Any], seeds: int, progress: Progress
+) -> Summary:
+    """Run several optimizers on one model; ``options`` are those of ``mrfit.fit.stage.Settings``."""
+    settings = mrfit.compare.optimizers.Settings(tuple(optimizers), mrfit.fit.stage.Settings(**options), seeds)
+    mrfit.compare.optimizers.check(settings)
+    workspace = Workspace(work)
+    with workspace.locked():
+        _segments_as_before(workspace, None, progress)
+        return mrfit.compare.optimizers.run(workspace, settings, progress)
+
+
+def _segments_as_before(workspace: Workspace, resistance: float | str | None, progress: Progress) -> None:
+    _flux_as_before(workspace, resistance, progress)
+    mrfit.segment.stage.run(workspace, mrfit.segment.stage.last_settings(workspace), progress)
 
 
 def _flux_as_before(workspace: Workspace, resistance: float | str | None, progress: Progress) -> None:
@@ -170,5 +198,8 @@ def _fit_settings(section: FitSection, jobs: int) -> mrfit.fit.stage.Settings:
         bounds=tuple((n, low, high) for n, (low, high) in section.bounds.items()),
         start=tuple(section.start.items()),
         fixed=tuple(section.fixed.items()),
+        current_order=str(section.current_order),
+        only=section.only,
+        intervals=section.intervals,
         jobs=jobs,
     )

@@ -75,6 +75,8 @@ def fit(summary: Summary, work: Path) -> None:
         rows = [numbers(p, names) for p in [*result["parameters"], *result["derived"]]]
         columns = ("parameter", "value", "unit", "95 % low", "95 % high", "determined")
         print_table(f"Parameters, {result['condition']}", columns, rows)
+        for sentence in result.get("identifiability", []):
+            say(f"  {sentence}")
     if len(summary["results"]) > 3:
         say(f"All {len(summary['results'])} sets of parameters: {work}/fits/{summary['name']}/parameters.csv")
     warnings(summary)
@@ -100,6 +102,34 @@ def predict(summary: Summary) -> None:
         say(f"  {segment_id}: parameters of {condition}")
     for refused in summary["refused"]:
         say(f"  refused {refused['source']}: {refused['reason']}; {refused['remedy']}")
+
+
+def compare_models(summary: Summary, work: Path) -> None:
+    """Print models against conditions: errors over all conditions with the time of each fit, NRMSE on every one."""
+    names = ("parameters", "holdout_nrmse", "holdout_fit_percent", "train_nrmse", "train_fit_percent")
+    rows = [[m["model"], *numbers(m, names), summary["seconds"].get(m["model"])] for m in summary["models"]]
+    columns = ("model", "parameters", "hold-out NRMSE", "hold-out fit (%)", "train NRMSE", "train fit (%)", "time (s)")
+    print_table(f"Models in {work}, best on held-out data first", columns, rows)
+    found = {(m["model"], m["role"], m["condition"]): m["nrmse"] for m in summary["metrics"]}
+    models = [m["model"] for m in summary["models"]]
+    for role in dict.fromkeys(m["role"] for m in summary["metrics"]):
+        there = dict.fromkeys(
+            m["condition"] for m in summary["metrics"] if m["role"] == role and m["condition"] != "all"
+        )
+        table = [[condition, *(found.get((m, role, condition)) for m in models)] for condition in there]
+        print_table(f"NRMSE by condition, {role}", ("condition", *models), table)
+    for left in summary["left_out"]:
+        say(f"  left out {left['model']}: {left['reason']}")
+    say(f"Files: {work / 'compare'}/compare.html, compare.csv, compare.json")
+
+
+def compare_optimizers(summary: Summary, work: Path) -> None:
+    """Print best, median and worst cost of every optimizer."""
+    names = ("condition", "optimizer", "best", "median", "worst", "unit", "evaluations", "seconds")
+    settings = summary["settings"]
+    title = f"Optimizers on {settings['model']}, {settings['seeds']} seeds: RMS error"
+    print_table(title, names, [numbers(r, names) for r in summary["rows"]])
+    say(f"Files: {work / 'compare'}/optimizers.html, optimizers.csv, optimizers.json")
 
 
 def report(summary: Summary, work: Path) -> None:

@@ -9,14 +9,15 @@ PACKAGE = Path(mrfit.store.__file__).parent
 LAYERS = [
     {"errors", "channels", "specs", "kernels", "objective", "progress", "metrics"},
     {"recording", "registry", "store"},
-    {"harmonics", "noise", "drive", "optimize"},
+    {"harmonics", "noise", "cycles", "drive", "optimize"},
     {"ingest", "flux", "segment", "models", "effects", "optimizers"},
-    {"assembly"},
+    {"dependence", "assembly"},
     {"fit"},
     {"discover", "apply"},
     {"report"},
+    {"compare"},
     {"config"},
-    {"pipeline", "console", "summaries"},
+    {"pipeline", "console", "summaries", "options"},
     {"cli"},
 ]
 STAGES = {"ingest", "flux", "segment", "fit", "report"}

@@ -16,7 +16,6 @@ from benchmarks.discovery.protocol import Case
 from datasets.rig.case import make
 
 TIME_LIMIT = 1800
-ORDERS = {"tanh": "fy=2,c=2"}
 MRFIT = Path(sys.executable).with_name("mrfit")
 
 
@@ -63,15 +62,13 @@ def run(case: Case, folder: Path) -> Result:
     """Make a case's logs under ``folder`` and let mrfit judge them; only the truth's measures are kept of the truth."""
     truth = make(case.hidden, folder)
     work = str(folder / "work")
-    logs = [str(p) for p in sorted((folder / "logs").glob("*.csv"))]
+    logs = [str(p) for p in sorted((folder / "logs").iterdir()) if p.suffix in (".csv", ".txt")]
     began = time.perf_counter()
     try:
         command("ingest", *logs, "--work", work)
         began = time.perf_counter()
-        orders = ORDERS.get(case.model)
-        words = ["--current-order", orders] if orders else []
         text = command(
-            "discover", "--work", work, "--model", case.model, "--json", *words, *starts(case.model, case.start_factor)
+            "discover", "--work", work, "--model", case.model, "--json", *starts(case.model, case.start_factor)
         )
         return Result(case.name, truth, json.loads(text), time.perf_counter() - began)
     except (RuntimeError, json.JSONDecodeError, subprocess.TimeoutExpired) as error:

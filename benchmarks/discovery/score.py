@@ -1,5 +1,6 @@
 """Judge a discovery against the truth: right, wrong, or only cautious."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -7,17 +8,26 @@ from benchmarks.discovery.protocol import Case
 from benchmarks.discovery.runner import Result
 from datasets.rig.effects import EFFECTS
 
-# Effects whose magnitude means the same in any formulation: its value, or one over it
-COMPARABLE = {
-    "eddy-current": ("ohm", "S"),
-    "probe-skew": ("s",),
-    "current-lag": ("s", "1/s"),
-    "delay": ("s",),
-    "inertia": ("kg",),
-    "coulomb-friction": ("N",),
-    "quadratic-drag": ("N*s^2/m^2", "N*s**2/m**2", "kg/m"),
+
+def _same(truth: dict[str, Any], size: float) -> float:
+    return size
+
+
+# How many of the places named first count
+PLACES = 4
+# Effects whose magnitude means the same in any formulation: unit of the parameter, and its true value
+COMPARABLE: dict[str, tuple[str, Callable[[dict[str, Any], float], float]]] = {
+    "eddy-current": ("s", lambda truth, ohm: truth["base"]["iron"]["A"] * truth["base"]["iron"]["Lc"] / ohm),
+    "resistance-error": ("ohm", lambda truth, share: share * truth["base"]["resistance"]),
+    "integrator-offset": ("V", _same),
+    "probe-skew": ("s", _same),
+    "current-lag": ("s", _same),
+    "delay": ("s", _same),
+    "residual-magnetism": ("A", _same),
+    "inertia": ("kg", _same),
+    "coulomb-friction": ("N", _same),
+    "quadratic-drag": ("N*s^2/m^2", _same),
 }
-RECIPROCAL = {"S", "1/s"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +80,7 @@ def judge(case: Case, result: Result, twin: Outcome | None = None) -> Outcome:
     why = result.error or _complaint(case, result, verdict, names)
     if not why and twin is not None and (twin.verdict, twin.names) != (verdict, names):
         why = f"{verdict} {sorted(names)} where its twin is {twin.verdict} {sorted(twin.names)}"
-    return Outcome(case, result, verdict, names, names - case.inside, not why, why, _covered(case, found))
+    return Outcome(case, result, verdict, names, names - case.inside, not why, why, _covered(case, result))
 
 
 def _complaint(case: Case, result: Result, verdict: str, names: frozenset[str]) -> str:
@@ -117,7 +127,7 @@ def _unexplained(case: Case, result: Result, verdict: str, names: frozenset[str]
         return f"verdict {verdict}"
     (effect,) = case.hidden.effects
     found = result.discovery
-    where = [*found.get("unexplained", {}).get("where", []), *found.get("where", [])][:6]
+    where = [*found.get("unexplained", {}).get("where", []), *found.get("where", [])][:PLACES]
     places = [str(w["region"] if isinstance(w, dict) else w) for w in where]
     if any(word.lower() in place.lower() for word in EFFECTS[effect].places for place in places):
         return ""
@@ -136,16 +146,15 @@ def _no_name(case: Case, result: Result, verdict: str, names: frozenset[str]) ->
     return "named what no channel shows" if names else ""
 
 
-def _covered(case: Case, found: dict[str, Any]) -> dict[str, bool]:
+def _covered(case: Case, result: Result) -> dict[str, bool]:
     covered = {}
-    for effect in found.get("effects", []):
-        units = COMPARABLE.get(effect["name"], ())
-        matching = [p for p in effect.get("parameters", []) if p.get("unit") in units]
-        if effect["name"] in case.inside and len(matching) == 1:
-            p = matching[0]
-            truth = case.hidden.effects[effect["name"]]
-            value = 1.0 / truth if p["unit"] in RECIPROCAL else truth
-            covered[effect["name"]] = any(p["low"] <= s * value <= p["high"] for s in (1.0, -1.0))
+    for effect in result.discovery.get("effects", []):
+        name = effect["name"]
+        unit, value = COMPARABLE.get(name, ("", _same))
+        matching = [p for p in effect.get("parameters", []) if p.get("unit") == unit]
+        if name in case.hidden.effects and case.hidden.bench != "other-coil" and len(matching) == 1:
+            truth = value(result.truth, case.hidden.effects[name])
+            covered[name] = bool(matching[0]["low"] <= truth <= matching[0]["high"])
     return covered
 
 

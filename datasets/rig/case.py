@@ -9,7 +9,7 @@ import numpy as np
 
 from datasets.rig import coil_bench, damper_bench, press
 from datasets.rig.coil import other_coil
-from datasets.rig.damper import base_damper
+from datasets.rig.damper import base_damper, plain_damper
 from datasets.rig.effects import EFFECTS
 from datasets.rig.flux_coil import base_coil
 from datasets.rig.refit import coil_gap, damper_gap, nrmse, rebuilt_flux
@@ -23,7 +23,8 @@ class Hidden:
     Attributes
     ----------
     bench
-        ``coil``, ``damper``, or ``other-coil``: it saturates and is made of stops, so that no Bouc-Wen law fits it.
+        ``coil``; ``other-coil``, which saturates and is made of stops, so that no Bouc-Wen law fits it; ``damper``;
+        ``plain-damper``, which has neither spring nor hysteresis.
     programme
         Which tests are run, a key of the bench's ``PROGRAMMES``.
     effects
@@ -52,9 +53,10 @@ def make(hidden: Hidden, folder: Path) -> dict[str, object]:
     unknown = set(hidden.effects) - set(EFFECTS)
     if unknown:
         raise ValueError(f"no such effect on the bench: {', '.join(sorted(unknown))}; see datasets/rig/effects.py")
-    measured = _damper(hidden, logs) if hidden.bench == "damper" else _coil(hidden, logs)
-    truth = asdict(hidden) | measured
-    (folder / "truth.json").write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8")
+    measured = _coil(hidden, logs) if hidden.bench.endswith("coil") else _damper(hidden, logs)
+    text = json.dumps(asdict(hidden) | measured, indent=1)
+    (folder / "truth.json").write_text(text + "\n", encoding="utf-8")
+    truth: dict[str, object] = json.loads(text)
     return truth
 
 
@@ -86,7 +88,8 @@ def _coil(hidden: Hidden, logs: Path) -> dict[str, object]:
 
 
 def _damper(hidden: Hidden, logs: Path) -> dict[str, object]:
-    damper = base_damper(np.random.default_rng([hidden.seed, 1]))
+    draw = base_damper if hidden.bench == "damper" else plain_damper
+    damper = draw(np.random.default_rng([hidden.seed, 1]))
     tests = press.PROGRAMMES[hidden.programme](np.random.default_rng([hidden.seed, 3]))
     record = damper_bench.run(damper, hidden.effects, tests)
     noise = damper_bench.save(record, logs, hidden.style, np.random.default_rng([hidden.seed, 2]))

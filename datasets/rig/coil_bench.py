@@ -11,7 +11,7 @@ from datasets.rig import flux_coil
 from datasets.rig import noise as noises
 from datasets.rig.coil import Coil, CoilRun
 from datasets.rig.flux_coil import FluxCoil
-from datasets.rig.scope import Probe, acquire, write
+from datasets.rig.scope import LEVELS_PER_DIVISION, Probe, acquire, vertical_scale, write
 from datasets.rig.stop import Array
 from datasets.rig.style import Style
 
@@ -20,7 +20,7 @@ PER_PERIOD = 250
 OVERSAMPLING = 4
 CLAMP = 0.1
 INTEGRATOR = 50.0
-VOLTAGE_NOISE, CURRENT_NOISE, INTEGRATOR_NOISE = 4e-3, 4e-4, 5e-3
+VOLTAGE_NOISE, CURRENT_NOISE, INTEGRATOR_NOISE = 3e-3, 3e-4, 5e-3
 CLIP_KNEE = 3.2
 NOMINAL_INDUCTANCE = 0.018
 
@@ -107,9 +107,14 @@ def _clamp(current: Array, magnitudes: Mapping[str, float], step: Array) -> Arra
 
 def save(record: CoilRecord, folder: Path, style: Style, rng: np.random.Generator) -> tuple[Array, Array]:
     """Write one scope file per log; return the voltage (V) and current (A) noise that was added, (runs, samples)."""
-    shape = record.voltage.shape
-    levels = (VOLTAGE_NOISE, CURRENT_NOISE, INTEGRATOR_NOISE)
-    drawn = [noises.draw(style.noise, level, shape, record.interval, rng) for level in levels]
+    drawn = [
+        noises.draw(style.noise, _level(signal, gain, front_end), signal.shape[1], record.interval, rng)
+        for signal, gain, front_end in (
+            (record.voltage, 1.0, VOLTAGE_NOISE),
+            (record.current, CLAMP, CURRENT_NOISE),
+            (record.integrated, INTEGRATOR, INTEGRATOR_NOISE),
+        )
+    ]
     names = style.names([drive.name for drive in record.drives])
     for k, name in enumerate(names):
         probes = (
@@ -123,6 +128,12 @@ def save(record: CoilRecord, folder: Path, style: Style, rng: np.random.Generato
         channels = {f"CH{c + 1}": values[:: style.stride] for c, (values, _) in enumerate(taken)}
         write(folder / f"{name}.csv", 0.0, float(record.interval[k]) * style.stride, channels, taken[0][1])
     return drawn[0], drawn[1] / CLAMP
+
+
+def _level(signal: Array, gain: float, front_end: float) -> Array:
+    """Return the noise of a channel in each run, V: its front end's and one level of the range the scope is set to."""
+    levels = [vertical_scale(gain * float(peak)) / LEVELS_PER_DIVISION for peak in np.abs(signal).max(axis=1)]
+    return np.hypot(front_end, levels)
 
 
 def channel_map(resistance: float, style: Style) -> str:

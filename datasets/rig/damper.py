@@ -1,7 +1,8 @@
 """A magnetorheological damper on a press, with effects that can be switched on: the damper side of the rig.
 
-Without effects F = fy(i) tanh((v + W x)/v0) + c(i) v + k x + F0, ln fy and ln c polynomials of the coil current. All
-runs go side by side; memory (slip elements, lags, backlash) is stepped at the solver's rate.
+Without effects F = fy(i) tanh((v + W x)/v0) + c(i) v + k x + F0, or the plain law without spring and hysteresis,
+F = fy(i) sign(v) (1 - exp(-|v|/v0)) + c(i) v + F0; fy and c are polynomials of the coil current. All runs go
+side by side; memory (slip elements, lags, backlash) is stepped at the solver's rate.
 """
 
 from collections.abc import Mapping
@@ -15,7 +16,7 @@ from datasets.rig.stop import Array
 WARM = 25.0
 SLIP = 30e-6
 STRIBECK_SPEED = 0.03
-GAS_STROKE = 0.045
+GAS_STROKE = 0.12
 STOP_STROKE = 0.017
 CAVITATION_SPEED = 0.09
 LOAD_CELL_DAMPING = 0.03
@@ -25,21 +26,27 @@ COOLING_TIME = 60.0
 
 @dataclass(frozen=True, slots=True)
 class Damper:
-    """Base law, SI. ``yield_log`` and ``viscous_log`` are coefficients of 1, i, i^2 of ln fy (N) and ln c (N s/m)."""
+    """Base law, SI. ``yields`` (N) and ``viscous`` (N s/m) hold the coefficients of 1, i, i^2."""
 
-    yield_log: tuple[float, float, float] = (5.0, 1.35, -0.23)
-    viscous_log: tuple[float, float, float] = (6.6, 0.25, 0.0)
+    yields: tuple[float, float, float] = (150.0, 420.0, -40.0)
+    viscous: tuple[float, float, float] = (750.0, 250.0, 0.0)
     knee: float = 0.014
     turn: float = 0.35
     stiffness: float = 1200.0
     offset: float = 60.0
+    plain: bool = False
 
     def force(self, position: Array, speed: Array, current: Array) -> tuple[Array, Array]:
         """Return the damping force and the spring force in N."""
-        yields = np.exp(np.polyval(self.yield_log[::-1], current))
-        viscous = np.exp(np.polyval(self.viscous_log[::-1], current))
-        damping = yields * np.tanh((speed + self.turn * position) / self.knee) + viscous * speed
-        return damping, self.stiffness * position + self.offset
+        yield_force = np.polyval(self.yields[::-1], current)
+        effective = speed + self.turn * position
+        if self.plain:
+            rise = -np.sign(effective) * np.expm1(-np.abs(effective) / self.knee)
+        else:
+            rise = np.tanh(effective / self.knee)
+        return yield_force * rise + np.polyval(
+            self.viscous[::-1], current
+        ) * speed, self.stiffness * position + self.offset
 
 
 def base_damper(rng: np.random.Generator) -> Damper:
@@ -50,13 +57,18 @@ def base_damper(rng: np.random.Generator) -> Damper:
         return value * float(rng.uniform(0.85, 1.15))
 
     return Damper(
-        (nominal.yield_log[0] + float(rng.uniform(-0.15, 0.15)), moved(1.35), nominal.yield_log[2]),
-        (nominal.viscous_log[0] + float(rng.uniform(-0.15, 0.15)), moved(0.25), 0.0),
+        (moved(nominal.yields[0]), moved(nominal.yields[1]), moved(nominal.yields[2])),
+        (moved(nominal.viscous[0]), moved(nominal.viscous[1]), 0.0),
         moved(nominal.knee),
         moved(nominal.turn),
         moved(nominal.stiffness),
         moved(nominal.offset),
     )
+
+
+def plain_damper(rng: np.random.Generator) -> Damper:
+    """Return a damper of its own kind without spring and without hysteresis."""
+    return replace(base_damper(rng), turn=0.0, stiffness=0.0, plain=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +145,8 @@ def simulate(damper: Damper, magnitudes: Mapping[str, float], motion: Motion) ->
     geared = _backlash(motion, size.get("backlash", 0.0))
     field = _field(motion, size)
     speed = play(geared.speed, size.get("velocity-hysteresis", 0.0))
-    damping, spring = damper.force(geared.position, speed, field)
+    led = speed + size.get("velocity-hysteresis-by-stroke", 0.0) * geared.position
+    damping, spring = damper.force(geared.position, led, field)
     damping = damping + size.get("quadratic-drag", 0.0) * speed * np.abs(speed)
     damping = damping * (1.0 + size.get("asymmetry", 0.0) * np.tanh(speed / (2 * damper.knee)))
     temperature = _oil(motion, damping)
@@ -184,4 +197,4 @@ def _backlash(motion: Motion, gap: float) -> Motion:
     if gap <= 0:
         return motion
     position = play(motion.position, gap)
-    return replace(motion, position=position, speed=np.gradient(position, motion.step, axis=1))
+    return replace(motion, position=position, speed=np.gradient(position, motion.step, axis=1, edge_order=2))

@@ -1,34 +1,39 @@
-"""Measurement noise of three kinds, each with the standard deviation asked for."""
+"""Measurement noise of several kinds, each with the standard deviation asked for, and the converter."""
 
 import numpy as np
 from scipy.signal import lfilter
 
 from datasets.rig.stop import Array
 
-KINDS = ("white", "coloured", "hum")
+KINDS = ("white", "coloured", "hum", "coarse")
 CORRELATION = 0.8
 MAINS = 50.0
 
 
-def draw(kind: str, level: float, shape: tuple[int, int], interval: Array, rng: np.random.Generator) -> Array:
-    """Return noise of standard deviation ``level``.
+def draw(kind: str, level: Array, samples: int, interval: Array, rng: np.random.Generator) -> Array:
+    """Return noise (runs, samples).
 
     Parameters
     ----------
     kind
-        ``white``; ``coloured`` (first-order autoregressive, lag-one correlation 0.8); ``hum`` (half of it at 50 Hz).
+        ``white``; ``coloured`` (first-order autoregressive, lag-one correlation 0.8); ``hum`` (half of it at 50 Hz);
+        ``coarse`` (white, and a third of the level: the converter's steps then stand above it).
     level
-        Standard deviation, in the unit of the signal.
-    shape
-        (runs, samples).
+        Standard deviation of each run, in the unit of the signal, shape (runs,).
+    samples
+        Number of samples.
     interval
         Sample interval of each run, shape (runs,), s.
     rng
         Source of randomness.
     """
-    white = rng.normal(0.0, level, shape)
+    shape = (len(level), samples)
+    deviation = level[:, None]
+    white = deviation * rng.normal(0.0, 1.0, shape)
     if kind == "white":
         return white
+    if kind == "coarse":
+        return white / 3.0
     if kind == "coloured":
         first = white[:, :1] / np.sqrt(1 - CORRELATION**2)
         filtered: Array = np.sqrt(1 - CORRELATION**2) * lfilter(
@@ -36,7 +41,7 @@ def draw(kind: str, level: float, shape: tuple[int, int], interval: Array, rng: 
         )
         return filtered
     phase = rng.uniform(0, 2 * np.pi, (shape[0], 1))
-    hum: Array = level * np.sin(2 * np.pi * MAINS * interval[:, None] * np.arange(shape[1]) + phase)
+    hum: Array = deviation * np.sin(2 * np.pi * MAINS * interval[:, None] * np.arange(shape[1]) + phase)
     return np.sqrt(0.5) * white + hum
 
 

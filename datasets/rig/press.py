@@ -63,7 +63,7 @@ def steps(levels: tuple[float, ...], dwell: tuple[float, float], rng: np.random.
         jumps = np.diff(values)
         since = time[:, None] - ends[None, : len(jumps)]
         risen = np.where(since > 0, -np.expm1(-np.maximum(since, 0.0) / DRIVER_LAG), 0.0)
-        total: Array = values[0] + risen @ jumps
+        total: Array = np.maximum(values[0] + risen @ jumps, 0.0)
         return total
 
     return programme

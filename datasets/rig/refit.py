@@ -12,7 +12,7 @@ from datasets.rig.damper import Damper
 from datasets.rig.damper_bench import DamperRecord
 from datasets.rig.stop import Array
 
-SETTLING, COMPARED = 2, 8
+SETTLING, COMPARED = 2, 4
 LIMIT = 2.0  # z settles at 1; trial points beyond are only kept from overflowing
 
 
@@ -26,23 +26,22 @@ def damper_gap(record: DamperRecord, truth: Damper, every: int = 7) -> tuple[flo
     x, v, i, force = (a[:, ::every] for a in (record.position, record.speed, record.current, record.force))
 
     def law(p: Array) -> Array:
-        base = Damper(
-            (p[0], p[1], p[2]), (p[3], p[4], p[5]), knee=float(np.exp(p[6])), turn=p[7], stiffness=p[8], offset=p[9]
-        )
+        knee = float(np.exp(p[6]))
+        base = Damper((p[0], p[1], p[2]), (p[3], p[4], p[5]), knee, p[7], p[8], p[9], truth.plain)
         damping, spring = base.force(x, v, i)
         total: Array = damping + spring
         return total
 
-    start = np.array(
-        [*truth.yield_log, *truth.viscous_log, np.log(truth.knee), truth.turn, truth.stiffness, truth.offset]
-    )
-    scale = np.array([0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 300.0, 30.0])
+    start = np.array([*truth.yields, *truth.viscous, np.log(truth.knee), truth.turn, truth.stiffness, truth.offset])
+    scale = np.array([20.0, 20.0, 10.0, 50.0, 50.0, 20.0, 0.1, 0.1, 300.0, 30.0])
+    if truth.plain:
+        scale[7:9] = 0.0
     best = least_squares(lambda q: (law(start + scale * q) - force).ravel(), np.zeros(10), max_nfev=40)
     return nrmse(law(start) - force, force), nrmse(best.fun, force)
 
 
 def rebuilt_flux(voltage: Array, current: Array, interval: Array, resistance: float) -> Array:
-    """Return the flux of the last eight periods from u - R i, its mean and mean slope removed, (runs, samples)."""
+    """Return the flux of the last four periods from u - R i, its mean and mean slope removed, (runs, samples)."""
     rate = voltage - resistance * current
     middle = 0.5 * (rate[:, 1:] + rate[:, :-1]) * interval[:, None]
     flux = np.cumsum(middle, axis=1)[:, -COMPARED * PER_PERIOD :]
@@ -88,17 +87,15 @@ def coil_gap(record: CoilRecord, iron: FluxBoucWen, resistance: float, integrato
 
 
 def reduced_law(current: Array, points: Array) -> Array:
-    """Return the centred flux (points, runs, samples) of the last eight periods for reduced parameters (points, 5)."""
+    """Return the centred flux (points, runs, samples) of the last four periods for reduced parameters (points, 5)."""
     slope, initial, log_rate, rho, log_n = (column[:, None] for column in points.T)
     rate, n = np.exp(log_rate), np.exp(log_n)
     z = np.zeros((len(points), len(current)))
     path = np.empty((COMPARED * PER_PERIOD, *z.shape))
     first = current.shape[1] - len(path)
     for k in range(1, current.shape[1]):
-        move = (current[:, k] - current[:, k - 1]) / 2
-        turn = (1 - rho) * np.sign(move)
-        for _ in range(2):
-            z = _step(z, rate * move, (rho, turn, n))
+        move = current[:, k] - current[:, k - 1]
+        z = _step(z, rate * move, (rho, (1 - rho) * np.sign(move), n))
         if k >= first:
             path[k - first] = slope * current[:, k] + initial / rate * z
     flux = np.moveaxis(path, 0, 2)

@@ -26,6 +26,8 @@ class Style:
         Every stride-th sample is written.
     renamed
         Files get names that say nothing and come in another order.
+    testsuite
+        Damper logs as MTS TestSuite exports them (tabs, time last, lines of text first) instead of CSV.
     integrator
         A coil log has a third channel, an electronic integrator's flux linkage.
     """
@@ -36,6 +38,7 @@ class Style:
     sign: float = 1.0
     stride: int = 1
     renamed: bool = False
+    testsuite: bool = False
     integrator: bool = False
 
     def names(self, given: Sequence[str]) -> list[str]:

@@ -31,4 +31,4 @@ SPEC = EffectSpec(
 
 def transform(channels: dict[str, Array], theta: Array, dt: float) -> dict[str, Array]:
     """Return the effective current in A, shape (N,); theta is (q,) in 1/A^2."""
-    return {"current": bent(channels["current"], theta[0])}
+    return {"current": bent(channels["current"], theta[:1])}

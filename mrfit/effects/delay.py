@@ -23,7 +23,7 @@ SPEC = EffectSpec(
     inputs=(),
     params=(Param("tau", "s", -0.1, 0.1, 0.0, text="time by which the force is late"),),
     neutral=(0.0,),
-    aliases=("velocity-hysteresis", "gas-spring", "inertia", "current-lag"),
+    aliases=("velocity-hysteresis", "gas-spring", "inertia", "current-lag", "coulomb-friction", "stribeck"),
     experiment="one amplitude at three or more frequencies over a decade: a delay turns the phase in proportion to "
     "f, a spring's part falls and an inertia's grows with f; edges of a triangular motion, which a delay keeps "
     "sharp",

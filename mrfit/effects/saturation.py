@@ -1,10 +1,10 @@
-"""Saturation of the core: the inductance falls as the current grows.
+"""Saturation of the core: the inductance falls as the flux grows, and the loop closes.
 
-    flux = flux_base(i_s*tanh(i/i_s)),    q = 1/i_s^2
+    flux = flux_s*tanh(flux_base/flux_s),    q = 1/flux_s^2
 
-i current (A), flux (Wb), i_s current at which the core saturates (A), q its inverse square (1/A^2), which is 0 for a
-core that does not. q and not 1/i_s is the parameter because the flux bends by q*i^3/3 at first: its sensitivity to q
-does not vanish at 0. Base models keep their hysteresis, driven by the bent current.
+flux (Wb), flux_s flux linkage at which the core saturates (Wb), q its inverse square (1/Wb^2), which is 0 for a core
+that does not. q and not 1/flux_s is the parameter because the flux bends by q*flux^3/3 at first: its sensitivity to q
+does not vanish at 0. The base's whole flux is bent, hysteresis included: a saturated core has no loop.
 
 Source: tanh is the Brillouin function of spin 1/2: J. M. D. Coey, Magnetism and Magnetic Materials (2010), ch. 4.
 """
@@ -15,20 +15,20 @@ from mrfit.specs import Array, EffectSpec, Param
 SPEC = EffectSpec(
     name="saturation",
     title="Saturation of the core",
-    equation="flux = flux_base(i_s*tanh(i/i_s)),  q = 1/i_s^2",
+    equation="flux = flux_s*tanh(flux_base/flux_s),  q = 1/flux_s^2",
     reference="Brillouin function of spin 1/2, Coey, Magnetism and Magnetic Materials (2010), ch. 4",
-    slot="input",
+    slot="output",
     outputs=("flux",),
-    inputs=("current",),
-    params=(Param("q", "1/A^2", 0.0, 10.0, 0.0, text="inverse square of the saturation current"),),
+    inputs=(),
+    params=(Param("q", "1/Wb^2", 0.0, 1e4, 0.0, text="inverse square of the flux at which the core saturates"),),
     neutral=(0.0,),
     aliases=("boucwen-flux",),
     experiment="slow sines at several amplitudes up to the rated current: saturation flattens both branches of the "
-    "loop near the peaks of the largest ones only, the knee of a hysteresis stays one turn-over current behind "
-    "every reversal",
+    "loop near the peaks of the largest ones only, the knee of a hysteresis stays one turn-over current behind every "
+    "reversal",
 )
 
 
-def transform(channels: dict[str, Array], theta: Array, dt: float) -> dict[str, Array]:
-    """Return the current in A, shape (N,), that gives this flux without saturation; theta is (q,) in 1/A^2."""
-    return {"current": bent(channels["current"], theta[0])}
+def shape(output: Array, channels: dict[str, Array], theta: Array, dt: float) -> Array:
+    """Return the saturated flux in Wb, shape (P, N), of q (P, 1) in 1/Wb^2."""
+    return bent(output, theta[:, :1])

@@ -2,11 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
 from mrfit.errors import ConfigError
 from mrfit.specs import Array, Index, ModelSpec, Param
+
+Value = TypeVar("Value")
 
 
 @dataclass(frozen=True)
@@ -64,6 +67,9 @@ def cube_of(
 ) -> Cube:
     """Return the cube of a model with the user's bounds, start values and fixed parameters.
 
+    What is given for a parameter that depends on current (``fy``) goes to its values at all nodes (``fy@0A`` …), what
+    is given for one node to this one.
+
     Raises
     ------
     ConfigError
@@ -71,13 +77,24 @@ def cube_of(
         bounds, or nothing is left to fit.
     """
     for name in [*bounds, *start, *fixed]:
-        if name not in spec.names:
+        if name not in spec.names and name not in map(base_name, spec.names):
             raise ConfigError(f"model '{spec.name}' has no parameter '{name}'; it has {', '.join(spec.names)}")
-    params = tuple(_adjusted(p, bounds.get(p.name), start.get(p.name), fixed.get(p.name)) for p in spec.params)
-    free = np.array([k for k, p in enumerate(params) if p.name not in fixed], dtype=np.int64)
+    params = tuple(
+        _adjusted(p, _given(bounds, p.name), _given(start, p.name), _given(fixed, p.name)) for p in spec.params
+    )
+    free = np.array([k for k, p in enumerate(params) if _given(fixed, p.name) is None], dtype=np.int64)
     if not len(free):
         raise ConfigError(f"every parameter of '{spec.name}' is fixed; leave at least one free")
     return Cube(params, free)
+
+
+def base_name(name: str) -> str:
+    """Return a parameter's name without the current at which its value is given."""
+    return name.partition("@")[0]
+
+
+def _given(values: Mapping[str, Value], name: str) -> Value | None:
+    return values.get(name, values.get(base_name(name)))
 
 
 def _adjusted(param: Param, bounds: tuple[float, float] | None, start: float | None, fixed: float | None) -> Param:

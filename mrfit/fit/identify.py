@@ -12,7 +12,7 @@ from mrfit.drive import smooth
 from mrfit.errors import DataError
 from mrfit.fit.cube import Cube
 from mrfit.fit.problem import Block, differences, folded_block, full_block, residual_function
-from mrfit.fit.uncertainty import Uncertainty, analyse, sensitivities
+from mrfit.fit.uncertainty import Linearised, condensed, sensitivities
 from mrfit.noise import noise_floor
 from mrfit.objective import Objective
 from mrfit.recording import Recording, Segment
@@ -142,9 +142,27 @@ def weights_of(blocks: list[Block], floors: list[float], weight: str) -> Array:
 
 
 def search_optimum(
-    group: Group, assembly: Assembly, cube: Cube, settings: "SearchSettings", on_progress: Callable[[int, float], None]
+    group: Group,
+    assembly: Assembly,
+    cube: Cube,
+    starts: Array,
+    settings: "SearchSettings",
+    on_progress: Callable[[int, float], None],
 ) -> dict[str, Any]:
     """Search the cube for the least cost over the training blocks, and return where it ended, ready for JSON.
+
+    Parameters
+    ----------
+    group
+        What is fitted.
+    assembly, cube
+        The model and its free parameters.
+    starts
+        Start points (S, F); the best of them is where a local search begins, all are tried by one of several starts.
+    settings
+        How to search.
+    on_progress
+        Called as ``on_progress(evaluations, best_cost)``.
 
     Raises
     ------
@@ -154,16 +172,22 @@ def search_optimum(
     residuals = residual_function(
         group.search, assembly, cube.to_theta, weights_of(group.search, group.training_floors, settings.weight)
     )
-    objective = Objective(residuals, cube.start, budget=0, on_progress=on_progress)
-    outcome = optimize.run(settings.optimizer, objective, settings.rng(group.name), settings.budget, settings.seconds)
+    objective = Objective(residuals, starts[0], budget=len(starts), on_progress=on_progress, starts=starts)
+    if len(starts) > 1:
+        objective.costs(starts)
+    budget = None if settings.budget is None else max(settings.budget - objective.evaluations, 1)
+    outcome = optimize.run(settings.optimizer, objective, settings.rng(group.name), budget, settings.seconds)
     if not np.isfinite(outcome.cost):
-        point = cube.start if outcome.first_nonfinite is None else outcome.first_nonfinite
+        point = starts[0] if outcome.first_nonfinite is None else outcome.first_nonfinite
         theta = cube.to_theta(point[None, :])[0]
         shown = ", ".join(f"{p.name}={v:.4g}" for p, v in zip(cube.params, theta, strict=True))
         raise DataError(
             f"{group.name}: every simulation of '{assembly.name}' diverged, as with {shown}; narrow --bounds"
         )
-    last = outcome.links[-1]
+    last, first = outcome.links[-1], None
+    if outcome.first_nonfinite is not None:
+        values = cube.to_theta(outcome.first_nonfinite[None, :])[0]
+        first = dict(zip((p.name for p in cube.params), values.tolist(), strict=True))
     return {
         "point": outcome.point.tolist(),
         "cost": outcome.cost,
@@ -173,6 +197,7 @@ def search_optimum(
         "budget_spent": last.ending in ("budget", "time") and (last.kind == "local" or last.name == "auto"),
         "stopped": "; ".join(f"{link.name}: {link.reason}" for link in outcome.links),
         "nonfinite": outcome.nonfinite,
+        "first_nonfinite": first,
         "history": [list(step) for link in outcome.links for step in link.history],
         "starts": [d.cost for d in outcome.descents] or None,
         "agreeing": outcome.agreeing,
@@ -194,17 +219,18 @@ class SearchSettings:
         return np.random.default_rng([self.seed, *group.encode()])
 
 
-def uncertainty_of(group: Group, assembly: Assembly, cube: Cube, point: Array, weight: str) -> Uncertainty:
-    """Return the parameter uncertainty at an optimum, from the residuals of all training samples."""
+def linearise(group: Group, assembly: Assembly, cube: Cube, point: Array, weight: str) -> Linearised:
+    """Return sensitivities and residuals of the training samples at an optimum, neighbours summed in long logs."""
     training = group.training
     total = sum(b.samples for b in training)
-    stride = max(1, -(-total // UNCERTAINTY_SAMPLES))
-    jacobians, residuals = [], []
+    length = max(1, -(-total // UNCERTAINTY_SAMPLES))
+    jacobians, residuals, periods = [], [], []
     for block, factor in zip(training, weights_of(training, group.training_floors, weight), strict=True):
 
         def simulate(points: Array, block: Block = block, factor: float = factor) -> Array:
-            return factor * differences(block, assembly, cube.to_theta(points))[:, ::stride]
+            return condensed(factor * differences(block, assembly, cube.to_theta(points)), length)
 
         jacobians.append(sensitivities(simulate, point))
         residuals.append(simulate(point[None, :])[0])
-    return analyse(jacobians, residuals)
+        periods.append(block.period / length)
+    return Linearised(jacobians, residuals, periods)

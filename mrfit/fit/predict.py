@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from mrfit.assembly import Assembly, assemble
+from mrfit.assembly import Assembly
 from mrfit.drive import smooth
 from mrfit.errors import DataError
+from mrfit.fit.current import assembly_of
 from mrfit.fit.identify import measured_output
 from mrfit.fit.problem import Block, full_block
 from mrfit.fit.result import metric_rows, simulate_block
@@ -69,7 +70,7 @@ def predict(fit: dict[str, Any], logs: Workspace) -> Prediction:
     DataError
         If a log lacks a channel the model needs.
     """
-    assembly = assemble(fit["model"])
+    assembly = assembly_of(fit)
     segments, _ = logs.read_segments()
     recordings = load_recordings(logs, segments)
     blocks, floors, simulated, used = [], [], [], {}

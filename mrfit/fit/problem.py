@@ -6,13 +6,14 @@ bins differs from that over the samples by a constant (the scatter inside bins),
 the same minimum; the work no longer grows with the length of the log.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mrfit.assembly import Assembly
 from mrfit.drive import Drive
+from mrfit.fit.cube import Cube
 from mrfit.recording import Segment
 from mrfit.specs import Array, Index
 
@@ -59,6 +60,12 @@ class Block:
     def samples(self) -> int:
         """Number of measured samples the block stands for."""
         return int(self.counts.sum())
+
+    @property
+    def period(self) -> float:
+        """Samples per cycle of a full block's drive, 0 where it is not periodic."""
+        segment = self.segment
+        return 1.0 / (segment.frequency * self.dt) if segment.cycles and segment.frequency > 0.0 else 0.0
 
     def at_targets(self, simulated: Array) -> Array:
         """Pick the simulated values (P, W + M) that stand beside the targets, (P, B)."""
@@ -196,3 +203,40 @@ def residual_function(
         return np.hstack([*parts, np.full((len(points), 1), scatter)])
 
     return residuals
+
+
+@dataclass(frozen=True)
+class Posed:
+    """A least-squares problem at hand: what is compared, with which weights, by which model over which cube.
+
+    Attributes
+    ----------
+    blocks
+        What is compared.
+    weights
+        Factor on the error of each block, shape (len(blocks),).
+    assembly
+        The model.
+    cube
+        Its free parameters.
+    """
+
+    blocks: list[Block]
+    weights: Array
+    assembly: Assembly
+    cube: Cube
+
+    @property
+    def residuals(self) -> Callable[[Array], Array]:
+        """The map from points (P, F) to weighted residuals (P, M), see ``residual_function``."""
+        return residual_function(self.blocks, self.assembly, self.cube.to_theta, self.weights)
+
+    @property
+    def samples(self) -> int:
+        """Number of measured samples."""
+        return sum(b.samples for b in self.blocks)
+
+    def against(self, targets: Sequence[Array]) -> "Posed":
+        """Return the same problem with other measured outputs."""
+        blocks = [replace(b, target=target) for b, target in zip(self.blocks, targets, strict=True)]
+        return replace(self, blocks=blocks)

@@ -1,11 +1,12 @@
 """From an optimum to what is written: parameters with intervals, errors, passivity, and reasons for distrust."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from mrfit.assembly import Assembly
+from mrfit.fit.bootstrap import Interval
 from mrfit.fit.cube import Cube
 from mrfit.fit.problem import Block, differences
 from mrfit.fit.uncertainty import STEP, Uncertainty
@@ -82,6 +83,19 @@ def derived_rows(assembly: Assembly, cube: Cube, point: Array, uncertainty: Unce
     return rows
 
 
+def with_intervals(rows: Sequence[dict[str, Any]], found: Mapping[str, Interval]) -> list[dict[str, Any]]:
+    """Return rows with the ends of other intervals; what the data do not determine stays open."""
+    changed = []
+    for row in rows:
+        interval = found.get(row["name"])
+        if interval is None or row["fixed"] or not row["identifiable"]:
+            changed.append(row)
+        else:
+            known = interval.low is not None and interval.high is not None
+            changed.append({**row, "low": interval.low, "high": interval.high, "identifiable": known})
+    return changed
+
+
 def conditioning(cube: Cube, uncertainty: Uncertainty) -> dict[str, Any]:
     """Return rank, singular values and the directions the data leave open, as weights by parameter name."""
     names = [cube.params[int(k)].name for k in cube.free]
@@ -126,7 +140,7 @@ def metric_rows(
 ) -> list[dict[str, Any]]:
     """Return one row of errors per condition and role, and one ``all`` row per role."""
     rows = []
-    roles = [r for r in ("train", "holdout") if any(b.segment.role == r for b in blocks)]
+    roles = [r for r in ("train", "holdout", "predict") if any(b.segment.role == r for b in blocks)]
     for role in roles:
         chosen = [k for k, b in enumerate(blocks) if b.segment.role == role]
         conditions = list(dict.fromkeys(blocks[k].segment.condition for k in chosen))
@@ -174,9 +188,20 @@ def warnings_of(result: dict[str, Any], metrics: Sequence[dict[str, Any]]) -> li
         instead = f"; read {', '.join(determined)} instead" if determined else ""
         warn("not-identifiable", f"the data do not determine {', '.join(unknown)} one by one{instead}")
     if result["nonfinite"]:
-        warn("non-finite", f"{result['nonfinite']} simulations diverged and were passed over")
+        warn("non-finite", "some simulations diverged and were passed over: first_nonfinite in fit.json is one")
     if result["budget_spent"]:
-        warn("budget-spent", f"the search used all {result['evaluations']} evaluations; raise --budget")
+        warn("budget-spent", "the search used all its evaluations before it settled: raise --budget")
+    starts = result.get("starts") or []
+    if len(starts) > 1 and result.get("agreeing", 0) < 2:
+        warn("starts-disagree", "no two starts ended at the least error: there may be a better one; raise --budget")
+    tied = [r for r in result.get("residual_tests", []) if not r["independent"]]
+    if tied:
+        worst = max(tied, key=lambda r: abs(float(r["correlation"])))
+        warn(
+            "input-residual",
+            f"the residual goes with {worst['channel']} (correlation {worst['correlation']:.2f} at {worst['lag']} "
+            f"samples, by chance {worst['limit']:.2f}): the model leaves out something this input does",
+        )
     active = [p for p in result["passivity"] if not p["passive"]]
     if active:
         worst = min(active, key=lambda p: float(p["loop_area"]))

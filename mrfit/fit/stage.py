@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
@@ -11,22 +11,20 @@ import numpy as np
 
 from mrfit import optimize
 from mrfit.assembly import Assembly, assemble
+from mrfit.dependence import CurrentDependence
 from mrfit.errors import ConfigError
-from mrfit.fit.cube import Cube, cube_of
-from mrfit.fit.identify import Group, SearchSettings, build_group, search_optimum, uncertainty_of
-from mrfit.fit.result import (
-    conditioning,
-    derived_rows,
-    metric_rows,
-    parameter_rows,
-    passivity_rows,
-    simulate_block,
-    warnings_of,
-)
+from mrfit.fit.cube import Cube, base_name, cube_of
+from mrfit.fit.current import as_json, base_of, checked_order, dependence_on_current
+from mrfit.fit.files import write_fit
+from mrfit.fit.identify import Group, SearchSettings, build_group, search_optimum, weights_of
+from mrfit.fit.result import metric_rows, simulate_block, warnings_of
+from mrfit.fit.select import select
+from mrfit.fit.starts import data_start, level_fits, to_points, two_phase_start
+from mrfit.fit.trust import Intervals, trust
 from mrfit.progress import Progress, silent
 from mrfit.recording import Recording, Segment
 from mrfit.specs import Array
-from mrfit.store import Workspace, key_of, plain, read_json, write_atomic, write_json
+from mrfit.store import Workspace, key_of, plain, read_json, write_json
 
 SCHEMA = "mrfit/fit/1"
 
@@ -57,6 +55,13 @@ class Settings:
         which is most accurate where noise limits the fit; ``range``: errors count as shares of their condition's range.
     bounds, start, fixed
         The user's changes to the model's own, by parameter name.
+    current_order
+        How parameters depend on current in a joint fit: ``auto``, an order 0 to 4 for all, or ``NAME=ORDER,…``.
+    only
+        Segments that take part: ``LMH`` or ``MH`` by peak velocity, or patterns on conditions; empty for all.
+    intervals
+        ``hac``: from the Jacobian with autocorrelated noise; ``bootstrap``: refits to residuals drawn anew in blocks;
+        ``profile``: how far each parameter can go while the others make up for it.
     jobs
         Worker threads; does not change the result.
     """
@@ -72,6 +77,9 @@ class Settings:
     bounds: tuple[tuple[str, float, float], ...] = ()
     start: tuple[tuple[str, float], ...] = ()
     fixed: tuple[tuple[str, float], ...] = ()
+    current_order: str = "auto"
+    only: str = ""
+    intervals: Intervals = "hac"
     jobs: int = 1
 
     @property
@@ -104,7 +112,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     DataError
         If the recordings lack what the model needs or every simulation diverges.
     """
-    assembly, cube = check(settings)
+    check(settings)
     segments, _ = workspace.read_segments()
     recordings = load_recordings(workspace, segments)
     data = {i: (r.sha256, r.history) for i, r in sorted(recordings.items())}
@@ -113,27 +121,91 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     existing = read_json(folder / "fit.json")
     if existing and existing.get("key") == key:
         return {**existing, "skipped": True}
-    runner = _Runner(assembly, cube, settings, folder, key, progress)
-    pieces = runner.fit_groups(_groups(segments, settings), recordings)
-    fit = _summary(assembly, settings, key, key_of(data), pieces)
-    _write(folder, fit, pieces, assembly)
+    prepared = prepare(workspace, settings)
+    runner = _Runner(prepared, settings, folder, key, progress)
+    pieces = runner.fit_groups()
+    fit = _summary(runner, key_of(data), pieces)
+    blocks = [b for p in pieces for b in p.group.full]
+    write_fit(folder, fit, blocks, [s for p in pieces for s in p.simulated], prepared.assembly)
     return {**plain(fit), "skipped": False}
 
 
-def check(settings: Settings) -> tuple[Assembly, Cube]:
-    """Return the model and its cube, before any data are touched.
+@dataclass(frozen=True)
+class Prepared:
+    """What a fit needs before its first simulation.
+
+    Attributes
+    ----------
+    assembly, cube
+        The model and its free parameters.
+    dependence
+        How parameters depend on current, None if they do not.
+    groups
+        Segments that share one set of parameters, by the name of their result.
+    recordings
+        Recordings by id.
+    """
+
+    assembly: Assembly
+    cube: Cube
+    dependence: CurrentDependence | None
+    groups: dict[str, list[Segment]]
+    recordings: dict[str, Recording]
+
+
+def prepare(workspace: Workspace, settings: Settings) -> Prepared:
+    """Return the model as the data call for it and the segments it is fitted to.
 
     Raises
     ------
     ConfigError
-        If a model, optimizer or parameter name, a bound or the fit's name is wrong.
+        If a parameter's name, a bound or the choice of segments is wrong.
+    DataError
+        If segments or recordings are missing, or the levels of current do not carry the order asked for.
+    """
+    segments, _ = workspace.read_segments()
+    recordings = load_recordings(workspace, segments)
+    segments = select(segments, settings.only, recordings)
+    dependence = _dependence(settings, segments, recordings)
+    assembly = assemble(settings.model, dependence)
+    return Prepared(assembly, _cube(assembly, settings), dependence, _groups(segments, settings), recordings)
+
+
+def check(settings: Settings) -> None:
+    """Check settings against the registry, before any data are touched.
+
+    Raises
+    ------
+    ConfigError
+        If a model, optimizer or parameter name, a bound, an order or the fit's name is wrong.
     """
     assembly = assemble(settings.model)
     optimize.chain(settings.optimizer)
+    checked_order(settings.model, settings.current_order, settings.per)
     if "/" in settings.fit_name or settings.fit_name.startswith("."):
         raise ConfigError(f"'{settings.fit_name}' cannot name a fit: it names a folder, so no slash and no leading dot")
+    # which nodes of current there are is known with the data only
+    plain_names = replace(
+        settings,
+        bounds=tuple((base_name(n), low, high) for n, low, high in settings.bounds),
+        start=tuple((n, v) for n, v in settings.start if "@" not in n),
+        fixed=tuple((n, v) for n, v in settings.fixed if "@" not in n),
+    )
+    _cube(assembly, plain_names)
+
+
+def _cube(assembly: Assembly, settings: Settings) -> Cube:
     bounds = {n: (low, high) for n, low, high in settings.bounds}
-    return assembly, cube_of(assembly.spec, bounds, dict(settings.start), dict(settings.fixed))
+    return cube_of(assembly.spec, bounds, dict(settings.start), dict(settings.fixed))
+
+
+def _dependence(
+    settings: Settings, segments: Sequence[Segment], recordings: dict[str, Recording]
+) -> CurrentDependence | None:
+    if settings.per != "all":
+        return None
+    fixed = [n for n, _ in settings.fixed]
+    return dependence_on_current(settings.model, settings.current_order, segments, recordings, fixed)
 
 
 def load_recordings(workspace: Workspace, segments: Sequence[Segment]) -> dict[str, Recording]:
@@ -163,43 +235,49 @@ class _Piece:
 class _Runner:
     """Fits groups, keeping every finished search on disk until the whole fit is written: a kill loses little."""
 
-    assembly: Assembly
-    cube: Cube
+    prepared: Prepared
     settings: Settings
     folder: Path
     key: str
     progress: Progress
 
-    def fit_groups(self, groups: dict[str, list[Segment]], recordings: dict[str, Recording]) -> list[_Piece]:
+    @property
+    def assembly(self) -> Assembly:
+        return self.prepared.assembly
+
+    @property
+    def cube(self) -> Cube:
+        return self.prepared.cube
+
+    def fit_groups(self) -> list[_Piece]:
+        groups = self.prepared.groups
         with ThreadPoolExecutor(max(1, self.settings.jobs)) as pool:
-            futures = [pool.submit(self._fit, name, segments, recordings) for name, segments in groups.items()]
+            futures = [pool.submit(self._fit, name, segments) for name, segments in groups.items()]
             try:
                 return [f.result() for f in futures]
             except BaseException:
                 pool.shutdown(wait=True, cancel_futures=True)
                 raise
 
-    def _fit(self, name: str, segments: list[Segment], recordings: dict[str, Recording]) -> _Piece:
+    def _fit(self, name: str, segments: list[Segment]) -> _Piece:
         settings = self.settings
-        group = build_group(name, segments, recordings, self.assembly, split=settings.per == "condition")
+        group = build_group(name, segments, self.prepared.recordings, self.assembly, split=settings.per == "condition")
         search = SearchSettings(settings.optimizer, settings.seed, settings.budget, settings.seconds, settings.weight)
         found = self._resumed(name) or self._search(group, search)
         point = np.array(found["point"])
         theta = self.cube.to_theta(point[None, :])[0]
         outputs = [simulate_block(b, self.assembly, theta) for b in group.full]
         simulated = [output for output, _ in outputs]
-        uncertainty = uncertainty_of(group, self.assembly, self.cube, point, settings.weight)
+        judged = (settings.weight, settings.intervals, search.rng(f"{name} intervals"))
         metrics = metric_rows(group.full, group.floors, simulated, self.assembly)
         result = {
             "condition": name,
             "conditions": list(dict.fromkeys(b.segment.condition for b in group.full)),
             "at": {k: getattr(group.full[0].segment, k) for k in ("frequency", "amplitude", "current")},
             **{k: found[k] for k in ("cost", "evaluations", "budget", "budget_spent", "stopped", "nonfinite")},
-            **{k: found[k] for k in ("history", "starts", "agreeing")},
-            "parameters": parameter_rows(self.cube, point, uncertainty),
-            "derived": derived_rows(self.assembly, self.cube, point, uncertainty),
-            "conditioning": conditioning(self.cube, uncertainty),
-            "passivity": passivity_rows(group.full, simulated, self.assembly),
+            **{k: found[k] for k in ("history", "starts", "agreeing", "first_nonfinite")},
+            "per_current": found["per_current"],
+            **trust(group, self.assembly, self.cube, point, simulated, judged),
             "segments": [
                 {"id": b.segment.id, "condition": b.segment.condition, "role": b.segment.role}
                 | {"drive": b.method, "offset": offset, "noise_floor": floor}
@@ -217,10 +295,35 @@ class _Runner:
             unit = self.assembly.spec.output
             self.progress(f"{name}  best {cost:.3g} {unit}", min(evaluations, total - 1), total)
 
-        found = search_optimum(group, self.assembly, self.cube, search, told)
+        starts, levels = self._starts(group, search)
+        found = search_optimum(group, self.assembly, self.cube, starts, search, told)
+        found["per_current"] = levels
         self.progress(f"{name}  best {found['cost']:.3g} {self.assembly.spec.output}", total, total)
         write_json(self._partial(name), {"key": self.key, "condition": name, "found": found})
         return found
+
+    def _starts(self, group: Group, search: SearchSettings) -> tuple[Array, list[dict[str, Any]] | None]:
+        """Return start points, the user's first, and what a first phase found at each current."""
+        settings, dependence = self.settings, self.prepared.dependence
+        base, given = base_of(settings.model), dict(settings.start)
+        starts: list[dict[str, float]] = [{}, data_start(group.training, base, dependence, given)]
+        if dependence is None:
+            return to_points(self.cube, starts if starts[1] else starts[:1]), None
+        own = {base_name(n) for n in base.spec.names}
+        alone = replace(
+            settings,
+            bounds=tuple(b for b in settings.bounds if b[0] in own),
+            start=tuple(s for s in settings.start if s[0] in own),
+            fixed=tuple(f for f in settings.fixed if f[0] in own),
+        )
+        weights = weights_of(group.search, group.training_floors, settings.weight)
+        levels = level_fits(group.search, base, _cube(base, alone), weights, search.rng(f"{group.name} by current"))
+        starts.append(two_phase_start(levels, base, dependence))
+        rows = [
+            {"current": i.current, "cost": i.cost, **dict(zip(base.spec.names, i.theta.tolist(), strict=True))}
+            for i in levels
+        ]
+        return to_points(self.cube, starts), rows
 
     def _partial(self, name: str) -> Path:
         return self.folder / ".partial" / f"{key_of(name)[:24]}.json"
@@ -230,10 +333,8 @@ class _Runner:
         return dict(stored["found"]) if stored and stored.get("key") == self.key else None
 
 
-def _summary(
-    assembly: Assembly, settings: Settings, key: str, data_key: str, pieces: Sequence[_Piece]
-) -> dict[str, Any]:
-    spec = assembly.spec
+def _summary(runner: _Runner, data_key: str, pieces: Sequence[_Piece]) -> dict[str, Any]:
+    settings, spec = runner.settings, runner.assembly.spec
     return {
         "schema": SCHEMA,
         "name": settings.fit_name,
@@ -241,16 +342,17 @@ def _summary(
         "optimizer": settings.optimizer,
         "per": settings.per,
         "seed": settings.seed,
-        "key": key,
+        "key": runner.key,
         "data_sha256": data_key,
         "versions": {p: version(p) for p in ("mrfit", "numpy", "scipy", "numba")},
         "settings": {k: v for k, v in asdict(settings).items() if k != "jobs"},
+        "current_dependence": as_json(runner.prepared.dependence),
         "output": spec.output,
         "inputs": list(spec.inputs),
         "equation": spec.equation,
         "reference": spec.reference,
         "results": [p.result for p in pieces],
-        "metrics": _all_metrics(pieces, assembly),
+        "metrics": _all_metrics(pieces, runner.assembly),
     }
 
 
@@ -260,37 +362,3 @@ def _all_metrics(pieces: Sequence[_Piece], assembly: Assembly) -> list[dict[str,
     blocks = [b for p in pieces for b in p.group.full]
     floors = [f for p in pieces for f in p.group.floors]
     return metric_rows(blocks, floors, [s for p in pieces for s in p.simulated], assembly)
-
-
-def _write(folder: Path, fit: dict[str, Any], pieces: Sequence[_Piece], assembly: Assembly) -> None:
-    """Write a fit's folder; fit.json comes last, since its key says that the rest is there."""
-    import shutil
-
-    import pandas as pd
-
-    columns = ["condition", "parameter", "value", "unit", "low", "high", "at_bound", "identifiable"]
-    rows = [
-        {"condition": r["condition"], "parameter": p["name"], **p}
-        for r in fit["results"]
-        for p in [*r["parameters"], *r["derived"]]
-    ]
-    parameters, metrics = pd.DataFrame(rows)[columns], pd.DataFrame(fit["metrics"])
-    write_atomic(folder / "parameters.csv", lambda p: parameters.to_csv(p, index=False))
-    write_atomic(folder / "metrics.csv", lambda p: metrics.to_csv(p, index=False))
-    residuals = pd.concat([f for piece in pieces for f in _residual_frames(piece, assembly)], ignore_index=True)
-    write_atomic(folder / "residuals.parquet", lambda p: residuals.to_parquet(p, compression="zstd", index=False))
-    write_json(folder / "fit.json", fit)
-    shutil.rmtree(folder / ".partial", ignore_errors=True)
-
-
-def _residual_frames(piece: _Piece, assembly: Assembly) -> list[Any]:
-    import pandas as pd
-
-    frames = []
-    for block, simulated in zip(piece.group.full, piece.simulated, strict=True):
-        segment = block.segment
-        inputs = {n: block.inputs(row) for row, n in enumerate(assembly.spec.inputs)}
-        columns: dict[str, Any] = {"condition": segment.condition, "segment": segment.id, "role": segment.role}
-        columns |= {"time": np.arange(block.samples) * block.dt, "measured": block.target, "simulated": simulated}
-        frames.append(pd.DataFrame({**columns, **inputs}))
-    return frames

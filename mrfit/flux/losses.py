@@ -138,17 +138,26 @@ def estimate_resistance(loops: Sequence[Loop]) -> tuple[float, float] | None:
     grouped = groups(loops)
     if not grouped:
         return None
-    rows, supplied, errors = [], [], []
-    for k, group in enumerate(grouped):
-        for loop in group:
-            row = np.zeros(1 + 2 * len(grouped))
-            square = loop.amplitude**2
-            row[0], row[1 + 2 * k], row[2 + 2 * k] = loop.squared / square, 1.0, loop.frequency
-            rows.append(row)
-            supplied.append(loop.supplied / square)
-            errors.append(loop.error / square)
-    solution, covariance = _weighted(np.array(rows), np.array(supplied), np.array(errors))
+    members = [loop for group in grouped for loop in group]
+    rows = np.zeros((len(members), 1 + 2 * len(grouped)))
+    owners = [k for k, group in enumerate(grouped) for _ in group]
+    for row, k, loop in zip(rows, owners, members, strict=True):
+        row[0], row[1 + 2 * k], row[2 + 2 * k] = loop.squared / loop.amplitude**2, 1.0, loop.frequency
+    squares = np.array([loop.amplitude**2 for loop in members])
+    supplied = np.array([loop.supplied for loop in members]) / squares
+    means = [float(np.mean([loop.amplitude for loop in group])) for group in grouped]
+    solution, covariance = _weighted(rows, supplied, np.array([loop.error for loop in members]) / squares)
+    errors = [_error(loop, float(solution[0]), means[k]) for loop, k in zip(members, owners, strict=True)]
+    solution, covariance = _weighted(rows, supplied, np.array(errors) / squares)
     return float(solution[0]), float(np.sqrt(covariance[0, 0]))
+
+
+def _error(loop: Loop, resistance: float, amplitude: float) -> float:
+    """Return a loop's standard error in J once its area is scaled to its group's amplitude.
+
+    Losses grow as a power of the amplitude that is 2 within about 1, so the scaling is that uncertain.
+    """
+    return float(np.hypot(loop.error, loop.area(resistance) * np.log(loop.amplitude / amplitude)))
 
 
 def separate(loops: Sequence[Loop], resistances: dict[str, float]) -> list[Separation]:
@@ -167,7 +176,8 @@ def separate(loops: Sequence[Loop], resistances: dict[str, float]) -> list[Separ
         scale = np.array([(mean / loop.amplitude) ** 2 for loop in group])
         rows = np.array([[1.0, loop.frequency, -loop.squared * s] for loop, s in zip(group, scale, strict=True)])
         areas = np.array([loop.area(resistances[loop.recording]) for loop in group]) * scale
-        solution, covariance = _weighted(rows, areas, np.array([loop.error for loop in group]) * scale)
+        errors = np.array([_error(loop, resistances[loop.recording], mean) for loop in group]) * scale
+        solution, covariance = _weighted(rows, areas, errors)
         pairs = [x for pair in zip(solution, np.sqrt(np.diag(covariance)), strict=True) for x in pair]
         separations.append(Separation(mean, distinct_frequencies(group), *(float(x) for x in pairs)))
     return separations

@@ -15,7 +15,7 @@ from mrfit.ingest.naming import Signal, all_missing, check_wrong_dimension, name
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.sanity import sanity_findings
 from mrfit.ingest.table import Refused, Table
-from mrfit.ingest.timebase import Piece, TimeBase, TimeFault, on_grid, repeated, time_base
+from mrfit.ingest.timebase import Piece, TimeBase, TimeFault, coarse, on_grid, repeated, time_base
 from mrfit.recording import Finding, Recording
 from mrfit.specs import Array
 
@@ -159,6 +159,8 @@ def _refused_findings(rows: Rows) -> list[Finding]:
 def _base(rows: Rows, stated: float | None, origin: Origin) -> TimeBase:
     try:
         again = repeated(rows.time, rows.breaks)
+        if len(again) and coarse(rows.time):
+            again = again[[all(s.values[k] == s.values[k - 1] for s in rows.signals) for k in again]]
         if len(again):
             mask = np.ones(len(rows.time), dtype=bool)
             mask[again] = False

@@ -18,6 +18,9 @@ Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 
 
+BUILTINS = ("float", "int", "str", "TimeRule", "ChannelRule")
+
+
 class Strict(BaseModel):
     """A table of the map: unknown keys are errors."""
 
@@ -110,8 +113,10 @@ def load_map(path: Path) -> MapFile:
 
 
 def _first_fault(error: ValidationError) -> str:
-    fault = error.errors()[0]
-    key = ".".join(str(p) for p in fault["loc"] if p not in ("float", "int", "str"))
+    faults = error.errors()
+    fault = next((f for f in faults if f["type"] == "extra_forbidden"), faults[0])
+    # pydantic puts the member of a union into the path, as in resistance.constrained-float
+    key = ".".join(str(p) for p in fault["loc"] if isinstance(p, int) or p.isidentifier() and p not in BUILTINS)
     if fault["type"] != "extra_forbidden":
         return f"key '{key}': {fault['msg'].lower()} (got {fault.get('input')!r}); correct it"
     known = [n for m in (ChannelRule, FilesPart, MapFile, TimeRule) for n in m.model_fields]

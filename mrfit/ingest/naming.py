@@ -17,7 +17,7 @@ from mrfit.specs import Array
 ANGULAR = ("angle", "angular_velocity", "angular_acceleration")
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Signal:
     """A column with its channel name, its SI unit, and its values in that unit."""
 
@@ -114,11 +114,15 @@ def _unmapped(name: str, column: Column, path: str) -> Signal:
 
 
 def _claims(columns: list[Column], taken: set[str], findings: list[Finding]) -> dict[int, str]:
-    """Return id(column) -> canonical channel where exactly one column has the best claim to it."""
+    """Return id(column) -> canonical channel where exactly one column has the best claim to it.
+
+    A unit alone is a claim only where no map has named anything.
+    """
+    by_unit = not taken
     ranked: dict[str, list[tuple[int, Column]]] = {}
     for column in columns:
         for strength, name in _candidates(column):
-            if name not in taken:
+            if name not in taken and (by_unit or strength > 1):
                 ranked.setdefault(name, []).append((strength, column))
     claims: dict[int, str] = {}
     for name, rivals in sorted(ranked.items(), key=lambda item: -max(s for s, _ in item[1])):
@@ -135,7 +139,8 @@ def _claims(columns: list[Column], taken: set[str], findings: list[Finding]) -> 
                     f"the file gives '{best[0].name}' no unit: taken as {unit_of(name)}; a channel map can say another"
                 )
                 findings.append(Finding("unit-assumed", name, None, text))
-    _voltage_beside_current(columns, claims, taken)
+    if by_unit:
+        _voltage_beside_current(columns, claims, taken)
     return claims
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from mrfit import registry
+from mrfit.ingest.apart import read_apart
 from mrfit.ingest.build import Origin, build
 from mrfit.ingest.channel_map import Rules
 from mrfit.ingest.head import open_head
@@ -77,7 +78,9 @@ def read_item(item: Item) -> Outcome:
     refusals: list[Refusal] = []
     for path, _ in item.files:
         try:
-            tables += module.read(Source(open_head(path), item.rules))
+            source = Source(open_head(path), item.rules)
+            fragile = getattr(module, "FRAGILE", False)
+            tables += read_apart(item.reader, source) if fragile else module.read(source)
             names.append(path.name)
         except Refusal as refusal:
             refusals.append(refusal)

@@ -22,6 +22,10 @@ class Refusal(DataError):
         super().__init__(f"{path}: {reason}; {remedy}")
         self.path, self.reason, self.remedy = str(path), reason, remedy
 
+    def __reduce__(self) -> tuple[type["Refusal"], tuple[str, str, str]]:
+        """Pickle by the three parts, so that it can leave a worker process."""
+        return Refusal, (self.path, self.reason, self.remedy)
+
 
 def excerpt(line: str, length: int = 60) -> str:
     """Return the beginning of a line, printable, for an error message."""

@@ -4,6 +4,7 @@ import shutil
 from collections import deque
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from os import getpid
 from os import path as os_path
@@ -79,13 +80,30 @@ def run(paths: Sequence[Path], settings: Settings, workspace: Workspace, progres
     if not fresh and before.same_refusals(refusals):
         _check_any(kept, refusals)
         return {**before.summary, "skipped": True, "added": [], "replaced": [], "unchanged": kept}
-    staging = Workspace(workspace.root / f".ingest-{getpid()}")
-    try:
+    with _staging(workspace) as staging:
         staged = _read_all(fresh, before, staging, (settings.jobs, progress))
         _check_any([*kept, *(s for s, r in staged.recordings.items() if r)], [*refusals, *staged.refusals])
         return _commit(workspace, staging, before, staged, (kept, refusals))
+
+
+@contextmanager
+def _staging(workspace: Workspace) -> Iterator[Workspace]:
+    """Give a folder inside the workspace to write in, and leave no trace of it."""
+    new = not workspace.root.exists()
+    for left in workspace.root.glob(".ingest-*"):
+        shutil.rmtree(left, ignore_errors=True)  # of a run that was killed
+    staging = Workspace(workspace.root / f".ingest-{getpid()}")
+    try:
+        staging.root.mkdir(parents=True)
+    except OSError as error:
+        text = error.strerror or error
+        raise DataError(f"{workspace.root}: cannot write here ({text}); choose another --work folder") from None
+    try:
+        yield staging
     finally:
         shutil.rmtree(staging.root, ignore_errors=True)
+        if new and not any(workspace.root.iterdir()):
+            workspace.root.rmdir()
 
 
 def examine(paths: Sequence[Path], settings: Settings) -> tuple[list[Recording], list[Refusal]]:

@@ -97,7 +97,7 @@ def check_width(head: Head, line: int, delimiter: str, expected: int) -> int:
             f"the header names {expected} columns but line {line + 1} has {filled} ('{excerpt(head.lines[line])}')",
             "check its delimiter and decimal mark, and export the log again",
         )
-    return len(split(head.lines[line], delimiter))
+    return max(expected, len(split(head.lines[line], delimiter)))
 
 
 def read_table(source: Source, layout: Layout, fields: Sequence[Field], time: Field | None = None) -> Table:

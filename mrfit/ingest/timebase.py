@@ -16,6 +16,8 @@ IRREGULAR_GAP = 20.0
 """In an unevenly sampled record, a step this many times the median splits it."""
 
 PRINT_BLOCK = 512
+FEW_GAPS = 5
+"""Up to this many steps of several samples are gaps; more, evenly spread, are the mark of times rounded in print."""
 
 Rows = NDArray[np.int64]
 
@@ -28,7 +30,7 @@ class TimeFault(ValueError):
         self.row = row
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Piece:
     """A stretch of rows on one uniform grid.
 
@@ -89,6 +91,12 @@ def time_base(time: Array, stated: float | None, breaks: tuple[int, ...] = ()) -
     for begin, end in runs:
         base.pieces.append(_piece((time[begin:end], printed[begin:end]), begin, base.dt, irregular))
     return base
+
+
+def coarse(time: Array) -> bool:
+    """Whether times are printed so coarsely that two rows may show the same one."""
+    steps = np.diff(time)
+    return bool(float(print_step(time).max()) > 0.5 * float(np.median(np.abs(steps))))
 
 
 def print_step(time: Array) -> Array:
@@ -155,7 +163,7 @@ def _typical_step(time: Array, cuts: list[int]) -> float:
     if np.mean(sharp) > 0.8:
         return float(np.mean(step[sharp]))
     ordinary = step[step <= 2.5 * middle]
-    return float(np.mean(ordinary))
+    return float(np.mean(ordinary)) or float(np.mean(step))
 
 
 def _irregular(time: Array, cuts: list[int], step: float, printed: float) -> bool:
@@ -187,7 +195,7 @@ class _Clock:
 
 def _interval(clock: _Clock, step: float, stated: float | None, base: TimeBase) -> float:
     """Return the sample interval: the stated one if the times bear it out, else the fit over the whole record."""
-    fitted, off, longest = _fit(clock.time[clock.longest], step)
+    fitted, off, longest = _fit(clock, step)
     coarse = float(clock.printed[clock.longest].max())
     if stated is not None:
         if abs(stated / fitted - 1.0) * longest <= 2.0 * off + 0.5 or abs(stated / fitted - 1.0) < 1e-6:
@@ -197,45 +205,58 @@ def _interval(clock: _Clock, step: float, stated: float | None, base: TimeBase) 
     elif off > TOLERANCE and coarse > TOLERANCE * fitted:
         text = f"times are printed to {coarse:g} s only: the interval {fitted:.6g} s is a fit over {longest} rows"
         base.findings.append(Finding("rounded-time", "", None, text))
-    return _shortest_decimal(fitted, fitted * max((off + 1e-9) / max(longest, 1), min(0.02 / max(longest, 1), 1e-7)))
+    return _shortest_decimal(
+        fitted, fitted * max((0.1 * off + 1e-9) / max(longest, 1), min(0.02 / max(longest, 1), 1e-7))
+    )
 
 
-def _places(time: Array, step: float) -> Array:
+def _places(time: Array, step: float, printed: Array) -> Array:
     """Return the sample number of every row: one more than the row before, or more where samples are missing."""
+    plain = np.arange(len(time), dtype=np.float64)
     steps = np.diff(time) / step
     ahead = np.maximum(np.round(steps), 1.0)
-    places = np.arange(len(time), dtype=np.float64)
-    if np.mean(np.abs(steps - ahead) < 0.2) > 0.95:
-        return np.concatenate([[0.0], np.cumsum(ahead)])
-    if ahead.max(initial=1.0) > 1.0:
-        # a rounded print makes a step look like two: count it as missing only where later rows bear it out
-        drift = (time - time[0]) / step - places
-        extra = np.where(ahead > 1.0, np.round(np.diff(drift)), 0.0)
-        settled = _settled(drift, extra)
-        places += np.concatenate([[0.0], np.cumsum(settled)])
-    return places
+    missing = np.concatenate([[0.0], np.cumsum(ahead)])
+    whole = np.abs(steps - ahead) < 0.2
+    if whole.all() and np.count_nonzero(ahead > 1.0) <= FEW_GAPS:
+        return missing
+    slope, off = _line(plain, time)
+    if np.all(np.abs(off) <= 0.55 * printed + TOLERANCE * abs(slope)):
+        return plain  # one evenly sampled run whose print is rounded
+    if np.mean(whole) > 0.95:
+        return missing
+    # a rounded print makes some steps look like two: only what rounding cannot explain counts as missing
+    beyond = np.diff(time) > 1.5 * step + np.where(printed[1:] < 0.5 * step, 0.0, printed[1:])
+    return np.concatenate([[0.0], np.cumsum(np.where(beyond, ahead, 1.0))])
 
 
-def _settled(drift: Array, extra: Array) -> Array:
-    """Keep the jumps of the clock that later rows do not take back (those of a rounded print cancel)."""
-    at = np.flatnonzero(extra > 0.0)
-    settled = np.zeros_like(extra)
-    for k in at:
-        before = float(np.median(drift[max(0, k - 8) : k + 1]))
-        after = float(np.median(drift[k + 1 : k + 10]))
-        settled[k] = max(0.0, np.round(after - before))
-    return settled
+def _line(places: Array, time: Array) -> tuple[float, Array]:
+    """Return the slope of times over sample numbers, and how far each is off the line."""
+    k = places - places.mean()
+    slope = float(k @ (time - time.mean()) / (k @ k))
+    off = time - time.mean() - slope * k
+    return slope, off - 0.5 * (off.max() + off.min())
 
 
-def _fit(stretch: Array, step: float) -> tuple[float, float, int]:
-    """Return interval, largest departure from the grid in samples, and number of samples of a run."""
+def _fit(clock: _Clock, step: float) -> tuple[float, float, int]:
+    """Return interval, largest departure from the grid in samples, and number of samples of the longest run."""
+    stretch = clock.time[clock.longest]
     if len(stretch) < 2:
         return step, 0.0, 1
-    places = _places(stretch, step)
-    k = places - places.mean()
-    slope = float(k @ (stretch - stretch.mean()) / (k @ k))
-    off = stretch - stretch.mean() - slope * k
-    return slope, float(np.max(np.abs(off)) / slope), int(places[-1])
+    places = _places(stretch, step, clock.printed[clock.longest])
+    begin, end = _unbroken(places)
+    if 4 * (end - begin) > len(places):  # after a gap the clock may stand in between two samples
+        places, stretch = places[begin:end], stretch[begin:end]
+    slope, off = _line(places, stretch)
+    if slope <= 0.0:
+        return step, 0.0, 1
+    return slope, float(np.max(np.abs(off)) / slope), int(places[-1] - places[0])
+
+
+def _unbroken(places: Array) -> tuple[int, int]:
+    """Return the longest stretch of rows without a missing sample."""
+    edges = [0, *(np.flatnonzero(np.diff(places) > 1.0) + 1), len(places)]
+    k = int(np.argmax(np.diff(edges)))
+    return int(edges[k]), int(edges[k + 1])
 
 
 def _shortest_decimal(value: float, within: float) -> float:
@@ -254,7 +275,7 @@ def _piece(run: tuple[Array, Array], first: int, dt: float, irregular: bool) -> 
         return Piece(rows, float(time[0]))
     if irregular:
         return _resampled(rows, time, dt, "irregular")
-    places = _places(time, dt)
+    places = _places(time, dt, printed)
     off = (time - time[0]) / dt - places
     allowed = TOLERANCE + 0.55 * printed / dt
     if np.any(np.abs(off - 0.5 * (off.max() + off.min())) > allowed):

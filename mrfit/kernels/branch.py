@@ -172,7 +172,7 @@ def _value(curve: Curve, s: float) -> float:
         return 1.0 - curve.gap * math.exp(-curve.n * (s - curve.end))
     cells, h = (curve.negative, curve.h_negative) if s < 0.0 else (curve.positive, curve.h_positive)
     place = math.sqrt(abs(s)) / h
-    k = min(int(place), len(cells) - 1)
+    k = int(place) if place < len(cells) - 1 else len(cells) - 1
     y = _cell_value(cells[k], place - k)
     return -y if s < 0.0 else y
 
@@ -195,8 +195,10 @@ def _read_cells(x: Array, line: tuple[float, float], form: tuple[float, float], 
     """Set out = form[0]*x + form[1]*|Y| where q/h = sqrt(line[0] + line[1]*x) lies inside the cells."""
     last = len(cells) - 1
     for j in range(len(x)):
-        place = math.sqrt(max(line[0] + line[1] * x[j], 0.0))
-        k = min(int(place), last)
+        s = line[0] + line[1] * x[j]
+        place = math.sqrt(s if s > 0.0 else 0.0)
+        # Compared as floats: what is not a number or too great for an integer must not become an index.
+        k = int(place) if place < last else last
         t = place - k
         y = cells[k, 3] + t * (cells[k, 4] + t * cells[k, 5])
         y = cells[k, 0] + t * (cells[k, 1] + t * (cells[k, 2] + t * y))

@@ -98,16 +98,37 @@ def running_integral(x: Array, dt: float) -> Array:
     return integral
 
 
-def bent(x: Array, curvature: float) -> Array:
-    """Return s*tanh(x/s) with 1/s^2 = curvature >= 0, which is x - curvature*x^3/3 at first; 0 leaves x as it is."""
-    if curvature == 0.0:
-        return x
-    rate = math.sqrt(curvature)
-    saturated: Array = np.tanh(rate * x) / rate
-    return saturated
+def bent(x: Array, curvature: Array) -> Array:
+    """Return s*tanh(x/s) with 1/s^2 = curvature >= 0, which is x - curvature*x^3/3 at first; 0 leaves x as it is.
+
+    Parameters
+    ----------
+    x
+        Signals, in a shape that broadcasts against the curvature's.
+    curvature
+        1/s^2, in the inverse square of the signal's unit.
+    """
+    rate = np.sqrt(curvature)
+    bends = rate > 0.0
+    divisor = np.where(bends, rate, 1.0)
+    return np.where(bends, np.tanh(divisor * x) / divisor, x)
 
 
 def soft_sign(x: Array, width: float) -> Array:
     """Return tanh(x/width): the sign of x, but for |x| below the width, where the sign of a noisy x would chatter."""
     sign: Array = np.tanh(x / width)
     return sign
+
+
+def slip(x: Array, reach: Array) -> Array:
+    """Return the direction of sliding friction, (P, N) between -1 and 1, of a stroke x (N,) in m.
+
+    A seal sticks and is bent before it slips: the direction is that of a stop operator, (x - play(x, r))/r, which turns
+    from one side to the other over 2r of travel after a reversal. reach (P,) in m is r > 0.
+
+    Source: W. D. Iwan, J. Appl. Mech. 33 (1966) 893 (Maxwell slip).
+    """
+    direction = np.empty((len(reach), len(x)))
+    for r in np.unique(reach):
+        direction[reach == r] = (x - play(x, r)) / r
+    return direction

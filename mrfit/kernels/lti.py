@@ -41,7 +41,7 @@ def delayed(u: Array, shift: Array) -> Array:
     out = np.empty((len(shift), len(u)))
     for p in range(len(shift)):
         for j in range(len(u)):
-            place = max(j - shift[p], 0.0)
+            place = j - shift[p] if j > shift[p] else 0.0
             k = int(place)
             out[p, j] = u[k] if place == k else u[k] + (place - k) * (u[k + 1] - u[k])
     return out
@@ -58,7 +58,7 @@ def unit_gain_filter(u: Array, poles: Array, zeros: Array, dt: float) -> Array:
     u
         Signals, shape (P, N), at rest at their first value before it.
     poles
-        p_i in 1/s, shape (P, n), n >= 2 (n > 2 or z_2 = 0 makes the last sample's weight finite in either case).
+        p_i in 1/s, shape (P, n), n >= 2.
     zeros
         z_1 (s) and z_2 (s^2), shape (P, 2).
     dt

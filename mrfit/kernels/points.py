@@ -39,7 +39,8 @@ def yield_velocity(v: Array, force: Array) -> float:
     """Return the velocity over which the force rises to its post-yield line.
 
     vy = integral of 1 - (F - f0 - C_inf*v)*sign(v)/fy over |v|: vy of 1 - exp(-|v|/vy), 0.7/C0 of tanh(C0*v), and
-    half the corner velocity of a biviscous curve; both branches of a loop enter, so that its width cancels.
+    half the corner velocity of a biviscous curve. Both branches of a loop enter:
+    where its half-width is greater than vy, it is returned in its place.
     """
     line = post_yield_line(v, force)
     speed = np.abs(v)

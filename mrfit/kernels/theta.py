@@ -43,12 +43,17 @@ def evaluate(formula: Callable[..., Array], drive: Array, theta: Array) -> Array
     Array
         Shape (P, N).
     """
-    out = np.empty((len(theta), drive.shape[1]))
-    rows = max(1, _BLOCK // max(drive.shape[1], 1))
+    return by_blocks(lambda block: formula(*drive, *columns(block)), drive.shape[1], theta)
+
+
+def by_blocks(simulate: Callable[[Array], Array], samples: int, theta: Array) -> Array:
+    """Return simulate(theta), (P, N), a few rows of theta at a time: what it allocates then stays small and warm."""
+    out = np.empty((len(theta), samples))
+    rows = max(1, _BLOCK // max(samples, 1))
     with np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore"):
         for first in range(0, len(theta), rows):
             block = slice(first, first + rows)
-            out[block] = formula(*drive, *columns(theta[block]))
+            out[block] = simulate(theta[block])
     return out
 
 

@@ -18,9 +18,9 @@ gives what data determine.
 import numpy as np
 
 from mrfit.kernels.branch import normal_form
-from mrfit.kernels.friction import hysteresis
+from mrfit.kernels.friction import combine, hysteresis
 from mrfit.kernels.points import inside, post_yield_line
-from mrfit.kernels.theta import columns, plain
+from mrfit.kernels.theta import along_samples, plain
 from mrfit.specs import Array, Derived, ModelSpec, Param
 
 SPEC = ModelSpec(
@@ -54,12 +54,10 @@ SPEC = ModelSpec(
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the force in N, shape (P, N), of displacement (m) and velocity (m/s), shape (2, N); dt does not enter."""
     x, v = plain(drive)
-    c, k, x0, alpha, kappa, beta, gamma, n = columns(theta)
+    c, k, x0, alpha, kappa, beta, gamma, n = along_samples(theta)
     z_max, rate, rho = normal_form(kappa, beta, gamma, n)
     force = hysteresis(x, rate, n, rho)
-    force *= alpha * z_max
-    force += c * v
-    force += k * (x - x0)
+    combine(force, alpha * z_max, np.stack([c, k, -k * x0]), np.stack([v, x, np.ones_like(v)]))
     return force
 
 

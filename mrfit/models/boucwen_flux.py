@@ -21,6 +21,7 @@ only. ``derived`` gives what remains. A coil with iron loses energy, so (1 - A)/
 import numpy as np
 
 from mrfit.kernels.branch import bouc_wen, normal_form
+from mrfit.kernels.points import inside, largest, loop_height
 from mrfit.kernels.theta import plain
 from mrfit.specs import Array, Derived, ModelSpec, Param
 
@@ -66,3 +67,28 @@ def derived(theta: Array) -> Array:
     z_max, rate, rho = normal_form(kappa, beta, gamma, n)
     amplitude = (1.0 - share) * inductance * z_max / divisor
     return np.column_stack([share * inductance, amplitude, 1.0 / rate, n, rho])
+
+
+def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
+    """Return values with the loop's slope, its height at zero current and its area; A, n and beta/gamma as published.
+
+    A loop of height 2*h whose branches turn over within a current t has the area 4*h*(i_max - t), which gives t. What
+    the data do not determine keeps the published kappa, and A = 1.2 or, of a loop that gains energy, 0.8.
+    """
+    current = drive[0]
+    centred = current - np.mean(current)
+    spread = float(centred @ centred)
+    height = loop_height(current, np.diff(current, prepend=current[:1]), output)
+    if not spread or not height:
+        return {}
+    slope = float(centred @ output) / spread
+    cycles = max(np.count_nonzero((current[:-1] < 0) != (current[1:] < 0)) / 2, 0.5)
+    area = abs(float(np.trapezoid(current, output))) / cycles
+    turnover = float(np.clip(largest(current) - area / (4 * abs(height)), 0.01 * largest(current), largest(current)))
+    kappa, n = SPEC.start[2], SPEC.start[5]
+    z_max = kappa * turnover
+    share = 1.2 if height > 0 else 0.8
+    shape = kappa / z_max**n
+    divisor = (1 - share) * (slope / share) * z_max / -height
+    found = {"A": share, "Lc": slope / share, "beta": shape / 3, "gamma": 2 * shape / 3, "D": divisor}
+    return inside(SPEC, {**found, "kappa": kappa, "n": n})

@@ -10,9 +10,11 @@ Source: Q. Zhou, S. Nielsen, W. Qu, Journal of Sound and Vibration 296 (2006) 1;
 003 ("Dahl hysteresis operator").
 """
 
-from mrfit.kernels.friction import dahl
+import numpy as np
+
+from mrfit.kernels.friction import combine, dahl
 from mrfit.kernels.points import inside, post_yield_line
-from mrfit.kernels.theta import columns, plain
+from mrfit.kernels.theta import along_samples, plain
 from mrfit.specs import Array, ModelSpec, Param
 
 SPEC = ModelSpec(
@@ -37,10 +39,9 @@ SPEC = ModelSpec(
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the force in N, shape (P, N), of displacement (m) and velocity (m/s), shape (2, N); dt does not enter."""
     x, v = plain(drive)
-    c, fy, rho, f0 = columns(theta)
-    force = dahl(x, plain(rho))
-    force *= fy
-    force += c * v + f0
+    c, fy, rho, f0 = along_samples(theta)
+    force = dahl(x, rho)
+    combine(force, fy, np.stack([c, f0]), np.stack([v, np.ones_like(v)]))
     return force
 
 

@@ -7,19 +7,19 @@
     M(s) = q1*q2/zero*(s + zero)/((s+q1)*(s+q2))*exp(-tau*s)
 
 v velocity (m/s), i current (A), F force (N), c_pre and c_post damping before and after yield (N*s/m), a (m/s/A) and b
-(m/s) give the yield velocity d0, p1 ... p4, q1, q2 poles and zero (1/s), omega (rad/s) and xi (1) the complex pair of zeros
-of H, tau delay (s), f0 offset (N). H and M have unit gain and are at rest at sample 0's force and current; both are exact
-for inputs linear between samples.
+(m/s) give the yield velocity d0, p1 ... p4, q1, q2 poles and zero (1/s), omega (rad/s) and xi (1) the complex pair of
+zeros of H, tau delay (s), f0 offset (N). H and M have unit gain and are at rest at sample 0's force and current; both
+are exact for inputs linear between samples.
 
-Source: paper 001 eqs. 1-7, whose third branch of C must read c_post*(v + d0) - c_pre*d0. The factor alpha(T) of its eq. 3
-is the effect ``temperature``; poles and zeros of its Tables 1-2 are lost in print.
+Source: paper 001 eqs. 1-7, whose third branch of C must read c_post*(v + d0) - c_pre*d0. The factor alpha(T) of its
+eq. 3 is the effect ``temperature``; poles and zeros of its Tables 1-2 are lost in print.
 """
 
 import numpy as np
 
 from mrfit.kernels.lti import delayed, unit_gain_filter
 from mrfit.kernels.points import inside, post_yield_line, yield_velocity
-from mrfit.kernels.theta import plain
+from mrfit.kernels.theta import by_blocks, plain
 from mrfit.specs import Array, ModelSpec, Param
 
 SPEC = ModelSpec(
@@ -55,7 +55,23 @@ SPEC = ModelSpec(
 
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the force in N, shape (P, N), of velocity (m/s) and current (A), shape (2, N), sampled every dt s."""
-    v, current = plain(drive)
+    return by_blocks(lambda block: _force(plain(drive), block, dt), drive.shape[1], theta)
+
+
+def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
+    """Return the post-yield line, the pre-yield slope and the yield velocity, shared out at the mean current."""
+    v, current = drive
+    line = post_yield_line(v, output)
+    turn = 2 * max(yield_velocity(v, output), 1e-6)
+    mean = float(np.mean(np.abs(current)))
+    found = {"c_post": line["C_inf"], "c_pre": line["C_inf"] + line["fy"] / turn, "f0": line["f0"], "b": turn}
+    if mean > 1e-3:
+        found |= {"a": 0.8 * turn / mean, "b": 0.2 * turn}
+    return inside(SPEC, found)
+
+
+def _force(drive: Array, theta: Array, dt: float) -> Array:
+    v, current = drive
     c_pre, c_post, a, b, *_, tau, f0 = (theta[:, k, None] for k in range(theta.shape[1]))
     magnetising = unit_gain_filter(
         delayed(current, tau[:, 0] / dt),
@@ -71,15 +87,3 @@ def response(drive: Array, theta: Array, dt: float) -> Array:
     lagged = unit_gain_filter(force, plain(theta[:, 4:8]), hysteresis, dt)
     lagged += f0
     return lagged
-
-
-def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
-    """Return damping and offset of the post-yield line, the pre-yield slope and the yield velocity at the mean current."""
-    v, current = drive
-    line = post_yield_line(v, output)
-    turn = 2 * max(yield_velocity(v, output), 1e-6)
-    mean = float(np.mean(np.abs(current)))
-    found = {"c_post": line["C_inf"], "c_pre": line["C_inf"] + line["fy"] / turn, "f0": line["f0"]}
-    return inside(
-        SPEC, {**found, "a": 0.8 * turn / max(mean, 1e-6), "b": 0.2 * turn} if mean > 1e-3 else {**found, "b": turn}
-    )

@@ -12,11 +12,9 @@ Source: R. Jimenez, L. Alvarez-Icaza, Structural Control and Health Monitoring 1
 dampers, there with g constant (dF = 0); named in the reviews of papers 001 and 003 ("LuGre hysteresis operator").
 """
 
-import numpy as np
-
 from mrfit.kernels.friction import lugre
 from mrfit.kernels.points import inside, post_yield_line
-from mrfit.kernels.theta import along_samples, columns, plain
+from mrfit.kernels.theta import along_samples, plain
 from mrfit.specs import Array, ModelSpec, Param
 
 SPEC = ModelSpec(
@@ -41,15 +39,7 @@ SPEC = ModelSpec(
 
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the force in N, shape (P, N), of a velocity in m/s, shape (1, N), sampled every dt s."""
-    v = plain(drive[0])
-    sigma0, sigma1, sigma2, fc, df, vs, f0 = columns(theta)
-    shape = np.stack(np.broadcast_arrays(sigma0, fc, fc + df, vs), axis=1)
-    z, rate = lugre(v, along_samples(shape), dt)
-    z *= sigma0
-    rate *= sigma1
-    z += rate
-    z += sigma2 * v + f0
-    return z
+    return lugre(plain(drive[0]), along_samples(theta), dt)
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:

@@ -2,9 +2,9 @@
 
     h1 = tanh(W1*u + b1),  h2 = tanh(W2*h1 + b2),  F = w3*h2 + b3,    u = (v, i, v 4 ms ago, i 4 ms ago)
 
-v velocity (m/s), i current (A), F force (N). 31 parameters: W1_jk (weight of input k in unit j; s/m or 1/A), b1_j, W2_jk,
-b2_j (1), w3_j and b3 (N). Values 4 ms ago are linear between samples, and the first sample's value before it. The start
-values are fixed numbers spread over -1 ... 1, since equal units would stay equal for ever.
+v velocity (m/s), i current (A), F force (N). 31 parameters: W1_jk (weight of input k in unit j; s/m or 1/A), b1_j,
+W2_jk, b2_j (1), w3_j and b3 (N). Values 4 ms ago are linear between samples, and the first sample's value before it.
+The start values are fixed numbers spread over -1 ... 1, since equal units would stay equal for ever.
 
 Source: paper 001, section 4. The activation is not printed; the hyperbolic tangent is MATLAB's default.
 """
@@ -17,6 +17,7 @@ from mrfit.specs import Array, ModelSpec, Param
 
 _LAG = 4e-3
 _UNITS = 3
+_CHUNK = 4096  # samples whose hidden layers stay in cache
 _INPUTS = (("v", "s/m", 10.0), ("i", "1/A", 1.0), ("v_ago", "s/m", 10.0), ("i_ago", "1/A", 1.0))
 
 
@@ -57,10 +58,12 @@ def response(drive: Array, theta: Array, dt: float) -> Array:
     lag = np.array([_LAG / dt])
     inputs = np.vstack([drive, *(delayed(plain(row), lag) for row in drive)])
     out = np.empty((len(theta), drive.shape[1]))
-    for p, row in enumerate(theta):
-        first = np.tanh(row[:12].reshape(_UNITS, 4) @ inputs + row[12:15, None])
-        second = np.tanh(row[15:24].reshape(_UNITS, _UNITS) @ first + row[24:27, None])
-        out[p] = row[27:30] @ second + row[30]
+    for first in range(0, drive.shape[1], _CHUNK):
+        chunk = slice(first, first + _CHUNK)
+        for p, row in enumerate(theta):
+            h1 = np.tanh(row[:12].reshape(_UNITS, 4) @ inputs[:, chunk] + row[12:15, None])
+            h2 = np.tanh(row[15:24].reshape(_UNITS, _UNITS) @ h1 + row[24:27, None])
+            out[p, chunk] = row[27:30] @ h2 + row[30]
     return out
 
 

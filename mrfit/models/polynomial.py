@@ -10,13 +10,17 @@ basis only: no data determine it, and beyond it the polynomials are worthless, a
 Source: paper 003 eq. 9, order 12 as recommended there.
 """
 
+from collections.abc import Iterator
+
 import numpy as np
+from numpy.typing import NDArray
 
 from mrfit.kernels.points import inside, largest
 from mrfit.kernels.theta import evaluate
 from mrfit.specs import Array, ModelSpec, Param
 
 ORDER = 12
+_CHUNK = 4096  # samples whose basis stays in cache
 
 SPEC = ModelSpec(
     name="polynomial",
@@ -36,7 +40,15 @@ SPEC = ModelSpec(
 
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the force in N, shape (P, N), of velocity (m/s) and acceleration (m/s^2), shape (2, N)."""
-    return evaluate(_force, drive, theta)
+    if theta.ndim == 3:
+        return evaluate(_force, drive, theta)
+    out = np.empty((len(theta), drive.shape[1]))
+    for v_max in np.unique(theta[:, -1]):
+        rows = theta[:, -1] == v_max
+        for first in range(0, drive.shape[1], _CHUNK):
+            chunk = slice(first, first + _CHUNK)
+            out[rows, chunk] = theta[rows, :-1] @ _basis(drive[0, chunk] / v_max, drive[1, chunk] >= 0)
+    return out
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
@@ -52,12 +64,23 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     return inside(SPEC, found)
 
 
+def _legendre(u: Array) -> Iterator[Array]:
+    """Yield the Legendre polynomials of order 0 to ORDER at u."""
+    before, now = np.zeros_like(u), np.ones_like(u)
+    for i in range(ORDER + 1):
+        yield now
+        before, now = now, ((2 * i + 1) * u * now - i * before) / (i + 1)
+
+
+def _basis(u: Array, rising: NDArray[np.bool_]) -> Array:
+    """Return the functions whose weights are a0 ... b12, shape (26, N)."""
+    values = np.stack(list(_legendre(u)))
+    return np.vstack([values * ~rising, values * rising])
+
+
 def _force(v: Array, a: Array, *parameters: Array) -> Array:
     u = v / parameters[-1]
-    rising = a >= 0
-    before, now = np.zeros_like(u), np.ones_like(u)
     force = np.zeros_like(u)
-    for i in range(ORDER + 1):
-        force = force + np.where(rising, parameters[ORDER + 1 + i], parameters[i]) * now
-        before, now = now, ((2 * i + 1) * u * now - i * before) / (i + 1)
+    for i, value in enumerate(_legendre(u)):
+        force = force + np.where(a >= 0, parameters[ORDER + 1 + i], parameters[i]) * value
     return force

@@ -11,7 +11,7 @@ from mrfit.specs import Array, OptimizerSpec
 SPEC = OptimizerSpec(
     name="auto",
     title="Multi-start bounded Levenberg-Marquardt, all starts side by side, until several agree",
-    reference="Levenberg (1944); Marquardt (1963); stop of Bates and Watts (1981); starts: McKay, Beckman and Conover (1979)",
+    reference="Levenberg (1944), Marquardt (1963); stop: Bates and Watts (1981); starts: McKay and others (1979)",
     kind="global",
     budget=lambda dimension: 1000 * (dimension + 1),
 )
@@ -26,16 +26,19 @@ SCREENED = 8
 # Starts of a wave are at least this far apart, as a share of the cube's diagonal, as long as there are such points.
 APART = 0.15
 
-# So many descents have to settle at the best cost, equal within this share of it.
+# So many descents have to settle at the best cost, within this share of it.
 AGREEING = 3
-AGREEMENT_RTOL = 1e-3
+AGREEMENT_RTOL = 2e-3
 # A cost below this share of the best screened one counts as zero when costs are compared.
 ZERO = 1e-6
 
-# A descent has settled when the linear model can explain no more than this share of the squared cost; only the leader
-# goes on, to the second share.
+# A descent has settled when the linear model can explain no more than the first share of the squared cost; the best one
+# then goes on to the second share.
 SETTLED = 1e-3
 POLISHED = 1e-9
+# It has also settled when so many iterations lowered the squared cost by less than a share of it: along directions
+# that the data hardly determine the linear model promises again and again what the model does not keep.
+SLOW_ITERATIONS, SLOW_SETTLED, SLOW_POLISHED = 10, 1e-3, 1e-6
 ITERATIONS, LEADER_ITERATIONS = 60, 500
 
 # Singular values of the scaled Jacobian below this share of the largest are noise of the differences: no step goes
@@ -44,6 +47,8 @@ RANK_TOLERANCE = 3e-5
 # Longest step along any axis of the cube.
 LONGEST_STEP = 0.1
 FIRST_DAMPING, LEAST_DAMPING = 1e-2, 1e-12
+# A step cut off at the bounds gives way to the safe one when it promises less than this share of what that one does.
+POOR = 0.1
 # A descent is stuck when a damped step failed that promised less than this share of the squared cost.
 LEAST_FALL = 1e-10
 SHORTEST_STEP = 1e-10
@@ -69,15 +74,16 @@ class Front:
 def minimise(objective: Objective, rng: np.random.Generator) -> None:
     """Minimise from the given starts and well-spread ones, in growing waves, until three descents agree.
 
-    Every iteration solves (S⁻¹ JᵀJ S⁻¹ + μ I) S d = -S⁻¹ Jᵀr for all descents at once, S the column norms of J, within
-    the cube by active sets and without the directions in which J is rank deficient. A step that lowers the cost lowers
+    Every iteration solves (S⁻¹ JᵀJ S⁻¹ + μ I) S d = -S⁻¹ Jᵀr for all descents at once, S the column norms of J, without
+    the directions in which J is rank deficient, and cuts d off at the bounds. A step that lowers the cost lowers
     μ, any other raises it. Where descents ended is left in the objective's ``descents``, how many agree in
     ``agreeing``.
     """
     given = [objective.best_point[None, :], objective.start[None, :]]
     if objective.starts is not None:
         given.append(objective.starts)
-    pool, count, zero = np.unique(np.vstack(given), axis=0), FIRST_WAVE, np.inf
+    pool = np.array(list(dict.fromkeys(map(tuple, np.clip(np.vstack(given), 0.0, 1.0)))))
+    count, zero = FIRST_WAVE, np.inf
     while True:
         screened = np.vstack([pool, _latin_hypercube(SCREENED * count, objective.dimension, rng)])
         costs = objective.costs(screened)
@@ -85,7 +91,7 @@ def minimise(objective: Objective, rng: np.random.Generator) -> None:
         starts = _choose(screened, costs, len(pool), count)
         front = Front(starts, objective.normal_equations(starts))
         try:
-            _descend(objective, front, SETTLED, ITERATIONS)
+            _descend(objective, front, SETTLED, SLOW_SETTLED, ITERATIONS)
             _polish(objective, front)
         finally:
             _record(objective, front, zero)
@@ -117,9 +123,13 @@ def _choose(points: Array, costs: Array, given: int, count: int) -> Array:
     return points[chosen + rest[: max(0, count - len(chosen))]]
 
 
-def _descend(objective: Objective, front: Front, tolerance: float, iterations: int) -> None:
+def _descend(objective: Objective, front: Front, tolerance: float, slow: float, iterations: int) -> None:
     """Step all descents of a front together until each has settled, is stuck or has taken its iterations."""
-    for _ in range(iterations):
+    earlier = front.model.costs.copy()
+    for iteration in range(iterations):
+        if iteration % SLOW_ITERATIONS == SLOW_ITERATIONS - 1:
+            front.settled |= ~front.stuck & (front.model.costs**2 >= earlier**2 * (1.0 - slow))
+            earlier = front.model.costs.copy()
         trials, predicted, explained = _proposals(front)
         front.settled |= ~front.stuck & (explained <= tolerance)
         active = np.flatnonzero(~front.settled & ~front.stuck)
@@ -155,49 +165,61 @@ def _proposals(front: Front) -> tuple[Array, Array, Array]:
     The last is the fall that an undamped step along the free parameters would bring if the model were linear: the
     relative offset of Bates and Watts (1981).
     """
-    points, gradients, curvatures = front.points, front.model.gradients, front.model.curvatures
+    points, (costs, gradients, curvatures) = front.points, front.model
     held = ((points <= 0.0) & (gradients > 0.0)) | ((points >= 1.0) & (gradients < 0.0))
-    steps, attainable = _damped_steps(gradients, curvatures, front.dampings, held, np.zeros_like(points))
+    steps, attainable = _damped_steps(gradients, curvatures, front.dampings, held)
+    trials, predicted = _shortened(front, np.clip(points + steps, 0.0, 1.0) - points)
+    # cutting a step off at the bounds can make it an uphill one; holding what would leave the cube never does
+    safe_trials, safe_predicted = _shortened(front, _held_within_bounds(front, steps, held))
+    poor = predicted <= POOR * safe_predicted
+    trials = np.where(poor[:, None], safe_trials, trials)
+    explained = attainable / np.maximum(np.where(np.isfinite(costs), costs, 0.0) ** 2, 1e-300)
+    return trials, np.where(poor, safe_predicted, predicted), explained
+
+
+def _held_within_bounds(front: Front, steps: Array, held: Mask) -> Array:
+    """Return steps (P, K) that stay in the cube: parameters that would leave it do not move, the others solved anew."""
+    points, (_, gradients, curvatures) = front.points, front.model
     for _ in range(points.shape[1]):
-        inside = np.clip(points + steps, 0.0, 1.0) - points
-        crossing = (inside != steps) & ~held
+        reached = points + steps
+        crossing = ((reached < 0.0) | (reached > 1.0)) & ~held
         if not crossing.any():
             break
-        held |= crossing
-        steps = _damped_steps(gradients, curvatures, front.dampings, held, np.where(held, inside, 0.0))[0]
+        held = held | crossing
+        steps = _damped_steps(gradients, curvatures, front.dampings, held)[0]
+    return steps
+
+
+def _shortened(front: Front, steps: Array) -> tuple[Array, Array]:
+    """Return trial points (P, K) at most the longest step away, and the fall of the squared cost they promise (P,)."""
     longest = np.abs(steps).max(axis=1, keepdims=True)
-    trials = np.clip(points + steps * np.minimum(1.0, LONGEST_STEP / np.maximum(longest, 1e-300)), 0.0, 1.0)
-    moved = trials - points
-    bend = np.einsum("pk,pkl,pl->p", moved, curvatures, moved)
-    predicted = -2.0 * np.einsum("pk,pk->p", gradients, moved) - bend
-    costs = np.where(np.isfinite(front.model.costs), front.model.costs, 0.0)
-    explained = attainable / np.maximum(costs**2, 1e-300)
-    return trials, predicted, explained
+    trials = np.clip(front.points + steps * np.minimum(1.0, LONGEST_STEP / np.maximum(longest, 1e-300)), 0.0, 1.0)
+    moved = trials - front.points
+    bend = np.einsum("pk,pkl,pl->p", moved, front.model.curvatures, moved)
+    return trials, -2.0 * np.einsum("pk,pk->p", front.model.gradients, moved) - bend
 
 
-def _damped_steps(
-    gradients: Array, curvatures: Array, dampings: Array, held: Mask, shifts: Array
-) -> tuple[Array, Array]:
-    """Return damped steps (P, K), held parameters shifted as given, and the undamped fall of the squared cost (P,)."""
-    slopes = np.where(held, 0.0, gradients + np.einsum("pkl,pl->pk", curvatures, shifts))
+def _damped_steps(gradients: Array, curvatures: Array, dampings: Array, held: Mask) -> tuple[Array, Array]:
+    """Return damped steps (P, K) of the parameters not held, and the undamped fall of the squared cost (P,)."""
     norms = np.sqrt(np.einsum("pkk->pk", curvatures))
     scales = np.maximum(norms, 1e-4 * norms.max(axis=1, keepdims=True))
     scales[scales == 0.0] = 1.0
     free = np.where(held, 0.0, 1.0 / scales)
     values, vectors = np.linalg.eigh(curvatures * free[:, :, None] * free[:, None, :])
-    along = np.einsum("pkl,pk->pl", vectors, slopes * free)
+    along = np.einsum("pkl,pk->pl", vectors, gradients * free)
     determined = values > RANK_TOLERANCE**2 * values[:, -1:]
     damped = np.where(determined, along / np.where(determined, values + dampings[:, None], 1.0), 0.0)
     attainable = np.where(determined, along**2 / np.where(determined, values, 1.0), 0.0).sum(axis=1)
-    return shifts - free * np.einsum("pkl,pl->pk", vectors, damped), attainable
+    return -free * np.einsum("pkl,pl->pk", vectors, damped), attainable
 
 
 def _polish(objective: Objective, front: Front) -> None:
     """Let the leader of a front go on to the tighter tolerance."""
     leader = slice(best := int(np.argmin(front.model.costs)), best + 1)
+    # slices are views: what the leader gains is the front's
     alone = Front(front.points[leader], NormalEquations(*(part[leader] for part in front.model)))
     alone.dampings = front.dampings[leader]
-    _descend(objective, alone, POLISHED, LEADER_ITERATIONS)
+    _descend(objective, alone, POLISHED, SLOW_POLISHED, LEADER_ITERATIONS)
 
 
 def _record(objective: Objective, front: Front, zero: float) -> None:

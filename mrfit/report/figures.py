@@ -96,7 +96,7 @@ def history_figures(fit: Fit, series: Sequence[Series]) -> Iterator[Figure]:
     """Yield measured and simulated output against time over two cycles of every condition."""
     cut = [s.time[shown_cycles(s)] for s in series]
     seconds, time_unit = prefixed(max(float(t[-1]) for t in cut), "s")
-    factor, unit = _scale([s.measured for s in series], fit.output)
+    factor, unit = scale_of([s.measured for s in series], fit.output)
 
     def draw(axes: "Axes", one: Series, points: int) -> None:
         window = shown_cycles(one)
@@ -104,15 +104,15 @@ def history_figures(fit: Fit, series: Sequence[Series]) -> Iterator[Figure]:
             at = decimate(values, points)
             axes.plot(seconds * one.time[window][at], factor * values[at], **look)
 
-    labels = _axis("t", time_unit, "Time"), _axis(symbol_of(fit.output), unit, fit.output)
+    labels = axis_label("t", time_unit, "Time"), axis_label(symbol_of(fit.output), unit, fit.output)
     caption = f"Measured and simulated {fit.output} over two cycles (the whole record where the test is not periodic)."
     yield from _grids(fit, series, draw, ("time-history", "Time history", caption + _WORST, labels))
 
 
 def loop_figures(fit: Fit, series: Sequence[Series], channel: str) -> Iterator[Figure]:
     """Yield output against one input channel over two cycles of every condition."""
-    across, across_unit = _scale([s.inputs[channel] for s in series], channel)
-    factor, unit = _scale([s.measured for s in series], fit.output)
+    across, across_unit = scale_of([s.inputs[channel] for s in series], channel)
+    factor, unit = scale_of([s.measured for s in series], fit.output)
 
     def draw(axes: "Axes", one: Series, points: int) -> None:
         window = shown_cycles(one)
@@ -120,7 +120,7 @@ def loop_figures(fit: Fit, series: Sequence[Series], channel: str) -> Iterator[F
             at = decimate(values, points)
             axes.plot(across * one.inputs[channel][window][at], factor * values[at], **look)
 
-    labels = _axis(symbol_of(channel), across_unit, channel), _axis(symbol_of(fit.output), unit, fit.output)
+    labels = axis_label(symbol_of(channel), across_unit, channel), axis_label(symbol_of(fit.output), unit, fit.output)
     what = f"{fit.output}–{channel} loop".replace("_", " ")
     caption = f"Measured and simulated over two cycles.{_WORST}"
     about = (f"loop-{channel}".replace("_", "-"), what[0].upper() + what[1:], caption, labels)
@@ -130,7 +130,7 @@ def loop_figures(fit: Fit, series: Sequence[Series], channel: str) -> Iterator[F
 def residual_figures(fit: Fit, series: Sequence[Series]) -> Iterator[Figure]:
     """Yield measured minus simulated output over the whole of every condition, with the noise floor as a band."""
     seconds, time_unit = prefixed(max(float(s.time[-1]) for s in series), "s")
-    factor, unit = _scale([s.measured - s.simulated for s in series], fit.output)
+    factor, unit = scale_of([s.measured - s.simulated for s in series], fit.output)
     floors = {(m.condition, m.role): m.noise_floor or 0.0 for m in fit.metrics}
 
     def draw(axes: "Axes", one: Series, points: int) -> None:
@@ -141,7 +141,7 @@ def residual_figures(fit: Fit, series: Sequence[Series]) -> Iterator[Figure]:
         axes.plot(seconds * one.time[at], factor * residual[at], color="#334155", lw=0.6, label="measured − simulated")
 
     symbol = symbol_of(fit.output)
-    labels = _axis("t", time_unit, "Time"), _axis(f"{symbol} − {symbol}\u0302", unit, "Residual")
+    labels = axis_label("t", time_unit, "Time"), axis_label(f"{symbol} − {symbol}\u0302", unit, "Residual")
     caption = "What the model leaves of the measured output; the band is ± the noise floor (RMS)."
     yield from _grids(fit, series, draw, ("residual", "Residual", caption + _WORST, labels))
 
@@ -153,7 +153,7 @@ _WORST = " Percentages are NRMSE. Of repeated segments the one with the largest 
 
 def convergence_figure(fit: Fit) -> Figure:
     """Return the best cost found against the evaluations spent, one line per set of parameters, both logarithmic."""
-    canvas = _canvas(WIDTH * 0.75, 3.8)
+    canvas = canvas_of(WIDTH * 0.75, 3.8)
     axes = canvas.subplots()
     curves = {r.condition: np.array(_descent(r)) for r in fit.results if _descent(r)}
     factor, unit = prefixed(float(np.exp(np.mean([np.log(c[[0, -1], 1]) for c in curves.values()]))), fit.unit)
@@ -171,7 +171,7 @@ def convergence_figure(fit: Fit) -> Figure:
     named = list(axes.lines) if few else _extremes(axes, [float(c[-1, 1]) for c in curves.values()])
     axes.set(xscale="log", yscale="log", xlabel="Evaluations (simulated parameter vectors)")
     axes.set_ylabel(f"Best cost, RMS ({unit})" if unit else "Best cost, RMS")
-    _plain_log(axes)
+    plain_log(axes)
     if len(curves) > 1:
         canvas.legend(handles=named, loc="outside right upper", title="Condition")
     ends = ", ".join(
@@ -202,7 +202,7 @@ def error_figure(fit: Fit) -> Figure:
     """Return NRMSE of every condition and role as dots, with the noise floor as a tick on the same scale."""
     rows = [m for m in fit.metrics if m.condition != "all" and m.nrmse is not None]
     names = list(dict.fromkeys(m.condition for m in rows))
-    canvas = _canvas(WIDTH * 0.75, 1.3 + 0.27 * len(names))
+    canvas = canvas_of(WIDTH * 0.75, 1.3 + 0.27 * len(names))
     axes = canvas.subplots()
     for role, marker in (("train", {"color": SIMULATED}), ("holdout", {"mfc": "white", "mec": HOLDOUT, "mew": 1.6})):
         chosen = [m for m in rows if m.role == role]
@@ -218,7 +218,7 @@ def error_figure(fit: Fit) -> Figure:
     axes.set_ylim(len(names) - 0.4, -0.6)
     if spread:
         axes.set_xscale("log")
-        _plain_log(axes)
+        plain_log(axes)
     else:
         axes.set_xlim(left=0.0)
     axes.grid(axis="y", color="#e2e8f0", lw=0.8)
@@ -248,9 +248,9 @@ def _grids(
     errors = {(m.condition, m.role): m.nrmse for m in fit.metrics}
     pages = sheets(series)
     for number, page in enumerate(pages, start=1):
-        columns = _columns(len(page))
+        columns = columns_of(len(page))
         lines = -(-len(page) // columns)
-        canvas = _canvas(WIDTH, 0.75 + (3.6 if columns == 1 else 2.9 if columns == 2 else 2.15) * lines)
+        canvas = canvas_of(WIDTH, 0.75 + (3.6 if columns == 1 else 2.9 if columns == 2 else 2.15) * lines)
         panels = canvas.subplots(lines, columns, squeeze=False).ravel()
         for axes, one in zip(panels, page, strict=False):
             draw(axes, one, CURVE_POINTS if len(page) <= 2 else CURVE_POINTS // 2)
@@ -281,30 +281,34 @@ def _part(page: Sequence[Series], number: int, total: int) -> str:
     return f", {families.pop()}" if len(families) == 1 else f", {number} of {total}"
 
 
-def _columns(panels: int) -> int:
+def columns_of(panels: int) -> int:
+    """Return how many columns of panels a figure of so many has."""
     if panels <= 2:
         return panels
     return 2 if panels == 4 else 3 if panels <= 9 else 4
 
 
-def _canvas(width: float, height: float) -> "Canvas":
+def canvas_of(width: float, height: float) -> "Canvas":
+    """Return an empty figure, size in inches, that no window system knows of."""
     from matplotlib.figure import Figure as Canvas
 
     return Canvas(figsize=(width, height), layout="constrained")
 
 
-def _scale(curves: Sequence[Array], channel: str) -> tuple[float, str]:
+def scale_of(curves: Sequence[Array], channel: str) -> tuple[float, str]:
+    """Return the factor and unit in which curves of a channel are drawn."""
     finite = [float(np.max(np.abs(c[np.isfinite(c)]), initial=0.0)) for c in curves]
     return prefixed(max(finite), unit_of(channel))
 
 
-def _axis(symbol: str, unit: str, name: str) -> str:
+def axis_label(symbol: str, unit: str, name: str) -> str:
+    """Return an axis's words: quantity, symbol, unit."""
     words = name.replace("_", " ")
     quantity = words[:1].upper() + words[1:] + (f" {symbol}" if symbol != name else "")
     return f"{quantity} ({unit})" if unit else quantity
 
 
-def _plain_log(axes: "Axes") -> None:
+def plain_log(axes: "Axes") -> None:
     """Write the numbers of logarithmic axes as 0.1, 1, 10 … and as 10⁵ where they are long, without math fonts."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 

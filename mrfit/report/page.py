@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mrfit.metrics import METRICS
 from mrfit.report.figures import Figure
@@ -13,7 +13,11 @@ from mrfit.report.svg import inline
 from mrfit.report.tables import METRIC_COLUMNS, ROLES, metric_cells
 from mrfit.report.verdict import cautions, open_directions, verdict
 
+if TYPE_CHECKING:
+    from jinja2 import Template
+
 TEMPLATE = Path(__file__).with_name("index.html.jinja")
+STYLE = Path(__file__).with_name("style.css.jinja")
 
 
 def render(source: Source, figures: dict[str, list[Figure]]) -> str:
@@ -26,12 +30,8 @@ def render(source: Source, figures: dict[str, list[Figure]]) -> str:
     figures
         Figures of each fit by its name.
     """
-    from jinja2 import Environment, StrictUndefined
-
-    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
-    template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
     fits = [_fit(k, fit, figures[fit.name]) for k, fit in enumerate(source.fits, start=1)]
-    return template.render(
+    return template_of(TEMPLATE).render(
         fits=fits,
         comparison=[_overview(fit) for fit in source.fits],
         definitions=METRICS,
@@ -41,6 +41,20 @@ def render(source: Source, figures: dict[str, list[Figure]]) -> str:
         flux=flux_section(source.flux),
         version=next((f.versions["mrfit"] for f in source.fits if "mrfit" in f.versions), ""),
     )
+
+
+def template_of(path: Path) -> "Template":
+    """Return a page's template; it may include others of its folder. Text put into it is taken as text, not as markup."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    environment = Environment(
+        loader=FileSystemLoader(path.parent),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=StrictUndefined,
+    )
+    return environment.get_template(path.name)
 
 
 def number(value: float | None, text: str | None = None) -> dict[str, Any]:

@@ -89,6 +89,7 @@ class Result(BaseModel):
     parameters: list[Quantity]
     derived: list[Quantity] = []
     conditioning: Conditioning | None = None
+    identifiability: list[str] = []
     passivity: list[Passivity] = []
     warnings: list[Caution] = []
     segments: list[SegmentUse] = []

@@ -78,7 +78,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
 
 def _key(workspace: Workspace, names: list[str], settings: Settings) -> str:
     """Return the key of all that goes into the report; the page's template is none of the hashed sources."""
-    inputs = [page.TEMPLATE, *input_files(workspace, names)]
+    inputs = [page.TEMPLATE, page.STYLE, *input_files(workspace, names)]
     hashes = [(p.name, hashlib.sha256(p.read_bytes()).hexdigest()) for p in inputs]
     return key_of(names, asdict(settings), hashes, version("matplotlib"), version("jinja2"))
 
@@ -97,7 +97,7 @@ def _render(source: Source, progress: Progress) -> dict[str, str]:
         "metrics.tex": tables.metrics_tex(source.fits),
         "index.html": page.render(source, drawn),
     }
-    return files | {f"figures/{f.name}.svg": f.svg for figures in drawn.values() for f in figures}
+    return files | {f"figures/{f.name}.svg": f.svg for group in drawn.values() for f in group}
 
 
 def publish(folder: Path, files: Mapping[str, str], summary: dict[str, Any]) -> None:

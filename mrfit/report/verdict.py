@@ -89,7 +89,9 @@ def open_directions(fit: Fit) -> list[tuple[str, str]]:
     said = []
     for result in fit.results:
         conditioning = result.conditioning
-        if conditioning and conditioning.rank < conditioning.parameters:
+        if result.identifiability:
+            said.append((result.condition, " ".join(result.identifiability)))
+        elif conditioning and conditioning.rank < conditioning.parameters:
             ways = "; ".join(_direction(d) for d in conditioning.null_directions)
             text = f"the data determine {conditioning.rank} of {conditioning.parameters} directions"
             said.append((result.condition, text + (f"; free to move along {ways}" if ways else "")))

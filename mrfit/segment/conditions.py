@@ -172,7 +172,8 @@ def assign_roles(segments: Sequence[Segment], holdout: str) -> list[Segment]:
         Segments with named conditions.
     holdout
         ``none``; ``auto``: a quarter of the conditions, those inside the grid of frequency, amplitude and current
-        first, none below four conditions and never more than half of one waveform; or, separated by commas,
+        first, none below four conditions, never more than half of one kind of test (waveform, current held or moving)
+        and one of each kind that has two; or, separated by commas,
         ``quantity=value`` (within 5 %) and patterns on condition names.
 
     Raises
@@ -188,9 +189,7 @@ def assign_roles(segments: Sequence[Segment], holdout: str) -> list[Segment]:
     else:
         chosen = {s.condition for term in holdout.split(",") for s in _matching(segments, term.strip(), conditions)}
     if conditions and chosen == set(conditions):
-        raise ConfigError(
-            f"--holdout '{holdout}' leaves nothing to train on; choose fewer of {_listed(conditions)}"
-        )
+        raise ConfigError(f"--holdout '{holdout}' leaves nothing to train on; choose fewer of {_listed(conditions)}")
     return [replace(s, role="holdout" if s.condition in chosen else "train") for s in segments]
 
 
@@ -228,16 +227,20 @@ def _equals(segment: Segment, name: str, text: str) -> bool:
 def _auto(segments: Sequence[Segment], conditions: Sequence[str]) -> set[str]:
     if len(conditions) < FEWEST_FOR_HOLDOUT:
         return set()
-    grid, waveforms = _grid(segments, conditions)
+    grid, kinds = _grid(segments, conditions)
     inside = np.sum((grid > 0.0) & (grid < 1.0), axis=1)
-    room = {w: waveforms.count(w) // 2 for w in waveforms}
+    room = {k: kinds.count(k) // 2 for k in kinds}
     chosen: list[int] = []
-    while len(chosen) < round(HOLDOUT_SHARE * len(conditions)):
-        open_ = [i for i in range(len(conditions)) if i not in chosen and room[waveforms[i]] > 0]
+    # every kind of test that has two conditions is represented before any has two
+    wanted = [k for k in sorted(room) if room[k] > 0]
+    share = max(round(HOLDOUT_SHARE * len(conditions)), min(len(wanted), len(conditions) // 2))
+    while len(chosen) < share:
+        open_ = [i for i in range(len(conditions)) if i not in chosen and room[kinds[i]] > 0]
         if not open_:
             break
-        best = max(open_, key=lambda i: (inside[i], _spread(grid, i, chosen), -i))
-        room[waveforms[best]] -= 1
+        fresh = [i for i in open_ if not any(kinds[j] == kinds[i] for j in chosen)]
+        best = max(fresh or open_, key=lambda i: (inside[i], _spread(grid, i, chosen), -i))
+        room[kinds[best]] -= 1
         chosen.append(best)
     return {conditions[i] for i in chosen}
 
@@ -250,7 +253,10 @@ def _spread(grid: Array, i: int, chosen: Sequence[int]) -> float:
 
 
 def _grid(segments: Sequence[Segment], conditions: Sequence[str]) -> tuple[Array, list[str]]:
-    """Return each condition's place among the steps of frequency, amplitude and current: (conditions, 3), 0 to 1."""
+    """Return each condition's place among the steps of frequency, amplitude and current, (conditions, 3), 0 to 1.
+
+    Beside it each condition's kind: its waveform, and whether the current was held.
+    """
     first = {s.condition: s for s in reversed(segments)}
     columns = []
     for name, tolerance in (("frequency", SAME_FREQUENCY), ("amplitude", SAME_AMPLITUDE), ("current", SAME_LEVEL)):
@@ -261,4 +267,8 @@ def _grid(segments: Sequence[Segment], conditions: Sequence[str]) -> tuple[Array
         ranks = np.empty(len(values))
         ranks[order] = np.concatenate([[0], np.cumsum(step)])
         columns.append(ranks / max(float(ranks.max()), 1.0))
-    return np.stack(columns, axis=1), [first[c].waveform for c in conditions]
+    kinds = [
+        f"{first[c].waveform} {'at held' if np.isfinite(first[c].current) else 'under moving'} current"
+        for c in conditions
+    ]
+    return np.stack(columns, axis=1), kinds

@@ -1,6 +1,6 @@
 """Find in one recording what is under test: the drive channel and the segments of steady or irregular excitation."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +18,9 @@ FEWEST_SAMPLES = 100
 # Share of an irregular segment that only leads the model in.
 LEAD_IN = 0.1
 HELD = 0.05
+# How much more departure is accepted in an unsteady recording, and how much more of it that must find.
+UNSTEADY = 3.0
+GAIN = 1.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,14 +68,25 @@ def detect(recording: Recording, drive: str, min_cycles: int, settle: int, toler
     tolerance
         See ``steady_stretches``.
     """
-    values = recording.channels[drive]
+    values, said = recording.channels[drive], []
     levels = [recording.channels["current"]] if drive != "current" and "current" in recording.channels else []
     stretches = steady_stretches(values, recording.dt, levels, max(2, min_cycles), tolerance)
+    wider = min(UNSTEADY * tolerance, 0.5)
+    if 2 * _covered(stretches) < len(values):
+        # A rig that does not hold its amplitude or its middle: less is asked of all cycles if that finds far more.
+        unsteady = steady_stretches(values, recording.dt, levels, max(2, min_cycles), wider)
+        if _covered(unsteady) > max(GAIN * _covered(stretches), len(values) / 2):
+            stretches = unsteady
+            said.append(f"{recording.id}: {drive} is unsteady; cycles up to {100 * wider:.0f} % apart were accepted")
     ranges = [_periodic(recording, drive, s, settle) for s in stretches]
     ranges += [s for gap in gaps(stretches, len(values)) if (s := _irregular(recording, drive, gap, bool(stretches)))]
     segments = tuple(_numbered(sorted(ranges, key=lambda s: s.start), recording.id))
     kept = sum(s.samples + s.warm_up for s in segments)
-    return Detection(recording, segments, tuple(_said(recording, drive, segments, kept)), kept)
+    return Detection(recording, segments, tuple(said + _said(recording, drive, segments, kept)), kept)
+
+
+def _covered(stretches: Sequence[Stretch]) -> int:
+    return sum(s.stop - s.start for s in stretches)
 
 
 def _numbered(segments: list[Segment], recording: str) -> list[Segment]:

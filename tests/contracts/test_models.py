@@ -172,6 +172,22 @@ def test_linear_parameters_are_jointly_affine(model: ModuleType) -> None:
     assert np.abs(rows[1] - 0.7 * rows[0] - 0.3 * rows[2]).max() <= 1e-10 * np.abs(rows).max()
 
 
+def test_parameters_may_vary_along_the_samples(model: ModuleType) -> None:
+    spec = model.SPEC
+    if spec.output not in ("force", "torque") or "current" in spec.inputs:
+        return
+    drive, theta = drive_of(spec), theta_of(spec, 3)
+    constant = model.response(drive, theta, DT)
+    held = np.repeat(theta[:, :, None], SAMPLES, axis=2)
+    assert np.abs(model.response(drive, held, DT) - constant).max() <= 1e-12 * np.abs(constant).max()
+    held[:, :, SAMPLES // 2 :] = theta_of(spec, 4)[1:, :, None]
+    varied = model.response(drive, held, DT)
+    assert np.isfinite(varied).all()
+    before, after = np.s_[:, : SAMPLES // 2], np.s_[:, SAMPLES // 2 :]
+    assert np.abs(varied[before] - constant[before]).max() <= 1e-5 * np.ptp(constant)
+    assert not np.array_equal(varied[after], constant[after])
+
+
 def test_rate_independent_models_follow_the_path_only(model: ModuleType) -> None:
     if not model.SPEC.rate_independent:
         return

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from mrfit.models.boucwen import derived, response
+from mrfit.models.boucwen import derived, response, start_values
 
 THETA = np.array([1500.0, 2000.0, 0.01, 400.0, 800.0, 300.0, 600.0, 1.6])
 
@@ -49,3 +49,24 @@ def test_null_directions_leave_the_force_and_the_derived_quantities() -> None:
     force = response(drive, pair, 1e-3)
     assert np.abs(force[1] - force[0]).max() < 1e-11 * np.ptp(force[0])
     assert derived(pair)[1] == pytest.approx(derived(pair)[0])
+
+
+def test_parameters_of_the_loop_may_vary_along_the_samples() -> None:
+    _, drive = sine(0.01, 3.0, 900)
+    held = np.repeat(THETA[None, :, None], 900, axis=2)
+    held[0, 3, 450:] *= 2.0  # alpha alone leaves the loop's shape, so the exact curve still holds
+    constant, scaled = response(drive, THETA[None], 1e-3)[0], response(drive, held, 1e-3)[0]
+    spring = THETA[0] * drive[1] + THETA[1] * (drive[0] - THETA[2])
+    assert scaled[450:] - spring[450:] == pytest.approx(2 * (constant - spring)[450:], rel=1e-9)
+    held[0, 4:7, 450:] *= 1.01
+    assert np.abs(response(drive, held, 1e-3)[0] - scaled)[:450].max() < 1e-5 * np.ptp(scaled)
+
+
+def test_start_values_are_near_the_force_they_came_from() -> None:
+    _, drive = sine(0.05, 20.0, 4000)
+    theta = THETA.copy()
+    theta[1:3] = [1000.0, -0.05]
+    found = start_values(drive, response(drive, theta[None], 1e-3)[0], 1e-3)
+    assert found["alpha"] == pytest.approx(theta[3] * (800 / 900) ** (1 / 1.6), rel=0.05)
+    assert found["c"] == pytest.approx(1500, rel=0.05)
+    assert -found["k"] * found["x0"] == pytest.approx(50.0, abs=5.0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from mrfit.models.boucwen_flux import SPEC, derived, response
+from mrfit.models.boucwen_flux import SPEC, derived, response, start_values
 
 # Paper 000 Table 3 (1 Hz): current amplitude, A, Lc, kappa, beta, gamma, n, D.
 PUBLISHED = np.array(
@@ -93,3 +93,16 @@ def test_agrees_with_the_printed_equation_solved_in_time() -> None:
 
 def test_published_table_starts_the_fit_at_its_own_values() -> None:
     assert SPEC.start == pytest.approx([1.2, 0.02, 3.5, 30, 60, 1.3, 20], rel=1e-9)
+
+
+@pytest.mark.parametrize("A", [1.2, 0.8])
+@pytest.mark.parametrize("amplitude", [0.5, 3.0])
+def test_start_values_give_slope_amplitude_and_turn_over_of_the_loop(A: float, amplitude: float) -> None:
+    theta = np.array([[A, 0.02, 3.5, 3.0, 6.0, 1.5, 0.05]])
+    current = sine(amplitude)
+    found = start_values(current[None], response(current[None], theta, 1e-3)[0], 1e-3)
+    started = derived(np.array([[found[name] for name in SPEC.names]]))[0]
+    slope, height, turnover = derived(theta)[0, :3]
+    assert started[0] == pytest.approx(slope, rel=0.2)
+    assert started[1] == pytest.approx(height, rel=0.2)
+    assert started[2] == pytest.approx(turnover, rel=0.5)

@@ -97,7 +97,10 @@ def test_fewer_than_four_conditions_all_train() -> None:
 
 @pytest.mark.parametrize("count", [4, 5, 8, 13])
 def test_no_waveform_is_held_out_whole(count: int) -> None:
-    mixed = grid()[:count] + [segment("r", 0.0, 0.5, waveform="random"), segment("q", 0.0, 5.0, waveform="quasi-static")]
+    mixed = grid()[:count] + [
+        segment("r", 0.0, 0.5, waveform="random"),
+        segment("q", 0.0, 5.0, waveform="quasi-static"),
+    ]
     found = roles(mixed, "auto")
     assert found["random-0.5A"] == "train" and found["quasi-static-5A"] == "train"
     assert "holdout" in found.values()

@@ -106,7 +106,9 @@ def test_a_long_log_is_split_by_current_level() -> None:
 
 
 def test_the_level_comes_from_the_condition_where_it_was_not_recorded() -> None:
-    log = recording("log", 1e-3, {"displacement": sine(9, 200), "force": sine(9, 200)}, {"current": 0.75, "temperature": 31.0})
+    log = recording(
+        "log", 1e-3, {"displacement": sine(9, 200), "force": sine(9, 200)}, {"current": 0.75, "temperature": 31.0}
+    )
     (segment,) = found(log, "displacement").segments
     assert (segment.current, segment.temperature) == (0.75, 31.0)
 
@@ -135,7 +137,9 @@ def test_random_excitation_after_sines_is_found_too() -> None:
 
 def test_rest_before_a_test_is_no_segment() -> None:
     values = np.concatenate([np.zeros(5000), sine(8, 500), np.zeros(5000)])
-    detection = found(recording("log", 1e-3, {"current": values + 0.002 * np.random.default_rng(5).standard_normal(14_000)}))
+    detection = found(
+        recording("log", 1e-3, {"current": values + 0.002 * np.random.default_rng(5).standard_normal(14_000)})
+    )
     (segment,) = detection.segments
     assert segment.start - segment.warm_up >= 4950 and segment.stop <= 9050
     assert any("cut as transients or rest" in f for f in detection.findings)
@@ -146,3 +150,13 @@ def test_a_stated_value_that_the_data_contradict_is_said() -> None:
     detection = found(recording("log", 1e-3, {"current": sine(9, 200, 1.65)}, stated))
     assert any("amplitude is stated as 2, the data say 1.65" in f for f in detection.findings)
     assert not any("frequency" in f for f in detection.findings)
+
+
+def test_a_rig_that_wanders_is_accepted_with_a_word() -> None:
+    rng = np.random.default_rng(6)
+    n = np.arange(8000)
+    wander = np.interp(n, np.arange(0, 8001, 500), rng.uniform(-0.13, 0.13, 17))
+    detection = found(recording("log", 1e-3, {"displacement": sine(16, 500) + wander}), "displacement")
+    assert any("unsteady" in f for f in detection.findings)
+    assert sum(s.cycles for s in detection.segments) >= 6
+    assert {s.waveform for s in detection.segments} == {"sine"}

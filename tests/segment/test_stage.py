@@ -18,7 +18,9 @@ def logs() -> list[Recording]:
     for frequency in (1.0, 5.0, 10.0):
         for amplitude in (1.0, 3.0, 5.0):
             channels = {n: v for n, v in coil(frequency, amplitude).items() if n != "truth"}
-            made.append(recording(f"log-{frequency:g}-{amplitude:g}", 1 / (500 * frequency), channels, {"resistance": 2.0}))
+            made.append(
+                recording(f"log-{frequency:g}-{amplitude:g}", 1 / (500 * frequency), channels, {"resistance": 2.0})
+            )
     return made
 
 

@@ -64,7 +64,8 @@ def _rises_evenly(head: Head, grid: Grid) -> bool:
     texts = [r[0] for r in _sample_rows(head, grid)[:SAMPLE]]
     if len(texts) < 4 or not all(number.fullmatch(t) for t in texts):
         return False
-    steps = np.diff([float(t.replace(grid.decimal, ".")) for t in texts])
+    values = np.array([float(t.replace(grid.decimal, ".").replace("∞", "inf")) for t in texts])
+    steps = np.diff(values) if np.isfinite(values).all() else np.zeros(1)
     return bool(np.all(steps > 0.0) and np.ptp(steps) < 0.1 * np.mean(steps))
 
 

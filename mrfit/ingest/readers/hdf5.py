@@ -7,6 +7,7 @@ from mrfit.ingest.table import Source, Table
 from mrfit.specs import ReaderSpec
 
 SPEC = ReaderSpec("hdf5", "HDF5 (needs h5py)")
+FRAGILE = True  # read in a process of its own: the library crashes on some damaged files
 
 
 def sniff(head: Head) -> bool:

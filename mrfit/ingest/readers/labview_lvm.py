@@ -49,7 +49,8 @@ def read(source: Source) -> list[Table]:
     data, heads = _without_headers(body_bytes(head), segment)
     decimal = _decimal(head, segment)
     use = tuple(sorted([*signals, *filled]))
-    layout = Layout(0, segment.delimiter, decimal, len(segment.names), use, optional=tuple(comment), comment="")
+    empty = tuple(c for c in clocks if c not in filled)
+    layout = Layout(0, segment.delimiter, decimal, len(segment.names), use, (), tuple(comment), empty, comment="")
     body = body_of(source, layout, data)
     fields = [_field(segment, k, place) for place, k in enumerate(signals)]
     tables = _tables(body, fields, filled, segment, head)
@@ -89,7 +90,7 @@ def _filled_clocks(head: Head, segment: Segment, clocks: list[int]) -> list[int]
 
 def _decimal(head: Head, segment: Segment) -> str:
     """Return the decimal mark: the stated one, or (files of version 0.92 state none) the one the data have."""
-    stated = segment.meta.get("decimal_separator", [""])[0]
+    stated = next(iter(segment.meta.get("decimal_separator", [])), "")
     if stated in (".", ","):
         return stated
     first = next((line for line in head.lines[segment.row + 1 :] if line.strip()), "")

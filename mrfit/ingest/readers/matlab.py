@@ -14,6 +14,7 @@ from mrfit.ingest.table import Source, Table
 from mrfit.specs import ReaderSpec
 
 SPEC = ReaderSpec("matlab", "MATLAB MAT-file")
+FRAGILE = True  # read in a process of its own: the library crashes on some damaged files
 DEEPEST = 6
 
 

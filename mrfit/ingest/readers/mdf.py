@@ -13,6 +13,7 @@ from mrfit.ingest.table import Column, Source, Table
 from mrfit.specs import ReaderSpec
 
 SPEC = ReaderSpec("mdf", "ASAM MDF (needs asammdf)")
+FRAGILE = True  # read in a process of its own: the library crashes on some damaged files
 
 
 def sniff(head: Head) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from mrfit.ingest import units
-from mrfit.ingest.body import Layout
+from mrfit.ingest.body import Layout, split
 from mrfit.ingest.head import Head
 from mrfit.ingest.layout import find_grid
 from mrfit.ingest.refusal import Refusal
@@ -67,7 +67,7 @@ def read(source: Source) -> list[Table]:
 
 def _rises(head: Head, first: int, delimiter: str, resolution: float) -> bool:
     """Whether the first column steps by the resolution."""
-    rows = [line.split(delimiter)[0] for line in head.lines[first : first + 20] if line.strip()]
+    rows = [split(line, delimiter)[0] for line in head.lines[first : first + 20] if line.strip()]
     found = [units.quantity(r) for r in rows]
     numbers = [f[0] for f in found if f is not None]
     steps = [b - a for a, b in zip(numbers[:-1], numbers[1:], strict=True)]

@@ -12,6 +12,7 @@ from mrfit.ingest.table import Column, Source, Table
 from mrfit.specs import ReaderSpec
 
 SPEC = ReaderSpec("tdms", "National Instruments TDMS (needs npTDMS)")
+FRAGILE = True  # read in a process of its own: the library crashes on some damaged files
 UNIT_KEYS = ("unit_string", "NI_UnitDescription", "unit", "Unit")
 
 

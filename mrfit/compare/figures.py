@@ -1,0 +1,59 @@
+"""Figures of comparisons: each model's error on every condition, and how optimizers converge."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from mrfit.report.figures import PALETTE, QUIET, WIDTH
+from mrfit.report.svg import style, to_svg
+
+LINES = ("-", "--", "-.", ":")
+PANELS_ACROSS = 2
+
+
+def error_map(models: Sequence[str], metrics: Sequence[dict[str, Any]]) -> str:
+    """Return an SVG of NRMSE in percent, one row per model and one column per condition, held-out columns first."""
+    from matplotlib.figure import Figure
+
+    columns = list(dict.fromkeys((m["role"], m["condition"]) for m in metrics))
+    values = np.full((len(models), len(columns)), np.nan)
+    for m in metrics:
+        if m["nrmse"] is not None:
+            values[models.index(m["model"]), columns.index((m["role"], m["condition"]))] = 100 * m["nrmse"]
+    with style():
+        figure = Figure(figsize=(WIDTH, 1.6 + 0.3 * len(models)), layout="constrained")
+        axes = figure.add_subplot()
+        axes.grid(False)
+        ceiling = float(np.nanquantile(values, 0.9)) if np.isfinite(values).any() else 1.0
+        axes.imshow(values, cmap="YlOrBr", vmin=0.0, vmax=max(ceiling, 1e-9), aspect="auto")
+        axes.set_xticks(range(len(columns)), [f"{c} ({r})" for r, c in columns], rotation=40, ha="right")
+        axes.set_yticks(range(len(models)), list(models))
+        for row, column in np.argwhere(np.isfinite(values)):
+            dark = values[row, column] > 0.6 * ceiling
+            shown = f"{values[row, column]:.3g}"
+            axes.text(column, row, shown, ha="center", va="center", fontsize=7, color="white" if dark else "black")
+        return to_svg(figure, "NRMSE in percent, models by conditions")
+
+
+def convergence(curves: Sequence[dict[str, Any]], unit: str) -> str:
+    """Return an SVG of the median best cost against evaluations, one panel per condition, one line per optimizer."""
+    from matplotlib.figure import Figure
+
+    conditions = list(dict.fromkeys(c["condition"] for c in curves))
+    across = min(PANELS_ACROSS, len(conditions))
+    down = -(-len(conditions) // across)
+    with style():
+        figure = Figure(figsize=(WIDTH, 0.6 + 3.0 * down), layout="constrained")
+        panels = figure.subplots(down, across, squeeze=False).ravel()
+        for axes, condition in zip(panels, conditions, strict=False):
+            own = [c for c in curves if c["condition"] == condition and c["cost"]]
+            for k, curve in enumerate(own):
+                look = {"color": PALETTE[k % len(PALETTE)], "linestyle": LINES[k // len(PALETTE) % len(LINES)]}
+                axes.plot(curve["evaluations"], curve["cost"], label=curve["optimizer"], **look)
+            axes.set(title=condition, xscale="log", yscale="log", xlabel="Evaluations", ylabel=f"RMS error ({unit})")
+            if own:
+                axes.legend(labelcolor="#334155", edgecolor=QUIET)
+        for axes in panels[len(conditions) :]:
+            axes.set_visible(False)
+        return to_svg(figure, "Convergence of optimizers")

@@ -1,0 +1,173 @@
+"""Compare optimizers on one model: the same start points and budgets, several seeds, best, median and worst cost."""
+
+import csv
+import io
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import mrfit.fit.stage
+from mrfit import optimize
+from mrfit.channels import unit_of
+from mrfit.compare.page import optimizers_page
+from mrfit.errors import ConfigError
+from mrfit.fit.cube import Cube
+from mrfit.fit.identify import Group, build_group, weights_of
+from mrfit.fit.problem import residual_function
+from mrfit.objective import Objective
+from mrfit.progress import Progress, silent
+from mrfit.specs import Array
+from mrfit.store import Workspace, plain, write_json, write_text
+
+SCHEMA = "mrfit/compare-optimizers/1"
+COLUMNS = ("condition", "optimizer", "seeds", "best", "median", "worst", "evaluations", "seconds", "unit")
+# Evaluations at which the curves of several seeds are compared
+CURVE_POINTS = 200
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Which optimizers to compare, on which fit.
+
+    Attributes
+    ----------
+    optimizers
+        Optimizers or chains, as in ``pso-fmin``.
+    fit
+        What they fit: model, ``per``, bounds, weight, budget, … as in the fit stage; its optimizer and seed are not
+        used.
+    seeds
+        Runs of each optimizer, seeds 0, 1, …. Seed 0 starts at the model's own start values, every other at a point of
+        the cube drawn at random, the same for all optimizers.
+    """
+
+    optimizers: tuple[str, ...]
+    fit: mrfit.fit.stage.Settings
+    seeds: int = 5
+
+
+def check(settings: Settings) -> None:
+    """Check names and options before any data are touched.
+
+    Raises
+    ------
+    ConfigError
+        If a model or an optimizer is unknown, or there is no seed to run.
+    """
+    mrfit.fit.stage.check(settings.fit)
+    for name in settings.optimizers:
+        optimize.chain(name)
+    if settings.seeds < 1:
+        raise ConfigError(f"--seeds {settings.seeds} runs nothing; give at least 1")
+
+
+def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
+    """Run every optimizer from every start and write ``compare/optimizers.{csv,json,html}``.
+
+    Parameters
+    ----------
+    workspace
+        Holds segments and recordings.
+    settings
+        What to compare.
+    progress
+        Told of every run.
+
+    Returns
+    -------
+    dict
+        ``rows``: for each condition and optimizer the best, median and worst cost over the seeds (RMS error in the
+        output's unit, weighted as in the fit), median evaluations and median ``seconds``; ``curves``: median best
+        cost against evaluations. Seconds are in the CSV file only.
+
+    Raises
+    ------
+    DataError
+        If the recordings lack what the model needs.
+    """
+    check(settings)
+    prepared = mrfit.fit.stage.prepare(workspace, settings.fit)
+    rows: list[dict[str, Any]] = []
+    curves: list[dict[str, Any]] = []
+    total = len(prepared.groups) * len(settings.optimizers)
+    for name, segments in prepared.groups.items():
+        split = settings.fit.per == "condition"
+        group = build_group(name, segments, prepared.recordings, prepared.assembly, split)
+        for optimizer in settings.optimizers:
+            runs = [_one_run(group, prepared, optimizer, seed, settings.fit) for seed in range(settings.seeds)]
+            rows.append(_row(name, optimizer, runs, prepared.assembly.spec.output))
+            curves.append({"condition": name, "optimizer": optimizer, **_median_curve(runs)})
+            progress("compare", len(rows), total)
+    fit: dict[str, Any] = {k: v for k, v in asdict(settings.fit).items() if k not in ("jobs", "optimizer", "seed")}
+    content = {"schema": SCHEMA, "settings": {"seeds": settings.seeds, **fit}, "rows": rows, "curves": curves}
+    summary: dict[str, Any] = plain(content)
+    stable = {**summary, "rows": [{k: v for k, v in r.items() if k != "seconds"} for r in summary["rows"]]}
+    _write(workspace.root / "compare", summary, stable)
+    return summary
+
+
+@dataclass(frozen=True)
+class _Run:
+    cost: float
+    evaluations: int
+    seconds: float
+    history: list[tuple[int, float]]
+
+
+def _one_run(
+    group: Group, prepared: mrfit.fit.stage.Prepared, optimizer: str, seed: int, fit: mrfit.fit.stage.Settings
+) -> _Run:
+    weights = weights_of(group.search, group.training_floors, fit.weight)
+    residuals = residual_function(group.search, prepared.assembly, prepared.cube.to_theta, weights)
+    objective = Objective(residuals, start_point(prepared.cube, seed), budget=0)
+    rng = np.random.default_rng([seed, *group.name.encode()])
+    begin = time.perf_counter()
+    outcome = optimize.run(optimizer, objective, rng, fit.budget, fit.seconds)
+    return _Run(outcome.cost, outcome.evaluations, time.perf_counter() - begin, list(objective.history))
+
+
+def start_point(cube: Cube, seed: int) -> Array:
+    """Return where a seed starts: the model's own start for seed 0, else a random point of the cube, shape (F,)."""
+    return cube.start if seed == 0 else np.random.default_rng(seed).random(len(cube.free))
+
+
+def _row(condition: str, optimizer: str, runs: list[_Run], output: str) -> dict[str, Any]:
+    costs = np.array([r.cost for r in runs])
+    return {
+        "condition": condition,
+        "optimizer": optimizer,
+        "seeds": len(runs),
+        "best": float(costs.min()),
+        "median": float(np.median(costs)),
+        "worst": float(costs.max()),
+        "evaluations": int(np.median([r.evaluations for r in runs])),
+        "seconds": float(np.median([r.seconds for r in runs])),
+        "unit": unit_of(output),
+    }
+
+
+def _median_curve(runs: list[_Run]) -> dict[str, list[float]]:
+    """Return the median over runs of the best cost so far, at evaluations spread evenly on a logarithmic scale."""
+    last = max(r.evaluations for r in runs)
+    at = np.unique(np.round(np.geomspace(1, max(last, 2), CURVE_POINTS)))
+    costs = []
+    for one in runs:
+        steps = np.array(one.history)
+        place = np.searchsorted(steps[:, 0], at, side="right") - 1
+        costs.append(np.where(place >= 0, steps[np.maximum(place, 0), 1], np.inf))
+    middle = np.median(np.array(costs), axis=0)
+    finite = np.isfinite(middle)
+    return {"evaluations": at[finite].tolist(), "cost": middle[finite].tolist()}
+
+
+def _write(folder: Path, summary: dict[str, Any], stable: dict[str, Any]) -> None:
+    text = io.StringIO()
+    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({**row, "seconds": round(row["seconds"], 4)} for row in summary["rows"])
+    write_text(folder / "optimizers.csv", text.getvalue())
+    write_text(folder / "optimizers.html", optimizers_page(stable))
+    write_json(folder / "optimizers.json", stable)

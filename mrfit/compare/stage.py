@@ -1,0 +1,188 @@
+"""The compare stage: segments in, one table of models against conditions out, best on held-out data first."""
+
+import csv
+import io
+import time
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import mrfit.fit.stage
+from mrfit import registry
+from mrfit.compare.page import models_page
+from mrfit.errors import DataError, MrfitError
+from mrfit.progress import Progress, silent
+from mrfit.store import Workspace, plain, write_json, write_text
+
+SCHEMA = "mrfit/compare/1"
+COLUMNS = ("model", "condition", "role", "samples", "rmse", "nrmse", "fit_percent", "noise_floor", "seconds", "fit")
+ROLES = ("holdout", "train")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Which models to compare, and how they are fitted.
+
+    Attributes
+    ----------
+    models
+        Models as written; ``("all",)`` for every one there is.
+    optimizer, per, seed, budget, seconds, weight, current_order, only
+        As in the fit stage, the same for all.
+    jobs
+        Worker threads of each fit; fits run one after the other, so that their times can be compared.
+    """
+
+    models: tuple[str, ...] = ("all",)
+    optimizer: str = "auto"
+    per: Literal["condition", "all"] = "all"
+    seed: int = 0
+    budget: int | None = None
+    seconds: float | None = None
+    weight: Literal["none", "floor", "range"] = "none"
+    current_order: str = "auto"
+    only: str = ""
+    jobs: int = 1
+
+    def of_fit(self, model: str) -> mrfit.fit.stage.Settings:
+        """Return the settings of one model's fit."""
+        shared = {k: v for k, v in asdict(self).items() if k != "models"}
+        name = f"{model}.{self.optimizer}" + (".all" if self.per == "all" else "") + (f".{self.only}" * bool(self.only))
+        return mrfit.fit.stage.Settings(model=model, name=name.replace("/", "_"), **shared)
+
+    @property
+    def names(self) -> list[str]:
+        """The models' names, all written out."""
+        return registry.names("model") if self.models == ("all",) else list(dict.fromkeys(self.models))
+
+
+def check(settings: Settings) -> None:
+    """Check names and options before any data are touched.
+
+    Raises
+    ------
+    ConfigError
+        If a model, the optimizer or an option is wrong.
+    """
+    for model in settings.names:
+        mrfit.fit.stage.check(_without_order(settings, model))
+
+
+def _without_order(settings: Settings, model: str) -> mrfit.fit.stage.Settings:
+    """Return a fit's settings; a model that cannot depend on current as asked is left out later, with the reason."""
+    return replace(settings.of_fit(model), current_order="auto")
+
+
+def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
+    """Fit every model and write ``compare/{compare.csv,compare.json,compare.html}``; the fits stay in ``fits/``.
+
+    Parameters
+    ----------
+    workspace
+        Holds segments and recordings.
+    settings
+        What to compare.
+    progress
+        Told of every fit's evaluations.
+
+    Returns
+    -------
+    dict
+        Content of compare.json, with ``seconds`` by model: they are in compare.csv, not in the other files, which are
+        the same bytes every time.
+
+    Raises
+    ------
+    DataError
+        If no model can be fitted; the message has the first reason.
+    """
+    check(settings)
+    earlier = _earlier_seconds(workspace.root / "compare" / "compare.csv")
+    fits: list[dict[str, Any]] = []
+    left_out: list[dict[str, str]] = []
+    seconds: dict[str, float | None] = {}
+    for done, model in enumerate(settings.names, 1):
+        progress("compare", done - 1, len(settings.names))
+        begin = time.perf_counter()
+        try:
+            fit = mrfit.fit.stage.run(workspace, settings.of_fit(model), progress)
+        except MrfitError as error:
+            left_out.append({"model": model, "reason": str(error)})
+            continue
+        spent = time.perf_counter() - begin
+        seconds[model] = earlier.get((model, fit["name"])) if fit["skipped"] else spent
+        fits.append(fit)
+    progress("compare", len(settings.names), len(settings.names))
+    if not fits:
+        raise DataError(
+            f"none of {len(left_out)} models can be fitted; {left_out[0]['model']}: {left_out[0]['reason']}"
+        )
+    summary = plain(_summary(settings, sorted(fits, key=_rank), left_out))
+    _write(workspace.root / "compare", summary, seconds)
+    return {**summary, "seconds": seconds}
+
+
+def _rank(fit: Mapping[str, Any]) -> tuple[int, float, str]:
+    """Return the sorting key of a fit: its error on held-out data, else (and then last) that in training."""
+    whole = _whole(fit["metrics"])
+    role = "holdout" if "holdout" in whole else "train"
+    nrmse = whole[role]["nrmse"]
+    return int(role == "train"), float("inf") if nrmse is None else float(nrmse), str(fit["model"])
+
+
+def _whole(metrics: list[dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    """Return the rows over all conditions by role; where there is one condition, its row is both."""
+    return {m["role"]: m for m in metrics if m["condition"] == "all"}
+
+
+def _summary(settings: Settings, fits: list[dict[str, Any]], left_out: list[dict[str, str]]) -> dict[str, Any]:
+    return {
+        "schema": SCHEMA,
+        "settings": {k: v for k, v in asdict(settings).items() if k != "jobs"},
+        "models": [_row(fit) for fit in fits],
+        "metrics": [
+            {"model": fit["model"], **{k: m[k] for k in COLUMNS[1:8]}}
+            for fit in fits
+            for m in sorted(fit["metrics"], key=lambda m: (ROLES.index(m["role"]), m["condition"] != "all"))
+        ],
+        "left_out": left_out,
+    }
+
+
+def _row(fit: Mapping[str, Any]) -> dict[str, Any]:
+    whole = _whole(fit["metrics"])
+    free = [sum(not p["fixed"] for p in r["parameters"]) for r in fit["results"]]
+    dependence = fit["current_dependence"]
+    return {
+        "model": fit["model"],
+        "fit": fit["name"],
+        "parameters": sum(free),
+        "evaluations": sum(r["evaluations"] for r in fit["results"]),
+        "current_orders": dependence["orders"] if dependence else {},
+        "warnings": sorted({w["kind"] for r in fit["results"] for w in r["warnings"]}),
+        **{f"{role}_{n}": whole.get(role, {}).get(n) for role in ROLES for n in ("nrmse", "fit_percent", "rmse")},
+    }
+
+
+def _write(folder: Path, summary: dict[str, Any], seconds: Mapping[str, float | None]) -> None:
+    text = io.StringIO()
+    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    names = {m["model"]: m["fit"] for m in summary["models"]}
+    for row in summary["metrics"]:
+        spent = seconds.get(row["model"])
+        shown = None if spent is None else round(spent, 3)
+        writer.writerow({**row, "seconds": shown, "fit": names[row["model"]]})
+    write_text(folder / "compare.csv", text.getvalue())
+    write_text(folder / "compare.html", models_page(summary))
+    write_json(folder / "compare.json", summary)
+
+
+def _earlier_seconds(path: Path) -> dict[tuple[str, str], float]:
+    """Return the times of fits that an earlier comparison made, by model and name of the fit."""
+    if not path.is_file():
+        return {}
+    with path.open(encoding="utf-8", newline="") as handle:
+        rows = list(csv.DictReader(handle))
+    return {(r["model"], r["fit"]): float(r["seconds"]) for r in rows if r.get("seconds") and r.get("fit")}

@@ -1,0 +1,192 @@
+"""From a decision to discovery.json: verdict, gap, regions, candidates with reasons, the test that would settle it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mrfit import registry
+from mrfit.discover.bench import Bench
+from mrfit.discover.decide import Verdict
+from mrfit.discover.refit import Fitter, Refit
+from mrfit.discover.regions import Region, in_words, locate
+from mrfit.discover.remainder import explainable
+from mrfit.discover.screen import cosines
+from mrfit.specs import Array, EffectSpec
+
+# Errors this many times the noise floor leave no doubt that something is missing …
+CLEARLY_ABOVE = 1.25
+# … if a model that knows no physics still predicts this share of what is left
+STRUCTURE = 0.15
+# Effects whose projected sensitivities are this parallel could take each other's place
+CONFUSABLE = 0.9
+REGIONS = 8
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The verdict's word and what it rests on.
+
+    Attributes
+    ----------
+    word
+        ``none``, ``named``, ``ambiguous`` or ``unexplained``.
+    structure
+        Share of the remaining squared hold-out error that a nonparametric model predicts.
+    """
+
+    word: str
+    structure: float
+
+
+def verdict_of(bench: Bench, verdict: Verdict, seed: int) -> Outcome:
+    """Return the verdict's word."""
+    final = verdict.final
+    structure = explainable(bench, final.train, final.holdout, seed)
+    if verdict.ambiguous:
+        return Outcome("ambiguous", structure)
+    if final.effects:
+        return Outcome("named", structure)
+    left = final.chi("holdout") > CLEARLY_ABOVE and structure > STRUCTURE
+    return Outcome("unexplained" if left else "none", structure)
+
+
+def account(fitter: Fitter, verdict: Verdict, outcome: Outcome) -> dict[str, Any]:
+    """Return everything discovery.json says of a decision."""
+    bench, before, after = fitter.bench, verdict.base, verdict.final
+    named = [e for e in after.effects if not any(e in group for group in verdict.ambiguous)]
+    specs = {e: registry.load("effect", e).SPEC for e in registry.names("effect")}
+    gap = gap_of(bench, before, after)
+    where = regions_of(bench, before)
+    rest = regions_of(bench, after)
+    share = 1.0 - (gap["closed"] or 0.0)
+    suspects = sorted({e for group in verdict.ambiguous for e in group})
+    return {
+        "verdict": outcome.word,
+        "effects": [effect_row(verdict, specs[e], bench, fitter) for e in named],
+        "ambiguous_set": suspects,
+        "advice": [f"{e}: {specs[e].experiment}" for e in suspects],
+        "where": [region_row(r) for r in where[:REGIONS]],
+        "where_text": in_words(where),
+        "gap": gap,
+        "candidates": candidate_rows(verdict),
+        "confusable": confusable(verdict),
+        "unexplained": {
+            "share_of_gap": share,
+            "predictable": outcome.structure,
+            "where": [region_row(r) for r in rest[:REGIONS]] if share > 0.1 else [],
+            "text": in_words(rest) if share > 0.1 else [],
+        },
+        "augmented_model": "+".join([fitter.base, *after.effects]),
+        "segments": [
+            {"id": s.segment.id, "condition": s.segment.condition, "role": s.segment.role} for s in bench.stretches
+        ],
+    }
+
+
+def gap_of(bench: Bench, before: Refit, after: Refit) -> dict[str, float | None]:
+    """Return noise floor and errors as NRMSE on held-out conditions, and the share of the gap closed."""
+    floors = [s.floor for s in bench.of_role("holdout")]
+    counts = [s.segment.samples for s in bench.of_role("holdout")]
+    floor = float(np.sqrt(np.average(np.square(floors), weights=counts)))
+    errors = [_rms(fit.holdout, floors) for fit in (before, after)]
+    span = bench.span
+    above = errors[0] ** 2 - floor**2
+    closed = (errors[0] ** 2 - errors[1] ** 2) / above if above > 0 else None
+    return {"noise_floor": floor / span, "before": errors[0] / span, "after": errors[1] / span, "closed": closed}
+
+
+def _rms(errors: Sequence[Array], floors: Sequence[float]) -> float:
+    physical = np.concatenate([e * f for e, f in zip(errors, floors, strict=True)])
+    return float(np.sqrt(np.mean(physical**2)))
+
+
+def regions_of(bench: Bench, fit: Refit) -> list[Region]:
+    """Return where a fit errs, over training and held-out segments together."""
+    stretches = [*bench.of_role("train"), *bench.of_role("holdout")]
+    errors = [e * s.floor for e, s in zip([*fit.train, *fit.holdout], stretches, strict=True)]
+    return locate(bench, errors, stretches)
+
+
+def region_row(region: Region) -> dict[str, Any]:
+    """Return a region as JSON has it."""
+    return {
+        "region": region.name,
+        "share_of_error": region.share_of_error,
+        "share_of_samples": region.share_of_samples,
+    }
+
+
+def effect_row(verdict: Verdict, spec: EffectSpec, bench: Bench, fitter: Fitter) -> dict[str, Any]:
+    """Return an accepted effect: its parameters with intervals, and the hold-out error without and with it."""
+    final = verdict.final
+    rows = []
+    for k, p in enumerate(final.cube.params):
+        if not p.name.startswith(spec.name + "."):
+            continue
+        at = int(np.flatnonzero(final.cube.free == k)[0])
+        width = final.uncertainty.half_width(np.eye(len(final.point))[at])
+        ends = (
+            [_value(p.low, p.high, p.scale, final.point[at] + s * width) for s in (-1, 1)]
+            if np.isfinite(width)
+            else None
+        )
+        rows.append(
+            {
+                "name": p.name.partition(".")[2],
+                "unit": p.unit,
+                "value": float(final.theta[k]),
+                "low": ends[0] if ends else None,
+                "high": ends[1] if ends else None,
+            }
+        )
+    rest = [e for e in final.effects if e != spec.name]
+    without = (
+        fitter.refit(rest, [dict(zip((p.name for p in final.cube.params), final.theta.tolist(), strict=True))])
+        if rest
+        else verdict.base
+    )
+    gap = gap_of(bench, without, final)
+    return {
+        "name": spec.name,
+        "parameters": rows,
+        "aliases": [],
+        "holdout_nrmse_before": gap["before"],
+        "holdout_nrmse_after": gap["after"],
+    }
+
+
+def _value(low: float, high: float, scale: str, position: float) -> float:
+    if scale == "log":
+        return float(np.exp(np.log(low) + position * np.log(high / low)))
+    return float(low + position * (high - low))
+
+
+def candidate_rows(verdict: Verdict) -> list[dict[str, Any]]:
+    """Return every effect of the library with its screening, its gain and what became of it."""
+    screened = {s.name: s for s in verdict.screened}
+    rows = [
+        {
+            "name": name,
+            "screen": screened[name].gain if name in screened else 0.0,
+            "strength": screened[name].strength if name in screened else 0.0,
+            "holdout_gain": verdict.gains.get(name),
+            "accepted": name in verdict.final.effects,
+            "reason": reason,
+        }
+        for name, reason in verdict.reasons.items()
+    ]
+    return sorted(rows, key=lambda r: (not r["accepted"], -float(str(r["screen"]))))
+
+
+def confusable(verdict: Verdict) -> list[dict[str, Any]]:
+    """Return the pairs of effects whose projected sensitivities are nearly parallel in these data."""
+    seen = [s for s in verdict.screened if len(s.direction)]
+    matrix = cosines(seen)
+    return [
+        {"pair": sorted([seen[a].name, seen[b].name]), "cosine": float(matrix[a, b])}
+        for a in range(len(seen))
+        for b in range(a)
+        if abs(matrix[a, b]) > CONFUSABLE
+    ]

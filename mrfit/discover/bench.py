@@ -1,0 +1,164 @@
+"""The data a discovery works on: every segment with all channels that some effect may need, and what errs on it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mrfit import registry
+from mrfit.assembly import Assembly
+from mrfit.drive import TIME, Drive, smooth
+from mrfit.errors import DataError
+from mrfit.fit.identify import measured_output
+from mrfit.fit.problem import Block, differences, full_block
+from mrfit.noise import noise_floor
+from mrfit.recording import Recording, Segment
+from mrfit.specs import Array, EffectSpec
+
+# No error counts for more than this share of the range: floors of almost noiseless channels are not taken at their word
+LEAST_FLOOR = 2e-4
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """One segment ready to be simulated with any assembly.
+
+    Attributes
+    ----------
+    block
+        Drive over all obtainable channels, and the measured output.
+    names
+        Channel of each row of the block's drive.
+    floor
+        Noise floor of the output, in its unit.
+    recorded
+        Start of the segment in its recording, in s.
+    """
+
+    block: Block
+    names: tuple[str, ...]
+    floor: float
+    recorded: float
+
+    @property
+    def segment(self) -> Segment:
+        """The segment."""
+        return self.block.segment
+
+    @property
+    def measured(self) -> Array:
+        """Measured output (N,)."""
+        return self.block.target
+
+    def channel(self, name: str) -> Array | None:
+        """Return an input at the measured samples (N,), or None if it is not to be had."""
+        return self.block.inputs(self.names.index(name)) if name in self.names else None
+
+    def block_for(self, assembly: Assembly) -> Block:
+        """Return the block with the rows an assembly takes."""
+        rows = [self.names.index(n) for n in assembly.spec.inputs]
+        return replace(self.block, drive=np.ascontiguousarray(self.block.drive[rows]))
+
+
+@dataclass(frozen=True)
+class Bench:
+    """All segments, and the channels every one of them has.
+
+    Attributes
+    ----------
+    stretches
+        The segments.
+    channels
+        Channels that all of them have.
+    lacking
+        Why a channel some effect needs is not to be had.
+    span
+        Range of the measured output over all segments.
+    """
+
+    stretches: tuple[Stretch, ...]
+    channels: frozenset[str]
+    lacking: dict[str, str]
+    span: float
+
+    def of_role(self, role: str) -> list[Stretch]:
+        """Return the segments that are fitted (``train``) or held out (``holdout``)."""
+        return [s for s in self.stretches if s.segment.role == role]
+
+    def errors(self, assembly: Assembly, theta: Array, role: str) -> list[Array]:
+        """Return (simulated − measured) / noise floor of each segment of a role, (P, N_s) each, for theta (P, K)."""
+        return [differences(s.block_for(assembly), assembly, theta) / s.floor for s in self.of_role(role)]
+
+
+def build_bench(
+    segments: Sequence[Segment], recordings: dict[str, Recording], base: Assembly, effects: Sequence[EffectSpec]
+) -> Bench:
+    """Return the bench of a base model and the effects that may be missing from it.
+
+    Raises
+    ------
+    DataError
+        If a recording lacks what the base itself needs.
+    """
+    wanted = list(dict.fromkeys((*base.spec.inputs, *(i for e in effects for i in e.inputs), *REGION_CHANNELS)))
+    found = {s.id: _channels(recordings[s.recording], s, wanted) for s in segments}
+    lacking = {n: reason for drives in found.values() for n, reason in drives.lacking.items()}
+    for name in base.spec.inputs:
+        if name in lacking:
+            raise DataError(lacking[name])
+    common = [n for n in wanted if n not in lacking]
+    outputs = {s.id: measured_output(recordings[s.recording], base) for s in segments}
+    span = float(np.ptp(np.concatenate([outputs[s.id][s.start : s.stop] for s in segments])))
+    stretches = [_stretch(s, recordings[s.recording], found[s.id], common, outputs[s.id], span) for s in segments]
+    return Bench(tuple(stretches), frozenset([*common, TIME]), lacking, span)
+
+
+# Looked at when the error is located, whether or not the model needs them
+REGION_CHANNELS = ("displacement", "velocity", "current", "temperature")
+
+
+@dataclass(frozen=True)
+class _Found:
+    drives: dict[str, Drive]
+    lacking: dict[str, str]
+
+
+def _channels(recording: Recording, segment: Segment, names: Sequence[str]) -> _Found:
+    drives, lacking = {}, {}
+    for name in names:
+        if name == TIME:
+            continue
+        try:
+            drives[name] = smooth(recording, segment, (name,))
+        except DataError as error:
+            lacking[name] = str(error)
+    return _Found(drives, lacking)
+
+
+def _stretch(
+    segment: Segment, recording: Recording, found: _Found, names: Sequence[str], output: Array, span: float
+) -> Stretch:
+    drives = [found.drives[n] for n in names if n != TIME]
+    fits = [f for d in drives if d.fits for f in d.fits]
+    joined = replace(
+        drives[0],
+        values=np.vstack([d.values for d in drives]),
+        fits=tuple(fits) if len(fits) == len(drives) else None,
+    )
+    measured = output[segment.start : segment.stop]
+    block = full_block(segment, joined, measured)
+    first = int(block.nodes[0, 0])
+    time = (np.arange(block.drive.shape[1], dtype=np.float64) - first + segment.start) * recording.dt
+    floor = noise_floor(measured, recording.dt, segment.frequency, segment.cycles)
+    return Stretch(
+        block=replace(block, drive=np.vstack([block.drive, time])),
+        names=(*(n for n in names if n != TIME), TIME),
+        floor=max(floor, LEAST_FLOOR * span),
+        recorded=segment.start * recording.dt,
+    )
+
+
+def effects_for(output: str) -> list[EffectSpec]:
+    """Return the SPECs of all effects that act on an output channel."""
+    specs = [registry.load("effect", n).SPEC for n in registry.names("effect")]
+    return [s for s in specs if output in s.outputs]

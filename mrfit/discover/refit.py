@@ -1,0 +1,193 @@
+"""Fit a base with some effects jointly, all parameters free, and say how far it is off on data it has not seen."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mrfit import optimize
+from mrfit.assembly import Assembly, assemble
+from mrfit.dependence import CurrentDependence
+from mrfit.discover.bench import Bench
+from mrfit.errors import DataError
+from mrfit.fit.cube import Cube, cube_of
+from mrfit.fit.problem import differences
+from mrfit.fit.uncertainty import Uncertainty, analyse, long_run_covariance, sensitivities
+from mrfit.objective import Objective
+from mrfit.specs import Array
+
+# Evaluations of a refit, for each free parameter: it starts next to its optimum
+REFIT_BUDGET = 60
+
+
+@dataclass(frozen=True)
+class Refit:
+    """A fitted assembly.
+
+    Attributes
+    ----------
+    effects
+        Names of the effects beside the base, sorted.
+    assembly, cube
+        The model and its search space.
+    point
+        Optimum in the cube (F,).
+    train, holdout
+        Errors in multiples of the noise floor, one (N_s,) for each segment of the role.
+    uncertainty
+        Of the free parameters in the cube.
+    """
+
+    effects: tuple[str, ...]
+    assembly: Assembly
+    cube: Cube
+    point: Array
+    train: list[Array]
+    holdout: list[Array]
+    uncertainty: Uncertainty
+
+    @property
+    def theta(self) -> Array:
+        """Parameters (K,)."""
+        theta: Array = self.cube.to_theta(self.point[None, :])[0]
+        return theta
+
+    def chi(self, role: str) -> float:
+        """Return the RMS error of a role in multiples of the noise floor: 1 where only noise is left."""
+        errors = self.train if role == "train" else self.holdout
+        return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+
+    def strength(self, effect: str) -> float:
+        """Return how many standard errors an effect is from neutral, by the clearest of its parameters."""
+        neutral = self.cube.to_points(self._neutral_theta(effect))[0]
+        return max(self._strength(at, neutral[at]) for at in self._moving(effect))
+
+    def _strength(self, at: int, neutral: float) -> float:
+        width = self.uncertainty.half_width(np.eye(len(self.point))[at])
+        return float(1.96 * abs(self.point[at] - neutral) / width) if np.isfinite(width) and width > 0 else 0.0
+
+    def _moving(self, effect: str) -> list[int]:
+        """Return the places among the free parameters of those that are the effect, not its shape."""
+        own = [k for k, p in enumerate(self.cube.params) if p.name.startswith(effect + ".") and p.role != "shape"]
+        return [int(np.flatnonzero(self.cube.free == k)[0]) for k in own]
+
+    def _neutral_theta(self, effect: str) -> Array:
+        theta = self.theta[None, :].copy()
+        for k, p in enumerate(self.cube.params):
+            if p.name.startswith(effect + "."):
+                theta[0, k] = p.start
+        return theta
+
+
+@dataclass(frozen=True)
+class Fitter:
+    """Fits assemblies to a bench's training segments.
+
+    Attributes
+    ----------
+    bench
+        The data.
+    base
+        Written name of the base model.
+    dependence
+        How its parameters depend on current, or None.
+    start
+        The user's start values, by parameter name.
+    known
+        Optima found before, by effects: a discovery that was stopped goes on from them.
+    keep
+        Called with effects and optimum after each fit.
+    """
+
+    bench: Bench
+    base: str
+    dependence: CurrentDependence | None
+    start: Mapping[str, float]
+    known: dict[tuple[str, ...], Array]
+    keep: Callable[[tuple[str, ...], Array], None]
+
+    def assembly(self, effects: Sequence[str]) -> Assembly:
+        """Return the base with these effects."""
+        return assemble("+".join([self.base, *effects]), self.dependence)
+
+    def cube(self, effects: Sequence[str]) -> Cube:
+        """Return the search space; start values are the SPEC's, neutral for effects."""
+        return cube_of(self.assembly(effects).spec, {}, self.start, {})
+
+    def first(self, seed: int) -> Refit:
+        """Return the base alone, fitted by ``auto`` from many starts."""
+        assembly, cube = self.assembly(()), self.cube(())
+        if () not in self.known:
+            objective = Objective(self.residuals(assembly, cube), cube.start, budget=0)
+            objective.starts = self._data_driven(assembly, cube)
+            outcome = optimize.run("auto", objective, np.random.default_rng(seed))
+            self._remember((), outcome)
+        return self._judged((), assembly, cube, self.known[()])
+
+    def refit(self, effects: Sequence[str], starts: Sequence[dict[str, float]]) -> Refit:
+        """Return the base with effects, fitted jointly from the best of several starts.
+
+        Parameters
+        ----------
+        effects
+            Names; their order does not matter.
+        starts
+            Start values by parameter name; parameters not named start at the SPEC's value, neutral for an effect.
+        """
+        key = tuple(sorted(effects))
+        assembly, cube = self.assembly(key), self.cube(key)
+        if key not in self.known:
+            evaluate = self.residuals(assembly, cube)
+            names = [p.name for p in cube.params]
+            theta = np.array([[s.get(n, p.start) for n, p in zip(names, cube.params, strict=True)] for s in starts])
+            points = cube.to_points(theta)
+            objective = Objective(evaluate, points[0], budget=len(points))
+            objective.costs(points)
+            outcome = optimize.run("lsq", objective, np.random.default_rng(0), REFIT_BUDGET * (objective.dimension + 1))
+            self._remember(key, outcome)
+        return self._judged(key, assembly, cube, self.known[key])
+
+    def _remember(self, key: tuple[str, ...], outcome: optimize.Outcome) -> None:
+        if not np.isfinite(outcome.cost):
+            name = "+".join([self.base, *key])
+            raise DataError(f"every simulation of '{name}' diverged; choose another base model")
+        self.known[key] = outcome.point
+        self.keep(key, outcome.point)
+
+    def _data_driven(self, assembly: Assembly, cube: Cube) -> Array | None:
+        rows = []
+        for stretch in self.bench.of_role("train"):
+            block = stretch.block_for(assembly)
+            drive = np.ascontiguousarray(block.drive[:, block.nodes[:, 0]])
+            found = assembly.start_values(drive, block.target, block.dt)
+            rows.append([found.get(p.name, p.start) for p in cube.params])
+        distinct = np.unique(np.array(rows), axis=0)
+        return cube.to_points(distinct) if len(distinct) > 1 or rows else None
+
+    def residuals(self, assembly: Assembly, cube: Cube) -> Callable[[Array], Array]:
+        """Return the map from points (P, F) to training errors in multiples of the noise floor (P, N)."""
+        blocks = [(s.block_for(assembly), s.floor) for s in self.bench.of_role("train")]
+
+        def evaluate(points: Array) -> Array:
+            theta = cube.to_theta(points)
+            return np.hstack([differences(b, assembly, theta) / floor for b, floor in blocks])
+
+        return evaluate
+
+    def _judged(self, key: tuple[str, ...], assembly: Assembly, cube: Cube, point: Array) -> Refit:
+        theta = cube.to_theta(point[None, :])
+        train = [e[0] for e in self.bench.errors(assembly, theta, "train")]
+        holdout = [e[0] for e in self.bench.errors(assembly, theta, "holdout")]
+        jacobian = sensitivities(self.residuals(assembly, cube), point)
+        parts = np.split(jacobian, np.cumsum([len(e) for e in train])[:-1])
+        return Refit(key, assembly, cube, point, train, holdout, analyse(parts, train))
+
+
+def paired_z(before: Sequence[Array], after: Sequence[Array]) -> float:
+    """Return the standard score of the fall in squared error, from the long-run variance of the paired differences."""
+    total, variance = 0.0, 0.0
+    for b, a in zip(before, after, strict=True):
+        fall = b**2 - a**2
+        total += float(fall.sum())
+        variance += float(long_run_covariance((fall - fall.mean())[:, None])[0, 0])
+    return total / np.sqrt(variance) if variance > 0 else 0.0

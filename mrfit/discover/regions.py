@@ -1,0 +1,165 @@
+"""Where the error sits, in regions a person knows: share of the squared error against share of the samples."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrfit.discover.bench import Bench, Stretch
+from mrfit.specs import Array
+
+Mask = NDArray[np.bool_]
+
+# After a step of the current, in s
+STEP_WINDOW = 0.04
+# A current change this large within a window of a tenth of that is a step, as a share of its range
+STEP_SHARE = 0.2
+PRE_YIELD = 0.15
+STROKE_END = 0.9
+NEAR_REVERSAL = 0.05
+WORTH_SAYING = 0.02
+
+
+@dataclass(frozen=True)
+class Region:
+    """A part of the samples and what part of the squared error it holds.
+
+    Attributes
+    ----------
+    name
+        In words.
+    share_of_error, share_of_samples
+        Between 0 and 1.
+    """
+
+    name: str
+    share_of_error: float
+    share_of_samples: float
+
+    @property
+    def excess(self) -> float:
+        """Share of the error beyond that of the samples."""
+        return self.share_of_error - self.share_of_samples
+
+
+def locate(bench: Bench, errors: Sequence[Array], stretches: Sequence[Stretch]) -> list[Region]:
+    """Return the regions, the one with the largest excess of error first.
+
+    Parameters
+    ----------
+    bench
+        The data: ranges of channels are taken over all of it.
+    errors
+        For each segment the errors (N_s,), in one unit.
+    stretches
+        The segments.
+    """
+    power: dict[str, float] = {}
+    samples: dict[str, int] = {}
+    for error, stretch in zip(errors, stretches, strict=True):
+        for name, mask in _masks(bench, stretch).items():
+            power[name] = power.get(name, 0.0) + float(np.sum(error[mask] ** 2))
+            samples[name] = samples.get(name, 0) + int(mask.sum())
+    total_power = sum(float(e @ e) for e in errors)
+    total = sum(len(e) for e in errors)
+    regions = [
+        Region(n, power[n] / max(total_power, 1e-300), samples[n] / total) for n in power if 0 < samples[n] < total
+    ]
+    return sorted(regions, key=lambda r: -r.excess)
+
+
+def _masks(bench: Bench, stretch: Stretch) -> dict[str, Mask]:
+    segment, count = stretch.segment, stretch.segment.samples
+    everywhere = np.ones(count, dtype=bool)
+    place = np.arange(count) / max(count, 1)
+    masks = {
+        f"condition {segment.condition}": everywhere,
+        "early third of the records": place < 1 / 3,
+        "late third of the records": place >= 2 / 3,
+    }
+    if segment.cycles:
+        masks[f"frequency {segment.frequency:.3g} Hz"] = everywhere
+        masks[f"amplitude {segment.amplitude:.3g} ({segment.drive})"] = everywhere
+    masks |= _motion(bench, stretch)
+    masks |= _electric(bench, stretch)
+    return masks
+
+
+def _motion(bench: Bench, stretch: Stretch) -> dict[str, Mask]:
+    masks: dict[str, Mask] = {}
+    x, v = stretch.channel("displacement"), stretch.channel("velocity")
+    if v is not None:
+        fastest = float(np.max(np.abs(v))) or 1.0
+        masks["pre-yield (slow: |v| below 15 % of its peak)"] = np.abs(v) < PRE_YIELD * fastest
+        masks["post-yield (fast: |v| above 15 % of its peak)"] = np.abs(v) >= PRE_YIELD * fastest
+        masks["near reversal of the motion"] = _near_reversal(v, stretch.block.dt, stretch.segment.frequency)
+        masks["rebound (v > 0)"] = v > 0
+        masks["compression (v < 0)"] = v < 0
+        top = max(_span(bench, "velocity"), 1e-300)
+        masks["high speed (|v| above 70 % of the largest)"] = np.abs(v) > 0.7 * top
+    if x is not None:
+        masks["end of stroke (|x| above 90 % of the largest)"] = np.abs(x) > STROKE_END * _span(bench, "displacement")
+    return masks
+
+
+def _electric(bench: Bench, stretch: Stretch) -> dict[str, Mask]:
+    masks: dict[str, Mask] = {}
+    i, temperature = stretch.channel("current"), stretch.channel("temperature")
+    if i is not None and float(np.ptp(i)) > 0.0:
+        top = _span(bench, "current")
+        masks["high current (|i| above 80 % of the largest)"] = np.abs(i) > 0.8 * top
+        masks["low current (|i| below 20 % of the largest)"] = np.abs(i) < 0.2 * top
+        if stretch.segment.drive == "current":
+            slope = np.gradient(i)
+            masks["near reversal of the current"] = _near_reversal(slope, stretch.block.dt, stretch.segment.frequency)
+        else:
+            up, down = _after_steps(i, stretch.block.dt, top)
+            masks["0-40 ms after a current step up"] = up
+            masks["0-40 ms after a current step down"] = down
+    elif i is not None:
+        masks[f"current {i[0]:.3g} A"] = np.ones(len(i), dtype=bool)
+    if temperature is not None:
+        low, high = _ends(bench, "temperature")
+        masks["cold third"] = temperature < low + (high - low) / 3
+        masks["hot third"] = temperature > high - (high - low) / 3
+    return masks
+
+
+def _near_reversal(rate: Array, dt: float, frequency: float) -> Mask:
+    """Return where the rate changes sign within a twentieth of a cycle (of 20 ms where there is no cycle)."""
+    turns = np.flatnonzero(np.diff(np.sign(rate)) != 0)
+    reach = max(int((NEAR_REVERSAL / frequency if frequency > 0 else 0.02) / dt), 1)
+    marks = np.zeros(len(rate) + 1)
+    np.add.at(marks, np.maximum(turns - reach, 0), 1.0)
+    np.add.at(marks, np.minimum(turns + reach + 1, len(rate)), -1.0)
+    near: Mask = np.cumsum(marks)[:-1] > 0
+    return near
+
+
+def _after_steps(current: Array, dt: float, top: float) -> tuple[Mask, Mask]:
+    """Return where the current has risen, and fallen, by a step within the last 40 ms."""
+    short, window = max(int(0.1 * STEP_WINDOW / dt), 1), max(int(STEP_WINDOW / dt), 1)
+    change = np.zeros(len(current))
+    change[short:] = current[short:] - current[:-short]
+    masks = []
+    for sign in (1.0, -1.0):
+        steps = np.convolve(sign * change > STEP_SHARE * top, np.ones(window))[: len(current)]
+        masks.append(steps > 0)
+    return masks[0], masks[1]
+
+
+def _span(bench: Bench, name: str) -> float:
+    low, high = _ends(bench, name)
+    return max(abs(low), abs(high))
+
+
+def _ends(bench: Bench, name: str) -> tuple[float, float]:
+    values = [c for s in bench.stretches if (c := s.channel(name)) is not None]
+    return min(float(v.min()) for v in values), max(float(v.max()) for v in values)
+
+
+def in_words(regions: Sequence[Region], most: int = 3) -> list[str]:
+    """Return the regions that hold more of the error than their samples, as sentences."""
+    worth = [r for r in regions if r.excess > WORTH_SAYING][:most]
+    return [f"{r.share_of_error:.0%} of the error in {r.share_of_samples:.0%} of the samples: {r.name}" for r in worth]

@@ -1,0 +1,189 @@
+"""What each effect could take away of the present error, before any of them is fitted.
+
+An effect's sensitivity at neutral is projected off those of all parameters the model has already, so that what a refit
+of these could absorb does not count. The cosine between two projected sensitivities says whether the data can tell two
+effects apart.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from mrfit.discover.bench import Bench
+from mrfit.discover.refit import Fitter, Refit
+from mrfit.fit.uncertainty import long_run_covariance, sensitivities
+from mrfit.specs import Array, EffectSpec
+
+# Less than this share of a sensitivity left after projection: the base has the effect already
+ABSORBED = 0.02
+# Values at which a shape parameter, which does nothing at neutral, is tried
+SHAPES = 5
+# First step away from neutral, as a share of the parameter's range
+STEP = 1e-4
+
+
+@dataclass(frozen=True)
+class Screened:
+    """What screening says of one effect.
+
+    Attributes
+    ----------
+    name
+        Of the effect.
+    reason
+        Why it cannot be judged; empty if it can.
+    gain
+        Share of the training error's square that it could take away, to first order.
+    strength
+        Standard score of that, from the long-run variance of residual times sensitivity.
+    direction
+        Its unit projected sensitivity over all training samples (N,).
+    start
+        Parameter values to start a refit from.
+    """
+
+    name: str
+    reason: str = ""
+    gain: float = 0.0
+    strength: float = 0.0
+    direction: Array = field(default_factory=lambda: np.empty(0))
+    start: dict[str, float] = field(default_factory=dict)
+
+
+def screen(fitter: Fitter, present: Refit, effects: Sequence[EffectSpec]) -> list[Screened]:
+    """Return what each effect could add to a fitted model, best first."""
+    errors = np.concatenate(present.train)
+    lengths = [len(e) for e in present.train]
+    found = [_screened(fitter, present, e, errors, lengths) for e in effects if e.name not in present.effects]
+    return sorted(found, key=lambda s: -s.gain)
+
+
+def unjudgeable(bench: Bench, effect: EffectSpec) -> str:
+    """Return why the data cannot show an effect at all, or an empty string."""
+    for name in effect.inputs:
+        if name not in bench.channels:
+            return f"cannot be judged: no {name}"
+        values = [s.channel(name) for s in bench.stretches]
+        levels = np.concatenate([v for v in values if v is not None])
+        if name == "temperature" and float(np.ptp(levels)) < 1.0:
+            return "cannot be judged: the temperature does not move"
+    return ""
+
+
+def _screened(fitter: Fitter, present: Refit, effect: EffectSpec, errors: Array, lengths: list[int]) -> Screened:
+    reason = unjudgeable(fitter.bench, effect)
+    if reason:
+        return Screened(effect.name, reason)
+    best = Screened(effect.name, "absorbed by what the model has")
+    own, basis = _sensitivities(fitter, present, effect)
+    for columns, start in own:
+        free = columns - basis @ (basis.T @ columns)
+        left = np.linalg.norm(free, axis=0) / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        if not np.all(np.isfinite(free)) or np.max(left) < ABSORBED:
+            continue
+        coefficients = np.asarray(-np.linalg.lstsq(free, errors, rcond=1e-6)[0], dtype=np.float64)
+        fitted = _within(effect, coefficients)
+        explained = free @ fitted
+        gain = _gain(errors, explained)
+        if gain > best.gain or best.reason:
+            best = _candidate(effect, start, fitted, explained, (errors, lengths), free)
+    return best
+
+
+def _within(effect: EffectSpec, coefficients: Array) -> Array:
+    """Return steps from neutral that stay inside the bounds; a step the bounds forbid is none."""
+    steps = coefficients.copy()
+    moving = [(p, n) for p, n in zip(effect.params, effect.neutral, strict=True) if p.role != "shape"]
+    for k, (p, neutral) in enumerate(moving):
+        steps[k] = float(np.clip(neutral + steps[k], p.low, p.high)) - neutral
+    return steps
+
+
+def _gain(errors: Array, explained: Array) -> float:
+    power = float(explained @ explained)
+    if power == 0.0:
+        return 0.0
+    share = -float(errors @ explained)
+    return max(share, 0.0) ** 2 / power / float(errors @ errors)
+
+
+def _candidate(
+    effect: EffectSpec,
+    start: dict[str, float],
+    steps: Array,
+    explained: Array,
+    data: tuple[Array, list[int]],
+    free: Array,
+) -> Screened:
+    errors, lengths = data
+    norm = float(np.linalg.norm(explained))
+    direction = explained / norm if norm > 0 else free[:, 0] / max(float(np.linalg.norm(free[:, 0])), 1e-300)
+    scores = np.split(errors * direction, np.cumsum(lengths)[:-1])
+    variance = sum(float(long_run_covariance((s - s.mean())[:, None])[0, 0]) for s in scores)
+    strength = abs(float(errors @ direction)) / np.sqrt(variance) if variance > 0 else 0.0
+    values = dict(start)
+    moving = [(p, n) for p, n in zip(effect.params, effect.neutral, strict=True) if p.role != "shape"]
+    for (p, neutral), step in zip(moving, steps, strict=True):
+        smallest = STEP * (p.high - p.low)
+        away = step if abs(step) > smallest else np.copysign(smallest, step)
+        values[f"{effect.name}.{p.name}"] = float(np.clip(neutral + away, p.low, p.high))
+    return Screened(effect.name, "", _gain(errors, explained), strength, direction, values)
+
+
+def _sensitivities(
+    fitter: Fitter, present: Refit, effect: EffectSpec
+) -> tuple[list[tuple[Array, dict[str, float]]], Array]:
+    """Return the effect's columns (N, M) per unit of its parameters for each trial shape, and the basis of the rest."""
+    assembly, cube = fitter.assembly([*present.effects, effect.name]), fitter.cube([*present.effects, effect.name])
+    names = [p.name for p in cube.params]
+    here = dict(zip((p.name for p in present.cube.params), present.theta, strict=True))
+    centre = np.array([here.get(n, p.start) for n, p in zip(names, cube.params, strict=True)])
+    residuals = fitter.residuals(assembly, cube)
+    trials = []
+    for shapes in _shape_grid(effect):
+        theta = centre.copy()
+        for n, value in shapes.items():
+            theta[names.index(n)] = value
+        rows, steps = [theta], []
+        for p, neutral in zip(effect.params, effect.neutral, strict=True):
+            if p.role == "shape":
+                continue
+            row = theta.copy()
+            step = STEP * (p.high - p.low) * (1.0 if neutral < p.high else -1.0)
+            row[names.index(f"{effect.name}.{p.name}")] = neutral + step
+            rows.append(row)
+            steps.append(step)
+        simulated = residuals(cube.to_points(np.array(rows)))
+        columns = ((simulated[1:] - simulated[0]) / np.array(steps)[:, None]).T
+        trials.append((columns, shapes))
+    return trials, present_basis(fitter, present)
+
+
+def _shape_grid(effect: EffectSpec) -> list[dict[str, float]]:
+    shapes = [p for p in effect.params if p.role == "shape"]
+    if not shapes:
+        return [{}]
+    p = shapes[0]
+    others = {f"{effect.name}.{q.name}": q.start for q in shapes[1:]}
+    return [{f"{effect.name}.{p.name}": float(v), **others} for v in np.geomspace(p.low, p.high, SHAPES + 2)[1:-1]]
+
+
+def present_basis(fitter: Fitter, present: Refit) -> Array:
+    """Return an orthonormal basis (N, R) of the sensitivities of all parameters a model has."""
+    jacobian = sensitivities(fitter.residuals(present.assembly, present.cube), present.point)
+    jacobian = jacobian / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
+    u, singular, _ = np.linalg.svd(jacobian, full_matrices=False)
+    basis: Array = u[:, singular > 1e-7 * singular[0]]
+    return basis
+
+
+def cosines(screened: Sequence[Screened]) -> Array:
+    """Return the matrix of cosines between projected sensitivities; 0 where an effect cannot be judged."""
+    size = len(screened)
+    matrix = np.eye(size)
+    for a in range(size):
+        for b in range(a):
+            if len(screened[a].direction) and len(screened[b].direction):
+                matrix[a, b] = matrix[b, a] = float(screened[a].direction @ screened[b].direction)
+    return matrix

@@ -1,0 +1,227 @@
+"""The discover stage: where simulation and measurement disagree, which effect is missing, and proof that it helps."""
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from mrfit.dependence import CurrentDependence, orders_of
+from mrfit.discover.account import account, verdict_of
+from mrfit.discover.bench import Bench, build_bench, effects_for
+from mrfit.discover.decide import Verdict, decide
+from mrfit.discover.refit import Fitter
+from mrfit.errors import ConfigError
+from mrfit.fit.current import base_of, default_orders, dependence_on_current
+from mrfit.fit.stage import load_recordings
+from mrfit.progress import Progress, silent
+from mrfit.recording import Recording, Segment
+from mrfit.specs import Array
+from mrfit.store import Workspace, key_of, plain, read_json, write_json, write_table, write_text
+
+SCHEMA = "mrfit/discovery/1"
+FEWEST_TRAINING = 2
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What to look for.
+
+    Attributes
+    ----------
+    model
+        Base model; effects written with it (``tanh+delay``) are part of it.
+    current_order
+        How the base's parameters depend on current: ``auto``, an order, or ``NAME=ORDER,…``.
+    start
+        The user's start values.
+    seed
+        Of every random choice.
+    """
+
+    model: str
+    current_order: str = "auto"
+    start: tuple[tuple[str, float], ...] = ()
+    seed: int = 0
+
+
+def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
+    """Find what a base model lacks, and write ``discover/``.
+
+    Parameters
+    ----------
+    workspace
+        Holds recordings and segments.
+    settings
+        Base model and how to fit it.
+    progress
+        Told of every step.
+
+    Returns
+    -------
+    dict
+        Content of discovery.json, with ``skipped`` telling whether it was there already.
+
+    Raises
+    ------
+    ConfigError
+        If a name is wrong.
+    DataError
+        If the recordings lack what the base needs, or every simulation diverges.
+    """
+    base = base_of(settings.model)
+    unknown = [n for n, _ in settings.start if n not in base.spec.names]
+    if unknown:
+        raise ConfigError(
+            f"model '{settings.model}' has no parameter '{unknown[0]}'; it has {', '.join(base.spec.names)}"
+        )
+    segments, _ = workspace.read_segments()
+    recordings = load_recordings(workspace, segments)
+    data = {i: (r.sha256, r.history) for i, r in sorted(recordings.items())}
+    key = key_of("discover", asdict(settings), data, [asdict(s) for s in segments])
+    folder = workspace.root / "discover"
+    existing = read_json(folder / "discovery.json")
+    if existing and existing.get("key") == key:
+        return {**existing, "skipped": True}
+    lacking = too_little(segments)
+    if lacking:
+        summary = insufficient(settings, lacking, key, key_of(data))
+        series: dict[str, Array] = {}
+    else:
+        summary, series = _discovered(workspace, settings, (segments, recordings), key, progress)
+        summary["data_sha256"] = key_of(data)
+    if series:
+        write_table(folder / "residuals.parquet", series)
+    write_text(folder / "model.toml", f'[[fit]]\nmodel = "{summary["augmented_model"]}"\nper = "all"\n')
+    write_json(folder / "discovery.json", summary)
+    shutil.rmtree(folder / ".partial", ignore_errors=True)
+    return {**plain(summary), "skipped": False}
+
+
+def too_little(segments: Sequence[Segment]) -> str:
+    """Return what the data lack for any verdict, or an empty string."""
+    training = {s.condition for s in segments if s.role == "train"}
+    if not any(s.role == "holdout" for s in segments):
+        return (
+            f"no held-out condition: there are {len(training)}, and a verdict needs at least four, or "
+            "`mrfit segment --holdout PATTERN`"
+        )
+    if len(training) < FEWEST_TRAINING:
+        return "only one training condition: a missing effect cannot be told from the base; log more conditions"
+    return ""
+
+
+def insufficient(settings: Settings, lacking: str, key: str, data_key: str) -> dict[str, Any]:
+    """Return the discovery of data that are too few."""
+    return {
+        "schema": SCHEMA,
+        "base_model": settings.model,
+        "verdict": "insufficient-data",
+        "effects": [],
+        "ambiguous_set": [],
+        "advice": [lacking],
+        "where": [],
+        "gap": {"noise_floor": None, "before": None, "after": None, "closed": None},
+        "candidates": [],
+        "unexplained": {"share_of_gap": None, "where": []},
+        "augmented_model": settings.model,
+        "seed": settings.seed,
+        "data_sha256": data_key,
+        "key": key,
+    }
+
+
+def _discovered(
+    workspace: Workspace,
+    settings: Settings,
+    data: tuple[Sequence[Segment], dict[str, Recording]],
+    key: str,
+    progress: Progress,
+) -> tuple[dict[str, Any], dict[str, Array]]:
+    segments, recordings = data
+    dependence = current_dependence(settings, segments, recordings)
+    fitter = _fitter(workspace, settings, dependence, data, key)
+    progress("base fit", 0, 1)
+    base = fitter.first(settings.seed)
+    progress("base fit", 1, 1)
+    effects = [e for e in effects_for(base.assembly.spec.output) if e.name not in settings.model.split("+")]
+    verdict = decide(fitter, base, effects, progress)
+    outcome = verdict_of(fitter.bench, verdict, settings.seed)
+    summary = {
+        "schema": SCHEMA,
+        "base_model": settings.model,
+        **account(fitter, verdict, outcome),
+        "seed": settings.seed,
+        "data_sha256": "",
+        "current_dependence": None if dependence is None else asdict(dependence),
+        "key": key,
+    }
+    return summary, _series(fitter.bench, verdict)
+
+
+def current_dependence(
+    settings: Settings, segments: Sequence[Segment], recordings: dict[str, Recording]
+) -> CurrentDependence | None:
+    """Return how the base's parameters depend on current; a current that changes during tests counts as two levels."""
+    name = settings.model.partition("+")[0]
+    found = dependence_on_current(name, settings.current_order, segments, recordings, ())
+    spec = base_of(name).spec
+    if found or settings.current_order != "auto" or spec.output == "flux" or "current" in spec.inputs:
+        return found
+    values = [r.channels["current"] for r in recordings.values() if "current" in r.channels]
+    if not values:
+        return None
+    low, high = min(float(v.min()) for v in values), max(float(v.max()) for v in values)
+    if high - low < 0.1:
+        return None
+    orders = default_orders(spec, 3, ()) or orders_of(spec, "2")
+    return CurrentDependence(orders, low, high)
+
+
+def _fitter(
+    workspace: Workspace,
+    settings: Settings,
+    dependence: CurrentDependence | None,
+    data: tuple[Sequence[Segment], dict[str, Recording]],
+    key: str,
+) -> Fitter:
+    segments, recordings = data
+    base = base_of(settings.model)
+    bench = build_bench(segments, recordings, base, effects_for(base.spec.output))
+    path = workspace.root / "discover" / ".partial" / "fits.json"
+    stored = read_json(path) or {}
+    known = {}
+    if stored.get("key") == key:
+        known = {tuple(f["effects"]): np.array(f["point"]) for f in stored["fits"]}
+
+    def keep(effects: tuple[str, ...], point: Array) -> None:
+        fits = [{"effects": list(e), "point": p} for e, p in known.items()]
+        write_json(path, {"key": key, "fits": fits})
+
+    return Fitter(bench, settings.model, dependence, dict(settings.start), known, keep)
+
+
+def _series(bench: Bench, verdict: Verdict) -> dict[str, Array]:
+    """Return measured output and errors before and after for every sample, with segment numbers, for the page."""
+    columns: dict[str, list[Array]] = {
+        "segment": [],
+        "holdout": [],
+        "time": [],
+        "measured": [],
+        "before": [],
+        "after": [],
+    }
+    for role, before, after in (
+        ("train", verdict.base.train, verdict.final.train),
+        ("holdout", verdict.base.holdout, verdict.final.holdout),
+    ):
+        for stretch, b, a in zip(bench.of_role(role), before, after, strict=True):
+            count = len(b)
+            columns["segment"].append(np.full(count, float(bench.stretches.index(stretch))))
+            columns["holdout"].append(np.full(count, float(role == "holdout")))
+            columns["time"].append(stretch.recorded + np.arange(count, dtype=np.float64) * stretch.block.dt)
+            columns["measured"].append(stretch.measured)
+            columns["before"].append(b * stretch.floor)
+            columns["after"].append(a * stretch.floor)
+    return {name: np.concatenate(parts) for name, parts in columns.items()}

@@ -1,0 +1,60 @@
+"""What a fit leaves in its folder: tables for people, residuals for figures, fit.json for the stages that follow."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mrfit.assembly import Assembly
+from mrfit.fit.problem import Block
+from mrfit.specs import Array
+from mrfit.store import write_atomic, write_json
+
+PARAMETER_COLUMNS = ("condition", "parameter", "value", "unit", "low", "high", "at_bound", "identifiable")
+
+
+def write_fit(
+    folder: Path, fit: dict[str, Any], blocks: Sequence[Block], simulated: Sequence[Array], assembly: Assembly
+) -> None:
+    """Write a fit's folder; fit.json comes last, since its key says that the rest is there.
+
+    Parameters
+    ----------
+    folder
+        ``fits/NAME``.
+    fit
+        Content of fit.json.
+    blocks, simulated
+        Full blocks of all segments and the simulated output of each, (N,).
+    assembly
+        The model.
+    """
+    import shutil
+
+    import pandas as pd
+
+    rows = [
+        {"condition": r["condition"], "parameter": p["name"], **p}
+        for r in fit["results"]
+        for p in [*r["parameters"], *r["derived"]]
+    ]
+    parameters, metrics = pd.DataFrame(rows)[list(PARAMETER_COLUMNS)], pd.DataFrame(fit["metrics"])
+    write_atomic(folder / "parameters.csv", lambda p: parameters.to_csv(p, index=False))
+    write_atomic(folder / "metrics.csv", lambda p: metrics.to_csv(p, index=False))
+    frames = [residual_frame(b, s, assembly) for b, s in zip(blocks, simulated, strict=True)]
+    residuals = pd.concat(frames, ignore_index=True)
+    write_atomic(folder / "residuals.parquet", lambda p: residuals.to_parquet(p, compression="zstd", index=False))
+    write_json(folder / "fit.json", fit)
+    shutil.rmtree(folder / ".partial", ignore_errors=True)
+
+
+def residual_frame(block: Block, simulated: Array, assembly: Assembly) -> Any:
+    """Return a segment's measured and simulated output and the model's inputs over time, as a frame."""
+    import pandas as pd
+
+    segment = block.segment
+    inputs = {n: block.inputs(row) for row, n in enumerate(assembly.spec.inputs)}
+    columns: dict[str, Any] = {"condition": segment.condition, "segment": segment.id, "role": segment.role}
+    columns |= {"time": np.arange(block.samples) * block.dt, "measured": block.target, "simulated": simulated}
+    return pd.DataFrame({**columns, **inputs})

@@ -1,0 +1,84 @@
+"""Whether a simulated model has left something of its inputs in the residual.
+
+A simulated (output-error) model says nothing of the noise, so the residual need not be white. But it must not depend on
+the inputs: at every lag the correlation of residual and input has to stay within what noise as correlated as this one
+gives by chance (Ljung 1999, section 16.6, with a long-run variance in place of whiteness). Noise is what differs from
+cycle to cycle; what repeats belongs to the model or to the instrument.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mrfit.fit.uncertainty import differing, long_run_covariance
+from mrfit.specs import Array
+
+LAGS = 25
+# Two-sided 5 % over all 51 lags together (Bonferroni)
+QUANTILE = 3.29
+# Correlations below this explain less than 4 % of the residual: converter steps alone give as much
+SMALLEST = 0.2
+
+
+@dataclass(frozen=True)
+class Dependence:
+    """How the residual goes with one input.
+
+    Attributes
+    ----------
+    channel
+        The input.
+    correlation
+        Of residual and lagged input, the one that is largest against its limit.
+    lag
+        Samples by which the input is ahead of the residual there.
+    limit
+        What chance gives.
+    """
+
+    channel: str
+    correlation: float
+    lag: int
+    limit: float
+
+    @property
+    def independent(self) -> bool:
+        """Whether nothing of the input is left in the residual."""
+        return abs(self.correlation) <= max(self.limit, SMALLEST)
+
+
+def input_dependence(
+    channel: str, inputs: Sequence[Array], residuals: Sequence[Array], periods: Sequence[float]
+) -> Dependence | None:
+    """Return how the residual goes with one input at lags up to ±25, None where the input is constant.
+
+    Parameters
+    ----------
+    channel
+        The input's name.
+    inputs, residuals
+        For each record the input and the residual, each (N_s,).
+    periods
+        For each record the samples per cycle, 0 where the drive is not periodic.
+    """
+    usable = [k for k, u in enumerate(inputs) if len(u) > 4 * LAGS and np.ptp(u) > 1e-9 * np.abs(u).max()]
+    sums, variance, power, drive = np.zeros(2 * LAGS + 1), 0.0, 0.0, 0.0
+    for k in usable:
+        centred = inputs[k] - inputs[k].mean()
+        residual = residuals[k] - residuals[k].mean()
+        inner = residual[LAGS : len(residual) - LAGS]
+        windows = np.lib.stride_tricks.sliding_window_view(centred, len(inner))
+        sums += windows @ inner
+        noise = differing(residual, periods[k])[LAGS : len(residual) - LAGS]
+        products = windows[[0, LAGS, 2 * LAGS]].T * noise[:, None]
+        variance += float(np.diag(long_run_covariance(products)).max())
+        power += float(inner @ inner)
+        drive += float(centred[LAGS : len(centred) - LAGS] @ centred[LAGS : len(centred) - LAGS])
+    scale = math.sqrt(power * drive)
+    if scale == 0.0:
+        return None
+    place = int(np.argmax(np.abs(sums)))
+    # window k begins k samples into the input, while the residual begins LAGS samples in
+    return Dependence(channel, float(sums[place] / scale), LAGS - place, QUANTILE * math.sqrt(variance) / scale)

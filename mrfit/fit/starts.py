@@ -1,0 +1,132 @@
+"""Where a search starts: the model's own start values, characteristic points, a first phase current by current.
+
+Where parameters depend on current, the base model is fitted at each level, and polynomials go through the values. That
+is the result in papers 002 §5.3, 003 §3 and 004 §2.3; here the joint fit of all currents begins there.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mrfit import optimize
+from mrfit.assembly import Assembly
+from mrfit.dependence import CurrentDependence, expanded, through
+from mrfit.fit.cube import Cube
+from mrfit.fit.current import level_of, levels_of
+from mrfit.fit.problem import Block, residual_function
+from mrfit.objective import Objective
+from mrfit.specs import Array
+
+# Evaluations of the first phase: at the first current, and at each of the others, which start from their neighbour
+FIRST_LEVEL, OTHER_LEVELS = 200, 60
+
+
+@dataclass(frozen=True)
+class Level:
+    """What the first phase found at one current: level in A, cost, and the base model's parameters (K,)."""
+
+    current: float
+    cost: float
+    theta: Array
+
+
+def data_start(
+    blocks: Sequence[Block], base: Assembly, dependence: CurrentDependence | None, given: Iterable[str]
+) -> dict[str, float]:
+    """Return the start values that the data give by characteristic points, by parameter name.
+
+    Parameters
+    ----------
+    blocks
+        Full training blocks; the median over those of one current counts.
+    base
+        The base model.
+    dependence
+        How parameters depend on current: a polynomial is laid through the levels' values.
+    given
+        Parameters whose start the user gave; they are left out.
+    """
+    taken = {name.partition("@")[0] for name in given}
+    levels = levels_of(b.segment for b in blocks) if dependence else []
+    found: dict[float, list[dict[str, float]]] = {}
+    for block in blocks:
+        level = level_of(block.segment, levels) if dependence else 0.0
+        drive = np.ascontiguousarray(block.drive[: len(base.spec.inputs), block.nodes[:, 0]])
+        found.setdefault(level, []).append(base.start_values(drive, block.target, block.dt))
+    levels = sorted(level for level in found if np.isfinite(level))
+    medians = [{n: float(np.median([v[n] for v in found[i] if n in v])) for n in _named(found[i])} for i in levels]
+    names = [n for n in base.spec.names if n not in taken and medians and all(n in m for m in medians)]
+    if dependence is None:
+        return {n: medians[0][n] for n in names}
+    table = np.array([[m.get(n, base.spec.start[k]) for k, n in enumerate(base.spec.names)] for m in medians])
+    if not len(table):
+        return {}
+    nodes = through(base.spec, dependence, np.array(levels), table)
+    return {n: v for n, v in zip(node_names(base, dependence), nodes.tolist(), strict=True) if _base(n) in names}
+
+
+def _named(values: Iterable[Mapping[str, float]]) -> set[str]:
+    return {name for one in values for name in one}
+
+
+def _base(name: str) -> str:
+    return name.partition("@")[0]
+
+
+def node_names(base: Assembly, dependence: CurrentDependence) -> list[str]:
+    """Return the names of a base model's parameters, each of those that vary once for every node of current."""
+    return list(expanded(base.spec, dependence).names)
+
+
+def level_fits(
+    blocks: Sequence[Block], base: Assembly, cube: Cube, weights: Array, rng: np.random.Generator
+) -> list[Level]:
+    """Fit the base model current by current, each level but the first from its neighbour's optimum.
+
+    The highest level comes first, since the loop shows most there. Going on from a neighbour keeps parameters that the
+    data hardly determine from jumping between levels.
+
+    Parameters
+    ----------
+    blocks
+        Search blocks; those without a held current are passed over.
+    base
+        The base model.
+    cube
+        Its cube.
+    weights
+        Factor on the error of each block.
+    rng
+        Source of randomness.
+    """
+    levels = levels_of(b.segment for b in blocks)
+    inputs = len(base.spec.inputs)
+    fits: list[Level] = []
+    for level in reversed(levels):
+        members = [k for k, b in enumerate(blocks) if level_of(b.segment, levels) == level]
+        own = [replace(blocks[k], drive=np.ascontiguousarray(blocks[k].drive[:inputs])) for k in members]
+        objective = Objective(residual_function(own, base, cube.to_theta, weights[members]), cube.start, budget=1)
+        points = [cube.start, *([cube.to_points(fits[-1].theta[None, :])[0]] if fits else [])]
+        objective.budget = len(points)
+        objective.costs(np.array(points))
+        name, evaluations = ("lsq", OTHER_LEVELS) if fits else ("auto", FIRST_LEVEL)
+        outcome = optimize.run(name, objective, rng, evaluations * (len(cube.free) + 1))
+        fits.append(Level(level, outcome.cost, cube.to_theta(outcome.point[None, :])[0]))
+    return fits[::-1]
+
+
+def two_phase_start(levels: Sequence[Level], base: Assembly, dependence: CurrentDependence) -> dict[str, float]:
+    """Return the parameters at the nodes, by name, of the polynomials through the levels' values."""
+    sound = [level for level in levels if np.isfinite(level.cost)]
+    if not sound:
+        return {}
+    currents, theta = np.array([s.current for s in sound]), np.array([s.theta for s in sound])
+    nodes = through(base.spec, dependence, currents, theta)
+    return dict(zip(node_names(base, dependence), nodes.tolist(), strict=True))
+
+
+def to_points(cube: Cube, starts: Sequence[Mapping[str, float]]) -> Array:
+    """Return start points (S, F) of a cube from values by name, others at the cube's own start; clipped into it."""
+    theta = np.array([[s.get(p.name, p.start) for p in cube.params] for s in starts])
+    return cube.to_points(theta)

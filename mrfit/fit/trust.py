@@ -1,0 +1,81 @@
+"""How far to trust a fit: intervals by the method asked for, what the data determine, what the residual still holds."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from mrfit.assembly import Assembly
+from mrfit.fit.bootstrap import bootstrap_intervals
+from mrfit.fit.cube import Cube
+from mrfit.fit.identifiability import judge
+from mrfit.fit.identify import Group, linearise, weights_of
+from mrfit.fit.problem import Posed
+from mrfit.fit.profile import profile_intervals
+from mrfit.fit.residual_tests import input_dependence
+from mrfit.fit.result import conditioning, derived_rows, parameter_rows, passivity_rows, with_intervals
+from mrfit.fit.uncertainty import analyse
+from mrfit.specs import Array
+
+Intervals = Literal["hac", "bootstrap", "profile"]
+
+
+def trust(
+    group: Group,
+    assembly: Assembly,
+    cube: Cube,
+    point: Array,
+    simulated: Sequence[Array],
+    settings: tuple[str, Intervals, np.random.Generator],
+) -> dict[str, Any]:
+    """Return everything of a result that says how far to trust it, ready for JSON.
+
+    Parameters
+    ----------
+    group
+        What was fitted.
+    assembly, cube
+        The model and its free parameters.
+    point
+        Optimum in the cube, shape (F,).
+    simulated
+        Output at this point for each full block.
+    settings
+        Weighting of conditions, method of the intervals, and the generator a bootstrap draws from.
+    """
+    weight, intervals, rng = settings
+    linearised = linearise(group, assembly, cube, point, weight)
+    uncertainty = analyse(linearised.jacobians, linearised.residuals, linearised.periods)
+    parameters = parameter_rows(cube, point, uncertainty)
+    derived = derived_rows(assembly, cube, point, uncertainty)
+    full = Posed(group.training, weights_of(group.training, group.training_floors, weight), assembly, cube)
+    if intervals == "bootstrap":
+        found = bootstrap_intervals(full, point, rng)
+        parameters, derived = with_intervals(parameters, found), with_intervals(derived, found)
+    elif intervals == "profile":
+        folded = replace(full, blocks=group.search)
+        parameters = with_intervals(parameters, profile_intervals(folded, point, uncertainty, linearised))
+    segments = [b.segment for b in group.training]
+    return {
+        "intervals": intervals,
+        "parameters": parameters,
+        "derived": derived,
+        "conditioning": conditioning(cube, uncertainty),
+        "identifiability": list(judge(cube, assembly.spec, point, uncertainty, segments).sentences),
+        "passivity": passivity_rows(group.full, simulated, assembly),
+        "residual_tests": residual_rows(group, assembly, simulated),
+    }
+
+
+def residual_rows(group: Group, assembly: Assembly, simulated: Sequence[Array]) -> list[dict[str, Any]]:
+    """Return one row per input of the model: how the training residual goes with it."""
+    pairs = [(b, y) for b, y in zip(group.full, simulated, strict=True) if b.segment.role == "train"]
+    residuals = [b.target - y for b, y in pairs]
+    periods = [b.period for b, _ in pairs]
+    rows = []
+    for place, name in enumerate(assembly.spec.inputs):
+        found = input_dependence(name, [b.inputs(place) for b, _ in pairs], residuals, periods)
+        if found is not None:
+            rows.append({**asdict(found), "independent": found.independent})
+    return rows

@@ -1,0 +1,92 @@
+"""Options that several commands share, and how their text becomes values."""
+
+import os
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+from mrfit.errors import ConfigError
+
+Work = Annotated[Path, typer.Option("--work", help="Workspace folder.", envvar="MRFIT_WORK")]
+Json = Annotated[bool, typer.Option("--json", help="Print a machine-readable summary, alone, to standard output.")]
+Jobs = Annotated[int, typer.Option("--jobs", "-j", min=1, help="Worker threads; does not change the result.")]
+Resistance = Annotated[
+    str | None,
+    typer.Option("--resistance", help="Coil resistance in ohm, or 'auto' to estimate it.", metavar="OHM|auto"),
+]
+Map = Annotated[Path | None, typer.Option("--map", help="Channel map (TOML); default: mrfit.toml beside the log.")]
+Logs = Annotated[list[Path], typer.Argument(help="Log files, or folders of them.", show_default=False)]
+CurrentOrder = Annotated[
+    str, typer.Option(help="Order 0-4 of parameters in current, for all or by name.", metavar="auto|ORDER|NAME=ORDER,…")
+]
+Only = Annotated[str, typer.Option(help="Segments by peak velocity or by condition.", metavar="LMH|MH|PATTERN")]
+WORK = Path("mrfit-work")
+CORES = os.cpu_count() or 1
+WEIGHTS = ("none", "floor", "range")
+
+
+def ohms(text: str | None) -> float | Literal["auto"] | None:
+    """Return a resistance option as a number, ``auto`` or None.
+
+    Raises
+    ------
+    ConfigError
+        If it is neither, or not positive.
+    """
+    if text is None:
+        return None
+    if text == "auto":
+        return "auto"
+    try:
+        value = float(text)
+    except ValueError as error:
+        raise ConfigError(f"--resistance takes a number of ohms or 'auto', not '{text}'") from error
+    if not 0.0 < value < float("inf"):
+        raise ConfigError(f"--resistance must be a positive number of ohms, not {text}")
+    return value
+
+
+def pairs(option: str, items: list[str] | None) -> list[tuple[str, str]]:
+    """Split NAME=VALUE items of a repeated option.
+
+    Raises
+    ------
+    ConfigError
+        If an item has no equals sign.
+    """
+    split = [item.partition("=") for item in items or []]
+    for name, sign, value in split:
+        if not (name and sign and value):
+            raise ConfigError(f"{option} takes NAME=VALUE, not '{name}{sign}{value}'")
+    return [(name.strip(), value.strip()) for name, _, value in split]
+
+
+def number(option: str, text: str) -> float:
+    """Return an option's text as a finite number.
+
+    Raises
+    ------
+    ConfigError
+        If it is none.
+    """
+    try:
+        value = float(text)
+    except ValueError as error:
+        raise ConfigError(f"{option}: '{text}' is not a number") from error
+    if value != value or value in (float("inf"), float("-inf")):
+        raise ConfigError(f"{option}: '{text}' is not finite")
+    return value
+
+
+def choice(option: str, value: str, allowed: tuple[str, ...]) -> str:
+    """Return ``value`` if it is allowed.
+
+    Raises
+    ------
+    ConfigError
+        If it is not; the message lists what is.
+    """
+    if value not in allowed:
+        raise ConfigError(f"{option} takes {' or '.join(allowed)}, not '{value}'")
+    return value

@@ -1,0 +1,121 @@
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mrfit.ingest import body
+from mrfit.ingest.body import Layout, ends_open, read_body, split
+
+COMMA = Layout(1, ",", ".", 3, (0, 1, 2))
+FIELD = st.one_of(
+    st.floats(-1e6, 1e6).map(lambda v: f"{v:.4f}"),
+    st.floats(allow_nan=False, allow_infinity=False).map(repr),
+    st.sampled_from(
+        ["", " ", "NaN", "inf", "1e400", "-12.0mV", "1_0", "0x10", "∞", "+.5", "5.", "1e5", '"1.5"', "\0", "1d3", "١"]
+    ),
+)
+ROW = st.lists(FIELD, min_size=0, max_size=5).map(",".join)
+
+
+@settings(max_examples=300, deadline=None)
+@given(rows=st.lists(ROW, max_size=30))
+def test_bulk_and_line_by_line_agree_and_no_row_is_lost(rows: list[str]) -> None:
+    """The fast parser and the slow one see the same rows; kept and refused are all rows there are."""
+    data = ("t,a,b\n" + "\n".join(rows)).encode()
+    whole = read_body(data, COMMA)
+    alone = [read_body(("t,a,b\n" + row).encode(), COMMA) for row in rows]
+    there = sum(bool(row.strip()) for row in rows)
+    assert len(whole.lines) + len(whole.refused) == there
+    assert len(whole.lines) == sum(len(a.lines) for a in alone)
+    assert [r.kind for r in whole.refused] == [r.kind for a in alone for r in a.refused]
+    for column in range(3):
+        parts = np.concatenate([a.numbers[column] for a in alone] or [np.empty(0)])
+        np.testing.assert_array_equal(whole.numbers[column], parts)
+
+
+@settings(max_examples=200, deadline=None)
+@given(values=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=3, max_size=3))
+def test_numbers_are_read_to_the_last_bit(values: list[float]) -> None:
+    sound = "t,a,b\n" + ",".join(map(repr, values)) + "\n"
+    for text in (sound, sound + "broken\n"):
+        read = read_body(text.encode(), COMMA)
+        assert [float(read.numbers[c][0]) for c in range(3)] == values
+
+
+def test_line_numbers_of_refused_rows() -> None:
+    text = "t,a,b\n0,1,2\n\n1,2\n2,3,x\n3,4,5,6\n,,\nt,a,b\n# note\n4,5,6\n"
+    layout = Layout(1, ",", ".", 3, (0, 1, 2), header=frozenset({"t,a,b"}))
+    read = read_body(text.encode(), layout)
+    assert [(r.kind, r.line) for r in read.refused] == [
+        ("short row", 4),
+        ("not a number", 5),
+        ("long row", 6),
+        ("empty row", 7),
+        ("repeated header", 8),
+    ]
+    assert read.lines.tolist() == [2, 10]
+
+
+def test_damage_in_a_long_log_costs_only_its_own_rows() -> None:
+    rows = [f"{k},{k * 2},{k * 3}" for k in range(20000)]
+    rows[777], rows[15000] = "777,1554", "15000,x,1"
+    read = read_body(("t,a,b\n" + "\n".join(rows) + "\n").encode(), COMMA)
+    assert [(r.kind, r.line) for r in read.refused] == [("short row", 779), ("not a number", 15002)]
+    assert len(read.lines) == 19998
+    np.testing.assert_array_equal(read.numbers[2], 3.0 * (read.lines - 2))
+
+
+@pytest.mark.parametrize(
+    ("text", "layout"),
+    [
+        ("0,5;1,25;-2\n", Layout(0, ";", ",", 3, (0, 1, 2))),
+        ("0,5\t1,25\t-2\n", Layout(0, "\t", ",", 3, (0, 1, 2))),
+        ("   0.5   1.25  \t -2  \n", Layout(0, "", ".", 3, (0, 1, 2))),
+        ('"0,5","1,25","-2"\n', Layout(0, ",", ",", 3, (0, 1, 2))),
+        ("  0.5000000e+000 1.25 -2\r\n", Layout(0, "", ".", 3, (0, 1, 2))),
+        ("+.5,+1.25E+00,-2.,\n", Layout(0, ",", ".", 4, (0, 1, 2), blank=(3,))),
+    ],
+)
+def test_delimiters_and_decimal_marks(text: str, layout: Layout) -> None:
+    for damage in ("", "broken\n"):
+        read = read_body((text + damage).encode(), layout)
+        assert [float(read.numbers[c][0]) for c in range(3)] == [0.5, 1.25, -2.0]
+
+
+def test_empty_and_overflowing_fields_stay_for_later_judgement() -> None:
+    read = read_body("t,a,b\n0,,NaN\n1,inf,∞\n".encode(), COMMA)
+    assert math.isnan(read.numbers[1][0]) and math.isnan(read.numbers[2][0])
+    assert read.numbers[1][1] == math.inf and read.numbers[2][1] == math.inf
+
+
+def test_something_where_nothing_may_stand_makes_a_long_row() -> None:
+    read = read_body(b"0,1,\n1,2,3\n", Layout(0, ",", ".", 3, (0, 1), blank=(2,)))
+    assert [(r.kind, r.line) for r in read.refused] == [("long row", 2)]
+
+
+def test_texts_and_optional_columns() -> None:
+    layout = Layout(0, ",", ".", 3, (0,), texts=(1, 2), optional=(2,))
+    read = read_body(b"1, noon\n2, night, Pause\n3\n", layout)
+    assert read.texts == {1: ["noon", "night"], 2: ["", "Pause"]}
+    assert [(r.kind, r.line) for r in read.refused] == [("short row", 3)]
+
+
+def test_bulk_path_is_taken_for_a_sound_log(monkeypatch: pytest.MonkeyPatch) -> None:
+    def never(*_: object) -> None:
+        raise AssertionError("a sound log went line by line")
+
+    monkeypatch.setattr(body, "_line_by_line", never)
+    assert len(read_body(b"t,a,b\r\n" + b"0.1,2,3\r\n" * 5000, COMMA).lines) == 5000
+
+
+@pytest.mark.parametrize(
+    ("data", "open_end"), [(b"1,2\n3,4\n", False), (b"1,2\n3,4", False), (b"1,22\n3,4", True), (b"", False)]
+)
+def test_a_cut_last_line_is_noticed(data: bytes, open_end: bool) -> None:
+    assert ends_open(data) is open_end
+
+
+def test_split_survives_a_stray_quote() -> None:
+    assert split('1,"2,3', ",") in ([["1", "2,3"], ["1", '"2', "3"]])

@@ -1,0 +1,141 @@
+import numpy as np
+import pytest
+
+from mrfit.ingest.build import Origin, build
+from mrfit.ingest.channel_map import ChannelRule, Rules
+from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.table import Column, Refused, Table
+from mrfit.recording import Recording
+
+N = 200
+
+
+def _table(values: np.ndarray, time: np.ndarray | None = None, **more: object) -> Table:
+    clock = Column("time", "s", np.arange(N) * 1e-3 if time is None else time, 0)
+    columns = (Column("force", "kN", values, 1),)
+    return Table(columns, np.arange(2, len(values) + 2), time=clock, **more)  # type: ignore[arg-type]
+
+
+def _build(table: Table, rules: Rules | None = None) -> list[Recording]:
+    return build(table, Origin("log.csv", "abc", "delimited", rules or Rules()))
+
+
+WAVE = np.sin(0.1 * np.arange(N))
+
+
+def test_recording_is_in_si_and_says_where_it_came_from() -> None:
+    (record,) = _build(_table(WAVE))
+    np.testing.assert_allclose(record.channels["force"], 1e3 * WAVE)
+    assert (record.source, record.sha256, record.reader) == ("log.csv", "abc", "delimited")
+    assert record.columns == {"force": 1}
+    assert (record.rows_kept, record.rows_refused) == (N, 0)
+
+
+@pytest.mark.parametrize("mark", [np.nan, np.inf, -np.inf, 1e30, -9.9e37])
+def test_rows_without_a_number_are_refused_counted_and_bridged(mark: float) -> None:
+    values = WAVE.copy()
+    values[50:52] = mark
+    (record,) = _build(_table(values))
+    assert (record.rows_kept, record.rows_refused) == (N - 2, 2)
+    assert record.samples == N
+    np.testing.assert_allclose(record.channels["force"][50:52], 1e3 * WAVE[50:52], atol=12.0)
+    kinds = {f.kind: f.text for f in record.findings}
+    assert "first in line 52" in kinds["refused-rows"]
+    assert "2 samples are missing" in kinds["dropped-samples"]
+
+
+def test_a_long_hole_splits_and_its_rows_are_counted_once() -> None:
+    values = WAVE.copy()
+    values[50:80] = np.nan
+    first, second = _build(_table(values))
+    assert (first.rows_kept, second.rows_kept) == (50, 120)
+    assert first.rows_refused + second.rows_refused == 30
+    assert second.start == pytest.approx(0.08)
+
+
+def test_channel_without_any_number_is_named() -> None:
+    with pytest.raises(Refusal, match="channel 'force' holds no number at all"):
+        _build(_table(np.full(N, np.nan)))
+
+
+def test_mostly_damaged_file_is_refused() -> None:
+    values = WAVE.copy()
+    values[: N // 2 + 1] = np.nan
+    with pytest.raises(Refusal, match="only 99 of 200 rows can be read: 101 × empty value"):
+        _build(_table(values))
+
+
+def test_holes_of_an_unnamed_column_cost_no_rows() -> None:
+    table = _table(WAVE)
+    odd = Column("junk", None, np.where(np.arange(N) < 40, np.nan, 1.0), 2)
+    (record,) = _build(Table((*table.columns, odd), table.lines, time=table.time))
+    assert record.rows_kept == N
+    assert "junk" not in record.channels
+    assert any(f.kind == "not-read" and f.channel == "junk" for f in record.findings)
+
+
+def test_rows_refused_by_the_reader_leave_holes_where_there_is_no_time_column() -> None:
+    lines = np.delete(np.arange(2, N + 2), 100)
+    table = Table(
+        (Column("force", "N", np.delete(WAVE, 100), 0),), lines, dt=1e-3, refused=(Refused("short row", 102),)
+    )
+    (record,) = _build(table)
+    assert record.samples == N
+    assert (record.rows_kept, record.rows_refused) == (N - 1, 1)
+    np.testing.assert_array_equal(record.channels["force"][101:], WAVE[101:])
+
+
+def test_neither_time_nor_rate_is_refused_with_the_remedy() -> None:
+    table = Table((Column("force", "N", WAVE, 0),), np.arange(N))
+    with pytest.raises(Refusal, match="no time column and no sample rate") as error:
+        _build(table)
+    assert "rate = HZ" in error.value.remedy
+    (record,) = _build(table, Rules(dt=0.002))
+    assert record.dt == 0.002
+
+
+def test_repeated_rows_are_left_out() -> None:
+    time = np.arange(N) * 1e-3
+    time = np.round(time - np.where(np.arange(N) >= 60, 1e-3, 0.0), 6)  # row 60 stands twice
+    values = WAVE.copy()
+    values[60] = values[59]
+    (record,) = _build(_table(values, time))
+    assert (record.rows_kept, record.rows_refused) == (N - 1, 1)
+    assert record.samples == N - 1
+
+
+def test_time_in_a_unit_that_is_none_of_time_is_refused() -> None:
+    table = _table(WAVE)
+    with pytest.raises(Refusal, match="time column 'time' is in 'mm'"):
+        _build(Table(table.columns, table.lines, time=Column("time", "mm", np.arange(N) * 1.0, 0)))
+
+
+def test_backward_times_are_refused_with_the_line() -> None:
+    time = np.tile([0.0, 2.0, 1.0, 3.0], N // 4)
+    with pytest.raises(Refusal, match=r"time runs backwards .* \(line 4\)"):
+        _build(_table(WAVE, time))
+
+
+def test_a_row_between_two_gaps_is_refused() -> None:
+    time = np.arange(N) * 1e-3
+    time[100:] += 1.0
+    time[101:] += 1.0
+    records = _build(_table(WAVE, time))
+    assert [r.rows_kept for r in records] == [100, 99]
+    assert sum(r.rows_refused for r in records) == 1
+
+
+def test_findings_lie_in_the_piece_they_concern() -> None:
+    time = np.arange(N) * 1e-3
+    time[100:] += 1.0
+    time = np.delete(time, 150)
+    first, second = _build(_table(np.delete(WAVE, 150), time))
+    assert [f.kind for f in first.findings if f.kind in ("gap", "dropped-samples")] == ["gap"]
+    (dropped,) = [f for f in second.findings if f.kind == "dropped-samples"]
+    assert dropped.at == pytest.approx(0.049)
+
+
+def test_map_offset_and_sign_reach_the_recording() -> None:
+    rules = Rules(channels={"force": ChannelRule(column="force", unit="N", scale=2.0, offset=1.0, sign=-1)})
+    (record,) = _build(_table(WAVE), rules)
+    np.testing.assert_allclose(record.channels["force"], 1.0 - 2.0 * WAVE)

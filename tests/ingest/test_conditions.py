@@ -1,0 +1,85 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mrfit.errors import ConfigError
+from mrfit.ingest.channel_map import Rules
+from mrfit.ingest.conditions import conditions_of, from_name, main_frequency, name_expression
+from mrfit.ingest.refusal import Refusal
+from mrfit.recording import Recording
+
+PATTERN = "{amplitude:mm}mm{frequency:Hz}Hz{current:A}A"
+
+
+def _record(source: str = "x/25mm0x5Hz0x75A.txt", amplitude: float = 0.025, frequency: float = 0.5) -> Recording:
+    time = np.arange(4000) * 5e-3
+    x = amplitude * np.sin(2 * np.pi * frequency * time)
+    return Recording("a", source, "", "delimited", 5e-3, 0.0, {"displacement": x}, {"displacement": "m"})
+
+
+@pytest.mark.parametrize(
+    ("stem", "pattern", "found"),
+    [
+        ("25mm0x5Hz0x75A", PATTERN, {"amplitude": 0.025, "frequency": 0.5, "current": 0.75}),
+        ("2mm5Hz1A", PATTERN, {"amplitude": 0.002, "frequency": 5.0, "current": 1.0}),
+        ("run7_2p5mm5Hz1,25A_b", PATTERN, {"amplitude": 0.0025, "frequency": 5.0, "current": 1.25}),
+        ("T68F", "T{temperature:degF}F", {"temperature": pytest.approx(20.0)}),
+        ("coil_05Hz_3A", "coil_{frequency:Hz}Hz_{amplitude:A}A", {"frequency": 5.0, "amplitude": 3.0}),
+        ("t1_1_1_s5_n10_150psi", "*_s{speed}_n{cycles}_*", {"speed": 5.0, "cycles": 10.0}),
+        ("calibration", PATTERN, {}),
+    ],
+)
+def test_conditions_in_names(stem: str, pattern: str, found: dict[str, float]) -> None:
+    assert from_name(stem, pattern) == pytest.approx(found)
+
+
+@pytest.mark.parametrize("pattern", ["no keys", "{a:blurb}", "{a:mm}{a:mm}"])
+def test_bad_patterns_are_configuration_errors(pattern: str) -> None:
+    with pytest.raises(ConfigError, match="name pattern"):
+        name_expression(pattern)
+
+
+def test_name_that_agrees_with_the_data() -> None:
+    condition, findings = conditions_of(_record(), 0, 1, {}, Rules(pattern=PATTERN, resistance=2.5))
+    assert condition["amplitude"] == pytest.approx(0.025)
+    assert condition["measured_amplitude"] == pytest.approx(0.025, rel=0.01)
+    assert condition["measured_frequency"] == pytest.approx(0.5, rel=0.01)
+    assert condition["resistance"] == 2.5
+    assert findings == []
+
+
+def test_name_that_disagrees_is_kept_beside_what_was_measured() -> None:
+    record = _record(amplitude=0.018, frequency=0.8)
+    condition, findings = conditions_of(record, 0, 1, {}, Rules(pattern=PATTERN))
+    assert condition["amplitude"] == 0.025
+    assert condition["measured_amplitude"] == pytest.approx(0.018, rel=0.01)
+    assert [f.kind for f in findings] == ["condition-differs", "condition-differs"]
+    assert all(f.channel == "displacement" for f in findings)
+
+
+def test_name_without_the_pattern_is_said() -> None:
+    _, findings = conditions_of(_record("x/calibration.txt"), 0, 1, {}, Rules(pattern=PATTERN))
+    assert [f.kind for f in findings] == ["condition-unknown"]
+
+
+def test_one_value_for_every_run() -> None:
+    rules = Rules("map.toml", condition={"current": [0.0, 0.5], "temperature": 25.0})
+    condition, _ = conditions_of(_record(), 1, 2, {}, rules)
+    assert condition == {"current": 0.5, "temperature": 25.0}
+    with pytest.raises(Refusal, match="holds 3 runs but condition.current lists 2"):
+        conditions_of(_record(), 0, 3, {}, rules)
+
+
+def test_stated_current_is_checked_against_a_measured_one() -> None:
+    record = _record()
+    channels = {**record.channels, "current": np.full(4000, 0.5)}
+    _, findings = conditions_of(replace(record, channels=channels), 0, 1, {}, Rules(pattern=PATTERN))
+    assert [f.kind for f in findings] == ["condition-differs"]
+    assert "0.75" in findings[0].text and "0.5" in findings[0].text
+
+
+@pytest.mark.parametrize("frequency", [0.73, 5.0, 31.7])
+def test_main_frequency_between_the_lines_of_the_spectrum(frequency: float) -> None:
+    time = np.arange(900) * 5e-3
+    assert main_frequency(3.0 + np.sin(2 * np.pi * frequency * time), 5e-3) == pytest.approx(frequency, rel=5e-3)

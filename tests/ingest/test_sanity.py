@@ -1,0 +1,80 @@
+import numpy as np
+import pytest
+
+from mrfit.ingest.sanity import sanity_findings
+from mrfit.recording import Recording
+from mrfit.specs import Array
+
+DT = 1e-3
+T = np.arange(4000) * DT
+SINE = np.sin(2 * np.pi * 5 * T)
+
+
+def _kinds(**channels: Array) -> list[tuple[str, str]]:
+    record = Recording("a", "a.csv", "", "delimited", DT, 0.0, channels, dict.fromkeys(channels, ""))
+    return [(f.kind, f.channel) for f in sanity_findings(record)]
+
+
+def _rounded(values: Array, bits: int) -> Array:
+    return np.round(values * 2 ** (bits - 1)) / 2 ** (bits - 1)
+
+
+@pytest.mark.parametrize("bits", [8, 12, 24])
+def test_a_sound_sine_raises_nothing(bits: int) -> None:
+    noise = np.random.default_rng(0).normal(0, 0.01, len(T))
+    assert _kinds(ch1=_rounded(SINE, bits)) == []
+    assert _kinds(ch1=_rounded(SINE + noise, bits)) == []
+
+
+@pytest.mark.parametrize("values", [np.sign(SINE), np.arcsin(SINE), np.sign(SINE) + 0.01 * SINE])
+def test_square_and_triangle_waves_are_not_clipped(values: Array) -> None:
+    assert _kinds(ch1=_rounded(values, 8)) == []
+
+
+def test_constant_and_dead_channels() -> None:
+    flicker = np.random.default_rng(0).integers(0, 2, len(T)) * 0.01
+    assert _kinds(ch1=np.full(len(T), 3.0), ch2=flicker) == [("constant", "ch1"), ("dead", "ch2")]
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_clipped_channel_with_the_time_it_begins(side: float) -> None:
+    values = side * np.minimum(_rounded(SINE, 10), 0.8)
+    record = Recording("a", "a.csv", "", "delimited", DT, 0.0, {"ch1": values}, {"ch1": "V"})
+    (finding,) = sanity_findings(record)
+    assert (finding.kind, finding.channel) == ("clipped", "ch1")
+    assert finding.at == pytest.approx(np.arcsin(0.8) / (2 * np.pi * 5), abs=2 * DT)
+
+
+def test_standing_still_at_the_beginning_is_no_clipping() -> None:
+    assert _kinds(ch1=np.concatenate([np.full(500, -1.0), _rounded(-np.cos(2 * np.pi * 5 * T), 12)])) == []
+
+
+def test_offset_is_said_of_alternating_channels_only() -> None:
+    assert _kinds(current=SINE + 0.5, temperature=SINE + 40.0) == [("offset", "current")]
+
+
+def test_force_against_velocity() -> None:
+    velocity = np.cos(2 * np.pi * 5 * T)
+    assert _kinds(displacement=SINE, force=velocity) == []
+    assert _kinds(displacement=SINE, force=-velocity) == [("sign", "force")]
+    assert _kinds(displacement=100 * velocity, force=SINE) == [("sign", "force")]  # exchanged columns
+
+
+def test_velocity_against_displacement() -> None:
+    velocity = 2 * np.pi * 5 * np.cos(2 * np.pi * 5 * T)
+    assert _kinds(displacement=SINE, velocity=velocity) == []
+    assert _kinds(displacement=SINE, velocity=-velocity) == [("sign", "velocity")]
+    assert _kinds(displacement=SINE, velocity=1000 * velocity) == [("velocity-differs", "velocity")]
+    assert _kinds(displacement=SINE, velocity=SINE) == [("velocity-differs", "velocity")]
+
+
+def test_flux_against_current() -> None:
+    assert _kinds(current=SINE, flux=0.1 * SINE) == []
+    assert _kinds(current=SINE, flux=-0.1 * SINE) == [("sign", "flux")]
+
+
+@pytest.mark.parametrize(("lag", "kinds"), [(45, []), (5, []), (85, []), (-10, [("skew", "current")]), (200, 1)])
+def test_current_against_voltage(lag: float, kinds: object) -> None:
+    current = np.sin(2 * np.pi * 5 * T - np.radians(lag))
+    expected = [("sign", "current")] if kinds == 1 else kinds
+    assert _kinds(current=current, voltage=SINE) == expected

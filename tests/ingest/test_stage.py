@@ -1,0 +1,243 @@
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mrfit.errors import ConfigError, DataError
+from mrfit.ingest.stage import Settings, preview, run
+from mrfit.store import Workspace
+from tests.ingest.samples import WRITERS, sample
+
+MAP = '[channels]\ncurrent = {column = "CH1", scale = 10.0, unit = "A"}\n'
+
+
+def _tree(root: Path) -> dict[str, bytes]:
+    return {str(p.relative_to(root)): p.read_bytes() for p in sorted(root.rglob("*")) if p.is_file()}
+
+
+@pytest.fixture
+def logs(tmp_path: Path) -> Path:
+    folder = tmp_path / "logs"
+    folder.mkdir()
+    for name in ("rigol", "keysight", "delimited"):
+        sample(name, folder)
+    return folder
+
+
+@pytest.fixture
+def workspace(tmp_path: Path) -> Workspace:
+    return Workspace(tmp_path / "work")
+
+
+def _ids(summary: dict[str, Any]) -> list[str]:
+    return [r["id"] for r in summary["recordings"]]
+
+
+def test_folder_becomes_recordings_and_a_summary(logs: Path, workspace: Workspace) -> None:
+    summary = run([logs], Settings(resistance=2.1), workspace)
+    assert _ids(summary) == ["NewFile1", "log", "scope_0"]
+    assert not summary["skipped"] and len(summary["added"]) == 3
+    on_disk = json.loads(workspace.ingest_json.read_text())
+    assert on_disk["recordings"] == summary["recordings"]
+    assert on_disk["key"] == summary["key"]
+    for row in summary["recordings"]:
+        record = workspace.read_recording(row["id"])
+        assert record.about() == row
+        assert record.condition["resistance"] == 2.1
+    assert not list(workspace.root.glob(".ingest-*"))
+
+
+def test_nothing_is_done_twice(logs: Path, workspace: Workspace) -> None:
+    run([logs], Settings(), workspace)
+    before = {p: p.stat().st_mtime_ns for p in workspace.root.rglob("*")}
+    again = run([logs], Settings(), workspace)
+    assert again["skipped"] and len(again["unchanged"]) == 3
+    assert {p: p.stat().st_mtime_ns for p in workspace.root.rglob("*")} == before
+
+
+def test_changed_file_replaces_its_recording_and_only_it(logs: Path, workspace: Workspace) -> None:
+    run([logs], Settings(), workspace)
+    kept = workspace.recording_file("scope_0").stat().st_mtime_ns
+    path = logs / "NewFile1.csv"
+    path.write_bytes(path.read_bytes().rsplit(b"\r\n", 2)[0] + b"\r\n")
+    summary = run([logs], Settings(), workspace)
+    assert summary["replaced"] == [str(path)]
+    assert len(summary["unchanged"]) == 2 and not summary["added"]
+    assert workspace.read_recording("NewFile1").samples == 239
+    assert workspace.recording_file("scope_0").stat().st_mtime_ns == kept
+
+
+def test_further_files_are_added_and_earlier_ones_stay(logs: Path, workspace: Workspace, tmp_path: Path) -> None:
+    run([logs / "log.csv"], Settings(), workspace)
+    _, more = sample("siglent", tmp_path)
+    summary = run([more], Settings(), workspace)
+    assert _ids(summary) == ["SDS00001", "log"]
+    assert summary["added"] == [str(more)]
+
+
+def test_same_file_under_another_spelling_is_the_same_source(
+    logs: Path, workspace: Workspace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run([logs / "log.csv"], Settings(), workspace)
+    monkeypatch.chdir(logs)
+    assert run([Path("./log.csv")], Settings(), workspace)["skipped"]
+
+
+def test_settings_and_map_are_part_of_the_key(logs: Path, workspace: Workspace) -> None:
+    run([logs / "NewFile1.csv"], Settings(), workspace)
+    assert run([logs / "NewFile1.csv"], Settings(resistance=3.0), workspace)["replaced"]
+    (logs / "mrfit.toml").write_text(MAP)
+    summary = run([logs / "NewFile1.csv"], Settings(resistance=3.0), workspace)
+    assert summary["replaced"]
+    assert {c["name"] for c in summary["recordings"][0]["channels"]} == {"current", "ch2"}
+    assert run([logs / "NewFile1.csv"], Settings(resistance=3.0), workspace)["skipped"]
+
+
+def test_map_is_found_up_to_the_folder_given(tmp_path: Path, workspace: Workspace) -> None:
+    deep = tmp_path / "series" / "day1"
+    deep.mkdir(parents=True)
+    (tmp_path / "series" / "mrfit.toml").write_text(MAP)
+    _, path = sample("rigol", deep)
+    alone = run([path], Settings(), Workspace(tmp_path / "a"))
+    assert "current" not in {c["name"] for c in alone["recordings"][0]["channels"]}
+    whole = run([tmp_path / "series"], Settings(), workspace)
+    assert "current" in {c["name"] for c in whole["recordings"][0]["channels"]}
+
+
+def test_refused_files_are_listed_and_the_rest_is_kept(logs: Path, workspace: Workspace) -> None:
+    (logs / "bare.csv").write_text("1,2\n3,4\n")
+    (logs / "empty.csv").write_text("")
+    summary = run([logs], Settings(), workspace)
+    assert len(summary["recordings"]) == 3
+    assert [Path(r["source"]).name for r in summary["refused"]] == ["bare.csv", "empty.csv"]
+    assert all(r["reason"] and r["remedy"] for r in summary["refused"])
+    assert run([logs], Settings(), workspace)["skipped"]
+    (logs / "bare.csv").write_text("time (s),force (N)\n0,1\n1,2\n2,3\n")
+    mended = run([logs], Settings(), workspace)
+    assert [Path(r["source"]).name for r in mended["refused"]] == ["empty.csv"]
+    assert "bare" in _ids(mended)
+
+
+@pytest.mark.parametrize("content", [b"", b"1,2\n3,4\n", b"prose only\n", b"\xef\xbb\xbf"])
+def test_no_readable_file_leaves_the_workspace_as_it_was(content: bytes, logs: Path, workspace: Workspace) -> None:
+    bad = logs.parent / "bad.csv"
+    bad.write_bytes(content)
+    with pytest.raises(DataError, match="bad.csv: .*; "):
+        run([bad], Settings(), workspace)
+    assert not workspace.root.exists()
+    run([logs], Settings(), workspace)
+    before = _tree(workspace.root)
+    with pytest.raises(DataError, match="bad.csv"):
+        run([bad], Settings(), workspace)
+    assert _tree(workspace.root) == before
+
+
+def test_missing_file_is_named(workspace: Workspace, tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="nowhere.csv: no such file; "):
+        run([tmp_path / "nowhere.csv"], Settings(), workspace)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        (Settings(resistance=-1.0), "resistance -1 ohm is impossible"),
+        (Settings(resistance=float("nan")), "resistance nan ohm is impossible"),
+        (Settings(map=Path("none.toml")), "no such channel map"),
+        (Settings(pattern="nothing"), "names no condition"),
+    ],
+)
+def test_wrong_settings_are_configuration_errors(
+    settings: Settings, message: str, logs: Path, workspace: Workspace
+) -> None:
+    with pytest.raises(ConfigError, match=message):
+        run([logs], settings, workspace)
+    assert not workspace.root.exists()
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root writes anywhere")
+def test_read_only_workspace(logs: Path, tmp_path: Path) -> None:
+    folder = tmp_path / "locked"
+    folder.mkdir(mode=0o500)
+    with pytest.raises(DataError, match="cannot write"):
+        run([logs], Settings(), Workspace(folder / "work"))
+
+
+def test_workspace_that_is_a_file(logs: Path, tmp_path: Path) -> None:
+    (tmp_path / "work").write_text("not a folder")
+    with pytest.raises(DataError, match="cannot write"):
+        run([logs], Settings(), Workspace(tmp_path / "work"))
+
+
+def test_same_bytes_for_any_number_of_jobs(tmp_path: Path) -> None:
+    folder = tmp_path / "logs"
+    folder.mkdir()
+    for name in sorted(set(WRITERS) - {"mdf", "tdms", "hdf5", "matlab"}):
+        sample(name, folder)
+    one, many = Workspace(tmp_path / "one"), Workspace(tmp_path / "many")
+    run([folder], Settings(jobs=1), one)
+    run([folder], Settings(jobs=8), many)
+    assert _tree(one.root) == _tree(many.root)
+
+
+def test_stems_that_differ_in_case_only_get_two_ids(tmp_path: Path, workspace: Workspace) -> None:
+    truth = WRITERS["siglent"]()
+    truth.write(tmp_path / "logs", "SDS00005.CSV")
+    truth.write(tmp_path / "logs", "sds00005.txt")
+    summary = run([tmp_path / "logs"], Settings(), workspace)
+    assert len({i.lower() for i in _ids(summary)}) == 2
+
+
+def test_pauses_give_numbered_recordings_of_one_source(tmp_path: Path, workspace: Workspace) -> None:
+    time = np.concatenate([np.arange(50), np.arange(500, 560)]) * 0.01
+    path = tmp_path / "press.csv"
+    path.write_text("time (s),force (N)\n" + "".join(f"{t:.2f},{np.sin(t):.6f}\n" for t in time))
+    summary = run([path], Settings(), workspace)
+    assert _ids(summary) == ["press-1", "press-2"]
+    assert {r["source"] for r in summary["recordings"]} == {str(path)}
+    path.write_text("".join(path.read_text().splitlines(keepends=True)[:51]))
+    assert _ids(run([path], Settings(), workspace)) == ["press"]
+    assert sorted(p.name for p in workspace.root.glob("recordings/*")) == ["press.parquet"]
+
+
+def test_progress_is_told_file_by_file(logs: Path, workspace: Workspace) -> None:
+    heard: list[tuple[str, int, int]] = []
+    run([logs], Settings(), workspace, lambda what, done, total: heard.append((what, done, total)))
+    assert heard == [("ingest", 1, 3), ("ingest", 2, 3), ("ingest", 3, 3)]
+
+
+def test_preview_says_what_would_be_read_and_writes_nothing(logs: Path) -> None:
+    (logs / "bare.csv").write_text("1,2\n3,4\n")
+    before = _tree(logs.parent)
+    rows = preview([logs], Settings())
+    assert _tree(logs.parent) == before
+    by_name = {Path(r["source"]).name: r for r in rows}
+    assert by_name["log.csv"]["channels"] == "current (A), flux (Wb)"
+    assert by_name["log.csv"]["rate"] == "1000 Hz"
+    assert by_name["log.csv"]["rows"] == 240
+    assert by_name["bare.csv"]["reader"] == "refused"
+    assert "channel map" in by_name["bare.csv"]["oddities"]
+    assert len({tuple(r) for r in rows}) == 1
+
+
+def test_killed_run_leaves_a_workspace_that_goes_on(
+    logs: Path, workspace: Workspace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The moment between the renames and the summary is the worst one: recordings are there, ingest.json is not."""
+    import mrfit.ingest.stage as stage
+
+    class Killed(BaseException):
+        pass
+
+    def die(*_: object) -> None:
+        raise Killed
+
+    with monkeypatch.context() as patch:
+        patch.setattr(stage, "write_json", die)
+        with pytest.raises(Killed):
+            run([logs], Settings(), workspace)
+    summary = run([logs], Settings(), workspace)
+    assert len(summary["recordings"]) == 3 and not summary["skipped"]
+    assert len(list(workspace.root.glob("recordings/*"))) == 3

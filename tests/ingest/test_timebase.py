@@ -1,0 +1,129 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mrfit.ingest.timebase import TimeFault, on_grid, print_step, repeated, time_base
+
+
+def test_uniform_times_give_the_interval_they_were_made_with() -> None:
+    base = time_base(-0.3 + np.arange(1000) * 6.25e-6, None)
+    assert base.dt == pytest.approx(6.25e-6, rel=1e-12)
+    assert len(base.pieces) == 1 and base.pieces[0].position is None
+    assert base.findings == []
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    rate=st.floats(20.0, 5e4),
+    start=st.floats(-5.0, 5.0),
+    rows=st.integers(2000, 4000),
+    decimals=st.integers(0, 3),
+)
+def test_rate_from_rounded_times_is_true_to_the_record_length(
+    rate: float, start: float, rows: int, decimals: int
+) -> None:
+    """Printed to a step near or above the interval, the whole record still gives the rate within one step."""
+    step = 10.0 ** -(np.floor(np.log10(rate)) + decimals)
+    time = np.round((start + np.arange(rows) / rate) / step) * step
+    base = time_base(time, None)
+    assert sum(p.rows.stop - p.rows.start for p in base.pieces) == rows
+    assert abs(base.dt * rate - 1.0) < 2.0 * step * rate / rows + 2e-7
+    assert len(base.pieces) == 1
+    piece = base.pieces[0]
+    assert piece.position is None  # no sample invented, none moved
+
+
+def test_rounded_times_without_a_stated_rate_are_said() -> None:
+    base = time_base(np.round(np.arange(3000) * 1.6e-6, 6), None)
+    assert base.dt == pytest.approx(1.6e-6, rel=1e-4)
+    assert [f.kind for f in base.findings] == ["rounded-time"]
+
+
+def test_stated_interval_wins_over_rounded_times() -> None:
+    base = time_base(np.round(np.arange(3000) * 1.6e-6, 6), 1.6e-6)
+    assert base.dt == 1.6e-6
+    assert base.findings == []
+
+
+def test_false_stated_interval_is_said_and_not_used() -> None:
+    base = time_base(np.arange(500) * 0.33, 1.0)
+    assert base.dt == pytest.approx(0.33)
+    assert [f.kind for f in base.findings] == ["rate-differs"]
+
+
+@settings(max_examples=60, deadline=None)
+@given(lost=st.sets(st.integers(5, 390), min_size=1, max_size=5))
+def test_single_missing_samples_are_interpolated_and_all_others_untouched(lost: set[int]) -> None:
+    lost = {k for k in lost if not {k - 1, k - 2, k - 3, k - 4, k - 5} & lost}
+    keep = np.array([k for k in range(400) if k not in lost])
+    time, values = keep * 1e-3, np.sin(0.05 * keep)
+    base = time_base(time, None)
+    (piece,) = base.pieces
+    assert base.dt == pytest.approx(1e-3)
+    filled = on_grid(values, piece)
+    assert len(filled) == 400
+    np.testing.assert_array_equal(filled[keep], values)
+    np.testing.assert_allclose(filled, np.sin(0.05 * np.arange(400)), atol=2e-3)
+    assert [f.kind for f in piece.findings] == ["dropped-samples"]
+    assert f"{len(lost)} samples are missing" in piece.findings[0].text
+
+
+def test_gap_splits_the_record() -> None:
+    time = np.concatenate([np.arange(100), np.arange(200, 350)]) * 1e-3
+    base = time_base(time, None)
+    assert [(p.rows.start, p.rows.stop, p.start) for p in base.pieces] == [(0, 100, 0.0), (100, 250, 0.2)]
+    assert [f.kind for f in base.findings] == ["gap"]
+    assert base.findings[0].at == pytest.approx(0.099)
+
+
+def test_clock_that_jumps_back_splits_the_record() -> None:
+    base = time_base(np.concatenate([np.arange(100), np.arange(100)]) * 1e-3, None)
+    assert [p.rows.start for p in base.pieces] == [0, 100]
+    assert [f.kind for f in base.findings] == ["clock-jump"]
+
+
+def test_stated_breaks_split_where_the_clock_does_not() -> None:
+    base = time_base(np.arange(100) * 1e-3, None, (40,))
+    assert [p.rows.start for p in base.pieces] == [0, 40]
+    assert [f.kind for f in base.findings] == ["new-run"]
+
+
+def test_jitter_is_resampled_and_said() -> None:
+    rng = np.random.default_rng(1)
+    time = np.arange(1000) * 0.01 + rng.uniform(-0.002, 0.002, 1000)
+    base = time_base(time, None)
+    (piece,) = base.pieces
+    assert base.dt == pytest.approx(0.01, rel=1e-3)
+    assert [f.kind for f in piece.findings] == ["resampled"]
+    grid = time[0] + base.dt * np.arange(len(on_grid(time, piece)))
+    np.testing.assert_allclose(on_grid(3.0 * time, piece), 3.0 * grid, atol=1e-9)
+
+
+def test_irregular_times_are_resampled_not_torn_apart() -> None:
+    time = np.array([0.0, 0.33, 1.2, 1.53, 1.93, 2.84, 3.83, 7.96, 9.72])
+    base = time_base(time, 1.0)
+    assert len(base.pieces) == 1
+    assert base.pieces[0].findings[0].kind == "resampled"
+
+
+@pytest.mark.parametrize("time", [np.zeros(50), np.tile([0.0, 1.0, 0.5], 40), np.random.default_rng(0).random(100)])
+def test_no_time_at_all_is_refused(time: np.ndarray) -> None:
+    with pytest.raises(TimeFault):
+        repeated(time)
+        time_base(time, None)
+
+
+def test_repeated_times_are_found_where_they_are_rare() -> None:
+    time = np.arange(200) * 1e-3
+    time[50] = time[49]
+    assert repeated(time).tolist() == [50]
+    assert repeated(np.floor(np.arange(200) / 2)).tolist() == []  # printed too coarsely: all rows are real
+
+
+def test_print_step_follows_a_change_of_format() -> None:
+    fine, coarse = np.round(np.arange(2048) * 1e-4, 7), np.round(1.0 + np.arange(2048) * 3.3e-4, 4)
+    steps = print_step(np.concatenate([fine, coarse]))
+    assert steps[0] == pytest.approx(1e-4)
+    assert steps[-1] == pytest.approx(1e-4)
+    assert print_step(np.random.default_rng(0).random(600)).max() == 0.0

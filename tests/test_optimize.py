@@ -1,0 +1,119 @@
+import numpy as np
+import pytest
+
+from mrfit import optimize, registry
+from mrfit.errors import ConfigError
+from mrfit.objective import Objective
+
+
+def valley(points):
+    x = -2.0 + 4.0 * points
+    return np.stack([10.0 * (x[:, 1] - x[:, 0] ** 2), 1.0 - x[:, 0]], axis=1)
+
+
+def objective(residuals=valley, start=(0.2, 0.75)):
+    return Objective(residuals, np.array(start), 0)
+
+
+def run(name, residuals=valley, seed=0, **limits):
+    return optimize.run(name, objective(residuals), np.random.default_rng(seed), **limits)
+
+
+def test_chain_hands_the_best_point_on():
+    outcome = run("pso-lsq", budget=1000)
+    swarm, finish = outcome.links
+    assert (swarm.name, finish.name) == ("pso", "lsq")
+    assert finish.cost < swarm.cost
+    assert outcome.cost == finish.cost < 1e-8
+    assert outcome.point == pytest.approx([0.75, 0.75], abs=1e-6)
+    assert outcome.converged
+
+
+def test_links_take_what_their_specs_ask_for():
+    outcome = run("pso-fmin")
+    asked = [registry.load("optimizer", name).SPEC.budget(2) for name in ("pso", "fmin")]
+    assert [link.allowed for link in outcome.links] == asked
+
+
+def test_total_budget_is_shared_in_proportion_and_kept():
+    outcome = run("pso-woa-fmin", budget=3000)
+    pso, woa, fmin = outcome.links
+    asked = {name: registry.load("optimizer", name).SPEC.budget(2) for name in ("pso", "woa", "fmin")}
+    assert pso.allowed == round(3000 * asked["pso"] / sum(asked.values()))
+    assert woa.allowed / pso.allowed == pytest.approx(asked["woa"] / asked["pso"], rel=0.02)
+    assert fmin.allowed == 3000 - pso.evaluations - woa.evaluations
+    assert outcome.evaluations == sum(link.evaluations for link in outcome.links) <= 3000
+
+
+def test_what_a_link_leaves_goes_to_the_next():
+    outcome = run("lsq-pso", budget=4000)
+    lsq, pso = outcome.links
+    assert lsq.ending == "finished"
+    assert lsq.evaluations < lsq.allowed
+    assert pso.allowed == 4000 - lsq.evaluations
+
+
+def test_budget_spent_in_one_link_does_not_end_the_chain():
+    outcome = run("de-lsq", budget=500)
+    assert outcome.links[0].ending == "budget"
+    assert outcome.links[0].reason == f"budget of {outcome.links[0].allowed} evaluations spent"
+    assert len(outcome.links) == 2
+
+
+def test_histories_of_links_follow_each_other():
+    outcome = run("pso-lsq", budget=1000)
+    first, second = (link.history for link in outcome.links)
+    assert first[-1][0] < second[0][0]
+    assert second[-1] == (outcome.evaluations, outcome.cost)
+
+
+def test_time_limit_ends_the_whole_chain():
+    outcome = run("pso-lsq", seconds=1e-9)
+    assert [link.ending for link in outcome.links] == ["time"]
+    assert outcome.evaluations == 40
+    assert np.isfinite(outcome.cost)
+    assert not outcome.converged
+
+
+def test_stall_is_recorded():
+    outcome = run("ga", residuals=lambda p: np.ones((len(p), 3)), budget=2000)
+    assert outcome.links[0].ending == "stalled"
+    assert outcome.links[0].reason == "no progress in 1000 evaluations"
+    assert 1000 <= outcome.evaluations <= 1080
+
+
+def test_same_seed_same_outcome():
+    first, second = run("mwoa-lsq", budget=2000, seed=3), run("mwoa-lsq", budget=2000, seed=3)
+    assert first.point.tobytes() == second.point.tobytes()
+    assert first.links == second.links
+
+
+def test_start_that_diverges_ends_a_local_search_with_its_reason():
+    outcome = run("lsq", residuals=lambda p: np.full((len(p), 3), np.nan), budget=100)
+    assert outcome.links[0].reason == "the start cannot be simulated"
+    assert outcome.cost == np.inf
+
+
+@pytest.mark.parametrize("name", ["", "-", "pso-", "-pso", "pso--fmin"])
+def test_empty_part_of_a_chain_is_refused(name):
+    with pytest.raises(ConfigError, match="empty part"):
+        optimize.chain(name)
+
+
+def test_unknown_optimizer_is_refused_with_near_matches():
+    with pytest.raises(ConfigError, match=r"unknown optimizer 'psoo': did you mean pso"):
+        run("psoo-fmin")
+
+
+@pytest.mark.parametrize(("limits", "shown"), [({"budget": 0}, "0 evaluations"), ({"seconds": -2.0}, "-2 s")])
+def test_limits_that_allow_nothing_are_refused(limits, shown):
+    with pytest.raises(ConfigError, match=shown):
+        run("pso", **limits)
+
+
+def test_every_registered_optimizer_makes_a_chain():
+    name = "-".join(registry.names("optimizer"))
+    outcome = run(name, budget=20_000)
+    assert len(outcome.links) == len(registry.names("optimizer"))
+    assert outcome.evaluations <= 20_000
+    assert outcome.cost < 1e-3
