@@ -41,7 +41,7 @@ def root(
     version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False,
     debug: Annotated[bool, typer.Option("--debug", help="Show a traceback with an error.")] = False,
 ) -> None:
-    """Identify hysteresis models from logs: ingest, flux, segment, fit, report."""
+    """Identify hysteresis models from logs: ingest, flux, segment, fit, discover, report."""
     if version:
         from importlib.metadata import version as installed
 
@@ -235,6 +235,42 @@ def run(
 
 
 @app.command()
+def discover(
+    model: Annotated[str, typer.Option(help="Base model; effects written with it (tanh+delay) are part of it.")],
+    start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Change a start value.")] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of every random choice.")] = 0,
+    current_order: CurrentOrder = "auto",
+    resistance: Resistance = None,
+    work: Work = WORK,
+    as_json: Json = False,
+) -> None:
+    """Find where a model is wrong and which effect it lacks; runs flux and segment first where they are due.
+
+    Example: mrfit discover --model boucwen-flux
+    """
+    from mrfit import pipeline, summaries
+    from mrfit.discover.stage import Settings
+
+    starts = tuple((n, number("--start", v)) for n, v in pairs("--start", start))
+    settings = Settings(model, current_order, starts, seed)
+    with console.progress_bar() as progress:
+        summary = pipeline.discover(work, settings, ohms(resistance), progress)
+    return console.print_json(summary) if as_json else summaries.discover(summary, work)
+
+
+@app.command()
+def advise(work: Work = WORK, as_json: Json = False) -> None:
+    """Say which test would settle what the last discovery left open.
+
+    Example: mrfit advise
+    """
+    from mrfit import pipeline, summaries
+
+    summary = pipeline.advise(work)
+    return console.print_json(summary) if as_json else summaries.advise(summary)
+
+
+@app.command()
 def compare(
     models: Annotated[str, typer.Option(help="Models by commas, or all.", show_default=False)] = "",
     optimizers: Annotated[str, typer.Option(help="Instead: optimizers by commas, on one --model.")] = "",
@@ -276,7 +312,7 @@ def compare(
 
 @app.command("list")
 def list_names(
-    kind: Annotated[str, typer.Argument(help="models, optimizers or readers.")] = "models",
+    kind: Annotated[str, typer.Argument(help="models, effects, optimizers or readers.")] = "models",
     as_json: Json = False,
 ) -> None:
     """List what there is of a kind, with its title.
@@ -291,12 +327,12 @@ def list_names(
 
 @app.command()
 def show(
-    name: Annotated[str, typer.Argument(help="Model, optimizer or reader.", show_default=False)],
+    name: Annotated[str, typer.Argument(help="Model, effect, optimizer or reader.", show_default=False)],
     as_json: Json = False,
 ) -> None:
-    """Show one item: a model's equation, parameters with units and bounds, and source.
+    """Show one item: equation, parameters with units and bounds, source; of an effect what it is mistaken for.
 
-    Example: mrfit show boucwen-flux
+    Example: mrfit show current-lag
     """
     from mrfit import summaries
 
@@ -321,15 +357,15 @@ def main() -> None:
 
 def explain(error: Exception) -> tuple[str, int]:
     """Return the one line and the exit code with which an exception ends."""
-    import click
-
     if isinstance(error, MrfitError):
         return str(error), error.exit_code
-    if isinstance(error, click.UsageError):
-        path = error.ctx.command_path if error.ctx else "mrfit"
-        return f"{error.format_message()} (`{path} --help` shows how)", 2
-    if isinstance(error, click.Abort):
+    if isinstance(error, typer.Abort):
         return "stopped", 130
+    # typer brings a click of its own, whose usage errors have no public name
+    if hasattr(error, "format_message"):
+        context = getattr(error, "ctx", None)
+        path = context.command_path if context else "mrfit"
+        return f"{error.format_message()} (`{path} --help` shows how)", 2
     if isinstance(error, (MemoryError, OSError)):
         return f"{error}", 1
     return f"unexpected {type(error).__name__}: {error} (--debug shows where)", 1

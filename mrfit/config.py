@@ -2,9 +2,9 @@
 
 import tomllib
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from mrfit.errors import ConfigError
 
@@ -55,14 +55,30 @@ class FitSection(_Section):
     intervals: Literal["hac", "bootstrap", "profile"] = "hac"
 
 
+class DiscoverSection(_Section):
+    """``[discover]``: look for what a model lacks, after the fits."""
+
+    model: str
+    current_order: str | int = "auto"
+    start: dict[str, float] = {}
+    seed: int = Field(default=0, ge=0)
+
+
 class PipelineFile(_Section):
-    """The whole file; every table but ``[ingest]`` and ``[[fit]]`` may be left out."""
+    """The whole file; ``[ingest]`` and at least one of ``[[fit]]`` and ``[discover]`` must be there."""
 
     work: str = "mrfit-work"
     ingest: IngestSection
     flux: FluxSection = FluxSection()
     segment: SegmentSection = SegmentSection()
-    fit: list[FitSection] = Field(min_length=1)
+    fit: list[FitSection] = []
+    discover: DiscoverSection | None = None
+
+    @model_validator(mode="after")
+    def _something_to_do(self) -> Self:
+        if not self.fit and self.discover is None:
+            raise ValueError("add a [[fit]] or a [discover] table")
+        return self
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -94,4 +110,6 @@ def read_pipeline(path: Path) -> PipelineFile:
     except ValidationError as error:
         first = error.errors()[0]
         key = ".".join(str(part) for part in first["loc"])
+        if not key:
+            raise ConfigError(f"{path}: {first['msg'].removeprefix('Value error, ')}") from error
         raise ConfigError(f"{path}: {key}: {first['msg'].lower()} (got {str(first['input'])[:60]!r})") from error

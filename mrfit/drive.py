@@ -41,6 +41,8 @@ ANTIDERIVATIVES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "angular_acceleration": (("angular_velocity", 1), ("angle", 2)),
 }
 LEVELS = ("current", "temperature")
+# Inputs that change within a cycle
+FAST_INPUTS = ("current", "displacement", "angle")
 # Seconds from the record's first sample: what does not repeat with the drive depends on it
 TIME = "time"
 
@@ -269,6 +271,17 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
         noise={n: c.noise for n, c in channels.items()},
         fits=tuple(fits) if len(fits) == len(names) and frequency > 0.0 else None,
     )
+
+
+def output_floor(recording: Recording, segment: Segment, values: Array) -> float:
+    """Return the noise floor of an output over a segment, (N,), in its unit.
+
+    Cycle is compared with cycle only where every input recorded repeats with the cycle: under a current that moves on
+    its own, cycles differ without any noise, and the white noise of the output is all that can be told.
+    """
+    inputs = [n for n in FAST_INPUTS if n in recording.channels]
+    repeats = all(smooth(recording, segment, (n,)).fits is not None for n in inputs)
+    return noise_floor(values, recording.dt, segment.frequency if repeats else 0.0, segment.cycles)
 
 
 def _source(recording: Recording, segment: Segment, name: str) -> tuple[str | float, int]:

@@ -9,13 +9,15 @@ from typing import Any
 
 import mrfit.compare.optimizers
 import mrfit.compare.stage
+import mrfit.discover.stage
 import mrfit.fit.predict
 import mrfit.fit.stage
 import mrfit.flux.stage
 import mrfit.ingest.stage
+import mrfit.report.discovery
 import mrfit.report.stage
 import mrfit.segment.stage
-from mrfit.config import FitSection, PipelineFile
+from mrfit.config import DiscoverSection, FitSection, PipelineFile
 from mrfit.errors import ConfigError
 from mrfit.progress import Progress
 from mrfit.store import Workspace
@@ -61,6 +63,35 @@ def fit(work: Path, settings: mrfit.fit.stage.Settings, resistance: float | str 
     with workspace.locked():
         _segments_as_before(workspace, resistance, progress)
         return mrfit.fit.stage.run(workspace, settings, progress)
+
+
+def discover(
+    work: Path, settings: mrfit.discover.stage.Settings, resistance: float | str | None, progress: Progress
+) -> Summary:
+    """Find what a model lacks and draw the page, running flux and segment first, with the settings they last had."""
+    workspace = Workspace(work)
+    _check_discovery(settings)
+    with workspace.locked():
+        _segments_as_before(workspace, resistance, progress)
+        return _discover(workspace, settings, progress)
+
+
+def _check_discovery(settings: mrfit.discover.stage.Settings) -> None:
+    mrfit.fit.stage.check(
+        mrfit.fit.stage.Settings(
+            settings.model, per="all", start=settings.start, current_order=settings.current_order, seed=settings.seed
+        )
+    )
+
+
+def _discover(workspace: Workspace, settings: mrfit.discover.stage.Settings, progress: Progress) -> Summary:
+    found = mrfit.discover.stage.run(workspace, settings, progress)
+    return {**found, "page": mrfit.report.discovery.run(workspace, progress)["page"]}
+
+
+def advise(work: Path) -> Summary:
+    """Return the last discovery's advice."""
+    return mrfit.report.discovery.advice(Workspace(work))
 
 
 def compare_models(work: Path, models: Sequence[str], options: dict[str, Any], progress: Progress) -> Summary:
@@ -144,6 +175,9 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
     fits = [_fit_settings(section, overrides.jobs) for section in config.fit]
     for settings in fits:
         mrfit.fit.stage.check(settings)
+    discovery = _discover_settings(config.discover) if config.discover else None
+    if discovery:
+        _check_discovery(discovery)
     logs = list(overrides.logs) if overrides.logs else _expand(config.ingest.logs, folder)
     map_file = folder / config.ingest.map if config.ingest.map else None
     reading = mrfit.ingest.stage.Settings(map=map_file, resistance=config.ingest.resistance, jobs=overrides.jobs)
@@ -158,8 +192,11 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
         for name, stage in stages:
             summary[name] = stage(workspace)
         summary["fits"] = [mrfit.fit.stage.run(workspace, settings, progress) for settings in fits]
-        names = tuple(s.fit_name for s in fits)
-        summary["report"] = mrfit.report.stage.run(workspace, mrfit.report.stage.Settings(fits=names), progress)
+        if discovery:
+            summary["discovery"] = _discover(workspace, discovery, progress)
+        if fits:
+            names = tuple(s.fit_name for s in fits)
+            summary["report"] = mrfit.report.stage.run(workspace, mrfit.report.stage.Settings(fits=names), progress)
     return summary
 
 
@@ -183,6 +220,12 @@ def _flux_settings(config: PipelineFile) -> mrfit.flux.stage.Settings:
 def _segment_settings(config: PipelineFile) -> mrfit.segment.stage.Settings:
     section = config.segment
     return mrfit.segment.stage.Settings(drive=section.drive, min_cycles=section.min_cycles, holdout=section.holdout)
+
+
+def _discover_settings(section: DiscoverSection) -> mrfit.discover.stage.Settings:
+    return mrfit.discover.stage.Settings(
+        section.model, str(section.current_order), tuple(section.start.items()), section.seed
+    )
 
 
 def _fit_settings(section: FitSection, jobs: int) -> mrfit.fit.stage.Settings:

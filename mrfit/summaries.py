@@ -132,17 +132,62 @@ def compare_optimizers(summary: Summary, work: Path) -> None:
     say(f"Files: {work / 'compare'}/optimizers.html, optimizers.csv, optimizers.json")
 
 
+def discover(summary: Summary, work: Path) -> None:
+    """Print a discovery: verdict in words, where the error sits, effects, errors on held-out data, candidates."""
+    from mrfit.report.explain import headline, next_step, parameter_rows, sentences
+
+    say(f"{headline(summary)}{_state(summary)}")
+    for line in sentences(summary):
+        say(f"  {line}")
+    for line in summary.get("where_text", [])[1:]:
+        say(f"  {line}")
+    shown = [
+        [e["name"], p["name"], p["value"], p["interval"], e["holdout_nrmse_before"], e["holdout_nrmse_after"]]
+        for e in summary["effects"]
+        for p in parameter_rows(e)
+    ]
+    if shown:
+        columns = ("effect", "parameter", "value", "95 % interval", "hold-out NRMSE without", "with")
+        print_table("Effects", columns, shown)
+    if summary["candidates"]:
+        names = ("name", "screen", "holdout_gain", "accepted", "reason")
+        columns = ("candidate", "share of error, screened", "gain on held-out data", "accepted", "reason")
+        print_table("Candidates", columns, [numbers(c, names) for c in summary["candidates"]])
+    if summary["verdict"] == "ambiguous":
+        advise(summary)
+    if next_step(summary):
+        say(f"Go on with: {next_step(summary)} --work {work}")
+    say(f"Page: {summary['page']}")
+
+
+def advise(summary: Summary) -> None:
+    """Print which tests would settle what a discovery left open."""
+    if not summary["advice"]:
+        say(f"Nothing to settle: the last discovery on {summary['base_model']} ended with '{summary['verdict']}'.")
+        return
+    opening = {
+        "ambiguous": f"To tell {', '.join(summary['ambiguous_set'])} apart:",
+        "insufficient-data": "To reach a verdict:",
+    }
+    say(opening.get(summary["verdict"], "What would help:"))
+    for line in summary["advice"]:
+        say(f"  {line}")
+
+
 def report(summary: Summary, work: Path) -> None:
     """Print where the report lies."""
     say(f"Report{_state(summary)}: {work / 'report' / 'index.html'}")
 
 
 def run(summary: Summary) -> None:
-    """Print the outcome of a whole pipeline: each fit's errors and where the report lies."""
+    """Print the outcome of a whole pipeline: each fit's errors, what is missing, and where the pages lie."""
     work = Path(summary["work"])
     for done in summary["fits"]:
         fit(done, work)
-    report(summary["report"], work)
+    if "discovery" in summary:
+        discover(summary["discovery"], work)
+    if "report" in summary:
+        report(summary["report"], work)
 
 
 def registry_rows(kind: str) -> list[dict[str, str]]:
@@ -185,15 +230,27 @@ def item(name: str) -> Summary:
 
 
 def show(found: Summary) -> None:
-    """Print an item's title, text, and for a model its inputs and parameters."""
+    """Print an item's title, text, and for a model or an effect its parameters, for an effect what it is mistaken for."""
     say(f"{found['name']} ({found['kind']}): {found['title']}\n")
     say(found["text"] + "\n")
     if "params" in found:
-        say(f"{', '.join(found['inputs'])} -> {found['output']}")
-        names = ("name", "unit", "low", "high", "start", "scale", "text")
-        columns = ("parameter", "unit", "low", "high", "start", "scale", "meaning")
-        print_table("Parameters", columns, [numbers(p, names) for p in found["params"]])
-        for quantity in found["derived"]:
+        takes, neutral = ", ".join(found["inputs"]), found.get("neutral")
+        if neutral is None:
+            say(f"{takes} -> {found['output']}")
+        else:
+            say(f"acts on {', '.join(found['outputs'])} in the slot '{found['slot']}'; needs {takes or 'nothing else'}")
+        names = ["name", "unit", "low", "high", "start", "scale", "text"]
+        columns = ["parameter", "unit", "low", "high", "start", "scale", "meaning"]
+        rows = [numbers(p, names) for p in found["params"]]
+        if neutral is not None:
+            columns.insert(5, "neutral")
+            rows = [[*row[:5], value, *row[5:]] for row, value in zip(rows, neutral, strict=True)]
+        print_table("Parameters", columns, rows)
+        for quantity in found.get("derived", ()):
             say(f"  derived: {quantity['name']} ({quantity['unit']}) {quantity['text']}")
+    if found.get("aliases"):
+        say(f"Mistaken for: {', '.join(found['aliases'])}")
+    if found.get("experiment"):
+        say(f"Told apart by: {found['experiment']}")
     if found.get("reference"):
         say(f"Source: {found['reference']}")

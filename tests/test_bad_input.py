@@ -28,7 +28,7 @@ def one_line(result: "subprocess.CompletedProcess[str]", code: int, *words: str)
 
 BAD_LOGS = {
     "empty": ("", ["empty"]),
-    "no numeric rows": ("time,voltage,current\ns,V,A\na,b,c\nd,e,f\n", ["numeric"]),
+    "no numeric rows": ("time,voltage,current\ns,V,A\na,b,c\nd,e,f\n", ["no row of numbers"]),
     "all current missing": (
         GOOD.replace(",0\n", ",NaN\n")
         .replace(",1\n", ",NaN\n")
@@ -58,7 +58,7 @@ def test_a_missing_log_is_named(mrfit: Run, tmp_path: Path) -> None:
 def test_a_map_that_names_an_unknown_column_lists_those_there_are(mrfit: Run, tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text(GOOD)
     (tmp_path / "mrfit.toml").write_text(MAP)
-    one_line(mrfit("ingest", "log.csv"), 1, "CH1", "voltage, current")
+    one_line(mrfit("ingest", "log.csv"), 1, "CH1", "'voltage'", "'current'")
 
 
 @pytest.mark.parametrize(

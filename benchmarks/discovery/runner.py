@@ -76,7 +76,7 @@ def run(case: Case, folder: Path) -> Result:
 
 
 def run_kept(case: Case, keep: Path | None) -> Result:
-    """Run a case, or return what an earlier run of it left in ``keep``."""
+    """Run a case, or return what an earlier run of it left in ``keep``; failures are not kept."""
     if keep is None:
         with TemporaryDirectory() as folder:
             return run(case, Path(folder) / case.name)
@@ -85,6 +85,8 @@ def run_kept(case: Case, keep: Path | None) -> Result:
         return Result(**json.loads(kept.read_text(encoding="utf-8")))
     with TemporaryDirectory() as folder:
         result = run(case, Path(folder) / case.name)
+    if result.error:
+        return result
     keep.mkdir(parents=True, exist_ok=True)
     unfinished = kept.with_suffix(".part")
     unfinished.write_text(json.dumps(asdict(result), indent=1) + "\n", encoding="utf-8")

@@ -17,7 +17,6 @@ def _same(truth: dict[str, Any], size: float) -> float:
 PLACES = 4
 # Effects whose magnitude means the same in any formulation: unit of the parameter, and its true value
 COMPARABLE: dict[str, tuple[str, Callable[[dict[str, Any], float], float]]] = {
-    "eddy-current": ("s", lambda truth, ohm: truth["base"]["iron"]["A"] * truth["base"]["iron"]["Lc"] / ohm),
     "resistance-error": ("ohm", lambda truth, share: share * truth["base"]["resistance"]),
     "integrator-offset": ("V", _same),
     "probe-skew": ("s", _same),

@@ -92,12 +92,14 @@ class DamperRun:
     temperature: Array
 
 
-def play(signal: Array, half_width: float) -> Array:
-    """Return the play (backlash) operator of a signal (runs, steps), started in the middle of its gap."""
+def play(signal: Array, half_width: float, before: float | None = None) -> Array:
+    """Return the play (backlash) operator of a signal (runs, steps), which came from ``before`` or is in mid-gap."""
     if half_width <= 0:
         return signal
     out = np.empty_like(signal)
-    out[:, 0] = held = signal[:, 0]
+    start = signal[:, 0]
+    held = start if before is None else np.clip(np.full_like(start, before), start - half_width, start + half_width)
+    out[:, 0] = held
     for n in range(1, signal.shape[1]):
         held = np.clip(held, signal[:, n] - half_width, signal[:, n] + half_width)
         out[:, n] = held
@@ -163,7 +165,8 @@ def simulate(damper: Damper, magnitudes: Mapping[str, float], motion: Motion) ->
 def _field(motion: Motion, size: dict[str, float]) -> Array:
     """Return the current that the fluid feels."""
     current = lagged(motion.current, size.get("current-lag", 0.0), motion.step)
-    current = play(current, size.get("residual-magnetism", 0.0))
+    # every test begins with the current switched on, the core demagnetised
+    current = play(current, size.get("residual-magnetism", 0.0), before=0.0)
     knee = size.get("current-saturation", np.inf)
     felt: Array = current / (1.0 + (current / knee) ** 4) ** 0.25
     return felt

@@ -16,12 +16,15 @@ from mrfit.discover.screen import cosines
 from mrfit.specs import Array, EffectSpec
 
 # Errors this many times the noise floor leave no doubt that something is missing …
+FAR_ABOVE = 2.0
+# … nor do smaller ones, if a model that knows no physics still predicts this share of their square
 CLEARLY_ABOVE = 1.25
-# … if a model that knows no physics still predicts this share of what is left
 STRUCTURE = 0.15
 # Effects whose projected sensitivities are this parallel could take each other's place
 CONFUSABLE = 0.9
 REGIONS = 8
+# Effects that together leave more than this share of the gap may be shadows of something else: none of them is named
+LEFT_BY_SHADOWS = 0.2
 
 
 @dataclass(frozen=True)
@@ -42,14 +45,29 @@ class Outcome:
 
 def verdict_of(bench: Bench, verdict: Verdict, seed: int) -> Outcome:
     """Return the verdict's word."""
+    drop_shadows(verdict)
     final = verdict.final
     structure = explainable(bench, final.train, final.holdout, seed)
     if verdict.ambiguous:
         return Outcome("ambiguous", structure)
     if final.effects:
         return Outcome("named", structure)
-    left = final.chi("holdout") > CLEARLY_ABOVE and structure > STRUCTURE
+    chi = final.chi("holdout")
+    left = chi > FAR_ABOVE or (chi > CLEARLY_ABOVE and structure > STRUCTURE)
     return Outcome("unexplained" if left else "none", structure)
+
+
+def drop_shadows(verdict: Verdict) -> None:
+    """Take back all effects if together they leave much of the gap: what is missing then is something else."""
+    before, after = (fit.chi("holdout") ** 2 for fit in (verdict.base, verdict.final))
+    gap = before - 1.0
+    if not verdict.final.effects or gap <= 0 or after - 1.0 <= LEFT_BY_SHADOWS * gap:
+        return
+    closed = (before - after) / gap
+    for name in verdict.final.effects:
+        together = " and ".join(verdict.final.effects)
+        verdict.reasons[name] = f"{together} would take {closed:.0%} of the gap: too little to be what is missing"
+    verdict.final, verdict.ambiguous = verdict.base, []
 
 
 def account(fitter: Fitter, verdict: Verdict, outcome: Outcome) -> dict[str, Any]:

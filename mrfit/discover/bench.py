@@ -7,11 +7,10 @@ import numpy as np
 
 from mrfit import registry
 from mrfit.assembly import Assembly
-from mrfit.drive import TIME, Drive, smooth
+from mrfit.drive import TIME, Drive, output_floor, smooth
 from mrfit.errors import DataError
 from mrfit.fit.identify import measured_output
 from mrfit.fit.problem import Block, differences, full_block
-from mrfit.noise import noise_floor
 from mrfit.recording import Recording, Segment
 from mrfit.specs import Array, EffectSpec
 
@@ -132,7 +131,17 @@ def _channels(recording: Recording, segment: Segment, names: Sequence[str]) -> _
             drives[name] = smooth(recording, segment, (name,))
         except DataError as error:
             lacking[name] = str(error)
+    if "displacement" in lacking and "velocity" in drives:
+        drives["displacement"] = _stroke_of(drives["velocity"])
+        del lacking["displacement"]
     return _Found(drives, lacking)
+
+
+def _stroke_of(velocity: Drive) -> Drive:
+    """Return the stroke that belongs to a velocity, up to its middle, where none was recorded."""
+    values = velocity.values[0]
+    stroke = np.cumsum(values - values.mean()) * velocity.dt
+    return replace(velocity, values=(stroke - stroke.mean())[None, :], fits=None)
 
 
 def _stretch(
@@ -149,7 +158,7 @@ def _stretch(
     block = full_block(segment, joined, measured)
     first = int(block.nodes[0, 0])
     time = (np.arange(block.drive.shape[1], dtype=np.float64) - first + segment.start) * recording.dt
-    floor = noise_floor(measured, recording.dt, segment.frequency, segment.cycles)
+    floor = output_floor(recording, segment, measured)
     return Stretch(
         block=replace(block, drive=np.vstack([block.drive, time])),
         names=(*(n for n in names if n != TIME), TIME),

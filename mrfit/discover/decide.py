@@ -206,6 +206,11 @@ def _duel(fitter: Fitter, present: Refit, passing: Sequence[Trial], verdict: Ver
             winner, equals = rival, []
         elif needed and not adds:
             verdict.reasons[rival.name] = f"it adds nothing beside {winner.name}"
+        elif not needed and not adds and rival.fit.degenerate(rival.name) > winner.fit.degenerate(winner.name):
+            verdict.reasons[rival.name] = f"its shape ends at a bound, where it is no other than {winner.name}"
+        elif not needed and not adds and rival.fit.degenerate(rival.name) < winner.fit.degenerate(winner.name):
+            verdict.reasons[winner.name] = f"its shape ends at a bound, where it is no other than {rival.name}"
+            winner, equals = rival, []
         elif not needed and not adds:
             verdict.reasons[rival.name] = f"these data cannot tell it from {winner.name}"
             equals.append(rival.name)

@@ -18,6 +18,11 @@ from mrfit.specs import Array
 
 # Evaluations of a refit, for each free parameter: it starts next to its optimum
 REFIT_BUDGET = 60
+# Training samples a search looks at; the optimum is then polished on all of them
+SEARCH_SAMPLES = 12_000
+POLISH_STEPS = 3
+# A shape parameter this near an end of its range says no more than that it is large, or small
+AT_BOUND = 0.05
 
 
 @dataclass(frozen=True)
@@ -70,6 +75,12 @@ class Refit:
         """Return the places among the free parameters of those that are the effect, not its shape."""
         own = [k for k, p in enumerate(self.cube.params) if p.name.startswith(effect + ".") and p.role != "shape"]
         return [int(np.flatnonzero(self.cube.free == k)[0]) for k in own]
+
+    def degenerate(self, effect: str) -> bool:
+        """Return whether a shape parameter of an effect ended at a bound: the effect is the limit of its own form."""
+        shapes = [k for k, p in enumerate(self.cube.params) if p.name.startswith(effect + ".") and p.role == "shape"]
+        places = [float(self.point[int(np.flatnonzero(self.cube.free == k)[0])]) for k in shapes]
+        return any(min(at, 1.0 - at) < AT_BOUND for at in places)
 
     def _neutral_theta(self, effect: str) -> Array:
         theta = self.theta[None, :].copy()
@@ -137,7 +148,7 @@ class Fitter:
         key = tuple(sorted(effects))
         assembly, cube = self.assembly(key), self.cube(key)
         if key not in self.known:
-            evaluate = self.residuals(assembly, cube)
+            evaluate = self.thinned(assembly, cube)
             names = [p.name for p in cube.params]
             theta = np.array([[s.get(n, p.start) for n, p in zip(names, cube.params, strict=True)] for s in starts])
             points = cube.to_points(theta)
@@ -145,7 +156,21 @@ class Fitter:
             objective.costs(points)
             outcome = optimize.run("lsq", objective, np.random.default_rng(0), REFIT_BUDGET * (objective.dimension + 1))
             self._remember(key, outcome)
+            self.known[key] = self._polished(assembly, cube, outcome.point)
+            self.keep(key, self.known[key])
         return self._judged(key, assembly, cube, self.known[key])
+
+    def _polished(self, assembly: Assembly, cube: Cube, point: Array) -> Array:
+        """Return the optimum over all samples next to that over the thinned ones, by Gauss-Newton steps that help."""
+        objective = Objective(self.residuals(assembly, cube), point, budget=POLISH_STEPS * (len(point) + 2))
+        for _ in range(POLISH_STEPS):
+            costs, gradients, curvatures = objective.normal_equations(point[None, :])
+            step = np.linalg.lstsq(curvatures[0], gradients[0], rcond=1e-10)[0]
+            trial = np.clip(point - step, 0.0, 1.0)
+            if not objective.costs(trial[None, :])[0] < costs[0]:
+                break
+            point = trial
+        return point
 
     def _remember(self, key: tuple[str, ...], outcome: optimize.Outcome) -> None:
         if not np.isfinite(outcome.cost):
@@ -163,6 +188,17 @@ class Fitter:
             rows.append([found.get(p.name, p.start) for p in cube.params])
         distinct = np.unique(np.array(rows), axis=0)
         return cube.to_points(distinct) if len(distinct) > 1 or rows else None
+
+    def thinned(self, assembly: Assembly, cube: Cube) -> Callable[[Array], Array]:
+        """Return ``residuals`` of every so-manieth sample: what a search needs of long records."""
+        evaluate, stride = self.residuals(assembly, cube), self.stride
+        return lambda points: evaluate(points)[:, ::stride]
+
+    @property
+    def stride(self) -> int:
+        """Samples of training data for each one that a search looks at."""
+        total = sum(s.segment.samples for s in self.bench.of_role("train"))
+        return max(1, -(-total // SEARCH_SAMPLES))
 
     def residuals(self, assembly: Assembly, cube: Cube) -> Callable[[Array], Array]:
         """Return the map from points (P, F) to training errors in multiples of the noise floor (P, N)."""

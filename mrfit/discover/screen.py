@@ -53,9 +53,11 @@ class Screened:
 
 def screen(fitter: Fitter, present: Refit, effects: Sequence[EffectSpec]) -> list[Screened]:
     """Return what each effect could add to a fitted model, best first."""
-    errors = np.concatenate(present.train)
-    lengths = [len(e) for e in present.train]
-    found = [_screened(fitter, present, e, errors, lengths) for e in effects if e.name not in present.effects]
+    stride = fitter.stride
+    errors = np.concatenate(present.train)[::stride]
+    ends = np.cumsum([len(e) for e in present.train])
+    data = _Data(errors, np.diff(-(-ends // stride), prepend=0).tolist(), present_basis(fitter, present))
+    found = [_screened(fitter, present, e, data) for e in effects if e.name not in present.effects]
     return sorted(found, key=lambda s: -s.gain)
 
 
@@ -71,23 +73,31 @@ def unjudgeable(bench: Bench, effect: EffectSpec) -> str:
     return ""
 
 
-def _screened(fitter: Fitter, present: Refit, effect: EffectSpec, errors: Array, lengths: list[int]) -> Screened:
+@dataclass(frozen=True)
+class _Data:
+    """Errors (N,) of every segment one after the other, the segments' lengths, and a basis (N, R) of what is fitted."""
+
+    errors: Array
+    lengths: list[int]
+    basis: Array
+
+
+def _screened(fitter: Fitter, present: Refit, effect: EffectSpec, data: _Data) -> Screened:
     reason = unjudgeable(fitter.bench, effect)
     if reason:
         return Screened(effect.name, reason)
     best = Screened(effect.name, "absorbed by what the model has")
-    own, basis = _sensitivities(fitter, present, effect)
-    for columns, start in own:
-        free = columns - basis @ (basis.T @ columns)
+    for columns, start in _sensitivities(fitter, present, effect):
+        free = columns - data.basis @ (data.basis.T @ columns)
         left = np.linalg.norm(free, axis=0) / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         if not np.all(np.isfinite(free)) or np.max(left) < ABSORBED:
             continue
-        coefficients = np.asarray(-np.linalg.lstsq(free, errors, rcond=1e-6)[0], dtype=np.float64)
+        coefficients = np.asarray(-np.linalg.lstsq(free, data.errors, rcond=1e-6)[0], dtype=np.float64)
         fitted = _within(effect, coefficients)
         explained = free @ fitted
-        gain = _gain(errors, explained)
+        gain = _gain(data.errors, explained)
         if gain > best.gain or best.reason:
-            best = _candidate(effect, start, fitted, explained, (errors, lengths), free)
+            best = _candidate(effect, start, fitted, explained, data)
     return best
 
 
@@ -113,33 +123,28 @@ def _candidate(
     start: dict[str, float],
     steps: Array,
     explained: Array,
-    data: tuple[Array, list[int]],
-    free: Array,
+    data: _Data,
 ) -> Screened:
-    errors, lengths = data
-    norm = float(np.linalg.norm(explained))
-    direction = explained / norm if norm > 0 else free[:, 0] / max(float(np.linalg.norm(free[:, 0])), 1e-300)
-    scores = np.split(errors * direction, np.cumsum(lengths)[:-1])
+    direction = explained / max(float(np.linalg.norm(explained)), 1e-300)
+    scores = np.split(data.errors * direction, np.cumsum(data.lengths)[:-1])
     variance = sum(float(long_run_covariance((s - s.mean())[:, None])[0, 0]) for s in scores)
-    strength = abs(float(errors @ direction)) / np.sqrt(variance) if variance > 0 else 0.0
+    strength = abs(float(data.errors @ direction)) / np.sqrt(variance) if variance > 0 else 0.0
     values = dict(start)
     moving = [(p, n) for p, n in zip(effect.params, effect.neutral, strict=True) if p.role != "shape"]
     for (p, neutral), step in zip(moving, steps, strict=True):
         smallest = STEP * (p.high - p.low)
         away = step if abs(step) > smallest else np.copysign(smallest, step)
         values[f"{effect.name}.{p.name}"] = float(np.clip(neutral + away, p.low, p.high))
-    return Screened(effect.name, "", _gain(errors, explained), strength, direction, values)
+    return Screened(effect.name, "", _gain(data.errors, explained), strength, direction, values)
 
 
-def _sensitivities(
-    fitter: Fitter, present: Refit, effect: EffectSpec
-) -> tuple[list[tuple[Array, dict[str, float]]], Array]:
-    """Return the effect's columns (N, M) per unit of its parameters for each trial shape, and the basis of the rest."""
+def _sensitivities(fitter: Fitter, present: Refit, effect: EffectSpec) -> list[tuple[Array, dict[str, float]]]:
+    """Return the effect's columns (N, M) per unit of its parameters, and the shape, for each trial shape."""
     assembly, cube = fitter.assembly([*present.effects, effect.name]), fitter.cube([*present.effects, effect.name])
     names = [p.name for p in cube.params]
     here = dict(zip((p.name for p in present.cube.params), present.theta, strict=True))
     centre = np.array([here.get(n, p.start) for n, p in zip(names, cube.params, strict=True)])
-    residuals = fitter.residuals(assembly, cube)
+    residuals = fitter.thinned(assembly, cube)
     trials = []
     for shapes in _shape_grid(effect):
         theta = centre.copy()
@@ -157,7 +162,7 @@ def _sensitivities(
         simulated = residuals(cube.to_points(np.array(rows)))
         columns = ((simulated[1:] - simulated[0]) / np.array(steps)[:, None]).T
         trials.append((columns, shapes))
-    return trials, present_basis(fitter, present)
+    return trials
 
 
 def _shape_grid(effect: EffectSpec) -> list[dict[str, float]]:
@@ -171,7 +176,7 @@ def _shape_grid(effect: EffectSpec) -> list[dict[str, float]]:
 
 def present_basis(fitter: Fitter, present: Refit) -> Array:
     """Return an orthonormal basis (N, R) of the sensitivities of all parameters a model has."""
-    jacobian = sensitivities(fitter.residuals(present.assembly, present.cube), present.point)
+    jacobian = sensitivities(fitter.thinned(present.assembly, present.cube), present.point)
     jacobian = jacobian / np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
     u, singular, _ = np.linalg.svd(jacobian, full_matrices=False)
     basis: Array = u[:, singular > 1e-7 * singular[0]]

@@ -6,20 +6,26 @@ chance.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from mrfit import optimize
-from mrfit.fit.problem import Posed, differences
-from mrfit.fit.uncertainty import differing, effective_samples, mirror_factor, phase_bins
-from mrfit.objective import Objective
+from mrfit.fit.problem import Block, Posed, row_scales
+from mrfit.fit.uncertainty import (
+    Uncertainty,
+    differing,
+    effective_samples,
+    mirror_factor,
+    phase_bins,
+    sensitivities,
+)
 from mrfit.specs import Array
 
-REPLICATES = 200
-# Evaluations per free parameter for a refit that starts at the optimum
-REFIT_BUDGET = 15
+REPLICATES = 400
+# Chord steps of a refit, and most numbers of residuals held at once
+STEPS = 6
+BLOCK_NUMBERS = 1 << 22
 
 
 class Interval(NamedTuple):
@@ -30,43 +36,70 @@ class Interval(NamedTuple):
 
 
 def bootstrap_intervals(
-    posed: Posed, point: Array, rng: np.random.Generator, replicates: int = REPLICATES
+    posed: Posed, point: Array, uncertainty: Uncertainty, errors: Sequence[Array], rng: np.random.Generator
 ) -> dict[str, Interval]:
-    """Return percentile intervals of all free parameters and derived quantities by name.
+    """Return percentile intervals of the parameters and derived quantities the data determine, by name.
 
     Parameters
     ----------
     posed
-        Full blocks that were fitted.
+        Folded blocks that were fitted.
     point
         Optimum in the cube, shape (F,).
+    uncertainty
+        At this optimum: refits move along the directions that the data determine.
+    errors
+        Measured − simulated of every sample of each block, (N_s,).
     rng
         Source of the blocks drawn.
-    replicates
-        Number of refits.
     """
-    theta = posed.cube.to_theta(point[None, :])
-    errors = [-differences(b, posed.assembly, theta)[0] for b in posed.blocks]
-    fitted = [b.target - e for b, e in zip(posed.blocks, errors, strict=True)]
-    worth = sum(effective_samples(e) for e in errors)
-    widening = math.sqrt(worth / max(worth - len(point), 1.0))
-    points = np.empty((replicates, len(point)))
-    for number in range(replicates):
-        drawn = [
-            f + widening * resampled(e, b.period, rng) for f, e, b in zip(fitted, errors, posed.blocks, strict=True)
-        ]
-        points[number] = refitted(posed.against(drawn).residuals, point)
+    points = replicated(posed, point, uncertainty.directions[:, ~uncertainty.open], errors, rng)
     values = posed.cube.to_theta(points)
-    names = [*posed.assembly.spec.names, *(d.name for d in posed.assembly.spec.derived)]
+    spec = posed.assembly.spec
     ends = np.quantile(np.hstack([values, posed.assembly.derived(values)]), [0.025, 0.975], axis=0)
+    names = [*spec.names, *(d.name for d in spec.derived)]
     return {n: Interval(float(low), float(high)) for n, low, high in zip(names, *ends, strict=True)}
 
 
-def refitted(residuals: Callable[[Array], Array], point: Array) -> Array:
-    """Return where least squares of residuals (P, F) -> (P, M) goes from a point near the optimum, shape (F,)."""
-    objective = Objective(residuals, point, budget=0)
-    budget = REFIT_BUDGET * (len(point) + 1)
-    return optimize.run("lsq", objective, np.random.default_rng(0), budget).point
+def replicated(
+    posed: Posed,
+    point: Array,
+    directions: Array,
+    errors: Sequence[Array],
+    rng: np.random.Generator,
+    replicates: int = REPLICATES,
+) -> Array:
+    """Return where refits to redrawn outputs end, (R, F): chord steps with the optimum's Jacobian, side by side."""
+    residuals, scales = posed.residuals, row_scales(posed.blocks, posed.weights)
+    base = residuals(point[None, :])[0]
+    pull = np.linalg.pinv(sensitivities(residuals, point) @ directions)
+    worth = sum(effective_samples(e) for e in errors)
+    widening = math.sqrt(worth / max(worth - directions.shape[1], 1.0))
+    points = np.tile(point, (replicates, 1))
+    together = max(1, BLOCK_NUMBERS // len(base))
+    for first in range(0, replicates, together):
+        part = slice(first, min(first + together, replicates))
+        targets = np.stack(
+            [base + widening * _redrawn(posed.blocks, scales, errors, rng) for _ in range(part.start, part.stop)]
+        )
+        for _ in range(STEPS):
+            steps = (targets - residuals(points[part])) @ pull.T @ directions.T
+            points[part] = np.clip(points[part] + np.where(np.isfinite(steps), steps, 0.0), 0.0, 1.0)
+    return points
+
+
+def _redrawn(
+    blocks: Sequence[Block], scales: Sequence[Array], errors: Sequence[Array], rng: np.random.Generator
+) -> Array:
+    """Return redrawn errors of all blocks as rows of residuals (M,)."""
+    drawn = zip(blocks, scales, errors, strict=True)
+    parts = [s * b.folded(resampled(e, _period(b, len(e)), rng)) for b, s, e in drawn]
+    return np.concatenate([*parts, [0.0]])
+
+
+def _period(block: Block, samples: int) -> float:
+    """Return the samples per cycle of a block's measured series."""
+    return samples / block.segment.cycles if block.segment.cycles else 0.0
 
 
 def resampled(series: Array, period: float, rng: np.random.Generator) -> Array:

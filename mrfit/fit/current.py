@@ -10,13 +10,15 @@ from mrfit.assembly import Assembly, assemble
 from mrfit.dependence import CurrentDependence, orders_of
 from mrfit.errors import ConfigError, DataError
 from mrfit.recording import Recording, Segment
-from mrfit.specs import ModelSpec
+from mrfit.specs import ModelSpec, Param
 
 # Current levels closer than this, in A and as a share, are one
 SAME_LEVEL, SAME_SHARE = 0.02, 0.03
-# Highest order of each role where the user names none: forces follow the field, the loop's shape hardly does.
-DEFAULT_ORDERS = {"yield": 2, "viscous": 2, "stiffness": 1, "hysteresis": 1}
-LINEAR_ORDER = 2
+# Highest order of each role where the user names none: what predicted held-out conditions of a real damper at five
+# currents best. Parameters that may be negative stay constant: they couple to stroke or offset, and extrapolate badly.
+DEFAULT_ORDERS = {"yield": 2, "viscous": 1, "stiffness": 1, "hysteresis": 1}
+# Coefficients without a role, as those of a polynomial in velocity, are forces
+COEFFICIENT_ORDER = 2
 OUTPUTS = ("force", "torque")
 
 
@@ -75,12 +77,14 @@ def default_orders(spec: ModelSpec, levels: int, fixed: Iterable[str] = ()) -> t
         Parameters the user holds, which stay constant.
     """
     held = {name.partition("@")[0] for name in fixed}
-    wanted = {
-        p.name: DEFAULT_ORDERS.get(p.role, LINEAR_ORDER if not p.role and p.name in spec.linear else 0)
-        for p in spec.params
-        if p.name not in held
-    }
+    wanted = {p.name: _most(spec, p) for p in spec.params if p.name not in held}
     return tuple((name, order) for name, most in wanted.items() if (order := min(most, levels - 1)) > 0)
+
+
+def _most(spec: ModelSpec, param: Param) -> int:
+    if not param.role:
+        return COEFFICIENT_ORDER if param.name in spec.linear else 0
+    return DEFAULT_ORDERS.get(param.role, 0) if param.low >= 0 else 0
 
 
 def dependence_on_current(

@@ -17,8 +17,6 @@ from mrfit.fit.uncertainty import Uncertainty
 from mrfit.recording import Segment
 from mrfit.specs import Array, Index, ModelSpec, Param
 
-# Share of the largest singular value below which the output does not move at all: 1e-5 is the noise of differences
-REDUNDANT = 3e-5
 # Weights below this share of a direction's largest are left out of its sentence
 NEGLIGIBLE = 0.02
 # Step over which the model is taken as linear where a parameter is not searched over decades, as a share of its bounds
@@ -81,9 +79,8 @@ def judge(cube: Cube, spec: ModelSpec, point: Array, uncertainty: Uncertainty, s
     loose = [p for p, w in zip(params, widths, strict=True) if np.isfinite(w) and 2 * w > LOOSE]
     fix = [params[int(k)].name for k in _pivots(uncertainty.null)]
     sentences = [_summary(params, open_names, uncertainty)]
-    relative = uncertainty.singular_values / max(float(uncertainty.singular_values[0]), 1e-300)
-    redundant = uncertainty.directions[:, uncertainty.open & (relative <= REDUNDANT)]
-    drowned = uncertainty.directions[:, uncertainty.open & (relative > REDUNDANT)]
+    redundant = uncertainty.directions[:, uncertainty.redundant]
+    drowned = uncertainty.directions[:, uncertainty.open & ~uncertainty.redundant]
     sentences += [_redundancy(params, d) for d in sparse_directions(redundant)]
     sentences += [_drowning(params, d) for d in sparse_directions(drowned)]
     sentences += _remedies(spec, fix, params, drowned, loose, segments)

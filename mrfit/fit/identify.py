@@ -8,12 +8,12 @@ import numpy as np
 
 from mrfit import optimize
 from mrfit.assembly import Assembly
-from mrfit.drive import smooth
+from mrfit.drive import output_floor, smooth
 from mrfit.errors import DataError
+from mrfit.fit import levels
 from mrfit.fit.cube import Cube
-from mrfit.fit.problem import Block, differences, folded_block, full_block, residual_function
+from mrfit.fit.problem import Block, Posed, differences, folded_block, full_block
 from mrfit.fit.uncertainty import Linearised, condensed, sensitivities
-from mrfit.noise import noise_floor
 from mrfit.objective import Objective
 from mrfit.recording import Recording, Segment
 from mrfit.specs import Array
@@ -100,7 +100,7 @@ def build_group(
     for segment in segments:
         recording = recordings[segment.recording]
         output = measured_output(recording, assembly)
-        floor = noise_floor(output[segment.start : segment.stop], recording.dt, segment.frequency, segment.cycles)
+        floor = output_floor(recording, segment, output[segment.start : segment.stop])
         for part in split_cycles(segment, recording.dt) if split else [segment]:
             drive = smooth(recording, part, assembly.spec.inputs)
             values = output[part.start : part.stop]
@@ -169,14 +169,17 @@ def search_optimum(
     DataError
         If every simulation is non-finite; the message shows one of the parameter vectors.
     """
-    residuals = residual_function(
-        group.search, assembly, cube.to_theta, weights_of(group.search, group.training_floors, settings.weight)
-    )
-    objective = Objective(residuals, starts[0], budget=len(starts), on_progress=on_progress, starts=starts)
-    if len(starts) > 1:
-        objective.costs(starts)
-    budget = None if settings.budget is None else max(settings.budget - objective.evaluations, 1)
-    outcome = optimize.run(settings.optimizer, objective, settings.rng(group.name), budget, settings.seconds)
+    weights = weights_of(group.search, group.training_floors, settings.weight)
+    posed, outcome = Posed(group.search, weights, assembly, cube), None
+    limits = (settings.budget, settings.seconds)
+    if settings.optimizer == "auto":
+        outcome = levels.search(posed, starts, settings.rng(group.name), limits, on_progress)
+    if outcome is None:
+        objective = Objective(posed.residuals, starts[0], budget=len(starts), on_progress=on_progress, starts=starts)
+        if len(starts) > 1:
+            objective.costs(starts)
+        budget = None if settings.budget is None else max(settings.budget - objective.evaluations, 1)
+        outcome = optimize.run(settings.optimizer, objective, settings.rng(group.name), budget, settings.seconds)
     if not np.isfinite(outcome.cost):
         point = starts[0] if outcome.first_nonfinite is None else outcome.first_nonfinite
         theta = cube.to_theta(point[None, :])[0]
@@ -184,6 +187,11 @@ def search_optimum(
         raise DataError(
             f"{group.name}: every simulation of '{assembly.name}' diverged, as with {shown}; narrow --bounds"
         )
+    return _ended(outcome, cube)
+
+
+def _ended(outcome: optimize.Outcome, cube: Cube) -> dict[str, Any]:
+    """Return where a search ended, ready for JSON."""
     last, first = outcome.links[-1], None
     if outcome.first_nonfinite is not None:
         values = cube.to_theta(outcome.first_nonfinite[None, :])[0]

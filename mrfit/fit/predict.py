@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 
 from mrfit.assembly import Assembly
-from mrfit.drive import smooth
+from mrfit.drive import output_floor, smooth
 from mrfit.errors import DataError
 from mrfit.fit.current import assembly_of
 from mrfit.fit.identify import measured_output
 from mrfit.fit.problem import Block, full_block
 from mrfit.fit.result import metric_rows, simulate_block
 from mrfit.fit.stage import load_recordings
-from mrfit.noise import noise_floor
 from mrfit.recording import Segment
 from mrfit.specs import Array
 from mrfit.store import Workspace, read_json
@@ -82,7 +81,7 @@ def predict(fit: dict[str, Any], logs: Workspace) -> Prediction:
         part = replace(segment, role="predict")
         block = full_block(part, smooth(recording, part, assembly.spec.inputs), output)
         blocks.append(block)
-        floors.append(noise_floor(output, recording.dt, segment.frequency, segment.cycles))
+        floors.append(output_floor(recording, segment, output))
         simulated.append(simulate_block(block, assembly, theta_of(assembly, result))[0])
     return Prediction(metric_rows(blocks, floors, simulated, assembly), used, blocks, simulated)
 

@@ -7,13 +7,14 @@ the same minimum; the work no longer grows with the length of the log.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from mrfit.assembly import Assembly
 from mrfit.drive import Drive
 from mrfit.fit.cube import Cube
+from mrfit.kernels.folding import compare
 from mrfit.recording import Segment
 from mrfit.specs import Array, Index
 
@@ -44,6 +45,8 @@ class Block:
         Sum of squares of the samples about their targets: what no model can remove.
     method
         How the drive was smoothed.
+    bins
+        Target that each measured sample is part of (N,), or None where every sample is one.
     """
 
     segment: Segment
@@ -55,6 +58,7 @@ class Block:
     counts: Array
     scatter: float
     method: str
+    bins: Index | None = None
 
     @property
     def samples(self) -> int:
@@ -69,12 +73,17 @@ class Block:
 
     def at_targets(self, simulated: Array) -> Array:
         """Pick the simulated values (P, W + M) that stand beside the targets, (P, B)."""
-        if self.nodes.shape[1] == 1:
-            return np.ascontiguousarray(simulated[:, self.nodes[:, 0]])
-        picked: Array = np.zeros((len(simulated), len(self.nodes)))
-        for k in range(self.nodes.shape[1]):
-            picked += self.weights[:, k] * simulated[:, self.nodes[:, k]]
+        picked = np.empty((len(simulated), len(self.target)))
+        ones, none = np.ones(len(self.target)), np.empty(0)
+        compare(simulated, self.nodes, self.weights, (np.zeros(len(self.target)), none, ones), picked)
         return picked
+
+    def folded(self, values: Array) -> Array:
+        """Return the means (B,) of sample values (N,) over the samples of each target."""
+        if self.bins is None:
+            return values
+        means: Array = np.bincount(self.bins, values) / self.counts
+        return means
 
     def inputs(self, row: int) -> Array:
         """Return one input at the targets of a full block, (N,)."""
@@ -140,14 +149,15 @@ def folded_block(segment: Segment, drive: Drive, output: Array) -> Block:
         dt=1.0 / (PHASE_BINS * frequency),
         target=target,
         nodes=lead + (node[:, None] + np.arange(-1, 3)) % PHASE_BINS,
-        weights=_cubic(mean_phase - node),
+        weights=cubic_weights(mean_phase - node),
         counts=weight,
         scatter=max(scatter, 0.0),
         method=drive.method,
+        bins=np.cumsum(full)[bins] - 1,
     )
 
 
-def _cubic(fractions: Array) -> Array:
+def cubic_weights(fractions: Array) -> Array:
     """Return Lagrange weights (B, 4) of the samples at −1, 0, 1, 2 for a point at a fraction (B,) between 0 and 1."""
     f = fractions
     columns = (
@@ -169,11 +179,17 @@ def differences(block: Block, assembly: Assembly, theta: Array) -> Array:
 
     The unknown constant of a flux record is removed: it is the mean difference, since that is what least squares gives.
     """
-    with np.errstate(all="ignore"):
-        delta = block.at_targets(assembly.simulate(block.drive, theta, block.dt)) - block.target
-        if free_offset(assembly):
-            delta = delta - (delta @ block.counts / block.counts.sum())[:, None]
+    delta = np.empty((len(theta), len(block.target)))
+    _compare(block, assembly, theta, np.ones(len(block.target)), delta)
     return delta
+
+
+def _compare(block: Block, assembly: Assembly, theta: Array, scale: Array, out: Array) -> None:
+    """Set out (P, B) to scale (B,) times simulated − measured."""
+    with np.errstate(all="ignore"):
+        simulated = assembly.simulate(block.drive, theta, block.dt)
+    shares = block.counts / block.counts.sum() if free_offset(assembly) else np.empty(0)
+    compare(simulated, block.nodes, block.weights, (block.target, shares, scale), out)
 
 
 def residual_function(
@@ -194,15 +210,26 @@ def residual_function(
     """
     samples = sum(b.samples for b in blocks)
     rows = sum(len(b.target) for b in blocks) + 1
-    scale = [w * np.sqrt(b.counts * rows / samples) for b, w in zip(blocks, weights, strict=True)]
+    scale = row_scales(blocks, weights)
     scatter = np.sqrt(sum(w**2 * b.scatter for b, w in zip(blocks, weights, strict=True)) * rows / samples)
 
     def residuals(points: Array) -> Array:
-        theta = to_theta(points)
-        parts = [s * differences(b, assembly, theta) for s, b in zip(scale, blocks, strict=True)]
-        return np.hstack([*parts, np.full((len(points), 1), scatter)])
+        theta, place = to_theta(points), 0
+        values = np.empty((len(points), rows))
+        values[:, -1] = scatter
+        for block, factor in zip(blocks, scale, strict=True):
+            _compare(block, assembly, theta, factor, values[:, place : place + len(factor)])
+            place += len(factor)
+        return values
 
     return residuals
+
+
+def row_scales(blocks: Sequence[Block], weights: Array) -> list[Array]:
+    """Return the factor (B,) on each block's differences that gives rows with the mean square of the samples."""
+    samples = sum(b.samples for b in blocks)
+    rows = sum(len(b.target) for b in blocks) + 1
+    return [w * np.sqrt(b.counts * rows / samples) for b, w in zip(blocks, weights, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -235,8 +262,3 @@ class Posed:
     def samples(self) -> int:
         """Number of measured samples."""
         return sum(b.samples for b in self.blocks)
-
-    def against(self, targets: Sequence[Array]) -> "Posed":
-        """Return the same problem with other measured outputs."""
-        blocks = [replace(b, target=target) for b, target in zip(self.blocks, targets, strict=True)]
-        return replace(self, blocks=blocks)

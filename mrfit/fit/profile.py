@@ -6,26 +6,31 @@ correlation widens this parameter's variance (1 for white residuals). Ends that 
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
 
-from mrfit.fit.bootstrap import Interval, refitted
+from mrfit import optimize
+from mrfit.fit.bootstrap import Interval
 from mrfit.fit.problem import Posed
-from mrfit.fit.uncertainty import Linearised, Uncertainty
+from mrfit.fit.uncertainty import LEAN, Linearised, Uncertainty
+from mrfit.objective import Objective
 from mrfit.specs import Array
 
 FIRST_STEP = 0.05
 # An end is found when the rise is within this share of the quantile
 PRECISION = 0.01
 SEARCHES = 12
+# Evaluations for each parameter of a refit that starts near its optimum
+REFIT_BUDGET = 15
 
 
 def profile_intervals(
     posed: Posed, point: Array, uncertainty: Uncertainty, linearised: Linearised
 ) -> dict[str, Interval]:
-    """Return profile-likelihood intervals of all free parameters by name.
+    """Return profile-likelihood intervals by name, of the parameters that lean on no redundant direction.
 
     Parameters
     ----------
@@ -38,13 +43,16 @@ def profile_intervals(
     """
     factors = variance_factors(uncertainty, linearised)
     quantile = float(stats.t.ppf(0.975, max(uncertainty.degrees, 1.0)))
+    moving = uncertainty.directions[:, ~uncertainty.redundant]
     found = {}
     for at, k in enumerate(posed.cube.free):
-        side = _Side(posed, point, at, quantile, factors[at])
+        if float(np.sum(moving[at] ** 2)) < 1.0 - LEAN:
+            continue
+        side = _Side(posed, point, (at, moving), quantile, factors[at])
         width = uncertainty.half_width(np.eye(len(point))[at])
         step = min(width, 0.5) if 0.0 < width < np.inf else FIRST_STEP
         ends = [side.end(-step), side.end(step)]
-        values = [None if e is None else float(posed.cube.to_theta(_at(point, at, e))[0, k]) for e in ends]
+        values = [None if e is None else float(posed.cube.to_theta(_at(point, at, e)[None, :])[0, k]) for e in ends]
         found[posed.cube.params[int(k)].name] = Interval(*values)
     return found
 
@@ -71,22 +79,27 @@ def variance_factors(uncertainty: Uncertainty, linearised: Linearised) -> Array:
 def _at(point: Array, at: int, value: float) -> Array:
     moved = point.copy()
     moved[at] = value
-    return moved[None, :]
+    return moved
 
 
 @dataclass
 class _Side:
-    """The profile of one parameter: rise of the sum of squares as it is moved and the others are refitted."""
+    """The profile of one parameter: rise of the sum of squares as it is moved and the others are refitted.
+
+    ``along`` holds the parameter's place and the directions (F, D) in which the output moves at all.
+    """
 
     posed: Posed
     point: Array
-    at: int
+    along: tuple[int, Array]
     quantile: float
     factor: float
 
     def __post_init__(self) -> None:
-        self.base = _mean_square(self.posed, self.point)
-        self.others = np.flatnonzero(np.arange(len(self.point)) != self.at)
+        self.at, moving = self.along
+        self.base = _mean_square(self.posed.residuals, self.point)
+        # directions in which the others move while the parameter rests
+        self.others = moving @ np.linalg.svd(moving[self.at : self.at + 1])[2][1:].T
 
     def end(self, step: float) -> float | None:
         """Return the coordinate at which the rise reaches the quantile, beginning with a step; None beyond the cube."""
@@ -122,19 +135,21 @@ class _Side:
 
     def rise(self, value: float, warm: Array) -> tuple[float, Array]:
         """Return the square root of the rise over σ²κ with the parameter held, and the point it was reached at."""
-        moved = _at(warm, self.at, value)[0]
+        held, residuals = _at(warm, self.at, value), self.posed.residuals
 
-        def residuals(points: Array) -> Array:
-            whole = np.tile(moved, (len(points), 1))
-            whole[:, self.others] = points
-            return self.posed.residuals(whole)
+        def reached(moves: Array) -> Array:
+            points: Array = np.clip(held + (2.0 * moves - 1.0) @ self.others.T, 0.0, 1.0)
+            return points
 
-        if len(self.others):
-            moved[self.others] = refitted(residuals, moved[self.others])
-        share = max(_mean_square(self.posed, moved) / self.base - 1.0, 0.0) if self.base > 0.0 else np.inf
-        return math.sqrt(share * max(self.posed.samples - len(self.point), 1) / self.factor), moved
+        if self.others.shape[1]:
+            objective = Objective(lambda moves: residuals(reached(moves)), np.full(self.others.shape[1], 0.5), budget=0)
+            budget = REFIT_BUDGET * (self.others.shape[1] + 1)
+            best = optimize.run("lsq", objective, np.random.default_rng(0), budget).point
+            held = reached(best[None, :])[0]
+        share = max(_mean_square(residuals, held) / self.base - 1.0, 0.0) if self.base > 0.0 else np.inf
+        return math.sqrt(share * max(self.posed.samples - len(self.point), 1) / self.factor), held
 
 
-def _mean_square(posed: Posed, point: Array) -> float:
-    residuals = posed.residuals(point[None, :])[0]
-    return float(residuals @ residuals) / len(residuals)
+def _mean_square(residuals: Callable[[Array], Array], point: Array) -> float:
+    values = residuals(point[None, :])[0]
+    return float(values @ values) / len(values)

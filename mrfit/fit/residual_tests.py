@@ -52,7 +52,9 @@ class Dependence:
 def input_dependence(
     channel: str, inputs: Sequence[Array], residuals: Sequence[Array], periods: Sequence[float]
 ) -> Dependence | None:
-    """Return how the residual goes with one input at lags up to ±25, None where the input is constant.
+    """Return how the residual goes with one input at ±25 lags, None where the input is constant.
+
+    Lags are one sample apart, or a hundredth of a cycle where that is more, so that they reach a quarter of a cycle.
 
     Parameters
     ----------
@@ -63,22 +65,24 @@ def input_dependence(
     periods
         For each record the samples per cycle, 0 where the drive is not periodic.
     """
-    usable = [k for k, u in enumerate(inputs) if len(u) > 4 * LAGS and np.ptp(u) > 1e-9 * np.abs(u).max()]
+    apart = max(1, round(max(periods, default=0.0) / (4 * LAGS)))
+    reach = LAGS * apart
+    usable = [k for k, u in enumerate(inputs) if len(u) > 4 * reach and np.ptp(u) > 1e-9 * np.abs(u).max()]
     sums, variance, power, drive = np.zeros(2 * LAGS + 1), 0.0, 0.0, 0.0
     for k in usable:
         centred = inputs[k] - inputs[k].mean()
         residual = residuals[k] - residuals[k].mean()
-        inner = residual[LAGS : len(residual) - LAGS]
-        windows = np.lib.stride_tricks.sliding_window_view(centred, len(inner))
-        sums += windows @ inner
-        noise = differing(residual, periods[k])[LAGS : len(residual) - LAGS]
+        inner = slice(reach, len(residual) - reach)
+        windows = np.lib.stride_tricks.sliding_window_view(centred, len(residual) - 2 * reach)[::apart]
+        sums += windows @ residual[inner]
+        noise = differing(residual, periods[k])[inner]
         products = windows[[0, LAGS, 2 * LAGS]].T * noise[:, None]
         variance += float(np.diag(long_run_covariance(products)).max())
-        power += float(inner @ inner)
-        drive += float(centred[LAGS : len(centred) - LAGS] @ centred[LAGS : len(centred) - LAGS])
+        power += float(residual[inner] @ residual[inner])
+        drive += float(centred[inner] @ centred[inner])
     scale = math.sqrt(power * drive)
     if scale == 0.0:
         return None
     place = int(np.argmax(np.abs(sums)))
-    # window k begins k samples into the input, while the residual begins LAGS samples in
-    return Dependence(channel, float(sums[place] / scale), LAGS - place, QUANTILE * math.sqrt(variance) / scale)
+    # window k begins k lags into the input, while the residual begins LAGS lags in
+    return Dependence(channel, float(sums[place] / scale), (LAGS - place) * apart, QUANTILE * math.sqrt(variance) / scale)

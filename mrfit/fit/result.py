@@ -84,11 +84,11 @@ def derived_rows(assembly: Assembly, cube: Cube, point: Array, uncertainty: Unce
 
 
 def with_intervals(rows: Sequence[dict[str, Any]], found: Mapping[str, Interval]) -> list[dict[str, Any]]:
-    """Return rows with the ends of other intervals; what the data do not determine stays open."""
+    """Return rows with the ends of other intervals, where there are any."""
     changed = []
     for row in rows:
         interval = found.get(row["name"])
-        if interval is None or row["fixed"] or not row["identifiable"]:
+        if interval is None or row["fixed"]:
             changed.append(row)
         else:
             known = interval.low is not None and interval.high is not None

@@ -1,7 +1,7 @@
 """How far to trust a fit: intervals by the method asked for, what the data determine, what the residual still holds."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any, Literal
 
 import numpy as np
@@ -49,12 +49,14 @@ def trust(
     uncertainty = analyse(linearised.jacobians, linearised.residuals, linearised.periods)
     parameters = parameter_rows(cube, point, uncertainty)
     derived = derived_rows(assembly, cube, point, uncertainty)
-    full = Posed(group.training, weights_of(group.training, group.training_floors, weight), assembly, cube)
+    folded = Posed(group.search, weights_of(group.search, group.training_floors, weight), assembly, cube)
     if intervals == "bootstrap":
-        found = bootstrap_intervals(full, point, rng)
+        pairs = [(b, y) for b, y in zip(group.full, simulated, strict=True) if b.segment.role == "train"]
+        drawn = bootstrap_intervals(folded, point, uncertainty, [b.target - y for b, y in pairs], rng)
+        known = {r["name"] for r in [*parameters, *derived] if r["identifiable"]}
+        found = {name: interval for name, interval in drawn.items() if name in known}
         parameters, derived = with_intervals(parameters, found), with_intervals(derived, found)
     elif intervals == "profile":
-        folded = replace(full, blocks=group.search)
         parameters = with_intervals(parameters, profile_intervals(folded, point, uncertainty, linearised))
     segments = [b.segment for b in group.training]
     return {

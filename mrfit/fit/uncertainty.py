@@ -26,8 +26,10 @@ Mask = NDArray[np.bool_]
 STEP = 1e-4
 # A singular value below this share of the largest is rounding, whatever the noise
 RANK_TOLERANCE = 3e-6
+# Share of it below which an open direction counts as one along which the output does not move
+REDUNDANT = 3e-5
 # Squared weight on undetermined directions above which a parameter counts as undetermined itself
-LEAN = 1e-3
+LEAN = 1e-5
 # Score series are summed in blocks to at most this length: the long-run covariance stays, the transform gets shorter
 SERIES = 4096
 FOLDED = 1024
@@ -87,6 +89,13 @@ class Uncertainty:
     def rank(self) -> int:
         """Number of determined directions."""
         return int(np.sum(~self.open))
+
+    @property
+    def redundant(self) -> Mask:
+        """Which of the open directions do not move the output at all, whatever the noise, shape (F,)."""
+        largest = max(float(self.singular_values.max()), 1e-300)
+        redundant: Mask = self.open & (self.singular_values <= REDUNDANT * largest)
+        return redundant
 
     @property
     def null(self) -> Array:

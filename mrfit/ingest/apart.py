@@ -1,10 +1,14 @@
 """Read fragile binary formats in a process of its own, since their libraries crash or hang on damaged files."""
 
-import multiprocessing
+import atexit
+import contextlib
 import os
+import pickle
+import subprocess
+import sys
 import threading
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
+from collections.abc import Callable
+from typing import IO, Any
 
 from mrfit import registry
 from mrfit.ingest.refusal import Refusal
@@ -13,44 +17,121 @@ from mrfit.ingest.table import Source, Table
 SECONDS = 600.0
 """Longest time a file may take."""
 
-_lock = threading.Lock()
-_workers: list[ProcessPoolExecutor] = []
+
+def read_tables(reader: str, source: Source) -> list[Table]:
+    """Return what a reader makes of a file, in this process."""
+    tables: list[Table] = registry.load("reader", reader).read(source)
+    return tables
+
+
+class Worker:
+    """A second Python that calls functions for this one; started at the first call, and again after a crash."""
+
+    def __init__(self) -> None:
+        self.lock = threading.Lock()
+        self.process: subprocess.Popen[bytes] | None = None
+
+    def call(self, seconds: float, function: Callable[..., Any], *arguments: object) -> Any:
+        """Return ``function(*arguments)``, or raise what it raises.
+
+        Raises
+        ------
+        EOFError
+            If the process dies.
+        TimeoutError
+            If the function takes longer than ``seconds``; the process is then ended.
+        """
+        with self.lock:
+            if self.process is None or self.process.poll() is not None:
+                self.process = _start()
+            process, late = self.process, threading.Event()
+            watch = threading.Timer(seconds, _stop, (process, late))
+            watch.start()
+            try:
+                assert process.stdin and process.stdout
+                _send(process.stdin, (function, arguments))
+                sound, result = pickle.load(process.stdout)
+            except (EOFError, OSError, pickle.UnpicklingError):
+                _end(process)
+                self.process = None
+                raise (TimeoutError() if late.is_set() else EOFError()) from None
+            finally:
+                watch.cancel()
+        if not sound:
+            raise result
+        return result
+
+    def close(self) -> None:
+        """End the process."""
+        if self.process is not None:
+            _end(self.process)
+            self.process = None
+
+
+def _stop(process: "subprocess.Popen[bytes]", late: threading.Event) -> None:
+    late.set()
+    process.kill()
+
+
+def _start() -> "subprocess.Popen[bytes]":
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+    command = [sys.executable, "-m", "mrfit.ingest.apart"]
+    return subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
+    )
+
+
+def _end(process: "subprocess.Popen[bytes]") -> None:
+    process.kill()
+    for pipe in (process.stdin, process.stdout):
+        with contextlib.suppress(OSError):
+            if pipe:
+                pipe.close()
+    process.wait()
+
+
+def _send(pipe: IO[bytes], value: object) -> None:
+    pickle.dump(value, pipe, protocol=pickle.HIGHEST_PROTOCOL)
+    pipe.flush()
+
+
+def serve() -> None:
+    """Answer calls from standard input until it closes."""
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what a library prints must not get between the answers
+    while True:
+        try:
+            function, arguments = pickle.load(sys.stdin.buffer)
+        except EOFError:
+            return
+        try:
+            answer = (True, function(*arguments))
+        except Exception as error:  # handed to the caller, whatever it is
+            answer = (False, error)
+        _send(answers, answer)
+
+
+_worker = Worker()
+atexit.register(_worker.close)
 
 
 def read_apart(reader: str, source: Source, seconds: float = SECONDS) -> list[Table]:
-    """Return what a reader makes of a file, read in a worker process.
+    """Return what a reader makes of a file, read in the worker process.
 
     Raises
     ------
     Refusal
         If the reader refuses the file, or its library crashes on it or does not come to an end.
     """
-    path = source.head.path
-    with _lock:
-        if not _workers:
-            _workers.append(ProcessPoolExecutor(1, multiprocessing.get_context("spawn"), _apart_from_terminal))
-        try:
-            return _workers[0].submit(_read, reader, source).result(timeout=seconds)
-        except BrokenProcessPool:
-            _end()
-            raise Refusal(path, f"damaged: the {reader} library crashes on it", "copy or save it again") from None
-        except TimeoutError:
-            _end()
-            raise Refusal(path, f"damaged: reading it takes more than {seconds:g} s", "copy or save it again") from None
-
-
-def _read(reader: str, source: Source) -> list[Table]:
-    tables: list[Table] = registry.load("reader", reader).read(source)
+    path, remedy = source.head.path, "copy or save it again"
+    try:
+        tables: list[Table] = _worker.call(seconds, read_tables, reader, source)
+    except EOFError:
+        raise Refusal(path, f"damaged: the {reader} library crashes on it", remedy) from None
+    except TimeoutError:
+        raise Refusal(path, f"damaged: reading it takes more than {seconds:g} s", remedy) from None
     return tables
 
 
-def _apart_from_terminal() -> None:
-    """Keep what a crashing library prints away from the user's terminal."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
-
-
-def _end() -> None:
-    worker = _workers.pop()
-    for process in list((worker._processes or {}).values()):
-        process.kill()  # a hanging library does not hear anything else
-    worker.shutdown(wait=False, cancel_futures=True)
+if __name__ == "__main__":
+    serve()

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mrfit.ingest.head import Text, feeds
 from mrfit.ingest.table import Lines, Refused
 from mrfit.specs import Array
 
@@ -71,7 +72,7 @@ class Body:
     open_end: bool = False
 
 
-def ends_open(data: bytes) -> bool:
+def ends_open(data: Text) -> bool:
     """Whether the last line lacks its line end and is shorter than the line before."""
     if not data or data[-1:] in b"\r\n":
         return False
@@ -80,7 +81,7 @@ def ends_open(data: bytes) -> bool:
     return len(data) - last < last - before
 
 
-def read_body(data: bytes, layout: Layout, encoding: str = "utf-8") -> Body:
+def read_body(data: Text, layout: Layout, encoding: str = "utf-8") -> Body:
     """Return the rows of a text log.
 
     Every line after ``layout.skip`` that is neither blank nor a comment is a row, kept or refused.
@@ -98,7 +99,7 @@ def read_body(data: bytes, layout: Layout, encoding: str = "utf-8") -> Body:
     )
 
 
-def _offset(data: bytes, skip: int) -> int:
+def _offset(data: Text, skip: int) -> int:
     position = 0
     for _ in range(skip):
         position = data.find(b"\n", position) + 1
@@ -107,14 +108,14 @@ def _offset(data: bytes, skip: int) -> int:
     return position
 
 
-def _last_content(data: bytes) -> int:
+def _last_content(data: Text) -> int:
     end = len(data)
     while end and data[end - 1] in b" \t\r\n\x1a":
         end -= 1
     return end
 
 
-def _parts(data: bytes, span: tuple[int, int], line: int, layout: Layout, encoding: str) -> Iterator[Body]:
+def _parts(data: Text, span: tuple[int, int], line: int, layout: Layout, encoding: str) -> Iterator[Body]:
     """Yield rows in order: the whole span at once if sound, else halves, down to single lines."""
     start, stop = span
     if start >= stop:
@@ -128,10 +129,10 @@ def _parts(data: bytes, span: tuple[int, int], line: int, layout: Layout, encodi
         yield _line_by_line(data[start:stop], line, layout, encoding)
         return
     yield from _parts(data, (start, middle), line, layout, encoding)
-    yield from _parts(data, (middle, stop), line + data.count(b"\n", start, middle), layout, encoding)
+    yield from _parts(data, (middle, stop), line + feeds(data, start, middle), layout, encoding)
 
 
-def _in_bulk(data: bytes, span: tuple[int, int], line: int, layout: Layout) -> Body | None:
+def _in_bulk(data: Text, span: tuple[int, int], line: int, layout: Layout) -> Body | None:
     """Return the rows if every line of the span is one sound row, else None."""
     import pyarrow as pa
     from pyarrow import csv as arrow
@@ -157,7 +158,7 @@ def _in_bulk(data: bytes, span: tuple[int, int], line: int, layout: Layout) -> B
         )
     except pa.ArrowInvalid:
         return None
-    rows = data.count(b"\n", start, stop) + (data[stop - 1 : stop] != b"\n")
+    rows = feeds(data, start, stop) + (data[stop - 1 : stop] != b"\n")
     if table.num_rows != rows:
         return None
     numbers = {c: _floats(table.column(names[c])) for c in layout.use}

@@ -79,7 +79,7 @@ def _mapped(name: str, rule: ChannelRule, column: Column, path: str) -> Signal:
     target = unit_of(name)
     unit = written if written is not None else (target or "1")
     conversion = _conversion(name, unit, target, path)
-    with np.errstate(over="ignore"):  # what overflows is refused row by row later
+    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is refused row by row later
         values = rule.sign * (rule.scale * column.values) + rule.offset
         values = conversion.scale * values + conversion.offset
     return Signal(name, conversion.unit, values, column.index)
@@ -108,7 +108,7 @@ def _unmapped(name: str, column: Column, path: str) -> Signal:
     target = unit_of(name)
     conversion = units.to_unit(column.unit, target) if target else units.to_si(column.unit)
     plain = conversion.scale == 1.0 and conversion.offset == 0.0
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):
         values = column.values if plain else conversion.scale * column.values + conversion.offset
     return Signal(name, conversion.unit, values, column.index)
 

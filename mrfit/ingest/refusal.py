@@ -4,6 +4,8 @@ from pathlib import Path
 
 from mrfit.errors import DataError
 
+LONGEST = 400
+
 
 class Refusal(DataError):
     """A log cannot be used.
@@ -19,6 +21,7 @@ class Refusal(DataError):
     """
 
     def __init__(self, path: Path | str, reason: str, remedy: str) -> None:
+        reason, remedy = excerpt(reason, LONGEST), excerpt(remedy, LONGEST)  # a damaged file's text may be anything
         super().__init__(f"{path}: {reason}; {remedy}")
         self.path, self.reason, self.remedy = str(path), reason, remedy
 

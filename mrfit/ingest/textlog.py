@@ -8,9 +8,9 @@ import numpy as np
 
 from mrfit.ingest import units
 from mrfit.ingest.body import Body, Layout, ends_open, read_body, split
-from mrfit.ingest.head import Head, body_bytes
+from mrfit.ingest.head import Head, Text, body_view
 from mrfit.ingest.refusal import Refusal, excerpt
-from mrfit.ingest.table import Column, Source, Table
+from mrfit.ingest.table import Column, Refused, Source, Table
 from mrfit.recording import Finding
 
 RATE = re.compile(
@@ -112,7 +112,7 @@ def read_table(source: Source, layout: Layout, fields: Sequence[Field], time: Fi
     return table_of(body, fields, time)
 
 
-def body_of(source: Source, layout: Layout, data: bytes | None = None) -> Body:
+def body_of(source: Source, layout: Layout, data: Text | None = None) -> Body:
     """Return the rows of a text log, or of ``data`` where its headers have been blanked already.
 
     Raises
@@ -120,7 +120,7 @@ def body_of(source: Source, layout: Layout, data: bytes | None = None) -> Body:
     Refusal
         If there are none.
     """
-    data = body_bytes(source.head) if data is None else data
+    data = body_view(source.head) if data is None else data
     body = read_body(data, layout, source.head.encoding)
     body.open_end = ends_open(data)
     if not len(body.lines):
@@ -151,6 +151,7 @@ def count_finding(table: Table, stated: float | None) -> Table:
 
 def side_by_side(tables: Sequence[Table]) -> Table | None:
     """Return tables of one time base as one with all their columns, or None if their times differ."""
+    tables = [_whole_rows(t) for t in tables]
     first = tables[0]
     common = first.lines
     for table in tables[1:]:
@@ -173,6 +174,22 @@ def side_by_side(tables: Sequence[Table]) -> Table | None:
         time=time,
         refused=tuple(lost[k] for k in sorted(lost)),
         findings=findings,
+    )
+
+
+def _whole_rows(table: Table) -> Table:
+    """Refuse the rows of a table that lack a number."""
+    values = [c.values for c in table.columns] + ([table.time.values] if table.time else [])
+    mask = ~np.logical_or.reduce([np.isnan(v) for v in values])
+    if mask.all():
+        return table
+    lost = tuple(Refused("empty value", int(n)) for n in table.lines[~mask])
+    return replace(
+        table,
+        columns=tuple(replace(c, values=c.values[mask]) for c in table.columns),
+        time=table.time and replace(table.time, values=table.time.values[mask]),
+        lines=table.lines[mask],
+        refused=tuple(sorted((*table.refused, *lost), key=lambda r: r.line)),
     )
 
 

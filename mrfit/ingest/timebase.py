@@ -79,6 +79,8 @@ def time_base(time: Array, stated: float | None, breaks: tuple[int, ...] = ()) -
     TimeFault
         If the times run backwards again and again, or do not move.
     """
+    if not breaks and (even := _even_base(time, stated)):
+        return even
     cuts = _cuts(time, breaks)
     step = _typical_step(time, cuts)
     printed = print_step(time)
@@ -91,6 +93,28 @@ def time_base(time: Array, stated: float | None, breaks: tuple[int, ...] = ()) -
     for begin, end in runs:
         base.pieces.append(_piece((time[begin:end], printed[begin:end]), begin, base.dt, irregular))
     return base
+
+
+def _even_base(time: Array, stated: float | None) -> TimeBase | None:
+    """Return the base of times that are even throughout, which most are; None if there is anything to look into."""
+    rows = len(time) - 1
+    dt = float(time[-1] - time[0]) / rows
+    off = float(np.max(np.abs(time - time[0] - dt * np.arange(rows + 1)))) if dt > 0.0 else np.inf
+    if off > TOLERANCE * dt:
+        return None
+    if stated is None:
+        slope, left = _line(np.arange(rows + 1, dtype=np.float64), time)
+        dt = _shortest_decimal(slope, slope * _uncertainty(float(np.max(np.abs(left))) / slope, rows))
+    elif abs(stated - dt) * rows <= TOLERANCE * dt:
+        dt = stated
+    else:
+        return None
+    return TimeBase(dt, [Piece(slice(0, rows + 1), float(time[0]))])
+
+
+def _uncertainty(off: float, rows: int) -> float:
+    """Return the relative uncertainty of an interval fitted to times that are ``off`` samples off their line."""
+    return max((0.1 * off + 1e-9) / max(rows, 1), min(0.02 / max(rows, 1), 1e-7))
 
 
 def coarse(time: Array) -> bool:
@@ -205,9 +229,7 @@ def _interval(clock: _Clock, step: float, stated: float | None, base: TimeBase) 
     elif off > TOLERANCE and coarse > TOLERANCE * fitted:
         text = f"times are printed to {coarse:g} s only: the interval {fitted:.6g} s is a fit over {longest} rows"
         base.findings.append(Finding("rounded-time", "", None, text))
-    return _shortest_decimal(
-        fitted, fitted * max((0.1 * off + 1e-9) / max(longest, 1), min(0.02 / max(longest, 1), 1e-7))
-    )
+    return _shortest_decimal(fitted, fitted * _uncertainty(off, longest))
 
 
 def _places(time: Array, step: float, printed: Array) -> Array:

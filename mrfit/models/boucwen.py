@@ -69,8 +69,8 @@ def derived(theta: Array) -> Array:
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
-    """Return the post-yield line's force as alpha, its damping, and its offset as that of the start stiffness."""
+    """Return the post-yield line's force, damping and offset, and a loop that turns over a tenth of the amplitude."""
     line = post_yield_line(drive[1], output)
-    stiffness = SPEC.start[1]
-    found = {"alpha": line["fy"] / (SPEC.start[4] / (SPEC.start[5] + SPEC.start[6])) ** (1 / SPEC.start[7])}
-    return inside(SPEC, {**found, "c": line["C_inf"], "k": stiffness, "x0": -line["f0"] / stiffness})
+    stiffness, rate = SPEC.start[1], 20.0 / max(float(np.ptp(drive[0])), 1e-6)
+    loop = {"alpha": line["fy"], "kappa": rate, "beta": rate / 2, "gamma": rate / 2}
+    return inside(SPEC, {**loop, "c": line["C_inf"], "k": stiffness, "x0": -line["f0"] / stiffness})

@@ -21,7 +21,7 @@ only. ``derived`` gives what remains. A coil with iron loses energy, so (1 - A)/
 import numpy as np
 
 from mrfit.kernels.branch import bouc_wen, normal_form
-from mrfit.kernels.points import inside, largest, loop_height
+from mrfit.kernels.points import inside, largest
 from mrfit.kernels.theta import plain
 from mrfit.specs import Array, Derived, ModelSpec, Param
 
@@ -70,25 +70,24 @@ def derived(theta: Array) -> Array:
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
-    """Return values with the loop's slope, its height at zero current and its area; A, n and beta/gamma as published.
+    """Return values whose slope, amplitude and turn-over current fit best, those without data as published.
 
-    A loop of height 2*h whose branches turn over within a current t has the area 4*h*(i_max - t), which gives t. What
-    the data do not determine keeps the published kappa, and A = 1.2 or, of a loop that gains energy, 0.8.
+    Of fourteen turn-over currents, that one with the least residual of a linear fit of slope (> 0), amplitude and
+    offset. n, beta/gamma and kappa are the published ones; A is 1.2, or 0.8 for a loop that gains energy.
     """
-    current = drive[0]
-    centred = current - np.mean(current)
-    spread = float(centred @ centred)
-    height = loop_height(current, np.diff(current, prepend=current[:1]), output)
-    if not spread or not height:
-        return {}
-    slope = float(centred @ output) / spread
-    cycles = max(np.count_nonzero((current[:-1] < 0) != (current[1:] < 0)) / 2, 0.5)
-    area = abs(float(np.trapezoid(current, output))) / cycles
-    turnover = float(np.clip(largest(current) - area / (4 * abs(height)), 0.01 * largest(current), largest(current)))
-    kappa, n = SPEC.start[2], SPEC.start[5]
-    z_max = kappa * turnover
-    share = 1.2 if height > 0 else 0.8
-    shape = kappa / z_max**n
-    divisor = (1 - share) * (slope / share) * z_max / -height
-    found = {"A": share, "Lc": slope / share, "beta": shape / 3, "gamma": 2 * shape / 3, "D": divisor}
-    return inside(SPEC, {**found, "kappa": kappa, "n": n})
+    kappa, beta, gamma, n = SPEC.start[2:6]
+    best, found = np.inf, {}
+    for turnover in largest(drive[0]) * np.geomspace(0.003, 3.0, 14):
+        if not turnover:
+            break
+        y = bouc_wen(plain(drive[0]), np.array([[0.0, 1.0, 1.0 / turnover, n, (beta - gamma) / (beta + gamma)]]))[0]
+        columns = np.column_stack([drive[0] / largest(drive[0]), y, np.ones_like(y)])
+        weights = np.linalg.lstsq(columns, output, rcond=1e-9)[0]
+        error = float(np.sum((output - columns @ weights) ** 2))
+        if error < best and weights[0] > 0:
+            best, slope, amplitude, z_max = error, weights[0] / largest(drive[0]), weights[1], kappa * turnover
+            share, total = (1.2 if amplitude < 0 else 0.8), kappa / z_max**n
+            divisor = (1 - share) * (slope / share) * z_max / amplitude if amplitude else np.nan
+            found = {"A": share, "Lc": slope / share, "kappa": kappa, "n": n, "D": divisor}
+            found |= {"beta": total * beta / (beta + gamma), "gamma": total * gamma / (beta + gamma)}
+    return inside(SPEC, found)

@@ -46,6 +46,7 @@ def response(drive: Array, theta: Array, dt: float) -> Array:
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
-    """Return friction force, damping and offset of the line through the faster half of the samples."""
+    """Return the post-yield line, and friction that turns over a tenth of the amplitude."""
     line = post_yield_line(drive[1], output)
-    return inside(SPEC, {"fy": line["fy"], "c": line["C_inf"], "f0": line["f0"]})
+    rate = 20.0 / max(float(np.ptp(drive[0])), 1e-6)
+    return inside(SPEC, {"rho": rate, "fy": line["fy"], "c": line["C_inf"], "f0": line["f0"]})

@@ -12,10 +12,15 @@ Source: R. Jimenez, L. Alvarez-Icaza, Structural Control and Health Monitoring 1
 dampers, there with g constant (dF = 0); named in the reviews of papers 001 and 003 ("LuGre hysteresis operator").
 """
 
+import numpy as np
+
 from mrfit.kernels.friction import lugre
-from mrfit.kernels.points import inside, post_yield_line
+from mrfit.kernels.points import inside, largest, post_yield_line
 from mrfit.kernels.theta import along_samples, plain
 from mrfit.specs import Array, ModelSpec, Param
+
+# Travel in m over which the bristles are bent to the friction force, for start values
+TURNOVER = 1e-3
 
 SPEC = ModelSpec(
     name="lugre",
@@ -43,6 +48,12 @@ def response(drive: Array, theta: Array, dt: float) -> Array:
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
-    """Return friction force, damping and offset of the line through the faster half of the samples."""
+    """Return the line through the faster half of the samples, its force shared between friction at speed and at rest.
+
+    The search then begins where friction still falls at half the greatest velocity: from a narrow dip it does not find
+    a wide one. The bristles yield within a millimetre.
+    """
     line = post_yield_line(drive[0], output)
-    return inside(SPEC, {"Fc": line["fy"], "sigma2": line["C_inf"], "f0": line["f0"]})
+    half = line["fy"] / 2
+    found = {"sigma0": line["fy"] / TURNOVER, "sigma2": line["C_inf"], "Fc": half, "dF": half, "f0": line["f0"]}
+    return inside(SPEC, {**found, "vs": largest(drive[0]) / 2})

@@ -80,6 +80,7 @@ def test_delay_moves_the_force_either_way():
 def test_play_follows_at_its_half_width_and_wipes_out():
     x = np.array([[0.0, 1.0, 0.5, 0.9, -1.0]])
     assert play(x, 0.2)[0] == pytest.approx([0.0, 0.8, 0.7, 0.7, -0.8])
+    assert play(x + 1.0, 0.2, before=0.0)[0] == pytest.approx([0.8, 1.8, 1.7, 1.7, 0.2])
 
 
 def test_slipping_friction_dissipates_its_force_times_the_way():

@@ -37,7 +37,7 @@ def test_tables_come_back_whole(source: Source) -> None:
 
 def test_a_crash_is_one_refusal_and_the_next_file_is_read(source: Source, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr(apart, "_read", crash)
+        patch.setattr(apart, "read_tables", crash)
         with pytest.raises(Refusal, match="the matlab library crashes on it"):
             apart.read_apart("matlab", source)
     assert len(apart.read_apart("matlab", source)) == 1
@@ -45,7 +45,7 @@ def test_a_crash_is_one_refusal_and_the_next_file_is_read(source: Source, monkey
 
 def test_a_hang_ends(source: Source, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
-        patch.setattr(apart, "_read", hang)
+        patch.setattr(apart, "read_tables", hang)
         with pytest.raises(Refusal, match="takes more than 3 s"):
             apart.read_apart("matlab", source, seconds=3.0)
     assert len(apart.read_apart("matlab", source)) == 1

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from mrfit.ingest.head import HEAD_BYTES, body_bytes, open_head
+from mrfit.ingest.head import HEAD_BYTES, body_bytes, body_view, feeds, open_head
 from mrfit.ingest.refusal import Refusal
 
 TEXT = "time (s),Température (°C)\n0.0,21.5\n0.1,21.6\n0.2,21.7\n"
@@ -78,3 +78,21 @@ def test_starts_ignores_case_and_blank_lines(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_bytes(b"\n\n  MODEL,MSO\n")
     assert open_head(path).starts("model,")
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r", "\r\r\n"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_view_and_bytes_of_a_body_are_the_same(end: str, encoding: str, tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes((TEXT * 5).replace("\n", end).encode(encoding))
+    head = open_head(path)
+    view = body_view(head)
+    assert view[:] == body_bytes(head)
+    assert feeds(view, 3, len(view)) == view[3:].count(b"\n")
+
+
+def test_a_lone_return_past_the_head_is_seen(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes(b"0,1\r\n" * 300000 + b"2,3\r4,5\r\n")
+    assert feeds(body_view(open_head(path)), 0, 10) == 2
+    assert bytes(body_view(open_head(path))[-8:]) == b"2,3\n4,5\n"

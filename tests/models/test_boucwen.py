@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from mrfit.models.boucwen import derived, response, start_values
+from mrfit.models.boucwen import SPEC, derived, response, start_values
 
 THETA = np.array([1500.0, 2000.0, 0.01, 400.0, 800.0, 300.0, 600.0, 1.6])
 
@@ -67,6 +67,9 @@ def test_start_values_are_near_the_force_they_came_from() -> None:
     theta = THETA.copy()
     theta[1:3] = [1000.0, -0.05]
     found = start_values(drive, response(drive, theta[None], 1e-3)[0], 1e-3)
-    assert found["alpha"] == pytest.approx(theta[3] * (800 / 900) ** (1 / 1.6), rel=0.05)
+    started = derived(np.array([[found.get(name, start) for name, start in zip(SPEC.names, SPEC.start, strict=True)]]))[
+        0
+    ]
+    assert started[0] == pytest.approx(derived(theta[None])[0, 0], rel=0.05)
     assert found["c"] == pytest.approx(1500, rel=0.05)
     assert -found["k"] * found["x0"] == pytest.approx(50.0, abs=5.0)

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -28,14 +29,21 @@ def read(source: Source) -> list[Table]:
     Refusal
         If the file is damaged or holds no numbers.
     """
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     path = source.head.path
     try:
-        table = pq.read_table(path)
-    except (OSError, pa.ArrowException) as error:
-        raise Refusal(path, f"damaged Parquet ({str(error).splitlines()[0]})", "copy it again") from None
+        columns, rows, about = _content(path)
+    except Exception as error:  # pyarrow raises whatever it met in a damaged file
+        text = (str(error).splitlines() or ["unreadable"])[0]
+        raise Refusal(path, f"damaged Parquet ({text})", "copy it again") from None
+    if not columns or rows < 2:
+        raise Refusal(path, "no numeric column with two rows", "write the log as float columns beside a time column")
+    return [_table(columns, rows, about)]
+
+
+def _content(path: Path) -> tuple[list[Column], int, dict[str, Any]]:
+    import pyarrow.parquet as pq
+
+    table = pq.read_table(path)
     about = _about(table.schema.metadata or {})
     written = {c["name"]: c["unit"] for c in about.get("channels", [])}
     columns = []
@@ -45,9 +53,7 @@ def read(source: Source) -> list[Table]:
         values = _numbers(table.column(place), field.type)
         if values is not None:
             columns.append(Column(name, unit, values, place))
-    if not columns or table.num_rows < 2:
-        raise Refusal(path, "no numeric column with two rows", "write the log as float columns beside a time column")
-    return [_table(columns, table.num_rows, about, source)]
+    return columns, table.num_rows, about
 
 
 def _about(metadata: dict[bytes, bytes]) -> dict[str, Any]:
@@ -73,7 +79,7 @@ def _numbers(column: Any, kind: Any) -> Array | None:
     )
 
 
-def _table(columns: list[Column], rows: int, about: dict[str, Any], source: Source) -> Table:
+def _table(columns: list[Column], rows: int, about: dict[str, Any]) -> Table:
     time = next((c for c in columns if c.name.lower() in TIME_NAMES), None)
     table = Table(tuple(c for c in columns if c is not time), np.arange(1, rows + 1), time=time)
     if not about:

@@ -1,0 +1,44 @@
+"""Simulated minus measured at the targets of a block, in one pass over the batch."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrfit.kernels.jit import kernel
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@kernel
+def compare(simulated: Array, nodes: Index, weights: Array, targets: tuple[Array, Array, Array], out: Array) -> None:
+    """Set out[p, b] = scale[b]*(Σ_k weights[b, k]*simulated[p, nodes[b, k]] − target[b] − mean_p).
+
+    Parameters
+    ----------
+    simulated
+        Outputs, shape (P, N).
+    nodes, weights
+        Samples that make up the value beside each target, shape (B, S).
+    targets
+        Measured values (B,); shares (B,) with which the mean difference of each row is taken and removed, or an empty
+        array to remove none; scale (B,).
+    out
+        Result, shape (P, B). A row that is not finite at its targets is NaN where a mean is removed.
+    """
+    target, shares, scale = targets
+    for p in range(len(simulated)):
+        mean = 0.0
+        for b in range(len(target)):
+            value = -target[b]
+            for k in range(nodes.shape[1]):
+                value += weights[b, k] * simulated[p, nodes[b, k]]
+            out[p, b] = value
+        if len(shares):
+            for b in range(len(target)):
+                mean += shares[b] * out[p, b]
+            if not math.isfinite(mean):
+                mean = math.nan
+        for b in range(len(target)):
+            out[p, b] = scale[b] * (out[p, b] - mean)

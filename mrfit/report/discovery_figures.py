@@ -1,0 +1,279 @@
+"""The figures of a discovery: where the error sits, the error map, errors per condition, residuals, loops."""
+
+from collections.abc import Callable, Iterator, Sequence
+from textwrap import fill
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mrfit.channels import symbol_of
+from mrfit.report.curves import decimate, prefixed
+from mrfit.report.discovery_source import Discovery, Part
+from mrfit.report.figures import (
+    HOLDOUT,
+    MEASURED,
+    QUIET,
+    SIMULATED,
+    WIDTH,
+    Figure,
+    axis_label,
+    canvas_of,
+    columns_of,
+    plain_log,
+    scale_of,
+)
+from mrfit.report.numbers import percent
+from mrfit.report.svg import style, to_svg
+from mrfit.specs import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+BEFORE, AFTER, BAND = SIMULATED, HOLDOUT, "#fde68a"
+CELLS = 48
+PANELS = 6
+POINTS = 900
+TITLE_WIDTH = 46
+# What is drawn of a record without cycles
+SHOWN_SECONDS = 3.0
+CYCLES = 2.0
+
+
+def figures_of(discovery: Discovery) -> list[Figure]:
+    """Return every figure of a discovery; none where the data were too few."""
+    with style():
+        return list(_figures(discovery))
+
+
+def _figures(discovery: Discovery) -> Iterator[Figure]:
+    if discovery.found["where"]:
+        yield region_figure(discovery.found["where"], "where", "Where the base model errs")
+    if not discovery.parts:
+        return
+    for channel in discovery.loops[:1]:
+        yield map_figure(discovery, channel)
+    yield error_figure(discovery)
+    shown = worst_parts(discovery)
+    yield residual_figure(discovery, shown)
+    for channel in discovery.loops:
+        yield loop_figure(discovery, shown, channel)
+    rest = discovery.found["unexplained"].get("where", [])
+    if rest and discovery.found["effects"]:
+        yield region_figure(rest, "rest", "Where the error that is left sits")
+
+
+def worst_parts(discovery: Discovery) -> list[Part]:
+    """Return of the held-out conditions (of all where none was) the part that was worst before, at most six."""
+    grouped = discovery.conditions("holdout") or discovery.conditions("train")
+    worst = [max(parts, key=lambda p: p.errors[0]) for parts in grouped]
+    chosen = sorted(worst, key=lambda p: -p.errors[0])[:PANELS]
+    return [p for p in worst if any(p is c for c in chosen)]
+
+
+def region_figure(regions: Sequence[dict[str, Any]], name: str, title: str) -> Figure:
+    """Return bars of each region's share of the squared error beside its share of the samples."""
+    canvas = canvas_of(WIDTH * 0.85, 1.1 + 0.42 * len(regions))
+    axes = canvas.subplots()
+    places = np.arange(len(regions), dtype=np.float64)
+    for key, shift, colour, label in (
+        ("share_of_error", -0.19, BEFORE, "share of the squared error"),
+        ("share_of_samples", 0.19, QUIET, "share of the samples"),
+    ):
+        values = [100.0 * r[key] for r in regions]
+        bars = axes.barh(places + shift, values, 0.36, color=colour, label=label)
+        axes.bar_label(bars, [f"{v:.0f} %" if v >= 1.0 else f"{v:.1f} %" for v in values], padding=3, fontsize=8)
+    axes.set(yticks=places, yticklabels=[r["region"] for r in regions], xlabel="Share (%)")
+    axes.set_xlim(0.0, 1.12 * max(100.0 * max(r["share_of_error"], r["share_of_samples"]) for r in regions))
+    axes.set_ylim(len(regions) - 0.5, -0.5)
+    axes.grid(axis="y", visible=False)
+    canvas.legend(loc="outside upper right", ncols=2)
+    first = regions[0]
+    caption = (
+        "A region that holds more of the squared error than of the samples is where the model is wrong. Regions overlap."
+    )
+    alt = (
+        f"Bars; first {first['region']}: {percent(first['share_of_error'])} of the error in "
+        f"{percent(first['share_of_samples'])} of the samples."
+    )
+    return Figure(name, title, caption, alt, to_svg(canvas, title), narrow=True)
+
+
+def map_figure(discovery: Discovery, channel: str) -> Figure:
+    """Return RMS residuals over the drive–output plane before and after on one colour scale, all conditions together."""
+    parts = discovery.parts
+    drive, output = (np.concatenate(v) for v in ([p.inputs[channel] for p in parts], [p.measured for p in parts]))
+    across, across_unit = scale_of([drive], channel)
+    up, up_unit = scale_of([output], discovery.output)
+    maps = [
+        _rms_map(drive, output, np.concatenate([getattr(p, which) for p in parts])) for which in ("before", "after")
+    ]
+    ceiling = max(float(np.nanmax(m)) for m in maps)
+    factor, unit = prefixed(ceiling, discovery.unit)
+    canvas = canvas_of(WIDTH, 4.0)
+    extent = (across * drive.min(), across * drive.max(), up * output.min(), up * output.max())
+    image = None
+    for axes, values, title in zip(canvas.subplots(1, 2, sharey=True), maps, _titles(discovery), strict=True):
+        axes.grid(False)
+        image = axes.imshow(
+            factor * values.T, origin="lower", extent=extent, aspect="auto", cmap="YlOrRd", vmin=0.0,
+            vmax=factor * ceiling, interpolation="nearest",
+        )  # fmt: skip
+        axes.set_title(title)
+        axes.set_xlabel(axis_label(symbol_of(channel), across_unit, channel))
+        axes.label_outer()
+    canvas.axes[0].set_ylabel(axis_label(symbol_of(discovery.output), up_unit, discovery.output))
+    if image is not None:
+        canvas.colorbar(image, ax=canvas.axes, label=f"RMS residual ({unit})" if unit else "RMS residual")
+    caption = (
+        f"RMS residual in every cell of the {channel.replace('_', ' ')}–{discovery.output} plane, training and "
+        "held-out conditions together, before and after on one scale."
+    )
+    alt = f"Two maps of the residual; the largest cell falls from {factor * ceiling:.3g} to "
+    alt += f"{factor * float(np.nanmax(maps[1])):.3g} {unit}."
+    return Figure("map", "Residual map", caption, alt, to_svg(canvas, "Residual map"))
+
+
+def _rms_map(drive: Array, output: Array, residual: Array) -> Array:
+    """Return RMS residuals (cells, cells) over drive and output, nan in cells without samples."""
+    bounds = [(float(v.min()), float(v.max())) for v in (drive, output)]
+    counts, *_ = np.histogram2d(drive, output, CELLS, bounds)
+    power, *_ = np.histogram2d(drive, output, CELLS, bounds, weights=residual**2)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        values: Array = np.sqrt(power / counts)
+    return values
+
+
+def _titles(discovery: Discovery) -> tuple[str, str]:
+    found = discovery.found
+    after = found["augmented_model"] if found["augmented_model"] != found["base_model"] else "after: no effect added"
+    return f"before: {found['base_model']}", f"after: {after}" if "after" not in after else after
+
+
+def error_figure(discovery: Discovery) -> Figure:
+    """Return NRMSE of every condition before and after as dots, held-out ones first, with the noise floor as a tick."""
+    rows = [("hold-out", parts) for parts in discovery.conditions("holdout")]
+    rows += [("training", parts) for parts in discovery.conditions("train")]
+    span = discovery.span
+    canvas = canvas_of(WIDTH * 0.85, 1.3 + 0.27 * len(rows))
+    axes = canvas.subplots()
+    places = list(range(len(rows)))
+    before, after = ([100.0 * _rms([getattr(p, w) for p in parts]) / span for _, parts in rows] for w in _WHICH)
+    floors = [100.0 * float(np.sqrt(np.mean([p.floor**2 for p in parts]))) / span for _, parts in rows]
+    axes.hlines(places, after, before, color="#cbd5e1", lw=1.4, zorder=1)
+    axes.plot(before, places, "o", ms=6.5, color=BEFORE, ls="none", label="before", zorder=3)
+    axes.plot(after, places, "o", ms=6.5, mfc="white", mec=AFTER, mew=1.6, ls="none", label="after", zorder=3)
+    axes.plot(floors, places, "|", ms=13, mew=2.0, color="#475569", ls="none", label="noise floor", zorder=2)
+    names = [f"{parts[0].segment.condition} ({role})" for role, parts in rows]
+    axes.set(xlabel="NRMSE (% of the range over all conditions)", yticks=places, yticklabels=names)
+    axes.set_ylim(len(rows) - 0.4, -0.6)
+    if max(before) > 10.0 * min([*after, *floors]) > 0.0:
+        axes.set_xscale("log")
+        plain_log(axes)
+    else:
+        axes.set_xlim(left=0.0)
+    canvas.legend(loc="outside upper right", ncols=3)
+    gap = discovery.found["gap"]
+    caption = (
+        "Error of every condition before and after, as a share of the output's range over all conditions; the bar is the "
+        "noise floor. Held-out conditions took no part in any fit."
+    )
+    alt = f"Dots; on held-out conditions {percent(gap['before'])} before and {percent(gap['after'])} after."
+    return Figure("error", "Error per condition, before and after", caption, alt, to_svg(canvas, "NRMSE"), narrow=True)
+
+
+_WHICH = ("before", "after")
+
+
+def _rms(errors: Sequence[Array]) -> float:
+    return float(np.sqrt(np.mean(np.concatenate(errors) ** 2)))
+
+
+def residual_figure(discovery: Discovery, shown: Sequence[Part]) -> Figure:
+    """Return residuals over time before and after, one panel a condition, one scale, with the noise floor as a band."""
+    windows = [_window(p) for p in shown]
+    seconds, time_unit = prefixed(max(float(p.time[w][-1]) for p, w in zip(shown, windows, strict=True)), "s")
+    factor, unit = scale_of([p.before for p in shown], discovery.output)
+
+    def draw(axes: "Axes", part: Part) -> None:
+        window = _window(part)
+        axes.axhspan(-factor * part.floor, factor * part.floor, color=BAND, lw=0, label="± noise floor")
+        for values, look in ((part.before, _BEFORE), (part.after, _AFTER)):
+            at = decimate(values[window], POINTS)
+            axes.plot(seconds * part.time[window][at], factor * values[window][at], **look)
+
+    symbol = symbol_of(discovery.output)
+    labels = axis_label("t", time_unit, "Time"), axis_label(f"{symbol}\u0302 − {symbol}", unit, "Residual")
+    caption = f"Simulated minus measured {discovery.output} on {_whose(shown)}, all panels on one scale, {_CUT}."
+    return _panels(shown, draw, ("residual", "Residual before and after", caption, labels), share=True)
+
+
+def loop_figure(discovery: Discovery, shown: Sequence[Part], channel: str) -> Figure:
+    """Return output against one input, measured and simulated before and after, one panel a condition."""
+    across, across_unit = scale_of([p.inputs[channel] for p in shown], channel)
+    factor, unit = scale_of([p.measured for p in shown], discovery.output)
+
+    def draw(axes: "Axes", part: Part) -> None:
+        window = _window(part)
+        drive = across * part.inputs[channel][window]
+        curves = (
+            (part.measured, {"color": MEASURED, "lw": 2.6, "label": "measured"}),
+            (part.measured + part.before, _BEFORE),
+            (part.measured + part.after, {**_AFTER, "lw": 1.0}),
+        )
+        for values, look in curves:
+            at = decimate(values[window], POINTS)
+            axes.plot(drive[at], factor * values[window][at], **look)
+
+    labels = (
+        axis_label(symbol_of(channel), across_unit, channel),
+        axis_label(symbol_of(discovery.output), unit, discovery.output),
+    )
+    what = f"{discovery.output}–{channel} loop".replace("_", " ")
+    title = f"{what[0].upper()}{what[1:]} before and after"
+    caption = f"Measured and simulated on {_whose(shown)}, {_CUT}."
+    return _panels(shown, draw, (f"loop-{channel}".replace("_", "-"), title, caption, labels), share=False)
+
+
+_BEFORE: dict[str, Any] = {"color": BEFORE, "lw": 0.9, "label": "before"}
+_AFTER: dict[str, Any] = {"color": AFTER, "lw": 0.9, "label": "after"}
+_CUT = f"two cycles, or {SHOWN_SECONDS:g} s where the test is not periodic"
+
+
+def _whose(shown: Sequence[Part]) -> str:
+    return "held-out conditions" if shown[0].segment.role == "holdout" else "training conditions"
+
+
+def _window(part: Part) -> slice:
+    """Return two cycles, or the three seconds with the largest error where there are none."""
+    dt = float(part.time[1] - part.time[0])
+    if part.segment.cycles and part.segment.frequency > 0.0:
+        return slice(0, int(CYCLES / part.segment.frequency / dt) + 1)
+    width = int(SHOWN_SECONDS / dt)
+    if width >= len(part.time):
+        return slice(None)
+    running = np.concatenate([[0.0], np.cumsum(part.before**2)])
+    first = int(np.argmax(running[width:] - running[:-width]))
+    return slice(first, first + width)
+
+
+def _panels(
+    shown: Sequence[Part],
+    draw: Callable[["Axes", Part], None],
+    about: tuple[str, str, str, tuple[str, str]],
+    share: bool,
+) -> Figure:
+    name, title, caption, (across, up) = about
+    columns = columns_of(len(shown))
+    lines = -(-len(shown) // columns)
+    canvas = canvas_of(WIDTH, 0.75 + (3.6 if columns == 1 else 2.7) * lines)
+    panels = canvas.subplots(lines, columns, squeeze=False, sharey=share).ravel()
+    for axes, part in zip(panels, shown, strict=False):
+        draw(axes, part)
+        axes.set_title(fill(part.segment.condition, TITLE_WIDTH))
+    for axes in panels[len(shown) :]:
+        axes.remove()
+    canvas.supxlabel(across)
+    canvas.supylabel(up)
+    canvas.legend(*panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=3)
+    alt = f"{title}: {', '.join(p.segment.condition for p in shown)}."
+    return Figure(name, title, caption, alt, to_svg(canvas, title))

@@ -1,0 +1,163 @@
+"""What the discover stage left in the workspace, read for its page: the decision, and every sample's error."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mrfit import registry
+from mrfit.channels import unit_of
+from mrfit.drive import smooth
+from mrfit.errors import DataError
+from mrfit.noise import noise_floor
+from mrfit.recording import Segment
+from mrfit.report.figures import LOOPS
+from mrfit.report.numbers import natural
+from mrfit.specs import Array
+from mrfit.store import Workspace, read_json, read_table
+
+
+@dataclass(frozen=True)
+class Part:
+    """One segment with the errors of the model without and with the effects found.
+
+    Attributes
+    ----------
+    segment
+        The segment.
+    time
+        Seconds from its first sample, shape (N,).
+    measured
+        Output, SI, shape (N,).
+    before, after
+        Simulated minus measured, SI, shape (N,).
+    inputs
+        Channels a loop is drawn against, SI, shape (N,).
+    floor
+        Noise floor of the output, SI.
+    """
+
+    segment: Segment
+    time: Array
+    measured: Array
+    before: Array
+    after: Array
+    inputs: dict[str, Array]
+    floor: float
+
+    @property
+    def errors(self) -> tuple[float, float]:
+        """RMS errors before and after."""
+        return float(np.sqrt(np.mean(self.before**2))), float(np.sqrt(np.mean(self.after**2)))
+
+
+@dataclass(frozen=True)
+class Discovery:
+    """A finished discovery.
+
+    Attributes
+    ----------
+    found
+        Content of discovery.json.
+    parts
+        Segments, conditions in natural order; empty where the data were too few.
+    output
+        Channel the model predicts.
+    """
+
+    found: dict[str, Any]
+    parts: list[Part]
+    output: str
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the output."""
+        return unit_of(self.output)
+
+    @property
+    def span(self) -> float:
+        """Range of the measured output, to which NRMSE refers."""
+        return float(max(p.measured.max() for p in self.parts) - min(p.measured.min() for p in self.parts))
+
+    @property
+    def loops(self) -> list[str]:
+        """Channels that every part has and a loop is drawn against, the first first."""
+        return [c for c in LOOPS.get(self.output, ()) if all(c in p.inputs for p in self.parts)]
+
+    def of_role(self, role: str) -> list[Part]:
+        """Return the parts that were fitted (``train``) or held out (``holdout``)."""
+        return [p for p in self.parts if p.segment.role == role]
+
+    def conditions(self, role: str) -> list[list[Part]]:
+        """Return a role's parts by condition."""
+        names = dict.fromkeys(p.segment.condition for p in self.of_role(role))
+        return [[p for p in self.of_role(role) if p.segment.condition == name] for name in names]
+
+
+def files_of(workspace: Workspace) -> tuple[Path, Path]:
+    """Return the paths of discovery.json and residuals.parquet."""
+    folder = workspace.root / "discover"
+    return folder / "discovery.json", folder / "residuals.parquet"
+
+
+def read_found(workspace: Workspace) -> dict[str, Any]:
+    """Return discovery.json.
+
+    Raises
+    ------
+    DataError
+        If there is no discovery.
+    """
+    found: dict[str, Any] | None = read_json(files_of(workspace)[0])
+    if not found:
+        raise DataError(
+            f"{workspace.root}: no discovery here; run `mrfit discover --model NAME --work {workspace.root}` first"
+        )
+    return found
+
+
+def read_discovery(workspace: Workspace) -> Discovery:
+    """Return the workspace's discovery.
+
+    Raises
+    ------
+    DataError
+        If there is none, or its files do not go with the segments.
+    """
+    found = read_found(workspace)
+    output = registry.load("model", found["base_model"].partition("+")[0]).SPEC.output
+    listed = found.get("segments", [])
+    if not listed:
+        return Discovery(found, [], output)
+    columns, _ = read_table(files_of(workspace)[1])
+    segments = {s.id: s for s in workspace.read_segments()[0]}
+    if any(one["id"] not in segments for one in listed):
+        raise DataError(f"{workspace.root}: the segments have changed since; run `mrfit discover` again")
+    parts = _parts(workspace, columns, [segments[one["id"]] for one in listed], LOOPS.get(output, ()))
+    return Discovery(found, sorted(parts, key=lambda p: natural(p.segment.condition)), output)
+
+
+def _parts(
+    workspace: Workspace, columns: dict[str, Array], segments: Sequence[Segment], wanted: Sequence[str]
+) -> list[Part]:
+    stage = "flux" if workspace.flux_json.is_file() else "recordings"
+    parts = []
+    for number, segment in enumerate(segments):
+        rows = columns["segment"] == number
+        if not rows.any():
+            continue
+        recording = workspace.read_recording(segment.recording, stage)
+        inputs = {}
+        for name in wanted:
+            try:
+                drive = smooth(recording, segment, (name,))
+            except DataError:
+                continue
+            inputs[name] = drive.values[0, drive.warm_up :]
+        time, measured, before, after = (columns[c][rows] for c in ("time", "measured", "before", "after"))
+        floor = noise_floor(measured, recording.dt, segment.frequency, segment.cycles)
+        parts.append(Part(segment, time - time[0], measured, before, after, inputs, floor))
+    return parts
+

@@ -1,0 +1,101 @@
+"""A discovery in words, for the terminal and the page: verdict, where the error sits, effects, what would settle it."""
+
+from typing import Any
+
+from mrfit import registry
+from mrfit.report.curves import prefixed
+from mrfit.report.numbers import in_html, percent, significant, with_interval
+
+Found = dict[str, Any]
+
+# An error within this factor of the noise floor is the noise's
+WITHIN_NOISE = 1.1
+
+
+def headline(found: Found) -> str:
+    """Return the verdict in one sentence."""
+    base, verdict = found["base_model"], found["verdict"]
+    named = _listed([effect_words(e["name"]) for e in found["effects"]])
+    suspects = _listed(found["ambiguous_set"], "or")
+    if verdict == "named":
+        return f"{base} lacks {named}."
+    if verdict == "ambiguous":
+        known = f"{base} lacks {named}, and something else besides" if named else f"Something is missing from {base}"
+        return f"{known}: these data cannot tell whether it is {suspects}."
+    if verdict == "unexplained":
+        return f"Something is missing from {base}, and no effect of the library explains it."
+    if verdict == "none":
+        return f"Nothing that these data can show is missing from {base}."
+    return f"These data are too few to say whether something is missing from {base}."
+
+
+def effect_words(name: str) -> str:
+    """Return an effect's title with its name in brackets."""
+    title = registry.load("effect", name).SPEC.title
+    return f"{title[:1].lower()}{title[1:]} ({name})"
+
+
+def sentences(found: Found) -> list[str]:
+    """Return the explanation: where the error sat, what the gap was and is, and what remains unexplained."""
+    if found["verdict"] == "insufficient-data":
+        return [_sentence(text) for text in found["advice"]]
+    said = [_sentence(text) for text in found.get("where_text", [])[:1]]
+    said.append(_gap(found))
+    rest = found["unexplained"]
+    if found["effects"] and _left_open(found):
+        place = "; ".join(rest.get("text", [])[:2])
+        said.append(f"{percent(rest['share_of_gap'])} of the gap stay unexplained" + (f": {place}." if place else "."))
+    return said
+
+
+def _left_open(found: Found) -> bool:
+    gap, share = found["gap"], found["unexplained"]["share_of_gap"]
+    above = gap["noise_floor"] and gap["after"] > WITHIN_NOISE * gap["noise_floor"]
+    return bool(share is not None and share > 0.02 and above)
+
+
+def _gap(found: Found) -> str:
+    gap = found["gap"]
+    floor = f"the noise floor is {percent(gap['noise_floor'])}"
+    if gap["before"] == gap["after"]:
+        ratio = gap["before"] / gap["noise_floor"] if gap["noise_floor"] else None
+        times = f", {in_html(significant(ratio))} times that" if ratio else ""
+        return f"On held-out conditions the error is {percent(gap['before'])} of the range; {floor}{times and times}."
+    closed = f": {percent(gap['closed'])} of the gap is closed" if gap["closed"] is not None else ""
+    return (
+        f"On held-out conditions the error falls from {percent(gap['before'])} to {percent(gap['after'])} of the range; "
+        f"{floor}{closed}."
+    )
+
+
+def parameter_rows(effect: Found) -> list[dict[str, str]]:
+    """Return an effect's parameters as text: name, meaning, value with its unit, 95 % interval."""
+    meaning = {p.name: p.text for p in registry.load("effect", effect["name"]).SPEC.params}
+    rows = []
+    for p in effect["parameters"]:
+        factor, unit = prefixed(abs(p["value"]), p["unit"])
+        scaled = [None if p[k] is None else factor * p[k] for k in ("low", "high")]
+        value, low, high = (in_html(t) for t in with_interval(factor * p["value"], *scaled))
+        interval = f"{low} to {high}" if scaled[0] is not None else "not determined"
+        rows.append({"name": p["name"], "text": meaning.get(p["name"], ""), "value": f"{value} {unit}".strip()})
+        rows[-1]["interval"] = f"{interval} {unit}".strip() if scaled[0] is not None else interval
+    return rows
+
+
+def next_step(found: Found) -> str:
+    """Return the command with which the work goes on, empty if there is none."""
+    if found["augmented_model"] == found["base_model"]:
+        return ""
+    orders = (found.get("current_dependence") or {}).get("orders", ())
+    order = f" --current-order {','.join(f'{name}={order}' for name, order in orders)}" if orders else ""
+    return f"mrfit fit --model {found['augmented_model']}{order} --per all"
+
+
+def _listed(names: list[str], joint: str = "and") -> str:
+    if len(names) < 2:
+        return "".join(names)
+    return f"{', '.join(names[:-1])} {joint} {names[-1]}"
+
+
+def _sentence(text: str) -> str:
+    return f"{text[:1].upper()}{text[1:]}" + ("" if text.endswith(".") else ".")

@@ -1,0 +1,112 @@
+import numpy as np
+import pytest
+
+from mrfit.ingest.refusal import Refusal
+from tests.ingest.conftest import ReadLog
+
+ROWS = "".join(f"{k * 0.01:.2f},{np.sin(k / 5):.4f},{np.cos(k / 5):.4f}\n" for k in range(100))
+
+
+@pytest.mark.parametrize(
+    ("header", "names"),
+    [
+        ("time (s),current (A),voltage (V)\n", {"current", "voltage"}),
+        ("t,i,u\ns,mA,mV\n", {"current", "voltage"}),
+        ("# rig 3\n# Sample rate: 100 Hz\ntime_s,force_N,x_mm\n", {"force", "displacement"}),
+        ("Zeit / s,Kraft / kN,Weg / mm\n", {"force", "displacement"}),
+    ],
+)
+def test_headers(header: str, names: set[str], read_log: ReadLog) -> None:
+    (record,) = read_log(header + ROWS)
+    assert set(record.channels) == names
+    assert record.dt == 0.01
+    assert record.rows_kept == 100
+
+
+def test_decimal_comma_and_semicolons(read_log: ReadLog) -> None:
+    text = "Zeit [s];Strom [A];Spannung [V]\n" + ROWS.replace(",", ";").replace(".", ",")
+    (record,) = read_log(text)
+    assert record.channels["current"][5] == pytest.approx(np.sin(1.0), abs=1e-4)
+
+
+def test_time_stamps_become_seconds(read_log: ReadLog) -> None:
+    rows = "".join(f"2025-11-14 19:25:35.{k * 10000:06d},{k}\n" for k in range(60))
+    (record,) = read_log("Timestamp,Force (N)\n" + rows)
+    assert record.dt == pytest.approx(0.01)
+    assert record.start == 0.0
+
+
+def test_rate_in_the_first_row_of_a_column(read_log: ReadLog) -> None:
+    rows = "".join(f"{k / 3004.8:.4f},{k},{3004.8 if k == 0 else ''},\n" for k in range(5000))
+    (record,) = read_log('"t","Force [N]","fs",\n' + rows)
+    assert record.dt == 1 / 3004.8
+    assert set(record.channels) == {"force"}
+    assert any("3004.8 Hz" in f.text for f in record.findings)
+
+
+def test_text_column_is_no_channel(read_log: ReadLog) -> None:
+    rows = "".join(f"{k * 0.1:.1f},{k},ok\n" for k in range(50))
+    (record,) = read_log("time (s),force (N),state\n" + rows)
+    assert set(record.channels) == {"force"}
+    assert any("'state' holds text" in f.text for f in record.findings)
+
+
+def test_rate_from_a_comment_where_no_time_column_is(read_log: ReadLog) -> None:
+    rows = "".join(f"{k},{k * 2}\n" for k in range(50))
+    (record,) = read_log("# Sampling frequency: 2 kHz\nforce (N),stroke (mm)\n" + rows)
+    assert record.dt == 5e-4
+
+
+def test_headerless_log_shows_its_first_row_and_the_map_to_write(read_log: ReadLog) -> None:
+    with pytest.raises(Refusal, match="first row, line 1: '0.00,0.0000,1.0000'") as error:
+        read_log(ROWS)
+    assert "column 0 rises evenly and may be the time" in error.value.reason
+    assert '[channels] current = {column = 0, unit = "A"}' in error.value.remedy
+
+
+def test_headerless_log_with_a_map(read_log: ReadLog) -> None:
+    channel_map = 'time = 0\n[channels]\nforce = {column = 2, unit = "kN"}\n'
+    (record,) = read_log(ROWS, channel_map=channel_map)
+    assert set(record.channels) == {"column1", "force"}
+    assert record.channels["force"][0] == 1000.0
+    assert record.columns == {"column1": 1, "force": 2}
+
+
+def test_map_may_name_the_time_column_and_its_unit(read_log: ReadLog) -> None:
+    text = "clock,force (N),x (mm)\n" + ROWS
+    (record,) = read_log(text, channel_map='time = {column = "clock", unit = "ms"}\n')
+    assert record.dt == pytest.approx(1e-5)
+    with pytest.raises(Refusal, match="no column 'tick' to take as time"):
+        read_log(text, channel_map='time = "tick"\n')
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r", "\r\r\n"])
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "latin-1"])
+def test_encodings_and_line_ends(end: str, encoding: str, read_log: ReadLog) -> None:
+    text = "time (s),Öltemperatur (°C),force (N)\n" + ROWS
+    (record,) = read_log(text.replace("\n", end).encode(encoding))
+    assert record.units == {"temperature": "degC", "force": "N"}
+    assert record.rows_kept == 100
+
+
+def test_every_kind_of_damage_is_counted_with_its_first_line(read_log: ReadLog) -> None:
+    lines = ("time (s),force (N),x (mm)\n" + ROWS).splitlines()
+    lines[10] = lines[10].rpartition(",")[0]
+    lines[20] = "0.19,-12.0mV,1"
+    lines[30] = "0.29,1e38,1"
+    lines[40] = "0.39,,1"
+    lines[50] = lines[0]
+    lines[60] += "\0"
+    (record,) = read_log("\n".join(lines) + "\n")
+    assert (record.rows_kept, record.rows_refused) == (94, 6)
+    assert record.samples == 100
+    (said,) = [f.text for f in record.findings if f.kind == "refused-rows"]
+    for kind, line in (
+        ("short row", 11),
+        ("not a number", 21),
+        ("overflow", 31),
+        ("empty value", 41),
+        ("repeated header", 51),
+        ("NUL byte", 61),
+    ):
+        assert f"1 × {kind} (first in line {line})" in said

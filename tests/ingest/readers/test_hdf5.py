@@ -1,0 +1,29 @@
+import io
+
+import h5py
+import numpy as np
+import pytest
+
+from mrfit.ingest.refusal import Refusal
+from tests.ingest.conftest import ReadLog
+from tests.ingest.samples import hdf5, signals
+
+
+def test_time_dataset_and_units(read_log: ReadLog) -> None:
+    time, one, two = signals()
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w") as file:
+        file["time"] = time
+        file["Force (kN)"] = one
+        file["drive"] = two
+        file["drive"].attrs["units"] = "mm"
+    (record,) = read_log(buffer.getvalue(), "run.h5")
+    assert record.start == -0.05
+    np.testing.assert_allclose(record.channels["force"], 1e3 * one)
+    assert record.units["displacement"] == "m"
+
+
+@pytest.mark.parametrize("data", [hdf5().data[:1500], hdf5().data[:8] + b"\0" * 2000])
+def test_damaged_file_is_refused(data: bytes, read_log: ReadLog) -> None:
+    with pytest.raises(Refusal, match="damaged HDF5"):
+        read_log(data, "run.h5")

@@ -1,0 +1,57 @@
+import numpy as np
+import pytest
+
+from mrfit.ingest.refusal import Refusal
+from tests.ingest.conftest import ReadLog
+from tests.ingest.samples import labview_lvm
+
+TOP = "LabVIEW Measurement\t\nSeparator\tTab\nDecimal_Separator\t.\nX_Columns\t{x}\n***End_of_Header***\t\n\t\n"
+ONE = "Channels\t2\t\t\nY_Unit_Label\tVolts\tAmps\t\nX0\t0.0\t0.0\t\nDelta_X\t0.5\t0.5\t\n***End_of_Header***\t\t\t\n"
+
+
+def test_time_column_wins_over_a_false_delta(read_log: ReadLog) -> None:
+    rows = "".join(f"{k * 0.1:.1f}\t{k}\t{-k}\tOK\n" for k in range(40))
+    (record,) = read_log(TOP.format(x="One") + ONE + "X_Value\tU\tI\tComment\n" + rows)
+    assert record.dt == pytest.approx(0.1)
+    assert record.units == {"voltage": "V", "current": "A"}
+    assert "rate-differs" in {f.kind for f in record.findings}
+
+
+def test_segments_are_runs(read_log: ReadLog) -> None:
+    rows = "".join(f"\t{k}\t{-k}\n" for k in range(40))
+    segment = ONE + "X_Value\tU\tI\tComment\n" + rows + "\n"
+    recordings = read_log(TOP.format(x="No") + segment + segment)
+    assert [r.rows_kept for r in recordings] == [40, 40]
+    assert sum(r.rows_refused for r in recordings) == 0
+
+
+MULTI = "Channels\t2\t\t\t\nY_Unit_Label\tVolts\t\tAmps\t\nDelta_X\t0.1\t\t0.1\t\n***End_of_Header***\t\t\t\t\n"
+
+
+@pytest.mark.parametrize(("later", "records"), [(0.0, 1), (0.05, 2)])
+def test_a_time_column_per_channel(later: float, records: int, read_log: ReadLog) -> None:
+    rows = "".join(f"{k * 0.1:.2f}\t{k}\t{k * 0.1 + later:.2f}\t{-k}\n" for k in range(40))
+    found = read_log(TOP.format(x="Multi") + MULTI + "X_Value\tU\tX_Value\tI\tComment\n" + rows)
+    assert len(found) == records
+    channels = {n: v for r in found for n, v in r.channels.items()}
+    np.testing.assert_array_equal(channels["voltage"], np.arange(40.0))
+    np.testing.assert_array_equal(channels["current"], -np.arange(40.0))
+    assert found[-1].start == pytest.approx(later)
+
+
+def test_rounded_delta_is_said(read_log: ReadLog) -> None:
+    data = labview_lvm().data.replace(b"Delta_X\t0,001000\t0,001000", b"Delta_X\t0,000977\t0,000977")
+    (record,) = read_log(data)
+    assert "rounded-rate" in {f.kind for f in record.findings}
+
+
+def test_neither_times_nor_delta_is_refused(read_log: ReadLog) -> None:
+    with pytest.raises(Refusal, match="neither X values nor Delta_X"):
+        read_log(labview_lvm().data.replace(b"Delta_X", b"Omega_X"))
+
+
+def test_header_line_among_the_rows_is_no_row(read_log: ReadLog) -> None:
+    lines = labview_lvm().data.split(b"\n")
+    (record,) = read_log(b"\n".join([*lines[:60], b"Samples\t240\t240\t", *lines[60:]]))
+    assert record.rows_refused == 1
+    assert abs(record.channels["force"]).max() < 3.0
