@@ -1,4 +1,5 @@
 # make demo    the whole pipeline on the logs in datasets/, in an environment of its own
+# make demo-discover  which effect a model lacks, on two data sets in which one is hidden
 # make test    linters, types and every test but the slow studies
 # make help    the other targets
 
@@ -17,10 +18,11 @@ MODEL ?= boucwen-flux
 OPT ?= pso-fmin
 PATTERN ?= *.csv
 
-.PHONY: help setup demo test lint test-slow bench batch datasets clean
+.PHONY: help setup demo demo-discover test lint test-slow bench batch datasets clean
 
 help:
 	@echo 'make demo       run the whole pipeline on the logs in datasets/ and say where the report lies'
+	@echo 'make demo-discover  find the hidden effect in two of the data sets and say where the pages lie'
 	@echo 'make test       lint, type-check and test'
 	@echo 'make test-slow  the long studies as well'
 	@echo 'make bench      measure speed, as ratios in one run'
@@ -39,6 +41,10 @@ $(VENV)/installed: pyproject.toml constraints.txt
 demo: setup
 	$(MRFIT) run pipelines/coil-flux.toml --work $(WORK)
 
+demo-discover: setup
+	$(MRFIT) run pipelines/discover-eddy.toml --work $(WORK)/discover-eddy
+	$(MRFIT) run pipelines/discover-current-lag.toml --work $(WORK)/discover-current-lag
+
 test: setup lint
 	$(BIN)/python -m pytest -n $(JOBS) -q
 
@@ -55,6 +61,7 @@ bench: setup
 
 datasets: setup
 	$(BIN)/python -m datasets.make_coil_logs
+	$(BIN)/python -m datasets.make_discovery_logs
 
 clean:
 	rm -rf $(VENV) $(WORK) $(BATCH)

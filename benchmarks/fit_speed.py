@@ -24,10 +24,10 @@ from mrfit.specs import Array  # noqa: E402
 
 Problem = tuple[Group, Assembly, Cube]
 RACED = (
-    "boucwen-flux", "bingham", "biviscous", "herschel-bulkley", "regularised-bingham", "hysteretic-biviscous",
-    "hysteretic-regularised-bingham", "guo", "tanh", "boucwen", "dahl", "rotational-erf", "rotational-hybrid",
+    "boucwen-flux", "bingham", "herschel-bulkley", "hysteretic-biviscous", "guo", "tanh", "boucwen", "rotational-erf",
+    "rotational-hybrid",
 )  # fmt: skip
-OTHERS = ("pso-fmin", "cma-lsq", "de-lsq", "lsq")
+OTHERS = ("pso-fmin", "cma-lsq", "lsq")
 PARTICLES, ITERATIONS = 40, 400
 ODEINT_RUNS = 40
 
@@ -52,7 +52,7 @@ def best_time(run: Callable[[], object], repeats: int = 5, clock: Callable[[], f
 
 def race() -> None:
     """Print auto against the other optimizers: error over the best of them, time over that of pso-fmin."""
-    print("\nauto against pso-fmin, cma-lsq, de-lsq and lsq on planted data, 1 % noise, 20 000 samples per condition")
+    print("\nauto against pso-fmin, cma-lsq and lsq on planted data, 1 % noise, 20 000 samples per condition")
     print(f"{'model':32s} {'conditions':>10s} {'error/best - 1':>15s} {'ms':>8s} {'pso-fmin ms':>12s} {'ratio':>6s}")
     ratios, excesses = [], []
     for name in RACED:

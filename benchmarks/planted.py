@@ -16,6 +16,8 @@ LEAD_CYCLES = 2
 # Drives by output: channel, and amplitude (SI) and frequency (Hz) of one condition after another
 DRIVES = {"flux": "current", "force": "displacement", "torque": "angle", "current": "flux"}
 AMPLITUDES = {"current": (3.0, 1.0, 5.0), "displacement": (0.02, 0.01, 0.03), "angle": (0.3, 0.15, 0.5)}
+# Start and true values that give a loop to be seen
+VISIBLE = {"boucwen-flux": {"D": 0.05}}
 FREQUENCIES = (2.0, 1.0, 5.0, 3.0, 0.5)
 
 
@@ -38,7 +40,7 @@ def problem(
         Standard deviation of white noise, as a share of the output's.
     """
     assembly = assemble(model)
-    cube = cube_of(assembly.spec, {}, {}, {})
+    cube = cube_of(assembly.spec, {}, VISIBLE.get(model, {}), {})
     theta = cube.to_theta(np.clip(cube.start + 0.1 * (rng.random((1, len(cube.free))) - 0.5), 0.02, 0.98))
     recordings, segments = {}, []
     for number in range(conditions):

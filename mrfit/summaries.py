@@ -111,16 +111,19 @@ def compare_models(summary: Summary, work: Path) -> None:
     columns = ("model", "parameters", "hold-out NRMSE", "hold-out fit (%)", "train NRMSE", "train fit (%)", "time (s)")
     print_table(f"Models in {work}, best on held-out data first", columns, rows)
     found = {(m["model"], m["role"], m["condition"]): m["nrmse"] for m in summary["metrics"]}
-    models = [m["model"] for m in summary["models"]]
     for role in dict.fromkeys(m["role"] for m in summary["metrics"]):
         there = dict.fromkeys(
             m["condition"] for m in summary["metrics"] if m["role"] == role and m["condition"] != "all"
         )
-        table = [[condition, *(found.get((m, role, condition)) for m in models)] for condition in there]
-        print_table(f"NRMSE by condition, {role}", ("condition", *models), table)
+        errors = [[m["model"], *(_percent(found.get((m["model"], role, c))) for c in there)] for m in summary["models"]]
+        print_table(f"NRMSE in percent, {role}", ("model", *there), errors)
     for left in summary["left_out"]:
         say(f"  left out {left['model']}: {left['reason']}")
     say(f"Files: {work / 'compare'}/compare.html, compare.csv, compare.json")
+
+
+def _percent(share: float | None) -> float | None:
+    return None if share is None else round(100.0 * share, 2)
 
 
 def compare_optimizers(summary: Summary, work: Path) -> None:
@@ -147,8 +150,9 @@ def discover(summary: Summary, work: Path) -> None:
         for p in parameter_rows(e)
     ]
     if shown:
-        columns = ("effect", "parameter", "value", "95 % interval", "hold-out NRMSE without", "with")
-        print_table("Effects", columns, shown)
+        print_table(
+            "Effects", ("effect", "parameter", "value", "95 % interval", "hold-out NRMSE without", "with"), shown
+        )
     if summary["candidates"]:
         names = ("name", "screen", "holdout_gain", "accepted", "reason")
         columns = ("candidate", "share of error, screened", "gain on held-out data", "accepted", "reason")
@@ -230,7 +234,7 @@ def item(name: str) -> Summary:
 
 
 def show(found: Summary) -> None:
-    """Print an item's title, text, and for a model or an effect its parameters, for an effect what it is mistaken for."""
+    """Print an item's title, text and parameters, and what an effect is mistaken for."""
     say(f"{found['name']} ({found['kind']}): {found['title']}\n")
     say(found["text"] + "\n")
     if "params" in found:

@@ -3,10 +3,8 @@
 from collections import Counter
 from statistics import median
 
-from benchmarks.discovery.score import Outcome
+from benchmarks.discovery.score import CLEAR, Outcome
 from datasets.rig.effects import EFFECTS, STRENGTHS
-
-CLEAR = 2.5
 
 
 def table(head: tuple[str, ...], rows: list[tuple[object, ...]]) -> str:

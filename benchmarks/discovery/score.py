@@ -13,6 +13,8 @@ def _same(truth: dict[str, Any], size: float) -> float:
     return size
 
 
+# What the base law cannot absorb, over the noise: from here on an effect is clearly visible
+CLEAR = 2.5
 # How many of the places named first count
 PLACES = 4
 # Effects whose magnitude means the same in any formulation: unit of the parameter, and its true value
@@ -112,13 +114,16 @@ def _exact(case: Case, result: Result, verdict: str, names: frozenset[str]) -> s
 
 
 def _cautious(case: Case, result: Result, verdict: str, names: frozenset[str]) -> str:
+    # a guess is caught by the effect's twin: each of a pair that cannot be told apart is hidden in its turn
+    if names == case.inside:
+        return ""
     if verdict == "ambiguous":
         lost = case.inside - set(result.discovery.get("ambiguous_set", []))
         return f"the stated set lacks {', '.join(sorted(lost))}" if lost else ""
-    invisible = result.truth["visible"] < result.truth["noise"]
+    invisible = result.truth["visible"] < CLEAR * result.truth["noise"]
     if verdict in ("none", "insufficient-data") and invisible:
         return ""
-    return f"verdict {verdict}" + (", though the data cannot tell" if names else "")
+    return f"verdict {verdict}"
 
 
 def _unexplained(case: Case, result: Result, verdict: str, names: frozenset[str]) -> str:

@@ -91,14 +91,14 @@ _OUTSIDE = {
         "Hz",
         (250.0, 160.0, 86.0),
         "the load cell rings at this frequency",
-        places=("current step", "near reversal"),
+        places=("current step", "near reversal", "6 Hz"),
     ),
     "cavitation": Effect(
         "damper",
         "1",
         (0.034, 0.095, 0.28),
         "rebound force collapses by this share beyond 90 mm/s",
-        places=("rebound", "post-yield", "high speed"),
+        places=("rebound", "post-yield", "high speed", "2.8 A", "2.8A"),
     ),
     "backlash": Effect(
         "damper", "m", (1.7e-6, 6e-6, 3.5e-5), "half the play of the pin", places=("near reversal", "pre-yield")

@@ -23,8 +23,10 @@ STRUCTURE = 0.15
 # Effects whose projected sensitivities are this parallel could take each other's place
 CONFUSABLE = 0.9
 REGIONS = 8
-# Effects that together leave more than this share of the gap may be shadows of something else: none of them is named
+# Effects that together leave more than this share of the gap may be shadows of something else: none of them is named …
 LEFT_BY_SHADOWS = 0.2
+# … and already from this share on where what is left stands far above the noise
+LEFT_IN_SIGHT, IN_SIGHT = 0.05, 2.5
 
 
 @dataclass(frozen=True)
@@ -61,7 +63,8 @@ def drop_shadows(verdict: Verdict) -> None:
     """Take back all effects if together they leave much of the gap: what is missing then is something else."""
     before, after = (fit.chi("holdout") ** 2 for fit in (verdict.base, verdict.final))
     gap = before - 1.0
-    if not verdict.final.effects or gap <= 0 or after - 1.0 <= LEFT_BY_SHADOWS * gap:
+    allowed = LEFT_IN_SIGHT if after > IN_SIGHT**2 else LEFT_BY_SHADOWS
+    if not verdict.final.effects or gap <= 0 or after - 1.0 <= allowed * gap:
         return
     closed = (before - after) / gap
     for name in verdict.final.effects:

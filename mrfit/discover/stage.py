@@ -107,8 +107,11 @@ def too_little(segments: Sequence[Segment]) -> str:
             f"no held-out condition: there are {len(training)}, and a verdict needs at least four, or "
             "`mrfit segment --holdout PATTERN`"
         )
-    if len(training) < FEWEST_TRAINING:
-        return "only one training condition: a missing effect cannot be told from the base; log more conditions"
+    periodic = all(s.cycles for s in segments if s.role == "train")
+    if periodic and len(training) < FEWEST_TRAINING:
+        return (
+            "only one periodic training condition: a missing effect cannot be told from the base; log more conditions"
+        )
     return ""
 
 

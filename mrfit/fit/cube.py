@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
@@ -35,14 +36,21 @@ class Cube:
 
     def to_theta(self, points: Array) -> Array:
         """Map points (P, F) of the cube to parameter vectors (P, K); held parameters take their start value."""
-        theta = np.tile(np.array([p.start for p in self.params]), (len(points), 1))
-        for column, k in enumerate(self.free):
-            low, high = self._ends(int(k))
-            values = low + (high - low) * points[:, column]
-            if self.params[k].scale == "log":
-                values = np.exp(values)
-            theta[:, k] = np.clip(values, self.params[k].low, self.params[k].high)
+        held, ends, bounds, logarithmic = self._map
+        theta = np.repeat(held, len(points), axis=0)
+        values = ends[0] + (ends[1] - ends[0]) * points
+        values[:, logarithmic] = np.exp(values[:, logarithmic])
+        theta[:, self.free] = np.minimum(np.maximum(values, bounds[0]), bounds[1])
         return theta
+
+    @cached_property
+    def _map(self) -> tuple[Array, Array, Array, Index]:
+        """Start values (1, K); of free parameters: ends on their scale, bounds (2, F), places of logarithmic ones."""
+        held = np.array([[p.start for p in self.params]])
+        ends = np.array([self._ends(int(k)) for k in self.free]).reshape(-1, 2).T
+        bounds = np.array([(self.params[k].low, self.params[k].high) for k in self.free]).reshape(-1, 2).T
+        logarithmic = np.flatnonzero([self.params[k].scale == "log" for k in self.free])
+        return held, ends, bounds, logarithmic.astype(np.int64)
 
     def to_points(self, theta: Array) -> Array:
         """Map parameter vectors (P, K) to points (P, F); values outside the bounds go to the nearest bound."""

@@ -104,12 +104,14 @@ def _step_was_last(objective: Objective) -> bool:
     residuals, jacobian = objective.linearise(point)
     slope = jacobian.T @ residuals
     held = ((point <= 0.0) & (slope > 0.0)) | ((point >= 1.0) & (slope < 0.0))
-    left, singular, right = np.linalg.svd(np.where(held, 0.0, jacobian), full_matrices=False)
+    norms = np.linalg.norm(jacobian, axis=0)
+    scale = np.where(held | (norms == 0.0), 0.0, 1.0 / np.where(norms > 0.0, norms, 1.0))
+    left, singular, right = np.linalg.svd(jacobian * scale, full_matrices=False)
     known = singular > RANK_TOLERANCE * max(float(singular[0]), 1e-300)
     along = left.T @ residuals
     if float(np.sum(along[known] ** 2)) <= SETTLED * float(residuals @ residuals):
         return True
-    step = right.T @ np.where(known, along / np.where(known, singular, 1.0), 0.0)
+    step = scale * (right.T @ np.where(known, along / np.where(known, singular, 1.0), 0.0))
     if not objective.costs((point - step)[None, :])[0] < cost:
         raise BudgetSpent
     return False
@@ -163,29 +165,31 @@ def thinned(block: Block) -> Block:
 
 
 def _fewer_bins(block: Block) -> Block:
+    """Return a folded block with one target in eight, those beside the samples of the coarser cycle.
+
+    Means over the coarser bins would blur edges, which a target close to a sample does not.
+    """
     step, lead = PHASE_BINS // COARSE_BINS, SETTLE_CYCLES * COARSE_BINS
     phase = (block.nodes[:, 1] - SETTLE_CYCLES * PHASE_BINS + block.weights @ np.arange(-1.0, 3.0)) / step
-    bins = np.unique(np.minimum(phase.astype(np.int64), COARSE_BINS - 1), return_inverse=True)[1]
-    counts: Array = np.bincount(bins, block.counts).astype(np.float64)
-    mean_phase = np.bincount(bins, block.counts * phase) / counts
-    node = np.minimum(mean_phase.astype(np.int64), COARSE_BINS - 1)
+    node, kept = np.unique(np.minimum(phase.astype(np.int64), COARSE_BINS - 1), return_index=True)
     return replace(
         block,
         drive=np.ascontiguousarray(block.drive[:, ::step]),
         dt=block.dt * step,
-        target=np.bincount(bins, block.counts * block.target) / counts,
+        target=block.target[kept],
         nodes=lead + (node[:, None] + np.arange(-1, 3)) % COARSE_BINS,
-        weights=cubic_weights(mean_phase - node),
-        counts=counts,
+        weights=cubic_weights(phase[kept] - node),
+        counts=np.add.reduceat(block.counts, kept),
         bins=None,
     )
 
 
 def _error(drive: Array, step: int) -> float:
     """Return the largest error of straight lines between every n-th sample, as a share of each channel's range."""
-    places = np.arange(drive.shape[1])
+    places = np.arange((drive.shape[1] - 1) // step * step + 1)
     errors = [
-        np.max(np.abs(np.interp(places, places[::step], row[::step]) - row)) / max(float(np.ptp(row)), 1e-300)
+        np.max(np.abs(np.interp(places, places[::step], row[::step]) - row[: len(places)]))
+        / max(float(np.ptp(row)), 1e-300)
         for row in drive
         if np.ptp(row) > 0.0
     ]

@@ -43,12 +43,14 @@ def profile_intervals(
     """
     factors = variance_factors(uncertainty, linearised)
     quantile = float(stats.t.ppf(0.975, max(uncertainty.degrees, 1.0)))
+    # of all samples: edges fall between the samples of a folded cycle, which then costs more
+    power = residual_power(uncertainty, linearised)
     moving = uncertainty.directions[:, ~uncertainty.redundant]
     found = {}
     for at, k in enumerate(posed.cube.free):
         if float(np.sum(moving[at] ** 2)) < 1.0 - LEAN:
             continue
-        side = _Side(posed, point, (at, moving), quantile, factors[at])
+        side = _Side(posed, point, (at, moving), quantile, power * factors[at])
         width = uncertainty.half_width(np.eye(len(point))[at])
         step = min(width, 0.5) if 0.0 < width < np.inf else FIRST_STEP
         ends = [side.end(-step), side.end(step)]
@@ -63,7 +65,7 @@ def variance_factors(uncertainty: Uncertainty, linearised: Linearised) -> Array:
     Parameters that the data leave open get the median over the determined directions.
     """
     samples = sum(len(r) for r in linearised.residuals)
-    power = sum(float(r @ r) for r in linearised.residuals) / max(samples - uncertainty.rank, 1)
+    power = residual_power(uncertainty, linearised)
     kept = uncertainty.directions[:, ~uncertainty.open]
     white = power / (samples * uncertainty.singular_values[~uncertainty.open] ** 2)
     usual = float(np.median(uncertainty.spreads[~uncertainty.open] ** 2 / white)) if uncertainty.rank else 1.0
@@ -76,6 +78,12 @@ def variance_factors(uncertainty: Uncertainty, linearised: Linearised) -> Array:
     return factors
 
 
+def residual_power(uncertainty: Uncertainty, linearised: Linearised) -> float:
+    """Return the variance σ² of the residuals."""
+    samples = sum(len(r) for r in linearised.residuals)
+    return sum(float(r @ r) for r in linearised.residuals) / max(samples - uncertainty.rank, 1)
+
+
 def _at(point: Array, at: int, value: float) -> Array:
     moved = point.copy()
     moved[at] = value
@@ -86,14 +94,14 @@ def _at(point: Array, at: int, value: float) -> Array:
 class _Side:
     """The profile of one parameter: rise of the sum of squares as it is moved and the others are refitted.
 
-    ``along`` holds the parameter's place and the directions (F, D) in which the output moves at all.
+    ``along`` holds the parameter's place and the directions (F, D) the output moves along; ``variance`` is σ²κ.
     """
 
     posed: Posed
     point: Array
     along: tuple[int, Array]
     quantile: float
-    factor: float
+    variance: float
 
     def __post_init__(self) -> None:
         self.at, moving = self.along
@@ -146,8 +154,8 @@ class _Side:
             budget = REFIT_BUDGET * (self.others.shape[1] + 1)
             best = optimize.run("lsq", objective, np.random.default_rng(0), budget).point
             held = reached(best[None, :])[0]
-        share = max(_mean_square(residuals, held) / self.base - 1.0, 0.0) if self.base > 0.0 else np.inf
-        return math.sqrt(share * max(self.posed.samples - len(self.point), 1) / self.factor), held
+        rise = max(_mean_square(residuals, held) - self.base, 0.0) * self.posed.samples
+        return math.sqrt(rise / self.variance) if self.variance > 0.0 else np.inf, held
 
 
 def _mean_square(residuals: Callable[[Array], Array], point: Array) -> float:

@@ -85,4 +85,5 @@ def input_dependence(
         return None
     place = int(np.argmax(np.abs(sums)))
     # window k begins k lags into the input, while the residual begins LAGS lags in
-    return Dependence(channel, float(sums[place] / scale), (LAGS - place) * apart, QUANTILE * math.sqrt(variance) / scale)
+    limit = QUANTILE * math.sqrt(variance) / scale
+    return Dependence(channel, float(sums[place] / scale), (LAGS - place) * apart, limit)

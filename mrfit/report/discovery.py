@@ -11,7 +11,7 @@ from mrfit.report import page
 from mrfit.report.curves import prefixed
 from mrfit.report.discovery_figures import figures_of
 from mrfit.report.discovery_source import Discovery, files_of, read_discovery, read_found
-from mrfit.report.explain import effect_words, headline, next_step, parameter_rows, sentences
+from mrfit.report.explain import closed_share, effect_words, headline, next_step, parameter_rows, sentences
 from mrfit.report.numbers import in_html, percent, significant
 from mrfit.report.page import number, template_of
 from mrfit.report.svg import inline
@@ -19,8 +19,6 @@ from mrfit.store import Workspace, key_of, write_text
 
 TEMPLATE = Path(__file__).with_name("discovery.html.jinja")
 UNJUDGED = "cannot be judged"
-# Cosine above which the discover stage lists a pair
-CONFUSABLE = 0.9
 
 
 def run(workspace: Workspace, progress: Progress = silent) -> dict[str, Any]:
@@ -75,9 +73,7 @@ def _key(workspace: Workspace) -> str:
 def render(discovery: Discovery, key: str) -> str:
     """Return the page of a discovery; ``key`` is kept in it."""
     found = discovery.found
-    drawn = [
-        {"figure": f, "svg": inline(f.svg, f"f{k}", f.alt)} for k, f in enumerate(figures_of(discovery), start=1)
-    ]
+    drawn = [{"figure": f, "svg": inline(f.svg, f"f{k}", f.alt)} for k, f in enumerate(figures_of(discovery), start=1)]
     return template_of(TEMPLATE).render(
         found=found,
         key=key,
@@ -107,7 +103,7 @@ def _candidate(row: dict[str, Any]) -> dict[str, Any]:
         **row,
         "title": registry.load("effect", row["name"]).SPEC.title,
         "screen": number(row["screen"], significant(100.0 * row["screen"])),
-        "holdout_gain": number(gain, "" if gain is None else significant(100.0 * gain)),
+        "holdout_gain": number(gain, "" if gain is None else closed_share(gain)),
     }
 
 

@@ -22,7 +22,7 @@ from mrfit.report.figures import (
     plain_log,
     scale_of,
 )
-from mrfit.report.numbers import percent
+from mrfit.report.numbers import in_html, percent, significant
 from mrfit.report.svg import style, to_svg
 from mrfit.specs import Array
 
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 BEFORE, AFTER, BAND = SIMULATED, HOLDOUT, "#fde68a"
 CELLS = 48
+# The residual map's scale ends at this quantile of its cells: a few that hold one bad sample must not hide the rest
+BRIGHTEST = 0.99
 PANELS = 6
 POINTS = 900
 TITLE_WIDTH = 46
@@ -88,9 +90,7 @@ def region_figure(regions: Sequence[dict[str, Any]], name: str, title: str) -> F
     axes.grid(axis="y", visible=False)
     canvas.legend(loc="outside upper right", ncols=2)
     first = regions[0]
-    caption = (
-        "A region that holds more of the squared error than of the samples is where the model is wrong. Regions overlap."
-    )
+    caption = "Where a region holds more of the squared error than of the samples, the model is wrong. Regions overlap."
     alt = (
         f"Bars; first {first['region']}: {percent(first['share_of_error'])} of the error in "
         f"{percent(first['share_of_samples'])} of the samples."
@@ -99,7 +99,7 @@ def region_figure(regions: Sequence[dict[str, Any]], name: str, title: str) -> F
 
 
 def map_figure(discovery: Discovery, channel: str) -> Figure:
-    """Return RMS residuals over the drive–output plane before and after on one colour scale, all conditions together."""
+    """Return RMS residuals over the drive–output plane, before and after on one colour scale, all conditions."""
     parts = discovery.parts
     drive, output = (np.concatenate(v) for v in ([p.inputs[channel] for p in parts], [p.measured for p in parts]))
     across, across_unit = scale_of([drive], channel)
@@ -107,7 +107,7 @@ def map_figure(discovery: Discovery, channel: str) -> Figure:
     maps = [
         _rms_map(drive, output, np.concatenate([getattr(p, which) for p in parts])) for which in ("before", "after")
     ]
-    ceiling = max(float(np.nanmax(m)) for m in maps)
+    ceiling = float(np.nanquantile(np.stack(maps), BRIGHTEST)) or 1.0
     factor, unit = prefixed(ceiling, discovery.unit)
     canvas = canvas_of(WIDTH, 4.0)
     extent = (across * drive.min(), across * drive.max(), up * output.min(), up * output.max())
@@ -123,13 +123,14 @@ def map_figure(discovery: Discovery, channel: str) -> Figure:
         axes.label_outer()
     canvas.axes[0].set_ylabel(axis_label(symbol_of(discovery.output), up_unit, discovery.output))
     if image is not None:
-        canvas.colorbar(image, ax=canvas.axes, label=f"RMS residual ({unit})" if unit else "RMS residual")
+        label = f"RMS residual ({unit})" if unit else "RMS residual"
+        canvas.colorbar(image, ax=canvas.axes, extend="max", label=label)
     caption = (
         f"RMS residual in every cell of the {channel.replace('_', ' ')}–{discovery.output} plane, training and "
-        "held-out conditions together, before and after on one scale."
+        "held-out conditions together, before and after on one scale; its end is the 99th percentile of the cells."
     )
-    alt = f"Two maps of the residual; the largest cell falls from {factor * ceiling:.3g} to "
-    alt += f"{factor * float(np.nanmax(maps[1])):.3g} {unit}."
+    typical = [in_html(significant(factor * float(np.nanmedian(m)))) for m in maps]
+    alt = f"Two maps of the residual; the median cell holds {typical[0]} {unit} before and {typical[1]} {unit} after."
     return Figure("map", "Residual map", caption, alt, to_svg(canvas, "Residual map"))
 
 
@@ -174,8 +175,8 @@ def error_figure(discovery: Discovery) -> Figure:
     canvas.legend(loc="outside upper right", ncols=3)
     gap = discovery.found["gap"]
     caption = (
-        "Error of every condition before and after, as a share of the output's range over all conditions; the bar is the "
-        "noise floor. Held-out conditions took no part in any fit."
+        "Error of every condition before and after, as a share of the output's range over all conditions; the bar is "
+        "the noise floor. Held-out conditions took no part in any fit."
     )
     alt = f"Dots; on held-out conditions {percent(gap['before'])} before and {percent(gap['after'])} after."
     return Figure("error", "Error per condition, before and after", caption, alt, to_svg(canvas, "NRMSE"), narrow=True)

@@ -131,7 +131,10 @@ def read_discovery(workspace: Workspace) -> Discovery:
     listed = found.get("segments", [])
     if not listed:
         return Discovery(found, [], output)
-    columns, _ = read_table(files_of(workspace)[1])
+    table = files_of(workspace)[1]
+    if not table.is_file():
+        raise DataError(f"{table}: is missing; delete {table.parent} and run `mrfit discover` again")
+    columns, _ = read_table(table)
     segments = {s.id: s for s in workspace.read_segments()[0]}
     if any(one["id"] not in segments for one in listed):
         raise DataError(f"{workspace.root}: the segments have changed since; run `mrfit discover` again")
@@ -160,4 +163,3 @@ def _parts(
         floor = noise_floor(measured, recording.dt, segment.frequency, segment.cycles)
         parts.append(Part(segment, time - time[0], measured, before, after, inputs, floor))
     return parts
-

@@ -59,13 +59,20 @@ def _gap(found: Found) -> str:
     floor = f"the noise floor is {percent(gap['noise_floor'])}"
     if gap["before"] == gap["after"]:
         ratio = gap["before"] / gap["noise_floor"] if gap["noise_floor"] else None
-        times = f", {in_html(significant(ratio))} times that" if ratio else ""
-        return f"On held-out conditions the error is {percent(gap['before'])} of the range; {floor}{times and times}."
-    closed = f": {percent(gap['closed'])} of the gap is closed" if gap["closed"] is not None else ""
+        times = f"{in_html(significant(ratio))} times the noise floor" if ratio else floor
+        return f"On held-out conditions the error is {percent(gap['before'])} of the range, {times}."
+    standing = [e for e in found["augmented_model"].split("+") if e in found["ambiguous_set"]]
+    stand_in = f" with {_listed(standing)} standing for the set" if standing else ""
+    closed = f": {closed_share(gap['closed'])} % of the gap is closed" if gap["closed"] is not None else ""
     return (
-        f"On held-out conditions the error falls from {percent(gap['before'])} to {percent(gap['after'])} of the range; "
-        f"{floor}{closed}."
+        f"On held-out conditions the error falls from {percent(gap['before'])} to {percent(gap['after'])} of the range"
+        f"{stand_in}; {floor}{closed}."
     )
+
+
+def closed_share(share: float) -> str:
+    """Return a share in percent, with more digits close to 100 so that almost all is not called all."""
+    return in_html(significant(100.0 * share, 4 if 0.995 <= share < 1.0 else 3))
 
 
 def parameter_rows(effect: Found) -> list[dict[str, str]]:
@@ -83,8 +90,8 @@ def parameter_rows(effect: Found) -> list[dict[str, str]]:
 
 
 def next_step(found: Found) -> str:
-    """Return the command with which the work goes on, empty if there is none."""
-    if found["augmented_model"] == found["base_model"]:
+    """Return the command that fits the model with what was found, empty where nothing was or it is not certain what."""
+    if found["augmented_model"] == found["base_model"] or found["verdict"] == "ambiguous":
         return ""
     orders = (found.get("current_dependence") or {}).get("orders", ())
     order = f" --current-order {','.join(f'{name}={order}' for name, order in orders)}" if orders else ""

@@ -44,7 +44,7 @@ def render(source: Source, figures: dict[str, list[Figure]]) -> str:
 
 
 def template_of(path: Path) -> "Template":
-    """Return a page's template; it may include others of its folder. Text put into it is taken as text, not as markup."""
+    """Return a page's template, which may include others of its folder; what is put into it is text, not markup."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(

@@ -51,7 +51,7 @@ def test_scaling_keeps_the_cases_it_keeps():
             0,
         ),
         ("untellable_delay_strong_one-frequency_0", found("ambiguous", ambiguous_set=["inertia"]), False, 0),
-        ("untellable_delay_strong_one-frequency_0", found("named", "delay"), False, 0),
+        ("untellable_delay_strong_one-frequency_0", found("named", "delay"), True, 0),
         ("untellable_delay_strong_one-frequency_0", found("none"), False, 0),
         ("outside_backlash_strong_0", found("unexplained", where=[{"region": "near reversal"}]), True, 0),
         ("outside_backlash_strong_0", found("unexplained", where=[{"region": "hot"}]), False, 0),

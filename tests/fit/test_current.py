@@ -9,6 +9,7 @@ import pytest
 
 import mrfit.fit.stage
 from mrfit.assembly import assemble
+from mrfit.config import read_pipeline
 from mrfit.dependence import CurrentDependence, at_current, through
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.cube import cube_of
@@ -158,3 +159,12 @@ def test_data_driven_starts_leave_out_what_the_user_gave_and_stay_inside_bounds(
     points = to_points(cube, [{}, found])
     assert points.shape == (2, 6) and points.min() >= 0.0 and points.max() <= 1.0
     assert cube.to_theta(points)[1, 2] == pytest.approx(500.0)
+
+
+def test_a_pipeline_file_holds_order_and_choice_of_segments(tmp_path: Path) -> None:
+    text = "[ingest]\nlogs = ['*.csv']\n[[fit]]\nmodel = 'tanh'\nper = 'all'\ncurrent_order = {}\nonly = 'MH'\n"
+    for written, meant in (("2", "2"), ("'fy=2,c=1'", "fy=2,c=1"), ("'auto'", "auto")):
+        file = tmp_path / "p.toml"
+        file.write_text(text.format(written))
+        section = read_pipeline(file).fit[0]
+        assert (str(section.current_order), section.only) == (meant, "MH")

@@ -1,0 +1,81 @@
+"""Optimizers compared on one model: the same starts for all, counted honestly, the better ones lower."""
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mrfit.compare.optimizers
+import mrfit.fit.stage
+from mrfit.assembly import assemble
+from mrfit.compare.optimizers import Settings, start_point
+from mrfit.errors import ConfigError
+from mrfit.fit.cube import cube_of
+from mrfit.models import guo
+from mrfit.store import Workspace
+from tests.fit.benches import Bench, write_workspace
+
+TRUTH = np.array([400.0, 900.0, 90.0, 1.5, 4.0])
+BUDGET = 600
+SEEDS = 3
+
+
+@pytest.fixture(scope="module")
+def compared(tmp_path_factory: pytest.TempPathFactory) -> tuple[Workspace, dict[str, Any]]:
+    folder = tmp_path_factory.mktemp("optimizers")
+    workspace = write_workspace(folder, Bench(assemble("guo"), TRUTH, 0.01, 2), ((0.5, 0.004), (2.0, 0.008)), (0.5,))
+    fit = mrfit.fit.stage.Settings(model="guo", per="all", budget=BUDGET)
+    return workspace, mrfit.compare.optimizers.run(workspace, Settings(("pso", "pso-lsq", "lsq"), fit, SEEDS))
+
+
+def test_best_median_and_worst_are_in_order_and_the_budget_is_kept(compared: tuple[Workspace, dict[str, Any]]) -> None:
+    rows = compared[1]["rows"]
+    assert [r["optimizer"] for r in rows] == ["pso", "pso-lsq", "lsq"]
+    for row in rows:
+        assert 0 < row["best"] <= row["median"] <= row["worst"]
+        assert 0 < row["evaluations"] <= BUDGET
+        assert row["seconds"] > 0 and row["unit"] == "N" and row["seeds"] == SEEDS
+
+
+def test_a_local_search_after_the_swarm_reaches_the_noise_where_the_swarm_alone_does_not(
+    compared: tuple[Workspace, dict[str, Any]],
+) -> None:
+    rows = {r["optimizer"]: r for r in compared[1]["rows"]}
+    assert rows["pso-lsq"]["median"] < rows["pso"]["median"]
+    # 1 % of the range of each log, about 2.2 kN
+    assert rows["pso-lsq"]["best"] < 25.0
+
+
+def test_curves_fall_and_end_at_the_median_cost(compared: tuple[Workspace, dict[str, Any]]) -> None:
+    medians = {r["optimizer"]: r["median"] for r in compared[1]["rows"]}
+    for curve in compared[1]["curves"]:
+        assert np.all(np.diff(curve["cost"]) <= 0)
+        assert curve["cost"][-1] == pytest.approx(medians[curve["optimizer"]])
+
+
+def test_seeds_start_at_the_models_start_and_then_at_random_points_equal_for_all() -> None:
+    cube = cube_of(guo.SPEC, {}, {}, {})
+    assert np.array_equal(start_point(cube, 0), cube.start)
+    assert np.array_equal(start_point(cube, 3), start_point(cube, 3))
+    assert not np.array_equal(start_point(cube, 1), start_point(cube, 2))
+
+
+def test_seconds_are_in_the_table_alone(compared: tuple[Workspace, dict[str, Any]]) -> None:
+    folder = compared[0].root / "compare"
+    with (folder / "optimizers.csv").open() as handle:
+        assert all(float(r["seconds"]) >= 0 for r in csv.DictReader(handle))
+    stored = json.loads((folder / "optimizers.json").read_text())
+    assert "seconds" not in stored["rows"][0]
+    page = (folder / "optimizers.html").read_text()
+    assert "pso-lsq" in page and "http" not in page
+
+
+def test_wrong_names_and_no_seeds_are_refused(tmp_path: Path) -> None:
+    fit = mrfit.fit.stage.Settings(model="guo")
+    with pytest.raises(ConfigError, match="psoo"):
+        mrfit.compare.optimizers.run(Workspace(tmp_path), Settings(("psoo",), fit))
+    with pytest.raises(ConfigError, match="--seeds 0"):
+        mrfit.compare.optimizers.run(Workspace(tmp_path), Settings(("pso",), fit, 0))

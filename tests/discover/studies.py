@@ -1,0 +1,52 @@
+"""Small dampers with something hidden, written straight into a workspace."""
+
+from pathlib import Path
+
+import numpy as np
+
+import mrfit.segment.stage
+from mrfit.recording import Recording
+from mrfit.specs import Array
+from mrfit.store import Workspace, write_json
+
+PER_CYCLE, CYCLES, NOISE = 250, 6, 2.0
+TESTS = tuple((f, x) for f in (1.0, 2.0, 4.0) for x in (0.005, 0.01, 0.015))
+LAW = {"fy": 300.0, "a1": 60.0, "c": 800.0, "k": 2000.0}
+
+
+def force(x: Array, v: Array, a: Array, mass: float, drag: float) -> Array:
+    """A tanh damper with a moving mass and an orifice loss, written out here."""
+    plain = LAW["fy"] * np.tanh(LAW["a1"] * v) + LAW["c"] * v + LAW["k"] * x
+    total: Array = plain + mass * a + drag * v * np.abs(v)
+    return total
+
+
+def workspace(
+    folder: Path, mass: float = 0.0, drag: float = 0.0, tests: tuple[tuple[float, float], ...] = TESTS
+) -> Workspace:
+    """A workspace of sine tests on such a damper, segmented, white noise of 2 N on the force."""
+    rng = np.random.default_rng(7)
+    made = Workspace(folder)
+    records = []
+    for frequency, stroke in tests:
+        omega = 2 * np.pi * frequency
+        t = np.arange(PER_CYCLE * CYCLES) / (PER_CYCLE * frequency)
+        x, v, a = stroke * np.sin(omega * t), stroke * omega * np.cos(omega * t), -stroke * omega**2 * np.sin(omega * t)
+        name = f"{frequency:g}Hz-{1e3 * stroke:g}mm"
+        records.append(
+            Recording(
+                id=name,
+                source=f"{name}.csv",
+                sha256=name,
+                reader="none",
+                dt=1 / (PER_CYCLE * frequency),
+                start=0.0,
+                channels={"displacement": x, "force": force(x, v, a, mass, drag) + NOISE * rng.standard_normal(len(t))},
+                units={"displacement": "m", "force": "N"},
+            )
+        )
+    for record in records:
+        made.write_recording(record)
+    write_json(made.ingest_json, {"recordings": [r.about() for r in records], "refused": []})
+    mrfit.segment.stage.run(made, mrfit.segment.stage.Settings())
+    return made

@@ -1,0 +1,93 @@
+"""What is hidden is named, nothing is named where nothing is hidden, and too little data is said to be too little."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from mrfit.assembly import assemble
+from mrfit.discover.stage import Settings, run
+from mrfit.errors import ConfigError
+from tests.discover.studies import TESTS, workspace
+
+
+def test_a_complete_model_lacks_nothing(tmp_path: Path) -> None:
+    found = run(workspace(tmp_path), Settings("tanh"))
+    assert found["verdict"] == "none"
+    assert found["effects"] == [] and found["augmented_model"] == "tanh"
+    assert found["gap"]["before"] == pytest.approx(found["gap"]["noise_floor"], rel=0.1)
+
+
+def test_a_hidden_mass_is_named_measured_and_closes_the_gap(tmp_path: Path) -> None:
+    found = run(workspace(tmp_path, mass=12.0), Settings("tanh"))
+    assert found["verdict"] == "named"
+    (effect,) = found["effects"]
+    assert effect["name"] == "inertia"
+    (mass,) = effect["parameters"]
+    assert mass["low"] <= 12.0 <= mass["high"]
+    assert mass["high"] - mass["low"] < 1.0
+    assert found["gap"]["closed"] > 0.9
+    assert effect["holdout_nrmse_after"] < effect["holdout_nrmse_before"]
+
+
+def test_two_hidden_effects_are_both_named_and_the_augmented_model_can_be_assembled(tmp_path: Path) -> None:
+    found = run(workspace(tmp_path, mass=12.0, drag=2500.0), Settings("tanh"))
+    assert {e["name"] for e in found["effects"]} == {"inertia", "quadratic-drag"}
+    assert set(assemble(found["augmented_model"]).spec.inputs) >= {"acceleration", "velocity"}
+
+
+def test_at_one_frequency_a_mass_is_not_named_since_the_spring_of_the_base_is_its_twin(tmp_path: Path) -> None:
+    tests = tuple((2.0, x) for x in (0.005, 0.008, 0.01, 0.012, 0.015))
+    found = run(workspace(tmp_path, mass=12.0, tests=tests), Settings("tanh"))
+    assert found["verdict"] == "none"
+    inertia = next(c for c in found["candidates"] if c["name"] == "inertia")
+    assert not inertia["accepted"] and "absorbed" in inertia["reason"]
+
+
+def test_too_few_conditions_are_said_and_not_guessed(tmp_path: Path) -> None:
+    found = run(workspace(tmp_path, mass=12.0, tests=TESTS[:2]), Settings("tanh"))
+    assert found["verdict"] == "insufficient-data"
+    assert "no held-out condition" in found["advice"][0]
+
+
+def test_an_effect_whose_channel_was_not_recorded_cannot_be_judged(tmp_path: Path) -> None:
+    found = run(workspace(tmp_path), Settings("tanh"))
+    reasons = {c["name"]: c["reason"] for c in found["candidates"]}
+    assert reasons["temperature"] == "cannot be judged: no temperature"
+    assert reasons["current-lag"] == "cannot be judged: no current"
+
+
+def test_the_same_bytes_come_twice_and_a_second_run_does_nothing(tmp_path: Path) -> None:
+    written = []
+    for name in ("a", "b"):
+        study = workspace(tmp_path / name, mass=12.0)
+        run(study, Settings("tanh"))
+        written.append((study.root / "discover" / "discovery.json").read_bytes())
+        assert run(study, Settings("tanh"))["skipped"]
+    assert written[0] == written[1]
+
+
+def test_a_stopped_discovery_goes_on_from_its_finished_fits(tmp_path: Path) -> None:
+    whole = workspace(tmp_path / "whole", mass=12.0)
+    run(whole, Settings("tanh"))
+    study = workspace(tmp_path / "stopped", mass=12.0)
+    seen: list[str] = []
+
+    def stop(what: str, done: int, total: int) -> None:
+        seen.append(what)
+        if what.startswith("round 1") and done == 1:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        run(study, Settings("tanh"), stop)
+    kept = json.loads((study.root / "discover" / ".partial" / "fits.json").read_text())
+    assert [] in [f["effects"] for f in kept["fits"]]
+    run(study, Settings("tanh"))
+    assert (study.root / "discover" / "discovery.json").read_bytes() == (
+        whole.root / "discover" / "discovery.json"
+    ).read_bytes()
+
+
+def test_a_start_value_of_no_parameter_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="no parameter 'fz'"):
+        run(workspace(tmp_path), Settings("tanh", start=(("fz", 1.0),)))

@@ -1,0 +1,89 @@
+"""Thinned data lead to the optimum of all data, faster; where they do not, all data are searched."""
+
+import numpy as np
+import pytest
+
+from benchmarks.planted import problem
+from mrfit import optimize
+from mrfit.fit.levels import search, settled, thinned
+from mrfit.fit.problem import Posed
+from mrfit.objective import Objective
+from mrfit.specs import Array
+from tests.fit.toy import block, linear_model
+
+
+def posed(model: str, samples: int = 10_000, seed: int = 1) -> Posed:
+    group, assembly, cube = problem(model, 1, samples, np.random.default_rng(seed))
+    return Posed(group.search, np.ones(1), assembly, cube)
+
+
+def found(at: Posed, budget: int | None = None) -> optimize.Outcome:
+    outcome = search(at, at.cube.start[None, :], np.random.default_rng(0), (budget, None), lambda e, c: None)
+    assert outcome is not None
+    return outcome
+
+
+@pytest.mark.parametrize("model", ["boucwen-flux", "guo", "rotational-erf"])
+def test_the_optimum_is_that_of_all_data(model: str) -> None:
+    at = posed(model)
+    objective = Objective(at.residuals, at.cube.start, budget=0)
+    full = optimize.run("auto", objective, np.random.default_rng(0))
+    assert found(at).cost < full.cost * (1 + 1e-4)
+
+
+def test_a_thinned_cycle_has_the_cost_of_the_full_one_near_the_optimum() -> None:
+    at = posed("boucwen-flux")
+    thin = Posed([thinned(at.blocks[0])], at.weights, at.assembly, at.cube)
+    assert thin.blocks[0].drive.shape[1] * 8 == at.blocks[0].drive.shape[1]
+    point = found(at).point[None, :]
+    costs = [np.sqrt(np.mean(p.residuals(point) ** 2)) for p in (at, thin)]
+    assert costs[1] == pytest.approx(costs[0], rel=0.02)
+
+
+@pytest.mark.parametrize(("period", "step"), [(4000.0, 16), (100.0, 8), (3.0, 1)])
+def test_a_drive_is_thinned_as_far_as_its_wiggles_allow(period: float, step: int) -> None:
+    time = np.arange(40_000)
+    drive = np.sin(2 * np.pi * time / period)[None, :]
+    thin = thinned(block(drive, drive[0]))
+    assert len(time) / len(thin.target) == step
+    assert np.allclose(thin.drive[0, thin.nodes[:, 0]], thin.target)
+    assert thin.samples == len(time)
+
+
+def test_short_records_are_left_as_they_are() -> None:
+    assembly, cube = linear_model("")
+    drive = np.sin(np.arange(1000.0))[None, :]
+    at = Posed([block(drive, drive[0])], np.ones(1), assembly, cube)
+    assert search(at, cube.start[None, :], np.random.default_rng(0), (None, None), lambda e, c: None) is None
+
+
+def test_a_budget_holds_for_both_searches_together() -> None:
+    at = posed("boucwen-flux")
+    for budget in (150, 400):
+        assert found(at, budget).evaluations <= budget
+
+
+def test_evaluations_in_the_history_rise_over_both_searches() -> None:
+    outcome = found(posed("guo"))
+    counts = [e for link in outcome.links for e, _ in link.history]
+    assert counts == sorted(counts)
+    assert counts[-1] == outcome.evaluations
+
+
+def test_gauss_newton_ends_at_a_minimum_and_says_so() -> None:
+    def bowl(points: Array) -> Array:
+        return np.column_stack([points[:, 0] - 0.3, np.sin(points[:, 1] - 0.6), np.full(len(points), 0.1)])
+
+    objective = Objective(bowl, np.array([0.4, 0.5]), budget=200)
+    objective.costs(objective.start[None, :])
+    assert settled(objective)
+    assert objective.best_point == pytest.approx([0.3, 0.6], abs=1e-6)
+
+
+def test_gauss_newton_does_not_claim_an_end_where_steps_fail() -> None:
+    def kink(points: Array) -> Array:
+        return np.sqrt(np.abs(points - 0.5)) + 0.1
+
+    objective = Objective(kink, np.array([0.4]), budget=200)
+    objective.costs(objective.start[None, :])
+    assert not settled(objective)

@@ -1,0 +1,29 @@
+"""The fused comparison equals what numpy gives in several passes."""
+
+import numpy as np
+
+from mrfit.kernels.folding import compare
+
+
+def test_weighted_differences_less_their_mean_are_scaled() -> None:
+    rng = np.random.default_rng(1)
+    simulated, target = rng.standard_normal((5, 40)), rng.standard_normal(12)
+    nodes, weights = rng.integers(40, size=(12, 4)), rng.standard_normal((12, 4))
+    shares, scale = rng.random(12), rng.random(12)
+    shares /= shares.sum()
+    out = np.empty((5, 12))
+    compare(simulated, nodes, weights, (target, shares, scale), out)
+    delta = (simulated[:, nodes] * weights).sum(axis=2) - target
+    assert np.allclose(out, scale * (delta - (delta @ shares)[:, None]))
+    compare(simulated, nodes, weights, (target, np.empty(0), scale), out)
+    assert np.allclose(out, scale * delta)
+
+
+def test_a_row_that_diverged_spoils_no_other() -> None:
+    simulated = np.ones((3, 4))
+    simulated[1, 2] = np.inf
+    nodes, ones = np.arange(4)[:, None], np.ones(4)
+    out = np.empty((3, 4))
+    compare(simulated, nodes, ones[:, None], (np.zeros(4), ones / 4, ones), out)
+    assert np.isnan(out[1]).all()
+    assert np.isfinite(out[[0, 2]]).all()

@@ -1,0 +1,340 @@
+"""The discovery's page and words, on a small discovery whose every number is known in closed form."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from mrfit.errors import DataError
+from mrfit.recording import Recording, Segment
+from mrfit.report import discovery, discovery_figures
+from mrfit.report.discovery_source import read_discovery
+from mrfit.report.explain import closed_share, headline, next_step, parameter_rows, sentences
+from mrfit.store import Workspace, write_json, write_table
+from tests.report.test_page import Page, plain
+
+RATE, CYCLES, NOISE = 200, 5, 2e-5
+AMPLITUDES = {"sine-1Hz-1A": 1.0, "sine-5Hz-3A": 3.0, "sine-10Hz-5A": 5.0}
+HELD_OUT = "sine-5Hz-3A"
+SPAN = 0.02 * 2 * 5.0
+EFFECT = {
+    "name": "eddy-current",
+    "parameters": [{"name": "tau", "unit": "s", "value": 0.0021, "low": 0.00205, "high": 0.00215}],
+    "aliases": [],
+    "holdout_nrmse_before": 0.031,
+    "holdout_nrmse_after": 0.0101,
+}
+FOUND = {
+    "schema": "mrfit/discovery/1",
+    "base_model": "boucwen-flux",
+    "verdict": "named",
+    "effects": [EFFECT],
+    "ambiguous_set": [],
+    "advice": [],
+    "where": [
+        {"region": "frequency 10 Hz <peak>", "share_of_error": 0.62, "share_of_samples": 0.33},
+        {"region": "near reversal of the current", "share_of_error": 0.3, "share_of_samples": 0.2},
+    ],
+    "where_text": ["62% of the error in 33% of the samples: frequency 10 Hz <peak>"],
+    "gap": {"noise_floor": 0.01, "before": 0.031, "after": 0.0101, "closed": 0.9976},
+    "candidates": [
+        {
+            "name": "eddy-current",
+            "screen": 0.41,
+            "strength": 9.0,
+            "holdout_gain": 0.89,
+            "accepted": True,
+            "reason": "a",
+        },
+        {"name": "probe-skew", "screen": 0.4, "strength": 9.0, "holdout_gain": 0.0, "accepted": False, "reason": "b<c"},
+        {"name": "saturation", "screen": 0.0, "strength": 1.0, "holdout_gain": None, "accepted": False, "reason": "d"},
+        {
+            "name": "integrator-offset",
+            "screen": 0.0,
+            "strength": 0.0,
+            "holdout_gain": None,
+            "accepted": False,
+            "reason": "cannot be judged: no integrator",
+        },
+    ],
+    "confusable": [{"pair": ["eddy-current", "probe-skew"], "cosine": 0.9973}],
+    "unexplained": {"share_of_gap": 0.0024, "predictable": 0.0, "where": [], "text": []},
+    "augmented_model": "boucwen-flux+eddy-current",
+    "segments": [{"id": f"{c}#0", "condition": c, "role": "holdout" if c == HELD_OUT else "train"} for c in AMPLITUDES],
+    "seed": 4,
+    "data_sha256": "0123456789abcdef" * 4,
+    "current_dependence": None,
+    "key": "k",
+}
+AMBIGUOUS = FOUND | {
+    "verdict": "ambiguous",
+    "effects": [],
+    "ambiguous_set": ["eddy-current", "probe-skew"],
+    "advice": ["eddy-current: sines over a decade", "probe-skew: swap the probes"],
+}
+UNEXPLAINED = FOUND | {"verdict": "unexplained", "effects": [], "augmented_model": "boucwen-flux"}
+NONE = UNEXPLAINED | {
+    "verdict": "none",
+    "gap": {"noise_floor": 0.01, "before": 0.0101, "after": 0.0101, "closed": None},
+    "where_text": [],
+}
+INSUFFICIENT = NONE | {
+    "verdict": "insufficient-data",
+    "advice": ["no held-out condition: there is 1, and a verdict needs at least four"],
+    "where": [],
+    "candidates": [],
+    "confusable": [],
+    "gap": dict.fromkeys(("noise_floor", "before", "after", "closed")),
+    "unexplained": {"share_of_gap": None, "where": []},
+    "segments": [],
+}
+
+
+def errors(amplitude: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return errors before and after: RMS 1e-3·A and 1e-4·A."""
+    phase = 2 * np.pi * np.arange(CYCLES * RATE) / RATE
+    return np.sqrt(2) * 1e-3 * amplitude * np.cos(phase), np.sqrt(2) * 1e-4 * amplitude * np.cos(3 * phase)
+
+
+def study(root, found: dict) -> Workspace:
+    workspace, rng = Workspace(root), np.random.default_rng(3)
+    segments, rows = [], []
+    for number, (condition, amplitude) in enumerate(AMPLITUDES.items()):
+        frequency = float(condition.split("-")[1].removesuffix("Hz"))
+        phase = 2 * np.pi * np.arange(CYCLES * RATE) / RATE
+        current = amplitude * np.sin(phase)
+        flux = 0.02 * current + NOISE * rng.standard_normal(len(phase))
+        dt = 1.0 / (frequency * RATE)
+        channels, units = {"current": current, "flux": flux}, {"current": "A", "flux": "Wb"}
+        workspace.write_recording(
+            Recording(condition, f"{condition}.csv", "0" * 64, "delimited", dt, 0, channels, units)
+        )
+        role = "holdout" if condition == HELD_OUT else "train"
+        place = (0, len(phase), 0, "sine", "current", frequency, amplitude, 0.0, CYCLES, np.nan, np.nan, role)
+        segments.append(Segment(f"{condition}#0", condition, condition, *place))
+        before, after = errors(amplitude)
+        rows.append(
+            {
+                "segment": np.full(len(phase), float(number)),
+                "holdout": np.full(len(phase), float(role == "holdout")),
+                "time": dt * np.arange(len(phase)),
+                "measured": flux,
+                "before": before,
+                "after": after,
+            }
+        )
+    workspace.write_segments(segments, {})
+    folder = root / "discover"
+    write_json(folder / "discovery.json", found)
+    if found["candidates"]:
+        write_table(folder / "residuals.parquet", {k: np.concatenate([r[k] for r in rows]) for k in rows[0]})
+    return workspace
+
+
+@pytest.fixture(scope="module")
+def named(tmp_path_factory):
+    workspace = study(tmp_path_factory.mktemp("named"), FOUND)
+    assert not discovery.run(workspace)["skipped"]
+    return workspace
+
+
+@pytest.fixture(scope="module")
+def text(named) -> str:
+    return (named.root / "discover" / "discovery.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def page(text) -> Page:
+    return Page(text)
+
+
+def test_page_is_balanced_and_asks_for_nothing_from_outside(page, text):
+    assert not page.open and not page.unbalanced
+    links = [v for _, name, v in page.attributes if name in ("href", "src", "xlink:href", "srcset", "action")]
+    assert links and all(v.startswith(("#", "data:image/png;base64,")) for v in links)
+    assert not re.search(r"https?:|@import|url\((?!#)", text)
+
+
+def test_links_lead_somewhere_and_ids_are_unique(page):
+    ids = [v for _, name, v in page.attributes if name == "id"]
+    assert len(ids) == len(set(ids))
+    targets = {v[1:] for _, name, v in page.attributes if name in ("href", "xlink:href") and v.startswith("#")}
+    assert targets <= set(ids)
+
+
+def test_tables_have_captions_and_figures_are_described(page):
+    assert set(page.captions) == set(page.tables) == {"effects", "candidates", "confusion", "used"}
+    drawings = [v for tag, name, v in page.attributes if tag == "svg" and name == "aria-label"]
+    assert len(drawings) == 5 and all(len(v) > 20 for v in drawings)
+
+
+def test_verdict_effect_and_errors_stand_on_the_page(text):
+    for said in (
+        "boucwen-flux lacks eddy currents in the core (eddy-current).",
+        "falls from 3.10 % to 1.01 % of the range; the noise floor is 1.00 %: 99.76 % of the gap is closed",
+        "mrfit fit --model boucwen-flux+eddy-current --per all",
+        "SHA-256 0123456789abcdef",
+        "3 segments, 3000 samples; 1 held-out conditions",
+    ):
+        assert said in text, said
+
+
+def test_candidates_show_the_numbers_of_discovery_json(page):
+    rows = page.tables["candidates"][1:]
+    assert [r[0]["text"] for r in rows] == [c["name"] for c in FOUND["candidates"]]
+    for cells, candidate in zip(rows, FOUND["candidates"], strict=True):
+        assert plain(cells[2]["shown"][0]) == pytest.approx(100 * candidate["screen"], rel=6e-3)
+        gain = candidate["holdout_gain"]
+        assert cells[3]["exact"] == ([] if gain is None else [repr(gain)])
+        assert (cells[4]["text"], cells[5]["text"].splitlines()[0]) == (
+            "yes" if candidate["accepted"] else "no",
+            candidate["reason"],
+        )
+
+
+def test_matrix_numbers_the_pairs_that_are_alike_and_names_what_cannot_be_judged(page, text):
+    head, first, second = page.tables["confusion"]
+    assert [c["text"].splitlines()[0] for c in head] == ["effect", "eddy-current", "probe-skew"]
+    assert [c["text"].splitlines()[0] for c in first[:2]] == ["eddy-current", "1"] and len(first) == 3
+    assert [c["text"].splitlines()[0] for c in second] == ["probe-skew", "0.997", "1"]
+    assert "Told apart from every other: saturation." in text
+    assert "<strong>integrator-offset</strong>: cannot be judged: no integrator" in text
+
+
+def test_text_from_the_discovery_is_not_taken_for_markup(text):
+    assert "b&lt;c" in text and "frequency 10 Hz &lt;peak&gt;" in text and "<peak>" not in text
+
+
+def test_page_is_made_again_only_if_what_it_shows_has_changed(tmp_path):
+    workspace = study(tmp_path, FOUND)
+    assert [discovery.run(workspace)["skipped"] for _ in range(2)] == [False, True]
+    first = (tmp_path / "discover" / "discovery.html").read_bytes()
+    write_json(tmp_path / "discover" / "discovery.json", FOUND | {"seed": 5})
+    assert not discovery.run(workspace)["skipped"]
+    write_json(tmp_path / "discover" / "discovery.json", FOUND)
+    assert not discovery.run(workspace)["skipped"]
+    assert (tmp_path / "discover" / "discovery.html").read_bytes() == first
+
+
+@pytest.fixture(scope="module")
+def drawn(named):
+    canvases, patch = {}, pytest.MonkeyPatch()
+    patch.setattr(discovery_figures, "to_svg", lambda canvas, title: canvases.setdefault(title, canvas) and "<svg/>")
+    figures = discovery_figures.figures_of(read_discovery(named))
+    patch.undo()
+    assert [f.name for f in figures] == ["where", "map", "error", "residual", "loop-current"]
+    return canvases
+
+
+def test_regions_are_drawn_as_their_shares(drawn):
+    axes = drawn["Where the base model errs"].axes[0]
+    widths = [[bar.get_width() for bar in group] for group in axes.containers]
+    assert np.allclose(widths, [[62.0, 30.0], [33.0, 20.0]])
+
+
+def test_residual_map_has_one_scale(drawn):
+    before, after = (axes.images[0] for axes in drawn["Residual map"].axes[:2])
+    assert before.get_clim() == after.get_clim()
+    ratio = np.nanmax(before.get_array().filled(np.nan)) / np.nanmax(after.get_array().filled(np.nan))
+    # ten times, but for cells in which conditions of other amplitudes lie as well
+    assert 5.0 < ratio < 15.0
+
+
+def test_map_cells_hold_the_rms_of_the_residuals_in_them():
+    drive = np.array([0.0, 0.0, 1.0, 1.0])
+    values = discovery_figures._rms_map(drive, drive, np.array([3.0, 4.0, -2.0, 2.0]))
+    assert values[0, 0] == pytest.approx(np.sqrt(12.5)) and values[-1, -1] == pytest.approx(2.0)
+    assert np.isnan(values[0, -1]) and np.isfinite(values).sum() == 2
+
+
+def test_errors_are_drawn_as_shares_of_the_range_over_all_conditions(drawn):
+    axes = drawn["NRMSE"].axes[0]
+    before, after, floor = (line.get_xdata() for line in axes.lines)
+    order = ["sine-5Hz-3A", "sine-1Hz-1A", "sine-10Hz-5A"]
+    assert [t.get_text().split(" ")[0] for t in axes.get_yticklabels()] == order
+    expected = np.array([AMPLITUDES[c] for c in order])
+    assert np.allclose(before, 100 * 1e-3 * expected / SPAN, rtol=2e-3)
+    assert np.allclose(after, 100 * 1e-4 * expected / SPAN, rtol=2e-3)
+    assert np.allclose(floor, 100 * NOISE / SPAN, rtol=0.1)
+
+
+def test_residuals_share_one_scale_and_loops_show_measured_before_and_after(drawn):
+    canvas = drawn["Residual before and after"]
+    assert len({axes.get_ylim() for axes in canvas.axes}) == 1
+    loop = drawn["Flux–current loop before and after"].axes[0]
+    assert [line.get_label() for line in loop.lines] == ["measured", "before", "after"]
+    assert np.ptp(loop.lines[0].get_xdata()) == pytest.approx(6.0, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("found", "words", "also"),
+    [
+        (AMBIGUOUS, "cannot tell whether it is eddy-current or probe-skew", "swap the probes"),
+        (UNEXPLAINED, "no effect of the library explains it", "62% of the error"),
+        (NONE, "Nothing that these data can show is missing from boucwen-flux", "1.01 times the noise floor"),
+        (INSUFFICIENT, "These data are too few", "No held-out condition: there is 1"),
+    ],
+    ids=lambda v: v["verdict"] if isinstance(v, dict) else "",
+)
+def test_every_verdict_has_its_page(tmp_path, found, words, also):
+    path = discovery.run(study(tmp_path, found))["page"]
+    with open(path, encoding="utf-8") as handle:
+        text = handle.read()
+    parsed = Page(text)
+    assert not parsed.open and not parsed.unbalanced
+    assert words in headline(found) and words in text and also in text
+    assert "mrfit fit" not in text
+
+
+def test_what_stays_unexplained_is_said_only_above_the_noise():
+    gap = {"noise_floor": 0.01, "before": 0.05, "after": 0.02, "closed": 0.875}
+    rest = {"share_of_gap": 0.125, "predictable": 0.5, "where": [], "text": ["40% of the error in 9%: end of stroke"]}
+    assert "12.5 % of the gap stay unexplained: 40% of the error in 9%: end of stroke." in sentences(
+        FOUND | {"gap": gap, "unexplained": rest}
+    )
+    at_floor = FOUND | {"gap": gap | {"after": 0.0105}, "unexplained": rest}
+    assert not any("unexplained" in line for line in sentences(at_floor))
+
+
+def test_an_effect_stands_for_the_set_it_cannot_be_told_from():
+    assert any("with eddy-current standing for the set" in line for line in sentences(AMBIGUOUS))
+    assert next_step(AMBIGUOUS) == ""
+
+
+def test_the_command_that_goes_on_keeps_the_dependence_on_current():
+    dependence = {"orders": [["fy", 2], ["c", 1]], "low": 0.0, "high": 2.0}
+    found = FOUND | {"augmented_model": "tanh+current-lag", "current_dependence": dependence}
+    assert next_step(found) == "mrfit fit --model tanh+current-lag --current-order fy=2,c=1 --per all"
+
+
+def test_parameters_are_read_in_a_fitting_unit_and_an_open_interval_is_said():
+    shown = parameter_rows(EFFECT)[0]
+    assert (shown["value"], shown["interval"]) == ("2.100 ms", "2.050 to 2.150 ms")
+    open_ended = {**EFFECT, "parameters": [EFFECT["parameters"][0] | {"low": None, "high": None}]}
+    assert parameter_rows(open_ended)[0]["interval"] == "not determined"
+
+
+def test_nearly_all_is_not_called_all():
+    assert [closed_share(v) for v in (0.5, 0.9976, 0.99996, 1.0)] == ["50.0", "99.76", "100.0", "100"]
+
+
+def test_no_discovery_and_changed_segments_are_errors_with_a_remedy(tmp_path):
+    with pytest.raises(DataError, match=r"no discovery here; run `mrfit discover"):
+        discovery.run(Workspace(tmp_path / "none"))
+    workspace = study(tmp_path / "w", FOUND)
+    (workspace.root / "discover" / "residuals.parquet").rename(tmp_path / "kept")
+    with pytest.raises(DataError, match=r"residuals.parquet: is missing; delete .*discover and run"):
+        discovery.run(workspace)
+    (tmp_path / "kept").rename(workspace.root / "discover" / "residuals.parquet")
+    segments, _ = workspace.read_segments()
+    workspace.write_segments(segments[1:], {})
+    with pytest.raises(DataError, match=r"segments have changed since; run `mrfit discover` again"):
+        discovery.run(workspace)
+
+
+def test_advice_is_the_last_discoverys(tmp_path):
+    workspace = study(tmp_path, AMBIGUOUS)
+    assert discovery.advice(workspace) == json.loads(
+        json.dumps({k: AMBIGUOUS[k] for k in ("base_model", "verdict", "ambiguous_set", "advice")})
+    )
