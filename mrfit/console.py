@@ -33,14 +33,15 @@ def say(text: str) -> None:
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
     """Print a table to standard output; numbers are right-aligned and shown with four significant digits."""
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
-    table = Table(title=title, title_justify="left", header_style="bold")
+    table = Table(title=escape(title), title_justify="left", header_style="bold")
     for k, name in enumerate(columns):
         numeric = any(isinstance(r[k], (int, float)) and not isinstance(r[k], bool) for r in rows)
         table.add_column(name, justify="right" if numeric else "left", overflow="fold")
     for row in rows:
-        table.add_row(*[cell(value) for value in row])
+        table.add_row(*[escape(cell(value)) for value in row])
     Console(width=None if sys.stdout.isatty() else 150).print(table)
 
 

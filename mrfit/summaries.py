@@ -24,6 +24,8 @@ def ingest(summary: Summary, work: Path) -> None:
     ]
     columns = ("recording", "reader", "rows", "refused", "dt (s)", "channels", "condition")
     print_table(f"Recordings in {work}{_state(summary)}", columns, rows)
+    for source in summary["replaced"]:
+        say(f"  {source}: has changed since it was last read; its recordings are replaced")
     for recording in summary["recordings"]:
         for finding in recording["findings"]:
             say(f"  {recording['id']}: {finding['text']}")

@@ -111,7 +111,7 @@ def decide(fitter: Fitter, base: Refit, effects: Sequence[EffectSpec], progress:
         if not passing:
             break
         winner, equals = _duel(fitter, present, passing, verdict)
-        verdict.final = winner.fit
+        verdict.final = fitter.thorough(winner.fit)
         verdict.reasons[winner.name] = f"its parameter is {winner.strength:.0f} standard errors from neutral"
         if equals:
             verdict.ambiguous.append((winner.name, *equals))
@@ -132,8 +132,9 @@ def _trials(
     for done, candidate in enumerate(worth, 1):
         trial = _trial(fitter, present, candidate, verdict.base)
         trials.append(trial)
-        verdict.gains[candidate.name] = trial.gain
-        verdict.reasons[candidate.name] = _reason(trial)
+        if number == 0 or trial.passes:
+            verdict.gains[candidate.name] = trial.gain
+            verdict.reasons[candidate.name] = _reason(trial)
         progress(f"round {number + 1}: refit with {candidate.name}", done, len(worth))
     tried = {c.name for c in worth}
     for candidate in candidates:
@@ -200,7 +201,7 @@ def _duel(fitter: Fitter, present: Refit, passing: Sequence[Trial], verdict: Ver
             [*present.effects, winner.name, rival.name], [_values(rival.fit) | _values(winner.fit), _values(winner.fit)]
         )
         adds = judge(rival.name, winner.fit, both, verdict.base).passes
-        needed = judge(winner.name, rival.fit, both, verdict.base, beside_alias=False).passes
+        needed = judge(winner.name, rival.fit, both, rival.fit, beside_alias=False).passes
         if adds and not needed:
             verdict.reasons[winner.name] = f"it adds nothing beside {rival.name}"
             winner, equals = rival, []

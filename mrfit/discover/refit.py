@@ -21,6 +21,8 @@ REFIT_BUDGET = 60
 # Training samples a search looks at; the optimum is then polished on all of them
 SEARCH_SAMPLES = 12_000
 POLISH_STEPS = 3
+# Evaluations of the search from many starts, for each free parameter
+THOROUGH_BUDGET = 200
 # A shape parameter this near an end of its range says no more than that it is large, or small
 AT_BOUND = 0.05
 
@@ -159,6 +161,20 @@ class Fitter:
             self.known[key] = self._polished(assembly, cube, outcome.point)
             self.keep(key, self.known[key])
         return self._judged(key, assembly, cube, self.known[key])
+
+    def thorough(self, found: Refit) -> Refit:
+        """Return a fit searched again from many starts: a base that imitated the effect may be far off its own."""
+        objective = Objective(self.thinned(found.assembly, found.cube), found.point, budget=0)
+        objective.starts = self._data_driven(found.assembly, found.cube)
+        budget = THOROUGH_BUDGET * (objective.dimension + 1)
+        outcome = optimize.run("auto", objective, np.random.default_rng(0), budget)
+        point = self._polished(found.assembly, found.cube, outcome.point)
+        again = self._judged(found.effects, found.assembly, found.cube, point)
+        if not again.chi("train") < found.chi("train"):
+            return found
+        self.known[found.effects] = point
+        self.keep(found.effects, point)
+        return again
 
     def _polished(self, assembly: Assembly, cube: Cube, point: Array) -> Array:
         """Return the optimum over all samples next to that over the thinned ones, by Gauss-Newton steps that help."""

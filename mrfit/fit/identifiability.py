@@ -15,7 +15,7 @@ from scipy import linalg
 from mrfit.fit.cube import Cube, base_name
 from mrfit.fit.uncertainty import Uncertainty
 from mrfit.recording import Segment
-from mrfit.specs import Array, Index, ModelSpec, Param
+from mrfit.specs import Array, Index, Param
 
 # Weights below this share of a direction's largest are left out of its sentence
 NEGLIGIBLE = 0.02
@@ -58,19 +58,23 @@ class Verdict:
     sentences: tuple[str, ...]
 
 
-def judge(cube: Cube, spec: ModelSpec, point: Array, uncertainty: Uncertainty, segments: Sequence[Segment]) -> Verdict:
+def judge(
+    cube: Cube, point: Array, uncertainty: Uncertainty, segments: Sequence[Segment], readable: Sequence[str] = ()
+) -> Verdict:
     """Return what the data determine, which parameters trade, what to fix and which test to add.
 
     Parameters
     ----------
-    cube, spec
-        Free parameters and the model they belong to.
+    cube
+        Free parameters.
     point
         Optimum in the cube, shape (F,).
     uncertainty
         At this optimum.
     segments
         What was fitted: names the channel and the amplitudes of the test.
+    readable
+        Derived quantities that the data determine.
     """
     params = [cube.params[int(k)] for k in cube.free]
     axes = np.eye(len(params))
@@ -83,7 +87,7 @@ def judge(cube: Cube, spec: ModelSpec, point: Array, uncertainty: Uncertainty, s
     drowned = uncertainty.directions[:, uncertainty.open & ~uncertainty.redundant]
     sentences += [_redundancy(params, d) for d in sparse_directions(redundant)]
     sentences += [_drowning(params, d) for d in sparse_directions(drowned)]
-    sentences += _remedies(spec, fix, params, drowned, loose, segments)
+    sentences += _remedies(readable, fix, params, drowned, loose, segments)
     sentences += _bounds(params, point)
     return Verdict(tuple(open_names), tuple(p.name for p in loose), tuple(fix), tuple(sentences))
 
@@ -159,7 +163,7 @@ def _decades(param: Param) -> float:
 
 
 def _remedies(
-    spec: ModelSpec,
+    readable: Sequence[str],
     fix: Sequence[str],
     params: Sequence[Param],
     drowned: Array,
@@ -169,7 +173,7 @@ def _remedies(
     said = []
     if fix:
         held = " ".join(f"--fix {name}=VALUE" for name in fix)
-        instead = f", or read {_and([d.name for d in spec.derived])} instead" if spec.derived else ""
+        instead = f", or read {_and(readable)} instead" if readable else ""
         said.append(f"To get the rest one by one, hold {_and(fix)} ({held}){instead}.")
     leaning = [p for p, row in zip(params, drowned, strict=True) if np.sum(row**2) > 0.1] if drowned.size else []
     asked = {p.role: p.name for p in [*loose, *leaning]}

@@ -58,13 +58,14 @@ def trust(
         parameters, derived = with_intervals(parameters, found), with_intervals(derived, found)
     elif intervals == "profile":
         parameters = with_intervals(parameters, profile_intervals(folded, point, uncertainty, linearised))
+    readable = [d["name"] for d in derived if d["identifiable"]]
     segments = [b.segment for b in group.training]
     return {
         "intervals": intervals,
         "parameters": parameters,
         "derived": derived,
         "conditioning": conditioning(cube, uncertainty),
-        "identifiability": list(judge(cube, assembly.spec, point, uncertainty, segments).sentences),
+        "identifiability": list(judge(cube, point, uncertainty, segments, readable).sentences),
         "passivity": passivity_rows(group.full, simulated, assembly),
         "residual_tests": residual_rows(group, assembly, simulated),
     }

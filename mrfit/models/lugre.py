@@ -12,7 +12,6 @@ Source: R. Jimenez, L. Alvarez-Icaza, Structural Control and Health Monitoring 1
 dampers, there with g constant (dF = 0); named in the reviews of papers 001 and 003 ("LuGre hysteresis operator").
 """
 
-
 from mrfit.kernels.friction import lugre
 from mrfit.kernels.points import inside, largest, post_yield_line
 from mrfit.kernels.theta import along_samples, plain
