@@ -18,7 +18,7 @@ MODEL ?= boucwen-flux
 OPT ?= pso-fmin
 PATTERN ?= *.csv
 
-.PHONY: help setup demo demo-discover test lint test-slow bench batch datasets clean
+.PHONY: help setup demo demo-discover test lint test-slow bench discovery-benchmark batch datasets clean
 
 help:
 	@echo 'make demo       run the whole pipeline on the logs in datasets/ and say where the report lies'
@@ -26,6 +26,7 @@ help:
 	@echo 'make test       lint, type-check and test'
 	@echo 'make test-slow  the long studies as well'
 	@echo 'make bench      measure speed, as ratios in one run'
+	@echo 'make discovery-benchmark  score discovery on hidden effects (hours; goes on where it was stopped)'
 	@echo 'make batch LOGS=folder MODEL=name OPT=name -j2   re-process every log under a folder, only what changed'
 	@echo 'make datasets   make the logs in datasets/ again'
 	@echo 'make clean      remove the environment and what demo and batch made'
@@ -59,12 +60,15 @@ test-slow: setup
 bench: setup
 	$(BIN)/python -m benchmarks
 
+discovery-benchmark: setup
+	$(BIN)/python -m benchmarks.discovery --full --jobs $(JOBS) --keep discovery-work --out discovery-work/result.md
+
 datasets: setup
 	$(BIN)/python -m datasets.make_coil_logs
 	$(BIN)/python -m datasets.make_discovery_logs
 
 clean:
-	rm -rf $(VENV) $(WORK) $(BATCH)
+	rm -rf $(VENV) $(WORK) $(BATCH) discovery-work
 
 # One target per log: make rebuilds a report when its log or the channel map beside it is newer.
 BATCH_LOGS := $(shell find $(LOGS) -type f -name '$(PATTERN)' 2>/dev/null)

@@ -118,12 +118,14 @@ def slip_direction(position: Array) -> Array:
 
 
 def lagged(signal: Array, time_constant: float, step: float) -> Array:
-    """Return a first-order lag of a signal, exact for a signal held over each step, started in equilibrium."""
+    """Return a first-order lag of a signal, exact if that is straight over each step, started in equilibrium."""
     if time_constant <= 0:
         return signal
-    keep = float(np.exp(-step / time_constant))
+    ratio = step / time_constant
+    keep = float(np.exp(-ratio))
+    mean = (1.0 - keep) / ratio
     first: Array = signal[:, :1]
-    return first + np.asarray(lfilter([1.0 - keep], [1.0, -keep], signal - first, axis=1))
+    return first + np.asarray(lfilter([1.0 - mean, mean - keep], [1.0, -keep], signal - first, axis=1))
 
 
 def resonated(force: Array, frequency: float, step: float) -> Array:
