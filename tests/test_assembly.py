@@ -89,6 +89,7 @@ def test_effects_act_in_the_order_of_their_slots_whatever_the_order_of_writing(w
     whole = assemble(f"bingham+{written}")
     own = {
         "velocity-hysteresis.Omega": 4.0,
+        "velocity-hysteresis.w": 0.01,
         "inertia.m": 3.0,
         "delay.tau": 5e-3,
         "fy": 300.0,
@@ -98,7 +99,7 @@ def test_effects_act_in_the_order_of_their_slots_whatever_the_order_of_writing(w
     drive = {"velocity": v, "displacement": x, "acceleration": a}
     theta = np.array([[own[n] for n in whole.spec.names]])
     found = whole.simulate(np.stack([drive[n] for n in whole.spec.inputs]), theta, DT)[0]
-    changed = velocity_hysteresis.transform({"displacement": x, "velocity": v}, np.array([4.0]), DT)["velocity"]
+    changed = velocity_hysteresis.transform({"displacement": x, "velocity": v}, np.array([4.0, 0.01]), DT)["velocity"]
     force = bingham.response(changed[None], np.array([[300.0, 800.0, 7.0]]), DT)[0] + 3.0 * a
     assert np.allclose(found[5:], force[:-5], rtol=1e-12)
     assert (found[:5] == force[0]).all()
