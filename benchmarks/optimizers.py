@@ -1,4 +1,4 @@
-"""Compare optimizers on the same objective: 000 Table 2 (pso-fmin against fmin) and 002 Fig. 13 (five swarms).
+"""Compare optimizers on one objective: pso-fmin against fmin (Tang et al., Table 2), five swarms (rotary-stiffness paper).
 
 Run ``python -m benchmarks.optimizers [SEEDS]``: planted data of `boucwen-flux` and `rotational-erf` with 1 % noise,
 costs as multiples of that noise. All optimizers of a table see the same data.
@@ -111,7 +111,7 @@ def coil(amplitude: float) -> Callable[[int], Objective]:
 
 
 def rotary() -> Callable[[int], Objective]:
-    """Return objectives of a rotary damper at 3 Hz, as in 002 Fig. 13."""
+    """Return objectives of a rotary damper at 3 Hz, as in rotary-stiffness paper Fig. 13."""
     assembly = assemble("rotational-erf")
     phase = 2.0 * np.pi * 3.0 * np.arange(2000) / 2000.0
     channels = {"angle": 0.3 * np.sin(phase), "angular_velocity": 0.3 * 6.0 * np.pi * np.cos(phase)}

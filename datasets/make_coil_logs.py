@@ -26,7 +26,7 @@ ROWS, PER_PERIOD = 4800, 600
 FREQUENCIES = (1.0, 5.0, 10.0)
 VOLTAGE_NOISE, CURRENT_NOISE = 4e-3, 4e-4
 PUBLISHED = FluxBoucWen(A=1.1993, Lc=0.0178, kappa=3.4887, beta=30.0007, gamma=59.9993, n=1.2695, D=19.9999)
-"""000 Table 3, 3 A, 1 Hz; SI."""
+"""Tang et al. Table 3, 3 A, 1 Hz; SI."""
 
 MAP = """\
 resistance = {resistance:g}

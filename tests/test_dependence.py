@@ -1,4 +1,4 @@
-"""Dependence on current against direct evaluation, and against the parabolas of paper 004 Table 3."""
+"""Dependence on current against direct evaluation, and against the parabolas of inverse-tanh paper Table 3."""
 
 import numpy as np
 import pint
@@ -12,7 +12,7 @@ from mrfit.models import bingham, tanh
 from mrfit.specs import ModelSpec
 
 LOW, HIGH = 0.2, 1.0
-# paper 004 Table 3 from 0.2 to 1 A, in N and N*s/m: coefficients of i^0, i^1, i^2
+# inverse-tanh paper Table 3 from 0.2 to 1 A, in N and N*s/m: coefficients of i^0, i^1, i^2
 TABLE_3 = {"fy": (-135.7, 1817.0, -719.6), "c": (840.0, 2669.0, 142.9), "f0": (-11.67, -29.55, 16.28)}
 QUADRATIC = CurrentDependence(tuple((name, 2) for name in TABLE_3), LOW, HIGH)
 

@@ -6,7 +6,7 @@ v velocity (m/s), F force (N), g extra gain (1) for v > 0. (1 + tanh(v/v0))/2 is
 the jump at v = 0 with which a noisy velocity would chatter.
 
 Source: J. Yu et al., Asymmetric dynamic model of temperature-dependent magnetorheological damper, Frontiers in
-Materials 6 (2019) 227, as cited by paper 001.
+Materials 6 (2019) 227, as cited by Savaia et al..
 """
 
 from mrfit.kernels.filters import soft_sign

@@ -2,10 +2,11 @@
 
     d(i_sim)/dt = (i - i_sim)/tau
 
-i current (A), i_sim the current that the base sees (A), tau time constant (s), 1/nu of paper 004, which has 0.02 s.
+i current (A), i_sim the current that the base sees (A), tau time constant (s), 1/nu of inverse-tanh paper, which has
+0.02 s.
 The lag is exact for a current that is linear between samples; i_sim starts at the first sample.
 
-Source: paper 004 eq. 9; the simplest M(s) of paper 001 eq. 7.
+Source: inverse-tanh paper eq. 9; the simplest M(s) of Savaia et al. eq. 7.
 """
 
 import numpy as np
@@ -18,7 +19,7 @@ SPEC = EffectSpec(
     name="current-lag",
     title="Field lagging the current",
     equation="d(i_sim)/dt = (i - i_sim)/tau",
-    reference="paper 004 eq. 9",
+    reference="inverse-tanh paper eq. 9",
     slot="input",
     outputs=("force", "torque"),
     inputs=("current",),

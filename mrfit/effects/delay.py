@@ -5,7 +5,7 @@
 F force (N) or torque, tau time (s) by which its record is late; negative if it is early. The output is shifted by
 cubic Lagrange interpolation, its ends held.
 
-Source: time lag of the test rig, paper 004 sec. 3.2; interpolation after Laakso et al., IEEE Signal Processing
+Source: time lag of the test rig, inverse-tanh paper sec. 3.2; interpolation after Laakso et al., IEEE Signal Processing
 Magazine 13 (1996) 30.
 """
 
@@ -17,7 +17,7 @@ SPEC = EffectSpec(
     name="delay",
     title="Force late or early against the motion",
     equation="F_measured(t) = F(t - tau)",
-    reference="paper 004 sec. 3.2",
+    reference="inverse-tanh paper sec. 3.2",
     slot="output",
     outputs=("force", "torque"),
     inputs=(),

@@ -4,7 +4,7 @@
 
 F force (N), f_off offset (N). Most bases have an f0: beside it this effect adds nothing and no data can show it.
 
-Source: offset f0 of paper 003 sec. 2, eqs. 1-10.
+Source: offset f0 of preyield paper sec. 2, eqs. 1-10.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ SPEC = EffectSpec(
     name="force-offset",
     title="Constant offset of the force",
     equation="F = F_base + f_off",
-    reference="paper 003 eqs. 1-10, f0",
+    reference="preyield paper eqs. 1-10, f0",
     slot="add",
     outputs=("force",),
     inputs=(),

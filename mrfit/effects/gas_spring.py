@@ -5,7 +5,7 @@
 x displacement (m), F force (N), k_g stiffness of the accumulator (N/m). A base that has a stiffness of its own takes
 it up.
 
-Source: stiffness k1 of the accumulator, B. F. Spencer et al., J. Eng. Mech. 123 (1997) 230; paper 003 sec. 2.
+Source: stiffness k1 of the accumulator, B. F. Spencer et al., J. Eng. Mech. 123 (1997) 230; preyield paper sec. 2.
 """
 
 from mrfit.specs import Array, EffectSpec, Param

@@ -6,7 +6,7 @@ t time (s), flux (Wb), offset voltage (V). It shows where the flux was recorded 
 the reconstruction could not take the drift away; the flux stage removes it from all that repeats in whole cycles. The
 term needs the time: it does not repeat from cycle to cycle.
 
-Source: paper 000 eq. 3, with u + offset for u.
+Source: Tang et al. eq. 3, with u + offset for u.
 """
 
 import numpy as np
@@ -17,7 +17,7 @@ SPEC = EffectSpec(
     name="integrator-offset",
     title="Drift of the flux integrator",
     equation="flux_measured = flux + offset*(t - mean(t))",
-    reference="paper 000 eq. 3, with u + offset for u",
+    reference="Tang et al. eq. 3, with u + offset for u",
     slot="add",
     outputs=("flux",),
     inputs=("time",),

@@ -8,7 +8,7 @@ early. The current is shifted by cubic Lagrange interpolation, its ends held.
 The reconstruction integral(u - R*i) dt used the late current too, which adds R*tau*i to the measured flux: a term in
 phase with the current that the base's inductance takes up. An inductance fitted beside this effect is L + R*tau.
 
-Source: paper 000 eq. 3, with i(t - tau) for i; interpolation after Laakso et al., IEEE Signal Processing Magazine 13
+Source: Tang et al. eq. 3, with i(t - tau) for i; interpolation after Laakso et al., IEEE Signal Processing Magazine 13
 (1996) 30.
 """
 
@@ -22,7 +22,7 @@ SPEC = EffectSpec(
     name="probe-skew",
     title="Current probe late or early against the voltage",
     equation="flux_measured(t) = flux(i(t + tau))",
-    reference="paper 000 eq. 3, with i(t - tau) for i",
+    reference="Tang et al. eq. 3, with i(t - tau) for i",
     slot="input",
     outputs=("flux",),
     inputs=("current",),

@@ -6,7 +6,7 @@ i current (A), flux (Wb) reconstructed as integral(u - R*i) dt, dR = R used - R 
 were taken from the measured flux, so they are taken from this term: the mean of i and the mean of the integral, both
 under a Hann window, which an unfinished cycle does not bias. The loop's area per cycle falls in proportion to 1/f.
 
-Source: paper 000 eq. 3, with R + dR for R.
+Source: Tang et al. eq. 3, with R + dR for R.
 """
 
 from mrfit.kernels.filters import level, running_integral
@@ -16,7 +16,7 @@ SPEC = EffectSpec(
     name="resistance-error",
     title="Wrong coil resistance in the flux reconstruction",
     equation="flux_measured = flux - dR*integral(i - mean(i)) dt",
-    reference="paper 000 eq. 3, with R + dR for R",
+    reference="Tang et al. eq. 3, with R + dR for R",
     slot="add",
     outputs=("flux",),
     inputs=("current",),

@@ -8,7 +8,7 @@ not cool in this form: it holds for records that are short against its thermal t
 ``resistance-error``. Before the first sample seen, E is the mean heating rate times the time since the record's
 start, so the term needs the time: it does not repeat from cycle to cycle.
 
-Source: paper 000 eq. 3, with R*(1 + alpha*dT) for R and an adiabatic coil.
+Source: Tang et al. eq. 3, with R*(1 + alpha*dT) for R and an adiabatic coil.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ SPEC = EffectSpec(
     name="resistance-heating",
     title="Coil resistance rising with the heat of its current",
     equation="flux_measured = flux + r*integral(E*i - mean(E*i)) dt,  E = integral(i^2) dt from the record's start",
-    reference="paper 000 eq. 3, with the resistance of an adiabatic coil",
+    reference="Tang et al. eq. 3, with the resistance of an adiabatic coil",
     slot="add",
     outputs=("flux",),
     inputs=("current", "time"),

@@ -4,9 +4,10 @@
 
 T temperature (degC), b_yield and b_viscous falling rates (1/K) of the base's parameters of the roles ``yield`` and
 ``viscous``; parameters are those at 25 degC. The exponential keeps every parameter's sign at any temperature and
-falls steepest in the cold, as paper 001 measured (57 % over 80 K: 0.0105 1/K).
+falls steepest in the cold, as Savaia et al. measured (57 % over 80 K: 0.0105 1/K).
 
-Source: paper 001 eq. 3, alpha(T) with alpha(25 degC) = 1, an exponential in place of its polynomial and one for each
+Source: Savaia et al. eq. 3, alpha(T) with alpha(25 degC) = 1, an exponential in place of its polynomial and one for
+each
 role.
 """
 
@@ -20,7 +21,7 @@ SPEC = EffectSpec(
     name="temperature",
     title="Yield force and viscosity falling with temperature",
     equation="yield_force = yield_force(25 degC)*exp(-b_yield*(T - 25 degC)),  damping the same with b_viscous",
-    reference="paper 001 eq. 3, alpha(T) as an exponential",
+    reference="Savaia et al. eq. 3, alpha(T) as an exponential",
     slot="theta",
     outputs=("force", "torque"),
     inputs=("temperature",),

@@ -8,7 +8,7 @@ only when the velocity has turned by 2w. Either may be the memory; papers use bo
 meaning for the fluid, so the mean of x over the samples is taken away, under a Hann window, which an unfinished cycle
 does not bias.
 
-Source: paper 003 eq. 8 (S. Guo et al.), whose print has the quotient of Omega upside down, and eqs. 5-7 (velocity
+Source: preyield paper eq. 8 (S. Guo et al.), whose print has the quotient of Omega upside down, and eqs. 5-7 (velocity
 branches v -/+ vh by the sign of the acceleration, which is a play of half-width vh).
 """
 
@@ -20,7 +20,7 @@ SPEC = EffectSpec(
     name="velocity-hysteresis",
     title="Memory in the velocity",
     equation="v_eff = play(v, w) + Omega*(x - mean(x))",
-    reference="paper 003 eq. 8",
+    reference="preyield paper eq. 8",
     slot="input",
     outputs=("force",),
     inputs=("displacement", "velocity"),

@@ -9,7 +9,7 @@ from mrfit.drive import smooth
 from mrfit.errors import ConfigError, DataError
 from mrfit.recording import Recording, Segment
 
-# Peak velocities in m/s up to which a segment counts as low and as medium, paper 003 section 4
+# Peak velocities in m/s up to which a segment counts as low and as medium, preyield paper section 4
 LOW, MEDIUM = 0.015, 0.1
 
 
@@ -22,7 +22,7 @@ def select(segments: Sequence[Segment], only: str, recordings: Mapping[str, Reco
         All segments.
     only
         Empty for all; letters of ``LMH`` for those whose peak velocity is low (to 15 mm/s), medium (to 100 mm/s) or
-        high, so that ``LMH`` and ``MH`` are the data sets of paper 003; else patterns on conditions, by commas.
+        high, so that ``LMH`` and ``MH`` are the data sets of preyield paper; else patterns on conditions, by commas.
     recordings
         Recordings by id.
 

@@ -1,7 +1,8 @@
 """Where a search starts: the model's own start values, characteristic points, a first phase current by current.
 
 Where parameters depend on current, the base model is fitted at each level, and polynomials go through the values. That
-is the result in papers 002 §5.3, 003 §3 and 004 §2.3; here the joint fit of all currents begins there.
+is the result in rotary-stiffness paper §5.3, preyield paper §3 and inverse-tanh paper §2.3; here the joint fit of all
+currents begins there.
 """
 
 from collections.abc import Iterable, Mapping, Sequence

@@ -102,7 +102,7 @@ def tanh_points(x: Array, v: Array, force: Array) -> dict[str, float]:
 
     Notes
     -----
-    Source: paper 004, section 2.1.
+    Source: inverse-tanh paper, section 2.1.
     """
     speed, stroke = largest(v), 0.5 * float(np.ptp(x))
     if not speed or not stroke:

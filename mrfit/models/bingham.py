@@ -5,7 +5,7 @@
 v velocity (m/s), F force (N), f0 offset of the gas accumulator (N), fy yield force (N), C_inf post-yield damping
 (N*s/m). At v = 0 the Coulomb force is 0.
 
-Source: paper 003 eq. 1; published values in its Tables 1-2.
+Source: preyield paper eq. 1; published values in its Tables 1-2.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ SPEC = ModelSpec(
     name="bingham",
     title="Bingham plastic",
     equation="F = f0 + fy*sign(v) + C_inf*v",
-    reference="paper 003 eq. 1",
+    reference="preyield paper eq. 1",
     inputs=("velocity",),
     output="force",
     params=(

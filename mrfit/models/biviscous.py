@@ -6,7 +6,7 @@
 v velocity (m/s), F force (N), f0 offset of the gas accumulator (N), fy yield force (N), vy yield velocity (m/s), C_inf
 post-yield damping (N*s/m). The pre-yield damping C0 = fy/vy (N*s/m) follows from continuity and is reported as derived.
 
-Source: paper 003 eq. 3; published values in its Tables 1-2.
+Source: preyield paper eq. 3; published values in its Tables 1-2.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ SPEC = ModelSpec(
     name="biviscous",
     title="Nonlinear biviscous",
     equation="F = f0 + C0*v for |v|<vy, else f0 + fy*sign(v) + C_inf*(v - vy*sign(v));  C0 = fy/vy",
-    reference="paper 003 eq. 3",
+    reference="preyield paper eq. 3",
     inputs=("velocity",),
     output="force",
     params=(

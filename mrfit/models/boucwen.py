@@ -8,7 +8,7 @@ spring is at rest (m), alpha force per z (N), z hysteretic state (1) with z = 0 
 n (1). z depends on the path of x alone and is simulated by the exact branch curve of ``kernels.branch``; where kappa,
 beta, gamma or n vary along the samples, by sub-steps in x.
 
-Source: paper 000 eq. 4, written here for z without a unit, so that the unit of beta and gamma does not hang on n. The
+Source: Tang et al. eq. 4, written here for z without a unit, so that the unit of beta and gamma does not hang on n. The
 offset of a gas accumulator is -k*x0, as printed; a separate f0 would be the same parameter twice.
 
 z -> s*z, kappa -> s*kappa, alpha -> alpha/s, beta -> s^(1-n)*beta, gamma -> s^(1-n)*gamma leave F as it is: ``derived``
@@ -27,7 +27,7 @@ SPEC = ModelSpec(
     name="boucwen",
     title="Bouc-Wen damper",
     equation="F = c*v + k*(x-x0) + alpha*z;  dz/dt = kappa*v - beta*v*|z|^n - gamma*|v|*z*|z|^(n-1)",
-    reference="paper 000 eq. 4",
+    reference="Tang et al. eq. 4",
     inputs=("displacement", "velocity"),
     output="force",
     params=(

@@ -7,7 +7,7 @@ i current (A), flux (Wb), A share of the linear part (1), Lc coil inductance (H)
 z its state (1) with z = 0 at sample 0, kappa, beta, gamma (1/A) and n (1) shape of its loop. The law has no time of its
 own: it is simulated by the exact branch curve of ``kernels.branch``, at any sampling.
 
-Source: paper 000 eq. 5 (Bouc-Wen flux model of a dual-coil damper), n1 = n2 = n as in its Tables 3-5.
+Source: Tang et al. eq. 5 (Bouc-Wen flux model of a dual-coil damper), n1 = n2 = n as in its Tables 3-5.
 
 The print and its tables do not fit each other. With the printed D^-1 and the published D = 20 the hysteretic part is
 0.014-0.036 % of the flux's range: no loop to be seen. The standard Bouc-Wen form multiplies by D instead; that is
@@ -29,7 +29,7 @@ SPEC = ModelSpec(
     name="boucwen-flux",
     title="Bouc-Wen flux linkage of a coil",
     equation="flux = A*Lc*i + (1-A)*Lc/D*z;  dz/dt = kappa*di/dt - beta*di/dt*|z|^n - gamma*z*|di/dt|*|z|^(n-1)",
-    reference="paper 000 eq. 5; start values of its Tables 3-5",
+    reference="Tang et al. eq. 5; start values of its Tables 3-5",
     inputs=("current",),
     output="flux",
     params=(

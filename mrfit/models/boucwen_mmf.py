@@ -8,7 +8,7 @@ hysteretic state between -1 and 1 with y = 0 at sample 0, flux_y flux over which
 knee (1), rho = beta - gamma (1). Flux is to current as displacement is to force: for rho <= 0 the law dissipates on any
 path, whatever the other values, where ``boucwen-flux`` does for A > 1 only. No parameter is redundant.
 
-Source: R. Bouc, Y.-K. Wen as in paper 000 eqs. 4-5, with the roles of current and flux exchanged; passivity after
+Source: R. Bouc, Y.-K. Wen as in Tang et al. eqs. 4-5, with the roles of current and flux exchanged; passivity after
 S. Erlicher, N. Point, Comptes Rendus Mecanique 332 (2004) 51.
 """
 
@@ -23,7 +23,7 @@ SPEC = ModelSpec(
     name="boucwen-mmf",
     title="Bouc-Wen magnetomotive force: current from flux linkage",
     equation="i = flux/L + i_c*y;  dy/dt = (dflux/dt - beta*dflux/dt*|y|^n - gamma*|dflux/dt|*y*|y|^(n-1))/flux_y",
-    reference="dual of paper 000 eq. 5",
+    reference="dual of Tang et al. eq. 5",
     inputs=("flux",),
     output="current",
     params=(

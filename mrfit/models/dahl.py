@@ -6,7 +6,8 @@ x displacement (m), v velocity (m/s), F force (N), c damping (N*s/m), fy frictio
 with w = 0 at sample 0, rho inverse of the travel over which friction turns over (1/m), f0 offset (N). w depends on the
 path of x alone: every step is its exponential, exact at any sampling.
 
-Source: Q. Zhou, S. Nielsen, W. Qu, Journal of Sound and Vibration 296 (2006) 1; named in the reviews of papers 001 and
+Source: Q. Zhou, S. Nielsen, W. Qu, Journal of Sound and Vibration 296 (2006) 1; named in the reviews of Savaia et al.
+and
 003 ("Dahl hysteresis operator").
 """
 
@@ -21,7 +22,7 @@ SPEC = ModelSpec(
     name="dahl",
     title="Viscous damper with Dahl friction",
     equation="F = f0 + c*v + fy*w;  dw/dt = rho*(v - |v|*w)",
-    reference="Zhou, Nielsen, Qu 2006; reviewed in papers 001 and 003",
+    reference="Zhou, Nielsen, Qu 2006; reviewed in Savaia et al. and 003",
     inputs=("displacement", "velocity"),
     output="force",
     params=(

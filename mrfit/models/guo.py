@@ -6,7 +6,7 @@ x displacement (m), v velocity (m/s), F force (N), f0 offset of the gas accumula
 sharpness of yield (s/m), C_inf post-yield damping (N*s/m), Omega hysteretic critical velocity over critical
 displacement (1/s).
 
-Source: paper 003 eq. 8. Its print has the quotient of Omega upside down; its words and the dimensions say vh/xh.
+Source: preyield paper eq. 8. Its print has the quotient of Omega upside down; its words and the dimensions say vh/xh.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ SPEC = ModelSpec(
     name="guo",
     title="Shuqi Guo's hyperbolic tangent",
     equation="F = f0 + fy*tanh(C0*(v + Omega*x)) + C_inf*(v + Omega*x)",
-    reference="paper 003 eq. 8",
+    reference="preyield paper eq. 8",
     inputs=("displacement", "velocity"),
     output="force",
     params=(

@@ -11,7 +11,7 @@ v velocity (m/s), i current (A), F force (N), c_pre and c_post damping before an
 zeros of H, tau delay (s), f0 offset (N). H and M have unit gain and are at rest at sample 0's force and current; both
 are exact for inputs linear between samples.
 
-Source: paper 001 eqs. 1-7, whose third branch of C must read c_post*(v + d0) - c_pre*d0. The factor alpha(T) of its
+Source: Savaia et al. eqs. 1-7, whose third branch of C must read c_post*(v + d0) - c_pre*d0. The factor alpha(T) of its
 eq. 3 is the effect ``temperature``; poles and zeros of its Tables 1-2 are lost in print.
 """
 
@@ -29,7 +29,7 @@ SPEC = ModelSpec(
         "F = f0 + H(s){C(M(s)*i, v)};  C = c_pre*v up to |v| = a*i + b, slope c_post beyond;  "
         "H: poles p1..p4, zeros (omega, xi);  M: poles q1, q2, zero, delay tau;  unit gains"
     ),
-    reference="paper 001 eqs. 1-7",
+    reference="Savaia et al. eqs. 1-7",
     inputs=("velocity", "current"),
     output="force",
     params=(

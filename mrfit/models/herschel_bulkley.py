@@ -5,7 +5,7 @@
 v velocity (m/s), F force (N), f0 offset of the gas accumulator (N), fy yield force (N), C_inf consistency, the viscous
 force at 1 m/s (N), n flow index (1): below 1 the fluid thins with shear, above 1 it thickens.
 
-Source: paper 003 eq. 2; in its Tables 1-2 fy falls to 0.0 N where n alone bends the curve, and n is not printed.
+Source: preyield paper eq. 2; in its Tables 1-2 fy falls to 0.0 N where n alone bends the curve, and n is not printed.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ SPEC = ModelSpec(
     name="herschel-bulkley",
     title="Herschel-Bulkley fluid",
     equation="F = f0 + fy*sign(v) + C_inf*|v|^n*sign(v)",
-    reference="paper 003 eq. 2",
+    reference="preyield paper eq. 2",
     inputs=("velocity",),
     output="force",
     params=(

@@ -10,7 +10,7 @@ F - f0 is given; v velocity (m/s), a acceleration (m/s^2), F force (N), f0 offse
 force (N), C0 pre-yield and C_inf post-yield damping (N*s/m), vh velocity of zero force (m/s). The three lines meet at
 -vyc and vye, so that each branch is the middle one of its three lines, whatever their slopes.
 
-Source: paper 003 eqs. 5-6; its print has C0 and C_inf exchanged in two of the branches for a < 0.
+Source: preyield paper eqs. 5-6; its print has C0 and C_inf exchanged in two of the branches for a < 0.
 """
 
 import numpy as np
@@ -23,7 +23,7 @@ SPEC = ModelSpec(
     name="hysteretic-biviscous",
     title="Hysteretic biviscous",
     equation="F = f0 + min(max(C0*(v - vh*sign(a)), C_inf*v - fy), C_inf*v + fy)",
-    reference="paper 003 eqs. 5-6",
+    reference="preyield paper eqs. 5-6",
     inputs=("velocity", "acceleration"),
     output="force",
     params=(

@@ -5,7 +5,8 @@
 v velocity (m/s), a acceleration (m/s^2), F force (N), f0 offset of the gas accumulator (N), fy yield force (N), vy
 regularisation velocity (m/s), vh half-width of the loop (m/s), C_inf post-yield damping (N*s/m).
 
-Source: paper 003 eq. 7. Its print shifts by -vh for a < 0, a clockwise loop, against its own text (counter-clockwise)
+Source: preyield paper eq. 7. Its print shifts by -vh for a < 0, a clockwise loop, against its own text
+(counter-clockwise)
 and the sign of its hysteretic biviscous model with the same tabulated vh > 0; here the signs agree, and vh < 0 is the
 print.
 """
@@ -20,7 +21,7 @@ SPEC = ModelSpec(
     name="hysteretic-regularised-bingham",
     title="Hysteretic regularised Bingham",
     equation="F = f0 + fy*sign(u)*(1 - exp(-|u|/vy)) + C_inf*u;  u = v - vh*sign(a)",
-    reference="paper 003 eq. 7",
+    reference="preyield paper eq. 7",
     inputs=("velocity", "acceleration"),
     output="force",
     params=(

@@ -9,7 +9,8 @@ vs Stribeck's velocity (m/s), f0 offset (N). v is linear between samples; every 
 dF = 0 and stable for any stiffness.
 
 Source: R. Jimenez, L. Alvarez-Icaza, Structural Control and Health Monitoring 12 (2005) 91, for magnetorheological
-dampers, there with g constant (dF = 0); named in the reviews of papers 001 and 003 ("LuGre hysteresis operator").
+dampers, there with g constant (dF = 0); named in the reviews of Savaia et al. and the preyield paper ("LuGre
+hysteresis operator").
 """
 
 from mrfit.kernels.friction import lugre
@@ -24,7 +25,7 @@ SPEC = ModelSpec(
     name="lugre",
     title="LuGre friction",
     equation="F = f0 + sigma0*z + sigma1*dz/dt + sigma2*v;  dz/dt = v - sigma0*|v|*z/(Fc + dF*exp(-(v/vs)^2))",
-    reference="Jimenez, Alvarez-Icaza 2005; reviewed in papers 001 and 003",
+    reference="Jimenez, Alvarez-Icaza 2005; reviewed in Savaia et al. and the preyield paper",
     inputs=("velocity",),
     output="force",
     params=(

@@ -6,7 +6,7 @@ v velocity (m/s), i current (A), F force (N). 31 parameters: W1_jk (weight of in
 W2_jk, b2_j (1), w3_j and b3 (N). Values 4 ms ago are linear between samples, and the first sample's value before it.
 The start values are fixed numbers spread over -1 ... 1, since equal units would stay equal for ever.
 
-Source: paper 001, section 4. The activation is not printed; the hyperbolic tangent is MATLAB's default.
+Source: Savaia et al., section 4. The activation is not printed; the hyperbolic tangent is MATLAB's default.
 """
 
 import numpy as np
@@ -45,7 +45,7 @@ SPEC = ModelSpec(
     name="neural-network",
     title="Feed-forward neural network, two hidden layers of three",
     equation="F = w3*tanh(W2*tanh(W1*u + b1) + b2) + b3;  u = (v, i, v 4 ms ago, i 4 ms ago)",
-    reference="paper 001 section 4",
+    reference="Savaia et al. section 4",
     inputs=("velocity", "current"),
     output="force",
     params=_params(),

@@ -7,7 +7,7 @@ velocity mapped to 1 (m/s). The offset of the gas accumulator is part of a_0 and
 functions as the powers of v in the source, but powers up to 12 leave least squares without a digit. v_max chooses the
 basis only: no data determine it, and beyond it the polynomials are worthless, as the source warns.
 
-Source: paper 003 eq. 9, order 12 as recommended there.
+Source: preyield paper eq. 9, order 12 as recommended there.
 """
 
 from collections.abc import Iterator
@@ -26,7 +26,7 @@ SPEC = ModelSpec(
     name="polynomial",
     title="Polynomials of order 12 in velocity, by sign of acceleration",
     equation="F = sum_i a_i*P_i(v/v_max) for a < 0, sum_i b_i*P_i(v/v_max) for a >= 0;  P_i Legendre, i = 0 ... 12",
-    reference="paper 003 eq. 9",
+    reference="preyield paper eq. 9",
     inputs=("velocity", "acceleration"),
     output="force",
     params=(

@@ -5,7 +5,7 @@
 v velocity (m/s), F force (N), f0 offset of the gas accumulator (N), fy yield force (N), vy regularisation velocity
 (m/s), C_inf post-yield damping (N*s/m).
 
-Source: paper 003 eq. 4; published values in its Tables 1-2.
+Source: preyield paper eq. 4; published values in its Tables 1-2.
 """
 
 import numpy as np
@@ -18,7 +18,7 @@ SPEC = ModelSpec(
     name="regularised-bingham",
     title="Regularised Bingham",
     equation="F = f0 + fy*sign(v)*(1 - exp(-|v|/vy)) + C_inf*v",
-    reference="paper 003 eq. 4",
+    reference="preyield paper eq. 4",
     inputs=("velocity",),
     output="force",
     params=(

@@ -5,7 +5,8 @@
 theta angle (rad), omega angular velocity (rad/s), T torque (N*m), k stiffness (N*m/rad), c damping (N*m*s/rad), alpha
 amplitude of the S (N*m), beta its steepness (s/rad), gamma its shift with the angle's sign (1), T0 offset (N*m).
 
-Source: paper 002 eqs. 1-2 and 5-6; eq. 2 prints theta inside erf where eq. 6 has the angular velocity, which is right.
+Source: rotary-stiffness paper eqs. 1-2 and 5-6; eq. 2 prints theta inside erf where eq. 6 has the angular velocity,
+which is right.
 T0 is half the sum of the greatest and the least torque of a condition. Published: k and c linear in current, negative k
 at 0 A (eqs. 20-24).
 """
@@ -20,7 +21,7 @@ SPEC = ModelSpec(
     name="rotational-erf",
     title="Rotary damper, error function",
     equation="T = k*theta + c*omega + alpha*erf(beta*omega + gamma*sign(theta)) + T0",
-    reference="paper 002 eqs. 5-6",
+    reference="rotary-stiffness paper eqs. 5-6",
     inputs=("angle", "angular_velocity"),
     output="torque",
     params=(

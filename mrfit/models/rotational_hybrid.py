@@ -7,7 +7,7 @@ omega angular velocity (rad/s), T torque (N*m), delta offset (N*m), epsilon ampl
 lambda half the loop's height at rest (N*m), negative where the torque lags, sigma the velocity over which the loop
 closes (rad/s).
 
-Source: paper 002 eq. 19, which prints >= in both lines.
+Source: rotary-stiffness paper eq. 19, which prints >= in both lines.
 """
 
 import numpy as np
@@ -20,7 +20,7 @@ SPEC = ModelSpec(
     name="rotational-hybrid",
     title="Rotary damper, hyperbolic tangent and Gauss bell",
     equation="T = delta + epsilon*tanh(phi*omega) + sign(d omega/dt)*lambda*exp(-omega^2/(2*sigma^2))",
-    reference="paper 002 eq. 19",
+    reference="rotary-stiffness paper eq. 19",
     inputs=("angular_velocity", "angular_acceleration"),
     output="torque",
     params=(

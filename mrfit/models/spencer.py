@@ -9,7 +9,8 @@ damping (the series dashpot) and C_inf post-yield damping (N*s/m), K0 stiffness 
 at large velocity (N/m), alpha force per z (N), A, beta, gamma (1/m) and n (1) shape of the hysteretic element, f0
 offset (N). From rest, y = x and z = 0 at sample 0; see ``kernels.spencer`` for the integration.
 
-Source: paper 003 eq. 10 (Spencer et al. 1997), written here for z without a unit, so that the unit of beta and gamma
+Source: preyield paper eq. 10 (Spencer et al. 1997), written here for z without a unit, so that the unit of beta and
+gamma
 does not hang on n. z -> s*z, A -> s*A, alpha -> alpha/s, beta -> s^(1-n)*beta, gamma -> s^(1-n)*gamma leave F as it is:
 ``derived`` gives what data determine.
 """
@@ -29,7 +30,7 @@ SPEC = ModelSpec(
         "F = f0 + C0*dy/dt + K0*x;  dy/dt = (alpha*z + C_inf*v + K_inf*(x-y))/(C0+C_inf);  "
         "dz/dt = A*u - beta*u*|z|^n - gamma*|u|*z*|z|^(n-1), u = v - dy/dt"
     ),
-    reference="paper 003 eq. 10",
+    reference="preyield paper eq. 10",
     inputs=("displacement", "velocity"),
     output="force",
     params=(

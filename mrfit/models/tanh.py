@@ -5,7 +5,8 @@
 x displacement (m), v velocity (m/s), F force (N), fy yield force (N), a1 (s/m) slope and a2 (1/m) width of the loop at
 low velocity, c viscous damping (N*s/m), k stiffness of the gas accumulator (N/m), f0 its offset (N).
 
-Source: paper 004 eq. 1, published values in its Table 2 (there in mm); start values by characteristic points, eqs. 2-7.
+Source: inverse-tanh paper eq. 1, published values in its Table 2 (there in mm); start values by characteristic
+points, eqs. 2-7.
 """
 
 import numpy as np
@@ -18,7 +19,7 @@ SPEC = ModelSpec(
     name="tanh",
     title="Hyperbolic tangent",
     equation="F = fy*tanh(a1*v + a2*x) + c*v + k*x + f0",
-    reference="paper 004 eq. 1",
+    reference="inverse-tanh paper eq. 1",
     inputs=("displacement", "velocity"),
     output="force",
     params=(
@@ -39,7 +40,7 @@ def response(drive: Array, theta: Array, dt: float) -> Array:
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
-    """Return all six parameters from the characteristic points of the force-velocity loop, paper 004 eqs. 2-7."""
+    """Return all six parameters from the loop's characteristic points (inverse-tanh paper eqs. 2-7)."""
     return inside(SPEC, tanh_points(drive[0], drive[1], output))
 
 

@@ -8,7 +8,7 @@ from mrfit.specs import Array, OptimizerSpec
 SPEC = OptimizerSpec(
     name="fmin",
     title="Sequential quadratic programming within bounds",
-    reference="000 eq. 11 (fmincon's part); scipy.optimize SLSQP: Kraft (1988)",
+    reference="Tang et al. eq. 11 (fmincon's part); scipy.optimize SLSQP: Kraft (1988)",
     kind="local",
     budget=lambda dimension: 200 * (dimension + 1),
 )
@@ -23,7 +23,7 @@ def minimise(objective: Objective, rng: np.random.Generator) -> None:
     min f(x) with 0 <= x <= 1; each gradient 2 Jᵀr/M comes from one batched simulation of K + 1 points. f is scaled to 1
     at the start. The random generator is not used.
 
-    Source: 000 eq. 11.
+    Source: Tang et al. eq. 11.
     """
     from scipy.optimize import minimize
 

@@ -18,7 +18,7 @@ MUTATION = (0.2, 0.002)
 SPEC = OptimizerSpec(
     name="ga",
     title="Real-coded genetic algorithm: tournaments, blend crossover, shrinking mutation, elite",
-    reference="002 §5.1 compares with it; blend crossover of Eshelman and Schaffer (1993)",
+    reference="rotary-stiffness paper §5.1 compares with it; blend crossover of Eshelman and Schaffer (1993)",
     kind="global",
     budget=lambda dimension: POPULATION * GENERATIONS,
 )

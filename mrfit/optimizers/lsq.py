@@ -8,7 +8,7 @@ from mrfit.specs import OptimizerSpec
 SPEC = OptimizerSpec(
     name="lsq",
     title="Trust-region reflective least squares within bounds",
-    reference="003 §3 (non-linear least squares); scipy.optimize.least_squares: Branch, Coleman and Li (1999)",
+    reference="preyield paper §3; scipy.optimize.least_squares: Branch, Coleman and Li (1999)",
     kind="local",
     budget=lambda dimension: 200 * (dimension + 1),
 )

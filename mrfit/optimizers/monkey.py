@@ -17,7 +17,7 @@ SOMERSAULT = (-1.0, 1.0)
 SPEC = OptimizerSpec(
     name="monkey",
     title="Monkey algorithm: climb, watch and jump, somersault",
-    reference="002 §5.1 compares with it; Zhao and Tang (2008)",
+    reference="rotary-stiffness paper §5.1 compares with it; Zhao and Tang (2008)",
     kind="global",
     budget=lambda dimension: MONKEYS * ITERATIONS,
 )

@@ -17,7 +17,7 @@ MUTATION = 0.05
 SPEC = OptimizerSpec(
     name="mwoa",
     title="Modified whale optimization: sigmoid coefficient and immune operation",
-    reference="002 eqs 7-18",
+    reference="rotary-stiffness paper eqs 7-18",
     kind="global",
     budget=lambda dimension: WHALES * ITERATIONS,
 )
@@ -26,7 +26,7 @@ SPEC = OptimizerSpec(
 def minimise(objective: Objective, rng: np.random.Generator) -> None:
     """Move 40 whales until the budget is spent, a = 2 exp(-10 (n/N)⁴); stir them after 30 iterations without a gain.
 
-    Source: 002 §4.2 and 4.3.
+    Source: rotary-stiffness paper §4.2 and 4.3.
     """
     whales = first_swarm(objective, rng)
     iterations = math.ceil(objective.remaining / len(whales))
@@ -47,7 +47,7 @@ def immune_operation(whales: Array, costs: Array, rng: np.random.Generator) -> A
     Antibodies are the best whales, at most 10 and at most half the swarm; as many of the worst are replaced. A clone's
     antibody is drawn with the probability of `selection_probabilities`.
 
-    Source: 002 §4.3 step 7.
+    Source: rotary-stiffness paper §4.3 step 7.
     """
     order = np.argsort(costs, kind="stable")
     count = min(ANTIBODIES, len(whales) // 2)
@@ -67,7 +67,7 @@ def selection_probabilities(costs: Array) -> Array:
     sp_i = p_i / Σ p_i with the proximity p_i = Σ_j |f_i - f_j|; the same for all where all costs are equal. Infinite
     costs count as the largest finite one.
 
-    Source: 002 eqs 16 and 18.
+    Source: rotary-stiffness paper eqs 16 and 18.
     """
     finite = np.where(np.isfinite(costs), costs, np.max(costs, where=np.isfinite(costs), initial=0.0))
     scaled = finite / max(float(finite.max()), 1e-300)

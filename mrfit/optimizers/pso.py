@@ -13,7 +13,7 @@ ITERATIONS = 400
 SPEC = OptimizerSpec(
     name="pso",
     title="Particle swarm with falling inertia and shifting accelerations",
-    reference="000 eqs 6-10 (8 and 9 as corrected); acceleration values of Ratnaweera, Halgamuge and Watson (2004)",
+    reference="Tang et al. eqs 6-10 (8 and 9 as corrected); accelerations of Ratnaweera et al. (2004)",
     kind="global",
     budget=lambda dimension: PARTICLES * ITERATIONS,
 )
@@ -34,7 +34,7 @@ def minimise(objective: Objective, rng: np.random.Generator) -> None:
     Velocities are clamped to ±0.2; a particle that would leave the cube stops at its wall. One particle starts at the
     best point known, the others anywhere.
 
-    Source: 000 eqs 6-10.
+    Source: Tang et al. eqs 6-10.
     """
     dimension = objective.dimension
     count = max(1, min(PARTICLES, objective.remaining))
@@ -59,7 +59,7 @@ def minimise(objective: Objective, rng: np.random.Generator) -> None:
 def coefficients(progress: float) -> tuple[float, float, float]:
     """Return inertia ω, c1 and c2 at progress t/T from 0 to 1, each running linearly from its first to its last value.
 
-    Source: 000 eq. 10; eqs 8 and 9 with first and last value in the order their names say.
+    Source: Tang et al. eq. 10; eqs 8 and 9 with first and last value in the order their names say.
     """
     inertia, cognitive, social = (first + (last - first) * progress for first, last in (INERTIA, COGNITIVE, SOCIAL))
     return inertia, cognitive, social

@@ -14,7 +14,7 @@ SPIRAL_SHAPE = 1.0
 SPEC = OptimizerSpec(
     name="woa",
     title="Whale optimization with linearly falling coefficient",
-    reference="002 eqs 7-14; Mirjalili and Lewis (2016)",
+    reference="rotary-stiffness paper eqs 7-14; Mirjalili and Lewis (2016)",
     kind="global",
     budget=lambda dimension: WHALES * ITERATIONS,
 )
@@ -23,7 +23,7 @@ SPEC = OptimizerSpec(
 def minimise(objective: Objective, rng: np.random.Generator) -> None:
     """Move 40 whales until the budget is spent, a = 2 (1 - n/N) in eq. 9; see `swim`.
 
-    Source: 002 §4.1.
+    Source: rotary-stiffness paper §4.1.
     """
     whales = first_swarm(objective, rng)
     iterations = math.ceil(objective.remaining / len(whales))
@@ -59,7 +59,7 @@ def swim(whales: Array, prey: Array, coefficient: float, spiral_shape: float, rn
     rng
         Source of randomness.
 
-    Source: 002 eqs 7-14.
+    Source: rotary-stiffness paper eqs 7-14.
     """
     count, dimension = whales.shape
     reach = coefficient * (2.0 * rng.random((count, 1)) - 1.0)

@@ -1,4 +1,4 @@
-"""Segments chosen by peak velocity, in the bands of paper 003, or by the name of their condition."""
+"""Segments chosen by peak velocity, in the bands of preyield paper, or by the name of their condition."""
 
 from dataclasses import replace
 from pathlib import Path

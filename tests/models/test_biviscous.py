@@ -28,7 +28,8 @@ def test_slopes_are_the_pre_yield_and_the_post_yield_damping() -> None:
 
 
 def test_derived_pre_yield_damping_agrees_with_the_published_one() -> None:
-    # Paper 003 Table 2, 1 A, LMH: C0 = 147 230 N s/m beside fy = 823.5 N and vy = 5.8 mm/s, printed with two digits.
+    # Paper preyield paper Table 2, 1 A, LMH: C0 = 147 230 N s/m beside fy = 823.5 N and vy = 5.8 mm/s, printed with
+    # two digits.
     assert derived(THETA)[0, 0] == pytest.approx(147_230, rel=0.04)
 
 

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from mrfit.models.boucwen_flux import SPEC, derived, response, start_values
 
-# Paper 000 Table 3 (1 Hz): current amplitude, A, Lc, kappa, beta, gamma, n, D.
+# Paper Tang et al. Table 3 (1 Hz): current amplitude, A, Lc, kappa, beta, gamma, n, D.
 PUBLISHED = np.array(
     [
         [1, 1.0957, 0.0230, 3.4913, 29.9979, 60.0024, 1.3066, 20.0008],

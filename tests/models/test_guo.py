@@ -5,7 +5,7 @@ import pytest
 
 from mrfit.models.guo import response, start_values
 
-# Paper 003 Table 2, 1 A, LMH; width of the loop chosen.
+# Paper preyield paper Table 2, 1 A, LMH; width of the loop chosen.
 FY, C_INF, C0, OMEGA = 855.8, 4293.8, 222.0, 0.4
 THETA = np.array([[FY, C_INF, C0, OMEGA, 7.0]])
 

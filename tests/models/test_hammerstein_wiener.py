@@ -12,7 +12,7 @@ THETA[-1] = -20.0
 
 
 def static(v: np.ndarray, current: np.ndarray) -> np.ndarray:
-    """Return paper 001 eq. 2 with its third branch mended."""
+    """Return Savaia et al. eq. 2 with its third branch mended."""
     turn = A * current + B
     return np.select(
         [v > turn, v < -turn],

@@ -5,7 +5,7 @@ import pytest
 
 from mrfit.models.hysteretic_biviscous import derived, response, start_values
 
-# Paper 003 Table 2, 1 A, MH.
+# Paper preyield paper Table 2, 1 A, MH.
 FY, C_INF, C0, VH = 1027.5, 2974.6, 40831.0, 0.0176
 THETA = np.array([[FY, C_INF, C0, VH, 0.0]])
 VYC, VYE = derived(THETA)[0]

@@ -9,7 +9,7 @@ from mrfit.models.rotational_erf import SPEC, response, start_values
 
 
 def published(current: float) -> list[float]:
-    """Return paper 002 eqs. 20-24."""
+    """Return rotary-stiffness paper eqs. 20-24."""
     return [
         -10.41 + 28.48 * current,
         0.2324 + 2.061 * current,

@@ -49,7 +49,7 @@ def test_force_vanishes_as_the_series_damper_does() -> None:
 
 def test_published_damping_is_within_the_bounds() -> None:
     c0, c_inf = SPEC.params[:2]
-    for published_c0, published_c_inf in ((20_330, 961.25), (162_640, 2401.3)):  # paper 003 Tables 1-2, LMH
+    for published_c0, published_c_inf in ((20_330, 961.25), (162_640, 2401.3)):  # preyield paper Tables 1-2, LMH
         assert c0.low < published_c0 < c0.high
         assert c_inf.low < published_c_inf < c_inf.high
 

@@ -1,11 +1,11 @@
-"""Hyperbolic tangent: limits, published values and the start values of paper 004."""
+"""Hyperbolic tangent: limits, published values and the start values of inverse-tanh paper."""
 
 import numpy as np
 import pytest
 
 from mrfit.models.tanh import SPEC, response, start_values
 
-# Paper 004 Table 2, the fitted rows, in SI: current -> fy, a1, a2, c, k, f0 at 1 Hz, 10 mm.
+# Paper inverse-tanh paper Table 2, the fitted rows, in SI: current -> fy, a1, a2, c, k, f0 at 1 Hz, 10 mm.
 PUBLISHED = {
     0.0: [83.0, 121.0, 54.2, 710.0, 460.0, -11.7],
     0.2: [198.9, 85.9, 75.1, 1330.0, 270.0, -15.7],
@@ -36,7 +36,7 @@ def test_start_values_already_describe_the_loop() -> None:
     drive, force = sine(0.01)
     found = start_values(drive, force, 1e-3)
     error = response(drive, np.array([[found[name] for name in SPEC.names]]), 1e-3)[0] - force
-    # Paper 004 Table 1: 0.076 to 0.145 of the force's rms for estimates of this kind.
+    # Paper inverse-tanh paper Table 1: 0.076 to 0.145 of the force's rms for estimates of this kind.
     assert np.sqrt(np.mean(error**2) / np.mean(force**2)) < 0.15
 
 
