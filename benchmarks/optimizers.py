@@ -1,4 +1,4 @@
-"""Compare optimizers on one objective: pso-fmin against fmin (Tang et al., Table 2), five swarms (rotary-stiffness paper).
+"""Compare optimizers on one objective: pso-fmin and fmin (Tang et al., Table 2), five swarms (rotary-stiffness paper).
 
 Run ``python -m benchmarks.optimizers [SEEDS]``: planted data of `boucwen-flux` and `rotational-erf` with 1 % noise,
 costs as multiples of that noise. All optimizers of a table see the same data.
