@@ -124,7 +124,7 @@ def test_parameters_stand_in_the_equation_and_their_units_in_the_docstring(effec
 def test_units_are_known_to_pint(effect: ModuleType) -> None:
     units = pint.UnitRegistry()
     for p in effect.SPEC.params:
-        units.parse_units(p.unit)
+        assert units.parse_units(p.unit) is not None
 
 
 def test_bounds_are_finite_and_hold_the_neutral_which_is_the_start(effect: ModuleType) -> None:

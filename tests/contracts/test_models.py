@@ -93,7 +93,7 @@ def test_bounds_are_finite_and_enclose_the_start(model: ModuleType) -> None:
 def test_units_are_known_to_pint(model: ModuleType) -> None:
     units = pint.UnitRegistry()
     for quantity in (*model.SPEC.params, *model.SPEC.derived):
-        units.parse_units(quantity.unit)
+        assert units.parse_units(quantity.unit) is not None
 
 
 def test_response_is_a_finite_contiguous_batch(model: ModuleType) -> None:
