@@ -13,6 +13,7 @@ from mrfit.discover.refit import Fitter, Refit
 from mrfit.discover.regions import Region, in_words, locate
 from mrfit.discover.remainder import explainable
 from mrfit.discover.screen import cosines
+from mrfit.fit.result import parameter_rows
 from mrfit.specs import Array, EffectSpec
 
 # Errors this many times the noise floor leave no doubt that something is missing …
@@ -142,32 +143,13 @@ def region_row(region: Region) -> dict[str, Any]:
 def effect_row(verdict: Verdict, spec: EffectSpec, bench: Bench, fitter: Fitter) -> dict[str, Any]:
     """Return an accepted effect: its parameters with intervals, and the hold-out error without and with it."""
     final = verdict.final
-    rows = []
-    for k, p in enumerate(final.cube.params):
-        if not p.name.startswith(spec.name + "."):
-            continue
-        at = int(np.flatnonzero(final.cube.free == k)[0])
-        width = final.uncertainty.half_width(np.eye(len(final.point))[at])
-        ends = (
-            [_value(p.low, p.high, p.scale, final.point[at] + s * width) for s in (-1, 1)]
-            if np.isfinite(width)
-            else None
-        )
-        rows.append(
-            {
-                "name": p.name.partition(".")[2],
-                "unit": p.unit,
-                "value": float(final.theta[k]),
-                "low": ends[0] if ends else None,
-                "high": ends[1] if ends else None,
-            }
-        )
+    rows = [
+        {"name": row["name"].partition(".")[2], **{k: row[k] for k in ("unit", "value", "low", "high")}}
+        for row in parameter_rows(final.cube, final.point, final.uncertainty)
+        if row["name"].startswith(spec.name + ".")
+    ]
     rest = [e for e in final.effects if e != spec.name]
-    without = (
-        fitter.refit(rest, [dict(zip((p.name for p in final.cube.params), final.theta.tolist(), strict=True))])
-        if rest
-        else verdict.base
-    )
+    without = fitter.refit(rest, [final.values]) if rest else verdict.base
     gap = gap_of(bench, without, final)
     return {
         "name": spec.name,
@@ -176,12 +158,6 @@ def effect_row(verdict: Verdict, spec: EffectSpec, bench: Bench, fitter: Fitter)
         "holdout_nrmse_before": gap["before"],
         "holdout_nrmse_after": gap["after"],
     }
-
-
-def _value(low: float, high: float, scale: str, position: float) -> float:
-    if scale == "log":
-        return float(np.exp(np.log(low) + position * np.log(high / low)))
-    return float(low + position * (high - low))
 
 
 def candidate_rows(verdict: Verdict) -> list[dict[str, Any]]:

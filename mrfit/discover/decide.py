@@ -145,7 +145,7 @@ def _trials(
 
 
 def _trial(fitter: Fitter, present: Refit, candidate: Screened, base: Refit) -> Trial:
-    here = _values(present)
+    here = present.values
     # a nudge off neutral, what first order asks for, and thrice that where first order falls short
     starts = [{**here, **_scaled(fitter, candidate, factor)} for factor in (0.1, 1.0, 3.0)]
     fit = fitter.refit([*present.effects, candidate.name], [*starts, here])
@@ -175,10 +175,6 @@ def _scaled(fitter: Fitter, candidate: Screened, factor: float) -> dict[str, flo
     return scaled
 
 
-def _values(fit: Refit) -> dict[str, float]:
-    return dict(zip((p.name for p in fit.cube.params), fit.theta.tolist(), strict=True))
-
-
 def _reason(trial: Trial) -> str:
     if trial.strength <= CLEAR:
         return f"its parameter is only {trial.strength:.1f} standard errors from neutral"
@@ -198,7 +194,7 @@ def _duel(fitter: Fitter, present: Refit, passing: Sequence[Trial], verdict: Ver
             verdict.reasons[rival.name] = f"it closes less of the gap than {winner.name}"
             continue
         both = fitter.refit(
-            [*present.effects, winner.name, rival.name], [_values(rival.fit) | _values(winner.fit), _values(winner.fit)]
+            [*present.effects, winner.name, rival.name], [rival.fit.values | winner.fit.values, winner.fit.values]
         )
         adds = judge(rival.name, winner.fit, both, verdict.base).passes
         needed = judge(winner.name, rival.fit, both, rival.fit, beside_alias=False).passes
@@ -230,7 +226,7 @@ def _remove_shadows(fitter: Fitter, verdict: Verdict) -> None:
         rest = [e for e in verdict.final.effects if e != name]
         if not rest:
             continue
-        without = fitter.refit(rest, [_values(verdict.final)])
+        without = fitter.refit(rest, [verdict.final.values])
         if not judge(name, without, verdict.final, verdict.base).passes:
             verdict.final = without
             verdict.reasons[name] = f"it adds nothing beside {' and '.join(rest)}"

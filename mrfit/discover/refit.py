@@ -59,6 +59,11 @@ class Refit:
         theta: Array = self.cube.to_theta(self.point[None, :])[0]
         return theta
 
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameters by name."""
+        return dict(zip((p.name for p in self.cube.params), self.theta.tolist(), strict=True))
+
     def chi(self, role: str) -> float:
         """Return the RMS error of a role in multiples of the noise floor: 1 where only noise is left."""
         errors = self.train if role == "train" else self.holdout

@@ -142,7 +142,7 @@ def _sensitivities(fitter: Fitter, present: Refit, effect: EffectSpec) -> list[t
     """Return the effect's columns (N, M) per unit of its parameters, and the shape, for each trial shape."""
     assembly, cube = fitter.assembly([*present.effects, effect.name]), fitter.cube([*present.effects, effect.name])
     names = [p.name for p in cube.params]
-    here = dict(zip((p.name for p in present.cube.params), present.theta, strict=True))
+    here = present.values
     centre = np.array([here.get(n, p.start) for n, p in zip(names, cube.params, strict=True)])
     residuals = fitter.thinned(assembly, cube)
     trials = []
