@@ -25,21 +25,38 @@ class Channel:
     aliases: tuple[str, ...] = ()
 
 
+ABROAD = {
+    "displacement": "weg, verschiebung, auslenkung, desplazamiento, posición, posicion, déplacement, deplacement, "
+    "spostamento, posizione",
+    "velocity": "geschwindigkeit, velocidad, vitesse, velocità, velocita",
+    "acceleration": "beschleunigung, aceleración, aceleracion, accélération, accelerazione",
+    "force": "kraft, fuerza, forza",
+    "current": "strom, spulenstrom, corriente, courant, corrente",
+    # not tension, tensión, tensione: a voltage in one language, a pull in the other
+    "voltage": "spannung, spulenspannung, voltaje, voltaggio",
+    "flux": "flussverkettung",
+    "temperature": "temperatur, öltemperatur, temperatura, température",
+    "angle": "winkel, drehwinkel, ángulo, angulo, angolo",
+    "angular_velocity": "winkelgeschwindigkeit, velocidad angular, vitesse angulaire, velocità angolare",
+    "torque": "drehmoment, momento, coppia, couple",
+}
+"""Names in German, Spanish, French and Italian; none that means something else in another of them or in English."""
+
 CHANNELS: dict[str, Channel] = {
-    c.name: c
-    for c in (
-        Channel("displacement", "m", "x", ("x", "d", "disp", "stroke", "position", "pos", "crosshead", "displacment")),
-        Channel("velocity", "m/s", "v", ("v_piston", "vel", "speed", "piston velocity")),
-        Channel("acceleration", "m/s^2", "a", ("acc", "accel")),
-        Channel("force", "N", "F", ("f", "load", "axial force", "fuerza", "kraft")),
-        Channel("current", "A", "i", ("i", "amp", "amps", "coil current", "i_coil", "strom")),
-        Channel("voltage", "V", "u", ("u", "v", "volt", "volts", "coil voltage", "u_coil", "spannung")),
-        Channel("flux", "Wb", "λ", ("lambda", "flux linkage", "flux_linkage", "λ", "linkage")),
-        Channel("temperature", "degC", "T", ("t_oil", "temp", "oil temperature")),
-        Channel("angle", "rad", "θ", ("theta", "rotation")),
-        Channel("angular_velocity", "rad/s", "ω", ("omega", "angular velocity", "angular speed")),
-        Channel("angular_acceleration", "rad/s^2", "α", ("angular acceleration",)),
-        Channel("torque", "N*m", "T", ("moment",)),
+    name: Channel(name, unit, symbol, (*aliases, *filter(None, ABROAD.get(name, "").split(", "))))
+    for name, unit, symbol, aliases in (
+        ("displacement", "m", "x", ("x", "d", "disp", "stroke", "position", "pos", "crosshead", "displacment")),
+        ("velocity", "m/s", "v", ("v_piston", "vel", "speed", "piston velocity")),
+        ("acceleration", "m/s^2", "a", ("acc", "accel")),
+        ("force", "N", "F", ("f", "load", "axial force")),
+        ("current", "A", "i", ("i", "amp", "amps", "coil current", "i_coil")),
+        ("voltage", "V", "u", ("u", "v", "volt", "volts", "coil voltage", "u_coil")),
+        ("flux", "Wb", "λ", ("lambda", "flux linkage", "flux_linkage", "λ", "linkage")),
+        ("temperature", "degC", "T", ("t_oil", "temp", "oil temperature")),
+        ("angle", "rad", "θ", ("theta", "rotation")),
+        ("angular_velocity", "rad/s", "ω", ("omega", "angular velocity", "angular speed")),
+        ("angular_acceleration", "rad/s^2", "α", ("angular acceleration",)),
+        ("torque", "N*m", "T", ("moment",)),
     )
 }
 

@@ -7,18 +7,23 @@ from typing import Annotated
 import typer
 
 from mrfit import console
-from mrfit.errors import ConfigError, MrfitError
+from mrfit.errors import ConfigError
 from mrfit.options import (
     CORES,
     WEIGHTS,
     WORK,
+    Catalog,
     CurrentOrder,
+    DataSet,
+    Folder,
     Jobs,
     Json,
     Logs,
     Map,
     Only,
+    Pattern,
     Resistance,
+    Stall,
     Work,
     choice,
     number,
@@ -54,6 +59,7 @@ def ingest(
     logs: Logs,
     map_file: Map = None,
     resistance: Resistance = None,
+    pattern: Pattern = None,
     preview: Annotated[bool, typer.Option("--preview", help="Show what would be read; write nothing.")] = False,
     jobs: Jobs = CORES,
     work: Work = WORK,
@@ -67,7 +73,7 @@ def ingest(
     from mrfit.ingest.stage import Settings
     from mrfit.ingest.stage import preview as preview_logs
 
-    settings = Settings(map=map_file, resistance=ohms(resistance), jobs=jobs)
+    settings = Settings(map=map_file, resistance=ohms(resistance), pattern=pattern, jobs=jobs)
     if preview:
         rows = preview_logs(logs, settings)
         return console.print_json(rows) if as_json else summaries.preview(rows)
@@ -101,7 +107,8 @@ def segment(
     drive: Annotated[str | None, typer.Option(help="Channel that defines the condition; default: found.")] = None,
     min_cycles: Annotated[int, typer.Option(min=1, help="Fewest steady cycles of a condition.")] = 2,
     holdout: Annotated[
-        str, typer.Option(help="Conditions held out: auto, none, current=3, or a pattern on their names.")
+        str,
+        typer.Option(help="Held out: auto, none, conditions by current=3 or a pattern on names, or after=SECONDS."),
     ] = "auto",
     work: Work = WORK,
     as_json: Json = False,
@@ -128,6 +135,7 @@ def fit(
     seed: Annotated[int, typer.Option(min=0, help="Seed of every random choice.")] = 0,
     budget: Annotated[int | None, typer.Option(min=1, help="Evaluations for each set of parameters.")] = None,
     seconds: Annotated[float | None, typer.Option(min=0.0, help="Time limit for each set of parameters.")] = None,
+    stall: Stall = 0.5,
     weight: Annotated[str, typer.Option(help="none; floor: conditions by their noise; range: alike.")] = "none",
     bounds: Annotated[list[str] | None, typer.Option(metavar="NAME=LOW:HIGH", help="Change bounds.")] = None,
     start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Change a start value.")] = None,
@@ -159,6 +167,7 @@ def fit(
         seed=seed,
         budget=budget,
         seconds=seconds,
+        stall=stall,
         weight=choice("--weight", weight, WEIGHTS),  # type: ignore[arg-type]
         bounds=tuple(limits),
         start=tuple((n, number("--start", v)) for n, v in pairs("--start", start)),
@@ -179,6 +188,7 @@ def predict(
     fit_name: Annotated[str, typer.Option("--fit", help="Name of a finished fit.")],
     map_file: Map = None,
     resistance: Resistance = None,
+    pattern: Pattern = None,
     work: Work = WORK,
     as_json: Json = False,
 ) -> None:
@@ -189,7 +199,7 @@ def predict(
     from mrfit import pipeline, summaries
     from mrfit.ingest.stage import Settings
 
-    settings = Settings(map=map_file, resistance=ohms(resistance))
+    settings = Settings(map=map_file, resistance=ohms(resistance), pattern=pattern)
     with console.progress_bar() as progress:
         summary = pipeline.predict(work, fit_name, logs, settings, progress)
     return console.print_json(summary) if as_json else summaries.predict(summary)
@@ -281,6 +291,7 @@ def compare(
     seed: Annotated[int, typer.Option(min=0, help="Seed of every random choice.")] = 0,
     budget: Annotated[int | None, typer.Option(min=1, help="Evaluations for each set of parameters.")] = None,
     seconds: Annotated[float | None, typer.Option(min=0.0, help="Time limit for each set of parameters.")] = None,
+    stall: Stall = 0.5,
     weight: Annotated[str, typer.Option(help="none; floor: conditions by their noise; range: alike.")] = "none",
     current_order: CurrentOrder = "auto",
     only: Only = "",
@@ -296,6 +307,7 @@ def compare(
 
     options = {"budget": budget, "seconds": seconds, "current_order": current_order, "only": only, "jobs": jobs}
     options |= {"per": choice("--per", per, ("condition", "all")), "weight": choice("--weight", weight, WEIGHTS)}
+    options |= {"stall": stall}
     if bool(models) == bool(optimizers) or bool(optimizers) != bool(model):
         raise ConfigError("compare takes --models NAMES, or --optimizers NAMES together with --model NAME")
     with console.progress_bar() as progress:
@@ -308,6 +320,23 @@ def compare(
     if as_json:
         return console.print_json(summary)
     return summaries.compare_models(summary, work) if models else summaries.compare_optimizers(summary, work)
+
+
+@app.command()
+def datasets(name: DataSet = "", to: Folder = None, catalog_file: Catalog = None, as_json: Json = False) -> None:
+    """List public data sets, or fetch one: every file is checked against its SHA-256.
+
+    Example: mrfit datasets mr_damper_utfsm
+    """
+    from mrfit import catalog, summaries
+
+    sets = catalog.read_catalog(catalog_file)
+    if not name:
+        rows = catalog.rows(sets)
+        return console.print_json(rows) if as_json else summaries.datasets(rows)
+    with console.progress_bar() as progress:
+        summary = catalog.fetch(sets, name, to, progress)
+    return console.print_json(summary) if as_json else summaries.dataset(summary)
 
 
 @app.command("list")
@@ -350,25 +379,9 @@ def main() -> None:
     except Exception as error:
         if "--debug" in sys.argv:
             raise
-        text, code = explain(error)
+        text, code = console.explain(error)
         sys.stderr.write(f"mrfit: {text}\n")
     sys.exit(code)
-
-
-def explain(error: Exception) -> tuple[str, int]:
-    """Return the one line and the exit code with which an exception ends."""
-    if isinstance(error, MrfitError):
-        return str(error), error.exit_code
-    if isinstance(error, typer.Abort):
-        return "stopped", 130
-    # typer brings a click of its own, whose usage errors have no public name
-    if hasattr(error, "format_message"):
-        context = getattr(error, "ctx", None)
-        path = context.command_path if context else "mrfit"
-        return f"{error.format_message()} (`{path} --help` shows how)", 2
-    if isinstance(error, (MemoryError, OSError)):
-        return f"{error}", 1
-    return f"unexpected {type(error).__name__}: {error} (--debug shows where)", 1
 
 
 if __name__ == "__main__":

@@ -19,6 +19,7 @@ class IngestSection(_Section):
     logs: list[str] = Field(min_length=1)
     map: str | None = None
     resistance: float | Literal["auto"] | None = None
+    pattern: str | None = None
 
 
 class FluxSection(_Section):
@@ -81,8 +82,8 @@ class PipelineFile(_Section):
         return self
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Return a TOML file's content.
+def read_toml(path: Path, what: str = "a pipeline file") -> dict[str, Any]:
+    """Return a TOML file's content; ``what`` says what kind of file was wanted.
 
     Raises
     ------
@@ -92,7 +93,7 @@ def read_toml(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise ConfigError(f"{path}: cannot be read ({error.strerror}); give the path of a pipeline file") from error
+        raise ConfigError(f"{path}: cannot be read ({error.strerror}); give the path of {what}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ConfigError(f"{path}: is not valid TOML: {error}") from error
 

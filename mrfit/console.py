@@ -6,6 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
+import typer
+
+from mrfit.errors import MrfitError
 from mrfit.progress import Progress, silent
 
 
@@ -85,3 +88,19 @@ def progress_bar(enabled: bool = True) -> Iterator[Progress]:
 def numbers(row: Mapping[str, Any], names: Sequence[str]) -> list[Any]:
     """Pick values of a row in the order of ``names``."""
     return [row.get(n) for n in names]
+
+
+def explain(error: Exception) -> tuple[str, int]:
+    """Return the one line and the exit code with which an exception ends."""
+    if isinstance(error, MrfitError):
+        return str(error), error.exit_code
+    if isinstance(error, typer.Abort):
+        return "stopped", 130
+    # typer brings a click of its own, whose usage errors have no public name
+    if hasattr(error, "format_message"):
+        context = getattr(error, "ctx", None)
+        path = context.command_path if context else "mrfit"
+        return f"{error.format_message()} (`{path} --help` shows how)", 2
+    if isinstance(error, (MemoryError, OSError)):
+        return f"{error}", 1
+    return f"unexpected {type(error).__name__}: {error} (--debug shows where)", 1

@@ -22,7 +22,7 @@ class ConfigError(MrfitError):
     exit_code = 2
 
 
-def unknown_name(kind: str, name: str, known: list[str]) -> ConfigError:
+def unknown_name(kind: str, name: str, known: list[str], command: str = "") -> ConfigError:
     """Return the error for a name that no registry holds, with near matches and the whole list.
 
     Parameters
@@ -33,7 +33,9 @@ def unknown_name(kind: str, name: str, known: list[str]) -> ConfigError:
         The name that was not found.
     known
         All names there are.
+    command
+        What shows them; default: ``mrfit list`` with the kind.
     """
     near = get_close_matches(name, known, n=3, cutoff=0.5)
     hint = f"did you mean {' or '.join(near)}?" if near else f"choose one of {', '.join(known)}"
-    return ConfigError(f"unknown {kind} '{name}': {hint} (`mrfit list {kind}s` shows all)")
+    return ConfigError(f"unknown {kind} '{name}': {hint} (`{command or f'mrfit list {kind}s'}` shows all)")

@@ -16,11 +16,32 @@ Resistance = Annotated[
     typer.Option("--resistance", help="Coil resistance in ohm, or 'auto' to estimate it.", metavar="OHM|auto"),
 ]
 Map = Annotated[Path | None, typer.Option("--map", help="Channel map (TOML); default: mrfit.toml beside the log.")]
+Pattern = Annotated[
+    str | None,
+    typer.Option(
+        "--pattern",
+        help="Conditions in file names, as '{amplitude:mm}mm{frequency:Hz}Hz{current:A}A'; * is any text.",
+        metavar="PATTERN",
+        show_default=False,
+    ),
+]
 Logs = Annotated[list[Path], typer.Argument(help="Log files, or folders of them.", show_default=False)]
 CurrentOrder = Annotated[
-    str, typer.Option(help="Order 0-4 of parameters in current, for all or by name.", metavar="auto|ORDER|NAME=ORDER,…")
+    str,
+    typer.Option(
+        help="Order 0-4 of parameters in current, for all or by name; 1:0.2:2 is order 1 to 0.2 A and 2 from there, "
+        "meeting, 1/0.2/2 lets them jump.",
+        metavar="auto|ORDER|NAME=ORDER,…",
+    ),
+]
+Stall = Annotated[
+    float,
+    typer.Option(help="Share of a global search without progress that ends it; 1: none does.", min=0.01, max=1.0),
 ]
 Only = Annotated[str, typer.Option(help="Segments by peak velocity or by condition.", metavar="LMH|MH|PATTERN")]
+DataSet = Annotated[str, typer.Argument(help="Data set to fetch; without it all are listed.", show_default=False)]
+Folder = Annotated[Path | None, typer.Option("--to", help="Folder for the files; default: one of the set's name.")]
+Catalog = Annotated[Path | None, typer.Option("--catalog", help="Catalog (TOML) of your own instead of mrfit's.")]
 WORK = Path("mrfit-work")
 CORES = os.cpu_count() or 1
 WEIGHTS = ("none", "floor", "range")

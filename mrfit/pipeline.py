@@ -180,7 +180,10 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
         _check_discovery(discovery)
     logs = list(overrides.logs) if overrides.logs else _expand(config.ingest.logs, folder)
     map_file = folder / config.ingest.map if config.ingest.map else None
-    reading = mrfit.ingest.stage.Settings(map=map_file, resistance=config.ingest.resistance, jobs=overrides.jobs)
+    given = config.ingest
+    reading = mrfit.ingest.stage.Settings(
+        map=map_file, resistance=given.resistance, pattern=given.pattern, jobs=overrides.jobs
+    )
     stages: list[tuple[str, Callable[[Workspace], Summary]]] = [
         ("ingest", lambda w: mrfit.ingest.stage.run(logs, reading, w, progress)),
         ("flux", lambda w: mrfit.flux.stage.run(w, _flux_settings(config), progress)),

@@ -24,6 +24,10 @@ from mrfit.recording import Finding, Recording, Segment
 from mrfit.specs import Array
 
 LOCK_SECONDS = 600.0
+ROW_GROUP = 1 << 20
+"""Rows of a table written together."""
+COPIES = 3
+"""How many times the numbers of a table are in memory while it is used."""
 
 
 @cache
@@ -97,13 +101,50 @@ def read_json(path: Path) -> Any:
 
 
 def write_table(path: Path, columns: Mapping[str, Array], metadata: Mapping[str, str] | None = None) -> None:
-    """Write equal-length float64 columns as Parquet (zstd, byte-stream split), atomically."""
+    """Write equal-length float64 columns as Parquet (zstd), atomically and one row group at a time.
+
+    Columns are asked for their length and for slices only, so that they may be longer than memory.
+    """
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    table = pa.table({name: np.ascontiguousarray(values) for name, values in columns.items()})
-    table = table.replace_schema_metadata(dict(metadata or {}))
-    write_atomic(path, lambda p: pq.write_table(table, p, compression="zstd", use_dictionary=False))
+    length = len(next(iter(columns.values()), ()))
+
+    def group(begin: int) -> Any:
+        rows = slice(begin, begin + ROW_GROUP)
+        return pa.table({name: np.ascontiguousarray(values[rows]) for name, values in columns.items()})
+
+    def write(temporary: Path) -> None:
+        schema = pa.table({name: values[:0] for name, values in columns.items()}).schema
+        schema = schema.with_metadata(dict(metadata or {}))
+        with pq.ParquetWriter(temporary, schema, compression="zstd", use_dictionary=False) as writer:
+            for begin in range(0, max(length, 1), ROW_GROUP):
+                writer.write_table(group(begin).cast(schema), ROW_GROUP)
+
+    write_atomic(path, write)
+
+
+def free_memory() -> float:
+    """Return the bytes of memory that may be had; all there are where the system does not say."""
+    try:
+        lines = Path("/proc/meminfo").read_text().splitlines()
+        return 1024.0 * next(float(line.split()[1]) for line in lines if line.startswith("MemAvailable"))
+    except (OSError, StopIteration):
+        pass
+    try:
+        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    except (AttributeError, ValueError, OSError):
+        return math.inf
+
+
+def _check_room(path: Path, rows: int, columns: int) -> None:
+    """Refuse to load what would not fit, rather than be ended by the operating system."""
+    needed, free = COPIES * 8.0 * rows * columns, free_memory()
+    if needed > free:
+        raise DataError(
+            f"{path}: its {rows} samples in {columns} columns need about {needed / 1e9:.1f} GB of memory and "
+            f"{free / 1e9:.1f} GB are free; cut the log into shorter ones, or keep every n-th row, and ingest it again"
+        )
 
 
 def read_table(path: Path) -> tuple[dict[str, Array], dict[str, str]]:
@@ -112,12 +153,14 @@ def read_table(path: Path) -> tuple[dict[str, Array], dict[str, str]]:
     Raises
     ------
     DataError
-        If the file is missing or damaged.
+        If the file is missing or damaged, or too long for the memory there is.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     try:
+        about = pq.read_metadata(path)
+        _check_room(path, about.num_rows, about.num_columns)
         table = pq.read_table(path)
     except (OSError, pa.ArrowInvalid) as error:
         raise DataError(f"{path}: cannot be read ({error}); run `mrfit ingest` again") from error
@@ -130,6 +173,20 @@ def _values(column: Any) -> Array:
     # frombuffer, since pyarrow's to_numpy imports pandas (0.2 s)
     chunks = [np.frombuffer(c.buffers()[1], dtype=np.float64)[c.offset : c.offset + len(c)] for c in column.chunks]
     return np.concatenate(chunks) if chunks else np.empty(0)
+
+
+class _Times:
+    """Sample times k·dt, computed slice by slice."""
+
+    def __init__(self, samples: int, dt: float) -> None:
+        self.samples, self.dt = samples, dt
+
+    def __len__(self) -> int:
+        return self.samples
+
+    def __getitem__(self, rows: slice) -> Array:
+        begin, end, _ = rows.indices(self.samples)
+        return np.arange(begin, end, dtype=np.float64) * self.dt
 
 
 class Workspace:
@@ -223,7 +280,7 @@ class Workspace:
 
     def write_recording(self, recording: Recording, stage: str = "recordings") -> None:
         """Write a recording: samples as columns beside ``time``, everything else as metadata."""
-        time = np.arange(recording.samples, dtype=np.float64) * recording.dt
+        time = cast(Array, _Times(recording.samples, recording.dt))
         metadata = {"mrfit": json.dumps(plain(recording.about()), ensure_ascii=False)}
         write_table(self.recording_file(recording.id, stage), {"time": time, **recording.channels}, metadata)
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from mrfit import registry
+from mrfit.channels import CHANNELS
 from mrfit.console import numbers, print_table, say
 from mrfit.errors import ConfigError, unknown_name
 
@@ -44,9 +45,28 @@ def condition_text(recording: Summary) -> str:
 
 
 def preview(rows: Sequence[Summary]) -> None:
-    """Print what would be read."""
-    columns = tuple(rows[0]) if rows else ()
-    print_table("What would be read", columns, [[row.get(c) for c in columns] for row in rows])
+    """Print what would be read, what is odd about it, and which files would be refused, each remedy once."""
+    read = [r for r in rows if r["reader"] != "refused"]
+    columns = ("source", "reader", "channels", "rate", "rows", "refused", "start", "condition")
+    if read:
+        print_table("What would be read", columns, [numbers(r, columns) for r in read])
+    for row in read:
+        if row["oddities"]:
+            say(f"  {row['source']}: {row['oddities']}")
+    if unnamed := [
+        r["source"] for r in read if not {c.split(" (")[0] for c in r["channels"].split(", ")} & {*CHANNELS}
+    ]:
+        more = f" and {len(unnamed) - 1} more" if len(unnamed) > 1 else ""
+        text = "no channel a model takes; say in a channel map (mrfit.toml beside the logs) which column is what"
+        say(f"  {unnamed[0]}{more}: {text}")
+    remedies: dict[str, list[Summary]] = {}
+    for row in rows:
+        if row["reader"] == "refused":
+            remedies.setdefault(row["remedy"], []).append(row)
+    for remedy, refused in remedies.items():
+        for row in refused:
+            say(f"  refused {row['source']}: {row['oddities']}")
+        say(f"    to read {'it' if len(refused) == 1 else f'these {len(refused)}'}: {remedy}")
 
 
 def flux(summary: Summary, work: Path) -> None:
@@ -79,6 +99,9 @@ def fit(summary: Summary, work: Path) -> None:
         print_table(f"Parameters, {result['condition']}", columns, rows)
         for sentence in result.get("identifiability", []):
             say(f"  {sentence}")
+        for stage in result.get("stages", []):
+            error = f", RMS error {stage['cost']:.4g}" if "cost" in stage else ""
+            say(f"  stage {stage['stage']}: {len(stage['segments'])} segments{error}")
     if len(summary["results"]) > 3:
         say(f"All {len(summary['results'])} sets of parameters: {work}/fits/{summary['name']}/parameters.csv")
     warnings(summary)
@@ -196,6 +219,28 @@ def run(summary: Summary) -> None:
         report(summary["report"], work)
 
 
+def datasets(rows: Sequence[Summary]) -> None:
+    """Print the catalog of public data."""
+    names = ("name", "title", "files", "size", "licence", "cite")
+    print_table("Public data", names, [numbers({**r, "size": _megabytes(r["bytes"])}, names) for r in rows])
+    say("Fetch one, checked against its SHA-256, with `mrfit datasets NAME`")
+
+
+def _megabytes(size: int) -> str:
+    return f"{size / 1e6:.2f} MB"
+
+
+def dataset(summary: Summary) -> None:
+    """Print where a data set lies, how to cite it, and what to type next."""
+    names = ("name", "size", "state", "sha256")
+    shown = [numbers({**f, "size": _megabytes(f["bytes"])}, names) for f in summary["files"]]
+    print_table(f"{summary['name']} in {summary['folder']}", ("file", "size", "what was done", "SHA-256"), shown)
+    for note in summary["notes"]:
+        say(f"  {note}")
+    say(f"Licence: {summary['licence']}. Cite: {summary['cite']}")
+    say(f"Next: {summary['next']}")
+
+
 def registry_rows(kind: str) -> list[dict[str, str]]:
     """Return name and title of every item of a kind, given in the singular or plural.
 
@@ -252,6 +297,9 @@ def show(found: Summary) -> None:
             columns.insert(5, "neutral")
             rows = [[*row[:5], value, *row[5:]] for row, value in zip(rows, neutral, strict=True)]
         print_table("Parameters", columns, rows)
+        for param in found["params"]:
+            if param["fixed"]:
+                say(f"  {param['name']} is held at what the logs give, not fitted; --bounds or --start frees it")
         for quantity in found.get("derived", ()):
             say(f"  derived: {quantity['name']} ({quantity['unit']}) {quantity['text']}")
     if found.get("aliases"):

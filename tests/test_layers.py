@@ -16,7 +16,7 @@ LAYERS = [
     {"discover", "apply"},
     {"report"},
     {"compare"},
-    {"config"},
+    {"config", "catalog"},
     {"pipeline", "console", "summaries", "options"},
     {"cli"},
 ]

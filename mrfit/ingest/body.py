@@ -15,6 +15,8 @@ from mrfit.specs import Array
 LINE_BY_LINE_BYTES = 8192
 BLANKS = "\x1f"  # stands for a run of blanks while pyarrow splits
 EMPTY = ("", " ", "  ")
+ROW = re.compile(rb'[\s,;|"]*[+-]?[.,]?\d')
+"""How a row of numbers begins, and a line of a header does not."""
 NOT_A_NUMBER = ("nan", "NaN", "NAN", "NA", "N/A", "n/a", "#N/A", "null", "NULL", "None", "--", "---")
 
 
@@ -62,33 +64,37 @@ class Layout:
 class Body:
     """Rows of a text log: numbers and texts by column, their line numbers, and the rows left out.
 
-    ``open_end`` tells that the last line has no line end and is shorter than the one before: it may be cut.
+    ``open_line`` is the number of the last line if it has no line end and is shorter than the one before, as if it had
+    been cut; else 0.
     """
 
     numbers: dict[int, Array]
     lines: Lines
     texts: dict[int, list[str]] = field(default_factory=dict)
     refused: list[Refused] = field(default_factory=list)
-    open_end: bool = False
+    open_line: int = 0
 
 
-def ends_open(data: Text) -> bool:
-    """Whether the last line lacks its line end and is shorter than the line before."""
+def ends_open(data: Text, before: int = 0) -> bool:
+    """Whether the last line lacks its line end and is shorter than the one before (if not in ``data``, so long)."""
     if not data or data[-1:] in b"\r\n":
         return False
-    last = data.rfind(b"\n")
-    before = data.rfind(b"\n", 0, max(last, 0))
-    return len(data) - last < last - before
+    feed = data.rfind(b"\n")
+    if feed >= 0:
+        end = feed - (data[feed - 1 : feed] == b"\r")
+        before = end - data.rfind(b"\n", 0, feed) - 1
+    return len(data) - feed - 1 < before
 
 
-def read_body(data: Text, layout: Layout, encoding: str = "utf-8") -> Body:
-    """Return the rows of a text log.
+def read_body(data: Text, layout: Layout, encoding: str = "utf-8", line: int = 1) -> Body:
+    """Return the rows of a text log, or of a part of it that begins with line number ``line``.
 
     Every line after ``layout.skip`` that is neither blank nor a comment is a row, kept or refused.
     """
-    start = _offset(data, layout.skip)
+    skip = max(0, layout.skip + 1 - line)
+    start = _offset(data, skip)
     stop = _last_content(data)
-    parts = list(_parts(data, (start, max(start, stop)), layout.skip + 1, layout, encoding))
+    parts = list(_parts(data, (start, max(start, stop)), line + skip, layout, encoding))
     if len(parts) == 1:
         return parts[0]
     return Body(
@@ -112,6 +118,8 @@ def _last_content(data: Text) -> int:
     end = len(data)
     while end and data[end - 1] in b" \t\r\n\x1a":
         end -= 1
+    while end < len(data) and data[end] in b" \t":  # the last row's own: an empty last field
+        end += 1
     return end
 
 
@@ -134,20 +142,40 @@ def _parts(data: Text, span: tuple[int, int], line: int, layout: Layout, encodin
 
 def _in_bulk(data: Text, span: tuple[int, int], line: int, layout: Layout) -> Body | None:
     """Return the rows if every line of the span is one sound row, else None."""
-    import pyarrow as pa
-    from pyarrow import csv as arrow
-
     start, stop = span
     view, delimiter = memoryview(data)[start:stop], layout.delimiter
     if not delimiter:
         view, delimiter = memoryview(_one_blank(data[start:stop])), BLANKS
-    names = [f"f{i}" for i in range(layout.width)]
-    types = {names[c]: pa.float64() for c in layout.use} | {names[c]: pa.string() for c in layout.texts}
-    types |= {names[c]: pa.null() for c in layout.blank}
+    rows = feeds(data, start, stop) + (data[stop - 1 : stop] != b"\n")
+    for width in _widths(layout):
+        table = _arrow_table(view, delimiter, layout, width)
+        if table is None or table.num_rows != rows:
+            continue
+        numbers = {c: _floats(table.column(f"f{c}")) for c in layout.use}
+        texts = {c: _texts(table, f"f{c}", rows) for c in layout.texts}
+        return Body(numbers, np.arange(line, line + rows, dtype=np.int64), texts)
+    return None
+
+
+def _widths(layout: Layout) -> tuple[int, ...]:
+    """Return the numbers of fields a row may have: all, or all but the optional ones at its end."""
+    short = layout.width - len(layout.optional)
+    needed = (*layout.use, *layout.blank, *(c for c in layout.texts if c not in layout.optional))
+    at_end = all(c >= short for c in layout.optional) and all(c < short for c in needed)
+    return (layout.width, short) if layout.optional and at_end else (layout.width,)
+
+
+def _arrow_table(view: memoryview, delimiter: str, layout: Layout, width: int) -> Any:
+    """Return rows of exactly ``width`` fields as pyarrow reads them, or None."""
+    import pyarrow as pa
+    from pyarrow import csv as arrow
+
+    types = {f"f{c}": pa.float64() for c in layout.use} | {f"f{c}": pa.string() for c in layout.texts if c < width}
+    types |= {f"f{c}": pa.null() for c in layout.blank}
     try:
-        table = arrow.read_csv(
+        return arrow.read_csv(
             pa.py_buffer(view),
-            arrow.ReadOptions(column_names=names),
+            arrow.ReadOptions(column_names=[f"f{i}" for i in range(width)]),
             arrow.ParseOptions(delimiter=delimiter),
             arrow.ConvertOptions(
                 column_types=types,
@@ -158,12 +186,12 @@ def _in_bulk(data: Text, span: tuple[int, int], line: int, layout: Layout) -> Bo
         )
     except pa.ArrowInvalid:
         return None
-    rows = feeds(data, start, stop) + (data[stop - 1 : stop] != b"\n")
-    if table.num_rows != rows:
-        return None
-    numbers = {c: _floats(table.column(names[c])) for c in layout.use}
-    texts = {c: table.column(names[c]).to_pylist() for c in layout.texts}
-    return Body(numbers, np.arange(line, line + rows, dtype=np.int64), texts)
+
+
+def _texts(table: Any, name: str, rows: int) -> list[str]:
+    if name not in table.column_names:
+        return [""] * rows
+    return [(text or "").strip(" \t\r\n") for text in table.column(name).to_pylist()]
 
 
 def _one_blank(text: bytes) -> bytes:
@@ -209,7 +237,7 @@ def _line_by_line(text: bytes, line: int, layout: Layout, encoding: str) -> Body
     number = number_pattern(layout.decimal)
     raw_lines = text.removesuffix(b"\n").split(b"\n")
     for place, raw in enumerate(raw_lines, start=line):
-        content = raw.decode(encoding, errors="replace").rstrip("\r")
+        content = raw.decode(encoding, errors="replace").rstrip("\r\x1a")  # a DOS end mark
         stripped = content.strip()
         if not stripped or (layout.comment and stripped[0] in layout.comment):
             continue

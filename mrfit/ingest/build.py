@@ -1,28 +1,25 @@
 """From a reader's table to recordings: names, SI units, a uniform time base, conditions and findings."""
 
-from collections import Counter
-from collections.abc import Iterable
+from bisect import bisect_left
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mrfit.channels import unit_of
-from mrfit.ingest import units
+from mrfit.ingest import series, units
 from mrfit.ingest.channel_map import FILE_NAME, Rules
 from mrfit.ingest.conditions import conditions_of
 from mrfit.ingest.naming import Signal, all_missing, check_wrong_dimension, name_signals
 from mrfit.ingest.refusal import Refusal
-from mrfit.ingest.sanity import sanity_findings
-from mrfit.ingest.table import Refused, Table
+from mrfit.ingest.sanity import channel_findings, relation_findings, shortened, shortening
+from mrfit.ingest.table import Lines, Lost, Table
 from mrfit.ingest.timebase import Piece, TimeBase, TimeFault, coarse, on_grid, repeated, time_base
 from mrfit.recording import Finding, Recording
 from mrfit.specs import Array
 
 OVERFLOW = 1e30
 """Magnitude from which a number is an instrument's mark for overflow."""
-
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,23 +34,35 @@ class Origin:
 
 @dataclass(slots=True)
 class Rows:
-    """Named signals and times of the rows still kept, and the rows refused so far."""
+    """Named signals and times of the rows still kept, where runs begin, and the rows refused so far."""
 
     signals: list[Signal]
     time: Array
-    lines: NDArray[np.int64]
-    breaks: tuple[int, ...]
-    refused: list[Refused]
+    lines: Lines
+    begins: tuple[int, ...]
+    refused: Lost
     findings: list[Finding] = field(default_factory=list)
 
-    def keep(self, mask: Mask, kinds: Iterable[str]) -> None:
-        """Drop the rows where ``mask`` is false; ``kinds`` names each one's fault."""
-        if mask.all():
+    @property
+    def breaks(self) -> tuple[int, ...]:
+        """Rows at which a new run begins."""
+        return tuple(sorted({bisect_left(self.lines, line) for line in self.begins} - {0, len(self.lines)}))
+
+    def drop(self, rows: Lines, kinds: Sequence[str]) -> None:
+        """Refuse rows, ascending; ``kinds`` names each one's fault."""
+        if not len(rows):
             return
-        self.refused += [Refused(k, int(n)) for k, n in zip(kinds, self.lines[~mask], strict=True)]
-        self.breaks = tuple(int(np.count_nonzero(mask[:b])) for b in self.breaks)
-        self.signals = [replace(s, values=s.values[mask]) for s in self.signals]
-        self.time, self.lines = self.time[mask], self.lines[mask]
+        self.refused.add(kinds, _values_at(self.lines, rows))
+        self.signals = [replace(s, values=series.without(s.values, rows)) for s in self.signals]
+        self.time, self.lines = series.without(self.time, rows), series.without(self.lines, rows)
+
+
+def _values_at(values: series.Values, rows: Lines) -> series.Values:
+    parts = [values[0:0]]
+    for begin, end in series.spans(len(values)):
+        inside = rows[bisect_left(rows, begin) : bisect_left(rows, end)]
+        parts += [values[begin:end][inside - begin]] if len(inside) else []
+    return np.concatenate(parts)
 
 
 def build(table: Table, origin: Origin) -> list[Recording]:
@@ -69,7 +78,7 @@ def build(table: Table, origin: Origin) -> list[Recording]:
     if not signals:
         raise Refusal(origin.path, "no channel beside the time", "export at least one signal")
     time, stated = _times(table, origin)
-    rows = Rows(signals, time, table.lines, table.breaks, list(table.refused))
+    rows = Rows(signals, time, table.lines, table.breaks, Lost(table.refused))
     _refuse_missing(rows, origin)
     base = _base(rows, stated, origin)
     findings = [*table.findings, *findings, *rows.findings, *_refused_findings(rows), *base.findings]
@@ -85,24 +94,25 @@ def _times(table: Table, origin: Origin) -> tuple[Array, float | None]:
             remedy = 'write the true one in the channel map: time = {column = …, unit = "ms"}'
             raise Refusal(origin.path, f"time column '{table.time.name}' is in '{text}'", remedy)
         scale = units.to_unit(text, "s").scale
-        return (table.time.values if scale == 1.0 else table.time.values * scale), stated
+        times = table.time.values
+        return (times if scale == 1.0 else series.mapped(lambda t: t * scale, times)), stated
     if stated is None:
         raise Refusal(
             origin.path,
             f"no time column and no sample rate (columns: {_shown(table)})",
             f"write rate = HZ, or time = COLUMN, in a channel map ({FILE_NAME} beside the log, or --map)",
         )
-    return table.start + _ordinals(table) * stated, stated
+    lost = np.sort(Lost(table.refused).lines)
+
+    def placed(place: Array, lines: Lines) -> Array:
+        return table.start + (place + np.searchsorted(lost, lines)) * stated  # refused rows counted
+
+    place = series.ordinals(table.rows)
+    return series.mapped(placed, place[:] if series.in_memory(table.lines) else place, table.lines), stated
 
 
 def _shown(table: Table) -> str:
     return ", ".join(f"'{c.name}'" if c.name else str(c.index) for c in table.columns)
-
-
-def _ordinals(table: Table) -> Array:
-    """Return the place of every row among all rows of the file, refused ones counted."""
-    lost = np.sort(np.array([r.line for r in table.refused], dtype=np.int64))
-    return np.arange(table.rows, dtype=np.float64) + np.searchsorted(lost, table.lines)
 
 
 def _refuse_missing(rows: Rows, origin: Origin) -> None:
@@ -115,11 +125,10 @@ def _refuse_missing(rows: Rows, origin: Origin) -> None:
                 f'leave it out: ignore = ["{signal.name}"] in a channel map',
             )
     stack = [rows.time, *(s.values for s in rows.signals)]
-    sound = [np.abs(v) < OVERFLOW for v in stack]  # false for nan and inf too
-    mask = np.logical_and.reduce(sound)
-    if not mask.all():
-        missing = np.logical_or.reduce([np.isnan(v) for v in stack])[~mask]
-        rows.keep(mask, ["empty value" if m else "overflow" for m in missing])
+    unsound = series.places(lambda *values: ~np.logical_and.reduce([_sound(v) for v in values]), *stack)
+    if len(unsound):
+        missing = np.logical_or.reduce([np.isnan(_values_at(v, unsound)) for v in stack])
+        rows.drop(unsound, ["empty value" if m else "overflow" for m in missing])
     total = len(rows.lines) + len(rows.refused)
     if len(rows.lines) < 2 or len(rows.refused) > len(rows.lines):
         what = f": {_summary(rows.refused)}" if rows.refused else ""
@@ -130,24 +139,24 @@ def _refuse_missing(rows: Rows, origin: Origin) -> None:
         )
 
 
+def _sound(values: Array) -> series.Values:
+    return np.asarray(np.abs(values) < OVERFLOW)  # false for nan and inf too
+
+
 def _leave_out_loose(rows: Rows) -> None:
     """Leave out columns without unit or known name that are not finite throughout: they must not cost good rows."""
-    loose = [s for s in rows.signals if not s.unit and not np.all(np.abs(s.values) < OVERFLOW)]
+    odd = [(s, series.count(lambda v: ~_sound(v), s.values)) for s in rows.signals if not s.unit]
+    loose = [(s, number) for s, number in odd if number]
     if not loose or len(loose) == len(rows.signals):
         return
-    rows.signals = [s for s in rows.signals if all(s is not other for other in loose)]
-    for signal in loose:
-        count = int(np.count_nonzero(~(np.abs(signal.values) < OVERFLOW)))
-        text = f"'{signal.name}' has no unit and is not finite in {count} rows: left out"
+    rows.signals = [s for s in rows.signals if all(s is not other for other, _ in loose)]
+    for signal, number in loose:
+        text = f"'{signal.name}' has no unit and is not finite in {number} rows: left out"
         rows.findings.append(Finding("not-read", signal.name, None, text))
 
 
-def _summary(refused: list[Refused]) -> str:
-    first: dict[str, int] = {}
-    for row in sorted(refused, key=lambda r: r.line):
-        first.setdefault(row.kind, row.line)
-    counts = Counter(r.kind for r in refused)
-    return ", ".join(f"{counts[k]} × {k} (first in line {line})" for k, line in first.items())
+def _summary(refused: Lost) -> str:
+    return ", ".join(f"{number} × {kind} (first in line {line})" for kind, number, line in refused.first_of_kinds())
 
 
 def _refused_findings(rows: Rows) -> list[Finding]:
@@ -160,11 +169,10 @@ def _base(rows: Rows, stated: float | None, origin: Origin) -> TimeBase:
     try:
         again = repeated(rows.time, rows.breaks)
         if len(again) and coarse(rows.time):
-            again = again[[all(s.values[k] == s.values[k - 1] for s in rows.signals) for k in again]]
-        if len(again):
-            mask = np.ones(len(rows.time), dtype=bool)
-            mask[again] = False
-            rows.keep(mask, ["repeated time"] * len(again))
+            before = [_values_at(s.values, again - 1) for s in rows.signals]
+            same = [_values_at(s.values, again) == b for s, b in zip(rows.signals, before, strict=True)]
+            again = again[np.logical_and.reduce(same)]
+        rows.drop(again, ["repeated time"] * len(again))
         base = time_base(rows.time, stated, rows.breaks)
     except TimeFault as fault:
         raise Refusal(
@@ -174,7 +182,8 @@ def _base(rows: Rows, stated: float | None, origin: Origin) -> TimeBase:
         ) from None
     lonely = [p for p in base.pieces if p.rows.stop - p.rows.start < 2]
     if lonely:
-        rows.refused += [Refused("single row between gaps", int(rows.lines[p.rows.start])) for p in lonely]
+        lines = [int(rows.lines[p.rows.start]) for p in lonely]
+        rows.refused.add(["single row between gaps"] * len(lonely), lines)
         base.pieces = [p for p in base.pieces if p not in lonely]
     if not base.pieces:
         raise Refusal(origin.path, "no two rows follow each other in time", "check its time column")
@@ -185,7 +194,8 @@ def _recordings(rows: Rows, base: TimeBase, said: list[Finding], table: Table, o
     made = []
     edges = [0, *(int(rows.lines[p.rows.start]) for p in base.pieces[1:]), np.iinfo(np.int64).max]
     for number, piece in enumerate(base.pieces):
-        refused = sum(edges[number] <= r.line < edges[number + 1] for r in rows.refused)
+        lost = rows.refused.lines
+        refused = int(np.count_nonzero((edges[number] <= lost) & (lost < edges[number + 1])))
         record = Recording(
             id="",
             source=origin.path,
@@ -220,6 +230,7 @@ def _of_piece(said: list[Finding], piece: Piece, number: int, rows: Rows) -> lis
 
 def _judged(record: Recording, number: int, runs: int, table: Table, origin: Origin) -> Recording:
     """Add conditions and sanity findings to a recording."""
-    condition, odd = conditions_of(record, number, runs, table.condition, origin.rules)
-    findings = (*record.findings, *odd, *sanity_findings(record))
-    return replace(record, condition=condition, findings=findings)
+    short = shortened(record)
+    condition, odd = conditions_of(short, number, runs, table.condition, origin.rules)
+    judged = (*odd, *channel_findings(record), *relation_findings(short), *shortening(record, short))
+    return replace(record, condition=condition, findings=(*record.findings, *judged))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from mrfit.channels import unit_of
 from mrfit.errors import ConfigError
 from mrfit.ingest import units
 from mrfit.ingest.channel_map import Rules
@@ -53,7 +54,7 @@ def name_expression(pattern: str) -> tuple[re.Pattern[str], dict[str, str]]:
     Raises
     ------
     ConfigError
-        If the pattern holds no ``{key:unit}``, one key twice, or an unknown unit.
+        If the pattern holds no ``{key:unit}``, one key twice, an unknown or unfit unit, or stray braces.
     """
     example = "as in '{amplitude:mm}mm{frequency:Hz}Hz{current:A}A'"
     key_units: dict[str, str] = {}
@@ -64,10 +65,15 @@ def name_expression(pattern: str) -> tuple[re.Pattern[str], dict[str, str]]:
             raise ConfigError(f"name pattern '{pattern}': {key} stands twice; write each key once, {example}")
         if not units.known(unit):
             raise ConfigError(f"name pattern '{pattern}': unknown unit '{unit}'; correct it, {example}")
+        wanted = "Hz" if key == "frequency" else unit_of(key)
+        if slot[2] and wanted and units.to_si(unit).unit != wanted:
+            raise ConfigError(f"name pattern '{pattern}': {key} cannot be in '{unit}'; write a unit such as {wanted}")
         expression += _literal(pattern[position : slot.start()]) + f"(?P<{key}>{NUMBER})"
         key_units[key], position = unit, slot.end()
     if not key_units:
         raise ConfigError(f"name pattern '{pattern}' names no condition; write keys in braces, {example}")
+    if {"{", "}"} & set(SLOT.sub("", pattern)):
+        raise ConfigError(f"name pattern '{pattern}': a brace opens no key in small letters; correct it, {example}")
     return re.compile(expression + _literal(pattern[position:]), re.IGNORECASE), key_units
 
 

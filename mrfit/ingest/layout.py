@@ -179,14 +179,14 @@ def name_and_unit(cell: str) -> tuple[str, str | None]:
     text = cell.strip().strip('"').strip()
     if match := re.fullmatch(r"(.*?)\s*[\[({]([^\[\](){}]*)[\])}]", text):
         return match[1].strip() or text, match[2].strip()
-    if (match := re.fullmatch(r"(.+?)\s*/\s*(\S+)", text)) and units.known(match[2]):
-        return match[1].strip(), match[2]
-    if (match := re.fullmatch(r"(.*?)\s*\bin (\S+)", text)) and units.known(match[2]):
-        return match[1].strip() or "time", match[2]
     if match := re.fullmatch(r"(.+)[_ ,]+([A-Za-z°µ/%^0-9]+)", text):
         name, unit = match[1].strip(" ,_"), match[2]
         if _is_alias(name) and not unit.isdigit() and units.known(unit) and _belongs(name, unit):
             return name, unit
+    if (match := re.fullmatch(r"(.+?)\s*/\s*(\S+)", text)) and units.known(match[2]):
+        return match[1].strip(), match[2]
+    if (match := re.fullmatch(r"(.*?)\s*\bin (\S+)", text)) and units.known(match[2]):
+        return match[1].strip() or "time", match[2]
     return text, None
 
 

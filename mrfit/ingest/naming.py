@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mrfit.channels import CHANNELS, unit_of
-from mrfit.ingest import units
+from mrfit.ingest import series, units
 from mrfit.ingest.channel_map import ChannelRule, Rules
 from mrfit.ingest.layout import aliases_of
 from mrfit.ingest.refusal import Refusal
@@ -79,10 +79,12 @@ def _mapped(name: str, rule: ChannelRule, column: Column, path: str) -> Signal:
     target = unit_of(name)
     unit = written if written is not None else (target or "1")
     conversion = _conversion(name, unit, target, path)
-    with np.errstate(over="ignore", invalid="ignore"):  # what overflows is refused row by row later
-        values = rule.sign * (rule.scale * column.values) + rule.offset
-        values = conversion.scale * values + conversion.offset
-    return Signal(name, conversion.unit, values, column.index)
+
+    def converted(values: Array) -> Array:
+        with np.errstate(over="ignore", invalid="ignore"):  # what overflows is refused row by row later
+            return conversion.scale * (rule.sign * (rule.scale * values) + rule.offset) + conversion.offset
+
+    return Signal(name, conversion.unit, series.mapped(converted, column.values), column.index)
 
 
 def _conversion(name: str, unit: str, target: str, path: str) -> units.Conversion:
@@ -107,9 +109,13 @@ def _unmapped(name: str, column: Column, path: str) -> Signal:
         _conversion(column.name or name, column.unit, "", path)
     target = unit_of(name)
     conversion = units.to_unit(column.unit, target) if target else units.to_si(column.unit)
+
+    def converted(values: Array) -> Array:
+        with np.errstate(over="ignore", invalid="ignore"):
+            return conversion.scale * values + conversion.offset
+
     plain = conversion.scale == 1.0 and conversion.offset == 0.0
-    with np.errstate(over="ignore", invalid="ignore"):
-        values = column.values if plain else conversion.scale * column.values + conversion.offset
+    values = column.values if plain else series.mapped(converted, column.values)
     return Signal(name, conversion.unit, values, column.index)
 
 
@@ -199,4 +205,4 @@ def check_wrong_dimension(columns: tuple[Column, ...], rules: Rules, path: str) 
 
 def all_missing(signal: Signal) -> bool:
     """Whether a signal holds no finite value at all."""
-    return signal.values.size > 0 and not bool(np.isfinite(signal.values).any())
+    return len(signal.values) > 0 and not series.count(np.isfinite, signal.values)

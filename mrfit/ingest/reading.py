@@ -1,18 +1,23 @@
 """Read one record, from one file or its several parts, into recordings."""
 
 import hashlib
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from types import ModuleType
 
 from mrfit import registry
 from mrfit.ingest.apart import read_apart
+from mrfit.ingest.blocks import Gathered, Watch, text_blocks
 from mrfit.ingest.build import Origin, build
 from mrfit.ingest.channel_map import Rules
 from mrfit.ingest.head import open_head
 from mrfit.ingest.refusal import Refusal
-from mrfit.ingest.table import Source, Table
+from mrfit.ingest.table import Source, Table, with_end
+from mrfit.progress import Progress, silent
 from mrfit.recording import Recording
+from mrfit.store import free_memory
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +60,36 @@ class Outcome:
     refusals: tuple[Refusal, ...]
 
 
-def hash_of(path: Path) -> str:
+BLOCK = 8 << 20
+"""Bytes of a log read at once."""
+BLOCKS_IN_MEMORY = 8
+"""A log of more blocks than this is read block by block."""
+MEMORY_FOR_A_BYTE = 6
+"""Bytes of memory that reading one byte of a log as a whole takes, at most."""
+
+_one_at_a_time = threading.Lock()
+
+
+@dataclass(frozen=True, slots=True)
+class Pieces:
+    """How logs are read that should not be held in memory.
+
+    Attributes
+    ----------
+    folder
+        Where their numbers lie meanwhile.
+    block
+        Bytes read at once.
+    progress
+        Told the megabytes read.
+    """
+
+    folder: Path
+    block: int = BLOCK
+    progress: Progress = silent
+
+
+def hash_of(path: Path, progress: Progress = silent) -> str:
     """Return the SHA-256 of a file's bytes.
 
     Raises
@@ -63,24 +97,52 @@ def hash_of(path: Path) -> str:
     Refusal
         If it cannot be read.
     """
+    digest, watch = _watched(path, "looking at", progress)
     try:
-        with path.open("rb") as handle:
-            return hashlib.file_digest(handle, "sha256").hexdigest()
+        with path.open("rb", buffering=0) as handle:
+            while raw := handle.read(BLOCK):
+                watch(raw)
     except OSError as error:
         raise Refusal(path, f"cannot be read ({error.strerror or error})", "check the path and permissions") from None
+    return digest.hexdigest()
 
 
-def read_item(item: Item) -> Outcome:
-    """Return the recordings of an item; a file that cannot be read is among the refusals, its siblings are read."""
+def _watched(path: Path, what: str, progress: Progress) -> tuple["hashlib._Hash", Watch]:
+    """Return a hash, and what feeds it and tells the progress of a file longer than a few blocks."""
+    digest, done = hashlib.sha256(), 0
+    try:
+        size = path.stat().st_size
+    except OSError:
+        size = 0
+    label = f"{what} {path.name} (MB)"
+
+    def watch(raw: bytes) -> None:
+        nonlocal done
+        digest.update(raw)
+        done += len(raw)
+        if size > BLOCKS_IN_MEMORY * BLOCK:
+            progress(label, done // 1_000_000, size // 1_000_000)
+
+    return digest, watch
+
+
+def read_item(item: Item, pieces: Pieces | None = None) -> Outcome:
+    """Return the recordings of an item; a file that cannot be read is among the refusals, its siblings are read.
+
+    With ``pieces``, a log longer than a few blocks is read block by block, and its channels stay on disk.
+    """
     module = registry.load("reader", item.reader)
     tables: list[Table] = []
     names: list[str] = []
     refusals: list[Refusal] = []
-    for path, _ in item.files:
+    for path, digest in item.files:
         try:
             source = Source(open_head(path), item.rules)
-            fragile = getattr(module, "FRAGILE", False)
-            tables += read_apart(item.reader, source) if fragile else module.read(source)
+            if pieces and len(item.files) == 1 and _is_long(module, source, pieces.block):
+                with _one_at_a_time:
+                    tables = _in_blocks(module, source, digest, pieces)
+            else:
+                tables += _whole(module, item.reader, source)
             names.append(path.name)
         except Refusal as refusal:
             refusals.append(refusal)
@@ -91,6 +153,77 @@ def read_item(item: Item) -> Outcome:
     except Refusal as refusal:
         return Outcome(item, (), (*refusals, refusal))
     return Outcome(item, tuple(recordings), tuple(refusals))
+
+
+def _whole(module: ModuleType, reader: str, source: Source) -> list[Table]:
+    _check_memory(source)
+    tables = read_apart(reader, source) if getattr(module, "FRAGILE", False) else module.read(source)
+    return [with_end(t) for t in tables]
+
+
+def _check_memory(source: Source) -> None:
+    """Refuse a file that would not fit into memory, rather than be ended by the operating system."""
+    size, free = source.head.size, free_memory()
+    if source.block is None and size > BLOCKS_IN_MEMORY * BLOCK and MEMORY_FOR_A_BYTE * size > free:
+        needed = MEMORY_FOR_A_BYTE * size
+        text = f"its {size / 1e9:.1f} GB need up to {needed / 1e9:.1f} GB of memory and {free / 1e9:.1f} GB are free"
+        remedy = "export it as one CSV or Parquet file, which are read in pieces, or cut it into shorter logs"
+        raise Refusal(source.head.path, text, remedy)
+
+
+def _is_long(module: ModuleType, source: Source, block: int) -> bool:
+    """Whether a log is longer than a few blocks, and can be read block by block."""
+    if hasattr(module, "read_blocks"):
+        rows, columns = module.extent(source)
+        return bool(8 * rows * columns > BLOCKS_IN_MEMORY * block)
+    return bool(source.head.encoding) and source.head.size > BLOCKS_IN_MEMORY * block
+
+
+def _blocks(module: ModuleType, source: Source, size: int, watch: Watch) -> Iterator[tuple[Source, list[Table]]]:
+    """Yield the tables of each block with what was read: of binary files as their reader does it."""
+    if hasattr(module, "read_blocks"):
+        yield from ((source, tables) for tables in module.read_blocks(source, size))
+        return
+    for block in text_blocks(source.head, size, watch):
+        part = replace(source, block=block)
+        yield part, module.read(part)
+
+
+def _in_blocks(module: ModuleType, source: Source, digest: str, pieces: Pieces) -> list[Table]:
+    """Return the tables of a long log, their numbers on disk."""
+    path = source.head.path
+    read, watch = _watched(path, "reading", pieces.progress)
+    rows = 0 if source.head.encoding else module.extent(source)[0]
+    with Gathered(pieces.folder / hashlib.sha256(str(path).encode()).hexdigest()[:16]) as gathered:
+        for part, tables in _blocks(module, source, pieces.block, watch):
+            gathered.add(tables, part)
+            if rows:
+                pieces.progress(f"reading {path.name} (thousand rows)", gathered.rows[0] // 1000, rows // 1000)
+        tables = gathered.result(source.head)
+    if source.head.encoding and read.hexdigest() != digest:
+        raise Refusal(path, "it changed while it was read", "wait until what writes it has come to an end")
+    return [with_end(t) for t in tables]
+
+
+def look_into(item: Item, block: int = BLOCK) -> tuple[Outcome, float]:
+    """Return what the first block of a long log says, and how many times longer the log is; 1 if all was read."""
+    module = registry.load("reader", item.reader)
+    try:
+        source = Source(open_head(item.files[0][0]), item.rules)
+        if len(item.files) > 1 or not _is_long(module, source, block):
+            return read_item(item), 1.0
+        part, tables = next(_blocks(module, source, block, lambda _: None))
+        recordings = _recordings([replace(t, stated_rows=None) for t in tables], item)
+        return Outcome(item, tuple(recordings), ()), _times_longer(module, part, tables)
+    except Refusal as refusal:
+        return Outcome(item, (), (refusal,)), 1.0
+
+
+def _times_longer(module: ModuleType, part: Source, tables: list[Table]) -> float:
+    if part.block is None:
+        return float(module.extent(part)[0]) / max(tables[0].rows, 1)
+    bytes_each = 2 if part.head.encoding.startswith("utf-16") else 1
+    return part.head.size / (bytes_each * len(part.block.data))
 
 
 def _with_history(table: Table, line: str) -> Table:

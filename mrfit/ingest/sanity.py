@@ -1,9 +1,11 @@
 """What looks wrong with a recording: constant, dead or clipped channels, offsets, signs, exchanged columns, skew."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import numpy as np
 
+from mrfit.ingest import series
 from mrfit.ingest.conditions import main_frequency
 from mrfit.recording import Finding, Recording
 from mrfit.specs import Array
@@ -11,31 +13,76 @@ from mrfit.specs import Array
 LEVELS_OF_A_DEAD_CHANNEL = 3
 CLIPPED_SHARE = 0.005
 OFFSET_SHARE = 0.25
+RIPPLE = 0.02
+"""A swing of less than this share of its mean is ripple on a held level."""
 ALTERNATING = ("displacement", "velocity", "force", "current", "voltage", "flux", "angle", "torque")
 
 
-def sanity_findings(record: Recording) -> list[Finding]:
-    """Return the findings on a recording's channels, each with the channel and the time it concerns."""
-    found = [f for name, values in record.channels.items() for f in _channel(name, values, record.dt)]
-    for check in CHECKS:
-        found += check(record)
-    return found
+def channel_findings(record: Recording) -> list[Finding]:
+    """Return what is odd about each channel by itself, over all its samples, and the time it concerns."""
+    return [f for name, values in record.channels.items() for f in _channel(name, values, record.dt)]
+
+
+def relation_findings(record: Recording) -> list[Finding]:
+    """Return what is odd about channels against each other; ``record`` is a whole one or what ``shortened`` gives."""
+    return [finding for check in CHECKS for finding in check(record)]
+
+
+def shortened(record: Recording) -> Recording:
+    """Return a recording in memory: itself, or the means over so many samples that about a million remain."""
+    each = -(-record.samples // series.CHUNK)
+    if each == 1:
+        return replace(record, channels={n: v[:] for n, v in record.channels.items()})
+    channels = {n: _means(v, each) for n, v in record.channels.items()}
+    return replace(record, channels=channels, dt=each * record.dt)
+
+
+def shortening(record: Recording, short: Recording) -> list[Finding]:
+    """Say it where a recording was shortened to be judged."""
+    if short.samples == record.samples:
+        return []
+    each = round(short.dt / record.dt)
+    text = (
+        f"{record.samples} samples: signs, phases and measured conditions are judged on means over {each} samples, "
+        f"which show nothing above {0.5 / short.dt:.3g} Hz"
+    )
+    return [Finding("judged-on-means", "", None, text)]
+
+
+def _means(values: Array, each: int) -> Array:
+    whole = len(values) - len(values) % each
+    size = each * max(1, series.CHUNK // each)
+    parts = [values[k : min(k + size, whole)].reshape(-1, each).mean(axis=1) for k in range(0, whole, size)]
+    return np.concatenate(parts)
 
 
 def _channel(name: str, values: Array, dt: float) -> Iterator[Finding]:
-    low, high = float(values.min()), float(values.max())
+    low, high = series.extremes(values)
     if low == high:
         yield Finding("constant", name, 0.0, f"{name} is {low:.6g} all along")
         return
-    few = values[:: max(1, len(values) // 20000)]
+    few = series.thinned(values, max(1, len(values) // 20000))
     levels = len(np.unique(few))
     if levels <= LEVELS_OF_A_DEAD_CHANNEL and len(values) >= 100 and _flickers(few):
         yield Finding("dead", name, 0.0, f"{name} flickers between {levels} levels only, from {low:.6g} to {high:.6g}")
         return
     yield from _clipped(name, values, dt, (low, high))
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    if name in ALTERNATING and abs(middle) > OFFSET_SHARE * half:
+    if name in ALTERNATING and abs(middle) > OFFSET_SHARE * half and not _held(values, half / abs(middle)):
         yield Finding("offset", name, None, f"{name} swings by ±{half:.4g} about {middle:.4g}, not about zero")
+
+
+def _held(values: Array, swing: float) -> bool:
+    """Whether a signal is held at a level and merely carries ripple or noise, whose samples do not follow each other.
+
+    The sum of squared steps over that of squared departures from the mean is 2 for white noise, (ωΔt)² for a sine.
+    """
+    if swing < RIPPLE:
+        return True
+    middle = series.mean(values)
+    steps = sum(float(step @ step) for _, step in series.steps(values))
+    departures = sum(float((v - middle) @ (v - middle)) for (v,) in series.chunks(values))
+    return steps > 0.5 * departures
 
 
 def _flickers(values: Array) -> bool:
@@ -44,21 +91,31 @@ def _flickers(values: Array) -> bool:
 
 
 def _clipped(name: str, values: Array, dt: float, ends: tuple[float, float]) -> Iterator[Finding]:
-    low, high = ends
-    for end, word in ((high, "highest"), (low, "lowest")):
-        at_end = _away_from_the_ends(values == end)
-        count = int(np.count_nonzero(at_end))
-        if count < max(10, CLIPPED_SHARE * len(values)):
-            continue
-        near = values[np.abs(values - end) < 0.05 * (high - low)]
-        _, counts = np.unique(near, return_counts=True)
-        others = counts[:-1] if end == high else counts[1:]
-        # a rounded sine stands on its last level 2.4 times as long as on the next
-        if count > 6 * int(others.max(initial=1)) and _longest_run(at_end) >= 5 and not _rectangular(values, ends):
-            at = float(np.argmax(at_end)) * dt
-            share = 100.0 * count / len(values)
+    first: dict[float, int] = {}
+    count = dict.fromkeys(ends, 0)
+    for (begin, _), (some,) in zip(series.spans(len(values)), series.chunks(values), strict=True):
+        for end in ends:
+            at_end = _away_from_the_ends(some == end)
+            count[end] += int(np.count_nonzero(at_end))
+            if end not in first and _stands(some, at_end, end, ends):
+                first[end] = begin + int(np.argmax(at_end))
+    for end, word in ((ends[1], "highest"), (ends[0], "lowest")):
+        if end in first:
+            share = 100.0 * count[end] / len(values)
             text = f"{name} stands at its {word} value {end:.6g} for {share:.2g} % of the time: clipped or saturated"
-            yield Finding("clipped", name, at, text)
+            yield Finding("clipped", name, first[end] * dt, text)
+
+
+def _stands(values: Array, at_end: np.ndarray, end: float, ends: tuple[float, float]) -> bool:
+    """Whether a signal stands at one of its ends longer than its shape explains."""
+    count = int(np.count_nonzero(at_end))
+    if count < max(10, CLIPPED_SHARE * len(values)):
+        return False
+    near = values[np.abs(values - end) < 0.05 * (ends[1] - ends[0])]
+    _, counts = np.unique(near, return_counts=True)
+    others = counts[:-1] if end == ends[1] else counts[1:]
+    # a rounded sine stands on its last level 2.4 times as long as on the next
+    return count > 6 * int(others.max(initial=1)) and _longest_run(at_end) >= 5 and not _rectangular(values, ends)
 
 
 def _away_from_the_ends(mask: np.ndarray) -> np.ndarray:

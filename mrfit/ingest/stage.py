@@ -2,20 +2,21 @@
 
 import shutil
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from os import getpid
 from os import path as os_path
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from mrfit.errors import ConfigError, DataError
 from mrfit.ingest.channel_map import FILE_NAME, MapFile, Rules, load_map, rules_for
 from mrfit.ingest.conditions import name_expression
 from mrfit.ingest.dispatch import expand, look, part_of
-from mrfit.ingest.reading import Item, Outcome, hash_of, read_item
+from mrfit.ingest.earlier import Earlier
+from mrfit.ingest.reading import BLOCK, Item, Outcome, Pieces, hash_of, look_into, read_item
 from mrfit.ingest.refusal import Refusal
 from mrfit.progress import Progress, silent
 from mrfit.recording import Recording
@@ -36,12 +37,16 @@ class Settings:
         Conditions in file names, as ``{amplitude:mm}mm{frequency:Hz}Hz{current:A}A``; before the map's.
     jobs
         Files read at the same time.
+    block
+        Bytes of a log read at once; a log of more than eight blocks is read block by block, its numbers kept on disk in
+        the workspace meanwhile, and gives what it would give if read as a whole.
     """
 
     map: Path | None = None
     resistance: float | Literal["auto"] | None = None
     pattern: str | None = None
     jobs: int = 2
+    block: int = BLOCK
 
 
 def run(paths: Sequence[Path], settings: Settings, workspace: Workspace, progress: Progress = silent) -> dict[str, Any]:
@@ -56,7 +61,7 @@ def run(paths: Sequence[Path], settings: Settings, workspace: Workspace, progres
     workspace
         Where the recordings go; recordings of other sources stay.
     progress
-        Called after every file.
+        Called after every file, and while a long one is read.
 
     Returns
     -------
@@ -71,17 +76,19 @@ def run(paths: Sequence[Path], settings: Settings, workspace: Workspace, progres
     DataError
         If no file could be read; the workspace is then as it was.
     """
-    plan, refusals = plan_items(paths, settings)
-    before = _Before(workspace)
+    plan, refusals = plan_items(paths, settings, lambda path: hash_of(path, progress))
+    before = Earlier(workspace)
     fresh = [(item, key) for item, key in plan if not before.holds(item, key)]
     held = [before.source(item) for item, key in plan if before.holds(item, key)]
     kept = [s for s in held if before.ids(s)]
-    refusals += [r for s in held for r in before.refusals(s)]
-    if not fresh and before.same_refusals(refusals):
+    restored = {s for s in held if s in before.orphans}
+    refusals += [r for s in held if s not in restored for r in before.refusals(s)]
+    if not fresh and not restored and before.same_refusals(refusals):
         _check_any(kept, refusals)
         return {**before.summary, "skipped": True, "added": [], "replaced": [], "unchanged": kept}
     with _staging(workspace) as staging:
-        staged = _read_all(fresh, before, staging, (settings.jobs, progress))
+        staged = _read_all(fresh, before, staging, (settings, progress))
+        staged.files |= restored
         _check_any([*kept, *(s for s, r in staged.recordings.items() if r)], [*refusals, *staged.refusals])
         return _commit(workspace, staging, before, staged, (kept, refusals))
 
@@ -107,7 +114,7 @@ def _staging(workspace: Workspace) -> Iterator[Workspace]:
 
 
 def examine(paths: Sequence[Path], settings: Settings) -> tuple[list[Recording], list[Refusal]]:
-    """Return the recordings, still without ids, and the refused files of ``paths``; write nothing.
+    """Return the recordings, still without ids and all in memory, and the refused files of ``paths``; write nothing.
 
     Raises
     ------
@@ -116,7 +123,7 @@ def examine(paths: Sequence[Path], settings: Settings) -> tuple[list[Recording],
     """
     plan, refusals = plan_items(paths, settings)
     recordings: list[Recording] = []
-    for outcome in _outcomes([item for item, _ in plan], settings.jobs):
+    for outcome in in_order(read_item, [item for item, _ in plan], settings.jobs):
         recordings += outcome.recordings
         refusals += outcome.refusals
     return recordings, refusals
@@ -125,43 +132,67 @@ def examine(paths: Sequence[Path], settings: Settings) -> tuple[list[Recording],
 def preview(paths: Sequence[Path], settings: Settings) -> list[dict[str, Any]]:
     """Return what would be read as rows for a table, one per recording or refused file, and write nothing.
 
+    Of a log longer than eight blocks only the first is read, and its row says so.
+
     Raises
     ------
     ConfigError, DataError
         If the settings are wrong or a path does not exist.
     """
-    recordings, refusals = examine(paths, settings)
-    rows = [_preview_row(r) for r in recordings]
+    plan, refusals = plan_items(paths, settings, lambda _: "")
+    rows = []
+    looks = in_order(lambda item: look_into(item, settings.block), [item for item, _ in plan], settings.jobs)
+    for outcome, times_longer in looks:
+        refusals += outcome.refusals
+        rows += [_preview_row(r, times_longer) for r in outcome.recordings]
     for refusal in refusals:
         row = dict.fromkeys(PREVIEW_COLUMNS, "") | {"source": refusal.path, "reader": "refused"}
-        rows.append(row | {"oddities": f"{refusal.reason}; {refusal.remedy}"})
+        rows.append(row | {"oddities": refusal.reason, "remedy": refusal.remedy})
     return sorted(rows, key=lambda row: str(row["source"]))
 
 
-PREVIEW_COLUMNS = ("source", "reader", "channels", "rate", "rows", "refused", "start", "condition", "oddities")
+T = TypeVar("T")
+KEPT = " (the recordings read from it before are kept)"
+PREVIEW_COLUMNS = (
+    "source",
+    "reader",
+    "channels",
+    "rate",
+    "rows",
+    "refused",
+    "start",
+    "condition",
+    "oddities",
+    "remedy",
+)
 
 
-def _preview_row(recording: Recording) -> dict[str, Any]:
+def _preview_row(recording: Recording, times_longer: float) -> dict[str, Any]:
+    oddities = [f.text for f in recording.findings]
+    rows: int | str = recording.rows_kept
+    if times_longer > 1.0:
+        seen = f"only its first {recording.rows_kept + recording.rows_refused} rows were looked at"
+        oddities = [seen, *oddities]
+        rows = f"about {times_longer * recording.rows_kept:.2g}".replace("e+0", "e")
     channels = (f"{n} ({recording.units[n]})" if recording.units[n] else n for n in recording.channels)
     values = (
         recording.source,
         recording.reader,
         ", ".join(channels),
         f"{1.0 / recording.dt:.6g} Hz",
-        recording.rows_kept,
+        rows,
         recording.rows_refused,
         recording.start,
         ", ".join(f"{k} {v:.4g}" for k, v in recording.condition.items()),
-        "; ".join(f.text for f in recording.findings),
+        "; ".join(oddities),
+        "",
     )
     return dict(zip(PREVIEW_COLUMNS, values, strict=True))
 
 
-def _refused_row(refusal: Refusal) -> dict[str, str]:
-    return {"source": refusal.path, "reason": refusal.reason, "remedy": refusal.remedy}
-
-
-def plan_items(paths: Sequence[Path], settings: Settings) -> tuple[list[tuple[Item, str]], list[Refusal]]:
+def plan_items(
+    paths: Sequence[Path], settings: Settings, hashed: Callable[[Path], str] = hash_of
+) -> tuple[list[tuple[Item, str]], list[Refusal]]:
     """Return the records to read, each with the key of all that determines it, and the files no reader takes.
 
     Raises
@@ -180,7 +211,7 @@ def plan_items(paths: Sequence[Path], settings: Settings) -> tuple[list[tuple[It
     for file, root in expand([Path(p) for p in paths]):
         try:
             head, reader = look(file)
-            digest = hash_of(file)
+            digest = hashed(file)
         except Refusal as refusal:
             refusals.append(refusal)
             continue
@@ -231,37 +262,6 @@ def _map_beside(file: Path, root: Path) -> Path | None:
     return None
 
 
-class _Before:
-    """What earlier calls left in the workspace."""
-
-    def __init__(self, workspace: Workspace) -> None:
-        self.workspace = workspace
-        self.summary: dict[str, Any] = read_json(workspace.ingest_json) or {"recordings": [], "refused": []}
-        self.keys: dict[str, str] = self.summary.get("sources", {})
-        self.spelling: dict[str, str] = {os_path.abspath(s): s for s in self.keys}
-
-    def source(self, item: Item) -> str:
-        """Return the source's name as the workspace already knows it, or as the item has it."""
-        return self.spelling.get(os_path.abspath(item.source), item.source)
-
-    def ids(self, source: str) -> list[str]:
-        return [r["id"] for r in self.summary["recordings"] if r["source"] == source]
-
-    def holds(self, item: Item, key: str) -> bool:
-        source = self.source(item)
-        if self.keys.get(source) != key:
-            return False
-        return all(self.workspace.recording_file(i).is_file() for i in self.ids(source))
-
-    def refusals(self, source: str) -> list[Refusal]:
-        rows = [r for r in self.summary["refused"] if r["source"] == source]
-        return [Refusal(r["source"], r["reason"], r["remedy"]) for r in rows]
-
-    def same_refusals(self, refusals: list[Refusal]) -> bool:
-        known = {(r["source"], r["reason"]) for r in self.summary["refused"]}
-        return all((r.path, r.reason) in known for r in refusals)
-
-
 @dataclass(slots=True)
 class _Staged:
     """What this call read: rows of ingest.json and keys by source, refusals, and all files looked at."""
@@ -272,13 +272,13 @@ class _Staged:
     files: set[str]
 
 
-def _outcomes(items: Iterable[Item], jobs: int) -> Iterator[Outcome]:
-    """Yield the outcomes in the items' order, reading at most two items per job ahead."""
-    waiting: deque[Future[Outcome]] = deque()
+def in_order(read: Callable[[Item], T], items: Iterable[Item], jobs: int) -> Iterator[T]:
+    """Yield what ``read`` makes of the items, in their order, at most two items per job ahead."""
+    waiting: deque[Future[T]] = deque()
     with ThreadPoolExecutor(max(1, jobs)) as pool:
         try:
             for item in items:
-                waiting.append(pool.submit(read_item, item))
+                waiting.append(pool.submit(read, item))
                 if len(waiting) >= 2 * max(1, jobs):
                     yield waiting.popleft().result()
             while waiting:
@@ -290,21 +290,24 @@ def _outcomes(items: Iterable[Item], jobs: int) -> Iterator[Outcome]:
 
 def _read_all(
     fresh: list[tuple[Item, str]],
-    before: _Before,
+    before: Earlier,
     staging: Workspace,
-    how: tuple[int, Progress],
+    how: tuple[Settings, Progress],
 ) -> _Staged:
     """Read the items and write their recordings to the staging folder."""
-    jobs, progress = how
+    settings, progress = how
     staged = _Staged({}, {}, [], {str(file) for item, _ in fresh for file, _ in item.files})
-    renewed = {before.source(item) for item, _ in fresh}
-    taken = {r["id"].lower() for r in before.summary["recordings"] if r["source"] not in renewed}
+    taken = {r["id"].lower() for r in before.summary["recordings"]}
     keys = {item.source: key for item, key in fresh}
-    for number, outcome in enumerate(_outcomes((i for i, _ in fresh), jobs), start=1):
+    pieces = Pieces(staging.root / "numbers", settings.block, progress)
+    outcomes = in_order(lambda item: read_item(item, pieces), (i for i, _ in fresh), settings.jobs)
+    for number, outcome in enumerate(outcomes, start=1):
         source = before.source(outcome.item)
         staged.refusals += outcome.refusals
-        staged.recordings[source] = []
-        staged.keys[source] = keys[outcome.item.source]
+        if outcome.recordings or not before.ids(source):
+            taken -= {i.lower() for i in before.ids(source)}
+            staged.recordings[source] = []
+            staged.keys[source] = keys[outcome.item.source]
         for recording in _named(outcome, source, taken):
             staging.write_recording(recording)
             staged.recordings[source].append(recording.about())
@@ -333,13 +336,12 @@ def _check_any(read: list[str], refusals: list[Refusal]) -> None:
 
 
 def _commit(
-    workspace: Workspace, staging: Workspace, before: _Before, staged: _Staged, rest: tuple[list[str], list[Refusal]]
+    workspace: Workspace, staging: Workspace, before: Earlier, staged: _Staged, rest: tuple[list[str], list[Refusal]]
 ) -> dict[str, Any]:
     """Move the staged recordings into place, write ingest.json, remove what they replace."""
     kept, unread = rest
-    refused = [_refused_row(r) for r in (*unread, *staged.refusals)]
-    gone = {r["source"] for r in refused} - set(staged.recordings)
-    old = [r for r in before.summary["recordings"] if r["source"] not in {*staged.recordings, *gone}]
+    refused = [_refused_row(r, kept, staged, before) for r in (*unread, *staged.refusals)]
+    old = [r for r in before.summary["recordings"] if r["source"] not in staged.recordings]
     new = [r for rows in staged.recordings.values() for r in rows]
     for row in new:
         target = workspace.recording_file(row["id"])
@@ -350,7 +352,8 @@ def _commit(
             raise DataError(f"{target}: cannot write ({error.strerror}); choose another --work folder") from error
     heard = {r["source"] for r in refused} | set(staged.recordings) | staged.files
     refused += [r for r in before.summary["refused"] if r["source"] not in heard]
-    keys = {s: k for s, k in before.keys.items() if s not in gone} | staged.keys
+    unheld = {r["source"] for r in refused if not before.ids(r["source"])} - set(staged.recordings)
+    keys = {s: k for s, k in before.keys.items() if s not in unheld} | staged.keys
     summary = {
         "recordings": sorted([*old, *new], key=lambda r: str(r["id"])),
         "refused": sorted(refused, key=lambda r: r["source"]),
@@ -370,7 +373,16 @@ def _commit(
     }
 
 
-def _remove_stale(workspace: Workspace, before: _Before, ids: set[str]) -> None:
+def _refused_row(refusal: Refusal, kept: Iterable[str], staged: _Staged, before: Earlier) -> dict[str, Any]:
+    """Return a refusal for ingest.json; a log that can no longer be read keeps the recordings made of it before."""
+    source = before.spelling.get(os_path.abspath(refusal.path), refusal.path)
+    row = {"source": source, "reason": refusal.reason, "remedy": refusal.remedy}
+    if source in staged.recordings or source in kept or not before.ids(source):
+        return row
+    return row | {"remedy": refusal.remedy.removesuffix(KEPT) + KEPT, "kept": True}
+
+
+def _remove_stale(workspace: Workspace, before: Earlier, ids: set[str]) -> None:
     for row in before.summary["recordings"]:
         if row["id"] not in ids:
             workspace.recording_file(row["id"]).unlink(missing_ok=True)

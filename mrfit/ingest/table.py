@@ -1,7 +1,8 @@
 """What a reader makes of a file: columns of numbers as the file has them, before names, SI units and a time base."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +16,47 @@ Lines = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
+class Block:
+    """A stretch of whole lines of a text log, or a few rows of a binary one.
+
+    Attributes
+    ----------
+    data
+        The lines, as ``body_bytes`` gives them.
+    line
+        Number of the first one, from 1.
+    last
+        Whether the file ends with it.
+    before
+        Length of the line before it.
+    """
+
+    data: bytes
+    line: int = 1
+    last: bool = True
+    before: int = 0
+
+
+@dataclass(frozen=True, slots=True)
 class Source:
-    """A file to read: its beginning, and what the channel map says of it."""
+    """A file to read.
+
+    Attributes
+    ----------
+    head
+        Its beginning.
+    rules
+        What the channel map says of it.
+    block
+        The part of it to read; None for all of it.
+    carry
+        What a reader that is given block after block must remember from the first on.
+    """
 
     head: Head
     rules: Rules
+    block: Block | None = None
+    carry: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,6 +89,49 @@ class Refused:
     line: int
 
 
+class Lost(Sequence[Refused]):
+    """Refused rows by the million, at nine bytes each, in the order they came."""
+
+    def __init__(self, refused: Sequence[Refused] = ()) -> None:
+        self.kinds: list[str] = []
+        self.codes = np.empty(0, dtype=np.int8)
+        self.lines: Lines = np.empty(0, dtype=np.int64)
+        if isinstance(refused, Lost):
+            self.kinds, self.codes, self.lines = list(refused.kinds), refused.codes, refused.lines
+        else:
+            self.add([r.kind for r in refused], [r.line for r in refused])
+
+    def add(self, kinds: Sequence[str], lines: Sequence[int] | Lines) -> None:
+        """Add rows, each with what is wrong with it."""
+        self.kinds += [k for k in dict.fromkeys(kinds) if k not in self.kinds]
+        place = {k: number for number, k in enumerate(self.kinds)}
+        self.codes = np.concatenate([self.codes, np.array([place[k] for k in kinds], dtype=np.int8)])
+        self.lines = np.concatenate([self.lines, np.asarray(lines, dtype=np.int64)])
+
+    def __len__(self) -> int:
+        return len(self.lines)
+
+    @overload
+    def __getitem__(self, key: int) -> Refused: ...
+    @overload
+    def __getitem__(self, key: slice) -> "list[Refused]": ...
+    def __getitem__(self, key: int | slice) -> "Refused | list[Refused]":
+        if isinstance(key, slice):
+            return [self[k] for k in range(*key.indices(len(self)))]
+        return Refused(self.kinds[self.codes[key]], int(self.lines[key]))
+
+    def __iter__(self) -> Iterator[Refused]:
+        return (self[k] for k in range(len(self)))
+
+    def first_of_kinds(self) -> list[tuple[str, int, int]]:
+        """Return (kind, number of rows, first line) of every kind, in the order of their first lines."""
+        found = []
+        for code, kind in enumerate(self.kinds):
+            lines = self.lines[self.codes == code]
+            found += [(kind, len(lines), int(lines.min()))] if len(lines) else []
+        return sorted(found, key=lambda item: item[2])
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Table:
     """One run as a file has it.
@@ -59,7 +139,7 @@ class Table:
     Attributes
     ----------
     columns
-        Signals, all of one length N.
+        Signals, all of one length N; of a log read block by block they lie on disk (``series.Series``).
     lines
         Line number of every row, shape (N,), ascending; for binary files the row number from 1.
     time
@@ -71,7 +151,11 @@ class Table:
     refused
         Data rows left out, one entry each.
     breaks
-        Rows at which a new run begins.
+        Line numbers; a new run begins with the first row at or after each.
+    stated_rows
+        Number of rows the header states, or None.
+    open_line
+        Number of the last line if it looks cut off, else 0.
     condition
         What the header says of the test, in SI.
     findings, history
@@ -83,8 +167,10 @@ class Table:
     time: Column | None = None
     dt: float | None = None
     start: float = 0.0
-    refused: tuple[Refused, ...] = ()
+    refused: Sequence[Refused] = ()
     breaks: tuple[int, ...] = ()
+    stated_rows: float | None = None
+    open_line: int = 0
     condition: Mapping[str, float] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
     history: tuple[str, ...] = ()
@@ -93,3 +179,16 @@ class Table:
     def rows(self) -> int:
         """Number of rows N."""
         return len(self.lines)
+
+
+def with_end(table: Table) -> Table:
+    """Say what is odd about the end of a table: a last line cut off, another number of rows than the header states."""
+    findings = list(table.findings)
+    if table.open_line:
+        text = f"line {table.open_line}, the last, has no line end and is shorter than the one before"
+        findings.append(Finding("last-line-open", "", None, f"{text}: it may be cut off"))
+    rows = table.rows + len(table.refused)
+    if table.stated_rows is not None and int(table.stated_rows) != rows:
+        text = f"the header states {int(table.stated_rows)} rows but the file has {rows}"
+        findings.append(Finding("record-length", "", None, text))
+    return replace(table, findings=tuple(findings), open_line=0, stated_rows=None)

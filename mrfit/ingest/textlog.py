@@ -8,10 +8,9 @@ import numpy as np
 
 from mrfit.ingest import units
 from mrfit.ingest.body import Body, Layout, ends_open, read_body, split
-from mrfit.ingest.head import Head, Text, body_view
+from mrfit.ingest.head import Head, Text, body_view, feeds
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Refused, Source, Table
-from mrfit.recording import Finding
 
 RATE = re.compile(
     r"(?:sampl(?:e|ing)|acquisition|scan)[ _]*(rate|frequency|interval|period|time)\b[^0-9+-]*"
@@ -70,12 +69,6 @@ def fields_at(head: Head, line: int, delimiter: str) -> list[str]:
     return fields
 
 
-def after_blocks(lines: Sequence[int], heads: Sequence[int]) -> tuple[int, ...]:
-    """Return the rows (line numbers ``lines``) that are the first after each header line but the first."""
-    firsts = np.searchsorted(np.asarray(lines), np.asarray(heads))
-    return tuple(sorted({int(k) for k in firsts} - {0, len(lines)}))
-
-
 def check_width(head: Head, line: int, delimiter: str, expected: int) -> int:
     """Return the number of fields of the first data row, empty ones counted, if it fills ``expected`` columns.
 
@@ -112,6 +105,11 @@ def read_table(source: Source, layout: Layout, fields: Sequence[Field], time: Fi
     return table_of(body, fields, time)
 
 
+def text_of(source: Source) -> Text:
+    """Return the text to read: the whole file or a block of it."""
+    return body_view(source.head) if source.block is None else source.block.data
+
+
 def body_of(source: Source, layout: Layout, data: Text | None = None) -> Body:
     """Return the rows of a text log, or of ``data`` where its headers have been blanked already.
 
@@ -120,33 +118,31 @@ def body_of(source: Source, layout: Layout, data: Text | None = None) -> Body:
     Refusal
         If there are none.
     """
-    data = body_view(source.head) if data is None else data
-    body = read_body(data, layout, source.head.encoding)
-    body.open_end = ends_open(data)
-    if not len(body.lines):
-        told = f" ({body.refused[0].kind} in line {body.refused[0].line})" if body.refused else ""
-        raise Refusal(source.head.path, f"no row of numbers after its header{told}", "copy or export the log again")
+    block = source.block
+    data = text_of(source) if data is None else data
+    # ``body_bytes`` gives UTF-16 as UTF-8
+    encoding = "utf-8" if source.head.encoding.startswith("utf-16") else source.head.encoding
+    body = read_body(data, layout, encoding, 1 if block is None else block.line)
+    if block is None:
+        check_rows(source.head, len(body.lines), body.refused)
+    if (block is None or block.last) and ends_open(data, block.before if block else 0):
+        body.open_line = (block.line if block else 1) + feeds(data, 0, len(data))
     return body
+
+
+def check_rows(head: Head, rows: int, refused: Sequence[Refused]) -> None:
+    """Refuse a log of which no row can be kept."""
+    if rows:
+        return
+    told = f" ({refused[0].kind} in line {refused[0].line})" if refused else ""
+    raise Refusal(head.path, f"no row of numbers after its header{told}", "copy or export the log again")
 
 
 def table_of(body: Body, fields: Sequence[Field], time: Field | None = None) -> Table:
     """Return the table of rows already read."""
     columns = tuple(Column(f.name, f.unit, body.numbers[f.index], f.index) for f in fields)
     clock = Column(time.name, time.unit, body.numbers[time.index], time.index) if time else None
-    text = (
-        f"line {int(body.lines[-1])}, the last, has no line end and is shorter than the one before: it may be cut off"
-    )
-    findings = (Finding("last-line-open", "", None, text),) if body.open_end else ()
-    return Table(columns, body.lines, time=clock, refused=tuple(body.refused), findings=findings)
-
-
-def count_finding(table: Table, stated: float | None) -> Table:
-    """Say it where the header states another number of rows than the file has."""
-    rows = table.rows + len(table.refused)
-    if stated is None or int(stated) == rows:
-        return table
-    text = f"the header states {int(stated)} rows but the file has {rows}"
-    return replace(table, findings=(*table.findings, Finding("record-length", "", None, text)))
+    return Table(columns, body.lines, time=clock, refused=tuple(body.refused), open_line=body.open_line)
 
 
 def side_by_side(tables: Sequence[Table]) -> Table | None:

@@ -1,10 +1,14 @@
 """From printed times to a uniform time base: sample interval, gaps, clock jumps, resampling; nothing unsaid."""
 
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mrfit.ingest import series
+from mrfit.ingest.printed import print_step
 from mrfit.recording import Finding
 from mrfit.specs import Array
 
@@ -15,7 +19,9 @@ TOLERANCE = 0.05
 IRREGULAR_GAP = 20.0
 """In an unevenly sampled record, a step this many times the median splits it."""
 
-PRINT_BLOCK = 512
+COUNTED = 0.01
+"""Largest departure of a step from whole stated intervals, in samples, where steps are counted, not measured."""
+
 FEW_GAPS = 5
 """Up to this many steps of several samples are gaps; more, evenly spread, are the mark of times rounded in print."""
 
@@ -84,32 +90,52 @@ def time_base(time: Array, stated: float | None, breaks: tuple[int, ...] = ()) -
     cuts = _cuts(time, breaks)
     step = _typical_step(time, cuts)
     printed = print_step(time)
-    irregular = _irregular(time, cuts, step, float(printed.max()))
+    coarsest = series.extremes(printed)[1]
+    irregular = _irregular(time, cuts, step, coarsest)
     base = TimeBase(step, [])
-    gap = IRREGULAR_GAP * step if irregular else (FILL_AT_MOST + 1.5) * step + float(printed.max())
+    gap = IRREGULAR_GAP * step if irregular else (FILL_AT_MOST + 1.5) * step + coarsest
     runs = _runs(time, cuts, gap)
-    base.dt = step if irregular else _interval(_Clock(time, printed, runs), step, stated, base)
+    counted = stated is not None and not irregular and _counted(time, cuts, step, stated)
+    if stated is not None and counted:
+        base.dt = stated
+    elif not irregular:
+        base.dt = _interval(_Clock(time, printed, runs), step, stated, base)
     _say_cuts(time, runs, cuts, base)
     for begin, end in runs:
-        base.pieces.append(_piece((time[begin:end], printed[begin:end]), begin, base.dt, irregular))
+        run = slice(begin, end)
+        own = (series.part(time, run), series.part(printed, run))
+        base.pieces.append(_piece(own, begin, base.dt, irregular, counted))
     return base
+
+
+def _counted(time: Array, cuts: list[int], step: float, stated: float) -> bool:
+    """Whether every step is a whole number of stated intervals, most of them one: the rest are missing samples."""
+    if abs(step / stated - 1.0) > COUNTED:
+        return False
+    return all(
+        bool(np.all(np.abs(s / stated - np.maximum(np.round(s / stated), 1.0)) < COUNTED))
+        for s in _inner_steps(time, cuts)
+    )
 
 
 def _even_base(time: Array, stated: float | None) -> TimeBase | None:
     """Return the base of times that are even throughout, which most are; None if there is anything to look into."""
-    rows = len(time) - 1
-    dt = float(time[-1] - time[0]) / rows
-    off = float(np.max(np.abs(time - time[0] - dt * np.arange(rows + 1)))) if dt > 0.0 else np.inf
-    if off > TOLERANCE * dt:
+    rows, first = len(time) - 1, float(time[0])
+    dt = (float(time[-1]) - first) / rows
+    number = series.ordinals(rows + 1)
+    if dt <= 0.0:
         return None
+    for t, k in series.chunks(time, number):
+        if not float(np.max(np.abs(t - first - dt * k))) <= TOLERANCE * dt:
+            return None
     if stated is None:
-        slope, left = _line(np.arange(rows + 1, dtype=np.float64), time)
-        dt = _shortest_decimal(slope, slope * _uncertainty(float(np.max(np.abs(left))) / slope, rows))
+        slope, _, off = _line(number, time)
+        dt = _shortest_decimal(slope, slope * _uncertainty(off / slope, rows))
     elif abs(stated - dt) * rows <= TOLERANCE * dt:
         dt = stated
     else:
         return None
-    return TimeBase(dt, [Piece(slice(0, rows + 1), float(time[0]))])
+    return TimeBase(dt, [Piece(slice(0, rows + 1), first)])
 
 
 def _uncertainty(off: float, rows: int) -> float:
@@ -119,28 +145,8 @@ def _uncertainty(off: float, rows: int) -> float:
 
 def coarse(time: Array) -> bool:
     """Whether times are printed so coarsely that two rows may show the same one."""
-    steps = np.diff(time)
-    return bool(float(print_step(time).max()) > 0.5 * float(np.median(np.abs(steps))))
-
-
-def print_step(time: Array) -> Array:
-    """Return the unit of the last printed decimal of every time, found over blocks of rows; 0 where there is none."""
-    ends = [*range(0, len(time), PRINT_BLOCK), len(time)]
-    blocks = [_decimal_step(time[a:b]) for a, b in zip(ends[:-1], ends[1:], strict=True)]
-    # a block in which the print changes shows the finer step: its neighbours know better
-    wide = [max(blocks[max(0, k - 1) : k + 2]) for k in range(len(blocks))]
-    return np.repeat(wide, np.diff(ends)).astype(np.float64)
-
-
-def _decimal_step(time: Array) -> float:
-    some = time[:: max(1, len(time) // 64)]
-    for decimals in range(13):
-        scaled = some * 10.0**decimals
-        if np.all(np.abs(scaled - np.round(scaled)) < 1e-4):
-            if decimals < 9 or np.max(np.abs(scaled)) < 1e11:
-                return float(10.0**-decimals)
-            return 0.0
-    return 0.0
+    typical = float(np.median(np.abs(_some_steps(time, []))))
+    return series.extremes(print_step(time))[1] > 0.5 * typical
 
 
 def repeated(time: Array, breaks: tuple[int, ...] = ()) -> Rows:
@@ -151,54 +157,92 @@ def repeated(time: Array, breaks: tuple[int, ...] = ()) -> Rows:
     TimeFault
         If the time stands still all along.
     """
-    same = np.flatnonzero(np.diff(time) == 0.0) + 1
-    if len(same) > 0.9 * max(len(time) - 1, 1):
-        raise TimeFault(f"time stands still at {time[0]:g} s", int(same[0]))
-    if len(same) > max(3, 0.02 * len(time)):
-        return same[:0]  # times printed so coarsely that neighbours look equal
-    return np.setdiff1d(same, np.array(breaks, dtype=np.int64))
+    number = sum(int(np.count_nonzero(step == 0.0)) for _, step in series.steps(time))
+    if number > 0.9 * max(len(time) - 1, 1):
+        raise TimeFault(f"time stands still at {time[0]:g} s", _first(time, lambda step: step == 0.0))
+    if number > max(3, 0.02 * len(time)):
+        return np.empty(0, dtype=np.int64)  # times printed so coarsely that neighbours look equal
+    return np.setdiff1d(_rows_after(time, lambda step: step == 0.0), np.array(breaks, dtype=np.int64))
+
+
+def _rows_after(values: Array, mask: Callable[[Array], series.Values]) -> Rows:
+    """Return the rows before which the step of ``values`` is as ``mask`` says."""
+    found = [k + 1 + np.flatnonzero(mask(step)) for k, step in series.steps(values)]
+    return np.concatenate(found) if found else np.empty(0, dtype=np.int64)
+
+
+def _first(values: Array, mask: Callable[[Array], series.Values]) -> int:
+    return next(k + 1 + int(np.argmax(m)) for k, step in series.steps(values) if (m := mask(step)).any())
 
 
 def _cuts(time: Array, breaks: tuple[int, ...]) -> list[int]:
     """Return the rows at which a new run begins: stated ones, and where the clock jumps back."""
-    back = np.flatnonzero(np.diff(time) < 0.0) + 1
-    back = np.setdiff1d(back, breaks)
-    if len(back) > max(3, 0.01 * len(time)):
-        text = f"time runs backwards {len(back)} times, first from {time[back[0] - 1]:g} to {time[back[0]]:g}"
-        raise TimeFault(text, int(back[0]))
+    number = sum(int(np.count_nonzero(step < 0.0)) for _, step in series.steps(time))
+    back = np.empty(0, dtype=np.int64)
+    if number <= max(3, 0.01 * len(time)) + len(breaks):
+        back = np.setdiff1d(_rows_after(time, lambda step: step < 0.0), breaks)
+        number = len(back)
+    if number > max(3, 0.01 * len(time)):
+        row = next(
+            k + 1 + int(p)
+            for k, step in series.steps(time)
+            for p in np.flatnonzero(step < 0.0)
+            if k + 1 + int(p) not in breaks
+        )
+        text = f"time runs backwards {number} times, first from {time[row - 1]:g} to {time[row]:g}"
+        raise TimeFault(text, row)
     return sorted({*breaks, *(int(b) for b in back)} - {0, len(time)})
 
 
-def _inner_steps(time: Array, cuts: list[int]) -> Array:
-    step = np.diff(time)
-    if cuts:
-        step = np.delete(step, np.array(cuts) - 1)
-    return step
+def _inner_steps(time: Array, cuts: list[int]) -> Iterator[Array]:
+    """Yield the steps within runs, chunk by chunk."""
+    edges = np.array(cuts, dtype=np.int64) - 1
+    for k, step in series.steps(time):
+        inside = edges[(edges >= k) & (edges < k + len(step))] - k
+        yield np.delete(step, inside) if len(inside) else step
+
+
+def _some_steps(time: Array, cuts: list[int]) -> Array:
+    """Return the steps within runs; of a record longer than a chunk every so many-th."""
+    every = -(-(len(time) - 1) // series.CHUNK)
+    # copies, since a view would keep its whole chunk in memory
+    some = [step[:: max(every, 1)].copy() for step in _inner_steps(time, cuts)]
+    return np.concatenate(some) if some else np.empty(0)
+
+
+def _mean_of(parts: Iterable[series.Values]) -> float:
+    total, number = 0.0, 0
+    for values in parts:
+        total, number = total + float(np.sum(values)), number + len(values)
+    return total / number if number else np.nan
 
 
 def _typical_step(time: Array, cuts: list[int]) -> float:
     """Return the mean of the ordinary steps, so that times rounded in print still give the true interval."""
-    step = _inner_steps(time, cuts)
-    step = step[step >= 0.0]
-    if not step.size or not step.any():
+
+    def rising() -> Iterator[Array]:
+        return (step[step >= 0.0] for step in _inner_steps(time, cuts))
+
+    if not any(step.any() for step in rising()):
         raise TimeFault("time does not move", 0)
-    middle = float(np.median(step)) or float(np.mean(step))
-    sharp = np.abs(step - middle) < 0.05 * middle
-    if np.mean(sharp) > 0.8:
-        return float(np.mean(step[sharp]))
-    ordinary = step[step <= 2.5 * middle]
-    return float(np.mean(ordinary)) or float(np.mean(step))
+    some = _some_steps(time, cuts)
+    middle = float(np.median(some[some >= 0.0])) or _mean_of(rising())
+    if _mean_of(np.abs(s - middle) < 0.05 * middle for s in rising()) > 0.8:
+        return _mean_of(s[np.abs(s - middle) < 0.05 * middle] for s in rising())
+    return _mean_of(s[s <= 2.5 * middle] for s in rising()) or _mean_of(rising())
 
 
 def _irregular(time: Array, cuts: list[int], step: float, printed: float) -> bool:
     """Whether steps vary so much that gaps cannot be told from slow samples."""
-    steps = _inner_steps(time, cuts) / step
-    ordinary = np.abs(steps - np.maximum(np.round(steps), 1.0)) < 0.3 + printed / step
-    return bool(np.mean(ordinary) < 0.9)
+
+    def ordinary(steps: Array) -> series.Values:
+        return np.asarray(np.abs(steps - np.maximum(np.round(steps), 1.0)) < 0.3 + printed / step)
+
+    return _mean_of(ordinary(s / step) for s in _inner_steps(time, cuts)) < 0.9
 
 
 def _runs(time: Array, cuts: list[int], gap: float) -> list[tuple[int, int]]:
-    wide = np.flatnonzero(np.diff(time) > gap) + 1
+    wide = _rows_after(time, lambda step: step > gap)
     edges = sorted({0, len(time), *cuts, *(int(w) for w in wide)})
     return list(zip(edges[:-1], edges[1:], strict=True))
 
@@ -212,15 +256,16 @@ class _Clock:
     runs: list[tuple[int, int]]
 
     @property
-    def longest(self) -> slice:
-        """Rows of the longest run."""
-        return slice(*max(self.runs, key=lambda r: r[1] - r[0]))
+    def longest(self) -> tuple[Array, Array]:
+        """Times and print steps of the longest run."""
+        rows = slice(*max(self.runs, key=lambda r: r[1] - r[0]))
+        return series.part(self.time, rows), series.part(self.printed, rows)
 
 
 def _interval(clock: _Clock, step: float, stated: float | None, base: TimeBase) -> float:
     """Return the sample interval: the stated one if the times bear it out, else the fit over the whole record."""
     fitted, off, longest = _fit(clock, step)
-    coarse = float(clock.printed[clock.longest].max())
+    coarse = series.extremes(clock.longest[1])[1]
     if stated is not None:
         if abs(stated / fitted - 1.0) * longest <= 2.0 * off + 0.5 or abs(stated / fitted - 1.0) < 1e-6:
             return stated
@@ -232,51 +277,70 @@ def _interval(clock: _Clock, step: float, stated: float | None, base: TimeBase) 
     return _shortest_decimal(fitted, fitted * _uncertainty(off, longest))
 
 
-def _places(time: Array, step: float, printed: Array) -> Array:
-    """Return the sample number of every row: one more than the row before, or more where samples are missing."""
-    plain = np.arange(len(time), dtype=np.float64)
-    steps = np.diff(time) / step
-    ahead = np.maximum(np.round(steps), 1.0)
-    missing = np.concatenate([[0.0], np.cumsum(ahead)])
-    whole = np.abs(steps - ahead) < 0.2
-    if whole.all() and np.count_nonzero(ahead > 1.0) <= FEW_GAPS:
-        return missing
-    slope, off = _line(plain, time)
-    if np.all(np.abs(off) <= 0.55 * printed + TOLERANCE * abs(slope)):
-        return plain  # one evenly sampled run whose print is rounded
-    if np.mean(whole) > 0.95:
-        return missing
-    # a rounded print makes some steps look like two: only what rounding cannot explain counts as missing
-    beyond = np.diff(time) > 1.5 * step + np.where(printed[1:] < 0.5 * step, 0.0, printed[1:])
-    return np.concatenate([[0.0], np.cumsum(np.where(beyond, ahead, 1.0))])
+def _places(time: Array, step: float, printed: Array, counted: bool = False) -> Array:
+    """Return the sample number of every row: one more than the row before, or more where samples are missing.
+
+    ``counted`` says that steps are whole numbers of ``step`` and no even line is to be drawn through them.
+    """
+
+    def ahead(times: Array) -> Array:
+        return np.maximum(np.round(np.diff(times) / step), 1.0)
+
+    rows, plain = len(time), series.ordinals(len(time))
+    whole = gaps = 0
+    for begin, end in series.spans(rows - 1):
+        steps = ahead(time[begin : end + 1])
+        whole += int(np.count_nonzero(np.abs(np.diff(time[begin : end + 1]) / step - steps) < 0.2))
+        gaps += int(np.count_nonzero(steps > 1.0))
+    every = whole == rows - 1 and (counted or gaps <= FEW_GAPS)
+    if not every:
+        slope, off, _ = _line(plain, time)
+        if all(np.all(np.abs(o) <= 0.55 * p + TOLERANCE * abs(slope)) for o, p in series.chunks(off, printed)):
+            return plain  # one evenly sampled run whose print is rounded
+    found, left_out = [np.empty(0, dtype=np.int64)], [np.empty(0)]
+    for begin, end in series.spans(rows - 1):
+        times, mark = time[begin : end + 1], printed[begin + 1 : end + 1]
+        wide = (steps := ahead(times)) > 1.0
+        if not every and whole <= 0.95 * (rows - 1):
+            # a rounded print makes some steps look like two: only what rounding cannot explain counts as missing
+            wide &= np.diff(times) > 1.5 * step + np.where(mark < 0.5 * step, 0.0, mark)
+        found.append(begin + 1 + np.flatnonzero(wide))
+        left_out.append(steps[wide] - 1.0)
+    return cast(Array, series.Places(rows, np.concatenate(found), np.concatenate(left_out)))
 
 
-def _line(places: Array, time: Array) -> tuple[float, Array]:
-    """Return the slope of times over sample numbers, and how far each is off the line."""
-    k = places - places.mean()
-    slope = float(k @ (time - time.mean()) / (k @ k))
-    off = time - time.mean() - slope * k
-    return slope, off - 0.5 * (off.max() + off.min())
+def _line(places: Array, time: Array) -> tuple[float, Array, float]:
+    """Return the slope of times over sample numbers, how far each is off the line, and the largest of that."""
+    at, when = series.mean(places), series.mean(time)
+    along = square = 0.0
+    for p, t in series.chunks(places, time):
+        along += float((p - at) @ (t - when))
+        square += float((p - at) @ (p - at))
+    slope = along / square
+    low, high = series.extremes(series.mapped(lambda p, t: t - when - slope * (p - at), places, time))
+    middle = 0.5 * (low + high)
+    off = series.mapped(lambda p, t: t - when - slope * (p - at) - middle, places, time)
+    return slope, off, max(high - middle, middle - low)
 
 
 def _fit(clock: _Clock, step: float) -> tuple[float, float, int]:
     """Return interval, largest departure from the grid in samples, and number of samples of the longest run."""
-    stretch = clock.time[clock.longest]
+    stretch, printed = clock.longest
     if len(stretch) < 2:
         return step, 0.0, 1
-    places = _places(stretch, step, clock.printed[clock.longest])
-    begin, end = _unbroken(places)
-    if 4 * (end - begin) > len(places):  # after a gap the clock may stand in between two samples
-        places, stretch = places[begin:end], stretch[begin:end]
-    slope, off = _line(places, stretch)
+    places = _places(stretch, step, printed)
+    rows = slice(*_unbroken(places))
+    if 4 * (rows.stop - rows.start) > len(places):  # after a gap the clock may stand in between two samples
+        places, stretch = series.part(places, rows), series.part(stretch, rows)
+    slope, _, off = _line(places, stretch)
     if slope <= 0.0:
         return step, 0.0, 1
-    return slope, float(np.max(np.abs(off)) / slope), int(places[-1] - places[0])
+    return slope, off / slope, int(places[-1] - places[0])
 
 
 def _unbroken(places: Array) -> tuple[int, int]:
     """Return the longest stretch of rows without a missing sample."""
-    edges = [0, *(np.flatnonzero(np.diff(places) > 1.0) + 1), len(places)]
+    edges = [0, *_rows_after(places, lambda step: step > 1.0), len(places)]
     k = int(np.argmax(np.diff(edges)))
     return int(edges[k]), int(edges[k + 1])
 
@@ -290,33 +354,34 @@ def _shortest_decimal(value: float, within: float) -> float:
     return value
 
 
-def _piece(run: tuple[Array, Array], first: int, dt: float, irregular: bool) -> Piece:
+def _piece(run: tuple[Array, Array], first: int, dt: float, irregular: bool, counted: bool) -> Piece:
     time, printed = run
-    rows = slice(first, first + len(time))
+    rows, start = slice(first, first + len(time)), float(time[0])
     if len(time) < 2:
-        return Piece(rows, float(time[0]))
+        return Piece(rows, start)
     if irregular:
         return _resampled(rows, time, dt, "irregular")
-    places = _places(time, dt, printed)
-    off = (time - time[0]) / dt - places
-    allowed = TOLERANCE + 0.55 * printed / dt
-    if np.any(np.abs(off - 0.5 * (off.max() + off.min())) > allowed):
+    places = _places(time, dt, printed, counted)
+    off = series.mapped(lambda t, p: (t - start) / dt - p, time, places)
+    middle = 0.5 * sum(series.extremes(off))
+    if series.count(lambda o, p: np.abs(o - middle) > TOLERANCE + 0.6 * p / dt, off, printed):
         return _resampled(rows, time, dt, "jittering")
     missing = int(places[-1]) + 1 - len(places)
     if missing == 0:
-        return Piece(rows, float(time[0]))
-    at = int(np.flatnonzero(np.diff(places) > 1.0)[0])
-    text = f"{missing} samples are missing and were interpolated, the first after {time[at]:.6g} s"
-    finding = Finding("dropped-samples", "", float(time[at] - time[0]), text)
-    return Piece(rows, float(time[0]), places, (finding,), (f"interpolated {missing} missing samples",))
+        return Piece(rows, start)
+    at = float(time[_first(places, lambda step: step > 1.0) - 1])
+    text = f"{missing} samples are missing and were interpolated, the first after {at:.6g} s"
+    finding = Finding("dropped-samples", "", at - start, text)
+    return Piece(rows, start, places, (finding,), (f"interpolated {missing} missing samples",))
 
 
 def _resampled(rows: slice, time: Array, dt: float, what: str) -> Piece:
-    position = (time - time[0]) / dt
-    off = float(np.max(np.abs(np.diff(position) - 1.0)))
+    start = float(time[0])
+    position = series.mapped(lambda t: (t - start) / dt, time)
+    off = max(float(np.max(np.abs(step - 1.0))) for _, step in series.steps(position))
     text = f"times are {what} (steps up to {off:.2g} samples off): resampled linearly to {dt:.6g} s"
     finding = Finding("resampled", "", None, text)
-    return Piece(rows, float(time[0]), position, (finding,), (f"resampled linearly to dt = {dt:.9g} s",))
+    return Piece(rows, start, position, (finding,), (f"resampled linearly to dt = {dt:.9g} s",))
 
 
 def _say_cuts(time: Array, runs: list[tuple[int, int]], cuts: list[int], base: TimeBase) -> None:
@@ -329,8 +394,7 @@ def _say_cuts(time: Array, runs: list[tuple[int, int]], cuts: list[int], base: T
 
 def on_grid(values: Array, piece: Piece) -> Array:
     """Return a channel of a piece on its uniform grid."""
-    own = values[piece.rows]
+    own = series.part(values, piece.rows)
     if piece.position is None:
         return own
-    grid = np.arange(np.floor(piece.position[-1] + 1e-9) + 1.0)
-    return np.interp(grid, piece.position, own)
+    return series.interpolated(piece.position, own, int(np.floor(piece.position[-1] + 1e-9)) + 1)

@@ -5,6 +5,7 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -210,6 +211,47 @@ def matlab() -> Sample:
     return Sample("run.mat", buffer.getvalue(), {"x_f_0": one, "x_f_1": two}, {"x_f_0": "", "x_f_1": ""})
 
 
+def seven_three(fill: Callable[[Any], None]) -> bytes:
+    """A MATLAB 7.3 file: 512 bytes of MATLAB's own, then HDF5."""
+    import h5py
+
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w", userblock_size=512) as file:
+        fill(file)
+    return b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512, b" ") + buffer.getvalue()[512:]
+
+
+def matlab_seven_three() -> Sample:
+    """A dSPACE capture in version 7.3: a struct array whose fields are references into #refs#."""
+    import h5py
+
+    time, one, two = signals()
+
+    def put(file: Any, name: str, value: object) -> Any:
+        kind, data = (
+            ("char", np.array([[ord(c)] for c in value], np.uint16))
+            if isinstance(value, str)
+            else ("double", np.asarray(value)[:, None])
+        )
+        made = file.create_dataset(name, data=data)
+        made.attrs["MATLAB_class"] = np.bytes_(kind)
+        return made.ref
+
+    def fill(file: Any) -> None:
+        capture = file.create_group("rec")
+        capture.attrs["MATLAB_class"] = capture.create_group("X").attrs["MATLAB_class"] = np.bytes_("struct")
+        put(file, "rec/X/Data", time)
+        y = capture.create_group("Y")
+        y.attrs["MATLAB_class"] = np.bytes_("struct")
+        fields = {"Name": ['"Root"/"force"', '"Root"/"current"'], "Unit": ["kN", "A"], "Data": [one, two]}
+        for field, values in fields.items():
+            references = [put(file, f"#refs#/{field}{k}", v) for k, v in enumerate(values)]
+            y.create_dataset(field, data=np.array(references, dtype=h5py.ref_dtype)[:, None])
+
+    channels = {"force": one * 1e3, "current": two}
+    return Sample("rec.mat", seven_three(fill), channels, {"force": "N", "current": "A"})
+
+
 def hdf5() -> Sample:
     import h5py
 
@@ -287,6 +329,7 @@ WRITERS: dict[str, Callable[[], Sample]] = {
 
 def sample(reader: str, folder: Path, name: str = "") -> tuple[Sample, Path]:
     """Write the sample of a reader, and what must lie beside it, into a folder."""
+    folder.mkdir(parents=True, exist_ok=True)
     made = WRITERS[reader]()
     if reader == "rohde-schwarz":
         (folder / "RefCurve.csv").write_text(RS_SETTINGS)

@@ -34,10 +34,24 @@ def test_conditions_in_names(stem: str, pattern: str, found: dict[str, float]) -
     assert from_name(stem, pattern) == pytest.approx(found)
 
 
-@pytest.mark.parametrize("pattern", ["no keys", "{a:blurb}", "{a:mm}{a:mm}"])
-def test_bad_patterns_are_configuration_errors(pattern: str) -> None:
-    with pytest.raises(ConfigError, match="name pattern"):
+@pytest.mark.parametrize(
+    ("pattern", "words"),
+    [
+        ("no keys", "names no condition"),
+        ("", "names no condition"),
+        ("{a:blurb}", "unknown unit 'blurb'"),
+        ("{a:mm}{a:mm}", "a stands twice"),
+        ("{frequency:mm}mm", "frequency cannot be in 'mm'; write a unit such as Hz"),
+        ("{frequency:rpm}rpm", "frequency cannot be in 'rpm'"),  # a turn is no radian per second
+        ("{current:V}V", "current cannot be in 'V'; write a unit such as A"),
+        ("{Amplitude:mm}mm{frequency:Hz}Hz", "a brace opens no key"),
+        ("{amplitude:mm}mm{frequency:Hz", "a brace opens no key"),
+    ],
+)
+def test_bad_patterns_are_configuration_errors(pattern: str, words: str) -> None:
+    with pytest.raises(ConfigError, match=words) as error:
         name_expression(pattern)
+    assert f"name pattern '{pattern}'" in str(error.value) and "\n" not in str(error.value)
 
 
 def test_name_that_agrees_with_the_data() -> None:

@@ -19,6 +19,7 @@ def _head(tmp_path: Path, text: str) -> Head:
         ("Force [N]", "Force", "N"),
         ("Time (s)", "Time", "s"),
         ("force_N", "force", "N"),
+        ("velocity_mm/s", "velocity", "mm/s"),
         ("i_A", "i", "A"),
         ("Zeit / ms", "Zeit", "ms"),
         ("C1 in V", "C1", "V"),

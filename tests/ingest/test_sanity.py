@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from mrfit.ingest.sanity import sanity_findings
+from mrfit.ingest import series
+from mrfit.ingest.sanity import channel_findings, relation_findings, shortened, shortening
 from mrfit.recording import Recording
 from mrfit.specs import Array
 
@@ -12,7 +13,7 @@ SINE = np.sin(2 * np.pi * 5 * T)
 
 def _kinds(**channels: Array) -> list[tuple[str, str]]:
     record = Recording("a", "a.csv", "", "delimited", DT, 0.0, channels, dict.fromkeys(channels, ""))
-    return [(f.kind, f.channel) for f in sanity_findings(record)]
+    return [(f.kind, f.channel) for f in (*channel_findings(record), *relation_findings(record))]
 
 
 def _rounded(values: Array, bits: int) -> Array:
@@ -40,7 +41,7 @@ def test_constant_and_dead_channels() -> None:
 def test_clipped_channel_with_the_time_it_begins(side: float) -> None:
     values = side * np.minimum(_rounded(SINE, 10), 0.8)
     record = Recording("a", "a.csv", "", "delimited", DT, 0.0, {"ch1": values}, {"ch1": "V"})
-    (finding,) = sanity_findings(record)
+    (finding,) = channel_findings(record)
     assert (finding.kind, finding.channel) == ("clipped", "ch1")
     assert finding.at == pytest.approx(np.arcsin(0.8) / (2 * np.pi * 5), abs=2 * DT)
 
@@ -78,3 +79,42 @@ def test_current_against_voltage(lag: float, kinds: object) -> None:
     current = np.sin(2 * np.pi * 5 * T - np.radians(lag))
     expected = [("sign", "current")] if kinds == 1 else kinds
     assert _kinds(current=current, voltage=SINE) == expected
+
+
+@pytest.mark.parametrize("level", [1.4, -0.02])
+def test_a_held_level_that_carries_noise_or_ripple_swings_about_nothing(level: float) -> None:
+    noise = np.random.default_rng(0).normal(0.0, abs(level) / 50, len(T))
+    assert _kinds(current=level + noise) == []
+    assert _kinds(voltage=level * (1.0 + 0.01 * SINE)) == []
+
+
+@pytest.mark.parametrize("swing", [0.03, 0.3, 3.0])
+def test_a_swing_about_a_level_is_an_offset_even_under_noise(swing: float) -> None:
+    noise = np.random.default_rng(0).normal(0.0, 0.1 * swing, len(T))
+    assert _kinds(displacement=1.0 + swing * SINE + noise) == [("offset", "displacement")]
+
+
+def test_a_long_recording_is_judged_over_all_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is odd late in a log, or only in the phase of its channels, is found in chunks as it is in the whole."""
+    late = np.where(T > 3.0, np.minimum(SINE, 0.8), 0.7 * SINE)
+    channels = {"current": np.sin(2 * np.pi * 5 * T + 0.3), "voltage": SINE, "ch3": late, "ch4": np.ones(len(T))}
+    record = Recording("a", "a.csv", "", "delimited", DT, 0.0, channels, dict.fromkeys(channels, ""))
+    monkeypatch.setattr(series, "CHUNK", 700)
+    short = shortened(record)
+    assert short.samples == 666 and short.dt == pytest.approx(6 * DT)
+    found = [*channel_findings(record), *relation_findings(short), *shortening(record, short)]
+    assert [(f.kind, f.channel) for f in found] == [
+        ("clipped", "ch3"),
+        ("constant", "ch4"),
+        ("skew", "current"),
+        ("judged-on-means", ""),
+    ]
+    assert found[0].at == pytest.approx(3.0, abs=0.06)
+    assert "means over 6 samples" in found[-1].text
+
+
+def test_a_recording_of_a_chunk_or_less_is_not_shortened() -> None:
+    record = Recording("a", "a.csv", "", "delimited", DT, 0.0, {"ch1": SINE}, {"ch1": ""})
+    short = shortened(record)
+    np.testing.assert_array_equal(short.channels["ch1"], SINE)
+    assert shortening(record, short) == []

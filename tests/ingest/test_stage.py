@@ -121,6 +121,55 @@ def test_refused_files_are_listed_and_the_rest_is_kept(logs: Path, workspace: Wo
     assert "bare" in _ids(mended)
 
 
+@pytest.mark.parametrize("content", [b"", b"1,2\n3,4\n"])
+def test_a_log_that_can_no_longer_be_read_keeps_its_recordings(
+    content: bytes, logs: Path, workspace: Workspace, tmp_path: Path
+) -> None:
+    """Empty, it is refused at a look; a table without a header is refused by its reader."""
+    first = run([logs], Settings(), workspace)
+    path, sound = logs / "NewFile1.csv", (logs / "NewFile1.csv").read_bytes()
+    before = workspace.recording_file("NewFile1").read_bytes()
+    path.write_bytes(content)
+    _, other = sample("siglent", tmp_path / "more")
+    for _ in range(2):
+        summary = run([logs, other], Settings(), workspace)
+        assert _ids(summary) == ["NewFile1", "SDS00001", "log", "scope_0"]
+        (refused,) = summary["refused"]
+        assert refused["source"] == str(path)
+        assert refused["remedy"].endswith("(the recordings read from it before are kept)")
+        assert refused["remedy"].count("are kept") == 1
+        assert workspace.recording_file("NewFile1").read_bytes() == before
+    path.write_bytes(sound)
+    mended = run([logs, other], Settings(), workspace)
+    assert mended["refused"] == [] and not mended["skipped"]
+    assert [r for r in mended["recordings"] if r["id"] == "NewFile1"] == [
+        r for r in first["recordings"] if r["id"] == "NewFile1"
+    ]
+    assert run([logs, other], Settings(), workspace)["skipped"]
+
+
+def test_a_log_of_the_same_name_does_not_take_the_place_of_one_that_cannot_be_read(
+    logs: Path, workspace: Workspace, tmp_path: Path
+) -> None:
+    run([logs / "log.csv"], Settings(), workspace)
+    (logs / "log.csv").write_text("1,2\n3,4\n")
+    sample("delimited", tmp_path / "again")
+    summary = run([logs / "log.csv", tmp_path / "again"], Settings(), workspace)
+    assert _ids(summary) == ["log", "log-2"]
+    assert [Path(r["source"]).parent.name for r in summary["recordings"]] == ["logs", "again"]
+
+
+def test_a_damaged_part_stays_refused_while_other_logs_come(tmp_path: Path, workspace: Workspace) -> None:
+    truth, one = sample("tektronix-tds", tmp_path / "logs")
+    (tmp_path / "logs" / "F0004CH2.CSV").write_bytes(truth.data.replace(b"CH1", b"CH2"))
+    one.write_bytes(b"Record Length,1,,x,\n")
+    first = run([tmp_path / "logs"], Settings(), workspace)
+    _, other = sample("siglent", tmp_path / "more")
+    summary = run([tmp_path / "logs", other], Settings(), workspace)
+    assert summary["refused"] == first["refused"] and len(first["refused"]) == 1
+    assert [r for r in summary["recordings"] if r["id"] != "SDS00001"] == first["recordings"]
+
+
 @pytest.mark.parametrize("content", [b"", b"1,2\n3,4\n", b"prose only\n", b"\xef\xbb\xbf"])
 def test_no_readable_file_leaves_the_workspace_as_it_was(content: bytes, logs: Path, workspace: Workspace) -> None:
     bad = logs.parent / "bad.csv"
@@ -218,7 +267,7 @@ def test_preview_says_what_would_be_read_and_writes_nothing(logs: Path) -> None:
     assert by_name["log.csv"]["rate"] == "1000 Hz"
     assert by_name["log.csv"]["rows"] == 240
     assert by_name["bare.csv"]["reader"] == "refused"
-    assert "channel map" in by_name["bare.csv"]["oddities"]
+    assert "channel map" in by_name["bare.csv"]["remedy"]
     assert len({tuple(r) for r in rows}) == 1
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mrfit.ingest.table import Column, Refused, Table
-from mrfit.ingest.textlog import after_blocks, side_by_side, stated_interval
+from mrfit.ingest.textlog import side_by_side, stated_interval
 
 
 @pytest.mark.parametrize(
@@ -44,8 +44,3 @@ def test_channels_of_one_time_base_stand_side_by_side() -> None:
 def test_channels_of_different_time_bases_stay_apart() -> None:
     assert side_by_side([_table("CH1"), _table("CH2", dt=2e-3)]) is None
     assert side_by_side([_table("CH1"), _table("CH2", rows=20)]) is None
-
-
-def test_first_rows_after_block_headers() -> None:
-    assert after_blocks([5, 6, 7, 12, 13], [4, 11]) == (3,)
-    assert after_blocks([], [4]) == ()

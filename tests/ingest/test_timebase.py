@@ -3,7 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mrfit.ingest.timebase import TimeFault, on_grid, print_step, repeated, time_base
+from mrfit.ingest.printed import print_step
+from mrfit.ingest.timebase import TimeFault, on_grid, repeated, time_base
 
 
 def test_uniform_times_give_the_interval_they_were_made_with() -> None:
@@ -11,6 +12,17 @@ def test_uniform_times_give_the_interval_they_were_made_with() -> None:
     assert base.dt == pytest.approx(6.25e-6, rel=1e-12)
     assert len(base.pieces) == 1 and base.pieces[0].position is None
     assert base.findings == []
+
+
+def test_samples_lost_evenly_do_not_stretch_a_stated_interval() -> None:
+    """A hundred even losses look like a slower clock printed to whole intervals; the header knows better."""
+    every = np.delete(np.arange(100_000), np.arange(500, 100_000, 1000))
+    base = time_base(every * 1e-6, 1e-6)
+    assert base.dt == 1e-6
+    assert [f.kind for p in base.pieces for f in p.findings] == ["dropped-samples"]
+    values = on_grid(np.sin(every * 1e-3), base.pieces[0])
+    assert len(values) == every[-1] + 1
+    assert values == pytest.approx(np.sin(np.arange(len(values)) * 1e-3), abs=1e-6)
 
 
 @settings(max_examples=60, deadline=None)
@@ -126,4 +138,4 @@ def test_print_step_follows_a_change_of_format() -> None:
     steps = print_step(np.concatenate([fine, coarse]))
     assert steps[0] == pytest.approx(1e-4)
     assert steps[-1] == pytest.approx(1e-4)
-    assert print_step(np.random.default_rng(0).random(600)).max() == 0.0
+    assert print_step(np.random.default_rng(0).random(600))[:].max() == 0.0

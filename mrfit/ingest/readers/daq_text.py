@@ -8,7 +8,7 @@ from mrfit.ingest.body import Layout, split
 from mrfit.ingest.head import Head
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.ingest.textlog import Field, body_of, count_finding, positive, stated_interval, table_of
+from mrfit.ingest.textlog import Field, body_of, positive, stated_interval, table_of
 from mrfit.specs import Array, ReaderSpec
 
 SPEC = ReaderSpec("daq-text", "DAQami/TracerDAQ text log")
@@ -48,25 +48,29 @@ def read(source: Source) -> list[Table]:
     body = body_of(source, layout)
     original = split(head.lines[row], ",")
     table = table_of(body, [Field(original[k], None, k) for k in channels])
-    time = Column("Date/Time", "s", _seconds(head, body.texts[stamp]), stamp)
-    breaks = tuple(k for k, text in enumerate(body.texts[event]) if k and _begins(text)) if event is not None else ()
+    time = Column("Date/Time", "s", _seconds(source, body.texts[stamp]), stamp)
+    events = zip(body.lines, body.texts[event], strict=True) if event is not None else ()
+    breaks = tuple(int(line) for line, text in events if _begins(text))
     table = replace(table, time=time, breaks=breaks, dt=stated_interval(head.lines[:row]))
     count = [line.partition(":")[2].strip() for line in head.lines[:row] if line.lower().startswith("sample count")]
-    return [count_finding(table, positive(count))]
+    return [replace(table, stated_rows=positive(count))]
 
 
 def _begins(event: str | None) -> bool:
     return bool(event) and any(word in str(event).lower() for word in ("resume", "start"))
 
 
-def _seconds(head: Head, texts: list[str]) -> Array:
+def _seconds(source: Source, texts: list[str]) -> Array:
     """Return seconds from the first stamp; nan where a stamp cannot be read."""
     import pandas as pd
 
-    stamps = pd.Series(texts)
-    for form in STAMP_FORMS:
+    if not texts:
+        return np.empty(0)
+    stamps, known = pd.Series(texts), source.carry.get("stamps")
+    for form in (known[0],) if known else STAMP_FORMS:
         parsed = pd.to_datetime(stamps, format=form, errors="coerce")
         if float(parsed.notna().mean()) > 0.9:
-            first = parsed.dropna().iloc[0]
+            _, first = source.carry.setdefault("stamps", (form, parsed.dropna().iloc[0]))
             return np.asarray((parsed - first).dt.total_seconds(), dtype=np.float64)
-    raise Refusal(head.path, f"unknown form of time stamp '{texts[0]}'", "set the logger to MM/DD/YYYY hh:mm:ss.fff")
+    what = f"unknown form of time stamp '{texts[0]}'" + (" further down" if known else "")
+    raise Refusal(source.head.path, what, "set the logger to MM/DD/YYYY hh:mm:ss.fff")

@@ -50,12 +50,15 @@ def _need_map(source: Source, grid: Grid) -> None:
     if source.rules.channels:
         return
     row = excerpt(source.head.lines[grid.first])
-    hint = "; column 0 rises evenly and may be the time" if _rises_evenly(source.head, grid) else ""
-    example = '[channels] current = {column = 0, unit = "A"}'
+    timed = _rises_evenly(source.head, grid)
+    hint = "; column 0 rises evenly and may be the time" if timed else ""
+    first = "time = 0" if timed else "rate = HZ (or time = COLUMN)"
+    column = int(timed and grid.width > 1)
+    example = f'{first}, then [channels] and force = {{column = {column}, unit = "N"}} or the like for each channel'
     raise Refusal(
         source.head.path,
         f"no header says what its {grid.width} columns are (first row, line {grid.first + 1}: '{row}'{hint})",
-        f"write a channel map, {FILE_NAME} beside it or --map: rate = HZ or time = COLUMN, and {example} …",
+        f"write a channel map, {FILE_NAME} beside it or --map: {example}",
     )
 
 
@@ -87,7 +90,7 @@ def read_grid(source: Source, grid: Grid, header: Header) -> Table:
     clock = Field(header.names[time], _time_unit(source, header, time), time) if time in numeric else None
     table = table_of(body, fields, clock)
     if texts:
-        table = _with_stamps(table, header.names[texts[0]], body.texts[texts[0]], texts[0], head)
+        table = _with_stamps(table, header.names[texts[0]], body.texts[texts[0]], texts[0], source)
     sparse, rate = _sparse(head, grid, header, kinds)
     stated = rate or stated_interval(head.lines[: grid.first])
     findings = (*table.findings, *sparse, *_time_findings(header, time, source))
@@ -156,19 +159,19 @@ def _time_findings(header: Header, time: int | None, source: Source) -> list[Fin
     return [Finding("unit-assumed", "", None, f"the file gives '{name}' no unit: taken as s")]
 
 
-def _with_stamps(table: Table, name: str, texts: list[str], index: int, head: Head) -> Table:
+def _with_stamps(table: Table, name: str, texts: list[str], index: int, source: Source) -> Table:
     """Turn ISO time stamps into seconds from the first one."""
     bare = [t.replace(" ", "T", 1).replace(",", ".").removesuffix("Z") if t else "NaT" for t in texts]
     try:
         stamps = np.array(bare, dtype="datetime64[ns]")
     except ValueError as error:
-        raise Refusal(
-            head.path, f"column '{name}' holds no time stamps throughout ({error})", "export it again"
-        ) from None
+        what = f"column '{name}' holds no time stamps throughout ({error})"
+        raise Refusal(source.head.path, what, "export it again") from None
     valid = stamps[~np.isnat(stamps)]
-    if not len(valid):
-        raise Refusal(head.path, f"column '{name}' holds no time stamp", "export it again")
-    seconds = (stamps - valid[0]) / np.timedelta64(1, "ns") / 1e9
+    if not len(valid) and source.block is None:
+        raise Refusal(source.head.path, f"column '{name}' holds no time stamp", "export it again")
+    first = source.carry.setdefault("first stamp", valid[0]) if len(valid) else np.datetime64(0, "ns")
+    seconds = (stamps - first) / np.timedelta64(1, "ns") / 1e9
     return replace(table, time=Column(name, "s", np.asarray(seconds, dtype=np.float64), index))
 
 

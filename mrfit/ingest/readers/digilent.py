@@ -7,7 +7,7 @@ from mrfit.ingest.head import Head
 from mrfit.ingest.layout import name_and_unit
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.textlog import Field, check_width, count_finding, fields_at, positive, read_table, stated_interval
+from mrfit.ingest.textlog import Field, check_width, fields_at, positive, read_table, stated_interval
 from mrfit.specs import ReaderSpec
 
 SPEC = ReaderSpec("digilent", "Digilent WaveForms CSV")
@@ -39,5 +39,5 @@ def read(source: Source) -> list[Table]:
     layout = Layout(row + 1, ",", ".", width, columns, blank=tuple(range(len(parsed), width)), header=header)
     table = read_table(source, layout, fields, Field(parsed[0][0], parsed[0][1], 0))
     samples = [line.partition(":")[2] for line in head.lines[:row] if line.lower().startswith("#samples:")]
-    table = count_finding(table, positive(samples))
+    table = replace(table, stated_rows=positive(samples))
     return [replace(table, dt=stated_interval(head.lines[:row]))]

@@ -7,7 +7,7 @@ from mrfit.ingest.body import Layout
 from mrfit.ingest.head import Head
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.textlog import Field, check_width, count_finding, fields_at, meta_of, positive, read_table
+from mrfit.ingest.textlog import Field, check_width, fields_at, meta_of, positive, read_table
 from mrfit.specs import ReaderSpec
 
 SPEC = ReaderSpec("gwinstek", "GW Instek GDS oscilloscope CSV")
@@ -44,7 +44,7 @@ def read(source: Source) -> list[Table]:
     layout = Layout(row + 1, ",", ".", width, tuple(range(columns)), blank=tuple(range(columns, width)))
     clock = Field("time", (meta.get("horizontal units") or ["s"])[0] or "s", 0) if timed else None
     table = read_table(source, layout, [Field(name, unit, columns - 1)], clock)
-    table = count_finding(table, positive(meta.get("memory length", [])))
+    table = replace(table, stated_rows=positive(meta.get("memory length", [])))
     if not timed and dt is None:
         raise Refusal(head.path, "neither a time column nor a sampling period", "write rate = HZ in a channel map")
     return [replace(table, dt=dt)]

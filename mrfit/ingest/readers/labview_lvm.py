@@ -1,15 +1,16 @@
 """LabVIEW measurement files (LVM): one or many segments, with no, one, or one time column per channel."""
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.ingest.body import Body, Layout, number_pattern, split
-from mrfit.ingest.head import Head, body_bytes
+from mrfit.ingest.body import ROW, Body, Layout, number_pattern, split
+from mrfit.ingest.head import Head
 from mrfit.ingest.layout import name_and_unit
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.ingest.textlog import Field, after_blocks, body_of, count_finding, positive, table_of
+from mrfit.ingest.textlog import Field, body_of, positive, table_of, text_of
 from mrfit.recording import Finding
 from mrfit.specs import ReaderSpec
 
@@ -46,7 +47,7 @@ def read(source: Source) -> list[Table]:
     clocks = [k for k, n in enumerate(segment.names) if n.lower() == "x_value"]
     signals = [k for k, n in enumerate(segment.names) if k not in (*comment, *clocks)]
     filled = _filled_clocks(head, segment, clocks)
-    data, heads = _without_headers(body_bytes(head), segment)
+    data, heads = _without_headers(source, segment)
     decimal = _decimal(head, segment)
     use = tuple(sorted([*signals, *filled]))
     empty = tuple(c for c in clocks if c not in filled)
@@ -54,7 +55,7 @@ def read(source: Source) -> list[Table]:
     body = body_of(source, layout, data)
     fields = [_field(segment, k, place) for place, k in enumerate(signals)]
     tables = _tables(body, fields, filled, segment, head)
-    return [replace(t, breaks=after_blocks(list(body.lines), heads)) for t in tables]
+    return [replace(t, breaks=heads) for t in tables]
 
 
 def _segment(head: Head) -> Segment:
@@ -98,20 +99,26 @@ def _decimal(head: Head, segment: Segment) -> str:
     return "." if any(number_pattern(".").fullmatch(f) for f in fields) else ","
 
 
-def _without_headers(data: bytes, segment: Segment) -> tuple[bytes, list[int]]:
-    """Return the data with all headers blanked, and the line numbers of the name rows."""
-    lines = data.split(b"\n")
+def _without_headers(source: Source, segment: Segment) -> tuple[bytes, tuple[int, ...]]:
+    """Return the data with all headers blanked, and the line numbers of the later name rows."""
+    first = source.block.line if source.block else 1
+    lines = text_of(source)[:].split(b"\n")
+    top = max(0, segment.row + 2 - first)
+    lines[:top] = [b""] * len(lines[:top])
     heads = []
-    begin: int | None = 0
-    for place, line in enumerate(lines):
+    begin: int | None = None
+    for place, line in enumerate(lines[top:], start=top):
         word = line[:24].strip().lower()
         if begin is None and word.startswith((b"channels", b"labview measurement")):
             begin = place
-        elif word.startswith(b"x_value") and begin is not None:
+        elif word.startswith(b"x_value"):
+            begin = place if begin is None else begin
             lines[begin : place + 1] = [b""] * (place + 1 - begin)
-            heads.append(place + 1)
+            heads.append(first + place)
             begin = None
-    return b"\n".join(lines), heads
+        elif begin is not None and ROW.match(line):
+            begin = None
+    return b"\n".join(lines), tuple(heads)
 
 
 def _tables(body: Body, fields: list[Field], clocks: list[int], segment: Segment, head: Head) -> list[Table]:
@@ -130,13 +137,14 @@ def _tables(body: Body, fields: list[Field], clocks: list[int], segment: Segment
 
 
 def _counted(table: Table, segment: Segment) -> Table:
-    return count_finding(table, positive(segment.meta.get("samples", [])))
+    return replace(table, stated_rows=positive(segment.meta.get("samples", [])))
 
 
 def _number(segment: Segment, key: str, place: int) -> float | None:
     texts = segment.meta.get(key, [])
     text = texts[place - 1].replace(",", ".") if len(texts) >= place else ""
-    return float(text) if number_pattern(".").fullmatch(text) else None
+    value = float(text.replace("∞", "inf")) if number_pattern(".").fullmatch(text) else math.inf
+    return value if math.isfinite(value) else None
 
 
 def _stated(table: Table, segment: Segment, head: Head) -> Table:

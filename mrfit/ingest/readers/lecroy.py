@@ -8,7 +8,7 @@ from mrfit.ingest.body import Layout, split
 from mrfit.ingest.head import Head
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.textlog import Field, check_width, count_finding, read_table, side_by_side
+from mrfit.ingest.textlog import Field, check_width, read_table, side_by_side
 from mrfit.recording import Finding
 from mrfit.specs import ReaderSpec
 
@@ -44,9 +44,9 @@ def read(source: Source) -> list[Table]:
     layout = Layout(row + 1, ",", ".", width, (0, 1), blank=tuple(range(2, width)))
     table = read_table(source, layout, [Field(name, "V", 1)], Field("Time", "s", 0))
     segments, size = _segments(head)
-    table = count_finding(table, segments * size if segments and size else None)
+    table = replace(table, stated_rows=segments * size if segments and size else None)
     if segments > 1 and size:
-        table = replace(table, breaks=tuple(range(size, table.rows, size)))
+        table = replace(table, breaks=tuple(row + 2 + size * k for k in range(1, segments)))
     text = f"the file gives {name.lower()} no unit: taken as V; a channel map can say another"
     return [replace(table, findings=(*table.findings, Finding("unit-assumed", name.lower(), None, text)))]
 

@@ -1,16 +1,19 @@
-"""MATLAB MAT-files: version 5 (scipy) and 7.3 (h5py), plain variables, structs, and dSPACE's X/Y structs."""
+"""MATLAB MAT-files: version 5 (scipy) and 7.3 (h5py), plain variables, structs, cells, and dSPACE's captures."""
 
 import warnings
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mrfit.ingest.arrays import Arrays, tables_of
-from mrfit.ingest.hdf import hdf_arrays
+from mrfit.ingest.arrays import WIDEST, Arrays, tables_of
+from mrfit.ingest.dspace import captures_of
+from mrfit.ingest.hdf import matlab_variables
 from mrfit.ingest.head import Head
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
+from mrfit.recording import Finding
 from mrfit.specs import ReaderSpec
 
 SPEC = ReaderSpec("matlab", "MATLAB MAT-file")
@@ -26,19 +29,34 @@ def sniff(head: Head) -> bool:
 def read(source: Source) -> list[Table]:
     """Return the vectors as tables; a matrix ``x`` gives columns ``x[0]``, ``x[1]`` and so on.
 
+    Every time axis of a dSPACE capture gives a table of its own.
+
     Raises
     ------
     Refusal
         If the file is damaged or holds no vectors.
     """
     path = source.head.path
-    if source.head.raw.startswith(b"MATLAB 7.3"):
-        return tables_of(hdf_arrays(path), source)
-    arrays = Arrays()
-    for name, value in _variables(path).items():
+    seven = source.head.raw.startswith(b"MATLAB 7.3")
+    found = _Found(Arrays(), [])
+    for name, value in (matlab_variables(path) if seven else _variables(path)).items():
         if not name.startswith("__"):
-            _take(arrays, name, value, DEEPEST)
-    return tables_of(arrays, source)
+            _take(found, name, value, DEEPEST)
+    tables = [table for arrays in found.captures for table in tables_of(arrays, source)]
+    if not tables:
+        return tables_of(found.arrays, source)
+    if beside := ", ".join(f"'{n}'" for n in found.arrays.signals):
+        left = Finding("not-read", "", None, f"arrays beside the capture are left out: {beside}")
+        tables[0] = replace(tables[0], findings=(*tables[0].findings, left))
+    return tables
+
+
+@dataclass(slots=True)
+class _Found:
+    """The plain arrays of a file, and those of each time axis of its dSPACE captures."""
+
+    arrays: Arrays
+    captures: list[Arrays]
 
 
 def _variables(path: Path) -> dict[str, Any]:
@@ -53,27 +71,20 @@ def _variables(path: Path) -> dict[str, Any]:
         raise Refusal(path, f"damaged MAT-file ({text})", "save it again, as version 7 or 7.3") from None
 
 
-def _take(arrays: Arrays, name: str, value: Any, depth: int) -> None:
+def _take(found: _Found, name: str, value: Any, depth: int) -> None:
     fields = getattr(value, "_fieldnames", None)
     if fields is None:
         if not (isinstance(value, np.ndarray) and value.dtype == object):
-            arrays.add(name, value)
+            found.arrays.add(name, value)
+        elif depth and value.size <= WIDEST:  # a cell array, or a struct array such as Simulink's signals
+            for k, item in enumerate(value.ravel()):
+                label = getattr(item, "label", "")
+                _take(found, f"{name}.{label}" if isinstance(label, str) and label else f"{name}[{k}]", item, depth - 1)
         return
     if depth == 0:
         return
     if {"X", "Y"} <= set(fields):
-        _take_dspace(arrays, value)
+        found.captures += captures_of(value)
         return
     for field in fields:
-        _take(arrays, f"{name}.{field}", getattr(value, field), depth - 1)
-
-
-def _take_dspace(arrays: Arrays, value: Any) -> None:
-    """Take a dSPACE capture: X.Data is time, every Y has Name, Unit and Data."""
-    for entry in np.atleast_1d(value.X):
-        if hasattr(entry, "Data"):
-            arrays.add("time", entry.Data)
-    for entry in np.atleast_1d(value.Y):
-        if hasattr(entry, "Data") and hasattr(entry, "Name"):
-            unit = getattr(entry, "Unit", "")
-            arrays.add(str(entry.Name), entry.Data, unit if isinstance(unit, str) else "")
+        _take(found, f"{name}.{field}", getattr(value, field), depth - 1)

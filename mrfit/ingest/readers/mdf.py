@@ -14,6 +14,8 @@ from mrfit.specs import ReaderSpec
 
 SPEC = ReaderSpec("mdf", "ASAM MDF (needs asammdf)")
 FRAGILE = True  # read in a process of its own: the library crashes on some damaged files
+TIME = 1
+"""MDF's number for a master channel that is time; 2 is angle, 3 distance, 4 index."""
 
 
 def sniff(head: Head) -> bool:
@@ -56,17 +58,24 @@ def _close_quietly(mdf: Any) -> None:
 
 
 def _tables(mdf: Any) -> Iterator[Table]:
+    """Yield one table for every channel group; where its master is no time (an angle, an index), it has none."""
     index = 0
     for number, group in enumerate(mdf.groups):
-        columns, time = [], None
+        master = mdf.masters_db.get(number)
+        columns, times, timed = [], None, master is not None
         for place in range(len(group.channels)):
-            signal = mdf.get(group=number, index=place)
+            # left to itself, asammdf drops a channel's invalid samples and with them the rows of the group
+            signal = mdf.get(group=number, index=place, ignore_invalidation_bits=True)
             index += 1
+            timed = timed and (signal.master_metadata or ("", TIME))[1] == TIME
             values = np.asarray(signal.samples)
-            if place == mdf.masters_db.get(number) or values.ndim != 1 or values.dtype.kind not in "fiu":
+            if (place == master and timed) or values.ndim != 1 or values.dtype.kind not in "fiu":
                 continue
-            columns.append(Column(signal.name, signal.unit or None, values.astype(np.float64), index - 1))
-            time = np.asarray(signal.timestamps, dtype=np.float64)
-        if columns and time is not None and len(time) > 1:
-            clock = Column("time", "s", time, -1)
-            yield Table(tuple(columns), np.arange(1, len(time) + 1, dtype=np.int64), time=clock)
+            values = values.astype(np.float64)
+            if signal.invalidation_bits is not None:
+                values[np.asarray(signal.invalidation_bits, dtype=bool)] = np.nan
+            columns.append(Column(signal.name, signal.unit or None, values, index - 1))
+            times = np.asarray(signal.timestamps, dtype=np.float64)
+        if columns and times is not None and len(times) > 1:
+            clock = Column("time", "s", times, -1) if timed else None
+            yield Table(tuple(columns), np.arange(1, len(times) + 1, dtype=np.int64), time=clock)

@@ -3,12 +3,12 @@
 from dataclasses import replace
 
 from mrfit.ingest import units
-from mrfit.ingest.body import Layout, number_pattern, split
-from mrfit.ingest.head import Head, body_bytes
+from mrfit.ingest.body import ROW, Layout, number_pattern, split
+from mrfit.ingest.head import Head
 from mrfit.ingest.layout import TIME_NAMES
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.textlog import Field, after_blocks, body_of, table_of
+from mrfit.ingest.textlog import Field, body_of, table_of, text_of
 from mrfit.specs import ReaderSpec
 
 SPEC = ReaderSpec("mts-mpt", "MTS 793 MultiPurpose TestWare text")
@@ -37,13 +37,13 @@ def read(source: Source) -> list[Table]:
     time = time if time is not None else next((k for k, u in enumerate(written) if units.compatible(u, "s")), None)
     if len(names) != len(written) or time is None:
         raise Refusal(head.path, f"its {len(names)} names and {len(written)} units do not fit", "export the log again")
-    data, heads = _without_headers(body_bytes(head), head.lines[row].encode(head.encoding, "replace").strip())
+    data, heads = _without_headers(source, row)
     width = len(split(head.lines[row + 1], "\t"))
     layout = Layout(0, "\t", _decimal(head, row + 1), width, tuple(range(len(names))), comment="")
     body = body_of(source, layout, data)
     fields = [Field(names[k], written[k], k) for k in range(len(names))]
     table = table_of(body, [f for f in fields if f.index != time], fields[time])
-    return [replace(table, breaks=after_blocks(list(body.lines), heads))]
+    return [replace(table, breaks=heads)]
 
 
 def _cells(line: str) -> list[str]:
@@ -77,17 +77,27 @@ def _decimal(head: Head, row: int) -> str:
     return "," if any("," in c for c in _cells(head.lines[row])) else "."
 
 
-def _without_headers(data: bytes, unit_row: bytes) -> tuple[bytes, list[int]]:
-    """Return the data with every header line blanked, and the line numbers of the unit rows."""
-    lines = data.split(b"\n")
+def _without_headers(source: Source, row: int) -> tuple[bytes, tuple[int, ...]]:
+    """Return the data with every header line blanked, and the line numbers of the unit rows.
+
+    The first header ends with line ``row``; a later one is all between a blank line and the unit row that is no data.
+    """
+    head, first = source.head, source.block.line if source.block else 1
+    encoding = "utf-8" if head.encoding.startswith("utf-16") else head.encoding
+    unit_row = head.lines[row].encode(encoding, "replace").strip()
+    lines = text_of(source)[:].split(b"\n")
+    top = max(0, row + 2 - first)
+    lines[:top] = [b""] * len(lines[:top])
     heads: list[int] = []
-    begin: int | None = 0
-    for place, line in enumerate(lines):
+    begin: int | None = None
+    for place, line in enumerate(lines[top:], start=top):
         stripped = line.strip()
         if not stripped:
             begin = place if begin is None else begin
-        elif stripped == unit_row and begin is not None:
+        elif begin is not None and stripped == unit_row:
             lines[begin : place + 1] = [b""] * (place + 1 - begin)
-            heads.append(place + 1)
+            heads.append(first + place)
             begin = None
-    return b"\n".join(lines), heads
+        elif begin is not None and ROW.match(stripped):
+            begin = None
+    return b"\n".join(lines), tuple(heads)

@@ -1,6 +1,7 @@
 """Parquet: recordings of mrfit's own workspaces, and any table with a time column."""
 
 import json
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from mrfit.ingest.table import Column, Source, Table
 from mrfit.specs import Array, ReaderSpec
 
 SPEC = ReaderSpec("parquet", "Apache Parquet")
+NOTHING = ("no numeric column with two rows", "write the log as float columns beside a time column")
 
 
 def sniff(head: Head) -> bool:
@@ -29,28 +31,80 @@ def read(source: Source) -> list[Table]:
     Refusal
         If the file is damaged or holds no numbers.
     """
+    import pyarrow.parquet as pq
+
     path = source.head.path
     try:
-        columns, rows, about = _content(path)
+        columns, rows, about = _content(pq.read_table(path), source.carry)
     except Exception as error:  # pyarrow raises whatever it met in a damaged file
-        text = (str(error).splitlines() or ["unreadable"])[0]
-        raise Refusal(path, f"damaged Parquet ({text})", "copy it again") from None
+        raise _damaged(path, error) from None
     if not columns or rows < 2:
-        raise Refusal(path, "no numeric column with two rows", "write the log as float columns beside a time column")
+        raise Refusal(path, NOTHING[0], NOTHING[1])
     return [_table(columns, rows, about)]
 
 
-def _content(path: Path) -> tuple[list[Column], int, dict[str, Any]]:
+def read_blocks(source: Source, size: int) -> Iterator[list[Table]]:
+    """Yield the table a few rows at a time, about ``size`` bytes of numbers together.
+
+    Raises
+    ------
+    Refusal
+        If the file is damaged or holds no numbers.
+    """
+    path, done = source.head.path, 0
+    for columns, rows, about in _parts(source, size):
+        if not columns:
+            raise Refusal(path, NOTHING[0], NOTHING[1])
+        table = _table(columns, rows, about)
+        yield [replace(table, lines=table.lines + done)]
+        done += rows
+    if done < 2:
+        raise Refusal(path, NOTHING[0], NOTHING[1])
+
+
+def extent(source: Source) -> tuple[int, int]:
+    """Return the numbers of rows and columns the file states.
+
+    Raises
+    ------
+    Refusal
+        If it is damaged.
+    """
     import pyarrow.parquet as pq
 
-    table = pq.read_table(path)
+    try:
+        with pq.ParquetFile(source.head.path) as file:
+            return int(file.metadata.num_rows), len(file.schema_arrow)
+    except Exception as error:  # pyarrow raises whatever it met in a damaged file
+        raise _damaged(source.head.path, error) from None
+
+
+def _parts(source: Source, size: int) -> Iterator[tuple[list[Column], int, dict[str, Any]]]:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        with pq.ParquetFile(source.head.path, buffer_size=1 << 20) as file:
+            rows = max(1, size // (8 * max(1, len(file.schema_arrow))))
+            for batch in file.iter_batches(rows, use_threads=False):
+                yield _content(pa.Table.from_batches([batch]), source.carry)
+    except Exception as error:  # pyarrow raises whatever it met in a damaged file
+        raise _damaged(source.head.path, error) from None
+
+
+def _damaged(path: Path, error: Exception) -> Refusal:
+    text = (str(error).splitlines() or ["unreadable"])[0]
+    return Refusal(path, f"damaged Parquet ({text})", "copy it again")
+
+
+def _content(table: Any, carry: dict[str, Any]) -> tuple[list[Column], int, dict[str, Any]]:
     about = _about(table.schema.metadata or {})
     written = {c["name"]: c["unit"] for c in about.get("channels", [])}
     columns = []
     for place, field in enumerate(table.schema):
         name, unit = name_and_unit(field.name)
         unit = (field.metadata or {}).get(b"unit", b"").decode() or written.get(field.name) or unit
-        values = _numbers(table.column(place), field.type)
+        values = _numbers(table.column(place), field.type, carry, place)
         if values is not None:
             columns.append(Column(name, unit, values, place))
     return columns, table.num_rows, about
@@ -64,13 +118,14 @@ def _about(metadata: dict[bytes, bytes]) -> dict[str, Any]:
     return about if isinstance(about, dict) else {}
 
 
-def _numbers(column: Any, kind: Any) -> Array | None:
+def _numbers(column: Any, kind: Any, carry: dict[str, Any], place: int) -> Array | None:
     import pyarrow as pa
 
     if pa.types.is_timestamp(kind):
         whole = column.cast(pa.timestamp("ns")).cast(pa.int64()).combine_chunks()
         nanoseconds = np.array(whole.to_pylist(), dtype=np.float64)
-        return (nanoseconds - nanoseconds[:1]) / 1e9
+        first = float(carry.setdefault(f"first {place}", nanoseconds[0] if len(nanoseconds) else 0.0))
+        return (nanoseconds - first) / 1e9
     if pa.types.is_boolean(kind) or not (pa.types.is_floating(kind) or pa.types.is_integer(kind)):
         return None
     filled = column.cast(pa.float64()).fill_null(np.nan)

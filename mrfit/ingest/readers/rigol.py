@@ -9,7 +9,7 @@ from mrfit.ingest.body import Layout, split
 from mrfit.ingest.head import Head
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.ingest.textlog import Field, check_width, count_finding, fields_at, meta_of, positive, read_table
+from mrfit.ingest.textlog import Field, check_width, fields_at, meta_of, positive, read_table
 from mrfit.specs import ReaderSpec
 
 SPEC = ReaderSpec("rigol", "Rigol oscilloscope CSV")
@@ -101,5 +101,4 @@ def _pc(source: Source, row: int) -> Table:
         fields.append(Field(names[k - 1] if k <= len(names) else f"CH{k}", unit, k))
     table = read_table(source, _layout(head, row + 1, len(columns)), fields, Field("Time", "s", 0))
     rate = positive(meta.get("sampling frequency (hz)", []))
-    table = count_finding(table, None)
     return replace(table, dt=1.0 / rate if rate else None)

@@ -13,7 +13,7 @@ from mrfit.ingest.head import Head
 from mrfit.ingest.layout import find_grid
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.textlog import Field, check_width, count_finding, read_table
+from mrfit.ingest.textlog import Field, check_width, read_table
 from mrfit.specs import ReaderSpec
 
 SPEC = ReaderSpec("rohde-schwarz", "Rohde & Schwarz RTO/RTP waveform CSV with its settings file")
@@ -61,7 +61,7 @@ def read(source: Source) -> list[Table]:
     layout = Layout(grid.first, grid.delimiter, grid.decimal, columns, tuple(range(columns)))
     table = read_table(source, layout, fields, Field("time", "s", 0) if timed else None)
     length = units.quantity(settings.get("RecordLength", ""))
-    table = count_finding(table, length[0] if length else None)
+    table = replace(table, stated_rows=length[0] if length else None)
     return [replace(table, dt=resolution[0], start=start[0])]
 
 

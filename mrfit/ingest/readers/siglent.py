@@ -6,7 +6,7 @@ from mrfit.ingest.body import Layout
 from mrfit.ingest.head import Head
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.textlog import Field, check_width, count_finding, fields_at, meta_of, positive, read_table
+from mrfit.ingest.textlog import Field, check_width, fields_at, meta_of, positive, read_table
 from mrfit.specs import ReaderSpec
 
 SPEC = ReaderSpec("siglent", "Siglent SDS oscilloscope CSV")
@@ -47,7 +47,7 @@ def read(source: Source) -> list[Table]:
     layout = Layout(row + 1, ",", ".", width, columns, blank=tuple(range(len(written), width)), header=header)
     table = read_table(source, layout, fields, Field("Second", "s", 0))
     meta = meta_of(head, row)
-    table = count_finding(table, positive(_own(meta.get("record length", []))))
+    table = replace(table, stated_rows=positive(_own(meta.get("record length", []))))
     return [replace(table, dt=positive(_own(meta.get("sample interval", []))))]
 
 

@@ -1,10 +1,13 @@
 """National Instruments TDMS, through npTDMS."""
 
+from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from mrfit.ingest import units
 from mrfit.ingest.head import Head
 from mrfit.ingest.layout import TIME_NAMES, name_and_unit
 from mrfit.ingest.refusal import Refusal
@@ -22,7 +25,10 @@ def sniff(head: Head) -> bool:
 
 
 def read(source: Source) -> list[Table]:
-    """Return one table for every group's channels of one length and one increment.
+    """Return one table for every group's channels of one length and one clock.
+
+    A waveform's clock is its increment, offset and start time (``wf_increment``, ``wf_start_offset``,
+    ``wf_start_time``), as long as its x axis is time; starts count from the earliest of the file.
 
     Raises
     ------
@@ -31,17 +37,32 @@ def read(source: Source) -> list[Table]:
     """
     path = source.head.path
     tables = []
-    for channels in _groups(path):
-        by_clock: dict[tuple[int, float, float], list[Column]] = {}
-        for index, (name, unit, values, increment, offset) in channels:
-            by_clock.setdefault((len(values), increment, offset), []).append(Column(name, unit, values, index))
-        tables += [_table(columns, *clock) for clock, columns in by_clock.items() if clock[0] > 1]
+    groups = _groups(path)
+    begins = [c.began for channels in groups for c in channels if c.began is not None]
+    for channels in groups:
+        by_clock: dict[tuple[int, float, float], list[_Channel]] = {}
+        for channel in channels:
+            late = (channel.began - min(begins)) / np.timedelta64(1, "s") if channel.began is not None else 0.0
+            clock = (len(channel.column.values), channel.increment, channel.offset + float(late))
+            by_clock.setdefault(clock, []).append(channel)
+        tables += [_table(members, *clock) for clock, members in by_clock.items() if clock[0] > 1]
     if not tables:
         raise Refusal(path, "no channel of two or more numbers", "check what the recorder wrote")
     return tables
 
 
-def _groups(path: Path) -> list[list[tuple[int, tuple[str, str | None, Any, float, float]]]]:
+@dataclass(frozen=True, slots=True, eq=False)
+class _Channel:
+    """A channel's numbers and its clock; ``stamped`` says that the numbers are time stamps, in s from the first."""
+
+    column: Column
+    increment: float
+    offset: float
+    began: np.datetime64 | None
+    stamped: bool
+
+
+def _groups(path: Path) -> list[list[_Channel]]:
     try:
         import nptdms
     except ImportError:
@@ -53,8 +74,8 @@ def _groups(path: Path) -> list[list[tuple[int, tuple[str, str | None, Any, floa
             channels = []
             for channel in group.channels():
                 values = np.asarray(channel[:])
-                if values.dtype.kind in "fiu":
-                    channels.append((index, _described(channel, values)))
+                if values.dtype.kind in "fiuM":
+                    channels.append(_described(channel, values, index))
                 index += 1
             groups.append(channels)
     except Exception as error:  # npTDMS raises whatever it met in a damaged file
@@ -63,17 +84,32 @@ def _groups(path: Path) -> list[list[tuple[int, tuple[str, str | None, Any, floa
     return groups
 
 
-def _described(channel: Any, values: Any) -> tuple[str, str | None, Any, float, float]:
+def _described(channel: Any, values: Any, index: int) -> _Channel:
     name, bracketed = name_and_unit(channel.name)
-    unit = next((str(channel.properties[k]) for k in UNIT_KEYS if channel.properties.get(k)), None) or bracketed
-    increment = float(channel.properties.get("wf_increment", 0.0))
-    return name, unit, values.astype(np.float64), increment, float(channel.properties.get("wf_start_offset", 0.0))
+    about = channel.properties
+    unit = next((str(about[k]) for k in UNIT_KEYS if about.get(k)), None) or bracketed
+    stamped = values.dtype.kind == "M"
+    if stamped and len(values):
+        values, unit = (values - values[0]) / np.timedelta64(1, "s"), "s"
+    axis = str(about.get("wf_xunit_string") or "s")
+    timed = units.known(axis) and units.compatible(axis, "s")  # the x axis of a spectrum is a frequency
+    began = about.get("wf_start_time") if timed else None
+    return _Channel(
+        Column(name, unit, values.astype(np.float64), index),
+        float(about.get("wf_increment", 0.0)) if timed else 0.0,
+        float(about.get("wf_start_offset", 0.0)) if timed else 0.0,
+        np.datetime64(began) if isinstance(began, (np.datetime64, datetime)) else None,
+        stamped,
+    )
 
 
-def _table(columns: list[Column], rows: int, increment: float, offset: float) -> Table:
-    time = next((c for c in columns if c.name.lower() in TIME_NAMES), None) if increment <= 0.0 else None
+def _table(channels: list[_Channel], rows: int, increment: float, offset: float) -> Table:
+    times = [c.column for c in channels if c.stamped] + [
+        c.column for c in channels if c.column.name.lower() in TIME_NAMES
+    ]
+    time = times[0] if times and increment <= 0.0 else None
     return Table(
-        tuple(c for c in columns if c is not time),
+        tuple(c.column for c in channels if c.column is not time),
         np.arange(1, rows + 1, dtype=np.int64),
         time=time,
         dt=increment if increment > 0.0 else None,

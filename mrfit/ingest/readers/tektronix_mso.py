@@ -6,7 +6,7 @@ from mrfit.ingest.body import Layout
 from mrfit.ingest.head import Head
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.textlog import Field, check_width, count_finding, fields_at, meta_of, positive, read_table
+from mrfit.ingest.textlog import Field, check_width, fields_at, meta_of, positive, read_table
 from mrfit.specs import ReaderSpec
 
 SPEC = ReaderSpec("tektronix-mso", "Tektronix MSO/DPO/MDO oscilloscope CSV")
@@ -47,7 +47,7 @@ def read(source: Source) -> list[Table]:
     layout = Layout(row + 1, ",", ".", len(names), (0, *(f.index for f in fields)), header=_header(head, row))
     time = Field("TIME", (meta.get("horizontal units") or ["s"])[0] or "s", 0)
     table = read_table(source, layout, fields, time)
-    table = count_finding(table, positive(meta.get("record length", [])))
+    table = replace(table, stated_rows=positive(meta.get("record length", [])))
     if len(fields) < len(names) - 1:
         table = replace(table, history=("left out the peak-detect envelope",))
     return [replace(table, dt=positive(meta.get("sample interval", [])))]

@@ -8,7 +8,7 @@ from mrfit.ingest.body import Layout, number_pattern, split
 from mrfit.ingest.head import Head
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.textlog import Field, count_finding, meta_of, positive, read_table, side_by_side
+from mrfit.ingest.textlog import Field, meta_of, positive, read_table, side_by_side
 from mrfit.specs import ReaderSpec
 
 SPEC = ReaderSpec("tektronix-tds", "Tektronix TDS oscilloscope CSV, one file per channel")
@@ -57,7 +57,7 @@ def read(source: Source) -> list[Table]:
     layout = Layout(first, ",", ".", width, (TIME, VALUE), blank=blank)
     clock = Field("time", (meta.get("horizontal units") or ["s"])[0] or "s", TIME)
     table = read_table(source, layout, [Field(name, unit, VALUE)], clock)
-    table = count_finding(table, positive(meta.get("record length", [])))
+    table = replace(table, stated_rows=positive(meta.get("record length", [])))
     return [replace(table, dt=positive(meta.get("sample interval", [])))]
 
 

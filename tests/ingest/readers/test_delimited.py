@@ -61,7 +61,9 @@ def test_headerless_log_shows_its_first_row_and_the_map_to_write(read_log: ReadL
     with pytest.raises(Refusal, match="first row, line 1: '0.00,0.0000,1.0000'") as error:
         read_log(ROWS)
     assert "column 0 rises evenly and may be the time" in error.value.reason
-    assert '[channels] current = {column = 0, unit = "A"}' in error.value.remedy
+    assert 'time = 0, then [channels] and force = {column = 1, unit = "N"}' in error.value.remedy
+    (record,) = read_log(ROWS, channel_map='time = 0\n[channels]\nforce = {column = 1, unit = "N"}\n')
+    assert "force" in record.channels
 
 
 def test_headerless_log_with_a_map(read_log: ReadLog) -> None:

@@ -23,6 +23,20 @@ def test_time_dataset_and_units(read_log: ReadLog) -> None:
     assert record.units["displacement"] == "m"
 
 
+def test_a_table_of_named_columns(read_log: ReadLog) -> None:
+    """One dataset with a compound type, as PyTables and numpy write a table."""
+    time, one, two = signals()
+    table = np.zeros(len(time), dtype=[("time", "f8"), ("force", "f4"), ("current", "f8"), ("note", "S4")])
+    table["time"], table["force"], table["current"] = time, one, two
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w") as file:
+        file["rig/log"] = table
+    (record,) = read_log(buffer.getvalue(), "run.h5")
+    assert record.dt == pytest.approx(1e-3)
+    assert list(record.channels) == ["rig.log.force", "rig.log.current"]
+    np.testing.assert_allclose(record.channels["rig.log.current"], two)
+
+
 @pytest.mark.parametrize("data", [hdf5().data[:1500], hdf5().data[:8] + b"\0" * 2000])
 def test_damaged_file_is_refused(data: bytes, read_log: ReadLog) -> None:
     with pytest.raises(Refusal, match="damaged HDF5"):

@@ -55,3 +55,10 @@ def test_header_line_among_the_rows_is_no_row(read_log: ReadLog) -> None:
     (record,) = read_log(b"\n".join([*lines[:60], b"Samples\t240\t240\t", *lines[60:]]))
     assert record.rows_refused == 1
     assert abs(record.channels["force"]).max() < 3.0
+
+
+@pytest.mark.parametrize("delta", ["∞", "1e999", "NaN", "0", "-0,001"])
+def test_impossible_interval_is_no_interval(delta: str, read_log: ReadLog) -> None:
+    text = labview_lvm().data.decode().replace("Delta_X\t0,001000\t0,001000", f"Delta_X\t{delta}\t{delta}")
+    with pytest.raises(Refusal, match="neither X values nor Delta_X"):
+        read_log(text, "short.lvm")

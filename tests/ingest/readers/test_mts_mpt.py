@@ -38,3 +38,10 @@ def test_operator_block_before_the_data(read_log: ReadLog) -> None:
 def test_header_without_units_is_refused(read_log: ReadLog) -> None:
     with pytest.raises(Refusal, match="no unit row"):
         read_log((FIRST.format(mark=".") + "a\tb\r\n" + _rows(1.0, ".")).encode("latin-1"))
+
+
+def test_a_stray_blank_line_amid_a_run_costs_no_row(read_log: ReadLog) -> None:
+    rows = _rows(10.0, ".").splitlines(keepends=True)
+    text = FIRST.format(mark=".") + BLOCK + "".join([*rows[:20], "\r\n", *rows[20:]]) + BLOCK + _rows(20.0, ".")
+    recordings = read_log(text.encode("latin-1"), "specimen.dat")
+    assert [(r.rows_kept, r.rows_refused) for r in recordings] == [(40, 0), (40, 0)]

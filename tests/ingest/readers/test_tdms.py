@@ -35,6 +35,44 @@ def test_time_channel_where_no_waveform_is_stated(read_log: ReadLog) -> None:
     np.testing.assert_allclose(record.channels["force"], 1e3 * one)
 
 
+def test_different_start_times_keep_channels_apart(read_log: ReadLog) -> None:
+    """Equal wf_start_offset but wf_start_time 3 s apart, as LabVIEW writes them (reported to npTDMS, 41)."""
+    _, one, two = signals()
+    begin = np.datetime64("2015-11-20T20:13:43.596313")
+    clock = {"wf_increment": 1e-3, "wf_start_offset": 0.0, "wf_samples": len(one), "unit_string": "N"}
+    data = _file(
+        ChannelObject("Test Group", "Channel A", one, properties={**clock, "wf_start_time": begin}),
+        ChannelObject("Test Group", "Channel B", two, properties={**clock, "wf_start_time": begin + 3_000_301}),
+    )
+    first, second = read_log(data, "run.tdms")
+    assert (first.start, second.start) == (0.0, pytest.approx(3.000301))
+
+
+def test_daqmx_names_and_units(read_log: ReadLog) -> None:
+    """Properties as NI-DAQmx logs them (reported to npTDMS, 125)."""
+    _, one, _ = signals()
+    about = {"NI_ChannelName": "TC1", "unit_string": "Deg C", "NI_UnitDescription": "Deg C", "wf_increment": 1.0}
+    begin = np.datetime64("2019-04-25T22:45:37.953401")
+    more = {"wf_start_offset": 0.0, "wf_samples": 1, "wf_start_time": begin}
+    (record,) = read_log(_file(ChannelObject("log", "TC1", 20.0 + one, properties={**about, **more})), "run.tdms")
+    assert (record.dt, record.start, record.units) == (1.0, 0.0, {"temperature": "degC"})
+
+
+def test_time_stamps_as_a_channel(read_log: ReadLog) -> None:
+    time, one, _ = signals()
+    stamps = np.datetime64("2024-05-01T12:00:00") + np.round((time - time[0]) * 1e6).astype("timedelta64[us]")
+    data = _file(ChannelObject("rig", "Stamp", stamps), ChannelObject("rig", "Load (kN)", one))
+    (record,) = read_log(data, "run.tdms")
+    assert record.dt == pytest.approx(1e-3) and list(record.channels) == ["force"]
+
+
+def test_a_spectrum_has_no_sample_rate(read_log: ReadLog) -> None:
+    _, one, _ = signals()
+    about = {"wf_increment": 0.5, "wf_xname": "Frequency", "wf_xunit_string": "Hz", "unit_string": "N"}
+    with pytest.raises(Refusal, match="no time column and no sample rate"):
+        read_log(_file(ChannelObject("fft", "Load", one, properties=about)), "run.tdms")
+
+
 def test_damaged_file_is_refused(read_log: ReadLog) -> None:
     with pytest.raises(Refusal):
         read_log(tdms().data[:60], "run.tdms")

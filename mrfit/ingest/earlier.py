@@ -1,0 +1,56 @@
+"""What earlier calls of the ingest stage left in the workspace."""
+
+from os import path as os_path
+from typing import Any
+
+from mrfit.ingest.reading import Item
+from mrfit.ingest.refusal import Refusal
+from mrfit.store import Workspace, read_json
+
+
+class Earlier:
+    """The content of ingest.json by source.
+
+    Attributes
+    ----------
+    summary
+        All of it.
+    keys
+        Source -> key of all that determined its recordings.
+    spelling
+        Absolute path -> source, as the first call spelt it.
+    orphans
+        Sources whose recordings are of an earlier state of a log that could not be read the last time.
+    """
+
+    def __init__(self, workspace: Workspace) -> None:
+        self.workspace = workspace
+        self.summary: dict[str, Any] = read_json(workspace.ingest_json) or {"recordings": [], "refused": []}
+        self.keys: dict[str, str] = self.summary.get("sources", {})
+        self.spelling: dict[str, str] = {os_path.abspath(s): s for s in self.keys}
+        self.orphans = {r["source"] for r in self.summary["refused"] if r.get("kept")}
+
+    def source(self, item: Item) -> str:
+        """Return the source's name as the workspace already knows it, or as the item has it."""
+        return self.spelling.get(os_path.abspath(item.source), item.source)
+
+    def ids(self, source: str) -> list[str]:
+        """Return the ids of a source's recordings."""
+        return [r["id"] for r in self.summary["recordings"] if r["source"] == source]
+
+    def holds(self, item: Item, key: str) -> bool:
+        """Whether an item has been read, with all that determines it as it is now."""
+        source = self.source(item)
+        if self.keys.get(source) != key:
+            return False
+        return all(self.workspace.recording_file(i).is_file() for i in self.ids(source))
+
+    def refusals(self, source: str) -> list[Refusal]:
+        """Return why a source was refused."""
+        rows = [r for r in self.summary["refused"] if r["source"] == source]
+        return [Refusal(r["source"], r["reason"], r["remedy"]) for r in rows]
+
+    def same_refusals(self, refusals: list[Refusal]) -> bool:
+        """Whether all of these are known."""
+        known = {(r["source"], r["reason"]) for r in self.summary["refused"]}
+        return all((r.path, r.reason) in known for r in refusals)
