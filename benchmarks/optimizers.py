@@ -1,140 +1,150 @@
-"""Compare optimizers on one objective: pso-fmin and fmin (Tang et al., Table 2), five swarms (rotary-stiffness paper).
+"""Race every optimizer and the usual chains on every model: ``python -m benchmarks.optimizers [MODEL,…]``.
 
-Run ``python -m benchmarks.optimizers [SEEDS]``: planted data of `boucwen-flux` and `rotational-erf` with 1 % noise,
-costs as multiples of that noise. All optimizers of a table see the same data.
+Each model meets data planted by itself, and by a richer model that it cannot follow; models of flux and current also
+``datasets/coil``, and where MRFIT_REAL_LOGS names a folder of instrument logs, a real damper and a real transformer
+loop. All optimizers start at the same points: the model's own and those the data give. Seconds are those of the
+process, since the machine may be shared.
 """
 
-import sys
-import time
-from collections.abc import Callable
-from dataclasses import dataclass
+import csv
+import os
 
-import numpy as np
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from mrfit import optimize
-from mrfit.assembly import assemble
-from mrfit.fit.cube import Cube
-from mrfit.objective import Objective
-from mrfit.specs import Array
+import subprocess  # noqa: E402
+import sys  # noqa: E402
+import tempfile  # noqa: E402
+import time  # noqa: E402
+from collections.abc import Iterator  # noqa: E402
+from pathlib import Path  # noqa: E402
 
-TABLE_2 = ("fmin", "pso", "pso-fmin", "auto")
-FIGURE_13 = ("mwoa", "woa", "ga", "pso", "monkey", "auto")
-FIGURE_13_EVALUATIONS = 40 * 800
-NOISE = 0.01
+import numpy as np  # noqa: E402
+
+import mrfit.fit.stage  # noqa: E402
+from benchmarks.planted import problem  # noqa: E402
+from mrfit import registry  # noqa: E402
+from mrfit.assembly import Assembly, assemble  # noqa: E402
+from mrfit.errors import MrfitError  # noqa: E402
+from mrfit.fit.cube import Cube  # noqa: E402
+from mrfit.fit.identify import Group, SearchSettings, build_group, search_optimum  # noqa: E402
+from mrfit.fit.starts import at_scales, data_start, to_points  # noqa: E402
+from mrfit.store import Workspace  # noqa: E402
+
+SAMPLES = 6000
+# What plants data that models of the same output cannot follow
+RICHER = {"force": "spencer", "torque": "rotational-hybrid", "flux": "boucwen-flux+eddy-current"}
+COIL = Path(__file__).parent.parent / "datasets" / "coil"
+DAMPER_MAP = """\
+time = {column = 0, unit = "s"}
+pattern = "{amplitude:mm}mm{frequency:Hz}Hz{current:A}A"
+[channels]
+displacement = {column = 1, unit = "mm"}
+velocity = {column = 2, unit = "mm/s"}
+force = {column = 3, unit = "N"}
+"""
+LOOP_MAP = '[channels]\ncurrent = {column = "CH1", unit = "A"}\nflux = {column = "CH2", unit = "Wb"}\n'
+# Workspaces: name, folder or file of logs, channel map
+REAL = (
+    ("mr_damper_utfsm", "mr_damper_utfsm/preprocessed", DAMPER_MAP),
+    ("rigol_bh_loop", "rigol_bh_loop/histerese_osciloscopio_80.csv", LOOP_MAP),
+)
+
+Problem = tuple[Group, Assembly, Cube]
 
 
-@dataclass(frozen=True)
-class Row:
-    """One optimizer over all seeds: final costs, evaluations and seconds (S,), best cost over evaluations (S, 50)."""
-
-    name: str
-    costs: Array
-    evaluations: Array
-    seconds: Array
-    convergence: Array
+def contestants() -> list[str]:
+    """Return all optimizers and the usual chains, ``auto`` first."""
+    # the staged identification is a chain of its own for one model
+    names = [n for n in registry.names("optimizer") if n not in ("auto", "staged")]
+    return ["auto", *names, "pso-fmin", "cma-lsq", "mwoa-lsq"]
 
 
-def compare(
-    factory: Callable[[int], Objective], names: tuple[str, ...], seeds: int, budget: int | None = None
-) -> list[Row]:
-    """Run every optimizer for every seed on ``factory(seed)``; ``budget`` is in evaluations, None for its own."""
-    rows = []
+def planted(models: list[str]) -> Iterator[tuple[str, str, Problem]]:
+    """Yield model, name of the data, and the problem, for data that are made."""
+    for model in models:
+        yield model, "own", problem(model, 1, SAMPLES, np.random.default_rng(1))
+        richer = RICHER.get(assemble(model).spec.output, model)
+        if richer.partition("+")[0] != model:
+            yield model, richer, problem(richer, 1, SAMPLES, np.random.default_rng(2), fitted=model)
+
+
+def measured(
+    models: list[str], name: str, logs: Path, mapping: str, folder: Path
+) -> Iterator[tuple[str, str, Problem]]:
+    """Yield model, name of the data and the problem for the first condition of logs, of all models that they suit."""
+    commands: list[list[str]] = [["ingest", str(logs)]]
+    if mapping:
+        (folder / "map.toml").write_text(mapping)
+        commands[0] += ["--map", str(folder / "map.toml")]
+    for command in (*commands, ["flux"], ["segment"]):
+        if command == ["flux"] and "force" in mapping:
+            continue
+        subprocess.run(
+            [sys.executable, "-m", "mrfit.cli", *command, "--work", str(folder)], check=True, capture_output=True
+        )
+    for model in models:
+        try:
+            prepared = mrfit.fit.stage.prepare(Workspace(folder), mrfit.fit.stage.Settings(model))
+            condition, segments = next(iter(prepared.groups.items()))
+            group = build_group(condition, segments, prepared.recordings, prepared.assembly, split=True)
+        except MrfitError:
+            continue
+        yield model, f"{name} {condition}", (group, prepared.assembly, prepared.cube)
+
+
+def problems(models: list[str]) -> Iterator[tuple[str, str, Problem]]:
+    """Yield every model with every data set it suits."""
+    yield from planted(models)
+    logs = os.environ.get("MRFIT_REAL_LOGS")
+    sets = [("coil", COIL, ""), *((name, Path(logs) / path, text) for name, path, text in REAL if logs)]
+    for name, path, mapping in sets:
+        with tempfile.TemporaryDirectory() as folder:
+            yield from measured(models, name, path, mapping, Path(folder))
+
+
+def race(posed: Problem, names: list[str]) -> dict[str, tuple[float, float]]:
+    """Return cost and seconds of each optimizer."""
+    group, assembly, cube = posed
+    base = assemble(assembly.name.partition("+")[0])
+    cube = at_scales(cube, group.training, base)
+    starts = to_points(cube, [{}, data_start(group.training, base, None, ())])
+    found = {}
     for name in names:
-        outcomes, seconds = [], []
-        for seed in range(seeds):
-            objective = factory(seed)
-            begin = time.perf_counter()
-            outcomes.append(optimize.run(name, objective, np.random.default_rng(seed), budget))
-            seconds.append(time.perf_counter() - begin)
-        horizon = budget or max(o.evaluations for o in outcomes)
-        rows.append(
-            Row(
-                name=name,
-                costs=np.array([o.cost for o in outcomes]),
-                evaluations=np.array([o.evaluations for o in outcomes]),
-                seconds=np.array(seconds),
-                convergence=np.stack([convergence(o, horizon) for o in outcomes]),
-            )
+        settings = SearchSettings(name, 0, None, None, "none")
+        # the first run compiles kernels, and several of a short one show what it takes
+        repeats = 4 if name == "auto" else 1
+        seconds = []
+        for _ in range(repeats):
+            begin = time.process_time()
+            cost = search_optimum(group, assembly, cube, starts, settings, lambda evaluations, best: None)["cost"]
+            seconds.append(time.process_time() - begin)
+        found[name] = (float(cost), min(seconds))
+    return found
+
+
+def main(models: list[str]) -> None:
+    """Print each optimizer's error over the least one, and its time over that of auto."""
+    names = contestants()
+    writer = csv.writer(sys.stdout, lineterminator="\n")
+    writer.writerow(["model", "data", "auto ms", *(f"{n} {c}" for n in names for c in ("error", "time"))])
+    excess, slower = [], []
+    for model, data, posed in problems(models):
+        found = race(posed, names)
+        best, own = min(cost for cost, _ in found.values()), found["auto"][1]
+        excess.append([found[n][0] / best - 1.0 for n in names])
+        slower.append([found[n][1] / own for n in names])
+        cells = [f"{v:.4g}" for pair in zip(excess[-1], slower[-1], strict=True) for v in pair]
+        writer.writerow([model, data, f"{1e3 * own:.1f}", *cells])
+        sys.stdout.flush()
+    print(
+        f"\n{len(excess)} problems: share within 0.1 % of the least error, worst error, median and least time over auto"
+    )
+    for k, name in enumerate(names):
+        errors, times = (np.array([row[k] for row in rows]) for rows in (excess, slower))
+        print(
+            f"{name:10s} {np.mean(errors <= 1e-3):6.0%} {errors.max():10.2%} {np.median(times):8.0f} {times.min():8.1f}"
         )
-    return rows
-
-
-def convergence(outcome: optimize.Outcome, horizon: int) -> Array:
-    """Return the best cost after 1/50, 2/50 … of ``horizon`` evaluations, shape (50,)."""
-    history = [entry for link in outcome.links for entry in link.history]
-    evaluations, costs = (np.array(column) for column in zip(*history, strict=True))
-    at = np.searchsorted(evaluations, np.linspace(horizon / 50, horizon, 50), side="right") - 1
-    best: Array = np.where(at >= 0, costs[np.maximum(at, 0)], np.inf)
-    return best
-
-
-def table(rows: list[Row]) -> str:
-    """Return a table: cost over the best of all rows and seeds (median, worst), seeds within 0.1 %, work."""
-    best = min(float(row.costs.min()) for row in rows)
-    lines = [
-        f"{'optimizer':12s} {'median':>10s} {'worst':>10s} {'within 0.1 %':>13s} {'evaluations':>12s} {'seconds':>9s}"
-    ]
-    for row in sorted(rows, key=lambda r: float(np.median(r.costs))):
-        ratios = row.costs / best
-        lines.append(
-            f"{row.name:12s} {np.median(ratios):10.5f} {ratios.max():10.5f} {np.mean(ratios < 1.001):13.0%} "
-            f"{np.median(row.evaluations):12.0f} {np.median(row.seconds):9.3f}"
-        )
-    return "\n".join(lines)
-
-
-def planted(model: str, drive: Array, dt: float, truth: dict[str, float]) -> Callable[[int], Objective]:
-    """Return a factory of objectives for data of known parameters with 1 % noise; costs are multiples of the noise.
-
-    The seed changes nothing about the data. The search starts at the model's own start values.
-    """
-    assembly = assemble(model)
-    params = assembly.spec.params
-    cube = Cube(params, np.arange(len(params)))
-    theta = np.array([[truth.get(p.name, p.start) for p in params]])
-    clean = assembly.simulate(drive, theta, dt)[0]
-    level = NOISE * float(clean.std())
-    measured = clean + level * np.random.default_rng(1).standard_normal(len(clean))
-
-    def residuals(points: Array) -> Array:
-        delta: Array = (assembly.simulate(drive, cube.to_theta(points), dt) - measured) / level
-        return delta
-
-    return lambda seed: Objective(residuals, cube.start, 0)
-
-
-def coil(amplitude: float) -> Callable[[int], Objective]:
-    """Return objectives of a coil at 1 Hz with a loop of visible width: the published values but for D = 1/20."""
-    time_axis = np.arange(2000) / 1000.0
-    drive = amplitude * np.sin(2.0 * np.pi * time_axis)[None, :]
-    return planted("boucwen-flux", drive, 1e-3, {"A": 1.15, "Lc": 0.015, "n": 1.5, "D": 0.05, "kappa": 5.0})
-
-
-def rotary() -> Callable[[int], Objective]:
-    """Return objectives of a rotary damper at 3 Hz, as in rotary-stiffness paper Fig. 13."""
-    assembly = assemble("rotational-erf")
-    phase = 2.0 * np.pi * 3.0 * np.arange(2000) / 2000.0
-    channels = {"angle": 0.3 * np.sin(phase), "angular_velocity": 0.3 * 6.0 * np.pi * np.cos(phase)}
-    drive = np.stack([channels[name] for name in assembly.spec.inputs])
-    moved = {p.name: p.start * 1.7 if p.start else p.low + 0.6 * (p.high - p.low) for p in assembly.spec.params}
-    return planted("rotational-erf", drive, 5e-4, moved)
-
-
-def main(seeds: int) -> None:
-    """Print both comparisons."""
-    for amplitude in (1.0, 3.0, 5.0):
-        rows = compare(coil(amplitude), TABLE_2, seeds)
-        print(f"\n000 Table 2: boucwen-flux, {amplitude:g} A, 1 Hz, {seeds} seeds, each optimizer's own budget")
-        print(table(rows))
-        fmin, hybrid = (next(r for r in rows if r.name == name) for name in ("fmin", "pso-fmin"))
-        gain = 1.0 - float(np.median(hybrid.costs) / np.median(fmin.costs))
-        print(f"pso-fmin lowers fmin's error by {gain:.2%} (paper: 0.11-0.69 %)")
-    rows = compare(rotary(), FIGURE_13, seeds, FIGURE_13_EVALUATIONS)
-    print(f"\n002 Fig. 13: rotational-erf, 3 Hz, {seeds} seeds, 40 x 800 evaluations")
-    print(table(rows))
-    ranking = sorted((r for r in rows if r.name != "auto"), key=lambda r: float(np.median(r.costs)))
-    print("order by median:", " < ".join(r.name for r in ranking), "(paper: mwoa best, pso worst)")
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 5)
+    main(sys.argv[1].split(",") if len(sys.argv) > 1 else registry.names("model"))

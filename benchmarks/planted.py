@@ -15,14 +15,19 @@ PER_CYCLE = 2000
 LEAD_CYCLES = 2
 # Drives by output: channel, and amplitude (SI) and frequency (Hz) of one condition after another
 DRIVES = {"flux": "current", "force": "displacement", "torque": "angle", "current": "flux"}
-AMPLITUDES = {"current": (3.0, 1.0, 5.0), "displacement": (0.02, 0.01, 0.03), "angle": (0.3, 0.15, 0.5)}
+AMPLITUDES = {
+    "current": (3.0, 1.0, 5.0),
+    "flux": (0.05, 0.02, 0.1),
+    "displacement": (0.02, 0.01, 0.03),
+    "angle": (0.3, 0.15, 0.5),
+}
 # Start and true values that give a loop to be seen
 VISIBLE = {"boucwen-flux": {"D": 0.05}}
 FREQUENCIES = (2.0, 1.0, 5.0, 3.0, 0.5)
 
 
 def problem(
-    model: str, conditions: int, samples: int, rng: np.random.Generator, noise: float = 0.01
+    model: str, conditions: int, samples: int, rng: np.random.Generator, noise: float = 0.01, fitted: str = ""
 ) -> tuple[Group, Assembly, Cube]:
     """Return the blocks of a joint fit to planted logs, with the model and its cube.
 
@@ -38,6 +43,8 @@ def problem(
         Source of the noise and of the planted parameters, which lie about the start values.
     noise
         Standard deviation of white noise, as a share of the output's.
+    fitted
+        Model to fit, of the same output; empty for the one that makes the data.
     """
     assembly = assemble(model)
     cube = cube_of(assembly.spec, {}, VISIBLE.get(model, {}), {})
@@ -50,6 +57,9 @@ def problem(
         channels = {**recording.channels, assembly.spec.output: output + scale * rng.standard_normal(len(output))}
         recordings[recording.id] = replace(recording, channels=channels)
         segments.append(segment)
+    if fitted:
+        assembly = assemble(fitted)
+        cube = cube_of(assembly.spec, {}, VISIBLE.get(fitted, {}), {})
     return build_group("all", segments, recordings, assembly, split=False), assembly, cube
 
 

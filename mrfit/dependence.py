@@ -1,4 +1,4 @@
-"""Parameters that depend on coil current: polynomials through their values at a few currents.
+"""Parameters that depend on coil current: polynomials through their values at a few currents, in one piece or more.
 
 A parameter p of order m is given by its values p_0 … p_m at m + 1 currents I_0 … I_m spread over the tested range, and
 
@@ -8,18 +8,44 @@ on a logarithmic scale where the parameter has one and does not enter linearly, 
 stays positive. Forces and stiffnesses, which enter linearly, are polynomials of i as papers print them, and stay
 linear. Values at nodes have the unit, the bounds and the start value of the parameter itself, which coefficients of
 powers of i have not. Outside the tested range the current is held at its end: a polynomial says nothing there.
+
+Where the fluid's yield stress turns abruptly, pieces of the range have polynomials of their own (inverse-tanh paper
+Table 3). Each has its nodes spread over its piece; neighbours written with ``:`` share the one at the break and so meet
+there, those written with ``/`` may jump. The break itself belongs to the piece below it.
 """
 
+import re
 from dataclasses import dataclass, replace
+from functools import cache
+from itertools import pairwise
 
 import numpy as np
 
 from mrfit.errors import ConfigError, DataError
-from mrfit.specs import Array, Derived, ModelSpec, Param
+from mrfit.specs import Array, Derived, Index, ModelSpec, Param
 
 HIGHEST = 4
 # Parameters that do not depend on the coil's field unless the user says so
 FIXED_ROLES = ("offset", "shape")
+MEETING, JUMPING = ":", "/"
+
+Order = int | str
+"""Order 0 to 4, or those of pieces with the breaks in A between them: ``1:0.2:2`` meet, ``1/0.2/2`` may jump."""
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """One polynomial: its range and its nodes (m + 1,) in A, and their places among all nodes of the parameter."""
+
+    low: float
+    high: float
+    nodes: Array
+    columns: Index
+
+    @property
+    def order(self) -> int:
+        """Order of the polynomial."""
+        return len(self.nodes) - 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,10 +62,10 @@ class CurrentDependence:
     Raises
     ------
     DataError
-        If a parameter is to vary over a range without extent.
+        If a parameter is to vary over a range without extent, or a break lies outside the range.
     """
 
-    orders: tuple[tuple[str, int], ...]
+    orders: tuple[tuple[str, Order], ...]
     low: float
     high: float
 
@@ -49,32 +75,114 @@ class CurrentDependence:
                 f"a dependence on current needs tests at two currents or more, these are all at {self.low:.4g} A: "
                 "add tests at other currents, or leave --current-order out"
             )
+        for name, order in self.orders:
+            outside = [b for b in _read(order)[1] if not self.low < b < self.high]
+            if outside:
+                raise DataError(
+                    f"--current-order {name}={order}: {outside[0]:.4g} A is not inside the tested range, "
+                    f"{self.low:.4g} to {self.high:.4g} A"
+                )
 
     @property
     def varies(self) -> bool:
         """Whether any parameter depends on current."""
         return any(order for _, order in self.orders)
 
-    def nodes(self, order: int) -> Array:
-        """Return the currents (order + 1,) in A at which a parameter of this order is given."""
-        return np.linspace(self.low, self.high, order + 1)
+    def pieces(self, order: Order) -> tuple[Piece, ...]:
+        """Return the polynomials of a parameter of this order, by rising current."""
+        return _pieces(order, self.low, self.high)
 
-    def basis(self, order: int, current: Array) -> Array:
-        """Return the Lagrange polynomials at currents (N,) in A, shape (order + 1, N)."""
-        nodes = self.nodes(order)
+    def nodes(self, order: Order) -> Array:
+        """Return the currents in A at which a parameter of this order is given, one for each of its values."""
+        nodes = np.empty(count(order))
+        for piece in reversed(self.pieces(order)):
+            nodes[piece.columns] = piece.nodes
+        return nodes
+
+    def labels(self, order: Order) -> list[str]:
+        """Return the nodes as parameters' names have them: ``0.2A``, at a jump ``0.2A-`` below and ``0.2A+`` above."""
+        below, above = set[int](), set[int]()
+        for one, other in pairwise(self.pieces(order)):
+            if one.columns[-1] != other.columns[0]:
+                below |= {int(one.columns[-1])} if one.order else set()
+                above |= {int(other.columns[0])} if other.order else set()
+        ends = ["-" * (k in below) + "+" * (k in above) for k in range(count(order))]
+        return [f"{i:.4g}A{end}" for i, end in zip(self.nodes(order), ends, strict=True)]
+
+    def basis(self, order: Order, current: Array) -> Array:
+        """Return the Lagrange polynomials at currents (N,) in A, one row for each node; 0 outside their piece."""
         held = np.clip(current, self.low, self.high)
-        rows = np.ones((order + 1, len(current)))
-        for k in range(order + 1):
-            for j in range(order + 1):
-                if j != k:
-                    rows[k] *= (held - nodes[j]) / (nodes[k] - nodes[j])
+        rows = np.zeros((count(order), len(current)))
+        for piece in self.pieces(order):
+            # the first piece reaches down to the range's end, every other to above the break
+            inside = (held <= piece.high) & ((held > piece.low) | (piece.low == self.low))
+            rows[np.ix_(piece.columns, np.flatnonzero(inside))] = _lagrange(piece.nodes, held[inside])
         return rows
 
 
-def orders_of(spec: ModelSpec, text: str) -> tuple[tuple[str, int], ...]:
-    """Return the (parameter, order) pairs of a written current dependence: ``2``, or ``fy=2,c=1``.
+def _lagrange(nodes: Array, current: Array) -> Array:
+    rows = np.ones((len(nodes), len(current)))
+    for k in range(len(nodes)):
+        for j in range(len(nodes)):
+            if j != k:
+                rows[k] *= (current - nodes[j]) / (nodes[k] - nodes[j])
+    return rows
 
-    A single number goes to every parameter but offsets and shapes.
+
+@cache
+def _read(order: Order) -> tuple[tuple[int, ...], tuple[float, ...], tuple[bool, ...]]:
+    """Return the pieces' orders, the breaks between them in A, and whether the pieces meet there.
+
+    Raises
+    ------
+    ConfigError
+        If the text is not of this form, breaks do not rise, or two constants are to meet.
+    """
+    tokens = re.split(f"([{MEETING}{JUMPING}])", "".join(str(order).split()))
+    written, signs = tokens[::4], tokens[1::4]
+    if len(tokens) % 4 != 1 or signs != tokens[3::4] or not set(written) <= {str(k) for k in range(HIGHEST + 1)}:
+        raise ConfigError(
+            f"--current-order takes 0 to {HIGHEST}, or in pieces 1:0.2:2 (order 1 to 0.2 A, 2 from there, meeting) or "
+            f"1/0.2/2 (they may jump), for all or as NAME=ORDER pairs, not '{order}'"
+        )
+    try:
+        breaks = tuple(float(token) for token in tokens[2::4])
+    except ValueError as error:
+        raise ConfigError(f"--current-order '{order}': a break is a current in A") from error
+    if not all(np.isfinite(breaks)) or any(not a < b for a, b in pairwise(breaks)):
+        raise ConfigError(f"--current-order '{order}': breaks are currents in A that rise")
+    meeting = tuple(sign == MEETING for sign in signs)
+    if any(m and a == b == "0" for m, (a, b) in zip(meeting, pairwise(written), strict=True)):
+        raise ConfigError(f"--current-order '{order}': constants that meet are one; write 0/{breaks[0]:g}/0")
+    return tuple(map(int, written)), breaks, meeting
+
+
+def count(order: Order) -> int:
+    """Return the number of values that give a parameter of this order: a node for each, shared where pieces meet."""
+    orders, _, meeting = _read(order)
+    return sum(orders) + len(orders) - sum(meeting)
+
+
+@cache
+def _pieces(order: Order, low: float, high: float) -> tuple[Piece, ...]:
+    orders, breaks, meeting = _read(order)
+    edges, pieces, following = (low, *breaks, high), list[Piece](), 0
+    for k, m in enumerate(orders):
+        first = following - 1 if k and meeting[k - 1] else following
+        following = first + m + 1
+        nodes = np.linspace(edges[k], edges[k + 1], m + 1)
+        if not m:
+            # a constant stands where it meets a neighbour, else in the middle of its piece
+            ends = [edges[j] for j in (k, k + 1) if 0 < j < len(orders) and meeting[j - 1]]
+            nodes = np.array([ends[0] if ends else (edges[k] + edges[k + 1]) / 2])
+        pieces.append(Piece(edges[k], edges[k + 1], nodes, np.arange(first, following)))
+    return tuple(pieces)
+
+
+def orders_of(spec: ModelSpec, text: str) -> tuple[tuple[str, Order], ...]:
+    """Return the (parameter, order) pairs of a written current dependence: ``2``, or ``fy=1:0.2:2,c=1``.
+
+    A single order goes to every parameter but offsets and shapes.
 
     Raises
     ------
@@ -83,7 +191,7 @@ def orders_of(spec: ModelSpec, text: str) -> tuple[tuple[str, int], ...]:
     """
     if "=" not in text:
         order = _order(text)
-        return tuple((p.name, order) for p in spec.params if p.role not in FIXED_ROLES and order)
+        return tuple((p.name, order) for p in spec.params if p.role not in FIXED_ROLES and order and not p.fixed)
     named = {name.strip(): order for name, _, order in (item.partition("=") for item in text.split(","))}
     for name in named:
         if name not in spec.names:
@@ -93,10 +201,9 @@ def orders_of(spec: ModelSpec, text: str) -> tuple[tuple[str, int], ...]:
     return tuple((n, _order(v)) for n, v in named.items() if _order(v))
 
 
-def _order(text: str) -> int:
-    if text.strip() not in tuple(str(k) for k in range(HIGHEST + 1)):
-        raise ConfigError(f"--current-order takes 0 to {HIGHEST}, or NAME=ORDER pairs, not '{text}'")
-    return int(text)
+def _order(text: str) -> Order:
+    plain = "".join(text.split())
+    return plain if _read(plain)[1] else int(plain)
 
 
 def expanded(spec: ModelSpec, dependence: CurrentDependence) -> ModelSpec:
@@ -105,14 +212,18 @@ def expanded(spec: ModelSpec, dependence: CurrentDependence) -> ModelSpec:
     params: list[Param] = []
     for p in spec.params:
         order = orders.get(p.name, 0)
-        nodes = list(dependence.nodes(order)) if order else []
-        params += [replace(p, name=f"{p.name}@{i:.4g}A", text=f"{p.text} at {i:.4g} A") for i in nodes] or [p]
+        labels = dependence.labels(order) if order else []
+        params += [
+            replace(p, name=f"{p.name}@{label}", text=f"{p.text} at {label.replace('A', ' A')}") for label in labels
+        ] or [p]
     linear = [q.name for q in params if q.name.partition("@")[0] in spec.linear]
     coefficients = [
-        _coefficient(spec, p, power)
+        _coefficient(spec, p, piece, power, whole=len(pieces) == 1)
         for p in spec.params
-        for power in range(orders.get(p.name, 0) + 1)
         if orders.get(p.name, 0)
+        for pieces in [dependence.pieces(orders[p.name])]
+        for piece in pieces
+        for power in range(piece.order + 1)
     ]
     return replace(
         spec,
@@ -127,11 +238,12 @@ def _logarithmic(spec: ModelSpec, param: Param) -> bool:
     return param.scale == "log" and param.name not in spec.linear
 
 
-def _coefficient(spec: ModelSpec, param: Param, power: int) -> Derived:
-    name, unit = (f"ln({param.name})", "1") if _logarithmic(spec, param) else (param.name, param.unit)
-    return Derived(
-        f"{param.name}.i{power}", f"{unit}/A^{power}" if power else unit, f"coefficient of i^{power} of {name}"
-    )
+def _coefficient(spec: ModelSpec, param: Param, piece: Piece, power: int, *, whole: bool) -> Derived:
+    logarithmic = _logarithmic(spec, param) and piece.order > 0
+    name, unit = (f"ln({param.name})", "1") if logarithmic else (param.name, param.unit)
+    place = "" if whole else f"({piece.low:.4g}..{piece.high:.4g}A)"
+    text = f"coefficient of i^{power} of {name}" + (f" from {piece.low:.4g} to {piece.high:.4g} A" if place else "")
+    return Derived(f"{param.name}{place}.i{power}", f"{unit}/A^{power}" if power else unit, text)
 
 
 def at_current(spec: ModelSpec, dependence: CurrentDependence, theta: Array, current: Array) -> Array:
@@ -156,8 +268,8 @@ def at_current(spec: ModelSpec, dependence: CurrentDependence, theta: Array, cur
     column = 0
     for k, p in enumerate(spec.params):
         order = orders.get(p.name, 0)
-        nodes = nodal[:, column : column + order + 1]
-        column += order + 1
+        nodes = nodal[:, column : column + count(order)]
+        column += count(order)
         if not order:
             result[:, k] = nodes[:, 0]
         elif _logarithmic(spec, p):
@@ -177,7 +289,7 @@ def through(spec: ModelSpec, dependence: CurrentDependence, currents: Array, the
     dependence
         Orders and range.
     currents
-        Currents in A, shape (L,).
+        Currents in A, shape (L,); one at which a parameter may jump counts on both sides.
     theta
         The base model's parameters at each of them, shape (L, K); a constant parameter takes their median.
     """
@@ -189,9 +301,23 @@ def through(spec: ModelSpec, dependence: CurrentDependence, currents: Array, the
             nodes.append(np.median(theta[:, k : k + 1], axis=0))
             continue
         values = np.log(theta[:, k]) if _logarithmic(spec, p) else theta[:, k]
-        found = np.linalg.lstsq(dependence.basis(order, currents).T, values, rcond=None)[0]
+        found = _nearest(dependence, order, currents, values)
         nodes.append(np.clip(np.exp(found) if _logarithmic(spec, p) else found, p.low, p.high))
     return np.concatenate(nodes)
+
+
+def _nearest(dependence: CurrentDependence, order: Order, currents: Array, values: Array) -> Array:
+    """Return the values at the nodes of the polynomials nearest to values (L,) at currents (L,)."""
+    rows, targets = [dependence.basis(order, currents).T], [values]
+    for one, other in pairwise(dependence.pieces(order)):
+        # the basis gives a level at a break to the piece below; where that may jump, it counts above as well
+        at_break = np.flatnonzero((currents == other.low) & (one.columns[-1] != other.columns[0]))
+        above = np.zeros((len(at_break), count(order)))
+        above[:, other.columns] = _lagrange(other.nodes, currents[at_break]).T
+        rows.append(above)
+        targets.append(values[at_break])
+    found: Array = np.linalg.lstsq(np.vstack(rows), np.concatenate(targets), rcond=None)[0]
+    return found
 
 
 def coefficients(spec: ModelSpec, dependence: CurrentDependence, theta: Array) -> Array:
@@ -201,10 +327,10 @@ def coefficients(spec: ModelSpec, dependence: CurrentDependence, theta: Array) -
     column = 0
     for p in spec.params:
         order = orders.get(p.name, 0)
-        if order:
-            nodes = theta[:, column : column + order + 1]
-            nodes = np.log(nodes) if _logarithmic(spec, p) else nodes
-            powers = np.linalg.inv(np.vander(dependence.nodes(order), increasing=True))
+        for piece in dependence.pieces(order) if order else ():
+            nodes = theta[:, column + piece.columns]
+            nodes = np.log(nodes) if _logarithmic(spec, p) and piece.order else nodes
+            powers = np.linalg.inv(np.vander(piece.nodes, increasing=True))
             columns += list((nodes @ powers.T).T)
-        column += order + 1
+        column += count(order)
     return np.stack(columns, axis=1)

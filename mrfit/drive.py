@@ -279,9 +279,14 @@ def output_floor(recording: Recording, segment: Segment, values: Array) -> float
     Cycle is compared with cycle only where every input recorded repeats with the cycle: under a current that moves on
     its own, cycles differ without any noise, and the white noise of the output is all that can be told.
     """
+    frequency = segment.frequency if inputs_repeat(recording, segment) else 0.0
+    return noise_floor(values, recording.dt, frequency, segment.cycles, trending=True)
+
+
+def inputs_repeat(recording: Recording, segment: Segment) -> bool:
+    """Return whether every input recorded repeats with the cycle of a segment."""
     inputs = [n for n in FAST_INPUTS if n in recording.channels]
-    repeats = all(smooth(recording, segment, (n,)).fits is not None for n in inputs)
-    return noise_floor(values, recording.dt, segment.frequency if repeats else 0.0, segment.cycles)
+    return all(smooth(recording, segment, (n,)).fits is not None for n in inputs)
 
 
 def _source(recording: Recording, segment: Segment, name: str) -> tuple[str | float, int]:

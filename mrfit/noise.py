@@ -12,6 +12,10 @@ NORMAL_MEDIAN = 1.482602218505602
 DIFFERENCE_ORDERS = (2, 4, 6, 8)
 UNIQUE_SAMPLES = 20_000
 STAYING = 0.1
+# Fewest cycles over which a trend from cycle to cycle can be told from noise
+TREND_CYCLES = 4
+# Cycles and trends over few of them are not quite orthogonal
+TREND_PASSES = 3
 
 
 def noise_level(values: Array) -> float:
@@ -55,13 +59,13 @@ def quantisation(values: Array) -> float:
     return step if np.max(off_grid) < 0.05 else 0.0
 
 
-def noise_floor(values: Array, dt: float, frequency: float, cycles: int) -> float:
+def noise_floor(values: Array, dt: float, frequency: float, cycles: int, trending: bool = False) -> float:
     """Return the rms of what does not repeat from cycle to cycle: no model driven by the same cycles can explain it.
 
     A Fourier series takes away the repeated part; of the rest, whatever lies on multiples of the fundamental is
     repeated too. Noise that lies there by chance, one part in M of it, is put back by the factor M/(M − 1), whatever
-    the noise's colour, so long as its spectrum is smooth over one multiple of the fundamental. Slow drift counts as
-    noise. Cycles need not be a whole number of samples.
+    the noise's colour, so long as its spectrum is smooth over one multiple of the fundamental. Cycles need not be a
+    whole number of samples.
 
     Parameters
     ----------
@@ -74,16 +78,33 @@ def noise_floor(values: Array, dt: float, frequency: float, cycles: int) -> floa
     cycles
         Whole cycles M in the segment. Below 2, and without a fundamental, ``noise_level`` is returned instead, which
         knows white noise only.
+    trending
+        Whether what grows or falls steadily from cycle to cycle is taken away too, as drift and warming do: a model
+        that knows the time or the temperature can explain it. Otherwise it counts as noise.
     """
     whole = min(cycles, int((len(values) + 1.0) * frequency * dt))
     if whole < 2 or frequency <= 0.0 or frequency * dt > 0.25:
         return noise_level(values)
     fit = harmonic_fit(values, dt, frequency, refine=False)
     samples = min(len(values), round(whole / (frequency * dt)))
-    residual = values[:samples] - fit.evaluate(np.arange(samples, dtype=np.float64) * dt)
+    time = np.arange(samples, dtype=np.float64) * dt
+    residual = values[:samples] - fit.evaluate(time)
+    if trending and whole >= TREND_CYCLES:
+        for _ in range(TREND_PASSES):
+            residual = residual - _trend(residual, time, frequency)
+            residual = residual - harmonic_fit(residual, dt, frequency, refine=False).evaluate(time)
     power = np.abs(np.fft.rfft(residual)) ** 2
     power[1:] *= 2.0
     if samples % 2 == 0:
         power[-1] /= 2.0
     power[::whole] = 0.0
     return float(np.sqrt(np.sum(power) * whole / (whole - 1))) / samples
+
+
+def _trend(residual: Array, time: Array, frequency: float) -> Array:
+    """Return the part of a residual (N,) that is a cycle growing in proportion to the time from the middle."""
+    since = (time - time.mean()) / time.std()
+    # a cycle times the time is nearly orthogonal to all that repeats, and its mean product with the time is the cycle
+    growth = harmonic_fit(residual * since, float(time[1]), frequency, refine=False)
+    trend: Array = since * growth.evaluate(time)
+    return trend

@@ -71,6 +71,8 @@ class Objective:
         Further start points worth trying, shape (S, K).
     patience
         Evaluations without progress after which the search ends, or None.
+    tolerance
+        Share of the squared cost that a local optimizer may leave where it can choose.
     deadline
         Reading of ``time.monotonic()`` at which the search ends, or None; the first batch is always evaluated.
 
@@ -98,6 +100,7 @@ class Objective:
     on_progress: Callable[[int, float], None] | None = None
     starts: Array | None = None
     patience: int | None = None
+    tolerance: float = 1e-9
     deadline: float | None = None
     evaluations: int = 0
     nonfinite: int = 0
@@ -121,9 +124,19 @@ class Objective:
         return len(self.start)
 
     @property
+    def simulations(self) -> int:
+        """Evaluations that the cost of one point takes."""
+        return 1
+
+    @property
+    def model_simulations(self) -> int:
+        """Evaluations that the Gauss–Newton model of one point takes."""
+        return self.dimension + 1
+
+    @property
     def remaining(self) -> int:
-        """Evaluations left."""
-        return max(self.budget - self.evaluations, 0)
+        """Points whose cost the evaluations left allow."""
+        return max(self.budget - self.evaluations, 0) // self.simulations
 
     def costs(self, points: Array) -> Array:
         """Return the RMS residual of every point, (P, K) -> (P,); points are clipped into the cube.
@@ -167,7 +180,7 @@ class Objective:
             If fewer than K + 1 evaluations are left.
         """
         self._require(self.dimension + 1)
-        stencil, steps = _stencils(point[None, :])
+        stencil, steps = stencils(point[None, :])
         rows, costs = self._evaluate(stencil[0])
         with np.errstate(all="ignore"):
             jacobian = ((rows[1:] - rows[0]) / steps[0][:, None]).T
@@ -185,19 +198,22 @@ class Objective:
             If the budget covers none of them.
         """
         count, dimension = points.shape
-        self._require(dimension + 1)
         costs, gradients = np.full(count, np.inf), np.zeros((count, dimension))
         curvatures = np.zeros((count, dimension, dimension))
-        stencils, steps = _stencils(points[: self.remaining // (dimension + 1)])
-        block = max(1, BLOCK_NUMBERS // ((dimension + 1) * max(self._width, 1)))
-        for first in range(0, len(stencils), block):
-            part = slice(first, min(first + block, len(stencils)))
-            rows, flat = self._evaluate(stencils[part].reshape(-1, dimension))
-            stencil_costs = flat.reshape(-1, dimension + 1)
-            costs[part] = stencil_costs[:, 0]
-            model = _products(rows.reshape(*stencil_costs.shape, self._width), stencil_costs, steps[part])
-            gradients[part], curvatures[part] = model
+        affordable = min(count, (self.budget - self.evaluations) // self.model_simulations)
+        if affordable < 1:
+            raise BudgetSpent
+        block = max(1, BLOCK_NUMBERS // (self.model_simulations * max(self._width, 1)))
+        for first in range(0, affordable, block):
+            part = slice(first, min(first + block, affordable))
+            costs[part], gradients[part], curvatures[part] = self._models(points[part])
         return NormalEquations(costs, gradients, curvatures)
+
+    def _models(self, points: Array) -> tuple[Array, Array, Array]:
+        around, steps = stencils(points)
+        rows, flat = self._evaluate(around.reshape(-1, self.dimension))
+        costs = flat.reshape(around.shape[:2])
+        return costs[:, 0], *_products(rows.reshape(*costs.shape, self._width), costs, steps)
 
     def restart_patience(self) -> None:
         """Count evaluations without progress from here on."""
@@ -214,22 +230,27 @@ class Objective:
         inside = np.clip(points, 0.0, 1.0)
         with np.errstate(all="ignore"):
             residuals = self.residuals_of(inside)
-            costs = np.sqrt(np.einsum("pm,pm->p", residuals, residuals) / residuals.shape[1])
+        return residuals, self._noted(inside, residuals, len(points) * self.simulations)
+
+    def _noted(self, points: Array, residuals: Array, evaluations: int) -> Array:
+        """Return the costs of points just simulated, and keep account of them."""
+        with np.errstate(all="ignore"):
+            costs: Array = np.sqrt(np.einsum("pm,pm->p", residuals, residuals) / residuals.shape[1])
         self._width = residuals.shape[1]
         bad = ~np.isfinite(costs)
         if bad.any():
             self.nonfinite += int(bad.sum())
             if self.first_nonfinite is None:
-                self.first_nonfinite = inside[int(np.argmax(bad))].copy()
+                self.first_nonfinite = points[int(np.argmax(bad))].copy()
             costs[bad] = np.inf
-        self.evaluations += len(points)
+        self.evaluations += evaluations
         best = int(np.argmin(costs))
         if costs[best] < self.best_cost:
-            self.best_cost, self.best_point = float(costs[best]), inside[best].copy()
+            self.best_cost, self.best_point = float(costs[best]), points[best].copy()
         self.history.append((self.evaluations, self.best_cost))
         if self.on_progress:
             self.on_progress(self.evaluations, self.best_cost)
-        return residuals, costs
+        return costs
 
     def _watch(self) -> None:
         """End the search where the clock or the lack of progress says so; never before the first evaluation."""
@@ -244,13 +265,12 @@ class Objective:
             raise Stalled
 
 
-def _stencils(points: Array) -> tuple[Array, Array]:
+def stencils(points: Array) -> tuple[Array, Array]:
     """Return every point followed by its K one-sided neighbours (P, K + 1, K), and the signed steps (P, K)."""
     centres = np.clip(points, 0.0, 1.0)
     steps = np.where(centres > 0.5, -STEP, STEP)
     offsets = steps[:, :, None] * np.eye(points.shape[1])
-    stencils = np.concatenate([centres[:, None, :], centres[:, None, :] + offsets], axis=1)
-    return stencils, steps
+    return np.concatenate([centres[:, None, :], centres[:, None, :] + offsets], axis=1), steps
 
 
 def _products(rows: Array, costs: Array, steps: Array) -> tuple[Array, Array]:

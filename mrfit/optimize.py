@@ -11,7 +11,7 @@ from mrfit.errors import ConfigError
 from mrfit.objective import BudgetSpent, Descent, Objective, Stalled, TimeSpent
 from mrfit.specs import Array, OptimizerSpec
 
-# A global search ends when this share of its evaluations has passed without progress.
+# A global search ends when this share of its evaluations has passed without progress, unless told otherwise.
 PATIENCE = 0.5
 
 Ending = Literal["finished", "budget", "time", "stalled"]
@@ -115,6 +115,7 @@ def run(
     rng: np.random.Generator,
     budget: int | None = None,
     seconds: float | None = None,
+    stall: float = PATIENCE,
 ) -> Outcome:
     """Minimise an objective by the named optimizer or chain; each link starts from the best point of those before it.
 
@@ -131,6 +132,8 @@ def run(
         those after it. None gives every link what it asks for.
     seconds
         Wall-clock limit of the whole chain, looked at before every batch.
+    stall
+        Share of a global optimizer's evaluations after which it ends if they brought no progress; 1 for never.
 
     Raises
     ------
@@ -142,6 +145,8 @@ def run(
         raise ConfigError(f"a budget of {budget} evaluations allows no fit; give at least 1")
     if seconds is not None and not seconds > 0:
         raise ConfigError(f"a time limit of {seconds:g} s allows no fit; give a positive number")
+    if not 0.0 < stall <= 1.0:
+        raise ConfigError(f"--stall {stall:g} is no share of a search: give more than 0, and at most 1 for never")
     objective.deadline = None if seconds is None else time.monotonic() + seconds
     total = None if budget is None else objective.evaluations + budget
     links: list[Link] = []
@@ -149,7 +154,7 @@ def run(
     for position, part in enumerate(names):
         share = wanted[position] / sum(wanted[position:])
         allowed = wanted[position] if total is None else round((total - objective.evaluations) * share)
-        links.append(_run_link(part, objective, rng, allowed))
+        links.append(_run_link(part, objective, rng, allowed, stall))
         if links[-1].ending == "time":
             break
     return Outcome(
@@ -170,12 +175,12 @@ def _wanted(name: str, objective: Objective) -> int:
     return spec.budget(objective.dimension)
 
 
-def _run_link(name: str, objective: Objective, rng: np.random.Generator, allowed: int) -> Link:
+def _run_link(name: str, objective: Objective, rng: np.random.Generator, allowed: int, stall: float) -> Link:
     module = registry.load("optimizer", name)
     spec: OptimizerSpec = module.SPEC
     before, batches = objective.evaluations, len(objective.history)
     objective.budget = before + allowed
-    objective.patience = max(1, round(PATIENCE * allowed)) if spec.kind == "global" else None
+    objective.patience = max(1, round(stall * allowed)) if spec.kind == "global" else None
     objective.restart_patience()
     objective.verdict = ""
     ending: Ending

@@ -29,9 +29,12 @@ class Param:
         ``log`` where the value may range over decades (needs ``low > 0``), else ``linear``.
     role
         What the parameter does, for effects that make parameters of a role vary: ``yield``, ``viscous``, ``stiffness``,
-        ``hysteresis``, ``offset``, ``inductance`` or empty.
+        ``knee`` (the velocity at which it yields, or its inverse), ``hysteresis``, ``offset``, ``inductance`` or empty.
     text
         What it means, in a few words.
+    fixed
+        Not fitted, but held at the greatest value that ``start_values`` gives for the training logs: a choice of
+        scale, which no data determine. It is fitted where the user gives bounds or a start of their own.
     """
 
     name: str
@@ -42,6 +45,7 @@ class Param:
     scale: Literal["linear", "log"] = "linear"
     role: str = ""
     text: str = ""
+    fixed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,6 +107,28 @@ class ModelSpec:
         return np.array([p.start for p in self.params])
 
 
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """One stage of a staged identification: the parameters that one kind of test shows by itself.
+
+    A model that is identified so has ``STAGES``, in their order, beside its SPEC.
+
+    Attributes
+    ----------
+    name
+        The part of the model, in a few words.
+    test
+        Kind of test: ``constant-speed`` strokes and ``sine`` strokes at a held current, ``current-step`` for any test
+        under a current that moves, ``heating`` for one during which the temperature moves.
+    parameters
+        Patterns on the names of the parameters, those of effects (``force-filter.*``) included.
+    """
+
+    name: str
+    test: Literal["constant-speed", "sine", "current-step", "heating"]
+    parameters: tuple[str, ...]
+
+
 Response = Callable[[Array, Array, float], Array]
 """response(drive (C, N), theta (P, K), dt in s) -> (P, N): a whole batch of parameter vectors in one call.
 
@@ -142,6 +168,8 @@ class EffectSpec:
         Effects it is mistaken for.
     experiment
         Which test tells it from these.
+    proposed
+        Whether discovery may propose it; not where it is a block for building a known model from.
     """
 
     name: str
@@ -155,6 +183,7 @@ class EffectSpec:
     neutral: tuple[float, ...]
     aliases: tuple[str, ...] = ()
     experiment: str = ""
+    proposed: bool = True
 
 
 @dataclass(frozen=True, slots=True)

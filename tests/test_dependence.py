@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mrfit.dependence import CurrentDependence, at_current, coefficients, expanded, orders_of
+from mrfit.assembly import assemble
+from mrfit.dependence import CurrentDependence, at_current, coefficients, expanded, orders_of, through
 from mrfit.errors import ConfigError, DataError
 from mrfit.models import bingham, tanh
 from mrfit.specs import ModelSpec
@@ -62,6 +63,82 @@ def test_a_parameter_that_does_not_enter_linearly_is_interpolated_by_its_logarit
     assert coefficients(tanh.SPEC, dependence, theta)[0] == pytest.approx([np.log(40.0), np.log(2.0)])
 
 
+# Table 3 from 0 to 0.2 A, and the fits at single currents in Table 2 that it was made from
+BELOW = {"fy": (82.96, 579.6), "c": (710.0, 3100.0), "f0": (-11.77, -19.95), "a1": (100.0,), "a2": (65.0,)}
+ABOVE = TABLE_3 | {"a1": (75.0,), "a2": (80.0,)}
+TABLE_2_CURRENTS = np.array([0.0, 0.2, 0.4, 0.6, 0.8, 1.0])
+TABLE_2 = {
+    "fy": [83.0, 198.9, 472.7, 705.7, 847.1, 965.3],
+    "c": [710.0, 1330.0, 2010.0, 2550.0, 2910.0, 3720.0],
+}
+PIECEWISE = CurrentDependence(
+    (("fy", "1/0.2/2"), ("c", "1/0.2/2"), ("f0", "1/0.2/2"), ("a1", "0/0.2/0"), ("a2", "0/0.2/0")), 0.0, 1.0
+)
+
+
+def whole_table_3() -> np.ndarray:
+    """Return theta (1, K') of tanh for both columns of Table 3; k constant."""
+    values: list[float] = []
+    orders = dict(PIECEWISE.orders)
+    for name in tanh.SPEC.names:
+        for piece, table in zip(PIECEWISE.pieces(orders[name]) if name in orders else (), (BELOW, ABOVE), strict=False):
+            values += np.polynomial.polynomial.polyval(piece.nodes, table[name]).tolist()
+        values += [270.0] if name == "k" else []
+    return np.array([values])
+
+
+def test_table_3_of_paper_004_is_met_in_both_pieces_and_in_the_force() -> None:
+    whole = assemble("tanh", PIECEWISE)
+    assert [n for n in whole.spec.names if n[0] == "c"] == ["c@0A", "c@0.2A-", "c@0.2A+", "c@0.6A", "c@1A"]
+    assert [n for n in whole.spec.names if n[:2] == "a1"] == ["a1@0.1A", "a1@0.6A"]
+    t = np.arange(400) * 2.5e-3
+    x, v = 0.01 * np.sin(2 * np.pi * t), 0.02 * np.pi * np.cos(2 * np.pi * t)
+    for current in (0.0, 0.1, 0.2, 0.2001, 0.5, 1.0):
+        table = {
+            k: float(np.polynomial.polynomial.polyval(current, p))
+            for k, p in (BELOW if current <= 0.2 else ABOVE).items()
+        }
+        drive = np.stack(
+            [{"displacement": x, "velocity": v, "current": np.full(400, current)}[n] for n in whole.spec.inputs]
+        )
+        expected = table["fy"] * np.tanh(table["a1"] * v + table["a2"] * x) + table["c"] * v + 270.0 * x + table["f0"]
+        assert whole.simulate(drive, whole_table_3(), 2.5e-3)[0] == pytest.approx(expected, rel=1e-10, abs=1e-9)
+
+
+def test_coefficients_of_table_3_are_reported_piece_by_piece() -> None:
+    found = coefficients(tanh.SPEC, PIECEWISE, whole_table_3())[0]
+    derived = {d.name: value for d, value in zip(expanded(tanh.SPEC, PIECEWISE).derived, found, strict=True)}
+    assert len(derived) == 3 * 5 + 2 * 2
+    for name, powers in TABLE_3.items():
+        assert [derived[f"{name}(0..0.2A).i{k}"] for k in range(2)] == pytest.approx(BELOW[name], rel=1e-9)
+        assert [derived[f"{name}(0.2..1A).i{k}"] for k in range(3)] == pytest.approx(powers, rel=1e-9)
+    assert [derived["a1(0..0.2A).i0"], derived["a1(0.2..1A).i0"]] == [100.0, 75.0]
+
+
+def test_pieces_through_the_fits_of_table_2_are_those_of_table_3() -> None:
+    theta = np.tile(tanh.SPEC.start, (6, 1))
+    for name, values in TABLE_2.items():
+        theta[:, tanh.SPEC.names.index(name)] = values
+    nodes = through(tanh.SPEC, PIECEWISE, TABLE_2_CURRENTS, theta)
+    found = coefficients(tanh.SPEC, PIECEWISE, nodes[None, :])[0]
+    derived = {d.name: value for d, value in zip(expanded(tanh.SPEC, PIECEWISE).derived, found, strict=True)}
+    for name in TABLE_2:
+        # as far as the four digits that Table 2 prints determine them
+        assert [derived[f"{name}(0..0.2A).i{k}"] for k in range(2)] == pytest.approx(BELOW[name], rel=1e-3)
+        assert [derived[f"{name}(0.2..1A).i{k}"] for k in range(3)] == pytest.approx(TABLE_3[name], rel=1e-3)
+
+
+@given(st.floats(0.0, 1.0))
+def test_pieces_that_meet_are_continuous_at_the_break_and_pass_through_their_nodes(share: float) -> None:
+    dependence = CurrentDependence((("fy", "1:0.2:2:0.7:0"),), 0.0, 1.0)
+    assert dependence.labels("1:0.2:2:0.7:0") == ["0A", "0.2A", "0.45A", "0.7A"]
+    values = np.array([80.0, 200.0, 500.0, 640.0])
+    around = np.array([0.2 - 1e-9, 0.2 + 1e-9, 0.7 - 1e-9, 0.7 + 1e-9, 0.7 + 0.3 * share])
+    found = values @ dependence.basis("1:0.2:2:0.7:0", around)
+    assert found == pytest.approx([200.0, 200.0, 640.0, 640.0, 640.0], rel=1e-6)
+    assert values @ dependence.basis("1:0.2:2:0.7:0", np.array([0.2 * share])) == pytest.approx(80.0 + 120.0 * share)
+
+
 @given(st.integers(1, 4), st.floats(-5, 5), st.floats(0.1, 10))
 def test_values_at_the_nodes_are_the_parameters(order: int, low: float, extent: float) -> None:
     dependence = CurrentDependence((("fy", order),), low, low + extent)
@@ -115,11 +192,27 @@ def test_one_number_goes_to_all_parameters_but_offsets() -> None:
 
 def test_orders_are_read_by_name() -> None:
     assert orders_of(bingham.SPEC, "fy=3, f0=1,C_inf=0") == (("fy", 3), ("f0", 1))
+    assert orders_of(bingham.SPEC, "fy=1 : 0.2 : 2, C_inf=0/0.5/1") == (("fy", "1:0.2:2"), ("C_inf", "0/0.5/1"))
+    assert dict(orders_of(bingham.SPEC, "1/0.2/1")) == {"fy": "1/0.2/1", "C_inf": "1/0.2/1"}
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
-    [("5", "0 to 4"), ("fy=-1", "0 to 4"), ("two", "two"), ("fz=1", "fz"), ("fy", "fy"), ("", "0 to 4")],
+    [
+        ("5", "0 to 4"),
+        ("fy=-1", "0 to 4"),
+        ("two", "two"),
+        ("fz=1", "fz"),
+        ("fy", "fy"),
+        ("", "0 to 4"),
+        ("fy=1:0.2", "1:0.2:2"),
+        ("fy=1:0.2/2", "in pieces"),
+        ("fy=5:0.2:2", "0 to 4"),
+        ("fy=1:low:2", "a break is a current in A"),
+        ("fy=1:0.5:1:0.2:1", "that rise"),
+        ("fy=1:nan:1", "that rise"),
+        ("fy=0:0.2:0", "write 0/0.2/0"),
+    ],
 )
 def test_wrong_orders_are_refused_with_what_was_read(text: str, said: str) -> None:
     with pytest.raises(ConfigError, match=said):
@@ -130,3 +223,8 @@ def test_one_current_is_refused_with_the_remedy() -> None:
     with pytest.raises(DataError, match=r"at 1\.5 A: add tests at other currents"):
         CurrentDependence((("fy", 1),), 1.5, 1.5)
     assert not CurrentDependence((("fy", 0),), 1.5, 1.5).varies
+
+
+def test_a_break_outside_the_tested_range_is_refused() -> None:
+    with pytest.raises(DataError, match="fy=1:2:1: 2 A is not inside the tested range, 0 to 1 A"):
+        CurrentDependence((("fy", "1:2:1"),), 0.0, 1.0)

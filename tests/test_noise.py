@@ -65,3 +65,13 @@ def test_a_continuous_signal_has_no_step() -> None:
     assert quantisation(np.sin(np.arange(5000) / 100)) == 0.0
     assert quantisation(np.ones(100)) == 0.0
     assert quantisation(np.arange(100) / 7) == 0.0
+
+
+@pytest.mark.parametrize("cycles", [6, 20])
+def test_a_steady_drift_and_a_growing_cycle_are_no_noise_where_trends_are_taken_away(cycles: int) -> None:
+    rng = np.random.default_rng(9)
+    n = np.arange(round(333.3 * cycles))
+    noise = 0.01 * rng.standard_normal(len(n))
+    values = loop(n, 333.3) * (1.0 + 0.1 * n / len(n)) + 0.3 * n / len(n) + noise
+    assert noise_floor(values, 1e-3, 1e3 / 333.3, cycles) > 0.05
+    assert noise_floor(values, 1e-3, 1e3 / 333.3, cycles, trending=True) == pytest.approx(0.01, rel=0.05)

@@ -117,3 +117,17 @@ def test_every_registered_optimizer_makes_a_chain():
     assert len(outcome.links) == len(registry.names("optimizer"))
     assert outcome.evaluations <= 20_000
     assert outcome.cost < 1e-3
+
+
+@pytest.mark.parametrize(("stall", "ending", "evaluations"), [(0.25, "stalled", 240), (1.0, "budget", 800)])
+def test_a_search_without_progress_ends_after_the_share_it_is_given(stall, ending, evaluations):
+    objective = Objective(lambda points: np.ones((len(points), 3)), np.array([0.3, 0.4]), 0)
+    outcome = optimize.run("pso", objective, np.random.default_rng(0), budget=800, stall=stall)
+    assert (outcome.links[0].ending, outcome.evaluations) == (ending, evaluations)
+
+
+@pytest.mark.parametrize("stall", [0.0, -1.0, 1.5, float("nan")])
+def test_a_share_that_is_none_is_refused(stall):
+    objective = Objective(lambda points: points, np.array([0.3]), 0)
+    with pytest.raises(ConfigError, match="--stall"):
+        optimize.run("pso", objective, np.random.default_rng(0), stall=stall)

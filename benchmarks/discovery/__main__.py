@@ -1,4 +1,7 @@
-"""Command line: python -m benchmarks.discovery --smoke | --full [--scale 0.3] [--jobs N] [--keep DIR] --out FILE.md."""
+"""Command line: python -m benchmarks.discovery --smoke | --full [--scale 0.3] [--part 1/4] [--keep DIR] --out FILE.md.
+
+Parts may be run on their own into one ``--keep`` folder; the same command without ``--part`` then writes the report.
+"""
 
 import argparse
 import sys
@@ -21,6 +24,7 @@ def main() -> int:
     parser.add_argument("--scale", type=float, default=1.0, help="multiplies the repeats of the full protocol")
     parser.add_argument("--stratum", choices=[*STRATA, "absorbed"], action="append", help="only these strata")
     parser.add_argument("--match", default="", help="only cases whose name holds this text")
+    parser.add_argument("--part", default="1/1", help="K/N: every N-th case from the K-th on")
     parser.add_argument("--jobs", type=int, default=1, help="cases at a time")
     parser.add_argument("--keep", type=Path, help="folder of finished cases: a later run goes on from there")
     parser.add_argument("--out", type=Path, help="Markdown file to write; default: standard output")
@@ -28,6 +32,8 @@ def main() -> int:
     cases = smoke() if options.smoke else full(options.scale)
     cases = [c for c in cases if not options.stratum or c.stratum in options.stratum]
     cases = [c for c in cases if options.match in c.name]
+    first, parts = (int(word) for word in options.part.split("/"))
+    cases = cases[first - 1 :: parts]
     results = []
     for result in run_all(cases, options.jobs, options.keep):
         results.append(result)

@@ -97,6 +97,15 @@ def power(outcomes: list[Outcome]) -> str:
     return table(("effect", *STRENGTHS), rows)
 
 
+def intervals(outcomes: list[Outcome]) -> str:
+    """Return how often the interval of each effect's comparable parameter holds the truth."""
+    hits: dict[str, list[bool]] = {}
+    for o in outcomes:
+        for name, hit in o.covered.items():
+            hits.setdefault(name, []).append(hit)
+    return table(("effect", "holds the truth"), [(n, f"{sum(h)}/{len(h)}") for n, h in sorted(hits.items())])
+
+
 def failures(outcomes: list[Outcome]) -> str:
     """Return every case whose demand was not met, and why."""
     lines = [
@@ -119,6 +128,8 @@ def document(outcomes: list[Outcome], title: str) -> str:
             confusion(outcomes),
             "## Power: exact names by strength (median contrast)",
             power(outcomes),
+            "## 95 % intervals by effect",
+            intervals(outcomes),
             "## Failures (small effects that were merely missed are left out)",
             failures(outcomes) + "\n",
         )

@@ -3,7 +3,7 @@
 import csv
 import io
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +14,12 @@ from mrfit import optimize
 from mrfit.channels import unit_of
 from mrfit.compare.page import optimizers_page
 from mrfit.errors import ConfigError
+from mrfit.fit import levels
 from mrfit.fit.cube import Cube
+from mrfit.fit.current import base_of
 from mrfit.fit.identify import Group, build_group, weights_of
-from mrfit.fit.problem import residual_function
+from mrfit.fit.problem import Posed
+from mrfit.fit.starts import at_scales
 from mrfit.objective import Objective
 from mrfit.progress import Progress, silent
 from mrfit.specs import Array
@@ -94,10 +97,11 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     curves: list[dict[str, Any]] = []
     total = len(prepared.groups) * len(settings.optimizers)
     for name, segments in prepared.groups.items():
-        split = settings.fit.per == "condition"
+        split = settings.fit.per == "condition" and len({s.role for s in segments}) == 1
         group = build_group(name, segments, prepared.recordings, prepared.assembly, split)
+        scaled = replace(prepared, cube=at_scales(prepared.cube, group.training, base_of(settings.fit.model)))
         for optimizer in settings.optimizers:
-            runs = [_one_run(group, prepared, optimizer, seed, settings.fit) for seed in range(settings.seeds)]
+            runs = [_one_run(group, scaled, optimizer, seed, settings.fit) for seed in range(settings.seeds)]
             rows.append(_row(name, optimizer, runs, prepared.assembly.spec.output))
             curves.append({"condition": name, "optimizer": optimizer, **_median_curve(runs)})
             progress("compare", len(rows), total)
@@ -121,12 +125,16 @@ def _one_run(
     group: Group, prepared: mrfit.fit.stage.Prepared, optimizer: str, seed: int, fit: mrfit.fit.stage.Settings
 ) -> _Run:
     weights = weights_of(group.search, group.training_floors, fit.weight)
-    residuals = residual_function(group.search, prepared.assembly, prepared.cube.to_theta, weights)
-    objective = Objective(residuals, start_point(prepared.cube, seed), budget=0)
+    posed, start = Posed(group.search, weights, prepared.assembly, prepared.cube), start_point(prepared.cube, seed)
     rng = np.random.default_rng([seed, *group.name.encode()])
+    limits = levels.Limits(fit.budget, fit.seconds, fit.stall)
     begin = time.perf_counter()
-    outcome = optimize.run(optimizer, objective, rng, fit.budget, fit.seconds)
-    return _Run(outcome.cost, outcome.evaluations, time.perf_counter() - begin, list(objective.history))
+    if optimizer == "auto":
+        outcome = levels.search(posed, start[None, :], rng, limits, lambda evaluations, cost: None)
+    else:
+        outcome = optimize.run(optimizer, Objective(posed.residuals, start, budget=0), rng, *limits)
+    history = [step for link in outcome.links for step in link.history]
+    return _Run(outcome.cost, outcome.evaluations, time.perf_counter() - begin, history)
 
 
 def start_point(cube: Cube, seed: int) -> Array:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import mrfit.fit.stage
-from mrfit import registry
+from mrfit import optimize, registry
 from mrfit.compare.page import models_page
 from mrfit.errors import DataError, MrfitError
 from mrfit.progress import Progress, silent
@@ -28,7 +28,7 @@ class Settings:
     ----------
     models
         Models as written; ``("all",)`` for every one there is.
-    optimizer, per, seed, budget, seconds, weight, current_order, only
+    optimizer, per, seed, budget, seconds, stall, weight, current_order, only
         As in the fit stage, the same for all.
     jobs
         Worker threads of each fit; fits run one after the other, so that their times can be compared.
@@ -40,6 +40,7 @@ class Settings:
     seed: int = 0
     budget: int | None = None
     seconds: float | None = None
+    stall: float = optimize.PATIENCE
     weight: Literal["none", "floor", "range"] = "none"
     current_order: str = "auto"
     only: str = ""

@@ -7,16 +7,17 @@ from typing import Any
 import numpy as np
 
 from mrfit import registry
+from mrfit.discover import looks
 from mrfit.discover.bench import Bench
 from mrfit.discover.decide import Verdict
 from mrfit.discover.refit import Fitter, Refit
 from mrfit.discover.regions import Region, in_words, locate
-from mrfit.discover.remainder import explainable
+from mrfit.discover.remainder import explainable, follows_the_state, repeated_error
 from mrfit.discover.screen import cosines
 from mrfit.fit.result import parameter_rows
 from mrfit.specs import Array, EffectSpec
 
-# Errors this many times the noise floor leave no doubt that something is missing …
+# Errors that repeat from cycle to cycle, this many times the noise, leave no doubt that something is missing …
 FAR_ABOVE = 2.0
 # … nor do smaller ones, if a model that knows no physics still predicts this share of their square
 CLEARLY_ABOVE = 1.25
@@ -55,8 +56,8 @@ def verdict_of(bench: Bench, verdict: Verdict, seed: int) -> Outcome:
         return Outcome("ambiguous", structure)
     if final.effects:
         return Outcome("named", structure)
-    chi = final.chi("holdout")
-    left = chi > FAR_ABOVE or (chi > CLEARLY_ABOVE and structure > STRUCTURE)
+    left = final.chi("holdout") > CLEARLY_ABOVE and structure > STRUCTURE
+    left = left or repeated_error(bench, final) > FAR_ABOVE or follows_the_state(bench, final)
     return Outcome("unexplained" if left else "none", structure)
 
 
@@ -83,26 +84,37 @@ def account(fitter: Fitter, verdict: Verdict, outcome: Outcome) -> dict[str, Any
     where = regions_of(bench, before)
     rest = regions_of(bench, after)
     share = 1.0 - (gap["closed"] or 0.0)
+    shapes = looks.looks(bench, after)
     suspects = sorted({e for group in verdict.ambiguous for e in group})
     return {
         "verdict": outcome.word,
         "effects": [effect_row(verdict, specs[e], bench, fitter) for e in named],
         "ambiguous_set": suspects,
+        "suspects": [suspect_row(fitter, verdict, e) for e in suspects],
         "advice": [f"{e}: {specs[e].experiment}" for e in suspects],
         "where": [region_row(r) for r in where[:REGIONS]],
         "where_text": in_words(where),
         "gap": gap,
         "candidates": candidate_rows(verdict),
         "confusable": confusable(verdict),
+        "cosines": cosine_table(verdict),
         "unexplained": {
             "share_of_gap": share,
             "predictable": outcome.structure,
             "where": [region_row(r) for r in rest[:REGIONS]] if share > 0.1 else [],
             "text": in_words(rest) if share > 0.1 else [],
+            "looks": shapes if share > 0.1 else [],
+            "looks_text": looks.in_words(shapes) if share > 0.1 else "",
         },
         "augmented_model": "+".join([fitter.base, *after.effects]),
         "segments": [
-            {"id": s.segment.id, "condition": s.segment.condition, "role": s.segment.role} for s in bench.stretches
+            {
+                "id": s.segment.id,
+                "condition": s.segment.condition,
+                "role": s.segment.role,
+                "noise_floor": s.floor / bench.span,
+            }
+            for s in bench.stretches
         ],
     }
 
@@ -143,21 +155,35 @@ def region_row(region: Region) -> dict[str, Any]:
 def effect_row(verdict: Verdict, spec: EffectSpec, bench: Bench, fitter: Fitter) -> dict[str, Any]:
     """Return an accepted effect: its parameters with intervals, and the hold-out error without and with it."""
     final = verdict.final
-    rows = [
-        {"name": row["name"].partition(".")[2], **{k: row[k] for k in ("unit", "value", "low", "high")}}
-        for row in parameter_rows(final.cube, final.point, final.uncertainty)
-        if row["name"].startswith(spec.name + ".")
-    ]
     rest = [e for e in final.effects if e != spec.name]
     without = fitter.refit(rest, [final.values]) if rest else verdict.base
     gap = gap_of(bench, without, final)
+    alike = {e for row in confusable(verdict) if spec.name in row["pair"] for e in row["pair"]}
     return {
         "name": spec.name,
-        "parameters": rows,
-        "aliases": [],
+        "parameters": own_parameters(final, spec.name),
+        "aliases": sorted(alike - {spec.name}),
         "holdout_nrmse_before": gap["before"],
         "holdout_nrmse_after": gap["after"],
     }
+
+
+def suspect_row(fitter: Fitter, verdict: Verdict, name: str) -> dict[str, Any]:
+    """Return what an effect of an ambiguous set would be: its parameters, and the hold-out error with it."""
+    (group,) = (g for g in verdict.ambiguous if name in g)
+    effects = [name if e in group else e for e in verdict.final.effects]
+    fit = fitter.refit(effects, [verdict.final.values])
+    after = gap_of(fitter.bench, verdict.base, fit)["after"]
+    return {"name": name, "parameters": own_parameters(fit, name), "holdout_nrmse_after": after}
+
+
+def own_parameters(fit: Refit, effect: str) -> list[dict[str, Any]]:
+    """Return an effect's parameters with intervals."""
+    return [
+        {"name": row["name"].partition(".")[2], **{k: row[k] for k in ("unit", "value", "low", "high")}}
+        for row in parameter_rows(fit.cube, fit.point, fit.uncertainty)
+        if row["name"].startswith(effect + ".")
+    ]
 
 
 def candidate_rows(verdict: Verdict) -> list[dict[str, Any]]:
@@ -187,3 +213,9 @@ def confusable(verdict: Verdict) -> list[dict[str, Any]]:
         for b in range(a)
         if abs(matrix[a, b]) > CONFUSABLE
     ]
+
+
+def cosine_table(verdict: Verdict) -> dict[str, Any]:
+    """Return the matrix of cosines between the projected sensitivities of all effects the data can show."""
+    seen = sorted((s for s in verdict.screened if len(s.direction)), key=lambda s: s.name)
+    return {"names": [s.name for s in seen], "matrix": cosines(seen).tolist()}

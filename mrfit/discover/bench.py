@@ -7,10 +7,11 @@ import numpy as np
 
 from mrfit import registry
 from mrfit.assembly import Assembly
-from mrfit.drive import TIME, Drive, output_floor, smooth
+from mrfit.drive import TIME, Drive, inputs_repeat, output_floor, smooth
 from mrfit.errors import DataError
 from mrfit.fit.identify import measured_output
 from mrfit.fit.problem import Block, differences, full_block
+from mrfit.noise import noise_level
 from mrfit.recording import Recording, Segment
 from mrfit.specs import Array, EffectSpec
 
@@ -32,12 +33,15 @@ class Stretch:
         Noise floor of the output, in its unit.
     recorded
         Start of the segment in its recording, in s.
+    repeats
+        Whether every recorded input repeats with the cycle, so that cycle can be compared with cycle.
     """
 
     block: Block
     names: tuple[str, ...]
     floor: float
     recorded: float
+    repeats: bool = False
 
     @property
     def segment(self) -> Segment:
@@ -108,8 +112,28 @@ def build_bench(
     common = [n for n in wanted if n not in lacking]
     outputs = {s.id: measured_output(recordings[s.recording], base) for s in segments}
     span = float(np.ptp(np.concatenate([outputs[s.id][s.start : s.stop] for s in segments])))
-    stretches = [_stretch(s, recordings[s.recording], found[s.id], common, outputs[s.id], span) for s in segments]
+    floors = noise_floors(segments, recordings, {s.id: outputs[s.id][s.start : s.stop] for s in segments})
+    stretches = [
+        _stretch(s, recordings[s.recording], found[s.id], common, outputs[s.id], floors[s.id]) for s in segments
+    ]
+    stretches = [replace(s, floor=max(s.floor, LEAST_FLOOR * span)) for s in stretches]
     return Bench(tuple(stretches), frozenset([*common, TIME]), lacking, span)
+
+
+def noise_floors(
+    segments: Sequence[Segment], recordings: dict[str, Recording], outputs: dict[str, Array]
+) -> dict[str, tuple[float, bool]]:
+    """Return the noise floor of every segment's output (N,) by its id, and whether cycles were compared for it.
+
+    Without cycles to compare, high frequencies tell the noise, and coloured noise is underestimated by them. Records
+    of one instrument share the noise's colour, so it is taken from those that have cycles.
+    """
+    white = {s.id: noise_level(outputs[s.id]) for s in segments}
+    repeats = {s.id: s.cycles > 1 and inputs_repeat(recordings[s.recording], s) for s in segments}
+    floors = {s.id: output_floor(recordings[s.recording], s, outputs[s.id]) for s in segments}
+    colours = [floors[i] / white[i] for i in floors if repeats[i] and white[i] > 0.0]
+    colour = max(float(np.median(colours)), 1.0) if colours else 1.0
+    return {i: (floors[i] if repeats[i] else colour * floors[i], repeats[i]) for i in floors}
 
 
 # Looked at when the error is located, whether or not the model needs them
@@ -145,7 +169,12 @@ def _stroke_of(velocity: Drive) -> Drive:
 
 
 def _stretch(
-    segment: Segment, recording: Recording, found: _Found, names: Sequence[str], output: Array, span: float
+    segment: Segment,
+    recording: Recording,
+    found: _Found,
+    names: Sequence[str],
+    output: Array,
+    noise: tuple[float, bool],
 ) -> Stretch:
     drives = [found.drives[n] for n in names if n != TIME]
     fits = [f for d in drives if d.fits for f in d.fits]
@@ -158,16 +187,17 @@ def _stretch(
     block = full_block(segment, joined, measured)
     first = int(block.nodes[0, 0])
     time = (np.arange(block.drive.shape[1], dtype=np.float64) - first + segment.start) * recording.dt
-    floor = output_floor(recording, segment, measured)
+    floor, repeats = noise
     return Stretch(
         block=replace(block, drive=np.vstack([block.drive, time])),
         names=(*(n for n in names if n != TIME), TIME),
-        floor=max(floor, LEAST_FLOOR * span),
+        floor=floor,
         recorded=segment.start * recording.dt,
+        repeats=repeats,
     )
 
 
 def effects_for(output: str) -> list[EffectSpec]:
-    """Return the SPECs of all effects that act on an output channel."""
+    """Return the SPECs of all effects that act on an output channel and may be proposed."""
     specs = [registry.load("effect", n).SPEC for n in registry.names("effect")]
-    return [s for s in specs if output in s.outputs]
+    return [s for s in specs if output in s.outputs and s.proposed]

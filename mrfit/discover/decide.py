@@ -3,11 +3,20 @@
 An effect is accepted if, refitted jointly with everything else, its parameter stands clear of neutral by more standard
 errors than the number of candidates could produce by chance, and it lowers the error on held-out conditions by more
 than chance. Two effects that both pass alone are put in together (an encompassing test): the one that still earns its
-place beside the other is real, the other a shadow; if neither does, the data cannot tell them apart.
+place beside the other is real, the other a shadow; if neither does, the data cannot tell them apart. Where no effect
+alone has proof, two are tried together, and every effect is chosen anew once others are beside it.
+
+The library's forms are approximations. What the right effect leaves is small against what it takes, and a look-alike
+that takes some of that is a shadow. So what an effect takes must be a visible share of the base's gap, or nearly all
+that is left of it; standard errors count the scatter between conditions, since a real effect has one parameter
+everywhere and a shadow has not; and what an effect takes must exceed what all together leave.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
+
+import numpy as np
 
 from mrfit import registry
 from mrfit.discover.refit import Fitter, Refit, paired_z
@@ -21,15 +30,28 @@ CLEAR = 4.0
 WORTH_A_REFIT = 1e-3
 # Standard score of the fall in squared hold-out error
 HOLDOUT_CLEAR = 2.0
-# Least share of the squared hold-out error that an effect must take away, and of the gap that the base alone leaves:
-# an approximate form of the right effect leaves a little for others to take, its look-alikes first of all
+# Least share of the squared hold-out error that an effect must take away
 LEAST_GAIN = 0.01
+# Least share of the gap that the base alone leaves, for an effect and for the look-alike of one that is in already …
 LEAST_GAP = 0.02
-LEAST_GAP_OF_ALIAS = 0.1
+LEAST_GAP_OF_ALIKE = 0.1
+# … or, where it takes this share of the gap that is left and is no look-alike, so much of the base's
+MOST_OF_THE_REST, LEAST_GAP_OF_THE_REST = 0.5, 0.005
+# Cosine between projected sensitivities from which a wrong form of one effect may well look like the other
+ALIKE = 0.8
+# A rival that leaves so many times what the winner leaves, and significantly more, is not its equal
+FAR_BEHIND = 2.0
+# What an effect takes must be more than this times what all together leave
+ABOVE_THE_REST = 0.5
 MOST_REFITS = 7
 MOST_ROUNDS = 4
 # A rival that leaves at most this much more of the gap is looked at
 RIVAL = 0.35
+# Two effects at once are looked for among so many, where this share of the gap is left and stands this far above noise
+COUPLED = 4
+LEFT_FOR_TWO, ABOVE_NOISE = 0.05, 1.5
+# Rivals that an effect has to face again once others are beside it
+MOST_RIVALS = 4
 
 
 @dataclass(frozen=True)
@@ -87,6 +109,13 @@ class Verdict:
     reasons: dict[str, str] = field(default_factory=dict)
     gains: dict[str, float] = field(default_factory=dict)
 
+    def alike(self, name: str) -> set[str]:
+        """Return the effects whose projected sensitivity is nearly parallel to an effect's in these data."""
+        seen = {s.name: s.direction for s in self.screened if len(s.direction)}
+        if name not in seen:
+            return set()
+        return {other for other, d in seen.items() if other != name and abs(float(d @ seen[name])) > ALIKE}
+
 
 def decide(fitter: Fitter, base: Refit, effects: Sequence[EffectSpec], progress: Progress) -> Verdict:
     """Return the missing effects of a base model.
@@ -108,15 +137,44 @@ def decide(fitter: Fitter, base: Refit, effects: Sequence[EffectSpec], progress:
         candidates = verdict.screened if not number else screen(fitter, present, effects)
         trials = _trials(fitter, present, candidates, verdict, (number, progress))
         passing = sorted((t for t in trials if t.passes), key=lambda t: t.fit.chi("holdout"))
-        if not passing:
+        if passing:
+            winner, equals = _duel(fitter, present, passing, verdict)
+            _accept(fitter, verdict, winner, equals)
+        elif not _couple(fitter, present, trials, verdict):
             break
-        winner, equals = _duel(fitter, present, passing, verdict)
-        verdict.final = fitter.thorough(winner.fit)
-        verdict.reasons[winner.name] = f"its parameter is {winner.strength:.0f} standard errors from neutral"
-        if equals:
-            verdict.ambiguous.append((winner.name, *equals))
         _remove_shadows(fitter, verdict)
+        _choose_again(fitter, verdict)
+    _remove_below_the_rest(fitter, verdict)
     return verdict
+
+
+def _accept(fitter: Fitter, verdict: Verdict, winner: Trial, equals: Sequence[str]) -> None:
+    verdict.final = fitter.thorough(winner.fit)
+    verdict.reasons[winner.name] = f"its parameter is {winner.strength:.0f} standard errors from neutral"
+    if equals:
+        verdict.ambiguous.append((winner.name, *equals))
+
+
+def _couple(fitter: Fitter, present: Refit, trials: Sequence[Trial], verdict: Verdict) -> bool:
+    """Put in the best two effects of which each has proof beside the other only; return whether there are such."""
+    left, gap = (fit.chi("holdout") ** 2 - 1.0 for fit in (present, verdict.base))
+    if left < LEFT_FOR_TWO * gap or present.chi("holdout") < ABOVE_NOISE:
+        return False
+    near = sorted(trials, key=lambda t: t.fit.chi("train"))[:COUPLED]
+    best: Refit | None = None
+    for one, other in combinations(near, 2):
+        starts = [one.fit.values | other.fit.values, other.fit.values | one.fit.values]
+        both = fitter.refit([*present.effects, one.name, other.name], starts)
+        proven = judge(other.name, one.fit, both, verdict.base).passes
+        proven = proven and judge(one.name, other.fit, both, verdict.base).passes
+        if proven and (best is None or both.chi("holdout") < best.chi("holdout")):
+            best = both
+    if best is None:
+        return False
+    verdict.final = fitter.thorough(best)
+    for name in set(best.effects) - set(present.effects):
+        verdict.reasons[name] = f"its parameter is {best.strength(name):.0f} standard errors from neutral"
+    return True
 
 
 def _trials(
@@ -130,7 +188,7 @@ def _trials(
     number, progress = listener
     trials = []
     for done, candidate in enumerate(worth, 1):
-        trial = _trial(fitter, present, candidate, verdict.base)
+        trial = _trial(fitter, present, candidate, verdict)
         trials.append(trial)
         if number == 0 or trial.passes:
             verdict.gains[candidate.name] = trial.gain
@@ -144,25 +202,34 @@ def _trials(
     return trials
 
 
-def _trial(fitter: Fitter, present: Refit, candidate: Screened, base: Refit) -> Trial:
+def _trial(fitter: Fitter, present: Refit, candidate: Screened, verdict: Verdict) -> Trial:
     here = present.values
     # a nudge off neutral, what first order asks for, and thrice that where first order falls short
     starts = [{**here, **_scaled(fitter, candidate, factor)} for factor in (0.1, 1.0, 3.0)]
     fit = fitter.refit([*present.effects, candidate.name], [*starts, here])
-    return judge(candidate.name, present, fit, base)
+    return judge(candidate.name, present, fit, verdict.base, verdict.alike(candidate.name))
 
 
-def judge(name: str, before: Refit, after: Refit, base: Refit, beside_alias: bool = True) -> Trial:
+def judge(name: str, before: Refit, after: Refit, base: Refit, alike: Collection[str] = ()) -> Trial:
     """Return the trial of an effect from the fits without and with it; its share of the base's gap must be visible.
 
-    Beside one of its aliases it must take more, unless the caller asks which of the two is the real one.
+    Beside one of those it is ``alike`` to, it must take more.
     """
-    fall = before.chi("holdout") ** 2 - after.chi("holdout") ** 2
-    gap = base.chi("holdout") ** 2 - 1.0
-    aliases = set(registry.load("effect", name).SPEC.aliases)
-    least = LEAST_GAP_OF_ALIAS if beside_alias and aliases & set(before.effects) else LEAST_GAP
-    gain = fall / before.chi("holdout") ** 2 if gap > 0 and fall > least * gap else 0.0
+    roles = ("train", "holdout")
+    squares = [[fit.chi(role) ** 2 for role in roles] for fit in (base, before, after)]
+    gaps, lefts, rests = (np.maximum(np.array(row) - 1.0, 1e-12) for row in squares)
+    shares, of_rest = (lefts - rests) / gaps, float((lefts - rests)[1] / lefts[1])
+    least = LEAST_GAP_OF_ALIKE if set(alike) & set(before.effects) else LEAST_GAP
+    if of_rest > MOST_OF_THE_REST and least == LEAST_GAP:
+        least = LEAST_GAP_OF_THE_REST
+    gain = float(1.0 - squares[2][1] / squares[1][1]) if shares.max() > least else 0.0
     return Trial(name, after, gain, after.strength(name), paired_z(before.holdout, after.holdout))
+
+
+def aliases_of(name: str) -> set[str]:
+    """Return the effects that an effect is mistaken for, or that are mistaken for it."""
+    own = set(registry.load("effect", name).SPEC.aliases)
+    return own | {e for e in registry.names("effect") if name in registry.load("effect", e).SPEC.aliases}
 
 
 def _scaled(fitter: Fitter, candidate: Screened, factor: float) -> dict[str, float]:
@@ -196,13 +263,15 @@ def _duel(fitter: Fitter, present: Refit, passing: Sequence[Trial], verdict: Ver
         both = fitter.refit(
             [*present.effects, winner.name, rival.name], [rival.fit.values | winner.fit.values, winner.fit.values]
         )
-        adds = judge(rival.name, winner.fit, both, verdict.base).passes
-        needed = judge(winner.name, rival.fit, both, rival.fit, beside_alias=False).passes
+        adds = judge(rival.name, winner.fit, both, verdict.base, verdict.alike(rival.name)).passes
+        needed = judge(winner.name, rival.fit, both, rival.fit).passes
         if adds and not needed:
             verdict.reasons[winner.name] = f"it adds nothing beside {rival.name}"
             winner, equals = rival, []
         elif needed and not adds:
             verdict.reasons[rival.name] = f"it adds nothing beside {winner.name}"
+        elif not needed and not adds and _far_behind(winner, rival):
+            verdict.reasons[rival.name] = f"it closes less of the gap than {winner.name}"
         elif not needed and not adds and rival.fit.degenerate(rival.name) > winner.fit.degenerate(winner.name):
             verdict.reasons[rival.name] = f"its shape ends at a bound, where it is no other than {winner.name}"
         elif not needed and not adds and rival.fit.degenerate(rival.name) < winner.fit.degenerate(winner.name):
@@ -220,6 +289,12 @@ def _comparable(present: Refit, winner: Trial, rival: Trial) -> bool:
     return other > RIVAL * best
 
 
+def _far_behind(winner: Trial, rival: Trial) -> bool:
+    """Return whether a rival fits held-out conditions so much worse that a wrong form of the winner is no excuse."""
+    least, other = (max(t.fit.chi("holdout") ** 2 - 1.0, 0.0) for t in (winner, rival))
+    return other > FAR_BEHIND * least and paired_z(rival.fit.holdout, winner.fit.holdout) > HOLDOUT_CLEAR
+
+
 def _remove_shadows(fitter: Fitter, verdict: Verdict) -> None:
     """Take out what helped first and is worth nothing since a later effect is in."""
     for name in verdict.final.effects:
@@ -227,7 +302,46 @@ def _remove_shadows(fitter: Fitter, verdict: Verdict) -> None:
         if not rest:
             continue
         without = fitter.refit(rest, [verdict.final.values])
-        if not judge(name, without, verdict.final, verdict.base).passes:
-            verdict.final = without
-            verdict.reasons[name] = f"it adds nothing beside {' and '.join(rest)}"
-            verdict.ambiguous = [s for s in verdict.ambiguous if name not in s]
+        if not judge(name, without, verdict.final, verdict.base, verdict.alike(name)).passes:
+            _take_out(verdict, name, without, f"it adds nothing beside {' and '.join(rest)}")
+
+
+def _take_out(verdict: Verdict, name: str, without: Refit, reason: str) -> None:
+    verdict.final = without
+    verdict.reasons[name] = reason
+    verdict.ambiguous = [s for s in verdict.ambiguous if name not in s]
+
+
+def _choose_again(fitter: Fitter, verdict: Verdict) -> None:
+    """Let every effect stand once more against its rivals, now that the others are in."""
+    screened = {s.name: s for s in verdict.screened if not s.reason}
+    for name in verdict.final.effects:
+        rest = [e for e in verdict.final.effects if e != name]
+        if not rest or name not in verdict.final.effects:
+            continue
+        without = fitter.refit(rest, [verdict.final.values])
+        alike = aliases_of(name)
+        rivals = [s for s in verdict.screened if s.name in screened and s.name not in verdict.final.effects]
+        rivals = sorted(rivals, key=lambda s: (s.name not in alike, -s.gain))[:MOST_RIVALS]
+        trials = [_trial(fitter, without, s, verdict) for s in rivals]
+        own = judge(name, without, verdict.final, verdict.base, verdict.alike(name))
+        passing = sorted((t for t in (own, *trials) if t.passes), key=lambda t: t.fit.chi("holdout"))
+        winner, equals = _duel(fitter, without, passing or [own], verdict)
+        verdict.ambiguous = [s for s in verdict.ambiguous if name not in s]
+        if winner.name != name:
+            _accept(fitter, verdict, winner, equals)
+        elif equals:
+            verdict.ambiguous.append((name, *equals))
+
+
+def _remove_below_the_rest(fitter: Fitter, verdict: Verdict) -> None:
+    """Take out, the least first, effects that take less than all together leave: they may be shadows of that."""
+    while len(verdict.final.effects) > 1:
+        final = verdict.final
+        rest = final.chi("holdout") ** 2 - 1.0
+        without = {e: fitter.refit([o for o in final.effects if o != e], [final.values]) for e in final.effects}
+        falls = {e: fit.chi("holdout") ** 2 - final.chi("holdout") ** 2 for e, fit in without.items()}
+        least = min(falls, key=lambda e: falls[e])
+        if falls[least] > ABOVE_THE_REST * rest:
+            return
+        _take_out(verdict, least, without[least], "it takes less than what is left without a name")

@@ -9,9 +9,11 @@ from mrfit import optimize
 from mrfit.assembly import Assembly, assemble
 from mrfit.dependence import CurrentDependence
 from mrfit.discover.bench import Bench
+from mrfit.discover.clusters import clustered
 from mrfit.errors import DataError
 from mrfit.fit.cube import Cube, cube_of
 from mrfit.fit.problem import differences
+from mrfit.fit.starts import at_scales
 from mrfit.fit.uncertainty import Uncertainty, analyse, long_run_covariance, sensitivities
 from mrfit.objective import Objective
 from mrfit.specs import Array
@@ -42,7 +44,7 @@ class Refit:
     train, holdout
         Errors in multiples of the noise floor, one (N_s,) for each segment of the role.
     uncertainty
-        Of the free parameters in the cube.
+        Of the free parameters in the cube, with the scatter between conditions.
     """
 
     effects: tuple[str, ...]
@@ -75,8 +77,8 @@ class Refit:
         return max(self._strength(at, neutral[at]) for at in self._moving(effect))
 
     def _strength(self, at: int, neutral: float) -> float:
-        width = self.uncertainty.half_width(np.eye(len(self.point))[at])
-        return float(1.96 * abs(self.point[at] - neutral) / width) if np.isfinite(width) and width > 0 else 0.0
+        width = self.uncertainty.bounded_half_width(np.eye(len(self.point))[at])
+        return float(1.96 * abs(self.point[at] - neutral) / width) if width > 0.0 else 0.0
 
     def _moving(self, effect: str) -> list[int]:
         """Return the places among the free parameters of those that are the effect, not its shape."""
@@ -130,7 +132,8 @@ class Fitter:
 
     def cube(self, effects: Sequence[str]) -> Cube:
         """Return the search space; start values are the SPEC's, neutral for effects."""
-        return cube_of(self.assembly(effects).spec, {}, self.start, {})
+        cube, plain = cube_of(self.assembly(effects).spec, {}, self.start, {}), self.assembly(())
+        return at_scales(cube, (s.block_for(plain) for s in self.bench.of_role("train")), plain)
 
     def first(self, seed: int) -> Refit:
         """Return the base alone, fitted by ``auto`` from many starts."""
@@ -237,7 +240,10 @@ class Fitter:
         holdout = [e[0] for e in self.bench.errors(assembly, theta, "holdout")]
         jacobian = sensitivities(self.residuals(assembly, cube), point)
         parts = np.split(jacobian, np.cumsum([len(e) for e in train])[:-1])
-        return Refit(key, assembly, cube, point, train, holdout, analyse(parts, train))
+        stretches = self.bench.of_role("train")
+        within = analyse(parts, train, [s.block.period if s.repeats else 0.0 for s in stretches])
+        conditions = [s.segment.condition for s in stretches]
+        return Refit(key, assembly, cube, point, train, holdout, clustered(within, parts, train, conditions))
 
 
 def paired_z(before: Sequence[Array], after: Sequence[Array]) -> float:

@@ -1,15 +1,25 @@
-"""Is there structure left? What a flexible model of the residual, knowing no physics, predicts on held-out data."""
+"""Is there structure left? Noise neither repeats nor knows what the specimen does; missing physics does one of these.
+
+Asked of the residual: what of it a flexible model, knowing no physics, predicts on held-out data; what of it repeats
+from cycle to cycle; and whether what does not repeat is larger where the output is large.
+"""
 
 from collections.abc import Sequence
 
 import numpy as np
 
 from mrfit.discover.bench import Bench, Stretch
+from mrfit.discover.refit import Refit
+from mrfit.fit.uncertainty import differing
 from mrfit.specs import Array
 
 FEATURES = 120
 RIDGE = 1e-3
 MOST_ROWS = 20_000
+# What does not repeat depends on the output, if in most of so many records its power differs by this factor between the
+# halves of a cycle with the larger and the smaller |output|, by so many standard errors from cycle to cycle
+FEWEST_RECORDS, FEWEST_CYCLES = 5, 4
+TIMES, STANDARD_ERRORS = 1.35, 2.0
 
 
 def explainable(bench: Bench, train: Sequence[Array], holdout: Sequence[Array], seed: int) -> float:
@@ -73,3 +83,47 @@ def _past(values: Array, dt: float, seconds: float) -> Array:
     back = max(int(round(seconds / dt)), 1)
     past: Array = np.concatenate([np.full(min(back, len(values)), values[0]), values[:-back]])[: len(values)]
     return past
+
+
+def repeated_error(bench: Bench, fit: Refit) -> float:
+    """Return the RMS error in multiples of the noise floor where cycles tell the noise; 0 if nowhere.
+
+    It is the larger one of fitted and held-out records: what repeats and cannot even be fitted is missing. Elsewhere
+    the floor knows white noise only, or borrows the noise's colour, and an error above it may be noise.
+    """
+    errors = []
+    for role, found in (("train", fit.train), ("holdout", fit.holdout)):
+        known = [e for e, s in zip(found, bench.of_role(role), strict=True) if s.repeats]
+        errors.append(float(np.sqrt(np.mean(np.concatenate(known) ** 2))) if known else 0.0)
+    return max(errors)
+
+
+def follows_the_state(bench: Bench, fit: Refit) -> bool:
+    """Return whether the part of the error that does not repeat from cycle to cycle depends on how large the output is.
+
+    An instrument's noise is the same at any point of a cycle. What comes and goes through the specimen, in a rhythm of
+    its own, is not.
+    """
+    pairs = []
+    stretches = [*bench.of_role("train"), *bench.of_role("holdout")]
+    for error, stretch in zip([*fit.train, *fit.holdout], stretches, strict=True):
+        cycles = int(len(error) / stretch.block.period) if stretch.repeats else 0
+        if cycles >= FEWEST_CYCLES:
+            pairs.append(_halves(error, stretch, cycles))
+    if len(pairs) < FEWEST_RECORDS:
+        return False
+    ratio, score = np.median(np.abs(pairs), axis=0)
+    return bool(ratio > np.log(TIMES) and score > STANDARD_ERRORS)
+
+
+def _halves(error: Array, stretch: Stretch, cycles: int) -> tuple[float, float]:
+    """Return the logarithm of the ratio of powers where |output| is large and small, and its score over the cycles."""
+    period = stretch.block.period
+    power = differing(error, period) ** 2
+    away = np.abs(stretch.measured - 0.5 * (stretch.measured.max() + stretch.measured.min()))
+    upper = away > np.median(away)
+    cycle = (np.arange(len(error)) / period).astype(np.int64)
+    high, low = (np.bincount(cycle[half], power[half], cycles + 1)[:cycles] for half in (upper, ~upper))
+    spread = float(np.std(high - low, ddof=1)) / np.sqrt(cycles)
+    score = float(np.mean(high - low)) / spread if spread > 0.0 else 0.0
+    return float(np.log(max(float(high.sum()), 1e-300) / max(float(low.sum()), 1e-300))), score

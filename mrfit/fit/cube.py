@@ -12,6 +12,9 @@ from mrfit.specs import Array, Index, ModelSpec, Param
 
 Value = TypeVar("Value")
 
+# Its multiples modulo 1 are different for every parameter and never near 0 or 1: the golden ratio's fraction
+SPREAD = 0.6180339887498949
+
 
 @dataclass(frozen=True)
 class Cube:
@@ -33,6 +36,11 @@ class Cube:
         """Start point, shape (F,)."""
         start: Array = self.to_points(np.array([[p.start for p in self.params]]))[0]
         return start
+
+    def probes(self) -> Array:
+        """Return two points (2, F) at which to try what a model is like: the start, and one off middle and bounds."""
+        inside = (np.arange(1, len(self.free) + 1) * SPREAD) % 1.0
+        return np.stack([self.start, inside])
 
     def to_theta(self, points: Array) -> Array:
         """Map points (P, F) of the cube to parameter vectors (P, K); held parameters take their start value."""
@@ -75,6 +83,7 @@ def cube_of(
 ) -> Cube:
     """Return the cube of a model with the user's bounds, start values and fixed parameters.
 
+    A parameter that its SPEC fixes is fitted where the user gives its bounds or start.
     What is given for a parameter that depends on current (``fy``) goes to its values at all nodes (``fy@0A`` …), what
     is given for one node to this one.
 
@@ -90,7 +99,7 @@ def cube_of(
     params = tuple(
         _adjusted(p, _given(bounds, p.name), _given(start, p.name), _given(fixed, p.name)) for p in spec.params
     )
-    free = np.array([k for k, p in enumerate(params) if _given(fixed, p.name) is None], dtype=np.int64)
+    free = np.array([k for k, p in enumerate(params) if _given(fixed, p.name) is None and not p.fixed], dtype=np.int64)
     if not len(free):
         raise ConfigError(f"every parameter of '{spec.name}' is fixed; leave at least one free")
     return Cube(params, free)
@@ -107,7 +116,7 @@ def _given(values: Mapping[str, Value], name: str) -> Value | None:
 
 def _adjusted(param: Param, bounds: tuple[float, float] | None, start: float | None, fixed: float | None) -> Param:
     if fixed is not None:
-        return replace(param, start=fixed, low=min(param.low, fixed), high=max(param.high, fixed))
+        return replace(param, start=fixed, low=min(param.low, fixed), high=max(param.high, fixed), fixed=False)
     low, high = bounds or (param.low, param.high)
     if not (np.isfinite(low) and np.isfinite(high) and low < high):
         raise ConfigError(f"bounds of {param.name} must be finite and rising, not {low:g}:{high:g}")
@@ -116,4 +125,5 @@ def _adjusted(param: Param, bounds: tuple[float, float] | None, start: float | N
     value = param.start if start is None else start
     if start is not None and not low <= start <= high:
         raise ConfigError(f"start value {start:g} of {param.name} lies outside its bounds {low:g}:{high:g}")
-    return replace(param, low=low, high=high, start=min(max(value, low), high))
+    held = param.fixed and bounds is None and start is None
+    return replace(param, low=low, high=high, start=min(max(value, low), high), fixed=held)

@@ -7,16 +7,21 @@ from typing import Any
 import numpy as np
 
 from mrfit.assembly import Assembly, assemble
-from mrfit.dependence import CurrentDependence, orders_of
+from mrfit.dependence import CurrentDependence, Order, count, orders_of
 from mrfit.errors import ConfigError, DataError
 from mrfit.recording import Recording, Segment
-from mrfit.specs import ModelSpec, Param
+from mrfit.specs import Array, ModelSpec, Param
 
 # Current levels closer than this, in A and as a share, are one
 SAME_LEVEL, SAME_SHARE = 0.02, 0.03
+# Of a current that moves: share of its samples at either end that may be spikes of switching, parts of its range that
+# are told apart, and share of the samples from which on it stays in one
+SPIKES = 0.002
+FIFTHS = 5
+STAY = 0.05
 # Highest order of each role where the user names none: what predicted held-out conditions of a real damper at five
 # currents best. Parameters that may be negative stay constant: they couple to stroke or offset, and extrapolate badly.
-DEFAULT_ORDERS = {"yield": 2, "viscous": 1, "stiffness": 1, "hysteresis": 1}
+DEFAULT_ORDERS = {"yield": 2, "knee": 2, "viscous": 1, "stiffness": 1, "hysteresis": 1}
 # Coefficients without a role, as those of a polynomial in velocity, are forces
 COEFFICIENT_ORDER = 2
 OUTPUTS = ("force", "torque")
@@ -64,7 +69,7 @@ def levels_of(segments: Iterable[Segment]) -> list[float]:
     return [float(np.mean(level)) for level in levels]
 
 
-def default_orders(spec: ModelSpec, levels: int, fixed: Iterable[str] = ()) -> tuple[tuple[str, int], ...]:
+def default_orders(spec: ModelSpec, levels: int, fixed: Iterable[str] = ()) -> tuple[tuple[str, Order], ...]:
     """Return the order of every parameter that varies with current by default, lower where levels are few.
 
     Parameters
@@ -97,8 +102,8 @@ def dependence_on_current(
     model
         Model as written.
     text
-        ``auto``, an order, or ``NAME=ORDER,…``. ``auto`` applies to models of force or torque without a current of
-        their own, where training conditions were held at two levels of current or more.
+        ``auto``, an order, or ``NAME=ORDER,…``, in pieces as ``1:0.2:2``. ``auto`` applies to models of force or torque
+        without a current of their own, where the current was held at two levels or more, or moved between them.
     segments, recordings
         What is fitted; training segments give the range of current.
     fixed
@@ -115,21 +120,56 @@ def dependence_on_current(
         for s in segments
         if s.role == "train" and "current" in recordings[s.recording].channels and not np.isfinite(s.current)
     ]
+    ends = [*levels, *(float(end) for values in varying for end in np.quantile(values, (SPIKES, 1.0 - SPIKES)))]
     if text == "auto":
-        if spec.output not in OUTPUTS or "current" in spec.inputs or len(levels) < 2:
+        tested = max(len(levels), _visited(varying, min(ends, default=0.0), max(ends, default=0.0)))
+        if spec.output not in OUTPUTS or "current" in spec.inputs or tested < 2:
             return None
-        orders = default_orders(spec, len(levels), fixed)
+        orders = default_orders(spec, tested, fixed)
     else:
         orders = () if text == "0" else orders_of(spec, text)
-        most = max((order for _, order in orders), default=0)
-        if most and not varying and most >= len(levels):
+        most = max((count(order) for _, order in orders), default=0)
+        if most and not varying and most > len(levels):
             raise DataError(
-                f"--current-order {text}: order {most} needs training tests at {most + 1} currents, there are "
-                f"{len(levels)} ({', '.join(f'{i:.4g} A' for i in levels) or 'none stated'}); lower the order, or name "
+                f"--current-order {text} needs training tests at {most} currents, there are "
+                f"{_listed(levels) or 'none stated'}; lower the order, or name "
                 "each log's current in the channel map ([condition] current, or a pattern on file names)"
             )
-    ends = [*levels, *(float(end) for values in varying for end in (values.min(), values.max()))]
-    return CurrentDependence(orders, min(ends), max(ends)) if orders else None
+    if not orders:
+        return None
+    dependence = CurrentDependence(orders, min(ends), max(ends))
+    if not varying:
+        _check_pieces(dependence, levels)
+    return dependence
+
+
+def _visited(varying: Sequence[Array], low: float, high: float) -> int:
+    """Return how many fifths of the range of a current that moves it stays in: two where it is switched on and off."""
+    if not varying or not low < high:
+        return 0
+    counts, _ = np.histogram(np.concatenate(varying), bins=FIFTHS, range=(low, high))
+    return int(np.count_nonzero(counts > STAY * counts.sum()))
+
+
+def _listed(levels: Sequence[float]) -> str:
+    return f"{len(levels)} ({', '.join(f'{i:.4g} A' for i in levels)})" if levels else ""
+
+
+def _check_pieces(dependence: CurrentDependence, levels: Sequence[float]) -> None:
+    """Refuse pieces with more values than the levels inside them can give.
+
+    Raises
+    ------
+    DataError
+        If a parameter has such a piece.
+    """
+    for name, order in dependence.orders:
+        if np.linalg.matrix_rank(dependence.basis(order, np.array(levels))) < count(order):
+            raise DataError(
+                f"--current-order {name}={order}: a piece of order m needs training tests at m + 1 currents in it (a "
+                f"break belongs to the piece below it, and to both where they meet); there are {_listed(levels)}: "
+                "move the break or lower an order"
+            )
 
 
 def as_json(dependence: CurrentDependence | None) -> dict[str, Any] | None:
@@ -142,5 +182,5 @@ def assembly_of(fit: Mapping[str, Any]) -> Assembly:
     stored = fit.get("current_dependence")
     if not stored:
         return assemble(str(fit["model"]))
-    orders = tuple((str(name), int(order)) for name, order in stored["orders"].items())
+    orders = tuple((str(name), order) for name, order in stored["orders"].items())
     return assemble(str(fit["model"]), CurrentDependence(orders, float(stored["low"]), float(stored["high"])))

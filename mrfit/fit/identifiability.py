@@ -27,6 +27,7 @@ LOOSE = 0.25
 # What a test has to do to tell parameters of a role from the others
 TESTS: Mapping[str, str] = {
     "yield": "add a slower test (lower frequency or amplitude), where the yield force stands alone",
+    "knee": "add a slower test (lower frequency or amplitude), where the force turns",
     "viscous": "add a second amplitude or frequency, so that the range of speed differs",
     "stiffness": "add a slow test with a longer stroke, where force follows displacement",
     "offset": "add a test about another mean position, or fix the offset measured at rest",

@@ -170,16 +170,17 @@ def search_optimum(
         If every simulation is non-finite; the message shows one of the parameter vectors.
     """
     weights = weights_of(group.search, group.training_floors, settings.weight)
-    posed, outcome = Posed(group.search, weights, assembly, cube), None
-    limits = (settings.budget, settings.seconds)
+    posed = Posed(group.search, weights, assembly, cube)
     if settings.optimizer == "auto":
+        limits = levels.Limits(settings.budget, settings.seconds, settings.stall)
         outcome = levels.search(posed, starts, settings.rng(group.name), limits, on_progress)
-    if outcome is None:
+    else:
         objective = Objective(posed.residuals, starts[0], budget=len(starts), on_progress=on_progress, starts=starts)
         if len(starts) > 1:
             objective.costs(starts)
         budget = None if settings.budget is None else max(settings.budget - objective.evaluations, 1)
-        outcome = optimize.run(settings.optimizer, objective, settings.rng(group.name), budget, settings.seconds)
+        rng, more = settings.rng(group.name), (budget, settings.seconds, settings.stall)
+        outcome = optimize.run(settings.optimizer, objective, rng, *more)
     if not np.isfinite(outcome.cost):
         point = starts[0] if outcome.first_nonfinite is None else outcome.first_nonfinite
         theta = cube.to_theta(point[None, :])[0]
@@ -214,13 +215,14 @@ def _ended(outcome: optimize.Outcome, cube: Cube) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class SearchSettings:
-    """How to search: optimizer chain, seed, budget in evaluations and in seconds, weighting of conditions."""
+    """How to search: optimizer chain, seed, budget in evaluations and in seconds, weighting of conditions, patience."""
 
     optimizer: str
     seed: int
     budget: int | None
     seconds: float | None
     weight: str
+    stall: float = optimize.PATIENCE
 
     def rng(self, group: str) -> np.random.Generator:
         """Return the generator of one group: the same whatever else is fitted, and by however many workers."""

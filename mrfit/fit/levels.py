@@ -3,12 +3,15 @@
 import time
 from collections.abc import Callable
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from mrfit import optimize
 from mrfit.fit.problem import PHASE_BINS, SETTLE_CYCLES, Block, Posed, cubic_weights
-from mrfit.objective import BudgetSpent, Objective
+from mrfit.fit.separable import Projection, SeparableObjective, projection_of
+from mrfit.objective import Objective
+from mrfit.optimizers import auto
 from mrfit.specs import Array
 
 COARSE_BINS = 128
@@ -18,25 +21,34 @@ DRIVE_ERROR = 0.02
 THINNINGS = (16, 8, 4, 2)
 # Descents of the coarse search that are tried on all data
 TRIED = 4
-# Gauss-Newton steps on all data, the share of the squared cost that a last one would still take away, and the singular
-# values, as shares of the largest, below which the Jacobian is noise of differences
-STEPS = 8
-SETTLED = 1e-9
-RANK_TOLERANCE = 3e-5
-# Thinning is faithful where the least cost on all data is that on thinned ones within this share; edges blur in it
-FAITHFUL = 0.1
-# Evaluations for each free parameter kept back for the search on all data
-KEPT_BACK = 15
+# Least cost on all data over that on thinned ones between which a minimum is taken as one of all data: where edges blur
+# in thinning it is lower, where thinning overlooks what is steep it is higher
+FAITHFUL = (0.5, 1.1)
+# Descents on thinned data that ended no more than this share above the best, and so far apart along some axis of the
+# cube, may be better on all data
+RIVAL, APART = 0.3, 0.02
+# A residual counts as unchanged where it differs by no more than this share of the largest
+UNCHANGED = 1e-12
+# Steps on all data for which evaluations are kept back where they are limited, and allowed where they are not
+STEPS, MORE_STEPS = 15, 60
+
+Told = Callable[[int, float], None]
+
+
+class Limits(NamedTuple):
+    """Evaluations and seconds of a whole search, None for no limit of its own, and when it stalls."""
+
+    budget: int | None = None
+    seconds: float | None = None
+    stall: float = optimize.PATIENCE
 
 
 def search(
-    posed: Posed,
-    starts: Array,
-    rng: np.random.Generator,
-    limits: tuple[int | None, float | None],
-    on_progress: Callable[[int, float], None],
-) -> optimize.Outcome | None:
-    """Return where `auto` on thinned data and least squares on all of them end, None where thinning gains nothing.
+    posed: Posed, starts: Array, rng: np.random.Generator, limits: Limits, on_progress: Told
+) -> optimize.Outcome:
+    """Return where `auto` ends: on thinned data where these are less work, then on all of them.
+
+    Linear parameters are eliminated. The descents' points are those of the remaining parameters.
 
     Parameters
     ----------
@@ -47,84 +59,83 @@ def search(
     rng
         Source of further starts.
     limits
-        Evaluations and seconds for the whole, each None for no limit of its own.
+        Of the whole.
     on_progress
         Called as ``on_progress(evaluations, best_cost)``.
     """
-    thin = [thinned(b) for b in posed.blocks]
-    if 2 * sum(b.drive.shape[1] for b in thin) > sum(b.drive.shape[1] for b in posed.blocks):
-        return None
-    budget, seconds = limits
+    given, budget = limits.budget, limits.budget or optimize.default_budget("auto", len(posed.cube.free))
+    limits = limits._replace(budget=budget)
+    thin = replace(posed, blocks=[thinned(b) for b in posed.blocks])
+    if forgets(thin):
+        thin, posed = without_lead(thin), without_lead(posed)
+    projection = projection_of(thin)
+    eliminated = projection is not None and not len(projection.cube.free)
+    if eliminated or 2 * thin.simulated > posed.simulated:
+        objective = objective_of(posed, projection, starts, on_progress)
+        return completed(optimize.run("auto", objective, rng, *limits), objective)
     begin = time.monotonic()
-    kept = KEPT_BACK * (starts.shape[1] + 1)
-    coarse = Objective(
-        replace(posed, blocks=thin).residuals, starts[0], budget=0, on_progress=on_progress, starts=starts
-    )
-    first = optimize.run("auto", coarse, rng, None if budget is None else max(budget - kept, budget // 2, 1), seconds)
+    coarse, fine = (objective_of(p, projection, starts, on_progress) for p in (thin, posed))
+    coarse.tolerance = auto.SETTLED
+    kept = min(STEPS * fine.model_simulations, budget // 2)
+    first = optimize.run("auto", coarse, rng, max(budget - kept, 1), *limits[1:])
     if not np.isfinite(first.cost):
-        return None
-
-    def told(evaluations: int, cost: float) -> None:
-        on_progress(first.evaluations + evaluations, cost)
-
-    tried = np.vstack([first.point, *_apart(first)])
-    allowed = kept if budget is None else max(min(kept, budget - first.evaluations), len(tried))
-    fine = Objective(posed.residuals, first.point, budget=allowed, on_progress=told)
-    fine.costs(tried)
-    ended = settled(fine)
-    faithful = abs(fine.best_cost / first.cost - 1.0) < FAITHFUL if first.cost > 0.0 else False
-    if ended and faithful:
-        return _joined(first, fine, None)
-    left = None if budget is None else max(budget - first.evaluations - fine.evaluations, 1)
-    rest = None if seconds is None else max(seconds - (time.monotonic() - begin), 1e-3)
-    fine.starts = tried
-    return _joined(first, fine, optimize.run("lsq" if faithful else "auto", fine, rng, left, rest))
+        return completed(first, coarse)
+    fine.on_progress = lambda evaluations, cost: on_progress(first.evaluations + evaluations, cost)
+    fine.budget = budget - first.evaluations if given else MORE_STEPS * fine.model_simulations
+    fine.deadline = coarse.deadline
+    fine.starts = np.array(_apart(first))
+    ended = auto.refine(fine, fine.starts)
+    if ended and FAITHFUL[0] * first.cost <= fine.best_cost <= FAITHFUL[1] * first.cost:
+        return completed(_joined(first, fine, None), fine)
+    left = max(budget - first.evaluations - fine.evaluations, 1)
+    rest = None if limits.seconds is None else max(limits.seconds - (time.monotonic() - begin), 1e-3)
+    return completed(_joined(first, fine, optimize.run("auto", fine, rng, left, rest, limits.stall)), fine)
 
 
-def settled(objective: Objective) -> bool:
-    """Take Gauss-Newton steps from the best point, within the cube and where the Jacobian has rank; tell if they end.
-
-    They do so near a minimum on thinned data; where one does not lower the cost, a trust region is needed.
-    """
-    try:
-        return any(_step_was_last(objective) for _ in range(STEPS))
-    except BudgetSpent:
-        return False
+def objective_of(posed: Posed, projection: Projection | None, starts: Array, on_progress: Told | None) -> Objective:
+    """Return the cost over the cube, or over what a projection leaves of it, with start points (S, F) of the cube."""
+    if projection is None:
+        return Objective(posed.residuals, starts[0], 0, on_progress, starts)
+    own = replace(projection, posed=posed)
+    points = own.reduced(starts)
+    return SeparableObjective(own.residuals, points[0], 0, on_progress, points, projection=own)
 
 
-def _step_was_last(objective: Objective) -> bool:
-    """Take one step, and tell whether there was nothing left to gain.
+def completed(outcome: optimize.Outcome, objective: Objective) -> optimize.Outcome:
+    """Return an outcome with its points in the whole cube."""
+    if not isinstance(objective, SeparableObjective):
+        return outcome
+    projection, bad = objective.projection, outcome.first_nonfinite
+    if bad is not None:
+        bad = projection.posed.cube.to_points(projection.cube.to_theta(bad[None, :]))[0]
+    return replace(outcome, point=projection.completed(outcome.point[None, :])[0], first_nonfinite=bad)
 
-    Raises
-    ------
-    BudgetSpent
-        If there is no evaluation left, or the step does not lower the cost.
-    """
-    point, cost = objective.best_point, objective.best_cost
-    residuals, jacobian = objective.linearise(point)
-    slope = jacobian.T @ residuals
-    held = ((point <= 0.0) & (slope > 0.0)) | ((point >= 1.0) & (slope < 0.0))
-    norms = np.linalg.norm(jacobian, axis=0)
-    scale = np.where(held | (norms == 0.0), 0.0, 1.0 / np.where(norms > 0.0, norms, 1.0))
-    left, singular, right = np.linalg.svd(jacobian * scale, full_matrices=False)
-    known = singular > RANK_TOLERANCE * max(float(singular[0]), 1e-300)
-    along = left.T @ residuals
-    if float(np.sum(along[known] ** 2)) <= SETTLED * float(residuals @ residuals):
-        return True
-    step = scale * (right.T @ np.where(known, along / np.where(known, singular, 1.0), 0.0))
-    if not objective.costs((point - step)[None, :])[0] < cost:
-        raise BudgetSpent
-    return False
+
+def without_lead(posed: Posed) -> Posed:
+    """Return a problem whose blocks begin with the first sample that is compared."""
+    leads = [int(b.nodes.min()) for b in posed.blocks]
+    blocks = [
+        replace(b, drive=np.ascontiguousarray(b.drive[:, lead:]), nodes=b.nodes - lead)
+        for b, lead in zip(posed.blocks, leads, strict=True)
+    ]
+    return replace(posed, blocks=blocks)
+
+
+def forgets(posed: Posed) -> bool:
+    """Return whether the model has no memory: what comes before the first sample compared changes nothing."""
+    points = posed.cube.probes()
+    with np.errstate(all="ignore"):
+        whole, alone = posed.residuals(points), without_lead(posed).residuals(points)
+        return bool(np.all(np.abs(whole - alone) <= UNCHANGED * np.abs(whole).max(axis=1, keepdims=True)))
 
 
 def _apart(outcome: optimize.Outcome) -> list[Array]:
-    """Return the best descents that ended at costs of their own."""
-    chosen: list[Array] = []
-    cost = outcome.cost
+    """Return the best descents that settled little above the least cost, at points of their own."""
+    chosen = [outcome.point]
     for descent in outcome.descents:
-        if descent.cost > cost * 1.002 and len(chosen) < TRIED - 1:
+        near = descent.settled and descent.cost < outcome.cost * (1.0 + RIVAL)
+        if near and len(chosen) < TRIED and min(np.abs(descent.point - p).max() for p in chosen) > APART:
             chosen.append(descent.point)
-            cost = descent.cost
     return chosen
 
 

@@ -8,6 +8,7 @@ the same minimum; the work no longer grows with the length of the log.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -257,6 +258,21 @@ class Posed:
     def residuals(self) -> Callable[[Array], Array]:
         """The map from points (P, F) to weighted residuals (P, M), see ``residual_function``."""
         return residual_function(self.blocks, self.assembly, self.cube.to_theta, self.weights)
+
+    @cached_property
+    def of_theta(self) -> Callable[[Array], Array]:
+        """The map from parameter vectors (P, K) to weighted residuals (P, M)."""
+        return residual_function(self.blocks, self.assembly, lambda theta: theta, self.weights)
+
+    @property
+    def rows(self) -> int:
+        """Number of residuals M."""
+        return sum(len(b.target) for b in self.blocks) + 1
+
+    @property
+    def simulated(self) -> int:
+        """Number of samples that one simulation has."""
+        return sum(b.drive.shape[1] for b in self.blocks)
 
     @property
     def samples(self) -> int:

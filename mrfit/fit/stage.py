@@ -13,13 +13,15 @@ from mrfit import optimize
 from mrfit.assembly import Assembly, assemble
 from mrfit.dependence import CurrentDependence
 from mrfit.errors import ConfigError
+from mrfit.fit import staged
 from mrfit.fit.cube import Cube, base_name, cube_of
 from mrfit.fit.current import as_json, base_of, checked_order, dependence_on_current
 from mrfit.fit.files import write_fit
 from mrfit.fit.identify import Group, SearchSettings, build_group, search_optimum, weights_of
+from mrfit.fit.problem import Posed
 from mrfit.fit.result import metric_rows, simulate_block, warnings_of
 from mrfit.fit.select import select
-from mrfit.fit.starts import data_start, level_fits, to_points, two_phase_start
+from mrfit.fit.starts import at_scales, data_start, level_fits, to_points, two_phase_start
 from mrfit.fit.trust import Intervals, trust
 from mrfit.progress import Progress, silent
 from mrfit.recording import Recording, Segment
@@ -50,13 +52,16 @@ class Settings:
         Evaluations allowed for each set of parameters, or None for the optimizers' own.
     seconds
         Wall-clock limit for each set of parameters, or None.
+    stall
+        Share of a global optimizer's evaluations after which it ends if they brought no progress; 1 for never.
     weight
         ``none``: every sample counts alike; ``floor``: errors count in multiples of their condition's noise floor,
         which is most accurate where noise limits the fit; ``range``: errors count as shares of their condition's range.
     bounds, start, fixed
         The user's changes to the model's own, by parameter name.
     current_order
-        How parameters depend on current in a joint fit: ``auto``, an order 0 to 4 for all, or ``NAME=ORDER,…``.
+        How parameters depend on current in a joint fit: ``auto``, an order 0 to 4 for all, or ``NAME=ORDER,…``; an
+        order may be in pieces, ``1:0.2:2``.
     only
         Segments that take part: ``LMH`` or ``MH`` by peak velocity, or patterns on conditions; empty for all.
     intervals
@@ -73,6 +78,7 @@ class Settings:
     seed: int = 0
     budget: int | None = None
     seconds: float | None = None
+    stall: float = optimize.PATIENCE
     weight: Literal["none", "floor", "range"] = "none"
     bounds: tuple[tuple[str, float, float], ...] = ()
     start: tuple[tuple[str, float], ...] = ()
@@ -181,6 +187,7 @@ def check(settings: Settings) -> None:
     """
     assembly = assemble(settings.model)
     optimize.chain(settings.optimizer)
+    staged.check_staged(settings.model, settings.optimizer, settings.per)
     checked_order(settings.model, settings.current_order, settings.per)
     if "/" in settings.fit_name or settings.fit_name.startswith("."):
         raise ConfigError(f"'{settings.fit_name}' cannot name a fit: it names a folder, so no slash and no leading dot")
@@ -245,10 +252,6 @@ class _Runner:
     def assembly(self) -> Assembly:
         return self.prepared.assembly
 
-    @property
-    def cube(self) -> Cube:
-        return self.prepared.cube
-
     def fit_groups(self) -> list[_Piece]:
         groups = self.prepared.groups
         with ThreadPoolExecutor(max(1, self.settings.jobs)) as pool:
@@ -261,11 +264,15 @@ class _Runner:
 
     def _fit(self, name: str, segments: list[Segment]) -> _Piece:
         settings = self.settings
-        group = build_group(name, segments, self.prepared.recordings, self.assembly, split=settings.per == "condition")
-        search = SearchSettings(settings.optimizer, settings.seed, settings.budget, settings.seconds, settings.weight)
-        found = self._resumed(name) or self._search(group, search)
+        # where a part of each test is held out already, no third of its cycles is
+        split = settings.per == "condition" and len({s.role for s in segments}) == 1
+        group = build_group(name, segments, self.prepared.recordings, self.assembly, split)
+        limits = (settings.budget, settings.seconds, settings.weight, settings.stall)
+        search = SearchSettings(settings.optimizer, settings.seed, *limits)
+        cube = at_scales(self.prepared.cube, group.training, base_of(settings.model))
+        found = self._resumed(name) or self._search(group, cube, search)
         point = np.array(found["point"])
-        theta = self.cube.to_theta(point[None, :])[0]
+        theta = cube.to_theta(point[None, :])[0]
         outputs = [simulate_block(b, self.assembly, theta) for b in group.full]
         simulated = [output for output, _ in outputs]
         judged = (settings.weight, settings.intervals, search.rng(f"{name} intervals"))
@@ -276,39 +283,42 @@ class _Runner:
             "at": {k: getattr(group.full[0].segment, k) for k in ("frequency", "amplitude", "current")},
             **{k: found[k] for k in ("cost", "evaluations", "budget", "budget_spent", "stopped", "nonfinite")},
             **{k: found[k] for k in ("history", "starts", "agreeing", "first_nonfinite")},
-            "per_current": found["per_current"],
-            **trust(group, self.assembly, self.cube, point, simulated, judged),
+            **{k: found[k] for k in ("per_current", "stages")},
+            **trust(group, self.assembly, cube, point, simulated, judged),
             "segments": [
                 {"id": b.segment.id, "condition": b.segment.condition, "role": b.segment.role}
                 | {"drive": b.method, "offset": offset, "noise_floor": floor}
                 for b, (_, offset), floor in zip(group.full, outputs, group.floors, strict=True)
             ],
         }
-        result["warnings"] = warnings_of(result, metrics)
+        result["warnings"] = [*warnings_of(result, metrics), *staged.warnings(found["stages"])]
         return _Piece(result, group, simulated, metrics)
 
-    def _search(self, group: Group, search: SearchSettings) -> dict[str, Any]:
+    def _search(self, group: Group, cube: Cube, search: SearchSettings) -> dict[str, Any]:
         name = group.name
-        total = search.budget or optimize.default_budget(search.optimizer, len(self.cube.free))
+        total = search.budget or optimize.default_budget(search.optimizer, len(cube.free))
 
         def told(evaluations: int, cost: float) -> None:
             unit = self.assembly.spec.output
             self.progress(f"{name}  best {cost:.3g} {unit}", min(evaluations, total - 1), total)
 
-        starts, levels = self._starts(group, search)
-        found = search_optimum(group, self.assembly, self.cube, starts, search, told)
-        found["per_current"] = levels
+        starts, levels = self._starts(group, cube, search)
+        stages: list[dict[str, Any]] = []
+        if staged.check_staged(self.settings.model, search.optimizer, self.settings.per):
+            starts, stages = self._staged(group, cube, search, starts)
+        found = search_optimum(group, self.assembly, cube, starts, search, told)
+        found |= {"per_current": levels, "stages": stages}
         self.progress(f"{name}  best {found['cost']:.3g} {self.assembly.spec.output}", total, total)
         write_json(self._partial(name), {"key": self.key, "condition": name, "found": found})
         return found
 
-    def _starts(self, group: Group, search: SearchSettings) -> tuple[Array, list[dict[str, Any]] | None]:
+    def _starts(self, group: Group, cube: Cube, search: SearchSettings) -> tuple[Array, list[dict[str, Any]] | None]:
         """Return start points, the user's first, and what a first phase found at each current."""
         settings, dependence = self.settings, self.prepared.dependence
         base, given = base_of(settings.model), dict(settings.start)
         starts: list[dict[str, float]] = [{}, data_start(group.training, base, dependence, given)]
         if dependence is None:
-            return to_points(self.cube, starts if starts[1] else starts[:1]), None
+            return to_points(cube, starts if starts[1] else starts[:1]), None
         own = {base_name(n) for n in base.spec.names}
         alone = replace(
             settings,
@@ -317,13 +327,25 @@ class _Runner:
             fixed=tuple(f for f in settings.fixed if f[0] in own),
         )
         weights = weights_of(group.search, group.training_floors, settings.weight)
-        levels = level_fits(group.search, base, _cube(base, alone), weights, search.rng(f"{group.name} by current"))
+        single = at_scales(_cube(base, alone), group.training, base)
+        levels = level_fits(group.search, base, single, weights, search.rng(f"{group.name} by current"))
         starts.append(two_phase_start(levels, base, dependence))
         rows = [
             {"current": i.current, "cost": i.cost, **dict(zip(base.spec.names, i.theta.tolist(), strict=True))}
             for i in levels
         ]
-        return to_points(self.cube, starts), rows
+        return to_points(cube, starts), rows
+
+    def _staged(
+        self, group: Group, cube: Cube, search: SearchSettings, starts: Array
+    ) -> tuple[Array, list[dict[str, Any]]]:
+        """Return start points with the end of the model's stages added, and what each stage did."""
+        weights = weights_of(group.search, group.training_floors, search.weight)
+        posed = Posed(group.search, weights, self.assembly, cube)
+        found = staged.identify(
+            posed, self.settings.model, cube.to_theta(starts[-1:])[0], search.rng(f"{group.name} stages")
+        )
+        return np.vstack([starts, cube.to_points(found.theta[None, :])]), found.stages
 
     def _partial(self, name: str) -> Path:
         return self.folder / ".partial" / f"{key_of(name)[:24]}.json"

@@ -53,8 +53,7 @@ def data_start(
     found: dict[float, list[dict[str, float]]] = {}
     for block in blocks:
         level = level_of(block.segment, levels) if dependence else 0.0
-        drive = np.ascontiguousarray(block.drive[: len(base.spec.inputs), block.nodes[:, 0]])
-        found.setdefault(level, []).append(base.start_values(drive, block.target, block.dt))
+        found.setdefault(level, []).append(_start_values(block, base))
     levels = sorted(level for level in found if np.isfinite(level))
     medians = [{n: float(np.median([v[n] for v in found[i] if n in v])) for n in _named(found[i])} for i in levels]
     names = [n for n in base.spec.names if n not in taken and medians and all(n in m for m in medians)]
@@ -65,6 +64,21 @@ def data_start(
         return {}
     nodes = through(base.spec, dependence, np.array(levels), table)
     return {n: v for n, v in zip(node_names(base, dependence), nodes.tolist(), strict=True) if _base(n) in names}
+
+
+def at_scales(cube: Cube, blocks: Iterable[Block], base: Assembly) -> Cube:
+    """Return a cube with the parameters that its SPEC fixes at the greatest values that full training blocks give."""
+    fixed = [p.name for p in cube.params if p.fixed]
+    if not fixed:
+        return cube
+    found = [_start_values(block, base) for block in blocks]
+    held = {n: max(values[n] for values in found if n in values) for n in fixed if any(n in v for v in found)}
+    return replace(cube, params=tuple(replace(p, start=held.get(p.name, p.start)) for p in cube.params))
+
+
+def _start_values(block: Block, base: Assembly) -> dict[str, float]:
+    drive = np.ascontiguousarray(block.drive[: len(base.spec.inputs), block.nodes[:, 0]])
+    return base.start_values(drive, block.target, block.dt)
 
 
 def _named(values: Iterable[Mapping[str, float]]) -> set[str]:

@@ -114,6 +114,15 @@ class Uncertainty:
         variance = float(np.dot(gradient, self.covariance @ gradient))
         return quantile * math.sqrt(max(variance, 0.0))
 
+    def bounded_half_width(self, gradient: Array) -> float:
+        """Return the 95 % half-width of a quantity with gradient (F,), its open directions no wider than the cube.
+
+        A direction hardly determined takes a quantity that leans on it a little no further than its bounds allow.
+        """
+        leaning = (gradient @ self.null) * np.minimum(self.spreads[self.open], 1.0)
+        variance = max(float(np.dot(gradient, self.covariance @ gradient)), 0.0) + float(leaning @ leaning)
+        return float(stats.t.ppf(0.975, max(self.degrees, 1.0))) * math.sqrt(variance)
+
 
 def sensitivities(simulate: Callable[[Array], Array], point: Array) -> Array:
     """Return d(simulate)/d(point) by central differences pointing into the cube: (P, F) -> (P, N) gives (N, F)."""
@@ -204,11 +213,11 @@ def _score_covariance(
     within *= worth / max(worth - rank, 1.0)
     if phases == 0.0:
         return within, worth - rank
-    excess = _excess(folded * phases / max(phases - rank, 1.0), within)
-    total = float(np.trace(within + excess))
-    share = float(np.trace(excess)) / total if total > 0.0 else 0.0
+    larger = excess(folded * phases / max(phases - rank, 1.0), within)
+    total = float(np.trace(within + larger))
+    share = float(np.trace(larger)) / total if total > 0.0 else 0.0
     inverse_degrees = share**2 / max(phases - rank, 1.0) + (1.0 - share) ** 2 / max(worth - rank, 1.0)
-    return within + excess, 1.0 / inverse_degrees
+    return within + larger, 1.0 / inverse_degrees
 
 
 def differing(series: Array, period: float) -> Array:
@@ -243,7 +252,7 @@ def mirror_factor(repeated: Array) -> float:
     return 1.0 + mirrored if mirrored > MIRROR_ERRORS / math.sqrt(effective_samples(repeated)) else 1.0
 
 
-def _excess(larger: Array, smaller: Array) -> Array:
+def excess(larger: Array, smaller: Array) -> Array:
     """Return the positive part of larger − smaller, both (F, F), in the units of the smaller one's diagonal."""
     unit = np.sqrt(np.maximum(np.diag(smaller), 1e-12 * max(float(np.trace(larger + smaller)), 1e-300)))
     values, vectors = np.linalg.eigh((larger - smaller) / np.outer(unit, unit))

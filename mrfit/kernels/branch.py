@@ -14,6 +14,7 @@ Error <= 3e-7 for 1 <= n <= 10 (<= 2e-8 for n <= 2) at any sampling, whatever th
 """
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -142,15 +143,51 @@ def _invert(cells: Array, y: float) -> float:
 
 
 @kernel
-def branch_curve(n: float, rho: float) -> Curve:
-    """Tabulate Y(s) for one sharpness n and one ratio rho = (beta - gamma)/(beta + gamma) < 1."""
-    h_positive = _WIDTH / (1.0 + 0.2 * (n - 1.0))
-    h_negative = h_positive / (1.0 + max(-rho, 0.0) * (0.5 + 0.3 * (n - 1.0)))
-    cells = np.empty((2, _CELLS, _COEFFICIENTS))
-    positive = cells[0, : _tabulate(n, 1.0, h_positive, 1.0 - _TAIL, cells[0])]
-    negative = cells[1, : _tabulate(n, rho, h_negative, 1.0, cells[1])]
-    gap = 1.0 - _cell_value(positive[-1], 1.0)
-    return Curve(positive, negative, h_positive, h_negative, n, (len(positive) * h_positive) ** 2, gap)
+def _tables(shapes: Array) -> tuple[NDArray[np.int64], Array, NDArray[np.int64], Array]:
+    """Tabulate Y(s) once for each sharpness n and ratio rho = (beta - gamma)/(beta + gamma) < 1 among shapes (P, 2).
+
+    Returns
+    -------
+    which
+        Table of each row, shape (P,); -1 where n <= 0, rho >= 1, or one of them is not finite.
+    cells
+        Tables of both signs of s, shape (U, 2, 512, 6).
+    counts
+        Cells in use, shape (U, 2).
+    scales
+        h of either sign, the end of the table and 1 - Y there, shape (U, 4).
+    """
+    which = np.full(len(shapes), -1)
+    distinct = np.empty(len(shapes), dtype=np.int64)
+    found = 0
+    for p in range(len(shapes)):
+        n, rho = shapes[p]
+        if not (math.isfinite(n) and math.isfinite(rho) and n > 0.0 and rho < 1.0):
+            continue
+        for u in range(found):
+            if shapes[distinct[u], 0] == n and shapes[distinct[u], 1] == rho:
+                which[p] = u
+                break
+        if which[p] < 0:
+            distinct[found], which[p] = p, found
+            found += 1
+    cells, counts = np.empty((found, 2, _CELLS, _COEFFICIENTS)), np.empty((found, 2), dtype=np.int64)
+    scales = np.empty((found, 4))
+    for u in range(found):
+        n, rho = shapes[distinct[u]]
+        h_positive = _WIDTH / (1.0 + 0.2 * (n - 1.0))
+        h_negative = h_positive / (1.0 + max(-rho, 0.0) * (0.5 + 0.3 * (n - 1.0)))
+        counts[u, 0] = _tabulate(n, 1.0, h_positive, 1.0 - _TAIL, cells[u, 0])
+        counts[u, 1] = _tabulate(n, rho, h_negative, 1.0, cells[u, 1])
+        gap = 1.0 - _cell_value(cells[u, 0, counts[u, 0] - 1], 1.0)
+        scales[u] = h_positive, h_negative, (counts[u, 0] * h_positive) ** 2, gap
+    return which, cells, counts, scales
+
+
+@lru_cache(maxsize=8)
+def _kept_tables(shapes: bytes) -> tuple[NDArray[np.int64], Array, NDArray[np.int64], Array]:
+    """Return the tables of shapes (P, 2) given as bytes: those of one batch serve every log it is compared with."""
+    return _tables(np.frombuffer(shapes).reshape(-1, 2).copy())
 
 
 @kernel
@@ -254,7 +291,6 @@ def turning_points(x: Array) -> tuple[NDArray[np.int64], int]:
     return turns[:count].copy(), len(x)
 
 
-@kernel
 def bouc_wen(x: Array, forms: Array) -> Array:
     """Simulate slope*x + gain*y, y = z/z_max of rate-independent Bouc-Wen driven by x, from y = 0 at sample 0.
 
@@ -272,15 +308,25 @@ def bouc_wen(x: Array, forms: Array) -> Array:
     Array
         Responses, shape (P, N), in the output's unit.
     """
+    return _simulated(x, forms, *_kept_tables(forms[:, 3:].tobytes()))
+
+
+@kernel
+def _simulated(
+    x: Array, forms: Array, which: NDArray[np.int64], cells: Array, counts: NDArray[np.int64], scales: Array
+) -> Array:
     turns, finite = turning_points(x)
     out = np.empty((len(forms), len(x)))
     for p in range(len(forms)):
-        slope, gain, rate, n, rho = forms[p]
-        if not (np.isfinite(forms[p]).all() and rate >= 0.0 and n > 0.0 and rho < 1.0):
+        slope, gain, rate, n, _ = forms[p]
+        u = which[p]
+        if u < 0 or not (math.isfinite(slope) and math.isfinite(gain) and math.isfinite(rate) and rate >= 0.0):
             out[p] = np.nan
             continue
         out[p, finite:] = np.nan
-        curve = branch_curve(n, rho)
+        h_positive, h_negative, end, gap = scales[u]
+        positive, negative = cells[u, 0, : counts[u, 0]], cells[u, 1, : counts[u, 1]]
+        curve = Curve(positive, negative, h_positive, h_negative, n, end, gap)
         rest = finite if len(turns) == 0 else abs(turns[0])
         for j in range(rest):
             out[p, j] = slope * x[j]

@@ -25,7 +25,7 @@ SPEC = ModelSpec(
     params=(
         Param("fy", "N", 1.0, 1e6, 500.0, "log", "yield", "yield force"),
         Param("C_inf", "N*s/m", 1.0, 1e6, 1000.0, "log", "viscous", "post-yield damping"),
-        Param("C0", "s/m", 0.5, 1e4, 100.0, "log", "yield", "sharpness of yield"),
+        Param("C0", "s/m", 0.5, 1e4, 100.0, "log", "knee", "sharpness of yield"),
         Param("Omega", "1/s", -100.0, 100.0, 1.0, "linear", "hysteresis", "width of the loop over displacement"),
         Param("f0", "N", -1e5, 1e5, 0.0, "linear", "offset", "offset of the gas accumulator"),
     ),

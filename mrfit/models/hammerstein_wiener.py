@@ -12,15 +12,21 @@ zeros of H, tau delay (s), f0 offset (N). H and M have unit gain and are at rest
 are exact for inputs linear between samples.
 
 Source: Savaia et al. eqs. 1-7, whose third branch of C must read c_post*(v + d0) - c_pre*d0. The factor alpha(T) of its
-eq. 3 is the effect ``temperature``; poles and zeros of its Tables 1-2 are lost in print.
+eq. 3 is the effect ``temperature``; poles and zeros of its Tables 1-2 are lost in print. The same as a chain of which
+links can be left out is ``hw-static+current-filter+force-filter``. Where parameters vary along the samples, as they do
+with temperature, poles, zeros and delay keep the values of the first.
 """
 
 import numpy as np
 
-from mrfit.kernels.lti import delayed, unit_gain_filter
-from mrfit.kernels.points import inside, post_yield_line, yield_velocity
-from mrfit.kernels.theta import by_blocks, plain
+from mrfit.kernels.lti import hysteresis_filter, magnetisation_filter
+from mrfit.kernels.theta import by_blocks, columns, plain
+from mrfit.models import hw_static
 from mrfit.specs import Array, ModelSpec, Param
+
+_STATIC = hw_static.SPEC.params[:-1]
+_OFFSET = hw_static.SPEC.params[-1]
+STAGES = hw_static.STAGES
 
 SPEC = ModelSpec(
     name="hammerstein-wiener",
@@ -33,10 +39,7 @@ SPEC = ModelSpec(
     inputs=("velocity", "current"),
     output="force",
     params=(
-        Param("c_pre", "N*s/m", 10.0, 1e7, 3e4, "log", "viscous", "damping before yield"),
-        Param("c_post", "N*s/m", 1.0, 1e6, 1000.0, "log", "viscous", "damping after yield"),
-        Param("a", "m/s/A", 1e-5, 1.0, 0.02, "log", "yield", "yield velocity per current"),
-        Param("b", "m/s", -0.1, 0.5, 0.005, "linear", "yield", "yield velocity without current"),
+        *_STATIC,
         Param("p1", "1/s", 1.0, 1e4, 150.0, "log", "hysteresis", "pole of H"),
         Param("p2", "1/s", 1.0, 1e4, 300.0, "log", "hysteresis", "pole of H"),
         Param("p3", "1/s", 1.0, 1e4, 600.0, "log", "hysteresis", "pole of H"),
@@ -47,9 +50,9 @@ SPEC = ModelSpec(
         Param("q2", "1/s", 1.0, 1e4, 400.0, "log", text="pole of M"),
         Param("zero", "1/s", 1.0, 1e4, 200.0, "log", text="zero of M"),
         Param("tau", "s", 0.0, 0.05, 0.002, text="delay of M"),
-        Param("f0", "N", -1e5, 1e5, 0.0, "linear", "offset", "offset of the gas accumulator"),
+        _OFFSET,
     ),
-    linear=("c_pre", "c_post", "f0"),
+    linear=hw_static.SPEC.linear,
 )
 
 
@@ -59,31 +62,17 @@ def response(drive: Array, theta: Array, dt: float) -> Array:
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
-    """Return the post-yield line, the pre-yield slope and the yield velocity, shared out at the mean current."""
-    v, current = drive
-    line = post_yield_line(v, output)
-    turn = 2 * max(yield_velocity(v, output), 1e-6)
-    mean = float(np.mean(np.abs(current)))
-    found = {"c_post": line["C_inf"], "c_pre": line["C_inf"] + line["fy"] / turn, "f0": line["f0"], "b": turn}
-    if mean > 1e-3:
-        found |= {"a": 0.8 * turn / mean, "b": 0.2 * turn}
-    return inside(SPEC, found)
+    """Return those of the static map."""
+    return hw_static.start_values(drive, output, dt)
 
 
 def _force(drive: Array, theta: Array, dt: float) -> Array:
     v, current = drive
-    c_pre, c_post, a, b, *_, tau, f0 = (theta[:, k, None] for k in range(theta.shape[1]))
-    magnetising = unit_gain_filter(
-        delayed(current, tau[:, 0] / dt),
-        plain(theta[:, 10:12]),
-        np.column_stack([1.0 / theta[:, 12], np.zeros(len(theta))]),
-        dt,
-    )
-    turn = np.maximum(a * magnetising + b, 0.0)
-    pre_yield = np.clip(v, -turn, turn)
-    force = c_pre * pre_yield + c_post * (v - pre_yield)
-    omega, xi = theta[:, 8], theta[:, 9]
-    hysteresis = np.column_stack([2.0 * xi / omega, 1.0 / omega**2])
-    lagged = unit_gain_filter(force, plain(theta[:, 4:8]), hysteresis, dt)
+    c_pre, c_post, a, b, *_, f0 = columns(theta)
+    held = theta if theta.ndim == 2 else theta[:, :, 0]
+    poles, omega, xi, q, zero, tau = np.split(held[:, 4:14], [4, 5, 6, 8, 9], axis=1)
+    magnetising = magnetisation_filter(current, plain(q), 1.0 / zero[:, 0], tau[:, 0], dt)
+    force = hw_static.static_map(v, magnetising, (c_pre, c_post), (a, b))
+    lagged = hysteresis_filter(force, plain(poles), 1.0 / omega[:, 0], xi[:, 0], dt)
     lagged += f0
     return lagged

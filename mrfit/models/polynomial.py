@@ -5,7 +5,8 @@
 v velocity (m/s), a acceleration (m/s^2), F force (N), P_i Legendre polynomials, a_i and b_i coefficients (N), v_max the
 velocity mapped to 1 (m/s). The offset of the gas accumulator is part of a_0 and b_0. The Legendre basis spans the same
 functions as the powers of v in the source, but powers up to 12 leave least squares without a digit. v_max chooses the
-basis only: no data determine it, and beyond it the polynomials are worthless, as the source warns.
+basis only: no data determine it, so it is held at the greatest velocity of the training logs unless --bounds or --start
+frees it. Beyond it the polynomials are worthless, as the source warns.
 
 Source: preyield paper eq. 9, order 12 as recommended there.
 """
@@ -32,7 +33,7 @@ SPEC = ModelSpec(
     params=(
         *(Param(f"a{i}", "N", -1e5, 1e5, 0.0, text=f"order {i}, velocity falling") for i in range(ORDER + 1)),
         *(Param(f"b{i}", "N", -1e5, 1e5, 0.0, text=f"order {i}, velocity rising") for i in range(ORDER + 1)),
-        Param("v_max", "m/s", 1e-3, 10.0, 0.5, "log", text="velocity mapped to 1, a choice of basis"),
+        Param("v_max", "m/s", 1e-3, 10.0, 0.5, "log", text="velocity mapped to 1, a choice of basis", fixed=True),
     ),
     linear=(*(f"a{i}" for i in range(ORDER + 1)), *(f"b{i}" for i in range(ORDER + 1))),
 )

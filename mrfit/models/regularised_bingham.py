@@ -24,7 +24,7 @@ SPEC = ModelSpec(
     params=(
         Param("fy", "N", 1.0, 1e6, 500.0, "log", "yield", "yield force"),
         Param("C_inf", "N*s/m", 1.0, 1e6, 1000.0, "log", "viscous", "post-yield damping"),
-        Param("vy", "m/s", 1e-4, 1.0, 0.005, "log", "yield", "regularisation velocity"),
+        Param("vy", "m/s", 1e-4, 1.0, 0.005, "log", "knee", "regularisation velocity"),
         Param("f0", "N", -1e5, 1e5, 0.0, "linear", "offset", "offset of the gas accumulator"),
     ),
     linear=("fy", "C_inf", "f0"),

@@ -28,7 +28,7 @@ SPEC = ModelSpec(
         Param("k", "N*m/rad", -1e4, 1e4, 10.0, "linear", "stiffness", "rotational stiffness"),
         Param("c", "N*m*s/rad", 1e-3, 1e4, 1.0, "log", "viscous", "rotational damping"),
         Param("alpha", "N*m", 1e-2, 1e4, 4.0, "log", "yield", "amplitude of the S-shaped part"),
-        Param("beta", "s/rad", 0.05, 1e3, 18.5, "log", "yield", "steepness of the S-shaped part"),
+        Param("beta", "s/rad", 0.05, 1e3, 18.5, "log", "knee", "steepness of the S-shaped part"),
         Param("gamma", "1", -5.0, 5.0, 0.6, "linear", "hysteresis", "shift with the angle's sign"),
         Param("T0", "N*m", -1e4, 1e4, 0.0, "linear", "offset", "offset"),
     ),

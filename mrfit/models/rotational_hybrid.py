@@ -26,7 +26,7 @@ SPEC = ModelSpec(
     params=(
         Param("delta", "N*m", -1e4, 1e4, 0.0, "linear", "offset", "offset"),
         Param("epsilon", "N*m", 1e-2, 1e4, 4.0, "log", "yield", "amplitude of the S-shaped part"),
-        Param("phi", "s/rad", 0.05, 1e3, 5.0, "log", "yield", "steepness of the S-shaped part"),
+        Param("phi", "s/rad", 0.05, 1e3, 5.0, "log", "knee", "steepness of the S-shaped part"),
         Param("lambda", "N*m", -1e4, 1e4, -1.0, "linear", "hysteresis", "half the loop's height at rest"),
         Param("sigma", "rad/s", 1e-3, 100.0, 0.3, "log", "hysteresis", "velocity over which the loop closes"),
     ),

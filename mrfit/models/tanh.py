@@ -24,7 +24,7 @@ SPEC = ModelSpec(
     output="force",
     params=(
         Param("fy", "N", 1.0, 1e6, 500.0, "log", "yield", "yield force"),
-        Param("a1", "s/m", 0.5, 1e4, 80.0, "log", "yield", "slope at low velocity"),
+        Param("a1", "s/m", 0.5, 1e4, 80.0, "log", "knee", "slope at low velocity"),
         Param("a2", "1/m", -5e3, 5e3, 60.0, "linear", "hysteresis", "width of the loop at low velocity"),
         Param("c", "N*s/m", 1.0, 1e6, 1000.0, "log", "viscous", "viscous damping"),
         Param("k", "N/m", -1e6, 1e6, 300.0, "linear", "stiffness", "stiffness of the gas accumulator"),

@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from mrfit.objective import Descent, NormalEquations, Objective
+from mrfit.kernels.descent import damped_steps
+from mrfit.objective import BudgetSpent, Descent, NormalEquations, Objective
 from mrfit.specs import Array, OptimizerSpec
 
 SPEC = OptimizerSpec(
@@ -19,36 +20,32 @@ SPEC = OptimizerSpec(
 Mask = NDArray[np.bool_]
 
 # Number of descents in the first wave; every later wave has twice as many as the one before, up to the last.
-FIRST_WAVE = 4
-LAST_WAVE = 16
+FIRST_WAVE = 5
+LAST_WAVE = 10
 # Points simulated per descent, from which the starts of a wave are chosen.
 SCREENED = 8
 # Starts of a wave are at least this far apart, as a share of the cube's diagonal, as long as there are such points.
 APART = 0.15
 
-# So many descents have to settle at the best cost, within this share of it.
+# So many descents have to settle at the best cost, within this share of it; after so many descents, two are enough.
 AGREEING = 3
+MANY = 12
 AGREEMENT_RTOL = 2e-3
 # A cost below this share of the best screened one counts as zero when costs are compared.
 ZERO = 1e-6
 
-# A descent has settled when the linear model can explain no more than the first share of the squared cost; the best one
-# then goes on to the second share.
+# A descent has settled when the linear model can explain no more than this share of the squared cost; the best one then
+# goes on to the objective's tolerance.
 SETTLED = 1e-3
-POLISHED = 1e-9
 # It has also settled when so many iterations lowered the squared cost by less than a share of it: along directions
 # that the data hardly determine the linear model promises again and again what the model does not keep.
-SLOW_ITERATIONS, SLOW_SETTLED, SLOW_POLISHED = 10, 1e-3, 1e-6
+SLOW_ITERATIONS, SLOW_SETTLED, SLOW_POLISHED = 5, 1e-3, 1e-6
 ITERATIONS, LEADER_ITERATIONS = 60, 500
 
-# Singular values of the scaled Jacobian below this share of the largest are noise of the differences: no step goes
-# along their directions, so parameters the data do not determine stay where they started.
-RANK_TOLERANCE = 3e-5
-# Longest step along any axis of the cube.
-LONGEST_STEP = 0.1
-FIRST_DAMPING, LEAST_DAMPING = 1e-2, 1e-12
-# A step cut off at the bounds gives way to the safe one when it promises less than this share of what that one does.
-POOR = 0.1
+FIRST_DAMPING, LEAST_DAMPING, FIRST_RAISE = 1e-2, 1e-12, 2.0
+LAST_DAMPING = 1e-5
+# Descents under way that cost no more than this share above the best may end below it.
+RIVAL = 0.1
 # A descent is stuck when a damped step failed that promised less than this share of the squared cost.
 LEAST_FALL = 1e-10
 SHORTEST_STEP = 1e-10
@@ -56,17 +53,21 @@ SHORTEST_STEP = 1e-10
 
 @dataclass
 class Front:
-    """The state of P descents: points (P, K), their Gauss-Newton models, dampings (P,), and which ended in what way."""
+    """The state of P descents: points (P, K), their Gauss-Newton models, dampings (P,), and which ended in what way.
+
+    A damping that fails is multiplied by ``raises``, which doubles every time until a step succeeds.
+    """
 
     points: Array
     model: NormalEquations
     dampings: Array = field(init=False)
+    raises: Array = field(init=False)
     settled: Mask = field(init=False)
     stuck: Mask = field(init=False)
 
     def __post_init__(self) -> None:
         count = len(self.points)
-        self.dampings = np.full(count, FIRST_DAMPING)
+        self.dampings, self.raises = np.full(count, FIRST_DAMPING), np.full(count, FIRST_RAISE)
         self.settled = np.zeros(count, dtype=bool)
         self.stuck = ~np.isfinite(self.model.costs)
 
@@ -74,11 +75,15 @@ class Front:
 def minimise(objective: Objective, rng: np.random.Generator) -> None:
     """Minimise from the given starts and well-spread ones, in growing waves, until three descents agree.
 
-    Every iteration solves (S⁻¹ JᵀJ S⁻¹ + μ I) S d = -S⁻¹ Jᵀr for all descents at once, S the column norms of J, without
-    the directions in which J is rank deficient, and cuts d off at the bounds. A step that lowers the cost lowers
-    μ, any other raises it. Where descents ended is left in the objective's ``descents``, how many agree in
+    Every iteration takes one step of all descents, see ``kernels.descent``. A step that lowers the cost lowers its
+    damping, any other raises it. Where descents ended is left in the objective's ``descents``, how many agree in
     ``agreeing``.
     """
+    if not objective.dimension:
+        cost = float(objective.costs(objective.start[None, :])[0])
+        objective.descents, objective.agreeing = [Descent(cost, objective.start, np.isfinite(cost))], 1
+        objective.verdict = "all parameters are linear"
+        return
     given = [objective.best_point[None, :], objective.start[None, :]]
     if objective.starts is not None:
         given.append(objective.starts)
@@ -95,10 +100,37 @@ def minimise(objective: Objective, rng: np.random.Generator) -> None:
             _polish(objective, front)
         finally:
             _record(objective, front, zero)
-        if objective.agreeing >= AGREEING:
+        if objective.agreeing >= (AGREEING if len(objective.descents) < MANY else AGREEING - 1):
             objective.verdict = f"{objective.agreeing} of {len(objective.descents)} starts agree"
             return
         pool, count = pool[:0], min(2 * count, LAST_WAVE)
+
+
+def refine(objective: Objective, points: Array) -> bool:
+    """Descend from the best of the points (P, K) to the objective's tolerance, and return whether the search is over.
+
+    All those that cost little more than the best, but not the same, descend at first.
+    """
+    try:
+        if len(points) > 1:
+            points = points[_rivals(objective.costs(points))]
+        front = Front(points, objective.normal_equations(points))
+        front.dampings[:] = LAST_DAMPING
+        if len(points) > 1:
+            _descend(objective, front, SETTLED, SLOW_SETTLED, ITERATIONS)
+        leader = _polish(objective, front)
+    except BudgetSpent:
+        return False
+    return bool(leader.settled[0] or leader.stuck[0])
+
+
+def _rivals(costs: Array) -> list[int]:
+    """Return the place of the least cost and those of costs of their own little above it."""
+    chosen: list[int] = []
+    for k in map(int, np.argsort(costs, kind="stable")):
+        if not chosen or costs[chosen[-1]] * (1.0 + AGREEMENT_RTOL) < costs[k] <= costs[chosen[0]] * (1.0 + RIVAL):
+            chosen.append(k)
+    return chosen
 
 
 def _latin_hypercube(count: int, dimension: int, rng: np.random.Generator) -> Array:
@@ -113,13 +145,15 @@ def _choose(points: Array, costs: Array, given: int, count: int) -> Array:
     chosen = list(range(given))
     order = given + np.argsort(costs[given:], kind="stable")
     apart = APART * np.sqrt(points.shape[1])
-    spread = [int(i) for i in order]
-    for index in spread:
+    near = np.linalg.norm(points[:, None] - points, axis=2) < apart
+    taken = near[chosen].any(axis=0)
+    for index in order.tolist():
         if len(chosen) >= max(count, given + 1):
             break
-        if all(np.linalg.norm(points[index] - points[other]) >= apart for other in chosen):
+        if not taken[index]:
             chosen.append(index)
-    rest = [i for i in spread if i not in chosen]
+            taken |= near[index]
+    rest = [i for i in order.tolist() if i not in chosen]
     return points[chosen + rest[: max(0, count - len(chosen))]]
 
 
@@ -130,26 +164,35 @@ def _descend(objective: Objective, front: Front, tolerance: float, slow: float, 
         if iteration % SLOW_ITERATIONS == SLOW_ITERATIONS - 1:
             front.settled |= ~front.stuck & (front.model.costs**2 >= earlier**2 * (1.0 - slow))
             earlier = front.model.costs.copy()
-        trials, predicted, explained = _proposals(front)
-        front.settled |= ~front.stuck & (explained <= tolerance)
+        costs, gradients, curvatures = front.model
+        trials, predicted, attainable = damped_steps(front.points, gradients, curvatures, front.dampings)
+        # the relative offset of Bates and Watts (1981)
+        front.settled |= ~front.stuck & (attainable <= tolerance * costs**2)
         active = np.flatnonzero(~front.settled & ~front.stuck)
-        if not len(active) or _agreeing(front) >= AGREEING:
+        if not len(active) or (len(costs) > 1 and _decided(objective, front)):
             return
         _advance(front, active, trials[active], predicted[active], objective.normal_equations(trials[active]))
 
 
-def _agreeing(front: Front) -> int:
-    """Return how many descents of a front have settled at its least cost."""
+def _decided(objective: Objective, front: Front) -> bool:
+    """Return whether enough descents, of this front and before it, settled at the least cost, and none is near it."""
     costs = front.model.costs
-    return int(np.sum(front.settled & (costs <= costs.min() * (1.0 + AGREEMENT_RTOL))))
+    before = [d.cost for d in objective.descents if d.settled]
+    ended = np.append(costs[front.settled], before)
+    least = min([*costs, *before])
+    under_way = costs[~front.settled & ~front.stuck]
+    agreeing = np.count_nonzero(ended <= least * (1.0 + AGREEMENT_RTOL))
+    return bool(agreeing >= AGREEING and np.all(under_way > least * (1.0 + RIVAL)))
 
 
 def _advance(front: Front, active: NDArray[np.int64], trials: Array, predicted: Array, model: NormalEquations) -> None:
     """Take the trial steps that lower the cost, and adapt the dampings."""
     gain = front.model.costs[active] ** 2 - model.costs**2
     better = gain > 0.0
-    factor = np.select([~better, gain < 0.25 * predicted, gain > 0.75 * predicted], [3.0, 2.0, 0.5], 1.0)
+    met = gain / np.maximum(predicted, 1e-300)
+    factor = np.where(better, np.where(met < 0.25, 2.0, np.where(met > 0.75, 0.5, 1.0)), front.raises[active])
     front.dampings[active] = np.maximum(front.dampings[active] * factor, LEAST_DAMPING)
+    front.raises[active] = np.where(better, FIRST_RAISE, 2.0 * front.raises[active])
     hopeless = predicted <= LEAST_FALL * front.model.costs[active] ** 2
     short = np.abs(trials - front.points[active]).max(axis=1) < SHORTEST_STEP
     front.stuck[active] = short | (~better & hopeless & (front.dampings[active] > 1.0))
@@ -159,67 +202,15 @@ def _advance(front: Front, active: NDArray[np.int64], trials: Array, predicted: 
         kept[taken] = new[better]
 
 
-def _proposals(front: Front) -> tuple[Array, Array, Array]:
-    """Return trial points (P, K), the fall of the squared cost they promise (P,), and the share of it to be had (P,).
-
-    The last is the fall that an undamped step along the free parameters would bring if the model were linear: the
-    relative offset of Bates and Watts (1981).
-    """
-    points, (costs, gradients, curvatures) = front.points, front.model
-    held = ((points <= 0.0) & (gradients > 0.0)) | ((points >= 1.0) & (gradients < 0.0))
-    steps, attainable = _damped_steps(gradients, curvatures, front.dampings, held)
-    trials, predicted = _shortened(front, np.clip(points + steps, 0.0, 1.0) - points)
-    # cutting a step off at the bounds can make it an uphill one; holding what would leave the cube never does
-    safe_trials, safe_predicted = _shortened(front, _held_within_bounds(front, steps, held))
-    poor = predicted <= POOR * safe_predicted
-    trials = np.where(poor[:, None], safe_trials, trials)
-    explained = attainable / np.maximum(np.where(np.isfinite(costs), costs, 0.0) ** 2, 1e-300)
-    return trials, np.where(poor, safe_predicted, predicted), explained
-
-
-def _held_within_bounds(front: Front, steps: Array, held: Mask) -> Array:
-    """Return steps (P, K) that stay in the cube: parameters that would leave it do not move, the others solved anew."""
-    points, (_, gradients, curvatures) = front.points, front.model
-    for _ in range(points.shape[1]):
-        reached = points + steps
-        crossing = ((reached < 0.0) | (reached > 1.0)) & ~held
-        if not crossing.any():
-            break
-        held = held | crossing
-        steps = _damped_steps(gradients, curvatures, front.dampings, held)[0]
-    return steps
-
-
-def _shortened(front: Front, steps: Array) -> tuple[Array, Array]:
-    """Return trial points (P, K) at most the longest step away, and the fall of the squared cost they promise (P,)."""
-    longest = np.abs(steps).max(axis=1, keepdims=True)
-    trials = np.clip(front.points + steps * np.minimum(1.0, LONGEST_STEP / np.maximum(longest, 1e-300)), 0.0, 1.0)
-    moved = trials - front.points
-    bend = np.einsum("pk,pkl,pl->p", moved, front.model.curvatures, moved)
-    return trials, -2.0 * np.einsum("pk,pk->p", front.model.gradients, moved) - bend
-
-
-def _damped_steps(gradients: Array, curvatures: Array, dampings: Array, held: Mask) -> tuple[Array, Array]:
-    """Return damped steps (P, K) of the parameters not held, and the undamped fall of the squared cost (P,)."""
-    norms = np.sqrt(np.einsum("pkk->pk", curvatures))
-    scales = np.maximum(norms, 1e-4 * norms.max(axis=1, keepdims=True))
-    scales[scales == 0.0] = 1.0
-    free = np.where(held, 0.0, 1.0 / scales)
-    values, vectors = np.linalg.eigh(curvatures * free[:, :, None] * free[:, None, :])
-    along = np.einsum("pkl,pk->pl", vectors, gradients * free)
-    determined = values > RANK_TOLERANCE**2 * values[:, -1:]
-    damped = np.where(determined, along / np.where(determined, values + dampings[:, None], 1.0), 0.0)
-    attainable = np.where(determined, along**2 / np.where(determined, values, 1.0), 0.0).sum(axis=1)
-    return -free * np.einsum("pkl,pl->pk", vectors, damped), attainable
-
-
-def _polish(objective: Objective, front: Front) -> None:
-    """Let the leader of a front go on to the tighter tolerance."""
+def _polish(objective: Objective, front: Front) -> Front:
+    """Let the leader of a front go on to the objective's tolerance, and return it."""
     leader = slice(best := int(np.argmin(front.model.costs)), best + 1)
     # slices are views: what the leader gains is the front's
     alone = Front(front.points[leader], NormalEquations(*(part[leader] for part in front.model)))
     alone.dampings = front.dampings[leader]
-    _descend(objective, alone, POLISHED, SLOW_POLISHED, LEADER_ITERATIONS)
+    if objective.tolerance < SETTLED:
+        _descend(objective, alone, objective.tolerance, SLOW_POLISHED, LEADER_ITERATIONS)
+    return alone
 
 
 def _record(objective: Objective, front: Front, zero: float) -> None:

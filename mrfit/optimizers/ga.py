@@ -13,7 +13,7 @@ ELITE = 2
 CROSSOVER_SHARE = 0.8
 BLEND = 0.5
 # Standard deviation of a mutated component at the first and the last generation, as a share of the cube's edge.
-MUTATION = (0.2, 0.002)
+MUTATION = (0.2, 2e-4)
 
 SPEC = OptimizerSpec(
     name="ga",

@@ -9,7 +9,7 @@ MONKEYS = 40
 ITERATIONS = 800
 CLIMB_STEPS = 20
 # Step length of the climb at the first and the last evaluation, as a share of the cube's edge.
-CLIMB_STEP = (0.02, 1e-4)
+CLIMB_STEP = (0.04, 5e-5)
 WATCHES = 5
 EYESIGHT = 0.2
 SOMERSAULT = (-1.0, 1.0)

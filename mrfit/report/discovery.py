@@ -19,6 +19,8 @@ from mrfit.store import Workspace, key_of, write_text
 
 TEMPLATE = Path(__file__).with_name("discovery.html.jinja")
 UNJUDGED = "cannot be judged"
+# Cosine above which two effects could nearly take each other's place
+ALIKE = 0.9
 
 
 def run(workspace: Workspace, progress: Progress = silent) -> dict[str, Any]:
@@ -81,6 +83,7 @@ def render(discovery: Discovery, key: str) -> str:
         sentences=sentences(found),
         effects=[_effect(e) for e in found["effects"]],
         suspects=[effect_words(name) for name in found["ambiguous_set"]],
+        suspected=[_suspect(row) for row in found.get("suspects", [])],
         advice=found["advice"],
         figures=drawn,
         candidates=[_candidate(c) for c in found["candidates"]],
@@ -97,6 +100,11 @@ def _effect(effect: dict[str, Any]) -> dict[str, Any]:
     return {"name": effect["name"], "rows": parameter_rows(effect), **shares}
 
 
+def _suspect(row: dict[str, Any]) -> dict[str, Any]:
+    after = row["holdout_nrmse_after"]
+    return {"name": row["name"], "rows": parameter_rows(row), "with": {"exact": repr(after), "shown": percent(after)}}
+
+
 def _candidate(row: dict[str, Any]) -> dict[str, Any]:
     gain = row["holdout_gain"]
     return {
@@ -108,22 +116,20 @@ def _candidate(row: dict[str, Any]) -> dict[str, Any]:
 
 
 def confusion(found: dict[str, Any]) -> dict[str, Any]:
-    """Return which effects these data confuse, as rows of a lower triangle of cosines, and which they cannot judge.
+    """Return the cosines between what the effects judged do, as rows of a lower triangle, and which were not judged.
 
-    A cell is None where the cosine of the projected sensitivities is below 0.9.
+    A cell is its text and whether the two are alike, which they are above 0.9.
     """
-    pairs = {tuple(sorted(row["pair"])): row["cosine"] for row in found.get("confusable", [])}
-    judged = sorted(c["name"] for c in found["candidates"] if not c["reason"].startswith(UNJUDGED))
-    names = [n for n in judged if any(n in pair for pair in pairs)]
-    rows = []
-    for k, name in enumerate(names):
-        cosines = [pairs.get((min(name, other), max(name, other))) for other in names[:k]]
-        rows.append({"name": name, "cells": [None if c is None else in_html(f"{c:.3f}") for c in cosines]})
+    table = found.get("cosines") or {"names": [], "matrix": []}
+    names, matrix = table["names"], table["matrix"]
+    rows = [
+        {"name": name, "cells": [(in_html(f"{c:.3f}"), abs(c) > ALIKE) for c in matrix[k][:k]]}
+        for k, name in enumerate(names)
+    ]
     return {
         "names": names,
         "rows": rows,
-        "judged": len(judged),
-        "alone": [n for n in judged if n not in names],
+        "alone": [n for k, n in enumerate(names) if sum(abs(c) > ALIKE for c in matrix[k]) == 1],
         "unjudged": [(c["name"], c["reason"]) for c in found["candidates"] if c["reason"].startswith(UNJUDGED)],
     }
 

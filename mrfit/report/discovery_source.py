@@ -11,7 +11,6 @@ from mrfit import registry
 from mrfit.channels import unit_of
 from mrfit.drive import smooth
 from mrfit.errors import DataError
-from mrfit.noise import noise_floor
 from mrfit.recording import Segment
 from mrfit.report.figures import LOOPS
 from mrfit.report.numbers import natural
@@ -138,16 +137,19 @@ def read_discovery(workspace: Workspace) -> Discovery:
     segments = {s.id: s for s in workspace.read_segments()[0]}
     if any(one["id"] not in segments for one in listed):
         raise DataError(f"{workspace.root}: the segments have changed since; run `mrfit discover` again")
-    parts = _parts(workspace, columns, [segments[one["id"]] for one in listed], LOOPS.get(output, ()))
+    used = [(segments[one["id"]], float(one.get("noise_floor", 0.0))) for one in listed]
+    parts = _parts(workspace, columns, used, LOOPS.get(output, ()))
     return Discovery(found, sorted(parts, key=lambda p: natural(p.segment.condition)), output)
 
 
 def _parts(
-    workspace: Workspace, columns: dict[str, Array], segments: Sequence[Segment], wanted: Sequence[str]
+    workspace: Workspace, columns: dict[str, Array], used: Sequence[tuple[Segment, float]], wanted: Sequence[str]
 ) -> list[Part]:
+    """Return the parts of segments given with their noise floors as shares of the output's range."""
+    span = float(np.ptp(columns["measured"]))
     stage = "flux" if workspace.flux_json.is_file() else "recordings"
     parts = []
-    for number, segment in enumerate(segments):
+    for number, (segment, floor) in enumerate(used):
         rows = columns["segment"] == number
         if not rows.any():
             continue
@@ -160,6 +162,5 @@ def _parts(
                 continue
             inputs[name] = drive.values[0, drive.warm_up :]
         time, measured, before, after = (columns[c][rows] for c in ("time", "measured", "before", "after"))
-        floor = noise_floor(measured, recording.dt, segment.frequency, segment.cycles)
-        parts.append(Part(segment, time - time[0], measured, before, after, inputs, floor))
+        parts.append(Part(segment, time - time[0], measured, before, after, inputs, floor * span))
     return parts

@@ -45,6 +45,8 @@ def sentences(found: Found) -> list[str]:
     if found["effects"] and _left_open(found):
         place = "; ".join(rest.get("text", [])[:2])
         said.append(f"{percent(rest['share_of_gap'])} of the gap stay unexplained" + (f": {place}." if place else "."))
+    if rest.get("looks_text") and _left_open(found):
+        said.append(_sentence(rest["looks_text"]))
     return said
 
 

@@ -193,6 +193,59 @@ def assign_roles(segments: Sequence[Segment], holdout: str) -> list[Segment]:
     return [replace(s, role="holdout" if s.condition in chosen else "train") for s in segments]
 
 
+def hold_out_after(segments: Sequence[Segment], text: str, intervals: Mapping[str, float]) -> list[Segment]:
+    """Return the segments cut where hold-out begins in time, the state of a model going on through the cut.
+
+    A periodic segment is cut between whole cycles. What is held out is led in by everything before it, so that a
+    simulation needs no initial state and every sample of it counts.
+
+    Parameters
+    ----------
+    segments
+        Segments with named conditions.
+    text
+        Seconds from the start of each recording.
+    intervals
+        Recording id -> sample interval in s.
+
+    Raises
+    ------
+    ConfigError
+        If the time is no number, or leaves nothing to train on or nothing to hold out.
+    """
+    try:
+        seconds = float(text)
+    except ValueError as error:
+        raise ConfigError(f"--holdout 'after={text}': '{text}' is no number; give seconds") from error
+    parts = [p for s in segments for p in _cut(s, round(seconds / intervals[s.recording]))]
+    roles = {p.role for p in parts}
+    if roles != {"train", "holdout"}:
+        last = max(s.stop * intervals[s.recording] for s in segments)
+        what = "to hold out" if "train" in roles else "to train on"
+        raise ConfigError(f"--holdout 'after={text}' leaves nothing {what}; segments end after {last:.4g} s at most")
+    counts: dict[str, int] = {}
+    for place, part in enumerate(parts):
+        counts[part.recording] = counts.get(part.recording, 0) + 1
+        parts[place] = replace(part, id=f"{part.recording}#{counts[part.recording]}")
+    return parts
+
+
+def _cut(segment: Segment, cut: int) -> list[Segment]:
+    """Return the parts of a segment before and from a sample on, by whole cycles where it is periodic."""
+    cycles = 0
+    if segment.cycles:
+        period = segment.samples / segment.cycles
+        cycles = min(max(round((cut - segment.start) / period), 0), segment.cycles)
+        cut = segment.start + round(cycles * period)
+    if cut >= segment.stop:
+        return [replace(segment, role="train")]
+    if cut <= segment.start:
+        return [replace(segment, role="holdout")]
+    lead = cut - segment.start + segment.warm_up
+    after = replace(segment, role="holdout", start=cut, warm_up=lead, cycles=segment.cycles - cycles)
+    return [replace(segment, role="train", stop=cut, cycles=cycles), after]
+
+
 def _listed(conditions: Sequence[str]) -> str:
     return ", ".join(conditions[:12]) + (" …" if len(conditions) > 12 else "")
 
@@ -206,7 +259,7 @@ def _matching(segments: Sequence[Segment], term: str, conditions: Sequence[str])
     if not found:
         raise ConfigError(
             f"--holdout '{term}' matches no condition; there are {_listed(conditions)} (give auto, none, a pattern on "
-            f"these names, or {'|'.join(QUANTITIES)}=VALUE in SI units)"
+            f"these names, {'|'.join(QUANTITIES)}=VALUE in SI units, or after=SECONDS)"
         )
     return found
 

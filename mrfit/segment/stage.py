@@ -8,7 +8,7 @@ from typing import Any
 from mrfit.errors import ConfigError, DataError
 from mrfit.progress import Progress, silent
 from mrfit.recording import Segment
-from mrfit.segment.conditions import assign_roles, name_conditions
+from mrfit.segment.conditions import assign_roles, hold_out_after, name_conditions
 from mrfit.segment.detect import Detection, detect, drive_channel
 from mrfit.store import Workspace, key_of, plain, read_json, segment_row
 
@@ -26,7 +26,8 @@ class Settings:
     min_cycles
         Fewest steady cycles of a periodic segment; 1 counts as 2, since one cycle shows no steadiness.
     holdout
-        ``auto``, ``none``, ``quantity=value`` or patterns on condition names, see ``assign_roles``.
+        ``auto``, ``none``, ``quantity=value`` or patterns on condition names, see ``assign_roles``; ``after=SECONDS``
+        into each recording, see ``hold_out_after``.
     settle
         Steady cycles that lead the model in before those that are compared.
     tolerance
@@ -75,7 +76,11 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     detections = _detections(workspace, identifiers, "flux" if flux else "recordings", settings, progress)
     found = [s for d in detections for s in d.segments]
     stated = {d.recording.id: d.recording.condition for d in detections}
-    segments = assign_roles(name_conditions(found, stated), settings.holdout)
+    named, (how, _, when) = name_conditions(found, stated), settings.holdout.partition("=")
+    if how == "after":
+        segments = hold_out_after(named, when, {d.recording.id: d.recording.dt for d in detections})
+    else:
+        segments = assign_roles(named, settings.holdout)
     summary = plain(_summary(key, settings, segments, detections))
     workspace.write_segments(segments, {METADATA: json.dumps(summary, ensure_ascii=False)})
     return {**summary, "skipped": False}
@@ -155,7 +160,10 @@ def _nothing_found(first: Detection, lacking: Sequence[str], settings: Settings)
 def _summary(
     key: str, settings: Settings, segments: Sequence[Segment], detections: Sequence[Detection]
 ) -> dict[str, Any]:
-    conditions = {s.condition: s for s in reversed(segments)}
+    # a condition is in both roles where hold-out begins in time
+    parts = {
+        (s.condition, s.role): [p for p in segments if (p.condition, p.role) == (s.condition, s.role)] for s in segments
+    }
     return {
         "key": key,
         "settings": asdict(settings),
@@ -163,12 +171,12 @@ def _summary(
         "conditions": [
             {
                 "condition": name,
-                "role": conditions[name].role,
-                "waveform": conditions[name].waveform,
-                "segments": sum(s.condition == name for s in segments),
-                "samples": sum(s.samples for s in segments if s.condition == name),
+                "role": role,
+                "waveform": parts[name, role][0].waveform,
+                "segments": len(parts[name, role]),
+                "samples": sum(s.samples for s in parts[name, role]),
             }
-            for name in sorted(conditions)
+            for name, role in sorted(parts)
         ],
         "recordings": [
             {"id": d.recording.id, "kept": d.kept, "cut": d.recording.samples - d.kept, "segments": len(d.segments)}

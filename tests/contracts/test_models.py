@@ -13,7 +13,7 @@ from mrfit.specs import ModelSpec
 
 SAMPLES = 600
 DT = 2e-3
-ROLES = {"yield", "viscous", "stiffness", "hysteresis", "offset", "inductance", ""}
+ROLES = {"yield", "knee", "viscous", "stiffness", "hysteresis", "offset", "inductance", ""}
 NAMES = registry.names("model")
 
 
@@ -72,6 +72,8 @@ def test_specification_is_named_after_its_file_and_says_what_it_is(model: Module
     assert len(set(spec.names)) == len(spec.names)
     assert set(spec.linear) <= set(spec.names)
     assert {p.role for p in spec.params} <= ROLES
+    # temperature and the coil's field change forces of this role, so it may name nothing else
+    assert {p.unit for p in spec.params if p.role == "yield"} <= {"N", "N*m"}
     assert all(p.text for p in spec.params)
 
 

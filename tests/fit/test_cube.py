@@ -1,5 +1,7 @@
 """The cube maps bounds to 0 and 1 and back without loss."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -38,6 +40,27 @@ def test_fixed_parameters_keep_their_value_and_leave_the_search() -> None:
     cube = cube_of(SPEC, {}, {}, {"a": 7.0})
     assert cube.to_theta(np.array([[0.25]]))[0, 0] == 7.0
     assert list(cube.free) == [1]
+
+
+CHOSEN = replace(SPEC, params=(*SPEC.params, Param("scale", "1", 0.1, 10.0, 1.0, fixed=True)))
+
+
+@pytest.mark.parametrize(
+    ("bounds", "start", "fixed", "free"),
+    [
+        ({}, {}, {}, [0, 1]),
+        ({"scale": (0.5, 2.0)}, {}, {}, [0, 1, 2]),
+        ({}, {"scale": 2.0}, {}, [0, 1, 2]),
+        ({}, {}, {"scale": 3.0}, [0, 1]),
+    ],
+)
+def test_what_a_model_fixes_is_searched_only_where_the_user_says_so(
+    bounds: dict[str, tuple[float, float]], start: dict[str, float], fixed: dict[str, float], free: list[int]
+) -> None:
+    cube = cube_of(CHOSEN, bounds, start, fixed)
+    assert list(cube.free) == free
+    # only what nobody chose is left to the data
+    assert [p.fixed for p in cube.params] == [False, False, not (bounds or start or fixed)]
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """Joint fits over current: which parameters vary, where the search starts, and that planted polynomials come back."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from mrfit.fit.current import assembly_of, default_orders, dependence_on_current
 from mrfit.fit.predict import predict
 from mrfit.fit.starts import data_start, to_points
 from mrfit.models import bingham, boucwen, polynomial, tanh
+from mrfit.recording import Recording
 from mrfit.store import Workspace, write_json
 from tests.fit.benches import Bench, planted_segments, write_workspace
 
@@ -105,6 +107,7 @@ def test_default_orders_grow_with_the_levels_and_spare_signed_parameters_and_off
     [
         ({"current_order": "5"}, "takes 0 to 4"),
         ({"current_order": "nosuch=1"}, "no parameter 'nosuch'"),
+        ({"current_order": "fy=1:0.2"}, "in pieces 1:0.2:2"),
         ({"current_order": "2", "per": "condition"}, "--per all"),
         ({"current_order": "2", "model": "boucwen-flux"}, "predicts flux"),
         ({"bounds": (("nosuch", 0.0, 1.0),)}, "no parameter 'nosuch'"),
@@ -119,8 +122,52 @@ def test_an_order_no_data_could_make_right_is_refused_before_any_are_read(
 
 
 def test_an_order_the_levels_do_not_carry_is_refused_with_what_there_is(tmp_path: Path) -> None:
-    with pytest.raises(DataError, match=r"order 3 needs training tests at 4 currents, there are 3 \(0 A, 0.5 A, 1 A\)"):
+    with pytest.raises(DataError, match=r"3 needs training tests at 4 currents, there are 3 \(0 A, 0.5 A, 1 A\)"):
         fitted(a_workspace(tmp_path), current_order="3")
+
+
+# inverse-tanh paper Table 3's form: two orders, a bend or a jump between them, at 0.5 A
+PIECES = CurrentDependence((("fy", "1:0.5:2"), ("C_inf", "0/0.55/1")), 0.0, 1.5)
+BENT = {"fy@0A": 80.0, "fy@0.5A": 200.0, "fy@1A": 700.0, "fy@1.5A": 850.0}
+STEPPED = {"C_inf@0.275A": 700.0, "C_inf@0.55A+": 1300.0, "C_inf@1.5A": 1900.0}
+SIX_LEVELS = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5)
+
+
+def test_pieces_that_were_planted_come_back_and_predict_currents_not_seen(tmp_path: Path) -> None:
+    truth = np.array([*BENT.values(), *STEPPED.values(), 12.0])
+    bench = Bench(assemble("bingham", PIECES), truth, 0.01, 3)
+    workspace = write_workspace(tmp_path / "train", bench, SINES, SIX_LEVELS)
+    fit = fitted(workspace, current_order="fy=1:0.5:2,C_inf=0/0.55/1")
+    assert fit["current_dependence"]["orders"] == {"fy": "1:0.5:2", "C_inf": "0/0.55/1"}
+    found = {p["name"]: p for p in fit["results"][0]["parameters"]}
+    assert list(found) == [*BENT, *STEPPED, "f0"]
+    for name, value in (BENT | STEPPED).items():
+        half = (found[name]["high"] - found[name]["low"]) / 2
+        assert abs(found[name]["value"] - value) <= 2 * half < 0.3 * value, name
+    powers = {d["name"]: d["value"] for d in fit["results"][0]["derived"]}
+    assert powers["fy(0..0.5A).i1"] == pytest.approx(240.0, rel=0.05)
+    assert powers["fy(0.5..1.5A).i2"] == pytest.approx(-700.0, rel=0.05)
+    assert powers["C_inf(0..0.55A).i0"] == found["C_inf@0.275A"]["value"]
+    whole = next(m for m in fit["metrics"] if m["condition"] == "all")
+    assert whole["rmse"] <= 1.05 * whole["noise_floor"]
+    write_json(tmp_path / "fit.json", fit)
+    stored = json.loads((tmp_path / "fit.json").read_text())
+    assert assembly_of(stored).spec.names == tuple(found)
+    other = write_workspace(tmp_path / "other", replace(bench, seed=4), SINES, (0.1, 0.6, 1.2))
+    assert (row := predict(stored, other).metrics[-1])["rmse"] <= 1.05 * row["noise_floor"]
+
+
+@pytest.mark.parametrize(
+    ("order", "message"),
+    [
+        ("fy=0/0.7/1", r"fy=0/0.7/1: a piece of order m needs .* there are 3 \(0 A, 0.5 A, 1 A\): move the break"),
+        ("fy=1:0.5:2", r"needs training tests at 4 currents, there are 3"),
+        ("fy=1:3:1", "3 A is not inside the tested range, 0 to 1 A"),
+    ],
+)
+def test_pieces_the_levels_do_not_carry_are_refused_with_the_piece(tmp_path: Path, order: str, message: str) -> None:
+    with pytest.raises(DataError, match=message):
+        fitted(a_workspace(tmp_path), current_order=order)
 
 
 def test_levels_are_the_training_segments_alone() -> None:
@@ -134,6 +181,27 @@ def test_levels_are_the_training_segments_alone() -> None:
 
 class _Silent:
     channels: dict[str, Any] = {}
+
+
+def test_a_current_switched_on_and_off_gives_two_levels_whatever_spikes_the_switch_makes() -> None:
+    switched = np.repeat(np.random.default_rng(0).integers(0, 2, 200), 50) * 2.25
+    switched[np.arange(2, 10_000, 1000)] = 9.0
+    found = _dependence_on(switched)
+    assert found is not None
+    assert dict(found.orders) == {"fy": 1, "C_inf": 1}
+    assert (found.low, found.high) == (0.0, 2.25)
+
+
+def test_a_current_that_wanders_carries_higher_orders_and_one_at_rest_none() -> None:
+    wandering = _dependence_on(1.0 + np.sin(np.arange(10_000) / 300.0))
+    assert wandering is not None and dict(wandering.orders)["fy"] == 2
+    assert _dependence_on(np.full(10_000, 1.0)) is None
+
+
+def _dependence_on(current: np.ndarray) -> CurrentDependence | None:
+    segment = replace(planted_segments(SINES, (0.0,))[0], recording="r", start=0, stop=len(current), current=np.nan)
+    recording = Recording("r", "r.csv", "", "delimited", 1e-3, 0.0, {"current": current}, {"current": "A"})
+    return dependence_on_current("bingham", "auto", [replace(segment, role="train")], {"r": recording}, ())
 
 
 def test_a_polynomial_through_the_levels_is_met_at_the_levels() -> None:

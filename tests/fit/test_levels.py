@@ -5,9 +5,10 @@ import pytest
 
 from benchmarks.planted import problem
 from mrfit import optimize
-from mrfit.fit.levels import search, settled, thinned
+from mrfit.fit.levels import Limits, search, thinned
 from mrfit.fit.problem import Posed
 from mrfit.objective import Objective
+from mrfit.optimizers import auto
 from mrfit.specs import Array
 from tests.fit.toy import block, linear_model
 
@@ -18,9 +19,7 @@ def posed(model: str, samples: int = 10_000, seed: int = 1) -> Posed:
 
 
 def found(at: Posed, budget: int | None = None) -> optimize.Outcome:
-    outcome = search(at, at.cube.start[None, :], np.random.default_rng(0), (budget, None), lambda e, c: None)
-    assert outcome is not None
-    return outcome
+    return search(at, at.cube.start[None, :], np.random.default_rng(0), Limits(budget), lambda e, c: None)
 
 
 @pytest.mark.parametrize("model", ["boucwen-flux", "guo", "rotational-erf"])
@@ -53,8 +52,9 @@ def test_a_drive_is_thinned_as_far_as_its_wiggles_allow(period: float, step: int
 def test_short_records_are_left_as_they_are() -> None:
     assembly, cube = linear_model("")
     drive = np.sin(np.arange(1000.0))[None, :]
-    at = Posed([block(drive, drive[0])], np.ones(1), assembly, cube)
-    assert search(at, cube.start[None, :], np.random.default_rng(0), (None, None), lambda e, c: None) is None
+    outcome = found(Posed([block(drive, 0.3 * drive[0])], np.ones(1), assembly, cube))
+    assert len(outcome.links) == 1
+    assert cube.to_theta(outcome.point[None, :])[0] == pytest.approx([0.3])
 
 
 def test_a_budget_holds_for_both_searches_together() -> None:
@@ -70,20 +70,27 @@ def test_evaluations_in_the_history_rise_over_both_searches() -> None:
     assert counts[-1] == outcome.evaluations
 
 
-def test_gauss_newton_ends_at_a_minimum_and_says_so() -> None:
+def test_refinement_ends_at_a_minimum_and_says_so() -> None:
     def bowl(points: Array) -> Array:
         return np.column_stack([points[:, 0] - 0.3, np.sin(points[:, 1] - 0.6), np.full(len(points), 0.1)])
 
     objective = Objective(bowl, np.array([0.4, 0.5]), budget=200)
-    objective.costs(objective.start[None, :])
-    assert settled(objective)
+    assert auto.refine(objective, np.array([[0.9, 0.1], [0.4, 0.5]]))
     assert objective.best_point == pytest.approx([0.3, 0.6], abs=1e-6)
 
 
-def test_gauss_newton_does_not_claim_an_end_where_steps_fail() -> None:
-    def kink(points: Array) -> Array:
-        return np.sqrt(np.abs(points - 0.5)) + 0.1
+def test_refinement_without_evaluations_does_not_claim_an_end() -> None:
+    objective = Objective(lambda points: np.cos(9.0 * points) + 2.0, np.array([0.1, 0.2]), budget=5)
+    assert not auto.refine(objective, objective.start[None, :])
+    assert objective.evaluations <= 5
 
-    objective = Objective(kink, np.array([0.4]), budget=200)
-    objective.costs(objective.start[None, :])
-    assert not settled(objective)
+
+def test_refinement_follows_a_rival_that_ends_below_the_best() -> None:
+    def narrow_and_wide(points: Array) -> Array:
+        x = points[:, 0]
+        return np.column_stack([1.0 + np.minimum(5.0 * np.abs(x - 0.2), 0.8 + 0.5 * (x - 0.8))])
+
+    starts = np.array([[0.9], [0.37]])
+    objective = Objective(narrow_and_wide, starts[0], budget=400)
+    auto.refine(objective, starts)
+    assert objective.best_point == pytest.approx([0.2], abs=0.05)

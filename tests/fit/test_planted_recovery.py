@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import mrfit.fit.stage
+from benchmarks.planted import VISIBLE
 from mrfit import registry
 from mrfit.assembly import Assembly, assemble
 from mrfit.dependence import CurrentDependence
@@ -25,7 +26,7 @@ RISE = 1.6
 # Poles of one filter and units of one layer can change places: the response tells, single values do not
 INTERCHANGEABLE = ("hammerstein-wiener", "neural-network")
 UNIQUE = [n for n in registry.names("model") if n not in INTERCHANGEABLE]
-# A choice of basis, which no data determine
+# A choice of basis, which no data determine: coefficients are those of the planted basis only if it is held
 HELD = {"polynomial": {"v_max": 0.11}}
 
 
@@ -33,7 +34,7 @@ def planted(name: str) -> tuple[Assembly, Array]:
     """The model as it is fitted by default, and start values, of what varies 1.6-fold at the higher."""
     base = assemble(name)
     if base.spec.output in ("flux", "current"):
-        return base, base.spec.start
+        return base, np.array([VISIBLE.get(name, {}).get(p.name, p.start) for p in base.spec.params])
     orders = () if "current" in base.spec.inputs else default_orders(base.spec, 2, HELD.get(name, {}))
     whole = assemble(name, CurrentDependence(orders, *LEVELS))
     rng = np.random.default_rng(5)
@@ -45,11 +46,11 @@ def planted(name: str) -> tuple[Assembly, Array]:
     return whole, np.array(values)
 
 
-def fitted(name: str, seed: int, folder: Path) -> dict[str, Any]:
+def fitted(name: str, seed: int, folder: Path, *, hold: bool) -> dict[str, Any]:
     assembly, theta = planted(name)
     levels = LEVELS if assembly.spec.output in ("force", "torque") else (float("nan"),)
     workspace = write_workspace(folder, Bench(assembly, theta, NOISE, seed), SINES, levels)
-    held = tuple(HELD.get(name, {}).items())
+    held = tuple(HELD.get(name, {}).items()) if hold else ()
     settings = mrfit.fit.stage.Settings(model=name, per="all", seed=seed, fixed=held, weight="floor", name="planted")
     return mrfit.fit.stage.run(workspace, settings)
 
@@ -71,7 +72,7 @@ QUICK = [n for n in UNIQUE if n not in ("spencer", "polynomial")]
 
 @pytest.mark.parametrize("name", QUICK)
 def test_a_model_fitted_to_its_own_data_finds_what_was_planted(name: str, tmp_path: Path) -> None:
-    found = [pair for seed in (1, 2) for pair in inside(name, fitted(name, seed, tmp_path / str(seed)))]
+    found = [pair for seed in (1, 2) for pair in inside(name, fitted(name, seed, tmp_path / str(seed), hold=True))]
     missed = [n for n, held in found if not held]
     assert len(found) >= 4
     assert len(missed) <= max(1, round(0.2 * len(found))), missed
@@ -81,7 +82,7 @@ def test_a_model_fitted_to_its_own_data_finds_what_was_planted(name: str, tmp_pa
     "name", [pytest.param(n, marks=[pytest.mark.slow] * (n == "neural-network")) for n in registry.names("model")]
 )
 def test_a_model_fitted_to_its_own_data_is_as_good_as_the_noise_allows(name: str, tmp_path: Path) -> None:
-    fit = fitted(name, 3, tmp_path)
+    fit = fitted(name, 3, tmp_path, hold=False)
     whole = next(m for m in fit["metrics"] if m["condition"] == "all")
     assert whole["rmse"] <= 1.03 * whole["noise_floor"]
     assembly, theta = planted(name)
@@ -100,7 +101,8 @@ def test_a_model_fitted_to_its_own_data_is_as_good_as_the_noise_allows(name: str
 @pytest.mark.slow
 @pytest.mark.parametrize("name", UNIQUE)
 def test_intervals_of_twenty_seeds_hold_the_planted_values(name: str, tmp_path: Path) -> None:
-    found = [held for seed in range(20) for _, held in inside(name, fitted(name, seed, tmp_path / str(seed)))]
+    fits = (fitted(name, seed, tmp_path / str(seed), hold=True) for seed in range(20))
+    found = [held for fit in fits for _, held in inside(name, fit)]
     print(f"{name}: {np.mean(found):.3f} of {len(found)}")
     # 0.93 of 100 seeds is asked for; in 20 seeds a true share of 0.95 is below 0.90 about once in a hundred times
     assert np.mean(found) >= 0.90

@@ -59,9 +59,21 @@ FOUND = {
         },
     ],
     "confusable": [{"pair": ["eddy-current", "probe-skew"], "cosine": 0.9973}],
+    "cosines": {
+        "names": ["eddy-current", "probe-skew", "saturation"],
+        "matrix": [[1.0, 0.9973, -0.21], [0.9973, 1.0, 0.04], [-0.21, 0.04, 1.0]],
+    },
     "unexplained": {"share_of_gap": 0.0024, "predictable": 0.0, "where": [], "text": []},
     "augmented_model": "boucwen-flux+eddy-current",
-    "segments": [{"id": f"{c}#0", "condition": c, "role": "holdout" if c == HELD_OUT else "train"} for c in AMPLITUDES],
+    "segments": [
+        {
+            "id": f"{c}#0",
+            "condition": c,
+            "role": "holdout" if c == HELD_OUT else "train",
+            "noise_floor": NOISE / SPAN,
+        }
+        for c in AMPLITUDES
+    ],
     "seed": 4,
     "data_sha256": "0123456789abcdef" * 4,
     "current_dependence": None,
@@ -71,6 +83,10 @@ AMBIGUOUS = FOUND | {
     "verdict": "ambiguous",
     "effects": [],
     "ambiguous_set": ["eddy-current", "probe-skew"],
+    "suspects": [
+        {"name": "eddy-current", "parameters": EFFECT["parameters"], "holdout_nrmse_after": 0.0101},
+        {"name": "probe-skew", "parameters": EFFECT["parameters"], "holdout_nrmse_after": 0.0102},
+    ],
     "advice": ["eddy-current: sines over a decade", "probe-skew: swap the probes"],
 }
 UNEXPLAINED = FOUND | {"verdict": "unexplained", "effects": [], "augmented_model": "boucwen-flux"}
@@ -193,11 +209,13 @@ def test_candidates_show_the_numbers_of_discovery_json(page):
         )
 
 
-def test_matrix_numbers_the_pairs_that_are_alike_and_names_what_cannot_be_judged(page, text):
-    head, first, second = page.tables["confusion"]
-    assert [c["text"].splitlines()[0] for c in head] == ["effect", "eddy-current", "probe-skew"]
-    assert [c["text"].splitlines()[0] for c in first[:2]] == ["eddy-current", "1"] and len(first) == 3
-    assert [c["text"].splitlines()[0] for c in second] == ["probe-skew", "0.997", "1"]
+def test_matrix_holds_every_cosine_and_marks_the_pairs_that_are_alike(page, text):
+    head, first, second, third = page.tables["confusion"]
+    assert [c["text"].splitlines()[0] for c in head] == ["effect", "eddy-current", "probe-skew", "saturation"]
+    assert [c["text"].splitlines()[0] for c in first[:2]] == ["eddy-current", "1"] and len(first) == 4
+    assert [c["text"].splitlines()[0] for c in second[:3]] == ["probe-skew", "0.997", "1"]
+    assert [plain(c["text"].splitlines()[0]) for c in third[1:]] == [-0.21, 0.04, 1.0]
+    assert '<td class="high">0.997</td>' in text and text.count('class="high"') == 1
     assert "Told apart from every other: saturation." in text
     assert "<strong>integrator-offset</strong>: cannot be judged: no integrator" in text
 

@@ -4,7 +4,7 @@ import pytest
 
 from mrfit.errors import ConfigError
 from mrfit.recording import Segment
-from mrfit.segment.conditions import assign_roles, name_conditions
+from mrfit.segment.conditions import assign_roles, hold_out_after, name_conditions
 
 NAN = float("nan")
 
@@ -134,3 +134,29 @@ def test_repeats_have_one_role() -> None:
     named = assign_roles(name_conditions(repeated, {}), "auto")
     by_condition = {s.condition: {o.role for o in named if o.condition == s.condition} for s in named}
     assert all(len(r) == 1 for r in by_condition.values())
+
+
+def test_hold_out_in_time_cuts_an_irregular_test_and_leads_the_rest_in_by_all_before_it() -> None:
+    before, after = hold_out_after([segment("a", 0.0, waveform="random")], "2.5", {"a": 0.005})
+    assert (before.start, before.stop, before.warm_up, before.role) == (100, 500, 100, "train")
+    assert (after.start, after.stop, after.warm_up, after.role) == (500, 900, 500, "holdout")
+    assert (before.id, after.id) == ("a#1", "a#2")
+
+
+def test_hold_out_in_time_keeps_whole_cycles() -> None:
+    before, after = hold_out_after([segment("a")], "2.6", {"a": 0.005})
+    # 8 cycles of 100 samples from sample 100 on; 2.6 s is sample 520
+    assert (before.stop, before.cycles, after.start, after.cycles, after.warm_up) == (500, 4, 500, 4, 500)
+
+
+def test_hold_out_in_time_takes_each_recording_s_own_time() -> None:
+    parts = hold_out_after([segment("a"), segment("b"), segment("b")], "1", {"a": 0.005, "b": 0.0005})
+    assert [(p.id, p.role) for p in parts] == [("a#1", "train"), ("a#2", "holdout"), ("b#1", "train"), ("b#2", "train")]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"), [("soon", "no number"), ("9", "nothing to hold out"), ("-1", "nothing to train on")]
+)
+def test_hold_out_in_time_says_what_is_wrong(text: str, words: str) -> None:
+    with pytest.raises(ConfigError, match=words):
+        hold_out_after([segment("a")], text, {"a": 0.005})

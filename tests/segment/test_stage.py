@@ -34,6 +34,18 @@ def test_every_log_of_a_grid_becomes_its_condition(tmp_path: Path) -> None:
     assert all(r["kept"] + r["cut"] == 4000 for r in summary["recordings"])
 
 
+def test_hold_out_may_begin_in_time(tmp_path: Path) -> None:
+    made = workspace(tmp_path, logs()[:1])
+    summary = run(made, Settings(holdout="after=4"))
+    train, held = made.read_segments()[0]
+    assert (train.role, held.role) == ("train", "holdout")
+    assert train.stop == held.start == pytest.approx(2000, abs=250) and train.cycles + held.cycles == 7
+    assert [(c["role"], c["samples"]) for c in summary["conditions"]] == [
+        ("holdout", held.samples),
+        ("train", train.samples),
+    ]
+
+
 def test_flux_is_used_where_it_was_made(tmp_path: Path) -> None:
     made = workspace(tmp_path, logs())
     mrfit.flux.stage.run(made, mrfit.flux.stage.Settings())

@@ -1,0 +1,218 @@
+"""Discovery on real records: what it says of them as they are, and whether it finds what is planted in their force.
+
+python -m benchmarks.discovery.real [--set press] [--jobs 2] [--keep DIR] [--out FILE.md], with MRFIT_REAL_LOGS set.
+
+Planted are a delay, a first-order lag of the force's sensor, which at a damper's frequencies is a delay of its time
+constant, and a gain that drifts over the record. A real record has faults of its own, so a delay counts as found if it
+is named, alone or in a stated set, and the time found is the planted one beyond what the record had before, within a
+quarter or half a millisecond; a drift if it is named with its rate within a quarter.
+"""
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from scipy.signal import lfilter
+
+from benchmarks.discovery.runner import command
+from mrfit.specs import Array
+from mrfit.store import Workspace
+
+TOLERANCE, LEAST_ERROR = 0.25, 0.5e-3
+UNITS = {"displacement": "m", "velocity": "m/s", "force": "N", "current": "A"}
+
+
+@dataclass(frozen=True, slots=True)
+class Records:
+    """A set of real logs: their files, how to read them, into how many pieces to cut each, base model, hold-out."""
+
+    files: str
+    channel_map: str
+    pieces: int
+    model: str
+    holdout: str = "auto"
+
+
+@dataclass(frozen=True, slots=True)
+class Plant:
+    """What is hidden in the force: the effect that should be found, its parameter's true value, how it is made."""
+
+    name: str
+    effect: str
+    value: float
+    make: Callable[[Array, float], Array] | None = None
+
+
+SETS = {
+    "press": Records(
+        "mr_damper_utfsm/preprocessed/*.txt",
+        'pattern = "{amplitude:mm}mm{frequency:Hz}Hz{current:A}A"\ntime = {column = 0, unit = "s"}\n[channels]\n'
+        'displacement = {column = 1, unit = "mm"}\nvelocity = {column = 2, unit = "mm/s"}\n'
+        'force = {column = 3, unit = "N"}\n',
+        1,
+        "boucwen",
+    ),
+    "keio": Records(
+        "mr_damper_sano_keio/Magneto.mat",
+        'dt = 0.005\n[channels]\nvelocity = {column = ["U", "U_val"], unit = "cm/s"}\n'
+        'force = {column = ["Y", "Y_val"], scale = -1.0, unit = "N"}\n',
+        1,
+        "lugre",
+        "after=5",
+    ),
+    "dyke": Records(
+        "mr_damper_nees_dyke/ranran_50_converted.csv",
+        '[channels]\ndisplacement = {column = "D", unit = "cm"}\nvelocity = {column = "V", unit = "cm/s"}\n'
+        'force = {column = "F", unit = "N"}\ncurrent = {column = "Y", unit = "A"}\n',
+        12,
+        "boucwen",
+    ),
+}
+
+
+def _delayed(force: Array, dt: float, seconds: float) -> Array:
+    places = np.arange(len(force), dtype=np.float64)
+    return np.interp(places - seconds / dt, places, force)
+
+
+def _lagged(force: Array, dt: float, seconds: float) -> Array:
+    keep = np.exp(-dt / seconds)
+    lagged, _ = lfilter([1.0 - keep], [1.0, -keep], force, zi=[keep * force[0]])
+    return np.asarray(lagged, dtype=np.float64)
+
+
+def _drifting(force: Array, dt: float, rate: float) -> Array:
+    drifted: Array = force * (1.0 + rate * dt * np.arange(len(force)))
+    return drifted
+
+
+PLANTS = (
+    Plant("as it is", "", 0.0),
+    *(Plant(f"delay {1e3 * s:g} ms", "delay", s, partial(_delayed, seconds=s)) for s in (-6e-3, 4e-3, 8e-3)),
+    *(Plant(f"lag {1e3 * s:g} ms", "delay", s, partial(_lagged, seconds=s)) for s in (4e-3, 6e-3, 10e-3)),
+    *(Plant(f"gain drift {r:g} 1/s", "gain-drift", r, partial(_drifting, rate=r)) for r in (-0.05, 0.05, 0.1)),
+)
+
+
+def write_logs(records: Records, plant: Plant, folder: Path) -> None:
+    """Write the records with the planted effect to ``folder`` as SI tables, cut into pieces."""
+    source = Path(os.environ["MRFIT_REAL_LOGS"])
+    channel_map = folder.parent / "real.toml"
+    channel_map.write_text(records.channel_map, encoding="utf-8")
+    work = folder.parent / "read"
+    files = sorted(str(f) for f in source.glob(records.files))
+    command("ingest", *files, "--work", str(work), "--map", str(channel_map))
+    folder.mkdir()
+    workspace = Workspace(work)
+    for row in workspace.ingest_summary()["recordings"]:
+        recording = workspace.read_recording(row["id"])
+        length = recording.samples // records.pieces
+        for k in range(records.pieces):
+            piece = {n: v[k * length : (k + 1) * length] for n, v in recording.channels.items() if n in UNITS}
+            if plant.make is not None:
+                piece["force"] = plant.make(piece["force"], recording.dt)
+            logged = pd.DataFrame({f"{n} ({UNITS[n]})": v for n, v in piece.items()})
+            logged.insert(0, "time (s)", np.arange(length) * recording.dt)
+            logged.to_csv(folder / f"{recording.id}-{k:02d}.csv", index=False)
+    levels = 'pattern = "{amplitude:mm}mm{frequency:Hz}Hz{current:A}A"\n' if "pattern" in records.channel_map else ""
+    (folder / "mrfit.toml").write_text(levels, encoding="utf-8")
+
+
+def discover(name: str, plant: Plant, keep: Path | None) -> dict[str, Any]:
+    """Return the discovery.json of a set of records with an effect planted, or what an earlier run kept of it."""
+    kept = keep / f"{name} {plant.name}.json".replace(" ", "_").replace("/", "_") if keep else None
+    if kept and kept.exists():
+        return dict(json.loads(kept.read_text(encoding="utf-8")))
+    with TemporaryDirectory() as folder:
+        logs, work = Path(folder) / "logs", str(Path(folder) / "work")
+        write_logs(SETS[name], plant, logs)
+        command("ingest", str(logs), "--work", work)
+        command("segment", "--work", work, "--holdout", SETS[name].holdout)
+        found: dict[str, Any] = json.loads(command("discover", "--work", work, "--model", SETS[name].model, "--json"))
+    if kept:
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        unfinished = kept.with_suffix(".part")
+        unfinished.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        unfinished.replace(kept)
+    return found
+
+
+def value_of(found: dict[str, Any], effect: str) -> float:
+    """Return the parameter found for an effect, nan where it is not named."""
+    rows = [e for e in found["effects"] if e["name"] == effect]
+    return float(rows[0]["parameters"][0]["value"]) if rows else float("nan")
+
+
+def is_found(plant: Plant, found: dict[str, Any], before: dict[str, Any]) -> bool:
+    """Return whether a planted effect was found, beyond what the record had before."""
+    if plant.effect in found.get("ambiguous_set", []) and plant.effect not in before.get("ambiguous_set", []):
+        return True
+    value, had = value_of(found, plant.effect), value_of(before, plant.effect)
+    change = value - (had if np.isfinite(had) else 0.0)
+    least = LEAST_ERROR if plant.effect == "delay" else 0.0
+    return bool(abs(change - plant.value) <= max(TOLERANCE * abs(plant.value), least))
+
+
+def rows(name: str, jobs: int, keep: Path | None) -> Iterator[tuple[Plant, dict[str, Any], bool]]:
+    """Yield for every plant in a set of records what was discovered and whether it was found."""
+    with ThreadPoolExecutor(jobs) as pool:
+        results = list(pool.map(lambda p: discover(name, p, keep), PLANTS))
+    for plant, found in zip(PLANTS, results, strict=True):
+        yield plant, found, plant.make is not None and is_found(plant, found, results[0])
+
+
+def _values(effect: dict[str, Any]) -> str:
+    return ", ".join(f"{p['name']} {p['value']:.4g} {p['unit']}" for p in effect["parameters"])
+
+
+def table(name: str, outcomes: list[tuple[Plant, dict[str, Any], bool]]) -> str:
+    """Return one set's results as a Markdown table."""
+    lines = [
+        f"## {name}: base {SETS[name].model}",
+        "",
+        "| planted | found | verdict | named | held-out NRMSE before, after, floor |",
+        "|---|---|---|---|---|",
+    ]
+    for plant, found, right in outcomes:
+        named = [f"{e['name']} ({_values(e)})" for e in found["effects"]]
+        gap = [found["gap"].get(k) for k in ("before", "after", "noise_floor")]
+        shown = ", ".join("–" if g is None else f"{g:.4f}" for g in gap)
+        said = "–" if plant.make is None else "yes" if right else "no"
+        alike = ", ".join(found.get("ambiguous_set", []))
+        lines.append(f"| {plant.name} | {said} | {found['verdict']} | {'; '.join(named) or alike or '–'} | {shown} |")
+    planted = [right for plant, _, right in outcomes if plant.make is not None]
+    return "\n".join([*lines, "", f"{sum(planted)} of {len(planted)} planted effects found.", ""])
+
+
+def main() -> int:
+    """Run the chosen sets; print or write a Markdown document."""
+    parser = argparse.ArgumentParser(prog="benchmarks.discovery.real", description="Discovery on real records.")
+    parser.add_argument("--set", choices=sorted(SETS), action="append", help="only these records")
+    parser.add_argument("--jobs", type=int, default=1, help="discoveries at a time")
+    parser.add_argument("--keep", type=Path, help="folder of finished discoveries: a later run goes on from there")
+    parser.add_argument("--out", type=Path, help="Markdown file to write; default: standard output")
+    options = parser.parse_args()
+    if "MRFIT_REAL_LOGS" not in os.environ:
+        sys.stderr.write("MRFIT_REAL_LOGS does not name the folder of real logs: nothing to do\n")
+        return 2
+    parts = [table(n, list(rows(n, options.jobs, options.keep))) for n in options.set or sorted(SETS)]
+    text = "# Discovery on real records\n\n" + "\n".join(parts)
+    if options.out:
+        options.out.write_text(text, encoding="utf-8")
+    else:
+        sys.stdout.write(text)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

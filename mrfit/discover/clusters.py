@@ -1,0 +1,58 @@
+"""Intervals that know that the model is not quite right: how far apart the conditions pull its parameters."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy import stats
+
+from mrfit.fit.uncertainty import Uncertainty, excess
+from mrfit.specs import Array
+
+# A condition that alone determines a direction has no leverage to spare: its score is not blown up beyond all bounds
+MOST_LEVERAGE = 0.95
+FEWEST_CLUSTERS = 3
+
+
+def clustered(
+    within: Uncertainty, jacobians: Sequence[Array], residuals: Sequence[Array], conditions: Sequence[str]
+) -> Uncertainty:
+    """Return an uncertainty no smaller than the scatter between conditions demands.
+
+    Within a condition a wrong form errs everywhere alike, however long the record; only other conditions tell. The
+    covariance is the cluster-robust sandwich with each condition's residual freed of its own leverage,
+    e_c -> (1 - H_cc)^(-1/2) e_c, and is widened by Student's t of conditions - 1. Where the long-run covariance within
+    records is larger, that stays.
+
+    Source: R. M. Bell, D. F. McCaffrey, Survey Methodology 28 (2002) 169 (CR2).
+
+    Parameters
+    ----------
+    within
+        From the noise within records.
+    jacobians, residuals
+        For each record the sensitivities (N_s, F) and residuals (N_s,), as ``within`` was made from.
+    conditions
+        Test condition of each record.
+    """
+    names = list(dict.fromkeys(conditions))
+    if len(names) < FEWEST_CLUSTERS:
+        return within
+    samples = sum(len(r) for r in residuals)
+    scale = within.singular_values * np.sqrt(samples)
+    closed = ~within.open & (scale > 0.0)
+    basis = within.directions[:, closed] / scale[closed]
+    scores = np.stack([_score(basis, jacobians, residuals, [c == n for c in conditions]) for n in names])
+    ratio = stats.t.ppf(0.975, len(names) - 1) / stats.t.ppf(0.975, max(within.degrees, 1.0))
+    between = ratio**2 * (basis @ (scores.T @ scores) @ basis.T)
+    return replace(within, covariance=within.covariance + excess(between, within.covariance))
+
+
+def _score(basis: Array, jacobians: Sequence[Array], residuals: Sequence[Array], members: Sequence[bool]) -> Array:
+    """Return what a condition's residual says along directions orthonormal over all conditions, leverage corrected."""
+    columns = np.vstack([j @ basis for j, m in zip(jacobians, members, strict=True) if m])
+    errors = np.concatenate([r for r, m in zip(residuals, members, strict=True) if m])
+    leverages, vectors = np.linalg.eigh(columns.T @ columns)
+    corrected = 1.0 / np.sqrt(1.0 - np.clip(leverages, 0.0, MOST_LEVERAGE))
+    score: Array = vectors @ (corrected * (vectors.T @ (columns.T @ errors)))
+    return score

@@ -1,0 +1,110 @@
+"""How the error looks: a curve over a channel of the motion or the current, a loop over it, or a mark of reversals.
+
+The shape is learnt on training conditions and judged by what it predicts of held-out ones. A static law that is wrong
+leaves a curve. A model without memory where the specimen has some leaves what no curve can follow: a loop, or an error
+that goes by how far the channel has come since it last turned, as in a hysteresis or a friction with bristles.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from mrfit.discover.bench import Bench, Stretch
+from mrfit.discover.refit import Refit
+from mrfit.specs import Array, Index
+
+# Channels over which people draw loops, in the order in which they are named where two fit alike
+OVER = ("velocity", "angular_velocity", "current", "displacement", "angle")
+BINS = 24
+# Least share of the squared hold-out error that a shape must predict, and a loop beyond the curve, to be spoken of
+LEAST, BEYOND = 0.1, 0.1
+
+
+def looks(bench: Bench, fit: Refit) -> list[dict[str, Any]]:
+    """Return for every channel the share of the squared hold-out error that a curve and a loop over it predict.
+
+    Shares are of the squared error and negative where a shape predicts nothing; the channel whose shape says most comes
+    first.
+    """
+    rows: list[dict[str, Any]] = []
+    for name in OVER:
+        if name in bench.channels:
+            rows.append(
+                {"over": name, **{shape: _predicted(bench, fit, name, places) for shape, places in SHAPES.items()}}
+            )
+    return sorted(rows, key=lambda row: -max(row[shape] for shape in SHAPES))
+
+
+def in_words(rows: Sequence[dict[str, Any]]) -> str:
+    """Return one sentence on the shape that says most, empty if none says much."""
+    if not rows or max(rows[0][shape] for shape in SHAPES) < LEAST:
+        return ""
+    over, curve = rows[0]["over"].replace("_", " "), rows[0]["curve"]
+    memory = max(("loop", "since it turned"), key=lambda shape: float(rows[0][shape]))
+    if rows[0][memory] - curve < BEYOND:
+        return (
+            f"{curve:.0%} of what is left on held-out conditions is one curve over the {over}: a static law is missing"
+        )
+    what = f"a loop over the {over}" if memory == "loop" else f"the way of the {over} since it last turned"
+    flat = f"a curve over it {curve:.0%}" if curve > 0.005 else "a curve over it nothing"
+    share = f"{rows[0][memory]:.0%} of what is left on held-out conditions"
+    return f"{what} predicts {share}, {flat}: memory of the {over} is missing"
+
+
+def _predicted(bench: Bench, fit: Refit, name: str, places: Callable[[Array, float], Index]) -> float:
+    train, holdout = bench.of_role("train"), bench.of_role("holdout")
+    peak = max(float(np.max(np.abs(_values(s, name)))) for s in (*train, *holdout))
+    learnt = _means([places(_values(s, name), peak) for s in train], fit.train)
+    left = total = 0.0
+    for stretch, error in zip(holdout, fit.holdout, strict=True):
+        guess = learnt[places(_values(stretch, name), peak)]
+        left, total = left + float(np.sum((error - guess) ** 2)), total + float(error @ error)
+    return 1.0 - left / max(total, 1e-300)
+
+
+def _values(stretch: Stretch, name: str) -> Array:
+    values = stretch.channel(name)
+    assert values is not None  # a bench's channels are those that every stretch has
+    return values
+
+
+def _on_curve(values: Array, peak: float) -> Index:
+    """Return the bin of each sample by the channel's value."""
+    place: Index = np.clip(((values / max(peak, 1e-300) + 1.0) * 0.5 * BINS).astype(np.int64), 0, BINS - 1)
+    return place
+
+
+def _rising(values: Array) -> Index:
+    rising: Index = (np.gradient(values) > 0.0).astype(np.int64)
+    return rising
+
+
+def _on_loop(values: Array, peak: float) -> Index:
+    """Return the bin of each sample by the channel's value and by whether it rises or falls."""
+    return _on_curve(values, peak) + BINS * _rising(values)
+
+
+def _since_turn(values: Array, peak: float) -> Index:
+    """Return the bin of each sample by how far the channel has come since it last turned, and in which direction."""
+    rising = _rising(values)
+    turns = np.flatnonzero(np.diff(rising, prepend=rising[0]))
+    last = np.concatenate([[0], turns])[np.searchsorted(turns, np.arange(len(values)), side="right")]
+    way = np.abs(values - values[last]) / max(2.0 * peak, 1e-300)
+    place = np.clip((np.sqrt(way) * BINS).astype(np.int64), 0, BINS - 1)  # finer where it has just turned
+    at: Index = place + BINS * rising
+    return at
+
+
+SHAPES: dict[str, Callable[[Array, float], Index]] = {
+    "curve": _on_curve,
+    "loop": _on_loop,
+    "since it turned": _since_turn,
+}
+
+
+def _means(places: Sequence[Index], errors: Sequence[Array]) -> Array:
+    at, error = np.concatenate(places), np.concatenate(errors)
+    counts = np.bincount(at, minlength=2 * BINS)
+    means: Array = np.bincount(at, error, 2 * BINS) / np.maximum(counts, 1)
+    return means

@@ -1,0 +1,49 @@
+"""Current filter: the magnetisation dynamics M(s) of the Hammerstein-Wiener damper, from coil current to field.
+
+    i_sim = M(s)*i,    M(s) = (1 + r_z*T*s)/((1 + T*s)*(1 + r_2*T*s))*exp(-tau*s)
+
+i current (A), i_sim the current that the base sees (A), T the longest time constant (s), which is 1/q1 of
+``hammerstein-wiener``, r_2 = q1/q2 (1) and r_z = q1/zero (1) the other time constants as shares of it, tau delay (s).
+The time constants are 0 together, so that M is proper for every T; its gain is 1. r_2 and r_z do nothing while T is 0.
+M is exact for a current that is linear between samples, and at rest at the first.
+
+Source: Savaia et al. eq. 7.
+"""
+
+import numpy as np
+
+from mrfit.kernels.lti import SHORTEST, delayed, magnetisation_filter
+from mrfit.kernels.theta import plain
+from mrfit.specs import Array, EffectSpec, Param
+
+SPEC = EffectSpec(
+    name="current-filter",
+    title="Magnetisation dynamics M(s) from current to field",
+    equation="i_sim = M(s)*i,  M(s) = (1 + r_z*T*s)/((1 + T*s)*(1 + r_2*T*s))*exp(-tau*s)",
+    reference="Savaia et al. eq. 7",
+    slot="input",
+    outputs=("force", "torque"),
+    inputs=("current",),
+    params=(
+        Param("T", "s", 0.0, 0.2, 0.0, text="longest time constant"),
+        Param("r_2", "1", 1e-3, 1.0, 0.15, "log", "shape", "second time constant over the longest"),
+        Param("r_z", "1", 1e-3, 10.0, 0.3, "log", "shape", "time constant of the zero over the longest"),
+        Param("tau", "s", 0.0, 0.05, 0.0, text="delay"),
+    ),
+    neutral=(0.0, 0.15, 0.3, 0.0),
+    aliases=("hammerstein-wiener",),
+    experiment="current steps up and down at constant speed: the force follows with the delay and both time "
+    "constants; sines at constant current cannot show them",
+    proposed=False,
+)
+
+
+def transform(channels: dict[str, Array], theta: Array, dt: float) -> dict[str, Array]:
+    """Return the magnetising current in A, shape (N,); theta is (T, r_2, r_z, tau), T and tau in s."""
+    slowest, second, lead, tau = theta
+    current = plain(channels["current"])
+    if slowest <= 0.0:
+        return {"current": delayed(current, np.array([tau / dt]))[0]}
+    pole = 1.0 / max(slowest, SHORTEST)
+    poles = np.array([[pole, pole / second]])
+    return {"current": magnetisation_filter(current, poles, np.array([lead / pole]), np.array([tau]), dt)[0]}

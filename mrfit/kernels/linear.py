@@ -1,0 +1,149 @@
+"""Linear least squares within bounds from Gram matrices: what is left of a fit where parameters enter linearly."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrfit.kernels.jit import kernel
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# A pivot below this share of its column's square is rounding: the column is a combination of those before it
+_RANK = 1e-12
+# What elimination leaves of a row, as a share of its square, that is noise of the differences it comes from
+_EXPLAINED = 1e-9
+# A gradient below this share of what its terms add up to is rounding
+_ROUNDING = 1e-12
+
+
+@kernel
+def eliminate(gram: Array, pivots: Mask) -> None:
+    """Eliminate the chosen rows of symmetric matrices in place: the others' block becomes its Schur complement.
+
+    Rows that depend on those eliminated before are passed over. Others of which next to nothing is left become zero.
+
+    Parameters
+    ----------
+    gram
+        Shape (P, K, K).
+    pivots
+        Which rows to eliminate, shape (P, K).
+    """
+    for p in range(len(gram)):
+        a = gram[p]
+        size = len(a)
+        squares = np.empty(size)
+        for k in range(size):
+            squares[k] = a[k, k]
+        for k in range(size):
+            if not pivots[p, k] or not a[k, k] > _RANK * squares[k]:
+                continue
+            for i in range(size):
+                factor = a[i, k] / a[k, k]
+                if i != k and factor != 0.0:
+                    for j in range(size):
+                        a[i, j] -= factor * a[k, j]
+        for k in range(size):
+            if not pivots[p, k] and not a[k, k] > _EXPLAINED * squares[k]:
+                a[k, :] = 0.0
+                a[:, k] = 0.0
+
+
+@kernel
+def _step(gram: Array, slope: Array, free: Mask) -> Array:
+    """Return the step (K,) of the free weights that takes the gradient ``slope`` away; dependent ones do not move."""
+    size = len(slope)
+    a, rest = gram.copy(), np.empty(size)
+    for k in range(size):
+        rest[k] = -slope[k]
+    used = np.zeros(size, dtype=np.bool_)
+    for k in range(size):
+        if not free[k] or not a[k, k] > _RANK * gram[k, k]:
+            continue
+        used[k] = True
+        for i in range(size):
+            factor = a[i, k] / a[k, k]
+            if i != k and free[i] and factor != 0.0:
+                rest[i] -= factor * rest[k]
+                for j in range(size):
+                    a[i, j] -= factor * a[k, j]
+    step = np.zeros(size)
+    for k in range(size):
+        if used[k]:
+            step[k] = rest[k] / a[k, k]
+    return step
+
+
+@kernel
+def _gradient(gram: Array, slope: Array, weights: Array) -> Array:
+    """Return G·w + b, (K,), with zeros where it is no more than rounding of its terms."""
+    size = len(slope)
+    gradient = slope.copy()
+    for k in range(size):
+        terms = abs(slope[k])
+        for j in range(size):
+            term = gram[k, j] * weights[j]
+            gradient[k] += term
+            terms += abs(term)
+        if abs(gradient[k]) <= _ROUNDING * terms:
+            gradient[k] = 0.0
+    return gradient
+
+
+@kernel
+def _most_inward(gradient: Array, gram: Array, weights: Array, free: Mask, low: Array) -> int:
+    """Return the held weight that gains most by leaving its bound, -1 if none gains."""
+    most, found = 0.0, -1
+    for k in range(len(weights)):
+        inward = -gradient[k] if weights[k] == low[k] else gradient[k]
+        if not free[k] and inward > 0.0 and inward * inward > most * gram[k, k]:
+            most, found = inward * inward / gram[k, k], k
+    return found
+
+
+@kernel
+def bounded_weights(gram: Array, slope: Array, low: Array, high: Array) -> tuple[Array, Mask]:
+    """Return w (P, K) with the least wᵀ·G·w/2 + bᵀ·w and low <= w <= high, and which of them are free of bounds (P, K).
+
+    From w = 0, moved into the bounds, towards the optimum of the weights not held; one that meets a bound is held there
+    until the gradient at the optimum of the others points inwards (Stark and Parker 1995). Weights that G does not
+    determine stay at 0. Where G or b is not finite, so do all.
+
+    Parameters
+    ----------
+    gram
+        G, shape (P, K, K).
+    slope
+        b, shape (P, K).
+    low, high
+        Bounds, shape (K,).
+    """
+    count, size = slope.shape
+    weights, freedom = np.zeros((count, size)), np.ones((count, size), dtype=np.bool_)
+    for p in range(count):
+        w, free, finite = weights[p], freedom[p], True
+        for k in range(size):
+            w[k] = min(max(0.0, low[k]), high[k])
+            finite = finite and math.isfinite(gram[p, k, k]) and math.isfinite(slope[p, k])
+        if not finite:
+            continue
+        for _ in range(4 * size + 8):
+            step = _step(gram[p], _gradient(gram[p], slope[p], w), free)
+            share, hit = 1.0, -1
+            for k in range(size):
+                if w[k] + step[k] < low[k] or w[k] + step[k] > high[k]:
+                    reached = ((low[k] if step[k] < 0.0 else high[k]) - w[k]) / step[k]
+                    if hit < 0 or reached < share:
+                        share, hit = reached, k
+            for k in range(size):
+                w[k] = min(max(w[k] + share * step[k], low[k]), high[k])
+            if hit >= 0:
+                w[hit], free[hit] = (low[hit] if step[hit] < 0.0 else high[hit]), False
+                continue
+            hit = _most_inward(_gradient(gram[p], slope[p], w), gram[p], w, free, low)
+            if hit < 0:
+                break
+            free[hit] = True
+    return weights, freedom

@@ -1,0 +1,20 @@
+"""Least squares from where the stages of an identification end: the joint refinement that follows them."""
+
+import numpy as np
+
+from mrfit.objective import Objective
+from mrfit.optimizers import lsq
+from mrfit.specs import OptimizerSpec
+
+SPEC = OptimizerSpec(
+    name="staged",
+    title="Stage by stage on the tests made for each part of the model, then least squares on all",
+    reference="Savaia et al. sec. 3",
+    kind="local",
+    budget=lsq.SPEC.budget,
+)
+
+
+def minimise(objective: Objective, rng: np.random.Generator) -> None:
+    """Refine the best point known, to which the fit stage has added the end of the model's stages, by ``lsq``."""
+    lsq.minimise(objective, rng)

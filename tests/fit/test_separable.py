@@ -1,0 +1,128 @@
+"""Linear parameters eliminated: the same optimum, an honest Jacobian, and only where the response is affine."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.planted import problem
+from mrfit import optimize
+from mrfit.assembly import assemble
+from mrfit.fit.cube import cube_of
+from mrfit.fit.levels import Limits, objective_of, search
+from mrfit.fit.problem import Posed
+from mrfit.fit.separable import Projection, SeparableObjective, projection_of
+from mrfit.specs import Array
+from tests.fit.toy import block, linear_model
+
+
+def posed(model: str, conditions: int = 1) -> Posed:
+    group, assembly, cube = problem(model, conditions, 3000, np.random.default_rng(1))
+    return Posed(group.search, np.ones(conditions), assembly, cube)
+
+
+def projection(at: Posed) -> Projection:
+    found = projection_of(at)
+    assert found is not None
+    return found
+
+
+def rms(rows: Array) -> Array:
+    costs: Array = np.sqrt(np.mean(rows**2, axis=1))
+    return costs
+
+
+@pytest.mark.parametrize("model", ["bingham", "tanh", "boucwen", "rotational-erf"])
+def test_a_point_has_the_least_cost_over_its_linear_parameters(model: str) -> None:
+    at = posed(model, 2)
+    own = projection(at)
+    points = np.random.default_rng(0).uniform(0.3, 0.7, (4, len(own.cube.free)))
+    costs = rms(own.residuals(points))
+    assert rms(at.residuals(own.completed(points))) == pytest.approx(costs, rel=1e-9)
+    best = own.solve(points).theta
+    low, high = (np.array([getattr(at.cube.params[k], end) for k in own.linear]) for end in ("low", "high"))
+    assert np.all((best[:, own.linear] >= low) & (best[:, own.linear] <= high))
+    for _ in range(30):
+        other = best.copy()
+        shaken = other[:, own.linear] * np.random.default_rng(_).uniform(0.98, 1.02, (4, len(own.linear)))
+        other[:, own.linear] = np.clip(shaken, low, high)
+        assert np.all(rms(at.of_theta(other)) >= costs * (1 - 1e-9))
+
+
+def test_the_gradient_is_that_of_the_projected_cost() -> None:
+    own = projection(posed("tanh"))
+    point = np.array([[0.5, 0.45]])
+    gradient, curvature = own.model(point, own.solve(point))
+    h = 1e-5
+    ends = np.concatenate([point + h * np.eye(2), point - h * np.eye(2)])
+    squares = rms(own.residuals(ends)) ** 2
+    assert 2.0 * gradient[0] == pytest.approx((squares[:2] - squares[2:]) / (2 * h), rel=1e-3)
+    assert np.all(np.linalg.eigvalsh(curvature[0]) > 0.0)
+
+
+@pytest.mark.parametrize("model", ["guo", "boucwen-flux", "rotational-hybrid"])
+def test_the_optimum_is_that_of_all_parameters(model: str) -> None:
+    at = posed(model)
+    objective = objective_of(at, None, at.cube.start[None, :], None)
+    whole = optimize.run("auto", objective, np.random.default_rng(0))
+    found = search(at, at.cube.start[None, :], np.random.default_rng(0), Limits(), lambda evaluations, cost: None)
+    assert found.cost <= whole.cost * (1 + 1e-4)
+    assert rms(at.residuals(found.point[None, :]))[0] == pytest.approx(found.cost, rel=1e-6)
+
+
+def test_where_all_parameters_are_linear_there_is_nothing_to_search() -> None:
+    at = posed("bingham")
+    found = search(at, at.cube.start[None, :], np.random.default_rng(0), Limits(), lambda evaluations, cost: None)
+    assert found.evaluations == 1
+    assert found.converged and found.links[0].reason == "all parameters are linear"
+
+
+def test_every_simulation_counts_as_an_evaluation_and_the_budget_holds() -> None:
+    at = posed("tanh")
+    own = projection(at)
+    simulated: list[int] = []
+    inner = own.posed.of_theta
+
+    def counted(theta: Array) -> Array:
+        simulated.append(len(theta))
+        return inner(theta)
+
+    for budget in (3, 40, 333):
+        objective = objective_of(at, own, at.cube.start[None, :], None)
+        assert isinstance(objective, SeparableObjective)
+        # what does not depend on the point is simulated once, here
+        objective.projection.solve(objective.start[None, :])
+        objective.projection.posed.__dict__["of_theta"] = counted
+        simulated.clear()
+        outcome = optimize.run("auto", objective, np.random.default_rng(0), budget)
+        assert sum(simulated) == outcome.evaluations <= budget
+
+
+def test_only_shares_of_the_response_that_move_are_simulated_anew() -> None:
+    own = projection(posed("tanh"))
+    names = [own.cube.params[int(k)].name for k in own.linear[own.moving]]
+    assert names == ["fy"]
+    points = np.random.default_rng(0).random((5, len(own.cube.free)))
+    every = replace(own, moving=np.arange(len(own.linear)))
+    assert own.residuals(points) == pytest.approx(every.residuals(points), rel=1e-9, abs=1e-9)
+
+
+def test_an_effect_that_bends_the_output_leaves_no_parameter_linear() -> None:
+    group, _, _ = problem("boucwen-flux", 1, 3000, np.random.default_rng(1))
+    for name, affine in (("boucwen-flux", True), ("boucwen-flux+saturation", False)):
+        assembly = assemble(name)
+        at = Posed(group.search, np.ones(1), assembly, cube_of(assembly.spec, {}, {}, {}))
+        assert (projection_of(at) is not None) == affine
+
+
+def test_a_wrong_mark_is_found_out() -> None:
+    assembly, cube = linear_model("", "")
+    drive = np.random.default_rng(0).standard_normal((2, 400))
+    marked = replace(assembly.spec, linear=("p0", "p1"))
+    for power, affine in ((1, True), (2, False)):
+
+        def simulate(drive: Array, theta: Array, dt: float, power: int = power) -> Array:
+            return theta**power @ drive
+
+        at = Posed([block(drive, drive[0])], np.ones(1), replace(assembly, spec=marked, simulate=simulate), cube)
+        assert (projection_of(at) is not None) == affine
