@@ -64,8 +64,8 @@ def noise_floor(values: Array, dt: float, frequency: float, cycles: int, trendin
 
     A Fourier series takes away the repeated part; of the rest, whatever lies on multiples of the fundamental is
     repeated too. Noise that lies there by chance, one part in M of it, is put back by the factor M/(M − 1), whatever
-    the noise's colour, so long as its spectrum is smooth over one multiple of the fundamental. Cycles need not be a
-    whole number of samples.
+    the noise's colour, so long as its spectrum is smooth over one multiple of the fundamental; by M/(M − 2) where a
+    trend is taken away as well. Cycles need not be a whole number of samples.
 
     Parameters
     ----------
@@ -89,22 +89,25 @@ def noise_floor(values: Array, dt: float, frequency: float, cycles: int, trendin
     samples = min(len(values), round(whole / (frequency * dt)))
     time = np.arange(samples, dtype=np.float64) * dt
     residual = values[:samples] - fit.evaluate(time)
+    taken = -1
     if trending and whole >= TREND_CYCLES:
         for _ in range(TREND_PASSES):
-            residual = residual - _trend(residual, time, frequency)
+            trend, harmonics = _trend(residual, time, frequency)
+            residual, taken = residual - trend, max(taken, harmonics)
             residual = residual - harmonic_fit(residual, dt, frequency, refine=False).evaluate(time)
     power = np.abs(np.fft.rfft(residual)) ** 2
     power[1:] *= 2.0
     if samples % 2 == 0:
         power[-1] /= 2.0
     power[::whole] = 0.0
-    return float(np.sqrt(np.sum(power) * whole / (whole - 1))) / samples
+    # about a harmonic whose trend was taken, two parts in M of the noise went with it
+    removed = np.where(np.round(np.arange(len(power)) / whole) <= taken, 2, 1)
+    return float(np.sqrt(np.sum(power * whole / (whole - removed)))) / samples
 
 
-def _trend(residual: Array, time: Array, frequency: float) -> Array:
-    """Return the part of a residual (N,) that is a cycle growing in proportion to the time from the middle."""
+def _trend(residual: Array, time: Array, frequency: float) -> tuple[Array, int]:
+    """Return the part of a residual (N,) that is a cycle growing with the time from the middle, and its harmonics."""
     since = (time - time.mean()) / time.std()
     # a cycle times the time is nearly orthogonal to all that repeats, and its mean product with the time is the cycle
     growth = harmonic_fit(residual * since, float(time[1]), frequency, refine=False)
-    trend: Array = since * growth.evaluate(time)
-    return trend
+    return since * growth.evaluate(time), growth.harmonics

@@ -75,3 +75,16 @@ def test_a_steady_drift_and_a_growing_cycle_are_no_noise_where_trends_are_taken_
     values = loop(n, 333.3) * (1.0 + 0.1 * n / len(n)) + 0.3 * n / len(n) + noise
     assert noise_floor(values, 1e-3, 1e3 / 333.3, cycles) > 0.05
     assert noise_floor(values, 1e-3, 1e3 / 333.3, cycles, trending=True) == pytest.approx(0.01, rel=0.05)
+
+
+@pytest.mark.parametrize("pole", [0.0, 0.8, 0.98])
+@pytest.mark.parametrize("cycles", [4, 5, 8])
+def test_taking_a_trend_away_takes_no_noise_with_it(pole: float, cycles: int) -> None:
+    """Noise of any colour: what a trend's harmonics carry off by chance is put back."""
+    rng = np.random.default_rng(12)
+    floors = []
+    for _ in range(20):
+        n = np.arange(cycles * 600)
+        values = loop(n, 600.0) + coloured(rng, len(n), pole)
+        floors.append(noise_floor(values, 1e-3, 1e3 / 600.0, cycles, trending=True))
+    assert np.sqrt(np.mean(np.square(floors))) == pytest.approx(0.01, rel=0.06)
