@@ -24,6 +24,7 @@ import mrfit.fit.stage  # noqa: E402
 from benchmarks.planted import problem  # noqa: E402
 from mrfit import registry  # noqa: E402
 from mrfit.assembly import Assembly, assemble  # noqa: E402
+from mrfit.catalog import read_catalog  # noqa: E402
 from mrfit.errors import MrfitError  # noqa: E402
 from mrfit.fit.cube import Cube  # noqa: E402
 from mrfit.fit.identify import Group, SearchSettings, build_group, search_optimum  # noqa: E402
@@ -34,18 +35,11 @@ SAMPLES = 6000
 # What plants data that models of the same output cannot follow
 RICHER = {"force": "spencer", "torque": "rotational-hybrid", "flux": "boucwen-flux+eddy-current"}
 COIL = Path(__file__).parent.parent / "datasets" / "coil"
-DAMPER_MAP = """\
-time = {column = 0, unit = "s"}
-pattern = "{amplitude:mm}mm{frequency:Hz}Hz{current:A}A"
-[channels]
-displacement = {column = 1, unit = "mm"}
-velocity = {column = 2, unit = "mm/s"}
-force = {column = 3, unit = "N"}
-"""
+DAMPER = "mr_damper_utfsm"
 LOOP_MAP = '[channels]\ncurrent = {column = "CH1", unit = "A"}\nflux = {column = "CH2", unit = "Wb"}\n'
 # Workspaces: name, folder or file of logs, channel map
 REAL = (
-    ("mr_damper_utfsm", "mr_damper_utfsm/preprocessed", DAMPER_MAP),
+    (DAMPER, f"{DAMPER}/preprocessed", read_catalog()[DAMPER].map),
     ("rigol_bh_loop", "rigol_bh_loop/histerese_osciloscopio_80.csv", LOOP_MAP),
 )
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from mrfit.harmonics import HarmonicFit, harmonic_fit
 from mrfit.noise import noise_level
-from mrfit.specs import Array
+from mrfit.specs import Array, Index
 
 Indices = NDArray[np.int64]
 
@@ -315,3 +315,9 @@ def _repeat_lag(values: Array, min_cycles: int) -> float:
     near = np.flatnonzero(tail >= np.max(tail) - 0.02)
     last = near[0] + int(np.argmax(np.diff(near) > 1)) if np.any(np.diff(near) > 1) else near[-1]
     return float(block * (below[0] + near[0] + np.argmax(tail[near[0] : last + 1])))
+
+
+def last_event(events: Index, samples: int) -> Index:
+    """Return for each sample the last of the ascending sample numbers ``events`` (E,) up to it, 0 before the first."""
+    last: Index = np.concatenate([[0], events])[np.searchsorted(events, np.arange(samples), side="right")]
+    return last

@@ -279,7 +279,12 @@ def output_floor(recording: Recording, segment: Segment, values: Array) -> float
     Cycle is compared with cycle only where every input recorded repeats with the cycle: under a current that moves on
     its own, cycles differ without any noise, and the white noise of the output is all that can be told.
     """
-    frequency = segment.frequency if inputs_repeat(recording, segment) else 0.0
+    return floor_where(inputs_repeat(recording, segment), recording, segment, values)
+
+
+def floor_where(repeats: bool, recording: Recording, segment: Segment, values: Array) -> float:
+    """Return ``output_floor`` where it is known whether the inputs repeat, which takes smoothing all of them."""
+    frequency = segment.frequency if repeats else 0.0
     return noise_floor(values, recording.dt, frequency, segment.cycles, trending=True)
 
 

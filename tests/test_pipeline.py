@@ -12,17 +12,11 @@ from typing import Any
 
 import pytest
 
+from mrfit.catalog import read_catalog
 from tests.conftest import Run
 
 PUBLISHED = {"A": 1.1993, "Lc": 0.0178, "kappa": 3.4887, "beta": 30.0007, "gamma": 59.9993, "n": 1.2695}
-UTFSM_MAP = """\
-time = {column = 0, unit = "s"}
-pattern = "{amplitude:mm}mm{frequency:Hz}Hz{current:A}A"
-[channels]
-displacement = {column = 1, unit = "mm"}
-velocity = {column = 2, unit = "mm/s"}
-force = {column = 3, unit = "N"}
-"""
+UTFSM_MAP = read_catalog()["mr_damper_utfsm"].map
 
 
 def combinations(divisor: float) -> dict[str, float]:

@@ -12,6 +12,7 @@ import argparse
 import json
 import os
 import sys
+import tomllib
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -25,8 +26,9 @@ import pandas as pd
 from scipy.signal import lfilter
 
 from benchmarks.discovery.runner import command
+from mrfit.catalog import read_catalog
 from mrfit.specs import Array
-from mrfit.store import Workspace
+from mrfit.store import Workspace, write_json
 
 TOLERANCE, LEAST_ERROR = 0.25, 0.5e-3
 UNITS = {"displacement": "m", "velocity": "m/s", "force": "N", "current": "A"}
@@ -56,9 +58,7 @@ class Plant:
 SETS = {
     "press": Records(
         "mr_damper_utfsm/preprocessed/*.txt",
-        'pattern = "{amplitude:mm}mm{frequency:Hz}Hz{current:A}A"\ntime = {column = 0, unit = "s"}\n[channels]\n'
-        'displacement = {column = 1, unit = "mm"}\nvelocity = {column = 2, unit = "mm/s"}\n'
-        'force = {column = 3, unit = "N"}\n',
+        read_catalog()["mr_damper_utfsm"].map,
         1,
         "boucwen",
     ),
@@ -124,8 +124,6 @@ def write_logs(records: Records, plant: Plant, folder: Path) -> None:
             logged = pd.DataFrame({f"{n} ({UNITS[n]})": v for n, v in piece.items()})
             logged.insert(0, "time (s)", np.arange(length) * recording.dt)
             logged.to_csv(folder / f"{recording.id}-{k:02d}.csv", index=False)
-    levels = 'pattern = "{amplitude:mm}mm{frequency:Hz}Hz{current:A}A"\n' if "pattern" in records.channel_map else ""
-    (folder / "mrfit.toml").write_text(levels, encoding="utf-8")
 
 
 def discover(name: str, plant: Plant, keep: Path | None) -> dict[str, Any]:
@@ -136,14 +134,12 @@ def discover(name: str, plant: Plant, keep: Path | None) -> dict[str, Any]:
     with TemporaryDirectory() as folder:
         logs, work = Path(folder) / "logs", str(Path(folder) / "work")
         write_logs(SETS[name], plant, logs)
-        command("ingest", str(logs), "--work", work)
+        pattern = tomllib.loads(SETS[name].channel_map).get("pattern")
+        command("ingest", str(logs), "--work", work, *(["--pattern", pattern] if pattern else []))
         command("segment", "--work", work, "--holdout", SETS[name].holdout)
         found: dict[str, Any] = json.loads(command("discover", "--work", work, "--model", SETS[name].model, "--json"))
     if kept:
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        unfinished = kept.with_suffix(".part")
-        unfinished.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
-        unfinished.replace(kept)
+        write_json(kept, found)
     return found
 
 

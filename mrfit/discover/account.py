@@ -84,11 +84,13 @@ def account(fitter: Fitter, verdict: Verdict, outcome: Outcome) -> dict[str, Any
     where = regions_of(bench, before)
     rest = regions_of(bench, after)
     share = 1.0 - (gap["closed"] or 0.0)
-    shapes = looks.looks(bench, after)
+    spoken_of = share > 0.1
+    shapes = looks.looks(bench, after) if spoken_of else []
+    pairs = confusable(verdict)
     suspects = sorted({e for group in verdict.ambiguous for e in group})
     return {
         "verdict": outcome.word,
-        "effects": [effect_row(verdict, specs[e], bench, fitter) for e in named],
+        "effects": [effect_row(verdict, specs[e], fitter, pairs) for e in named],
         "ambiguous_set": suspects,
         "suspects": [suspect_row(fitter, verdict, e) for e in suspects],
         "advice": [f"{e}: {specs[e].experiment}" for e in suspects],
@@ -96,15 +98,15 @@ def account(fitter: Fitter, verdict: Verdict, outcome: Outcome) -> dict[str, Any
         "where_text": in_words(where),
         "gap": gap,
         "candidates": candidate_rows(verdict),
-        "confusable": confusable(verdict),
+        "confusable": pairs,
         "cosines": cosine_table(verdict),
         "unexplained": {
             "share_of_gap": share,
             "predictable": outcome.structure,
-            "where": [region_row(r) for r in rest[:REGIONS]] if share > 0.1 else [],
-            "text": in_words(rest) if share > 0.1 else [],
-            "looks": shapes if share > 0.1 else [],
-            "looks_text": looks.in_words(shapes) if share > 0.1 else "",
+            "where": [region_row(r) for r in rest[:REGIONS]] if spoken_of else [],
+            "text": in_words(rest) if spoken_of else [],
+            "looks": shapes,
+            "looks_text": looks.in_words(shapes),
         },
         "augmented_model": "+".join([fitter.base, *after.effects]),
         "segments": [
@@ -152,13 +154,16 @@ def region_row(region: Region) -> dict[str, Any]:
     }
 
 
-def effect_row(verdict: Verdict, spec: EffectSpec, bench: Bench, fitter: Fitter) -> dict[str, Any]:
-    """Return an accepted effect: its parameters with intervals, and the hold-out error without and with it."""
+def effect_row(verdict: Verdict, spec: EffectSpec, fitter: Fitter, pairs: list[dict[str, Any]]) -> dict[str, Any]:
+    """Return an accepted effect: its parameters with intervals, and the hold-out error without and with it.
+
+    Its aliases are taken from the confusable ``pairs``.
+    """
     final = verdict.final
     rest = [e for e in final.effects if e != spec.name]
     without = fitter.refit(rest, [final.values]) if rest else verdict.base
-    gap = gap_of(bench, without, final)
-    alike = {e for row in confusable(verdict) if spec.name in row["pair"] for e in row["pair"]}
+    gap = gap_of(fitter.bench, without, final)
+    alike = {e for row in pairs if spec.name in row["pair"] for e in row["pair"]}
     return {
         "name": spec.name,
         "parameters": own_parameters(final, spec.name),

@@ -7,7 +7,7 @@ import numpy as np
 
 from mrfit import registry
 from mrfit.assembly import Assembly
-from mrfit.drive import TIME, Drive, inputs_repeat, output_floor, smooth
+from mrfit.drive import TIME, Drive, floor_where, inputs_repeat, smooth
 from mrfit.errors import DataError
 from mrfit.fit.identify import measured_output
 from mrfit.fit.problem import Block, differences, full_block
@@ -130,7 +130,7 @@ def noise_floors(
     """
     white = {s.id: noise_level(outputs[s.id]) for s in segments}
     repeats = {s.id: s.cycles > 1 and inputs_repeat(recordings[s.recording], s) for s in segments}
-    floors = {s.id: output_floor(recordings[s.recording], s, outputs[s.id]) for s in segments}
+    floors = {s.id: floor_where(repeats[s.id], recordings[s.recording], s, outputs[s.id]) for s in segments}
     colours = [floors[i] / white[i] for i in floors if repeats[i] and white[i] > 0.0]
     colour = max(float(np.median(colours)), 1.0) if colours else 1.0
     return {i: (floors[i] if repeats[i] else colour * floors[i], repeats[i]) for i in floors}

@@ -265,19 +265,21 @@ def _duel(fitter: Fitter, present: Refit, passing: Sequence[Trial], verdict: Ver
         )
         adds = judge(rival.name, winner.fit, both, verdict.base, verdict.alike(rival.name)).passes
         needed = judge(winner.name, rival.fit, both, rival.fit).passes
-        if adds and not needed:
+        if adds and needed:
+            continue
+        if adds:
             verdict.reasons[winner.name] = f"it adds nothing beside {rival.name}"
             winner, equals = rival, []
-        elif needed and not adds:
+        elif needed:
             verdict.reasons[rival.name] = f"it adds nothing beside {winner.name}"
-        elif not needed and not adds and _far_behind(winner, rival):
+        elif _far_behind(winner, rival):
             verdict.reasons[rival.name] = f"it closes less of the gap than {winner.name}"
-        elif not needed and not adds and rival.fit.degenerate(rival.name) > winner.fit.degenerate(winner.name):
+        elif rival.fit.degenerate(rival.name) > winner.fit.degenerate(winner.name):
             verdict.reasons[rival.name] = f"its shape ends at a bound, where it is no other than {winner.name}"
-        elif not needed and not adds and rival.fit.degenerate(rival.name) < winner.fit.degenerate(winner.name):
+        elif rival.fit.degenerate(rival.name) < winner.fit.degenerate(winner.name):
             verdict.reasons[winner.name] = f"its shape ends at a bound, where it is no other than {rival.name}"
             winner, equals = rival, []
-        elif not needed and not adds:
+        else:
             verdict.reasons[rival.name] = f"these data cannot tell it from {winner.name}"
             equals.append(rival.name)
     return winner, tuple(equals)
@@ -314,14 +316,13 @@ def _take_out(verdict: Verdict, name: str, without: Refit, reason: str) -> None:
 
 def _choose_again(fitter: Fitter, verdict: Verdict) -> None:
     """Let every effect stand once more against its rivals, now that the others are in."""
-    screened = {s.name: s for s in verdict.screened if not s.reason}
     for name in verdict.final.effects:
         rest = [e for e in verdict.final.effects if e != name]
         if not rest or name not in verdict.final.effects:
             continue
         without = fitter.refit(rest, [verdict.final.values])
         alike = aliases_of(name)
-        rivals = [s for s in verdict.screened if s.name in screened and s.name not in verdict.final.effects]
+        rivals = [s for s in verdict.screened if not s.reason and s.name not in verdict.final.effects]
         rivals = sorted(rivals, key=lambda s: (s.name not in alike, -s.gain))[:MOST_RIVALS]
         trials = [_trial(fitter, without, s, verdict) for s in rivals]
         own = judge(name, without, verdict.final, verdict.base, verdict.alike(name))

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from mrfit.cycles import last_event
 from mrfit.discover.bench import Bench, Stretch
 from mrfit.discover.refit import Refit
 from mrfit.specs import Array, Index
@@ -89,8 +90,7 @@ def _since_turn(values: Array, peak: float) -> Index:
     """Return the bin of each sample by how far the channel has come since it last turned, and in which direction."""
     rising = _rising(values)
     turns = np.flatnonzero(np.diff(rising, prepend=rising[0]))
-    last = np.concatenate([[0], turns])[np.searchsorted(turns, np.arange(len(values)), side="right")]
-    way = np.abs(values - values[last]) / max(2.0 * peak, 1e-300)
+    way = np.abs(values - values[last_event(turns, len(values))]) / max(2.0 * peak, 1e-300)
     place = np.clip((np.sqrt(way) * BINS).astype(np.int64), 0, BINS - 1)  # finer where it has just turned
     at: Index = place + BINS * rising
     return at

@@ -1,7 +1,7 @@
 """Fit a base with some effects jointly, all parameters free, and say how far it is off on data it has not seen."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -117,6 +117,8 @@ class Fitter:
         Optima found before, by effects: a discovery that was stopped goes on from them.
     keep
         Called with effects and optimum after each fit.
+    judged
+        The last fit judged of each set of effects: the same optimum is asked for again and again.
     """
 
     bench: Bench
@@ -125,6 +127,7 @@ class Fitter:
     start: Mapping[str, float]
     known: dict[tuple[str, ...], Array]
     keep: Callable[[tuple[str, ...], Array], None]
+    judged: dict[tuple[str, ...], Refit] = field(default_factory=dict)
 
     def assembly(self, effects: Sequence[str]) -> Assembly:
         """Return the base with these effects."""
@@ -235,6 +238,11 @@ class Fitter:
         return evaluate
 
     def _judged(self, key: tuple[str, ...], assembly: Assembly, cube: Cube, point: Array) -> Refit:
+        if key not in self.judged or not np.array_equal(self.judged[key].point, point):
+            self.judged[key] = self._judge(key, assembly, cube, point)
+        return self.judged[key]
+
+    def _judge(self, key: tuple[str, ...], assembly: Assembly, cube: Cube, point: Array) -> Refit:
         theta = cube.to_theta(point[None, :])
         train = [e[0] for e in self.bench.errors(assembly, theta, "train")]
         holdout = [e[0] for e in self.bench.errors(assembly, theta, "holdout")]

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from mrfit import optimize, registry
+from mrfit.cycles import last_event
 from mrfit.errors import ConfigError
 from mrfit.fit.cube import Cube, base_name
 from mrfit.fit.problem import Block, Posed
@@ -141,7 +142,7 @@ def settled(block: Block, inputs: Sequence[str]) -> Block:
     steady = np.abs(np.abs(v) - usual) <= STEADY * usual
     # samples since the stroke last reversed or left its speed
     ends = np.flatnonzero(~steady | (np.sign(v) != np.sign(np.roll(v, 1))))
-    since = np.arange(len(v)) - np.concatenate([[0], ends])[np.searchsorted(ends, np.arange(len(v)), side="right")]
+    since = np.arange(len(v)) - last_event(ends, len(v))
     late = since >= SETTLED_PART * since.max()
     counts = np.where(late[block.nodes].all(axis=1), block.counts, 0.0)
     return replace(block, counts=counts) if since.max() and counts.any() else block

@@ -1,7 +1,6 @@
 """A log read block by block: its text cut between rows, its numbers gathered on disk."""
 
 import codecs
-import re
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import replace
@@ -14,7 +13,7 @@ import numpy as np
 from mrfit.errors import DataError
 from mrfit.ingest import series
 from mrfit.ingest.body import ROW
-from mrfit.ingest.head import Head
+from mrfit.ingest.head import Head, plain_feeds
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Block, Column, Lost, Source, Table
 from mrfit.ingest.textlog import check_rows
@@ -85,9 +84,7 @@ class _Normaliser:
             text, self.begun = text.removeprefix(codecs.BOM_UTF8), True
         kept = text if final else text.rstrip(b"\r") if self.begun else b""
         self.held = text[len(kept) :]
-        if b"\r" in kept and kept.count(b"\r\n") != kept.count(b"\r"):
-            kept = re.sub(b"\r\r?\n|\r", b"\n", kept)
-        return kept
+        return plain_feeds(kept)
 
 
 class Gathered:

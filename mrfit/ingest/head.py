@@ -151,9 +151,13 @@ def body_bytes(head: Head) -> bytes:
     data = head.path.read_bytes()
     if head.encoding.startswith("utf-16"):
         return decode(data, head.encoding).encode()
-    data = data.removeprefix(codecs.BOM_UTF8)
+    return plain_feeds(data.removeprefix(codecs.BOM_UTF8))
+
+
+def plain_feeds(data: bytes) -> bytes:
+    """Return text with plain line feeds where its line ends are mixed or old; CR LF throughout stays."""
     if b"\r" in data and data.count(b"\r\n") != data.count(b"\r"):
-        data = re.sub(b"\r\r?\n|\r", b"\n", data)
+        return re.sub(b"\r\r?\n|\r", b"\n", data)
     return data
 
 

@@ -77,8 +77,7 @@ def spans(length: int) -> Iterator[tuple[int, int]]:
 
 def chunks(*columns: Values) -> Iterator[tuple[Values, ...]]:
     """Yield the columns' values chunk by chunk, side by side."""
-    for begin, end in spans(len(columns[0])):
-        yield tuple(c[begin:end] for c in columns)
+    return (values for _, values in _numbered(*columns))
 
 
 def steps(values: Values) -> Iterator[tuple[int, Values]]:
@@ -119,20 +118,19 @@ def without(values: Values, drop: Values) -> Values:
 def thinned(values: Values, step: int) -> Values:
     """Return every ``step``-th value, from the first, in memory."""
     # copies, since a view would keep its whole chunk in memory
-    picked = [part_of[-begin % step :: step].copy() for (begin, _), (part_of,) in _numbered(values)]
+    picked = [chunk[-begin % step :: step].copy() for begin, (chunk,) in _numbered(values)]
     return np.concatenate(picked) if picked else np.empty(0)
 
 
-def _numbered(values: Values) -> Iterator[tuple[tuple[int, int], tuple[Values, ...]]]:
-    return zip(spans(len(values)), chunks(values), strict=True)
+def _numbered(*columns: Values) -> Iterator[tuple[int, tuple[Values, ...]]]:
+    """Yield the first row and the columns' values of chunk after chunk."""
+    for begin, end in spans(len(columns[0])):
+        yield begin, tuple(c[begin:end] for c in columns)
 
 
 def places(mask: Callable[..., Values], *columns: Values) -> Values:
     """Return the rows at which ``mask(values, …)`` is true."""
-    found = [
-        begin + np.flatnonzero(mask(*values))
-        for (begin, _), values in zip(spans(len(columns[0])), chunks(*columns), strict=True)
-    ]
+    found = [begin + np.flatnonzero(mask(*values)) for begin, values in _numbered(*columns)]
     return np.concatenate(found) if found else np.empty(0, dtype=np.int64)
 
 
