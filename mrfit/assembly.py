@@ -3,8 +3,10 @@
 The written name of the whole is ``BASE+EFFECT+EFFECT``. Whatever the order of writing, effects act in the order of
 their slots, those of one slot in the order of their names:
 
-    input (a channel is changed before the base sees it) -> theta (parameters of a role are scaled over time)
-    -> base -> add (a term is added to the output) -> output (the output is changed)
+    input (a channel is changed before the base sees it) -> loop (a channel is changed by what the output does)
+    -> theta (parameters of a role are scaled over time) -> base -> add (a term is added to the output)
+    -> output (the output is changed)
+    -> record (what the instruments, or the reconstruction from them, add; it sees the channels as recorded)
 
 Every effect has a neutral value at which it vanishes bit for bit, so that the base is nested in base + effect.
 """
@@ -21,7 +23,7 @@ from mrfit.dependence import CurrentDependence, at_current, coefficients, expand
 from mrfit.errors import ConfigError
 from mrfit.specs import Array, EffectSpec, ModelSpec, Response
 
-SLOTS = ("input", "theta", "add", "output")
+SLOTS = ("input", "loop", "theta", "add", "output", "record")
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +42,8 @@ class Assembly:
         Maps theta (P, K) to the derived quantities (P, D) of ``spec.derived``.
     start_values
         Maps (drive (C, N), output (N,), dt) to what start values the data give, by parameter name.
+    rough
+        As ``simulate``, less exact and faster: what a search may use far from its end.
     """
 
     name: str
@@ -47,6 +51,7 @@ class Assembly:
     simulate: Response
     derived: Callable[[Array], Array]
     start_values: Callable[[Array, Array, float], dict[str, float]]
+    rough: Response | None = None
 
 
 def _nothing_derived(theta: Array) -> Array:
@@ -74,16 +79,22 @@ def assemble(name: str, dependence: CurrentDependence | None = None) -> Assembly
     """
     base, *written = name.split("+")
     module = registry.load("model", base)
-    whole = Assembly(
-        name=name,
-        spec=cast(ModelSpec, module.SPEC),
-        simulate=cast(Response, module.response),
-        derived=getattr(module, "derived", _nothing_derived),
-        start_values=getattr(module, "start_values", _no_start_values),
-    )
-    if dependence and dependence.varies:
-        whole = _depending(whole, dependence)
-    return _with_effects(whole, [registry.load("effect", e) for e in written]) if written else whole
+    effects = [registry.load("effect", e) for e in written]
+
+    def built(response: Response) -> Assembly:
+        whole = Assembly(
+            name=name,
+            spec=cast(ModelSpec, module.SPEC),
+            simulate=response,
+            derived=getattr(module, "derived", _nothing_derived),
+            start_values=getattr(module, "start_values", _no_start_values),
+        )
+        if dependence and dependence.varies:
+            whole = _depending(whole, dependence)
+        return _with_effects(whole, effects) if effects else whole
+
+    whole = built(cast(Response, module.response))
+    return replace(whole, rough=built(module.rough_response).simulate) if hasattr(module, "rough_response") else whole
 
 
 def _depending(base: Assembly, dependence: CurrentDependence) -> Assembly:
@@ -139,14 +150,14 @@ class _Chain:
         parts = self._split(theta)
         shared = [p for p, e in zip(parts[1:], self.effects, strict=True) if e.slot == "input"]
         if not shared:
-            return self._after_input(drive, parts, dt)
+            return self._recorded(self._closed(drive, parts, dt), drive, parts, dt)
         _, group = np.unique(np.hstack(shared), axis=0, return_inverse=True)
         output = np.empty((len(theta), drive.shape[1]))
         for number in range(group.max() + 1):
             members = np.flatnonzero(group == number)
             own = [p[members] for p in parts]
-            output[members] = self._after_input(self._changed(drive, own, dt), own, dt)
-        return output
+            output[members] = self._closed(self._changed(drive, own, dt), own, dt)
+        return self._recorded(output, drive, parts, dt)
 
     def derived(self, theta: Array) -> Array:
         """Return the base's derived quantities."""
@@ -175,6 +186,34 @@ class _Chain:
             channels |= module.transform(channels, theta[0], dt)
         return np.stack([channels[n] for n in self.spec.inputs])
 
+    def _closed(self, drive: Array, parts: list[Array], dt: float) -> Array:
+        """Close the loops around the base, the last one innermost; within a loop every point has its own drive."""
+        loops = self._active("loop", parts)
+        if not loops:
+            return self._after_input(drive, parts, dt)
+        output = np.empty((len(parts[0]), drive.shape[1]))
+        for point in range(len(output)):
+            own = [p[point : point + 1] for p in parts]
+            output[point] = self._around(loops, point, drive, own, dt)
+        return output
+
+    def _around(
+        self, loops: list[tuple[ModuleType, Array]], point: int, drive: Array, parts: list[Array], dt: float
+    ) -> Array:
+        if not loops:
+            alone: Array = self._after_input(drive, parts, dt)[0]
+            return alone
+        (module, theta), *inner = loops
+        row = self.spec.inputs.index(module.SPEC.inputs[0])
+
+        def simulate(channel: Array) -> Array:
+            changed = drive.copy()
+            changed[row] = channel
+            return self._around(inner, point, changed, parts, dt)
+
+        output: Array = module.closed(simulate, drive[row], theta[point], dt)
+        return output
+
     def _after_input(self, drive: Array, parts: list[Array], dt: float) -> Array:
         channels = dict(zip(self.spec.inputs, drive, strict=True))
         output = self.base.simulate(
@@ -184,6 +223,13 @@ class _Chain:
             output = output + module.term(channels, theta, dt)
         for module, theta in self._active("output", parts):
             output = module.shape(output, channels, theta, dt)
+        return output
+
+    def _recorded(self, output: Array, drive: Array, parts: list[Array], dt: float) -> Array:
+        channels = dict(zip(self.spec.inputs, drive, strict=True))
+        for module, theta in (*self._active("input", parts), *self._active("record", parts)):
+            if hasattr(module, "error"):
+                output = output + module.error(channels, theta, dt)
         return output
 
     def _scaled(self, channels: dict[str, Array], parts: list[Array], dt: float) -> Array:

@@ -265,6 +265,7 @@ def at_current(spec: ModelSpec, dependence: CurrentDependence, theta: Array, cur
     nodal = theta if theta.ndim == 3 else theta[:, :, None]
     orders = dict(dependence.orders)
     result = np.empty((len(theta), len(spec.params), len(values)))
+    bases = {order: dependence.basis(order, values) for order in orders.values() if order}
     column = 0
     for k, p in enumerate(spec.params):
         order = orders.get(p.name, 0)
@@ -273,10 +274,18 @@ def at_current(spec: ModelSpec, dependence: CurrentDependence, theta: Array, cur
         if not order:
             result[:, k] = nodes[:, 0]
         elif _logarithmic(spec, p):
-            result[:, k] = np.exp(np.sum(np.log(nodes) * dependence.basis(order, values), axis=1))
+            result[:, k] = np.exp(_combined(np.log(nodes), bases[order]))
         else:
-            result[:, k] = np.sum(nodes * dependence.basis(order, values), axis=1)
+            result[:, k] = _combined(nodes, bases[order])
     return result[:, :, 0].copy() if constant else result
+
+
+def _combined(nodes: Array, basis: Array) -> Array:
+    """Return the sum over nodes (P, Q, N or 1) of each times its polynomial (Q, N), term by term: shape (P, N)."""
+    total: Array = nodes[:, 0] * basis[0]
+    for k in range(1, len(basis)):
+        total += nodes[:, k] * basis[k]
+    return total
 
 
 def through(spec: ModelSpec, dependence: CurrentDependence, currents: Array, theta: Array) -> Array:

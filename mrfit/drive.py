@@ -6,7 +6,7 @@ Anal. Chem. 36 (1964) 1627); derivatives come from the same series or the same p
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import factorial, sqrt
 
 import numpy as np
@@ -14,8 +14,9 @@ import numpy as np
 from mrfit.cycles import turning_points
 from mrfit.errors import DataError
 from mrfit.harmonics import HarmonicFit, harmonic_fit, synthesis
+from mrfit.held import at_levels
 from mrfit.noise import noise_floor, noise_level
-from mrfit.recording import Recording, Segment
+from mrfit.recording import FLUX_RESISTANCE, Recording, Segment
 from mrfit.specs import Array
 
 __all__ = ["Drive", "HarmonicFit", "Smoothed", "harmonic_fit", "savitzky_golay", "smooth"]
@@ -254,6 +255,8 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
         if isinstance(source, str) and (source, derivative) not in smoothed:
             window = recording.channels[source][begin : segment.stop]
             smoothed[source, derivative] = _smoothed(window, segment, recording.dt, frequency, derivative)
+            if source in LEVELS and smoothed[source, derivative].fit is None:
+                smoothed[source, derivative] = _held(window, smoothed[source, derivative])
     count = segment.stop - begin
     channels = {
         name: smoothed[source, derivative] if isinstance(source, str) else _level(source, count)
@@ -306,6 +309,8 @@ def _source(recording: Recording, segment: Segment, name: str) -> tuple[str | fl
         level = level if np.isfinite(level) else float(recording.condition.get(name, np.nan))
         if np.isfinite(level):
             return level, 0
+    if name == FLUX_RESISTANCE:
+        return float(recording.condition.get(name, 0.0)), 0
     raise DataError(f"{recording.source}: no {name} in this log; {_remedy(name)}")
 
 
@@ -352,6 +357,13 @@ def _smoothed(values: Array, segment: Segment, dt: float, frequency: float, deri
         windows = f"{window}" if local.widest <= window else f"{window} to {local.widest}"
         text = f"savitzky-golay, window {windows} samples, order {POLYNOMIAL_ORDER}"
     return _Channel((local.values, local.first, local.second)[derivative], text, local.residual, None)
+
+
+def _held(values: Array, channel: _Channel) -> _Channel:
+    levels = at_levels(values, channel.values, noise_level(values))
+    held = int(np.sum(levels != channel.values))
+    text = f"{channel.method}; held levels at their means" if held else channel.method
+    return replace(channel, values=levels, method=text)
 
 
 def _leaves_noise(fit: HarmonicFit, values: Array, dt: float) -> bool:

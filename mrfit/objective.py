@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from mrfit.kernels.cube import stencils
 from mrfit.specs import Array
 
 # Relative step of one-sided differences: the square root of float64's resolution, widened since simulations carry
@@ -29,7 +30,7 @@ class TimeSpent(BudgetSpent):
 
 
 class Stalled(BudgetSpent):
-    """Raised by an Objective when the best cost has not improved for ``patience`` evaluations."""
+    """Raised by an Objective when the best cost has not improved for ``patience`` evaluations, or by an optimizer."""
 
 
 class Descent(NamedTuple):
@@ -180,7 +181,7 @@ class Objective:
             If fewer than K + 1 evaluations are left.
         """
         self._require(self.dimension + 1)
-        stencil, steps = stencils(point[None, :])
+        stencil, steps = stencils(point[None, :], STEP)
         rows, costs = self._evaluate(stencil[0])
         with np.errstate(all="ignore"):
             jacobian = ((rows[1:] - rows[0]) / steps[0][:, None]).T
@@ -210,7 +211,7 @@ class Objective:
         return NormalEquations(costs, gradients, curvatures)
 
     def _models(self, points: Array) -> tuple[Array, Array, Array]:
-        around, steps = stencils(points)
+        around, steps = stencils(points, STEP)
         rows, flat = self._evaluate(around.reshape(-1, self.dimension))
         costs = flat.reshape(around.shape[:2])
         return costs[:, 0], *_products(rows.reshape(*costs.shape, self._width), costs, steps)
@@ -230,13 +231,12 @@ class Objective:
         inside = np.clip(points, 0.0, 1.0)
         with np.errstate(all="ignore"):
             residuals = self.residuals_of(inside)
-        return residuals, self._noted(inside, residuals, len(points) * self.simulations)
-
-    def _noted(self, points: Array, residuals: Array, evaluations: int) -> Array:
-        """Return the costs of points just simulated, and keep account of them."""
-        with np.errstate(all="ignore"):
-            costs: Array = np.sqrt(np.einsum("pm,pm->p", residuals, residuals) / residuals.shape[1])
+            costs = np.sqrt(np.einsum("pm,pm->p", residuals, residuals) / residuals.shape[1])
         self._width = residuals.shape[1]
+        return residuals, self._noted(inside, costs, len(points) * self.simulations)
+
+    def _noted(self, points: Array, costs: Array, evaluations: int) -> Array:
+        """Return the costs of points just simulated, infinite where they are not finite, and keep account of them."""
         bad = ~np.isfinite(costs)
         if bad.any():
             self.nonfinite += int(bad.sum())
@@ -263,14 +263,6 @@ class Objective:
             self._gained = (self.evaluations, self.best_cost)
         elif self.patience is not None and self.evaluations - since >= self.patience:
             raise Stalled
-
-
-def stencils(points: Array) -> tuple[Array, Array]:
-    """Return every point followed by its K one-sided neighbours (P, K + 1, K), and the signed steps (P, K)."""
-    centres = np.clip(points, 0.0, 1.0)
-    steps = np.where(centres > 0.5, -STEP, STEP)
-    offsets = steps[:, :, None] * np.eye(points.shape[1])
-    return np.concatenate([centres[:, None, :], centres[:, None, :] + offsets], axis=1), steps
 
 
 def _products(rows: Array, costs: Array, steps: Array) -> tuple[Array, Array]:

@@ -190,8 +190,8 @@ def _run_link(name: str, objective: Objective, rng: np.random.Generator, allowed
         reason = objective.verdict or f"its {allowed} evaluations are done"
     except TimeSpent:
         ending, reason = "time", "time limit reached"
-    except Stalled:
-        ending, reason = "stalled", f"no progress in {objective.patience} evaluations"
+    except Stalled as stall:
+        ending, reason = "stalled", str(stall) or f"no progress in {objective.patience} evaluations"
     except BudgetSpent:
         ending, reason = "budget", f"budget of {allowed} evaluations spent"
     return Link(

@@ -6,6 +6,9 @@ from typing import Any
 
 from mrfit.specs import Array
 
+# In a recording's condition: resistance in ohm by which its flux was reconstructed; absent where the flux was measured
+FLUX_RESISTANCE = "flux_resistance"
+
 
 @dataclass(frozen=True, slots=True)
 class Finding:

@@ -176,7 +176,7 @@ class EffectSpec:
     title: str
     equation: str
     reference: str
-    slot: Literal["input", "theta", "add", "output"]
+    slot: Literal["input", "loop", "theta", "add", "output", "record"]
     outputs: tuple[str, ...]
     inputs: tuple[str, ...]
     params: tuple[Param, ...]

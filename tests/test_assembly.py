@@ -68,7 +68,16 @@ def test_moving_current_gives_every_sample_its_own_parameters() -> None:
 
 def test_effect_parameters_come_after_the_base_s_under_the_effect_s_name() -> None:
     spec = assemble("bingham+current-lag+delay", LINEAR).spec
-    assert spec.names == ("fy@0A", "fy@2A", "C_inf@0A", "C_inf@2A", "f0", "current-lag.tau", "delay.tau")
+    assert spec.names == (
+        "fy@0A",
+        "fy@2A",
+        "C_inf@0A",
+        "C_inf@2A",
+        "f0",
+        "current-lag.tau",
+        "current-lag.t_d",
+        "delay.tau",
+    )
     assert spec.inputs == ("velocity", "current")
     for p in spec.params:
         assert p.low <= p.start <= p.high
@@ -109,11 +118,11 @@ def test_effects_act_in_the_order_of_their_slots_whatever_the_order_of_writing(w
 def test_effects_of_one_slot_act_in_the_order_of_their_names(written: str) -> None:
     current = np.where(np.arange(400) < 100, 0.1, 1.5)
     whole = assemble(f"bingham+{written}", LINEAR)
-    assert whole.spec.names[-2:] == ("current-lag.tau", "current-saturation.q")
-    theta = np.array([[100.0, 900.0, 400.0, 600.0, 0.0, 0.03, 0.5]])
+    assert whole.spec.names[-3:] == ("current-lag.t_d", "current-saturation.q", "current-saturation.p")
+    theta = np.array([[100.0, 900.0, 400.0, 600.0, 0.0, 0.03, 0.0, 0.5, 2.0]])
     found = whole.simulate(np.stack([np.ones(400), current]), theta, DT)
-    lagged = current_lag.transform({"current": current}, np.array([0.03]), DT)
-    field = current_saturation.transform(lagged, np.array([0.5]), DT)["current"]
+    lagged = current_lag.transform({"current": current}, np.array([0.03, 0.0]), DT)
+    field = current_saturation.transform(lagged, np.array([0.5, 2.0]), DT)["current"]
     assert np.allclose(found[0], 500 + 500 * field, rtol=1e-12)
 
 
@@ -122,7 +131,7 @@ def test_points_that_share_their_input_effects_give_what_they_give_one_by_one() 
     current = 1 + np.cos(np.arange(len(v)) / 40)
     name, dependence = "tanh+current-lag+velocity-hysteresis", CurrentDependence((("fy", 1),), 0.0, 2.0)
     whole, theta = assemble(name, dependence), random_theta(name, 12, CurrentDependence((("fy", 1),), 0.0, 2.0))
-    theta[:, -2:] = [[0.0, 0.0], [0.02, 0.0], [0.02, 3.0]] * 4
+    theta[:, -4:] = [[0.0, 0.0, 0.0, 0.0], [0.02, 0.0, 0.0, 0.0], [0.02, 0.003, 3.0, 0.0]] * 4
     drive = np.stack([x, v, current])
     singly = np.vstack([whole.simulate(drive, row[None], DT) for row in theta])
     assert np.abs(whole.simulate(drive, theta, DT) - singly).max() <= 1e-12 * np.abs(singly).max()

@@ -160,3 +160,21 @@ def test_wiggles_of_noise_that_is_not_white_are_removed() -> None:
     smoothed = savitzky_golay(clean + 0.002 * coloured, 1e-3)
     assert reversals(smoothed.values) < 1.5 * reversals(clean) < reversals(clean + 0.002 * coloured) / 5
     assert np.std(smoothed.values - clean) < 0.003 * np.ptp(clean)
+
+
+def test_a_stepped_current_is_flat_between_its_steps() -> None:
+    rng = np.random.default_rng(3)
+    levels = np.repeat([0.4, 2.3, 0.0, 1.8, 0.8], 300)
+    log = recording(2e-3, current=levels + 2e-3 * rng.standard_normal(len(levels)))
+    drive = smooth(log, segment(300, len(levels), 300, 0.0, 0), ("current",))
+    inner = (np.arange(len(levels)) % 300 > 2) & (np.arange(len(levels)) % 300 < 297)
+    assert np.abs(drive.values[0] - levels)[inner].max() <= 4 * 2e-3 / np.sqrt(300)
+    assert "held levels" in drive.method
+
+
+def test_the_resistance_of_a_reconstructed_flux_is_an_input_and_none_for_a_measured_one() -> None:
+    values = np.sin(np.arange(400) / 9)
+    for condition, expected in (({"flux_resistance": 2.1}, 2.1), ({}, 0.0)):
+        log = recording(1e-3, condition, current=values)
+        drive = smooth(log, segment(100, 400, 100, 0.0, 0), ("flux_resistance",))
+        assert np.array_equal(drive.values[0], np.full(400, expected))

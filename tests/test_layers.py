@@ -9,7 +9,7 @@ PACKAGE = Path(mrfit.store.__file__).parent
 LAYERS = [
     {"errors", "channels", "specs", "kernels", "objective", "progress", "metrics"},
     {"recording", "registry", "store"},
-    {"harmonics", "noise", "cycles", "drive", "optimize"},
+    {"harmonics", "noise", "cycles", "held", "drive", "optimize"},
     {"ingest", "flux", "segment", "models", "effects", "optimizers"},
     {"dependence", "assembly"},
     {"fit"},

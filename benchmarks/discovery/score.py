@@ -19,6 +19,7 @@ CLEAR = 2.5
 PLACES = 4
 # Effects whose magnitude means the same in any formulation: unit of the parameter, and its true value
 COMPARABLE: dict[str, tuple[str, Callable[[dict[str, Any], float], float]]] = {
+    "eddy-current": ("S", lambda truth, ohm: 1.0 / ohm),
     "resistance-error": ("ohm", lambda truth, share: share * truth["base"]["resistance"]),
     "integrator-offset": ("V", _same),
     "probe-skew": ("s", _same),
@@ -156,7 +157,7 @@ def _covered(case: Case, result: Result) -> dict[str, bool]:
         name = effect["name"]
         unit, value = COMPARABLE.get(name, ("", _same))
         matching = [p for p in effect.get("parameters", []) if p.get("unit") == unit]
-        if name in case.hidden.effects and case.hidden.bench != "other-coil" and len(matching) == 1:
+        if name in case.hidden.effects and case.hidden.bench != "other-coil" and matching:
             truth = value(result.truth, case.hidden.effects[name])
             covered[name] = bool(matching[0]["low"] <= truth <= matching[0]["high"])
     return covered

@@ -14,21 +14,20 @@ from mrfit.discover.refit import Fitter, Refit
 from mrfit.discover.regions import Region, in_words, locate
 from mrfit.discover.remainder import explainable, follows_the_state, repeated_error
 from mrfit.discover.screen import cosines
+from mrfit.discover.trials import leaves_too_much
 from mrfit.fit.result import parameter_rows
 from mrfit.specs import Array, EffectSpec
 
 # Errors that repeat from cycle to cycle, this many times the noise, leave no doubt that something is missing …
 FAR_ABOVE = 2.0
-# … nor do smaller ones, if a model that knows no physics still predicts this share of their square
+# … nor do smaller ones, if a model that knows no physics still predicts this share of their square, or if effects that
+# had proof left too much; or errors so far above a floor of white noise that no colour of noise excuses them
 CLEARLY_ABOVE = 1.25
 STRUCTURE = 0.15
+BEYOND_ANY_COLOUR = 8.0
 # Effects whose projected sensitivities are this parallel could take each other's place
 CONFUSABLE = 0.9
 REGIONS = 8
-# Effects that together leave more than this share of the gap may be shadows of something else: none of them is named …
-LEFT_BY_SHADOWS = 0.2
-# … and already from this share on where what is left stands far above the noise
-LEFT_IN_SIGHT, IN_SIGHT = 0.05, 2.5
 
 
 @dataclass(frozen=True)
@@ -56,23 +55,22 @@ def verdict_of(bench: Bench, verdict: Verdict, seed: int) -> Outcome:
         return Outcome("ambiguous", structure)
     if final.effects:
         return Outcome("named", structure)
-    left = final.chi("holdout") > CLEARLY_ABOVE and structure > STRUCTURE
+    told = structure > STRUCTURE or verdict.taken_back is not None or final.chi("holdout") > BEYOND_ANY_COLOUR
+    left = final.chi("holdout") > CLEARLY_ABOVE and told
     left = left or repeated_error(bench, final) > FAR_ABOVE or follows_the_state(bench, final)
     return Outcome("unexplained" if left else "none", structure)
 
 
 def drop_shadows(verdict: Verdict) -> None:
     """Take back all effects if together they leave much of the gap: what is missing then is something else."""
-    before, after = (fit.chi("holdout") ** 2 for fit in (verdict.base, verdict.final))
-    gap = before - 1.0
-    allowed = LEFT_IN_SIGHT if after > IN_SIGHT**2 else LEFT_BY_SHADOWS
-    if not verdict.final.effects or gap <= 0 or after - 1.0 <= allowed * gap:
+    if not verdict.final.effects or not leaves_too_much(verdict.base, verdict.final):
         return
-    closed = (before - after) / gap
+    before, after = (fit.chi("holdout") ** 2 for fit in (verdict.base, verdict.final))
+    closed = (before - after) / (before - 1.0)
     for name in verdict.final.effects:
         together = " and ".join(verdict.final.effects)
         verdict.reasons[name] = f"{together} would take {closed:.0%} of the gap: too little to be what is missing"
-    verdict.final, verdict.ambiguous = verdict.base, []
+    verdict.taken_back, verdict.final, verdict.ambiguous = verdict.final, verdict.base, []
 
 
 def account(fitter: Fitter, verdict: Verdict, outcome: Outcome) -> dict[str, Any]:
@@ -87,13 +85,15 @@ def account(fitter: Fitter, verdict: Verdict, outcome: Outcome) -> dict[str, Any
     spoken_of = share > 0.1
     shapes = looks.looks(bench, after) if spoken_of else []
     pairs = confusable(verdict)
-    suspects = sorted({e for group in verdict.ambiguous for e in group})
+    undecided = sorted({e for group in verdict.ambiguous for e in group})
+    partial = verdict.taken_back
     return {
         "verdict": outcome.word,
         "effects": [effect_row(verdict, specs[e], fitter, pairs) for e in named],
-        "ambiguous_set": suspects,
-        "suspects": [suspect_row(fitter, verdict, e) for e in suspects],
-        "advice": [f"{e}: {specs[e].experiment}" for e in suspects],
+        "ambiguous_set": undecided,
+        "suspects": [suspect_row(fitter, verdict, e) for e in undecided]
+        + ([] if partial is None else [partial_row(fitter, verdict, partial, e) for e in partial.effects]),
+        "advice": [f"{e}: {specs[e].experiment}" for e in undecided or (partial.effects if partial else ())],
         "where": [region_row(r) for r in where[:REGIONS]],
         "where_text": in_words(where),
         "gap": gap,
@@ -178,6 +178,11 @@ def suspect_row(fitter: Fitter, verdict: Verdict, name: str) -> dict[str, Any]:
     (group,) = (g for g in verdict.ambiguous if name in g)
     effects = [name if e in group else e for e in verdict.final.effects]
     fit = fitter.refit(effects, [verdict.final.values])
+    return partial_row(fitter, verdict, fit, name)
+
+
+def partial_row(fitter: Fitter, verdict: Verdict, fit: Refit, name: str) -> dict[str, Any]:
+    """Return an effect of a fit that is not the final one: its parameters, and the hold-out error of that fit."""
     after = gap_of(fitter.bench, verdict.base, fit)["after"]
     return {"name": name, "parameters": own_parameters(fit, name), "holdout_nrmse_after": after}
 

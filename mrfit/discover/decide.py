@@ -4,7 +4,8 @@ An effect is accepted if, refitted jointly with everything else, its parameter s
 errors than the number of candidates could produce by chance, and it lowers the error on held-out conditions by more
 than chance. Two effects that both pass alone are put in together (an encompassing test): the one that still earns its
 place beside the other is real, the other a shadow; if neither does, the data cannot tell them apart. Where no effect
-alone has proof, two are tried together, and every effect is chosen anew once others are beside it.
+alone has proof, or what was put in one by one leaves too much, two are tried together, and every effect is chosen anew
+once others are beside it.
 
 The library's forms are approximations. What the right effect leaves is small against what it takes, and a look-alike
 that takes some of that is a shadow. So what an effect takes must be a visible share of the base's gap, or nearly all
@@ -12,31 +13,19 @@ that is left of it; standard errors count the scatter between conditions, since 
 everywhere and a shadow has not; and what an effect takes must exceed what all together leave.
 """
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field
-from itertools import combinations
-
-import numpy as np
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 from mrfit import registry
+from mrfit.discover.pairs import best_pair
 from mrfit.discover.refit import Fitter, Refit, paired_z
-from mrfit.discover.screen import Screened, screen
+from mrfit.discover.screen import Screened, reach, screen
+from mrfit.discover.trials import HOLDOUT_CLEAR, Trial, judge, leaves_too_much, try_out
 from mrfit.progress import Progress
 from mrfit.specs import EffectSpec
 
-# Standard errors from neutral: twenty candidates reach 3 by chance in 5 of 100 data sets, 4 in 1 of 1000
-CLEAR = 4.0
 # Screened candidates that to first order take away less of the squared error than this are not refitted
 WORTH_A_REFIT = 1e-3
-# Standard score of the fall in squared hold-out error
-HOLDOUT_CLEAR = 2.0
-# Least share of the squared hold-out error that an effect must take away
-LEAST_GAIN = 0.01
-# Least share of the gap that the base alone leaves, for an effect and for the look-alike of one that is in already …
-LEAST_GAP = 0.02
-LEAST_GAP_OF_ALIKE = 0.1
-# … or, where it takes this share of the gap that is left and is no look-alike, so much of the base's
-MOST_OF_THE_REST, LEAST_GAP_OF_THE_REST = 0.5, 0.005
 # Cosine between projected sensitivities from which a wrong form of one effect may well look like the other
 ALIKE = 0.8
 # A rival that leaves so many times what the winner leaves, and significantly more, is not its equal
@@ -47,41 +36,10 @@ MOST_REFITS = 7
 MOST_ROUNDS = 4
 # A rival that leaves at most this much more of the gap is looked at
 RIVAL = 0.35
-# Two effects at once are looked for among so many, where this share of the gap is left and stands this far above noise
-COUPLED = 4
-LEFT_FOR_TWO, ABOVE_NOISE = 0.05, 1.5
 # Rivals that an effect has to face again once others are beside it
 MOST_RIVALS = 4
-
-
-@dataclass(frozen=True)
-class Trial:
-    """One effect added to the present model and refitted.
-
-    Attributes
-    ----------
-    name
-        The effect.
-    fit
-        The refit.
-    gain
-        Share of the squared hold-out error taken away.
-    strength
-        Standard errors of the effect's parameter from neutral.
-    score
-        Standard score of the fall in squared hold-out error.
-    """
-
-    name: str
-    fit: Refit
-    gain: float
-    strength: float
-    score: float
-
-    @property
-    def passes(self) -> bool:
-        """Whether the effect has proof."""
-        return self.strength > CLEAR and self.gain > LEAST_GAIN and self.score > HOLDOUT_CLEAR
+# An effect that is not known to be mistaken for another faces it only if it could take this share of what is left then
+WORTH_A_DUEL = 0.05
 
 
 @dataclass
@@ -100,6 +58,8 @@ class Verdict:
         For every effect: why it was accepted or turned down.
     gains
         Share of the squared hold-out error each took away when it was last tried.
+    taken_back
+        The fit with effects that had proof each, but together left too much to be named.
     """
 
     base: Refit
@@ -108,6 +68,7 @@ class Verdict:
     screened: list[Screened] = field(default_factory=list)
     reasons: dict[str, str] = field(default_factory=dict)
     gains: dict[str, float] = field(default_factory=dict)
+    taken_back: Refit | None = None
 
     def alike(self, name: str) -> set[str]:
         """Return the effects whose projected sensitivity is nearly parallel to an effect's in these data."""
@@ -132,49 +93,62 @@ def decide(fitter: Fitter, base: Refit, effects: Sequence[EffectSpec], progress:
         Told of every refit.
     """
     verdict = Verdict(base, base, screened=screen(fitter, base, effects))
-    for number in range(MOST_ROUNDS):
-        present = verdict.final
-        candidates = verdict.screened if not number else screen(fitter, present, effects)
-        trials = _trials(fitter, present, candidates, verdict, (number, progress))
-        passing = sorted((t for t in trials if t.passes), key=lambda t: t.fit.chi("holdout"))
-        if passing:
-            winner, equals = _duel(fitter, present, passing, verdict)
-            _accept(fitter, verdict, winner, equals)
-        elif not _couple(fitter, present, trials, verdict):
-            break
-        _remove_shadows(fitter, verdict)
-        _choose_again(fitter, verdict)
+    first = _grow(fitter, verdict, effects, progress)
+    if verdict.final.effects and leaves_too_much(base, verdict.final):
+        _start_again(fitter, verdict, (effects, first), progress)
     _remove_below_the_rest(fitter, verdict)
     return verdict
 
 
-def _accept(fitter: Fitter, verdict: Verdict, winner: Trial, equals: Sequence[str]) -> None:
-    verdict.final = fitter.thorough(winner.fit)
-    verdict.reasons[winner.name] = f"its parameter is {winner.strength:.0f} standard errors from neutral"
+def _grow(fitter: Fitter, verdict: Verdict, effects: Sequence[EffectSpec], progress: Progress) -> list[Trial]:
+    """Add effects until none has proof; return the first round's trials."""
+    first: list[Trial] = []
+    for number in range(MOST_ROUNDS):
+        present = verdict.final
+        candidates = screen(fitter, present, effects) if present.effects else verdict.screened
+        trials = _trials(fitter, present, candidates, verdict, (number, progress))
+        first = first or trials
+        passing = sorted((t for t in trials if t.passes), key=lambda t: t.fit.chi("holdout"))
+        if passing:
+            winner, equals = _duel(fitter, present, passing, verdict)
+            _accept(fitter, verdict, winner.fit, equals and (winner.name, *equals))
+        else:
+            both = best_pair(fitter, present, verdict.base, (candidates, trials), progress)
+            if both is None:
+                break
+            _accept(fitter, verdict, both)
+        _remove_shadows(fitter, verdict)
+        _choose_again(fitter, verdict)
+    return first
+
+
+def _start_again(
+    fitter: Fitter, verdict: Verdict, known: tuple[Sequence[EffectSpec], list[Trial]], progress: Progress
+) -> None:
+    """Begin with the best pair, where effects put in one by one leave too much: the first may imitate two others."""
+    effects, first = known
+    both = best_pair(fitter, verdict.base, verdict.base, (verdict.screened, first), progress)
+    if both is None or set(both.effects) <= set(verdict.final.effects):
+        return
+    other = replace(verdict, ambiguous=[], reasons=dict(verdict.reasons), gains=dict(verdict.gains))
+    _accept(fitter, other, both)
+    _choose_again(fitter, other)
+    _grow(fitter, other, effects, progress)
+    if leaves_too_much(verdict.base, other.final):
+        return
+    for name in set(verdict.final.effects) - set(other.final.effects):
+        other.reasons[name] = f"it adds nothing beside {' and '.join(other.final.effects)}"
+    verdict.final, verdict.ambiguous, verdict.reasons = other.final, other.ambiguous, other.reasons
+
+
+def _accept(fitter: Fitter, verdict: Verdict, fit: Refit, equals: Sequence[str] = ()) -> None:
+    """Take a fit with more effects; ``equals`` cannot be told from each other."""
+    new = set(fit.effects) - set(verdict.final.effects)
+    verdict.final = fitter.thorough(fit)
+    for name in new:
+        verdict.reasons[name] = f"its parameter is {verdict.final.strength(name):.0f} standard errors from neutral"
     if equals:
-        verdict.ambiguous.append((winner.name, *equals))
-
-
-def _couple(fitter: Fitter, present: Refit, trials: Sequence[Trial], verdict: Verdict) -> bool:
-    """Put in the best two effects of which each has proof beside the other only; return whether there are such."""
-    left, gap = (fit.chi("holdout") ** 2 - 1.0 for fit in (present, verdict.base))
-    if left < LEFT_FOR_TWO * gap or present.chi("holdout") < ABOVE_NOISE:
-        return False
-    near = sorted(trials, key=lambda t: t.fit.chi("train"))[:COUPLED]
-    best: Refit | None = None
-    for one, other in combinations(near, 2):
-        starts = [one.fit.values | other.fit.values, other.fit.values | one.fit.values]
-        both = fitter.refit([*present.effects, one.name, other.name], starts)
-        proven = judge(other.name, one.fit, both, verdict.base).passes
-        proven = proven and judge(one.name, other.fit, both, verdict.base).passes
-        if proven and (best is None or both.chi("holdout") < best.chi("holdout")):
-            best = both
-    if best is None:
-        return False
-    verdict.final = fitter.thorough(best)
-    for name in set(best.effects) - set(present.effects):
-        verdict.reasons[name] = f"its parameter is {best.strength(name):.0f} standard errors from neutral"
-    return True
+        verdict.ambiguous.append(tuple(equals))
 
 
 def _trials(
@@ -188,11 +162,11 @@ def _trials(
     number, progress = listener
     trials = []
     for done, candidate in enumerate(worth, 1):
-        trial = _trial(fitter, present, candidate, verdict)
+        trial = try_out(fitter, present, candidate, verdict.base, verdict.alike(candidate.name))
         trials.append(trial)
         if number == 0 or trial.passes:
             verdict.gains[candidate.name] = trial.gain
-            verdict.reasons[candidate.name] = _reason(trial)
+            verdict.reasons[candidate.name] = trial.reason
         progress(f"round {number + 1}: refit with {candidate.name}", done, len(worth))
     tried = {c.name for c in worth}
     for candidate in candidates:
@@ -202,54 +176,10 @@ def _trials(
     return trials
 
 
-def _trial(fitter: Fitter, present: Refit, candidate: Screened, verdict: Verdict) -> Trial:
-    here = present.values
-    # a nudge off neutral, what first order asks for, and thrice that where first order falls short
-    starts = [{**here, **_scaled(fitter, candidate, factor)} for factor in (0.1, 1.0, 3.0)]
-    fit = fitter.refit([*present.effects, candidate.name], [*starts, here])
-    return judge(candidate.name, present, fit, verdict.base, verdict.alike(candidate.name))
-
-
-def judge(name: str, before: Refit, after: Refit, base: Refit, alike: Collection[str] = ()) -> Trial:
-    """Return the trial of an effect from the fits without and with it; its share of the base's gap must be visible.
-
-    Beside one of those it is ``alike`` to, it must take more.
-    """
-    roles = ("train", "holdout")
-    squares = [[fit.chi(role) ** 2 for role in roles] for fit in (base, before, after)]
-    gaps, lefts, rests = (np.maximum(np.array(row) - 1.0, 1e-12) for row in squares)
-    shares, of_rest = (lefts - rests) / gaps, float((lefts - rests)[1] / lefts[1])
-    least = LEAST_GAP_OF_ALIKE if set(alike) & set(before.effects) else LEAST_GAP
-    if of_rest > MOST_OF_THE_REST and least == LEAST_GAP:
-        least = LEAST_GAP_OF_THE_REST
-    gain = float(1.0 - squares[2][1] / squares[1][1]) if shares.max() > least else 0.0
-    return Trial(name, after, gain, after.strength(name), paired_z(before.holdout, after.holdout))
-
-
 def aliases_of(name: str) -> set[str]:
     """Return the effects that an effect is mistaken for, or that are mistaken for it."""
     own = set(registry.load("effect", name).SPEC.aliases)
     return own | {e for e in registry.names("effect") if name in registry.load("effect", e).SPEC.aliases}
-
-
-def _scaled(fitter: Fitter, candidate: Screened, factor: float) -> dict[str, float]:
-    params = {p.name: p for p in fitter.assembly([candidate.name]).spec.params}
-    scaled = {}
-    for name, value in candidate.start.items():
-        p = params[name]
-        wanted = value if p.role == "shape" else p.start + factor * (value - p.start)
-        scaled[name] = min(max(wanted, p.low), p.high)
-    return scaled
-
-
-def _reason(trial: Trial) -> str:
-    if trial.strength <= CLEAR:
-        return f"its parameter is only {trial.strength:.1f} standard errors from neutral"
-    if trial.gain <= LEAST_GAIN:
-        return "it does not lower the error on held-out conditions"
-    if trial.score <= HOLDOUT_CLEAR:
-        return "its gain on held-out conditions may be chance"
-    return f"it takes away {trial.gain:.0%} of the squared hold-out error"
 
 
 def _duel(fitter: Fitter, present: Refit, passing: Sequence[Trial], verdict: Verdict) -> tuple[Trial, tuple[str, ...]]:
@@ -322,15 +252,21 @@ def _choose_again(fitter: Fitter, verdict: Verdict) -> None:
             continue
         without = fitter.refit(rest, [verdict.final.values])
         alike = aliases_of(name)
-        rivals = [s for s in verdict.screened if not s.reason and s.name not in verdict.final.effects]
+        rivals = [
+            s
+            for s in verdict.screened
+            if not s.reason
+            and s.name not in verdict.final.effects
+            and (s.name in alike or reach([s], without, fitter.stride) > WORTH_A_DUEL)
+        ]
         rivals = sorted(rivals, key=lambda s: (s.name not in alike, -s.gain))[:MOST_RIVALS]
-        trials = [_trial(fitter, without, s, verdict) for s in rivals]
+        trials = [try_out(fitter, without, s, verdict.base, verdict.alike(s.name)) for s in rivals]
         own = judge(name, without, verdict.final, verdict.base, verdict.alike(name))
         passing = sorted((t for t in (own, *trials) if t.passes), key=lambda t: t.fit.chi("holdout"))
         winner, equals = _duel(fitter, without, passing or [own], verdict)
         verdict.ambiguous = [s for s in verdict.ambiguous if name not in s]
         if winner.name != name:
-            _accept(fitter, verdict, winner, equals)
+            _accept(fitter, verdict, winner.fit, equals and (winner.name, *equals))
         elif equals:
             verdict.ambiguous.append((name, *equals))
 

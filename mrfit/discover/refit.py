@@ -2,29 +2,34 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
-from mrfit import optimize
 from mrfit.assembly import Assembly, assemble
 from mrfit.dependence import CurrentDependence
 from mrfit.discover.bench import Bench
 from mrfit.discover.clusters import clustered
 from mrfit.errors import DataError
+from mrfit.fit import levels
 from mrfit.fit.cube import Cube, cube_of
-from mrfit.fit.problem import differences
+from mrfit.fit.problem import Posed, differences
+from mrfit.fit.separable import projection_of
 from mrfit.fit.starts import at_scales
 from mrfit.fit.uncertainty import Uncertainty, analyse, long_run_covariance, sensitivities
-from mrfit.objective import Objective
+from mrfit.optimizers import auto
 from mrfit.specs import Array
 
 # Evaluations of a refit, for each free parameter: it starts next to its optimum
 REFIT_BUDGET = 60
-# Training samples a search looks at; the optimum is then polished on all of them
-SEARCH_SAMPLES = 12_000
-POLISH_STEPS = 3
+# Training samples a screening looks at
+SCREENED_SAMPLES = 12_000
 # Evaluations of the search from many starts, for each free parameter
 THOROUGH_BUDGET = 200
+# Multiples of the noise floor above which an optimum need not be exact, since the model is wrong, and its tolerance
+WORTH_POLISHING, ROUGH = 2.0, 3e-4
+# Multiples of the noise floor at which nothing is left to be searched for
+NOISE = 1.05
 # A shape parameter this near an end of its range says no more than that it is large, or small
 AT_BOUND = 0.05
 
@@ -43,8 +48,8 @@ class Refit:
         Optimum in the cube (F,).
     train, holdout
         Errors in multiples of the noise floor, one (N_s,) for each segment of the role.
-    uncertainty
-        Of the free parameters in the cube, with the scatter between conditions.
+    measure
+        Gives ``uncertainty``; a fit that does not help is never asked for it.
     """
 
     effects: tuple[str, ...]
@@ -53,7 +58,12 @@ class Refit:
     point: Array
     train: list[Array]
     holdout: list[Array]
-    uncertainty: Uncertainty
+    measure: Callable[[], Uncertainty]
+
+    @cached_property
+    def uncertainty(self) -> Uncertainty:
+        """Uncertainty of the free parameters in the cube, with the scatter between conditions."""
+        return self.measure()
 
     @property
     def theta(self) -> Array:
@@ -142,10 +152,10 @@ class Fitter:
         """Return the base alone, fitted by ``auto`` from many starts."""
         assembly, cube = self.assembly(()), self.cube(())
         if () not in self.known:
-            objective = Objective(self.residuals(assembly, cube), cube.start, budget=0)
-            objective.starts = self._data_driven(assembly, cube)
-            outcome = optimize.run("auto", objective, np.random.default_rng(seed))
-            self._remember((), outcome)
+            posed = self._posed(assembly, cube)
+            starts = np.vstack([cube.start[None, :], self._data_driven(assembly, cube)])
+            outcome = levels.search(posed, starts, np.random.default_rng(seed), levels.Limits(), _unheard)
+            self._remember((), outcome.point, outcome.cost)
         return self._judged((), assembly, cube, self.known[()])
 
     def refit(self, effects: Sequence[str], starts: Sequence[dict[str, float]]) -> Refit:
@@ -161,71 +171,64 @@ class Fitter:
         key = tuple(sorted(effects))
         assembly, cube = self.assembly(key), self.cube(key)
         if key not in self.known:
-            evaluate = self.thinned(assembly, cube)
             names = [p.name for p in cube.params]
             theta = np.array([[s.get(n, p.start) for n, p in zip(names, cube.params, strict=True)] for s in starts])
-            points = cube.to_points(theta)
-            objective = Objective(evaluate, points[0], budget=len(points))
-            objective.costs(points)
-            outcome = optimize.run("lsq", objective, np.random.default_rng(0), REFIT_BUDGET * (objective.dimension + 1))
-            self._remember(key, outcome)
-            self.known[key] = self._polished(assembly, cube, outcome.point)
-            self.keep(key, self.known[key])
+            posed = self._posed(assembly, cube)
+            objective = levels.objective_of(posed, projection_of(posed), cube.to_points(theta), None)
+            objective.budget, exact = REFIT_BUDGET * (objective.dimension + 1), objective.tolerance
+            objective.tolerance = ROUGH
+            auto.refine(objective, np.asarray(objective.starts), auto.FIRST_DAMPING)
+            if objective.best_cost < WORTH_POLISHING:
+                objective.tolerance = exact
+                auto.refine(objective, objective.best_point[None, :])
+            self._remember(key, levels.whole(objective, objective.best_point), objective.best_cost)
         return self._judged(key, assembly, cube, self.known[key])
 
     def thorough(self, found: Refit) -> Refit:
         """Return a fit searched again from many starts: a base that imitated the effect may be far off its own."""
-        objective = Objective(self.thinned(found.assembly, found.cube), found.point, budget=0)
-        objective.starts = self._data_driven(found.assembly, found.cube)
-        budget = THOROUGH_BUDGET * (objective.dimension + 1)
-        outcome = optimize.run("auto", objective, np.random.default_rng(0), budget)
-        point = self._polished(found.assembly, found.cube, outcome.point)
-        again = self._judged(found.effects, found.assembly, found.cube, point)
+        if found.chi("train") < NOISE:
+            return found
+        starts = np.vstack([found.point[None, :], self._data_driven(found.assembly, found.cube)])
+        limits = levels.Limits(THOROUGH_BUDGET * (len(found.point) + 1))
+        posed = self._posed(found.assembly, found.cube)
+        outcome = levels.search(posed, starts, np.random.default_rng(0), limits, _unheard)
+        again = self._judged(found.effects, found.assembly, found.cube, outcome.point)
         if not again.chi("train") < found.chi("train"):
             return found
-        self.known[found.effects] = point
-        self.keep(found.effects, point)
+        self._remember(found.effects, outcome.point, outcome.cost)
         return again
 
-    def _polished(self, assembly: Assembly, cube: Cube, point: Array) -> Array:
-        """Return the optimum over all samples next to that over the thinned ones, by Gauss-Newton steps that help."""
-        objective = Objective(self.residuals(assembly, cube), point, budget=POLISH_STEPS * (len(point) + 2))
-        for _ in range(POLISH_STEPS):
-            costs, gradients, curvatures = objective.normal_equations(point[None, :])
-            step = np.linalg.lstsq(curvatures[0], gradients[0], rcond=1e-10)[0]
-            trial = np.clip(point - step, 0.0, 1.0)
-            if not objective.costs(trial[None, :])[0] < costs[0]:
-                break
-            point = trial
-        return point
+    def _posed(self, assembly: Assembly, cube: Cube) -> Posed:
+        stretches = self.bench.of_role("train")
+        weights = np.array([1.0 / s.floor for s in stretches])
+        return Posed([s.block_for(assembly) for s in stretches], weights, assembly, cube)
 
-    def _remember(self, key: tuple[str, ...], outcome: optimize.Outcome) -> None:
-        if not np.isfinite(outcome.cost):
+    def _remember(self, key: tuple[str, ...], point: Array, cost: float) -> None:
+        if not np.isfinite(cost):
             name = "+".join([self.base, *key])
             raise DataError(f"every simulation of '{name}' diverged; choose another base model")
-        self.known[key] = outcome.point
-        self.keep(key, outcome.point)
+        self.known[key] = point
+        self.keep(key, point)
 
-    def _data_driven(self, assembly: Assembly, cube: Cube) -> Array | None:
+    def _data_driven(self, assembly: Assembly, cube: Cube) -> Array:
         rows = []
         for stretch in self.bench.of_role("train"):
             block = stretch.block_for(assembly)
             drive = np.ascontiguousarray(block.drive[:, block.nodes[:, 0]])
             found = assembly.start_values(drive, block.target, block.dt)
             rows.append([found.get(p.name, p.start) for p in cube.params])
-        distinct = np.unique(np.array(rows), axis=0)
-        return cube.to_points(distinct) if len(distinct) > 1 or rows else None
+        return cube.to_points(np.unique(np.array(rows), axis=0))
 
     def thinned(self, assembly: Assembly, cube: Cube) -> Callable[[Array], Array]:
-        """Return ``residuals`` of every so-manieth sample: what a search needs of long records."""
+        """Return ``residuals`` of every so-manieth sample: what screening needs of long records."""
         evaluate, stride = self.residuals(assembly, cube), self.stride
         return lambda points: evaluate(points)[:, ::stride]
 
     @property
     def stride(self) -> int:
-        """Samples of training data for each one that a search looks at."""
+        """Samples of training data for each one that screening looks at."""
         total = sum(s.segment.samples for s in self.bench.of_role("train"))
-        return max(1, -(-total // SEARCH_SAMPLES))
+        return max(1, -(-total // SCREENED_SAMPLES))
 
     def residuals(self, assembly: Assembly, cube: Cube) -> Callable[[Array], Array]:
         """Return the map from points (P, F) to training errors in multiples of the noise floor (P, N)."""
@@ -246,12 +249,18 @@ class Fitter:
         theta = cube.to_theta(point[None, :])
         train = [e[0] for e in self.bench.errors(assembly, theta, "train")]
         holdout = [e[0] for e in self.bench.errors(assembly, theta, "holdout")]
-        jacobian = sensitivities(self.residuals(assembly, cube), point)
-        parts = np.split(jacobian, np.cumsum([len(e) for e in train])[:-1])
+        residuals = self.residuals(assembly, cube)
+        return Refit(key, assembly, cube, point, train, holdout, lambda: self._uncertainty(residuals, point, train))
+
+    def _uncertainty(self, residuals: Callable[[Array], Array], point: Array, train: list[Array]) -> Uncertainty:
+        parts = np.split(sensitivities(residuals, point), np.cumsum([len(e) for e in train])[:-1])
         stretches = self.bench.of_role("train")
         within = analyse(parts, train, [s.block.period if s.repeats else 0.0 for s in stretches])
-        conditions = [s.segment.condition for s in stretches]
-        return Refit(key, assembly, cube, point, train, holdout, clustered(within, parts, train, conditions))
+        return clustered(within, parts, train, [s.segment.condition for s in stretches])
+
+
+def _unheard(evaluations: int, cost: float) -> None:
+    """Progress of single searches is not told."""
 
 
 def paired_z(before: Sequence[Array], after: Sequence[Array]) -> float:

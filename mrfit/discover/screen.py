@@ -6,7 +6,7 @@ effects apart.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -39,6 +39,8 @@ class Screened:
         Standard score of that, from the long-run variance of residual times sensitivity.
     direction
         Its unit projected sensitivity over all training samples (N,).
+    columns
+        Projected sensitivities to each of its strengths (N, M).
     start
         Parameter values to start a refit from.
     """
@@ -48,6 +50,7 @@ class Screened:
     gain: float = 0.0
     strength: float = 0.0
     direction: Array = field(default_factory=lambda: np.empty(0))
+    columns: Array = field(default_factory=lambda: np.empty((0, 0)))
     start: dict[str, float] = field(default_factory=dict)
 
 
@@ -59,6 +62,19 @@ def screen(fitter: Fitter, present: Refit, effects: Sequence[EffectSpec]) -> lis
     data = _Data(errors, np.diff(-(-ends // stride), prepend=0).tolist(), present_basis(fitter, present))
     found = [_screened(fitter, present, e, data) for e in effects if e.name not in present.effects]
     return sorted(found, key=lambda s: -s.gain)
+
+
+def reach(candidates: Sequence[Screened], fit: Refit, stride: int) -> float:
+    """Return the share of a fit's squared training error that the sensitivities of candidates could take away together.
+
+    They are those at the fit they were screened with: a first order that holds the better, the nearer the two fits are.
+    """
+    columns = [c.columns for c in candidates if len(c.columns)]
+    if not columns:
+        return 0.0
+    errors = np.concatenate(fit.train)[::stride]
+    taken = np.linalg.qr(np.hstack(columns))[0].T @ errors
+    return float(taken @ taken) / max(float(errors @ errors), 1e-300)
 
 
 def unjudgeable(bench: Bench, effect: EffectSpec) -> str:
@@ -97,7 +113,7 @@ def _screened(fitter: Fitter, present: Refit, effect: EffectSpec, data: _Data) -
         explained = free @ fitted
         gain = _gain(data.errors, explained)
         if gain > best.gain or best.reason:
-            best = _candidate(effect, start, fitted, explained, data)
+            best = replace(_candidate(effect, start, fitted, explained, data), columns=free)
     return best
 
 
@@ -135,7 +151,7 @@ def _candidate(
         smallest = STEP * (p.high - p.low)
         away = step if abs(step) > smallest else np.copysign(smallest, step)
         values[f"{effect.name}.{p.name}"] = float(np.clip(neutral + away, p.low, p.high))
-    return Screened(effect.name, "", _gain(data.errors, explained), strength, direction, values)
+    return Screened(effect.name, "", _gain(data.errors, explained), strength, direction, start=values)
 
 
 def _sensitivities(fitter: Fitter, present: Refit, effect: EffectSpec) -> list[tuple[Array, dict[str, float]]]:
@@ -167,11 +183,11 @@ def _sensitivities(fitter: Fitter, present: Refit, effect: EffectSpec) -> list[t
 
 def _shape_grid(effect: EffectSpec) -> list[dict[str, float]]:
     shapes = [p for p in effect.params if p.role == "shape"]
-    if not shapes:
-        return [{}]
-    p = shapes[0]
-    others = {f"{effect.name}.{q.name}": q.start for q in shapes[1:]}
-    return [{f"{effect.name}.{p.name}": float(v), **others} for v in np.geomspace(p.low, p.high, SHAPES + 2)[1:-1]]
+    others = {f"{effect.name}.{q.name}": q.start for q in shapes}
+    p = next((q for q in shapes if q.scale == "log"), None)
+    if p is None:
+        return [others]
+    return [{**others, f"{effect.name}.{p.name}": float(v)} for v in np.geomspace(p.low, p.high, SHAPES + 2)[1:-1]]
 
 
 def present_basis(fitter: Fitter, present: Refit) -> Array:

@@ -1,9 +1,12 @@
-"""Asymmetry: more force, or less, in one direction than in the other.
+"""Asymmetry: the valve resists one direction more than the other, in its yield force, its damping, or both.
 
-    F = F_base*(1 + g*(1 + tanh(v/v0))/2),    v0 = 0.001 m/s
+    yield_force(v) = yield_force*(1 + g_yield*s(v)),    damping(v) = damping*(1 + g_viscous*s(v))
+    s(v) = (1 + tanh(v/v_a))/2
 
-v velocity (m/s), F force (N), g extra gain (1) for v > 0. (1 + tanh(v/v0))/2 is 1 for v > 0 and 0 for v < 0, without
-the jump at v = 0 with which a noisy velocity would chatter.
+v velocity (m/s), g_yield, g_viscous extra share (1) for v > 0 of the base's parameters of the roles ``yield`` and
+``viscous``, v_a velocity over which one direction gives way to the other (m/s): a valve that switches at once has a
+small one, a flow that turns over gradually a large one; v_a does nothing while both shares are 0. The parameters of the
+base are those of v < 0. Springs, friction of seals and masses are beside the valve and stay as they are.
 
 Source: J. Yu et al., Asymmetric dynamic model of temperature-dependent magnetorheological damper, Frontiers in
 Materials 6 (2019) 227, as cited by Savaia et al..
@@ -12,26 +15,28 @@ Materials 6 (2019) 227, as cited by Savaia et al..
 from mrfit.kernels.filters import soft_sign
 from mrfit.specs import Array, EffectSpec, Param
 
-WIDTH = 1e-3
-
 SPEC = EffectSpec(
     name="asymmetry",
     title="Different force in rebound and compression",
-    equation="F = F_base*(1 + g*(1 + tanh(v/v0))/2),  v0 = 0.001 m/s",
+    equation="yield_force = yield_force(v < 0)*(1 + g_yield*s(v)),  damping the same with g_viscous,  "
+    "s(v) = (1 + tanh(v/v_a))/2",
     reference="Yu et al., Frontiers in Materials 6 (2019) 227",
-    slot="output",
+    slot="theta",
     outputs=("force",),
     inputs=("velocity",),
-    params=(Param("g", "1", -1.0, 4.0, 0.0, text="extra gain for v > 0"),),
-    neutral=(0.0,),
+    params=(
+        Param("g_yield", "1", -0.95, 4.0, 0.0, text="extra share of the yield force for v > 0"),
+        Param("g_viscous", "1", -0.95, 4.0, 0.0, text="extra share of the post-yield damping for v > 0"),
+        Param("v_a", "m/s", 1e-4, 0.3, 0.01, "log", "shape", "velocity over which the directions change over"),
+    ),
+    neutral=(0.0, 0.0, 0.01),
     aliases=("force-offset",),
     experiment="one sine at two or more currents: the difference between the directions grows with the force, that "
     "of an offset does not",
 )
 
 
-def shape(output: Array, channels: dict[str, Array], theta: Array, dt: float) -> Array:
-    """Return the force in N, shape (P, N), with gain 1 + g for v > 0; g (P, 1)."""
-    rising = 0.5 * (1.0 + soft_sign(channels["velocity"], WIDTH))
-    force: Array = output * (1.0 + theta[:, :1] * rising)
-    return force
+def factors(channels: dict[str, Array], theta: Array, dt: float) -> dict[str, Array]:
+    """Return the factors (P, N) on parameters of the roles yield and viscous; theta (P, 3), the last in m/s."""
+    rising = 0.5 * (1.0 + soft_sign(channels["velocity"], theta[:, 2:]))
+    return {role: 1.0 + theta[:, k, None] * rising for k, role in enumerate(("yield", "viscous"))}

@@ -1,30 +1,35 @@
 """Current lag: the magnetic field, and with it the yield force, follows the current behind a first-order lag.
 
-    d(i_sim)/dt = (i - i_sim)/tau
+    d(i_sim)/dt = (i(t - t_d) - i_sim)/tau
 
 i current (A), i_sim the current that the base sees (A), tau time constant (s), 1/nu of inverse-tanh paper, which has
-0.02 s.
-The lag is exact for a current that is linear between samples; i_sim starts at the first sample.
+0.02 s, t_d dead time before the field moves (s). A record does not show when between two samples a step was made: t_d
+also takes up that, which else would bias tau, and may come out below 0 by a part of a sample. Between samples the
+current is a parabola, since straight lines would blur its edges by dt^2/6 and tau be short of that; i_sim starts at the
+first sample.
 
-Source: inverse-tanh paper eq. 9; the simplest M(s) of Savaia et al. eq. 7.
+Source: inverse-tanh paper eq. 9; the simplest M(s) of Savaia et al. eq. 7, with its delay.
 """
 
 import numpy as np
 
 from mrfit.kernels.filters import lag
 from mrfit.kernels.theta import plain
-from mrfit.specs import Array, EffectSpec, Param
+from mrfit.specs import Array, EffectSpec, Index, Param
 
 SPEC = EffectSpec(
     name="current-lag",
     title="Field lagging the current",
-    equation="d(i_sim)/dt = (i - i_sim)/tau",
+    equation="d(i_sim)/dt = (i(t - t_d) - i_sim)/tau",
     reference="inverse-tanh paper eq. 9",
     slot="input",
     outputs=("force", "torque"),
     inputs=("current",),
-    params=(Param("tau", "s", 0.0, 0.5, 0.0, text="time constant of the field"),),
-    neutral=(0.0,),
+    params=(
+        Param("tau", "s", 0.0, 0.5, 0.0, text="time constant of the field"),
+        Param("t_d", "s", -0.005, 0.05, 0.0, "linear", "shape", "dead time before the field moves"),
+    ),
+    neutral=(0.0, 0.0),
     aliases=("delay", "residual-magnetism"),
     experiment="current steps at constant speed, up and down, to several levels: a lag rises exponentially, a delay "
     "keeps the edge, residual magnetism leaves an error that does not decay; sines at constant current cannot show "
@@ -33,5 +38,46 @@ SPEC = EffectSpec(
 
 
 def transform(channels: dict[str, Array], theta: Array, dt: float) -> dict[str, Array]:
-    """Return the current in A, shape (N,), that the field corresponds to; theta is (tau,) in s."""
-    return {"current": lag(plain(channels["current"])[None], np.array([theta[0] / dt]))[0]}
+    """Return the current in A, shape (N,), that the field corresponds to; theta is (tau, t_d) in s."""
+    current, ratio = plain(channels["current"]), theta[0] / dt
+    lagged = lag(current[None], np.array([ratio]))[0]
+    late = lagged if theta[1] == 0.0 else _late(current, lagged, ratio, theta[1] / dt)
+    return {"current": late - _bend(current, ratio, theta[1] / dt) if ratio > 0.0 else late}
+
+
+def _late(current: Array, lagged: Array, ratio: float, shift: float) -> Array:
+    """Return the lagged current a number of samples later, (N,), by the law of the lag between samples."""
+    before, share = _place(len(current), shift)
+    rise = current[before + 1] - current[before]
+    kept = np.exp(-share / ratio) if ratio > 0.0 else (share == 0.0).astype(np.float64)
+    late: Array = current[before] + share * rise + kept * (lagged - current)[before] - ratio * (1.0 - kept) * rise
+    return late
+
+
+def _bend(current: Array, ratio: float, shift: float) -> Array:
+    """Return the lagged difference (N,) of straight lines from parabolas between samples, which blur no edge."""
+    from scipy.signal import lfilter
+
+    curvature = np.zeros(len(current))
+    curvature[1:-1] = np.diff(current, 2)
+    between = np.concatenate([[0.0], 0.5 * (curvature[1:] + curvature[:-1])])
+    bend = np.asarray(lfilter([_gained(1.0 / ratio)], [1.0, -np.exp(-1.0 / ratio)], between))
+    before, share = _place(len(current), shift)
+    late: Array = bend[before] + share * (bend[before + 1] - bend[before])
+    return late
+
+
+def _place(samples: int, shift: float) -> tuple[Index, Array]:
+    """Return the sample before every time that lies a number of samples earlier, and how far behind it that is."""
+    at = np.clip(np.arange(samples) - shift, 0.0, samples - 1)
+    before = np.minimum(at.astype(np.int64), samples - 2)
+    return before, at - before
+
+
+def _gained(rate: float) -> float:
+    """Return what a lag of 1/rate samples gains over one interval from a bend u*(1 - u)/2."""
+    if rate < 1e-2:
+        return rate * (1.0 / 12.0 - rate / 24.0 + rate**2 / 80.0)
+    kept = np.exp(-rate)
+    first, second = (1.0 - kept * (1.0 + rate)) / rate, (2.0 - kept * (2.0 + 2.0 * rate + rate**2)) / rate**2
+    return float(0.5 * (first - second))

@@ -18,7 +18,7 @@ SPEC = EffectSpec(
     title="Drift of the flux integrator",
     equation="flux_measured = flux + offset*(t - mean(t))",
     reference="Tang et al. eq. 3, with u + offset for u",
-    slot="add",
+    slot="record",
     outputs=("flux",),
     inputs=("time",),
     params=(Param("offset", "V", -0.1, 0.1, 0.0, text="constant voltage in the integrator's input"),),
@@ -28,7 +28,7 @@ SPEC = EffectSpec(
 )
 
 
-def term(channels: dict[str, Array], theta: Array, dt: float) -> Array:
+def error(channels: dict[str, Array], theta: Array, dt: float) -> Array:
     """Return the drift in Wb, shape (P, N), of an offset (P, 1) in V."""
     time = channels["time"]
     drift: Array = theta[:, :1] * (time - np.mean(time))

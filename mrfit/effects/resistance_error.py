@@ -17,7 +17,7 @@ SPEC = EffectSpec(
     title="Wrong coil resistance in the flux reconstruction",
     equation="flux_measured = flux - dR*integral(i - mean(i)) dt",
     reference="Tang et al. eq. 3, with R + dR for R",
-    slot="add",
+    slot="record",
     outputs=("flux",),
     inputs=("current",),
     params=(Param("dR", "ohm", -5.0, 5.0, 0.0, text="resistance used minus resistance of the coil"),),
@@ -28,7 +28,7 @@ SPEC = EffectSpec(
 )
 
 
-def term(channels: dict[str, Array], theta: Array, dt: float) -> Array:
+def error(channels: dict[str, Array], theta: Array, dt: float) -> Array:
     """Return the flux in Wb, shape (P, N), that the error dR (P, 1) in ohm leaves in the reconstruction."""
     current = channels["current"]
     charge = running_integral(current - level(current), dt)

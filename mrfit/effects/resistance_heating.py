@@ -21,7 +21,7 @@ SPEC = EffectSpec(
     title="Coil resistance rising with the heat of its current",
     equation="flux_measured = flux + r*integral(E*i - mean(E*i)) dt,  E = integral(i^2) dt from the record's start",
     reference="Tang et al. eq. 3, with the resistance of an adiabatic coil",
-    slot="add",
+    slot="record",
     outputs=("flux",),
     inputs=("current", "time"),
     params=(Param("r", "ohm/A^2/s", 0.0, 1.0, 0.0, text="rise of resistance per integral of i^2"),),
@@ -33,7 +33,7 @@ SPEC = EffectSpec(
 )
 
 
-def term(channels: dict[str, Array], theta: Array, dt: float) -> Array:
+def error(channels: dict[str, Array], theta: Array, dt: float) -> Array:
     """Return the flux in Wb, shape (P, N), that a rise r (P, 1) in ohm/A^2/s leaves in the reconstruction."""
     current, time = channels["current"], channels["time"]
     heat = float(np.mean(current**2)) * time[0] + running_integral(current**2, dt)

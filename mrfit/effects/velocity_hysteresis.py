@@ -12,7 +12,7 @@ Source: preyield paper eq. 8 (S. Guo et al.), whose print has the quotient of Om
 branches v -/+ vh by the sign of the acceleration, which is a play of half-width vh).
 """
 
-from mrfit.kernels.filters import level, play
+from mrfit.kernels.filters import level, smooth_play
 from mrfit.kernels.theta import plain
 from mrfit.specs import Array, EffectSpec, Param
 
@@ -39,4 +39,4 @@ SPEC = EffectSpec(
 def transform(channels: dict[str, Array], theta: Array, dt: float) -> dict[str, Array]:
     """Return the effective velocity in m/s, shape (N,); theta is (Omega, w) in 1/s and m/s."""
     x, v = channels["displacement"], channels["velocity"]
-    return {"velocity": play(plain(v), theta[1]) + theta[0] * (x - level(x))}
+    return {"velocity": smooth_play(plain(v), theta[1]) + theta[0] * (x - level(x))}

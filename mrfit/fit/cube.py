@@ -8,6 +8,7 @@ from typing import TypeVar
 import numpy as np
 
 from mrfit.errors import ConfigError
+from mrfit.kernels.cube import Mask, spread_out
 from mrfit.specs import Array, Index, ModelSpec, Param
 
 Value = TypeVar("Value")
@@ -44,21 +45,15 @@ class Cube:
 
     def to_theta(self, points: Array) -> Array:
         """Map points (P, F) of the cube to parameter vectors (P, K); held parameters take their start value."""
-        held, ends, bounds, logarithmic = self._map
-        theta = np.repeat(held, len(points), axis=0)
-        values = ends[0] + (ends[1] - ends[0]) * points
-        values[:, logarithmic] = np.exp(values[:, logarithmic])
-        theta[:, self.free] = np.minimum(np.maximum(values, bounds[0]), bounds[1])
-        return theta
+        return spread_out(np.ascontiguousarray(points), self.free, *self._map)
 
     @cached_property
-    def _map(self) -> tuple[Array, Array, Array, Index]:
-        """Start values (1, K); of free parameters: ends on their scale, bounds (2, F), places of logarithmic ones."""
-        held = np.array([[p.start for p in self.params]])
+    def _map(self) -> tuple[Array, Array, Mask]:
+        """Start values (K,); of free parameters: ends on their scale and bounds (4, F), which are logarithmic (F,)."""
         ends = np.array([self._ends(int(k)) for k in self.free]).reshape(-1, 2).T
         bounds = np.array([(self.params[k].low, self.params[k].high) for k in self.free]).reshape(-1, 2).T
-        logarithmic = np.flatnonzero([self.params[k].scale == "log" for k in self.free])
-        return held, ends, bounds, logarithmic.astype(np.int64)
+        logarithmic = np.array([self.params[k].scale == "log" for k in self.free], dtype=np.bool_)
+        return np.array([p.start for p in self.params]), np.concatenate([ends, bounds]), logarithmic
 
     def to_points(self, theta: Array) -> Array:
         """Map parameter vectors (P, K) to points (P, F); values outside the bounds go to the nearest bound."""

@@ -12,7 +12,7 @@ from mrfit.drive import output_floor, smooth
 from mrfit.errors import DataError
 from mrfit.fit import levels
 from mrfit.fit.cube import Cube
-from mrfit.fit.problem import Block, Posed, differences, folded_block, full_block
+from mrfit.fit.problem import AHEAD_CYCLES, Block, Posed, differences, folded_block, full_block
 from mrfit.fit.uncertainty import Linearised, condensed, sensitivities
 from mrfit.objective import Objective
 from mrfit.recording import Recording, Segment
@@ -107,7 +107,8 @@ def build_group(
             full.append(full_block(part, drive, values))
             floors.append(floor)
             if part.role == "train":
-                search.append(folded_block(part, drive, values))
+                ahead = AHEAD_CYCLES if "+" in assembly.name else 0.0
+                search.append(folded_block(part, drive, values, ahead))
     if not search:
         raise DataError(f"{name}: no training segment; run `mrfit segment --holdout none` or ingest more conditions")
     return Group(name, search, full, floors)

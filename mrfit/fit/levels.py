@@ -65,7 +65,8 @@ def search(
     """
     given, budget = limits.budget, limits.budget or optimize.default_budget("auto", len(posed.cube.free))
     limits = limits._replace(budget=budget)
-    thin = replace(posed, blocks=[thinned(b) for b in posed.blocks])
+    assembly = replace(posed.assembly, simulate=posed.assembly.rough or posed.assembly.simulate)
+    thin = replace(posed, blocks=[thinned(b) for b in posed.blocks], assembly=assembly)
     if forgets(thin):
         thin, posed = without_lead(thin), without_lead(posed)
     projection = projection_of(thin)
@@ -108,7 +109,15 @@ def completed(outcome: optimize.Outcome, objective: Objective) -> optimize.Outco
     projection, bad = objective.projection, outcome.first_nonfinite
     if bad is not None:
         bad = projection.posed.cube.to_points(projection.cube.to_theta(bad[None, :]))[0]
-    return replace(outcome, point=projection.completed(outcome.point[None, :])[0], first_nonfinite=bad)
+    return replace(outcome, point=whole(objective, outcome.point), first_nonfinite=bad)
+
+
+def whole(objective: Objective, point: Array) -> Array:
+    """Return a point (F',) of an objective of ``objective_of`` as one of the whole cube (F,)."""
+    if not isinstance(objective, SeparableObjective):
+        return point
+    completed: Array = objective.projection.completed(point[None, :])[0]
+    return completed
 
 
 def without_lead(posed: Posed) -> Posed:

@@ -8,25 +8,30 @@ that is a Schur complement.
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from mrfit.fit.cube import Cube
 from mrfit.fit.problem import Posed
-from mrfit.kernels.linear import Mask, bounded_weights, eliminate
-from mrfit.objective import BLOCK_NUMBERS, Objective, stencils
+from mrfit.kernels.cube import stencils
+from mrfit.kernels.linear import Mask, projected, reduced_model
+from mrfit.objective import BLOCK_NUMBERS, STEP, Objective
 from mrfit.specs import Array, Index
 
 # A response is taken as affine where it agrees with its linear prediction within this share
 AFFINE = 1e-7
 
 
-@dataclass(frozen=True)
-class Solved:
-    """Points with their best linear parameters: theta (P, K), residuals (P, M), basis (P, L, M), free ones (P, L)."""
+class Solved(NamedTuple):
+    """Points with their best linear parameters.
+
+    theta (P, K), residuals (P, M) and their root mean square (P,), basis (P, L, M), free ones of the linear (P, L).
+    """
 
     theta: Array
     residuals: Array
+    costs: Array
     basis: Array
     free: Mask
 
@@ -55,20 +60,15 @@ class Projection:
 
     def solve(self, points: Array) -> Solved:
         """Return points (P, F) of the remaining cube with their best linear parameters, by P·(V + 1) simulations."""
-        start, steps, low, high = self._ranges
         theta = self.cube.to_theta(points)
-        with np.errstate(all="ignore"):
-            rows = np.empty((len(points), len(self.linear) + 1, self.posed.rows))
-            if len(self.moving) < len(self.linear):
-                rows[:, 1:] = self._still
-            moved = self._simulated(theta, self.moving)
-            rows[:, 0] = moved[:, 0]
-            rows[:, 1 + self.moving] = moved[:, 1:] - moved[:, :1]
-            gram = np.matmul(rows, rows[:, 1:].transpose(0, 2, 1))
-            weights, free = bounded_weights(gram[:, 1:].copy(), gram[:, 0].copy(), low, high)
-            theta[:, self.linear] = np.clip(start + steps * weights, *self._bounds)
-            residuals = rows[:, 0] + np.matmul(weights[:, None, :], rows[:, 1:])[:, 0]
-        return Solved(theta, residuals, rows[:, 1:], free)
+        return self._solved(theta, self._simulated(theta, self.moving))
+
+    def _solved(self, theta: Array, rows: Array) -> Solved:
+        """Return points at theta (P, K), simulated as in ``_simulated``, with their best linear parameters."""
+        start, steps, low, high = self._ranges
+        weights, residuals, costs, basis, free = projected(rows, self._still, self.moving, low, high)
+        theta[:, self.linear] = np.minimum(np.maximum(start + steps * weights, self._bounds[0]), self._bounds[1])
+        return Solved(theta, residuals, costs, basis, free)
 
     def _simulated(self, theta: Array, places: Index) -> Array:
         """Return residuals (P, 1 + V, M) at the linear parameters' start, and one step along each of some of them."""
@@ -81,10 +81,14 @@ class Projection:
 
     @cached_property
     def _still(self) -> Array:
-        """Shares (L, M) of the response one step along each linear parameter, the remaining ones at their start."""
+        """Shares (L, M) of the response one step along each linear parameter, the remaining ones at their start.
+
+        Empty where all of them move.
+        """
+        if len(self.moving) == len(self.linear):
+            return np.empty((0, 0))
         rows = self._simulated(self.cube.to_theta(self.cube.start[None, :]), np.arange(len(self.linear)))[0]
-        shares: Array = rows[1:] - rows[0]
-        return shares
+        return np.ascontiguousarray(rows[1:] - rows[0])
 
     @cached_property
     def _bounds(self) -> tuple[Array, Array]:
@@ -108,24 +112,22 @@ class Projection:
         parts = [self.solve(points[k : k + block]).residuals for k in range(0, len(points), block)]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
-    def model(self, points: Array, solved: Solved) -> tuple[Array, Array]:
-        """Return Jᵀr (P, F) and JᵀJ (P, F, F) per residual of the projected residuals, by P·F simulations."""
-        count, dimension = points.shape
-        around, steps = stencils(points)
-        theta = self.cube.to_theta(around[:, 1:].reshape(-1, dimension))
-        theta[:, self.linear] = np.repeat(solved.theta[:, self.linear], dimension, axis=0)
-        with np.errstate(all="ignore"):
-            rows = self.posed.of_theta(theta).reshape(count, dimension, -1)
-            rows -= solved.residuals[:, None, :]
-            rows /= steps[:, :, None]
-            rows[~np.isfinite(rows.sum(axis=2))] = 0.0
-        size, samples = len(self.linear), rows.shape[2]
-        whole = np.concatenate([solved.basis, rows], axis=1)
-        whole[:, :size][~solved.free] = 0.0
-        gradients = np.matmul(rows, solved.residuals[:, :, None])[:, :, 0]
-        gram = np.matmul(whole, whole.transpose(0, 2, 1))
-        eliminate(gram, np.broadcast_to(np.arange(size + dimension) < size, gram.shape[:2]).copy())
-        return gradients / samples, gram[:, size:, size:] / samples
+    def models(self, points: Array) -> tuple[Solved, Array, Array]:
+        """Return points (P, F) solved, with Jᵀr (P, F) and JᵀJ (P, F, F) per residual, by P·(V + 1 + F) simulations.
+
+        Where no share of a linear parameter moves, the derivatives do not depend on these: all is simulated at once.
+        """
+        (count, dimension), still = points.shape, not len(self.moving)
+        around, steps = stencils(points, STEP)
+        theta = self.cube.to_theta((around if still else around[:, 1:]).reshape(-1, dimension))
+        if still:
+            rows = self.posed.of_theta(theta).reshape(count, dimension + 1, -1)
+            solved, base, varied = self._solved(theta[:: dimension + 1].copy(), rows), rows[:, 0].copy(), rows
+        else:
+            solved = self.solve(points)
+            theta[:, self.linear] = np.repeat(solved.theta[:, self.linear], dimension, axis=0)
+            base, varied = solved.residuals, self.posed.of_theta(theta).reshape(count, dimension, -1)
+        return solved, *reduced_model(varied, steps, (base, solved.residuals, solved.basis, solved.free))
 
     def completed(self, points: Array) -> Array:
         """Return points (P, F) with their best linear parameters as points of the whole cube."""
@@ -181,10 +183,10 @@ class SeparableObjective(Objective):
 
     def _models(self, points: Array) -> tuple[Array, Array, Array]:
         self._watch()
-        inside = np.clip(points, 0.0, 1.0)
-        solved = self.projection.solve(inside)
-        gradients, curvatures = self.projection.model(inside, solved)
-        costs = self._noted(inside, solved.residuals, len(points) * self.model_simulations)
+        inside = np.minimum(np.maximum(points, 0.0), 1.0)
+        solved, gradients, curvatures = self.projection.models(inside)
+        self._width = solved.residuals.shape[1]
+        costs = self._noted(inside, solved.costs, len(points) * self.model_simulations)
         lost = ~np.isfinite(costs)
         gradients[lost], curvatures[lost] = 0.0, 0.0
         return costs, gradients, curvatures

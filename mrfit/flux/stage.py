@@ -20,7 +20,7 @@ from mrfit.flux.integral import Drift, integrate, remove_drift
 from mrfit.flux.losses import Loop, Separation, estimate_resistance, loop_of, separate
 from mrfit.flux.plateau import resistance_of_plateaus, steady_blocks
 from mrfit.progress import Progress, silent
-from mrfit.recording import Recording
+from mrfit.recording import FLUX_RESISTANCE, Recording
 from mrfit.specs import Array
 from mrfit.store import Workspace, key_of, plain, read_json, write_atomic, write_json
 
@@ -250,6 +250,7 @@ def _write(
             recording,
             channels={**recording.channels, "flux": flux},
             units={**recording.units, "flux": unit_of("flux")},
+            condition={**recording.condition, FLUX_RESISTANCE: resistance.value},
             history=(*recording.history, _history(resistance, drift, settings)),
         ),
         staging,

@@ -177,7 +177,14 @@ def _tables(shapes: Array) -> tuple[NDArray[np.int64], Array, NDArray[np.int64],
         n, rho = shapes[distinct[u]]
         h_positive = _WIDTH / (1.0 + 0.2 * (n - 1.0))
         h_negative = h_positive / (1.0 + max(-rho, 0.0) * (0.5 + 0.3 * (n - 1.0)))
-        counts[u, 0] = _tabulate(n, 1.0, h_positive, 1.0 - _TAIL, cells[u, 0])
+        same = 0  # the positive side depends on n alone
+        while shapes[distinct[same], 0] != n:
+            same += 1
+        if same < u:
+            counts[u, 0] = counts[same, 0]
+            cells[u, 0, : counts[u, 0]] = cells[same, 0, : counts[u, 0]]
+        else:
+            counts[u, 0] = _tabulate(n, 1.0, h_positive, 1.0 - _TAIL, cells[u, 0])
         counts[u, 1] = _tabulate(n, rho, h_negative, 1.0, cells[u, 1])
         gap = 1.0 - _cell_value(cells[u, 0, counts[u, 0] - 1], 1.0)
         scales[u] = h_positive, h_negative, (counts[u, 0] * h_positive) ** 2, gap

@@ -1,4 +1,4 @@
-"""One damped Gauss–Newton step within the unit cube, for many points at once."""
+"""Damped Gauss–Newton steps within the unit cube, for many points at once: their choice, and what becomes of them."""
 
 import math
 
@@ -8,20 +8,34 @@ from numpy.typing import NDArray
 from mrfit.kernels.jit import kernel
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+Model = tuple[Array, Array, Array]
+Descents = tuple[Array, Array, Array, Mask]
+Trial = tuple[Array, Array]
 
 # Singular values of the scaled Jacobian below this share of the largest are noise of the differences: no step goes
 # along their directions, so parameters the data do not determine stay where they started.
 _RANK_TOLERANCE = 3e-5
 # Longest step along any axis of the cube.
 _LONGEST_STEP = 0.1
-# A step cut off at the bounds gives way to the safe one when it promises less than this share of what that one does.
+# How often a damping is raised to make a step that short.
+_RAISES = 40
+# A step cut off at the bounds gives way to a safer one when it promises less than this share of what that one does.
 _POOR = 0.1
+# What a first failed step multiplies its damping by.
+FIRST_RAISE, _LEAST_DAMPING = 2.0, 1e-12
+# A descent is stuck when a damped step failed that promised less than this share of the squared cost, or is too short.
+_LEAST_FALL, _SHORTEST_STEP = 1e-10, 1e-10
 
 
 @kernel
-def _damped(gradient: Array, curvature: Array, damping: float, held: Mask) -> tuple[Array, float]:
-    """Return the damped step (K,) of the parameters not held, and what an undamped one would take off the square."""
+def _spectrum(gradient: Array, curvature: Array, held: Mask) -> tuple[Array, Array, Array, float]:
+    """Return the scaled model of the parameters not held along its eigenvectors, and what an undamped step takes off.
+
+    The directions in the cube (K, K), one per row, the eigenvalues (K,), and the gradient along them (K,), zero for
+    those that the data do not determine.
+    """
     size = len(gradient)
     norms, largest = np.empty(size), 0.0
     for k in range(size):
@@ -35,17 +49,41 @@ def _damped(gradient: Array, curvature: Array, damping: float, held: Mask) -> tu
         for j in range(size):
             scaled[k, j] = curvature[k, j] * norms[k] * norms[j]
     values, vectors = np.linalg.eigh(scaled)
-    step, attainable = np.zeros(size), 0.0
+    directions, along, attainable = np.empty((size, size)), np.zeros(size), 0.0
     for i in range(size):
-        if not values[i] > _RANK_TOLERANCE**2 * values[size - 1]:
-            continue
-        along = 0.0
         for k in range(size):
-            along += vectors[k, i] * gradient[k] * norms[k]
-        attainable += along * along / values[i]
+            directions[i, k] = vectors[k, i] * norms[k]
+        if values[i] > _RANK_TOLERANCE**2 * values[size - 1]:
+            for k in range(size):
+                along[i] += directions[i, k] * gradient[k]
+            attainable += along[i] * along[i] / values[i]
+    return directions, values, along, attainable
+
+
+@kernel
+def _damped(gradient: Array, curvature: Array, damping: float, held: Mask) -> tuple[Array, Array, float]:
+    """Return the damped step (K,) of the parameters not held, one short enough, and what an undamped one takes off.
+
+    The second is the first where that is short enough, else that of the least damping, by fours, which makes it so.
+    """
+    size = len(gradient)
+    directions, values, along, attainable = _spectrum(gradient, curvature, held)
+    step = np.zeros(size)
+    near = step
+    for attempt in range(_RAISES):
+        near, longest = np.zeros(size), 0.0
+        for i in range(size):
+            if along[i] != 0.0:
+                for k in range(size):
+                    near[k] -= directions[i, k] * along[i] / (values[i] + damping)
         for k in range(size):
-            step[k] -= norms[k] * vectors[k, i] * along / (values[i] + damping)
-    return step, attainable
+            longest = max(longest, abs(near[k]))
+        if attempt == 0:
+            step = near
+        if longest <= _LONGEST_STEP:
+            break
+        damping = max(4.0 * damping, 1e-9)
+    return step, near, attainable
 
 
 @kernel
@@ -93,8 +131,10 @@ def damped_steps(points: Array, gradients: Array, curvatures: Array, dampings: A
     """Return trial points (P, K), the fall of the squared cost they promise (P,), and that to be had (P,).
 
     Solves (S⁻¹ JᵀJ S⁻¹ + μ I) S d = -S⁻¹ Jᵀr, S the column norms of J, without the directions in which J is rank
-    deficient, and cuts d off at the bounds. The last result is the fall that an undamped step along the free parameters
-    would bring if the model were linear. Where a model is not finite, the point stays.
+    deficient, shortens d to a tenth of the cube's edge and cuts it off at the bounds. That goes far along what the data
+    hardly determine. Where it promises too little, the better of two others is taken: the μ raised until d is short,
+    and d with those parameters held that would leave the cube. The last result is the fall that an undamped step along
+    the free parameters would bring if the model were linear. Where a model is not finite, the point stays.
 
     Parameters
     ----------
@@ -116,17 +156,65 @@ def damped_steps(points: Array, gradients: Array, curvatures: Array, dampings: A
         if not finite:
             trials[p], predicted[p], attainable[p] = point, 0.0, np.inf
             continue
-        step, attainable[p] = _damped(gradient, curvature, dampings[p], held)
+        step, near, attainable[p] = _damped(gradient, curvature, dampings[p], held)
         safe = step.copy()
         trials[p], predicted[p] = _shortened(point, step, gradient, curvature)
+        trial, fall = _shortened(point, near, gradient, curvature)
         # cutting a step off at the bounds can make it an uphill one; holding what would leave the cube never does
         for _ in range(size):
             if not _hold_crossing(point, safe, held):
                 break
-            safe, _ = _damped(gradient, curvature, dampings[p], held)
-        trial, fall = _shortened(point, safe, gradient, curvature)
+            safe, _, _ = _damped(gradient, curvature, dampings[p], held)
+        other, promised = _shortened(point, safe, gradient, curvature)
+        if promised > fall:
+            trial, fall = other, promised
         if not fall > 0.0:
             trial, fall = _shortened(point, _along_axes(gradient, curvature), gradient, curvature)
         if predicted[p] <= _POOR * fall:
             trials[p], predicted[p] = trial, fall
     return trials, predicted, attainable
+
+
+@kernel
+def keep_better(descents: Descents, model: Model, active: Index, trial: Trial, gained: Model) -> None:
+    """Take the trial steps that lower the cost and adapt the dampings, in place.
+
+    A step that brings less than a quarter of the promised fall doubles its damping, one that brings more than three
+    quarters halves it. One that fails multiplies it by its raise, which doubles every time until a step succeeds.
+
+    Parameters
+    ----------
+    descents
+        Points (P, K), dampings (P,), raises (P,), which are stuck (P,).
+    model
+        Costs (P,), Jᵀr (P, K) and JᵀJ (P, K, K) at the points.
+    active
+        Descents that took a step, shape (A,).
+    trial
+        Trial points (P, K) and the fall of the squared cost that they promise (P,).
+    gained
+        As ``model``, at the trial points of the active descents.
+    """
+    points, dampings, raises, stuck = descents
+    trials, promised = trial
+    for a in range(len(active)):
+        p = active[a]
+        square = model[0][p] ** 2
+        fall, longest = square - gained[0][a] ** 2, 0.0
+        for k in range(points.shape[1]):
+            longest = max(longest, abs(trials[p, k] - points[p, k]))
+        better = fall > 0.0
+        met = fall / max(promised[p], 1e-300)
+        if better:
+            factor = 2.0 if met < 0.25 else 0.5 if met > 0.75 else 1.0
+            model[0][p] = gained[0][a]
+            for k in range(points.shape[1]):
+                points[p, k], model[1][p, k] = trials[p, k], gained[1][a, k]
+                for j in range(points.shape[1]):
+                    model[2][p, k, j] = gained[2][a, k, j]
+        else:
+            factor = raises[p]
+        raises[p] = FIRST_RAISE if better else 2.0 * raises[p]
+        dampings[p] = max(dampings[p] * factor, _LEAST_DAMPING)
+        lost = not better and promised[p] <= _LEAST_FALL * square and dampings[p] > 1.0
+        stuck[p] = longest < _SHORTEST_STEP or lost

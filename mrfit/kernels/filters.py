@@ -10,6 +10,9 @@ import numpy as np
 from mrfit.kernels.jit import kernel
 from mrfit.specs import Array
 
+# Velocity in m/s below which friction does not fade any further
+CREEP = 1e-4
+
 
 @kernel
 def lag(x: Array, ratio: Array) -> Array:
@@ -85,6 +88,28 @@ def play(x: Array, half_width: float) -> Array:
     return y
 
 
+@kernel
+def smooth_play(x: Array, half_width: float) -> Array:
+    """Return ``play`` of a signal (N,) that is smooth: it turns between the samples, at a parabola's vertex.
+
+    A sampled signal misses up to an eighth of its second difference at every turn, which is travel that a narrow play
+    would have seen.
+    """
+    y = np.empty_like(x)
+    state, last = 0.0, len(x) - 1
+    for j in range(last + 1):
+        state = max(x[j] - half_width, min(x[j] + half_width, state))
+        y[j] = state
+        if 0 < j < last and (x[j] - x[j - 1]) * (x[j] - x[j + 1]) > 0.0:
+            slope, bend = x[j + 1] - x[j - 1], 2.0 * x[j] - x[j - 1] - x[j + 1]
+            vertex = x[j] + slope * slope / (8.0 * bend)
+            state = max(vertex - half_width, min(vertex + half_width, state))
+            if slope * bend < 0.0:
+                y[j] = max(x[j] - half_width, min(x[j] + half_width, state))
+                state = y[j]
+    return y
+
+
 def level(x: Array) -> float:
     """Return the mean of a signal (N,) under a Hann window, whose bias by an unfinished cycle falls as 1/cycles^3."""
     weights = 1.0 - np.cos(2.0 * np.pi * (np.arange(len(x)) + 0.5) / len(x))
@@ -98,37 +123,40 @@ def running_integral(x: Array, dt: float) -> Array:
     return integral
 
 
-def bent(x: Array, curvature: Array) -> Array:
-    """Return s*tanh(x/s) with 1/s^2 = curvature >= 0, which is x - curvature*x^3/3 at first; 0 leaves x as it is.
+def bent(x: Array, curvature: Array, power: Array) -> Array:
+    """Return x/(1 + |x/s|^p)^(1/p) with 1/s^2 = curvature >= 0: x where it is small, s where it is large.
 
     Parameters
     ----------
     x
         Signals, in a shape that broadcasts against the curvature's.
     curvature
-        1/s^2, in the inverse square of the signal's unit.
+        1/s^2, in the inverse square of the signal's unit; 0 leaves x as it is.
+    power
+        p >= 1, how sharp the knee is: 1 Froehlich's curve, 2 to 4 as tanh, many a corner.
     """
-    rate = np.sqrt(curvature)
-    bends = rate > 0.0
-    divisor = np.where(bends, rate, 1.0)
-    return np.where(bends, np.tanh(divisor * x) / divisor, x)
+    bend: Array = x / (1.0 + (np.sqrt(curvature) * np.abs(x)) ** power) ** (1.0 / power)
+    return bend
 
 
-def soft_sign(x: Array, width: float) -> Array:
+def soft_sign(x: Array, width: Array | float) -> Array:
     """Return tanh(x/width): the sign of x, but for |x| below the width, where the sign of a noisy x would chatter."""
     sign: Array = np.tanh(x / width)
     return sign
 
 
-def slip(x: Array, reach: Array) -> Array:
-    """Return the direction of sliding friction, (P, N) between -1 and 1, of a stroke x (N,) in m.
+def slip(x: Array, v: Array, reach: Array, turn: Array) -> Array:
+    """Return the direction of sliding friction, (P, N) between -1 and 1, of a stroke x (m) and velocity v (m/s), (N,).
 
     A seal sticks and is bent before it slips: the direction is that of a stop operator, (x - play(x, r))/r, which turns
-    from one side to the other over 2r of travel after a reversal. reach (P,) in m is r > 0.
+    from one side to the other over 2r of travel after a reversal. Lubricated, it also fades with the velocity, as
+    tanh(|v|/v_r), but for a creep of 0.1 mm/s in |v|: a turning point that falls on a sample counts as stuck if v_r is
+    far below that. reach (P,) in m is r > 0, turn (P,) in m/s is v_r > 0 (where both are small: sign(v)).
 
     Source: W. D. Iwan, J. Appl. Mech. 33 (1966) 893 (Maxwell slip).
     """
     direction = np.empty((len(reach), len(x)))
     for r in np.unique(reach):
-        direction[reach == r] = (x - play(x, r)) / r
-    return direction
+        direction[reach == r] = (x - smooth_play(x, r)) / r
+    speed = np.hypot(v, CREEP)
+    return direction * np.tanh(speed / turn[:, None])

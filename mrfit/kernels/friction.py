@@ -276,10 +276,7 @@ def hysteresis(x: Array, rate: Array, n: Array, rho: Array) -> Array:
         As in ``varying_bouc_wen``, shapes (P, 1) or (P, N).
     """
     first = [values[:, :1] for values in (rate, n, rho)]
-    if all(
-        np.array_equal(values, np.broadcast_to(start, values.shape))
-        for values, start in zip((rate, n, rho), first, strict=True)
-    ):
+    if all(v.shape[1] == 1 or np.array_equal(v, np.broadcast_to(v[:, :1], v.shape)) for v in (rate, n, rho)):
         nothing, one = np.zeros_like(first[0]), np.ones_like(first[0])
         return bouc_wen(x, np.hstack([nothing, one, *first]))
     return varying_bouc_wen(x, *(np.ascontiguousarray(np.broadcast_to(v, (len(v), len(x)))) for v in (rate, n, rho)))

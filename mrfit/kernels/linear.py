@@ -1,4 +1,4 @@
-"""Linear least squares within bounds from Gram matrices: what is left of a fit where parameters enter linearly."""
+"""Linear least squares within bounds: what is left of a fit where parameters enter linearly, and of its derivatives."""
 
 import math
 
@@ -8,7 +8,10 @@ from numpy.typing import NDArray
 from mrfit.kernels.jit import kernel
 
 Array = NDArray[np.float64]
+Index = NDArray[np.int64]
 Mask = NDArray[np.bool_]
+Projected = tuple[Array, Array, Array, Array, Mask]
+Solved = tuple[Array, Array, Array, Mask]
 
 # A pivot below this share of its column's square is rounding: the column is a combination of those before it
 _RANK = 1e-12
@@ -147,3 +150,84 @@ def bounded_weights(gram: Array, slope: Array, low: Array, high: Array) -> tuple
                 break
             free[hit] = True
     return weights, freedom
+
+
+@kernel
+def projected(rows: Array, still: Array, moving: Index, low: Array, high: Array) -> Projected:
+    """Return responses with their best linear parameters: weights, residuals, their root mean square, basis, free ones.
+
+    Parameters
+    ----------
+    rows
+        Residuals at the linear parameters' start, and one step along each of those that move, shape (P, 1 + V, M); more
+        rows than these are not read.
+    still
+        Shares (L, M) of the response one step along each linear parameter; those that move are not read.
+    moving
+        Places of those that move among the linear ones, shape (V,).
+    low, high
+        Bounds of the weights in steps, shape (L,), see ``bounded_weights``.
+    """
+    count, size, samples = len(rows), len(low), rows.shape[2]
+    basis, gram = np.empty((count, size, samples)), np.empty((count, size, size))
+    slope, residuals, costs = np.empty((count, size)), np.empty((count, samples)), np.empty(count)
+    for p in range(count):
+        for k in range(len(still)):
+            for m in range(samples):
+                basis[p, k, m] = still[k, m]
+        for v in range(len(moving)):
+            for m in range(samples):
+                basis[p, moving[v], m] = rows[p, 1 + v, m] - rows[p, 0, m]
+        gram[p] = np.dot(basis[p], basis[p].T)
+        slope[p] = np.dot(basis[p], rows[p, 0])
+    weights, free = bounded_weights(gram, slope, low, high)
+    for p in range(count):
+        fitted = np.dot(weights[p], basis[p])
+        for m in range(samples):
+            residuals[p, m] = rows[p, 0, m] + fitted[m]
+        costs[p] = math.sqrt(np.dot(residuals[p], residuals[p]) / samples)
+    return weights, residuals, costs, basis, free
+
+
+@kernel
+def reduced_model(varied: Array, steps: Array, solved: Solved) -> tuple[Array, Array]:
+    """Return Jᵀr (P, F) and JᵀJ (P, F, F) per residual of projected residuals r, by Kaufman's approximation.
+
+    Parameters
+    ----------
+    varied
+        Residuals one step along each parameter at the same linear ones, the last F of the rows, shape (P, ≥ F, M).
+    steps
+        The steps, shape (P, F).
+    solved
+        What they are compared with and differ from (P, M); basis (P, L, M) and free ones (P, L) of the linear ones.
+    """
+    base, residuals, basis, free = solved
+    count, dimension = steps.shape
+    size, samples, first = basis.shape[1], varied.shape[2], varied.shape[1] - dimension
+    gram, gradients = np.empty((count, size + dimension, size + dimension)), np.empty((count, dimension))
+    pivots = np.zeros((count, size + dimension), dtype=np.bool_)
+    pivots[:, :size] = True
+    whole = np.empty((size + dimension, samples))
+    for p in range(count):
+        for k in range(size):
+            for m in range(samples):
+                whole[k, m] = basis[p, k, m] if free[p, k] else 0.0
+        for f in range(dimension):
+            total = 0.0
+            for m in range(samples):
+                whole[size + f, m] = (varied[p, first + f, m] - base[p, m]) / steps[p, f]
+                total += whole[size + f, m]
+            if not math.isfinite(total):
+                whole[size + f] = 0.0
+        gram[p] = np.dot(whole, whole.T)
+        slope = np.dot(whole[size:], residuals[p])
+        for f in range(dimension):
+            gradients[p, f] = slope[f] / samples
+    eliminate(gram, pivots)
+    curvatures = np.empty((count, dimension, dimension))
+    for p in range(count):
+        for f in range(dimension):
+            for j in range(dimension):
+                curvatures[p, f, j] = gram[p, size + f, size + j] / samples
+    return gradients, curvatures

@@ -23,7 +23,7 @@ from mrfit.specs import Array
 LANES = 8
 # Bound on a sub-step's error estimate, as a share of the saturated element's force. The estimate is that of order 2 and
 # some hundred times the error of the result.
-_TOLERANCE = 1e-6
+TOLERANCE = 1e-6
 _MAX_STEPS = 300
 # Rows of the lanes' work array, each of LANES values.
 _XI, _Z, _DONE, _STEP = 0, LANES, 2 * LANES, 3 * LANES
@@ -101,7 +101,7 @@ def _interval(work: Array, v: float, slope: float, dt: float) -> None:
 
 
 @kernel
-def _set_parameters(work: Array, theta: Array, first: int, j: int) -> None:
+def _set_parameters(work: Array, theta: Array, first: int, j: int, tolerance: float) -> None:
     """Load the lanes' parameters of sample j; lanes beyond the last vector repeat it."""
     for lane in range(LANES):
         p = min(first + lane, theta.shape[1] - 1)
@@ -113,7 +113,7 @@ def _set_parameters(work: Array, theta: Array, first: int, j: int) -> None:
         work[_K + lane] = theta[3, p, j] * inverse
         work[_A + lane], work[_BETA + lane], work[_GAMMA + lane], work[_N + lane] = growth, beta, gamma, n
         z_max = power(growth / (beta + gamma), 1.0 / n)
-        work[_SCALE + lane] = 1.0 / (_TOLERANCE * alpha * inverse * z_max)
+        work[_SCALE + lane] = 1.0 / (tolerance * alpha * inverse * z_max)
 
 
 @kernel
@@ -124,7 +124,7 @@ def _bounded(theta: Array) -> bool:
 
 
 @kernel
-def spencer(x: Array, v: Array, theta: Array, dt: float) -> Array:
+def spencer(x: Array, v: Array, theta: Array, dt: float, tolerance: float) -> Array:
     """Simulate the damper from rest (xi = z = 0) at sample 0.
 
     Parameters
@@ -136,6 +136,8 @@ def spencer(x: Array, v: Array, theta: Array, dt: float) -> Array:
         M = N with the values of sample j for the interval that ends at j.
     dt
         Sample interval in s.
+    tolerance
+        Bound on a sub-step's error estimate, as a share of the saturated element's force, as ``TOLERANCE``.
 
     Returns
     -------
@@ -149,14 +151,14 @@ def spencer(x: Array, v: Array, theta: Array, dt: float) -> Array:
         lanes = min(LANES, vectors - first)
         work = np.zeros(_ROWS * LANES)
         work[_STEP : _STEP + LANES] = dt
-        _set_parameters(work, theta, first, 0)
+        _set_parameters(work, theta, first, 0, tolerance)
         finite = True
         for j in range(len(x)):
             finite = finite and math.isfinite(x[j]) and math.isfinite(v[j])
             m = j if varying else 0
             if j > 0 and finite:
                 if varying:
-                    _set_parameters(work, theta, first, j)
+                    _set_parameters(work, theta, first, j, tolerance)
                 _interval(work, v[j - 1], (v[j] - v[j - 1]) / dt, dt)
             for lane in range(lanes):
                 p = first + lane

@@ -48,9 +48,11 @@ def evaluate(formula: Callable[..., Array], drive: Array, theta: Array) -> Array
 
 def by_blocks(simulate: Callable[[Array], Array], samples: int, theta: Array) -> Array:
     """Return simulate(theta), (P, N), a few rows of theta at a time: what it allocates then stays small and warm."""
-    out = np.empty((len(theta), samples))
     rows = max(1, _BLOCK // max(samples, 1))
     with np.errstate(over="ignore", invalid="ignore", divide="ignore", under="ignore"):
+        if len(theta) <= rows:
+            return simulate(theta)
+        out = np.empty((len(theta), samples))
         for first in range(0, len(theta), rows):
             block = slice(first, first + rows)
             out[block] = simulate(theta[block])

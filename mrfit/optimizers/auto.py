@@ -5,8 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from mrfit.kernels.descent import damped_steps
-from mrfit.objective import BudgetSpent, Descent, NormalEquations, Objective
+from mrfit.kernels.descent import FIRST_RAISE, damped_steps, keep_better
+from mrfit.objective import BudgetSpent, Descent, NormalEquations, Objective, Stalled
 from mrfit.specs import Array, OptimizerSpec
 
 SPEC = OptimizerSpec(
@@ -19,9 +19,8 @@ SPEC = OptimizerSpec(
 
 Mask = NDArray[np.bool_]
 
-# Number of descents in the first wave; every later wave has twice as many as the one before, up to the last.
-FIRST_WAVE = 5
-LAST_WAVE = 10
+# Number of descents in the first wave, and in each of those after it.
+FIRST_WAVE, LATER_WAVES = 5, 7
 # Points simulated per descent, from which the starts of a wave are chosen.
 SCREENED = 8
 # Starts of a wave are at least this far apart, as a share of the cube's diagonal, as long as there are such points.
@@ -30,6 +29,8 @@ APART = 0.15
 # So many descents have to settle at the best cost, within this share of it; after so many descents, two are enough.
 AGREEING = 3
 MANY = 12
+# Where no lower cost was found by so many more, the search ends without agreement.
+IDLE = 21
 AGREEMENT_RTOL = 2e-3
 # A cost below this share of the best screened one counts as zero when costs are compared.
 ZERO = 1e-6
@@ -40,15 +41,17 @@ SETTLED = 1e-3
 # It has also settled when so many iterations lowered the squared cost by less than a share of it: along directions
 # that the data hardly determine the linear model promises again and again what the model does not keep.
 SLOW_ITERATIONS, SLOW_SETTLED, SLOW_POLISHED = 5, 1e-3, 1e-6
+# A descent whose steps fail is not judged so until its raise is greater than this: its damping has to fit first.
+LAST_RAISE = 32.0
 ITERATIONS, LEADER_ITERATIONS = 60, 500
 
-FIRST_DAMPING, LEAST_DAMPING, FIRST_RAISE = 1e-2, 1e-12, 2.0
-LAST_DAMPING = 1e-5
+FIRST_DAMPING, LAST_DAMPING = 1e-2, 1e-5
 # Descents under way that cost no more than this share above the best may end below it.
 RIVAL = 0.1
-# A descent is stuck when a damped step failed that promised less than this share of the squared cost.
-LEAST_FALL = 1e-10
-SHORTEST_STEP = 1e-10
+# They are waited for where so many times what their linear models promise would take them there.
+RELIED = 2.0
+# A descent is given up where so many times the fall of its last iterations would not take it to the least cost.
+REACH = 4.0
 
 
 @dataclass
@@ -64,17 +67,24 @@ class Front:
     raises: Array = field(init=False)
     settled: Mask = field(init=False)
     stuck: Mask = field(init=False)
+    given_up: Mask = field(init=False)
 
     def __post_init__(self) -> None:
         count = len(self.points)
         self.dampings, self.raises = np.full(count, FIRST_DAMPING), np.full(count, FIRST_RAISE)
-        self.settled = np.zeros(count, dtype=bool)
+        self.settled, self.given_up = np.zeros((2, count), dtype=bool)
         self.stuck = ~np.isfinite(self.model.costs)
+
+    @property
+    def ended(self) -> Mask:
+        """Which descents take no more steps."""
+        return self.settled | self.stuck | self.given_up
 
 
 def minimise(objective: Objective, rng: np.random.Generator) -> None:
-    """Minimise from the given starts and well-spread ones, in growing waves, until three descents agree.
+    """Minimise from the given starts and well-spread ones, wave by wave, until three descents agree.
 
+    Of many, two are enough; where the least cost stays as it is for many more, the search ends without agreement.
     Every iteration takes one step of all descents, see ``kernels.descent``. A step that lowers the cost lowers its
     damping, any other raises it. Where descents ended is left in the objective's ``descents``, how many agree in
     ``agreeing``.
@@ -88,7 +98,7 @@ def minimise(objective: Objective, rng: np.random.Generator) -> None:
     if objective.starts is not None:
         given.append(objective.starts)
     pool = np.array(list(dict.fromkeys(map(tuple, np.clip(np.vstack(given), 0.0, 1.0)))))
-    count, zero = FIRST_WAVE, np.inf
+    count, zero, least, idle = FIRST_WAVE, np.inf, np.inf, 0
     while True:
         screened = np.vstack([pool, _latin_hypercube(SCREENED * count, objective.dimension, rng)])
         costs = objective.costs(screened)
@@ -100,22 +110,26 @@ def minimise(objective: Objective, rng: np.random.Generator) -> None:
             _polish(objective, front)
         finally:
             _record(objective, front, zero)
-        if objective.agreeing >= (AGREEING if len(objective.descents) < MANY else AGREEING - 1):
+        if objective.agreeing >= _enough(len(objective.descents)):
             objective.verdict = f"{objective.agreeing} of {len(objective.descents)} starts agree"
             return
-        pool, count = pool[:0], min(2 * count, LAST_WAVE)
+        idle = 0 if objective.best_cost < least * (1.0 - AGREEMENT_RTOL) else idle + count
+        if idle >= IDLE:
+            raise Stalled(f"none of the last {idle} starts ended lower")
+        pool, count, least = pool[:0], LATER_WAVES, objective.best_cost
 
 
-def refine(objective: Objective, points: Array) -> bool:
+def refine(objective: Objective, points: Array, damping: float = LAST_DAMPING) -> bool:
     """Descend from the best of the points (P, K) to the objective's tolerance, and return whether the search is over.
 
-    All those that cost little more than the best, but not the same, descend at first.
+    All those that cost little more than the best, but not the same, descend at first. The first steps are damped the
+    more, the farther the points may be from the optimum.
     """
     try:
         if len(points) > 1:
             points = points[_rivals(objective.costs(points))]
         front = Front(points, objective.normal_equations(points))
-        front.dampings[:] = LAST_DAMPING
+        front.dampings[:] = damping
         if len(points) > 1:
             _descend(objective, front, SETTLED, SLOW_SETTLED, ITERATIONS)
         leader = _polish(objective, front)
@@ -158,48 +172,44 @@ def _choose(points: Array, costs: Array, given: int, count: int) -> Array:
 
 
 def _descend(objective: Objective, front: Front, tolerance: float, slow: float, iterations: int) -> None:
-    """Step all descents of a front together until each has settled, is stuck or has taken its iterations."""
-    earlier = front.model.costs.copy()
+    """Step all descents of a front together until each has settled, is stuck, given up or has taken its iterations."""
+    earlier = front.model.costs**2
     for iteration in range(iterations):
-        if iteration % SLOW_ITERATIONS == SLOW_ITERATIONS - 1:
-            front.settled |= ~front.stuck & (front.model.costs**2 >= earlier**2 * (1.0 - slow))
-            earlier = front.model.costs.copy()
         costs, gradients, curvatures = front.model
+        squares = costs**2
+        if iteration % SLOW_ITERATIONS == SLOW_ITERATIONS - 1:
+            judged = ~front.stuck & ((front.raises == FIRST_RAISE) | (front.raises > LAST_RAISE))
+            front.settled |= judged & (squares >= earlier * (1.0 - slow))
+            front.given_up |= judged & (squares - REACH * (earlier - squares) > objective.best_cost**2)
+            earlier = squares
         trials, predicted, attainable = damped_steps(front.points, gradients, curvatures, front.dampings)
         # the relative offset of Bates and Watts (1981)
-        front.settled |= ~front.stuck & (attainable <= tolerance * costs**2)
-        active = np.flatnonzero(~front.settled & ~front.stuck)
-        if not len(active) or (len(costs) > 1 and _decided(objective, front)):
+        front.settled |= ~front.stuck & (attainable <= tolerance * squares)
+        active = np.flatnonzero(~front.ended)
+        if not len(active) or (len(costs) > 1 and _decided(objective, front, squares - RELIED * attainable)):
             return
-        _advance(front, active, trials[active], predicted[active], objective.normal_equations(trials[active]))
+        gained = objective.normal_equations(trials[active])
+        descents = front.points, front.dampings, front.raises, front.stuck
+        keep_better(descents, front.model, active, (trials, predicted), gained)
 
 
-def _decided(objective: Objective, front: Front) -> bool:
-    """Return whether enough descents, of this front and before it, settled at the least cost, and none is near it."""
-    costs = front.model.costs
-    before = [d.cost for d in objective.descents if d.settled]
-    ended = np.append(costs[front.settled], before)
-    least = min([*costs, *before])
-    under_way = costs[~front.settled & ~front.stuck]
+def _decided(objective: Objective, front: Front, hoped: Array) -> bool:
+    """Return whether enough descents, of this front and before it, ended at the least cost, and none promises less.
+
+    ``hoped`` (P,) are the squared costs that descents under way promise.
+    """
+    least, before = objective.best_cost, [d.cost for d in objective.descents if d.settled]
+    ended = np.append(front.model.costs[front.settled | front.stuck], before)
     agreeing = np.count_nonzero(ended <= least * (1.0 + AGREEMENT_RTOL))
-    return bool(agreeing >= AGREEING and np.all(under_way > least * (1.0 + RIVAL)))
+    if agreeing < _enough(len(objective.descents) + int(np.count_nonzero(front.ended))):
+        return False
+    rivals = ~front.ended & (front.model.costs <= least * (1.0 + RIVAL))
+    return not np.any(hoped[rivals] < (least * (1.0 - AGREEMENT_RTOL)) ** 2)
 
 
-def _advance(front: Front, active: NDArray[np.int64], trials: Array, predicted: Array, model: NormalEquations) -> None:
-    """Take the trial steps that lower the cost, and adapt the dampings."""
-    gain = front.model.costs[active] ** 2 - model.costs**2
-    better = gain > 0.0
-    met = gain / np.maximum(predicted, 1e-300)
-    factor = np.where(better, np.where(met < 0.25, 2.0, np.where(met > 0.75, 0.5, 1.0)), front.raises[active])
-    front.dampings[active] = np.maximum(front.dampings[active] * factor, LEAST_DAMPING)
-    front.raises[active] = np.where(better, FIRST_RAISE, 2.0 * front.raises[active])
-    hopeless = predicted <= LEAST_FALL * front.model.costs[active] ** 2
-    short = np.abs(trials - front.points[active]).max(axis=1) < SHORTEST_STEP
-    front.stuck[active] = short | (~better & hopeless & (front.dampings[active] > 1.0))
-    taken = active[better]
-    front.points[taken] = trials[better]
-    for kept, new in zip(front.model, model, strict=True):
-        kept[taken] = new[better]
+def _enough(descents: int) -> int:
+    """Return how many of so many descents have to agree."""
+    return AGREEING if descents < MANY else AGREEING - 1
 
 
 def _polish(objective: Objective, front: Front) -> Front:
@@ -208,14 +218,16 @@ def _polish(objective: Objective, front: Front) -> Front:
     # slices are views: what the leader gains is the front's
     alone = Front(front.points[leader], NormalEquations(*(part[leader] for part in front.model)))
     alone.dampings = front.dampings[leader]
-    if objective.tolerance < SETTLED:
-        _descend(objective, alone, objective.tolerance, SLOW_POLISHED, LEADER_ITERATIONS)
+    last = objective.tolerance < SETTLED
+    if last or (not front.ended[best] and front.model.costs[best] <= objective.best_cost):
+        slow = SLOW_POLISHED if last else SLOW_SETTLED
+        _descend(objective, alone, objective.tolerance, slow, LEADER_ITERATIONS)
     return alone
 
 
 def _record(objective: Objective, front: Front, zero: float) -> None:
     """Add a front's descents to the objective's record, best first, and count how many settled at the best cost."""
-    ended = zip(front.model.costs, front.points, front.settled, strict=True)
+    ended = zip(front.model.costs, front.points, front.settled | front.stuck, strict=True)
     descents = [Descent(float(c), p.copy(), bool(s or c <= zero)) for c, p, s in ended if np.isfinite(c)]
     objective.descents = sorted([*objective.descents, *descents], key=lambda d: d.cost)
     limit = objective.best_cost * (1.0 + AGREEMENT_RTOL) + zero

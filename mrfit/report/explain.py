@@ -47,7 +47,24 @@ def sentences(found: Found) -> list[str]:
         said.append(f"{percent(rest['share_of_gap'])} of the gap stay unexplained" + (f": {place}." if place else "."))
     if rest.get("looks_text") and _left_open(found):
         said.append(_sentence(rest["looks_text"]))
+    if found["verdict"] == "unexplained" and found.get("suspects"):
+        said.append(_partial(found))
     return said
+
+
+def _partial(found: Found) -> str:
+    """Say what the effects that had proof, but leave too much to be named, would take."""
+    suspects, gap = found["suspects"], found["gap"]
+    names = []
+    for suspect in suspects:
+        values = ", ".join(f"{row['name']} = {row['value']}" for row in parameter_rows(suspect))
+        names.append(f"{effect_words(suspect['name'])} with {values}")
+    after = suspects[0]["holdout_nrmse_after"]
+    share = (gap["before"] ** 2 - after**2) / (gap["before"] ** 2 - gap["noise_floor"] ** 2)
+    return (
+        f"{_listed(names)} would take {percent(share)} of the gap, too little to be all that is missing: a cause among "
+        "others, or the shadow of another."
+    )
 
 
 def _left_open(found: Found) -> bool:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.signal import lsim
 
-from mrfit.effects import current_filter, current_lag
+from mrfit.effects import current_filter
+from mrfit.kernels.filters import lag
 
 DT = 1e-3
 CURRENT = np.where(np.arange(1500) % 400 < 200, 0.2, 1.5) + 0.1 * np.sin(np.arange(1500) / 30)
@@ -22,8 +23,8 @@ def test_it_is_the_transfer_function_with_the_delay() -> None:
     assert transformed(T, second, lead, 0.004)[4:] == pytest.approx(expected[:-4], abs=1e-7)
 
 
-def test_with_the_zero_on_the_second_pole_it_is_the_current_lag() -> None:
-    lagged = current_lag.transform({"current": CURRENT}, np.array([0.03]), DT)["current"]
+def test_with_the_zero_on_the_second_pole_it_is_a_first_order_lag() -> None:
+    lagged = lag(CURRENT[None], np.array([0.03 / DT]))[0]
     assert transformed(0.03, 0.4, 0.4, 0.0) == pytest.approx(lagged, abs=1e-9)
 
 

@@ -9,19 +9,26 @@ from mrfit.dependence import CurrentDependence
 WHOLE = assemble("bingham+current-saturation", CurrentDependence((("fy", 1),), 0.0, 5.0))
 
 
-def yield_force(current: float, saturation_current: float) -> float:
+def yield_force(current: float, saturation_current: float, sharpness: float) -> float:
     """Return the force at 1 m/s; base: 100 N + 200 N/A, damping 10."""
-    theta = np.array([[100.0, 1100.0, 10.0, 0.0, 1 / saturation_current**2]])
+    theta = np.array([[100.0, 1100.0, 10.0, 0.0, 1 / saturation_current**2, sharpness]])
     return float(WHOLE.simulate(np.array([[1.0, 1.0], [current, current]]), theta, 1e-3)[0, 0]) - 10.0
 
 
-def test_yield_force_levels_off_at_the_saturation_current() -> None:
-    assert yield_force(5.0, 0.5) == pytest.approx(100 + 200 * 0.5, rel=1e-6)
+@pytest.mark.parametrize("sharpness", [2.0, 4.0, 16.0])
+def test_yield_force_levels_off_at_the_saturation_current(sharpness: float) -> None:
+    assert yield_force(50.0, 0.5, sharpness) == pytest.approx(100 + 200 * 0.5, rel=1e-4)
 
 
 def test_small_currents_are_hardly_changed() -> None:
-    assert yield_force(0.1, 2.0) == pytest.approx(100 + 200 * (0.1 - 0.1**3 / 3 / 4), rel=1e-6)
+    assert yield_force(0.1, 2.0, 2.0) == pytest.approx(100 + 200 * (0.1 - 0.1**3 / 2 / 4), rel=1e-6)
 
 
-def test_force_at_the_saturation_current_is_tanh_1_of_the_linear_one() -> None:
-    assert (yield_force(1.5, 1.5) - 100) / (200 * 1.5) == pytest.approx(np.tanh(1.0), rel=1e-9)
+def test_a_sharpness_of_one_is_froehlichs_curve() -> None:
+    assert (yield_force(1.5, 1.5, 1.0) - 100) / (200 * 1.5) == pytest.approx(0.5, rel=1e-9)
+
+
+def test_tanh_lies_between_a_sharpness_of_2_and_one_of_4() -> None:
+    for share in (0.3, 1.0, 2.0):
+        low, high = ((yield_force(share, 1.0, p) - 100) / 200 for p in (2.0, 4.0))
+        assert low < np.tanh(share) < high

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid
 
-from mrfit.effects.resistance_heating import term
+from mrfit.effects.resistance_heating import error
 
 RISE, FREQUENCY, PER_CYCLE = 0.02, 2.0, 2000
 DT = 1 / (FREQUENCY * PER_CYCLE)
@@ -14,14 +14,14 @@ def current_over(cycles: int) -> np.ndarray:
     return 3.0 * np.sin(2 * np.pi * FREQUENCY * DT * np.arange(cycles * PER_CYCLE + 1))
 
 
-def test_term_is_what_the_reconstruction_gains_but_for_drift() -> None:
+def test_error_is_what_the_reconstruction_gains_but_for_drift() -> None:
     cold, inductance, current = 5.0, 0.03, current_over(20)
     t = DT * np.arange(len(current))
     heat = cumulative_trapezoid(current**2, dx=DT, initial=0)
     rate = 3.0 * 2 * np.pi * FREQUENCY * np.cos(2 * np.pi * FREQUENCY * t)
     voltage = (cold + RISE * heat) * current + inductance * rate
     gained = cumulative_trapezoid(voltage - cold * current, dx=DT, initial=0) - inductance * current
-    found = term({"current": current, "time": t}, np.array([[RISE]]), DT)[0]
+    found = error({"current": current, "time": t}, np.array([[RISE]]), DT)[0]
     left = gained - found
     left -= np.polyval(np.polyfit(t, left, 1), t)
     assert np.abs(left).max() <= 5e-3 * np.ptp(found)
@@ -32,7 +32,7 @@ def test_loops_widen_with_the_heat_since_the_start_of_the_record() -> None:
     per_cycle_heat = 3.0**2 / 2 / FREQUENCY
     for begun in (0.0, 60.0):
         t = begun + DT * np.arange(len(current))
-        found = term({"current": current, "time": t}, np.array([[RISE]]), DT)[0]
+        found = error({"current": current, "time": t}, np.array([[RISE]]), DT)[0]
         for cycle in (0, 9):
             part = slice(cycle * PER_CYCLE, (cycle + 1) * PER_CYCLE + 1)
             area = np.trapezoid(current[part], found[part])

@@ -22,7 +22,7 @@ def found(at: Posed, budget: int | None = None) -> optimize.Outcome:
     return search(at, at.cube.start[None, :], np.random.default_rng(0), Limits(budget), lambda e, c: None)
 
 
-@pytest.mark.parametrize("model", ["boucwen-flux", "guo", "rotational-erf"])
+@pytest.mark.parametrize("model", ["boucwen-flux", "guo", "rotational-erf", "spencer"])
 def test_the_optimum_is_that_of_all_data(model: str) -> None:
     at = posed(model)
     objective = Objective(at.residuals, at.cube.start, budget=0)

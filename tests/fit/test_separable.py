@@ -52,7 +52,7 @@ def test_a_point_has_the_least_cost_over_its_linear_parameters(model: str) -> No
 def test_the_gradient_is_that_of_the_projected_cost() -> None:
     own = projection(posed("tanh"))
     point = np.array([[0.5, 0.45]])
-    gradient, curvature = own.model(point, own.solve(point))
+    _, gradient, curvature = own.models(point)
     h = 1e-5
     ends = np.concatenate([point + h * np.eye(2), point - h * np.eye(2)])
     squares = rms(own.residuals(ends)) ** 2

@@ -88,7 +88,7 @@ def test_a_stage_without_its_tests_is_skipped_in_one_line_and_its_parameters_wai
     result = fit["results"][0]
     first, second = result["stages"]
     assert first["segments"] == [] and "cost" not in first
-    assert second["parameters"] == ["c_pre", "c_post", "a", "b", "f0", "current-lag.tau"]
+    assert second["parameters"] == ["c_pre", "c_post", "a", "b", "f0", "current-lag.tau", "current-lag.t_d"]
     said = [w["text"] for w in result["warnings"] if w["kind"] == "stage-skipped"]
     assert len(said) == 1 and "\n" not in said[0]
     assert "static map C" in said[0] and "constant speed" in said[0]

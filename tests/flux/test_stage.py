@@ -36,6 +36,7 @@ def test_the_history_says_what_was_done(tmp_path: Path) -> None:
     for word in ("R = 2 Ω", "recording's condition", "trapezoid", "λ0", "drift", "closure"):
         assert word in line
     assert found.units["flux"] == "Wb"
+    assert found.condition["flux_resistance"] == 2.0
 
 
 def test_the_summary_reports_the_loop(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mrfit.kernels.descent import damped_steps
+from mrfit.kernels.descent import FIRST_RAISE, damped_steps, keep_better
 from mrfit.specs import Array
 
 
@@ -46,3 +46,36 @@ def test_a_point_whose_model_is_not_finite_stays() -> None:
     curvature[0, 1, 1] = np.inf
     trials, predicted, attainable = damped_steps(np.full((1, 3), 0.5), gradient, curvature, np.array([1e-2]))
     assert trials.tolist() == [[0.5, 0.5, 0.5]] and predicted[0] == 0.0 and attainable[0] == np.inf
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_step_that_is_far_too_long_gives_way_to_one_that_promises_most_of_what_can_be_had(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    # one direction that the data hardly determine, oblique to the axes, and a slope along it
+    across = rng.standard_normal((3, 3))
+    curvature = across.T @ np.diag([1.0, 0.3, 1e-7]) @ across
+    gradient = 0.3 * curvature @ rng.standard_normal(3) + 1e-3 * rng.standard_normal(3)
+    point = rng.uniform(0.15, 0.85, 3)
+    trials, predicted, _ = damped_steps(point[None], gradient[None], curvature[None], np.array([1e-9]))
+    around = point + rng.uniform(-0.1, 0.1, (20_000, 3))
+    falls = -2.0 * (around - point) @ gradient - np.einsum("pi,ij,pj->p", around - point, curvature, around - point)
+    assert np.abs(trials[0] - point).max() <= 0.1 + 1e-12
+    assert predicted[0] >= 0.05 * falls.max()
+
+
+def test_steps_that_lower_the_cost_are_taken_and_the_others_damp_more() -> None:
+    points, dampings, raises = np.full((3, 2), 0.5), np.full(3, 1e-2), np.full(3, FIRST_RAISE)
+    stuck = np.zeros(3, dtype=bool)
+    model = np.array([2.0, 2.0, 2.0]), np.zeros((3, 2)), np.zeros((3, 2, 2))
+    gained = np.array([1.0, 3.0]), np.ones((2, 2)), np.ones((2, 2, 2))
+    trials = points + np.array([[0.1, 0.0], [0.0, 0.1], [0.05, 0.05]])
+    active = np.array([0, 2])
+    for _ in range(2):
+        keep_better((points, dampings, raises, stuck), model, active, (trials, np.array([3.0, 1.0, 1.0])), gained)
+        gained[0][0] = 1.0
+    assert points.tolist() == [[0.6, 0.5], [0.5, 0.5], [0.5, 0.5]]
+    assert model[0].tolist() == [1.0, 2.0, 2.0] and model[1][0].tolist() == [1.0, 1.0]
+    # the first brought all that was promised, and then, with nothing left to gain, failed at no length
+    assert dampings == pytest.approx([1e-2, 1e-2, 8e-2])
+    assert raises.tolist() == [4.0, 2.0, 8.0]
+    assert stuck.tolist() == [True, False, False]

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mrfit.kernels.filters import bent, lag, level, play, running_integral, shifted, soft_sign
+from mrfit.kernels.filters import bent, lag, level, play, running_integral, shifted, smooth_play, soft_sign
 
 SIGNALS = arrays(np.float64, st.integers(1, 40), elements=st.floats(-1e6, 1e6))
 
@@ -18,7 +18,8 @@ def test_operators_are_the_identity_at_the_value_that_makes_them_vanish(x: np.nd
     assert np.array_equal(lag(x[None], np.zeros(1))[0], x)
     assert np.array_equal(shifted(x[None], np.zeros(1))[0], x)
     assert np.array_equal(play(x, 0.0), x)
-    assert np.array_equal(bent(x, np.zeros(1)), x)
+    assert np.array_equal(smooth_play(x, 0.0), x)
+    assert np.array_equal(bent(x, np.zeros(1), np.full(1, 2.0)), x)
 
 
 @pytest.mark.parametrize("ratio", [1e-6, 0.3, 1.0, 40.0, 1e6])
@@ -73,6 +74,16 @@ def test_play_stays_within_its_half_width_and_moves_only_when_pushed(x: np.ndarr
     assert np.array_equal(y[free], before[free])
 
 
+@pytest.mark.parametrize("per_cycle", [41.3, 83.33, 500.0])
+def test_smooth_play_turns_where_the_signal_does_between_its_samples(per_cycle: float) -> None:
+    j, width = np.arange(2000), 0.01
+    y = smooth_play(np.sin(2 * np.pi * j / per_cycle), width)
+    # the falling branch hangs at the crest less the half-width until the signal has turned by the whole width
+    crest = np.arccos(1.0 - 2 * width) * per_cycle / (2 * np.pi)
+    hanging = (j > per_cycle / 4) & (((j - per_cycle / 4) % per_cycle) < crest)
+    assert np.abs(y[hanging] - (1.0 - width)).max() <= 0.01 * (2 * np.pi / per_cycle) ** 2 / 8 + 1e-12
+
+
 def test_play_of_a_sine_encloses_its_parallelogram() -> None:
     t = np.linspace(0, 4 * np.pi, 40_001)
     x, width = np.sin(t), 0.2
@@ -97,8 +108,9 @@ def test_running_integral_of_a_line_is_its_parabola() -> None:
 
 def test_bend_starts_as_a_cubic_and_ends_at_its_saturation() -> None:
     small = np.linspace(-1e-2, 1e-2, 21)
-    assert np.abs(bent(small, np.array(0.25)) - (small - 0.25 * small**3 / 3)).max() <= 0.25**2 * 1e-10
-    assert bent(np.array([100.0]), np.array(0.25))[0] == pytest.approx(2.0)
+    two = np.array(2.0)
+    assert np.abs(bent(small, np.array(0.25), two) - (small - 0.25 * small**3 / 2)).max() <= 0.25**2 * 1e-10
+    assert bent(np.array([100.0]), np.array(0.25), two)[0] == pytest.approx(2.0, rel=1e-3)
 
 
 def test_soft_sign_is_the_sign_far_from_zero_and_a_line_near_it() -> None:

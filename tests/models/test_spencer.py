@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from mrfit.models.spencer import SPEC, derived, response, start_values
+from mrfit.assembly import assemble
+from mrfit.models.spencer import SPEC, derived, response, rough_response, start_values
 
 THETA = SPEC.start
 
@@ -59,3 +60,19 @@ def test_start_values_are_near_the_force_they_came_from() -> None:
     found = start_values(drive, response(drive, THETA[None], dt)[0], dt)
     assert found["alpha"] == pytest.approx(500, rel=0.2)
     assert found["C_inf"] == pytest.approx(2000, rel=0.2)
+
+
+def test_a_rough_simulation_differs_little_and_effects_act_on_it_too() -> None:
+    drive, dt = sine()
+    theta = np.array([THETA * np.exp(0.3 * np.random.default_rng(k).standard_normal(10)) for k in range(8)])
+    theta[:, 8] = np.maximum(theta[:, 8], 1.0)
+    exact, rough = response(drive, theta, dt), rough_response(drive, theta, dt)
+    errors = np.abs(rough - exact).max(axis=1) / np.ptp(exact, axis=1)
+    assert 0.0 < errors.max() < 1e-4
+    whole = assemble("spencer+force-offset")
+    assert whole.rough is not None
+    pair = np.array([[*THETA, 0.0], [*THETA, 40.0]])
+    shifted = whole.rough(drive, pair, dt)
+    assert shifted[0] == pytest.approx(rough_response(drive, THETA[None], dt)[0])
+    assert np.abs(shifted[1] - shifted[0] - 40.0).max() < 1e-9
+    assert assemble("tanh").rough is None

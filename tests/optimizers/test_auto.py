@@ -91,6 +91,30 @@ def test_starts_that_end_in_different_minima_do_not_agree():
     assert not outcome.converged
 
 
+def test_a_search_in_which_many_starts_bring_nothing_better_ends_and_says_so():
+    def residuals(points):
+        centre = np.round(points * 40.0) / 40.0
+        return np.hstack([points - centre, 2.0 + np.sin(1000.0 * centre)])
+
+    outcome, _ = run(residuals, np.full(6, 0.5))
+    link = outcome.links[0]
+    assert link.ending == "stalled" and link.reason.startswith("none of the last")
+    assert outcome.agreeing < auto.AGREEING and link.evaluations < link.allowed
+    assert len(outcome.descents) > auto.IDLE
+
+
+def test_descents_that_go_nowhere_are_given_up_for_the_sake_of_others():
+    def residuals(points):
+        x = points[:, :1]
+        # a plain bowl, and from 0.6 on a slope that leads down ever so slowly
+        return np.where(x < 0.6, 10.0 * (x - 0.3) + 0.01, 50.0 - 1e-2 * x) * np.ones((1, 3))
+
+    problem = Objective(residuals, np.array([0.95]), budget=10**6)
+    outcome = optimize.run("auto", problem, np.random.default_rng(0))
+    assert outcome.point == pytest.approx([0.299], abs=1e-3)
+    assert outcome.converged and outcome.evaluations < 400
+
+
 def test_given_starts_are_descended_from():
     def residuals(points):
         near = np.exp(-((points - 0.9137) ** 2).sum(axis=1, keepdims=True) / 2e-4)
