@@ -1,7 +1,7 @@
 """Fit a base with some effects jointly, all parameters free, and say how far it is off on data it has not seen."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -95,11 +95,11 @@ class Refit:
         own = [k for k, p in enumerate(self.cube.params) if p.name.startswith(effect + ".") and p.role != "shape"]
         return [int(np.flatnonzero(self.cube.free == k)[0]) for k in own]
 
-    def degenerate(self, effect: str) -> bool:
-        """Return whether a shape parameter of an effect ended at a bound: the effect is the limit of its own form."""
+    def degenerate(self, effect: str) -> int:
+        """Return how many shape parameters of an effect ended at a bound: it is so many times the limit of its form."""
         shapes = [k for k, p in enumerate(self.cube.params) if p.name.startswith(effect + ".") and p.role == "shape"]
         places = [float(self.point[int(np.flatnonzero(self.cube.free == k)[0])]) for k in shapes]
-        return any(min(at, 1.0 - at) < AT_BOUND for at in places)
+        return sum(min(at, 1.0 - at) < AT_BOUND for at in places)
 
     def _neutral_theta(self, effect: str) -> Array:
         theta = self.theta[None, :].copy()
@@ -173,15 +173,8 @@ class Fitter:
         if key not in self.known:
             names = [p.name for p in cube.params]
             theta = np.array([[s.get(n, p.start) for n, p in zip(names, cube.params, strict=True)] for s in starts])
-            posed = self._posed(assembly, cube)
-            objective = levels.objective_of(posed, projection_of(posed), cube.to_points(theta), None)
-            objective.budget, exact = REFIT_BUDGET * (objective.dimension + 1), objective.tolerance
-            objective.tolerance = ROUGH
-            auto.refine(objective, np.asarray(objective.starts), auto.FIRST_DAMPING)
-            if objective.best_cost < WORTH_POLISHING:
-                objective.tolerance = exact
-                auto.refine(objective, objective.best_point[None, :])
-            self._remember(key, levels.whole(objective, objective.best_point), objective.best_cost)
+            point, cost = _descended(self._posed(assembly, cube), cube.to_points(theta))
+            self._remember(key, point, cost)
         return self._judged(key, assembly, cube, self.known[key])
 
     def thorough(self, found: Refit) -> Refit:
@@ -257,6 +250,22 @@ class Fitter:
         stretches = self.bench.of_role("train")
         within = analyse(parts, train, [s.block.period if s.repeats else 0.0 for s in stretches])
         return clustered(within, parts, train, [s.segment.condition for s in stretches])
+
+
+def _descended(posed: Posed, starts: Array) -> tuple[Array, float]:
+    """Return point and cost where a descent from the best start ends: on thinned data first, then on all of them."""
+    projection = projection_of(posed)
+    thin = replace(posed, blocks=levels.thinned(posed.blocks))
+    for at, damping in ((thin, auto.FIRST_DAMPING), (posed, auto.LAST_DAMPING)):
+        objective = levels.objective_of(at, projection, starts, None)
+        objective.budget, exact = REFIT_BUDGET * (objective.dimension + 1), objective.tolerance
+        objective.tolerance = ROUGH
+        auto.refine(objective, np.asarray(objective.starts), damping)
+        if at is posed and objective.best_cost < WORTH_POLISHING:
+            objective.tolerance = exact
+            auto.refine(objective, objective.best_point[None, :])
+        starts = levels.whole(objective, objective.best_point)[None, :]
+    return starts[0], objective.best_cost
 
 
 def _unheard(evaluations: int, cost: float) -> None:

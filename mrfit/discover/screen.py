@@ -13,12 +13,13 @@ import numpy as np
 from mrfit.discover.bench import Bench
 from mrfit.discover.refit import Fitter, Refit
 from mrfit.fit.uncertainty import long_run_covariance, sensitivities
-from mrfit.specs import Array, EffectSpec
+from mrfit.specs import Array, EffectSpec, Param
 
 # Less than this share of a sensitivity left after projection: the base has the effect already
 ABSORBED = 0.02
 # Values at which a shape parameter, which does nothing at neutral, is tried
 SHAPES = 5
+SIGNED_SHAPES = (0.02, 0.1, 0.5)
 # First step away from neutral, as a share of the parameter's range
 STEP = 1e-4
 
@@ -183,11 +184,21 @@ def _sensitivities(fitter: Fitter, present: Refit, effect: EffectSpec) -> list[t
 
 def _shape_grid(effect: EffectSpec) -> list[dict[str, float]]:
     shapes = [p for p in effect.params if p.role == "shape"]
-    others = {f"{effect.name}.{q.name}": q.start for q in shapes}
-    p = next((q for q in shapes if q.scale == "log"), None)
-    if p is None:
-        return [others]
-    return [{**others, f"{effect.name}.{p.name}": float(v)} for v in np.geomspace(p.low, p.high, SHAPES + 2)[1:-1]]
+    starts = {f"{effect.name}.{q.name}": q.start for q in shapes}
+    for p in sorted(shapes, key=lambda q: q.scale != "log"):
+        tried = _trial_values(p)
+        if tried:
+            return [{**starts, f"{effect.name}.{p.name}": value} for value in tried]
+    return [starts]
+
+
+def _trial_values(shape: Param) -> list[float]:
+    """Return values at which a shape is tried: over its decades, or, where it may have either sign, on both sides."""
+    if shape.scale == "log":
+        return [float(v) for v in np.geomspace(shape.low, shape.high, SHAPES + 2)[1:-1]]
+    if shape.low == -shape.high:
+        return [shape.start, *(sign * share * shape.high for share in SIGNED_SHAPES for sign in (1.0, -1.0))]
+    return []
 
 
 def present_basis(fitter: Fitter, present: Refit) -> Array:

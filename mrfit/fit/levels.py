@@ -1,7 +1,7 @@
 """Search on thinned data first, on all of it last: a descent far from the optimum needs no more than its direction."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -15,9 +15,10 @@ from mrfit.optimizers import auto
 from mrfit.specs import Array
 
 COARSE_BINS = 128
-# Fewest samples a thinned block keeps, and the error in its drive, as a share of the range, that thinning may bring
-FEWEST = 2048
-DRIVE_ERROR = 0.02
+# Fewest samples that thinned blocks keep together, and each of them; and the error in a drive, as a share of the range,
+# that thinning may bring: anywhere, or in a channel that jumps, at so many of the samples
+FEWEST, FEWEST_EACH = 4096, 512
+DRIVE_ERROR, JUMP, CALM = 0.02, 0.3, 0.85
 THINNINGS = (16, 8, 4, 2)
 # Descents of the coarse search that are tried on all data
 TRIED = 4
@@ -66,7 +67,7 @@ def search(
     given, budget = limits.budget, limits.budget or optimize.default_budget("auto", len(posed.cube.free))
     limits = limits._replace(budget=budget)
     assembly = replace(posed.assembly, simulate=posed.assembly.rough or posed.assembly.simulate)
-    thin = replace(posed, blocks=[thinned(b) for b in posed.blocks], assembly=assembly)
+    thin = replace(posed, blocks=thinned(posed.blocks), assembly=assembly)
     if forgets(thin):
         thin, posed = without_lead(thin), without_lead(posed)
     projection = projection_of(thin)
@@ -174,12 +175,15 @@ def _joined(first: optimize.Outcome, fine: Objective, last: optimize.Outcome | N
     )
 
 
-def thinned(block: Block) -> Block:
-    """Return a block with fewer samples: a folded cycle in fewer bins, another drive at every n-th sample."""
-    if block.bins is not None:
-        return _fewer_bins(block)
+def thinned(blocks: Sequence[Block]) -> list[Block]:
+    """Return blocks with fewer samples: a folded cycle in fewer bins, another drive at every n-th sample."""
+    fewest = max(FEWEST // max(len(blocks), 2), FEWEST_EACH)
+    return [_fewer_bins(b) if b.bins is not None else _fewer_samples(b, fewest) for b in blocks]
+
+
+def _fewer_samples(block: Block, fewest: int) -> Block:
     for step in THINNINGS:
-        if len(block.target) // step >= FEWEST and _error(block.drive, step) < DRIVE_ERROR:
+        if len(block.target) // step >= fewest and _error(block.drive, step) < DRIVE_ERROR:
             return _every(block, step)
     return block
 
@@ -205,15 +209,18 @@ def _fewer_bins(block: Block) -> Block:
 
 
 def _error(drive: Array, step: int) -> float:
-    """Return the largest error of straight lines between every n-th sample, as a share of each channel's range."""
-    places = np.arange((drive.shape[1] - 1) // step * step + 1)
-    errors = [
-        np.max(np.abs(np.interp(places, places[::step], row[::step]) - row[: len(places)]))
-        / max(float(np.ptp(row)), 1e-300)
-        for row in drive
-        if np.ptp(row) > 0.0
-    ]
-    return float(max(errors, default=0.0))
+    """Return the largest error of straight lines between every n-th sample, as a share of each channel's range.
+
+    Where a channel jumps, as a current that is switched does, it is the one that most samples stay below.
+    """
+    places, worst = np.arange((drive.shape[1] - 1) // step * step + 1), 0.0
+    for row in drive:
+        span = float(np.ptp(row))
+        if span > 0.0:
+            errors = np.abs(np.interp(places, places[::step], row[::step]) - row[: len(places)]) / span
+            largest = float(np.max(errors))
+            worst = max(worst, largest if largest < JUMP else float(np.quantile(errors, CALM)))
+    return worst
 
 
 def _every(block: Block, step: int) -> Block:

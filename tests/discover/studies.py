@@ -11,6 +11,7 @@ from mrfit.store import Workspace, write_json
 
 PER_CYCLE, CYCLES, NOISE = 250, 6, 2.0
 TESTS = tuple((f, x) for f in (1.0, 2.0, 4.0) for x in (0.005, 0.01, 0.015))
+GAS_COLUMN = 0.05
 LAW = {"fy": 300.0, "a1": 60.0, "c": 800.0, "k": 2000.0}
 
 
@@ -22,9 +23,13 @@ def force(x: Array, v: Array, a: Array, mass: float, drag: float) -> Array:
 
 
 def workspace(
-    folder: Path, mass: float = 0.0, drag: float = 0.0, tests: tuple[tuple[float, float], ...] = TESTS
+    folder: Path,
+    mass: float = 0.0,
+    drag: float = 0.0,
+    gas: float = 0.0,
+    tests: tuple[tuple[float, float], ...] = TESTS,
 ) -> Workspace:
-    """A workspace of sine tests on such a damper, segmented, white noise of 2 N on the force."""
+    """A workspace of sine tests on such a damper, perhaps with a gas force in N, and white noise of 2 N on the force."""
     rng = np.random.default_rng(7)
     made = Workspace(folder)
     records = []
@@ -32,6 +37,7 @@ def workspace(
         omega = 2 * np.pi * frequency
         t = np.arange(PER_CYCLE * CYCLES) / (PER_CYCLE * frequency)
         x, v, a = stroke * np.sin(omega * t), stroke * omega * np.cos(omega * t), -stroke * omega**2 * np.sin(omega * t)
+        total = force(x, v, a, mass, drag) + gas * ((1.0 - x / GAS_COLUMN) ** -1.4 - 1.0)
         name = f"{frequency:g}Hz-{1e3 * stroke:g}mm"
         records.append(
             Recording(
@@ -41,7 +47,7 @@ def workspace(
                 reader="none",
                 dt=1 / (PER_CYCLE * frequency),
                 start=0.0,
-                channels={"displacement": x, "force": force(x, v, a, mass, drag) + NOISE * rng.standard_normal(len(t))},
+                channels={"displacement": x, "force": total + NOISE * rng.standard_normal(len(t))},
                 units={"displacement": "m", "force": "N"},
             )
         )

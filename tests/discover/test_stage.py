@@ -8,7 +8,7 @@ import pytest
 from mrfit.assembly import assemble
 from mrfit.discover.stage import Settings, run
 from mrfit.errors import ConfigError
-from tests.discover.studies import TESTS, workspace
+from tests.discover.studies import GAS_COLUMN, TESTS, workspace
 
 
 def test_a_complete_model_lacks_nothing(tmp_path: Path) -> None:
@@ -34,6 +34,14 @@ def test_two_hidden_effects_are_both_named_and_the_augmented_model_can_be_assemb
     found = run(workspace(tmp_path, mass=12.0, drag=2500.0), Settings("tanh"))
     assert {e["name"] for e in found["effects"]} == {"inertia", "quadratic-drag"}
     assert set(assemble(found["augmented_model"]).spec.inputs) >= {"acceleration", "velocity"}
+
+
+def test_a_gas_spring_is_seen_though_the_base_has_a_straight_spring_of_its_own(tmp_path: Path) -> None:
+    found = run(workspace(tmp_path, gas=250.0), Settings("tanh"))
+    (effect,) = found["effects"]
+    assert effect["name"] == "gas-spring"
+    column = next(p for p in effect["parameters"] if p["name"] == "c")
+    assert column["value"] == pytest.approx(1.0 / GAS_COLUMN, rel=0.1)
 
 
 def test_at_one_frequency_a_mass_is_not_named_since_the_spring_of_the_base_is_its_twin(tmp_path: Path) -> None:

@@ -32,7 +32,7 @@ def test_the_optimum_is_that_of_all_data(model: str) -> None:
 
 def test_a_thinned_cycle_has_the_cost_of_the_full_one_near_the_optimum() -> None:
     at = posed("boucwen-flux")
-    thin = Posed([thinned(at.blocks[0])], at.weights, at.assembly, at.cube)
+    thin = Posed(thinned(at.blocks), at.weights, at.assembly, at.cube)
     assert thin.blocks[0].drive.shape[1] * 8 == at.blocks[0].drive.shape[1]
     point = found(at).point[None, :]
     costs = [np.sqrt(np.mean(p.residuals(point) ** 2)) for p in (at, thin)]
@@ -43,10 +43,24 @@ def test_a_thinned_cycle_has_the_cost_of_the_full_one_near_the_optimum() -> None
 def test_a_drive_is_thinned_as_far_as_its_wiggles_allow(period: float, step: int) -> None:
     time = np.arange(40_000)
     drive = np.sin(2 * np.pi * time / period)[None, :]
-    thin = thinned(block(drive, drive[0]))
+    (thin,) = thinned([block(drive, drive[0])])
     assert len(time) / len(thin.target) == step
     assert np.allclose(thin.drive[0, thin.nodes[:, 0]], thin.target)
     assert thin.samples == len(time)
+
+
+def test_a_channel_that_is_switched_does_not_keep_a_record_from_being_thinned() -> None:
+    time = np.arange(40_000)
+    drive = np.stack([np.sin(2 * np.pi * time / 4000.0), (time // 300 % 2).astype(np.float64)])
+    (thin,) = thinned([block(drive, drive[0])])
+    assert len(time) / len(thin.target) == 16
+
+
+def test_many_records_are_thinned_further_than_one() -> None:
+    drive = np.sin(2 * np.pi * np.arange(6000) / 1500.0)[None, :]
+    record = block(drive, drive[0])
+    assert len(thinned([record])[0].target) == 3000
+    assert len(thinned([record] * 12)[11].target) == 750
 
 
 def test_short_records_are_left_as_they_are() -> None:
