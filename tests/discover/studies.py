@@ -29,7 +29,7 @@ def workspace(
     gas: float = 0.0,
     tests: tuple[tuple[float, float], ...] = TESTS,
 ) -> Workspace:
-    """A workspace of sine tests on such a damper, perhaps with a gas force in N, and white noise of 2 N on the force."""
+    """A workspace of sine tests on such a damper, perhaps with a gas force in N, with white noise of 2 N."""
     rng = np.random.default_rng(7)
     made = Workspace(folder)
     records = []
