@@ -97,6 +97,8 @@ def decide(fitter: Fitter, base: Refit, effects: Sequence[EffectSpec], progress:
     if verdict.final.effects and leaves_too_much(base, verdict.final):
         _start_again(fitter, verdict, (effects, first), progress)
     _remove_below_the_rest(fitter, verdict)
+    for name in verdict.final.effects:
+        verdict.reasons[name] = f"its parameter is {verdict.final.strength(name):.0f} standard errors from neutral"
     return verdict
 
 
@@ -143,10 +145,7 @@ def _start_again(
 
 def _accept(fitter: Fitter, verdict: Verdict, fit: Refit, equals: Sequence[str] = ()) -> None:
     """Take a fit with more effects; ``equals`` cannot be told from each other."""
-    new = set(fit.effects) - set(verdict.final.effects)
     verdict.final = fitter.thorough(fit)
-    for name in new:
-        verdict.reasons[name] = f"its parameter is {verdict.final.strength(name):.0f} standard errors from neutral"
     if equals:
         verdict.ambiguous.append(tuple(equals))
 

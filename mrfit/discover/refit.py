@@ -26,6 +26,8 @@ REFIT_BUDGET = 60
 SCREENED_SAMPLES = 12_000
 # Evaluations of the search from many starts, for each free parameter
 THOROUGH_BUDGET = 200
+# A start that costs by this share less than an optimum shows that this is a local one
+LOWER = 0.01
 # Multiples of the noise floor above which an optimum need not be exact, since the model is wrong, and its tolerance
 WORTH_POLISHING, ROUGH = 2.0, 3e-4
 # Multiples of the noise floor at which nothing is left to be searched for
@@ -170,11 +172,14 @@ class Fitter:
         """
         key = tuple(sorted(effects))
         assembly, cube = self.assembly(key), self.cube(key)
+        names = [p.name for p in cube.params]
+        theta = np.array([[s.get(n, p.start) for n, p in zip(names, cube.params, strict=True)] for s in starts])
+        posed, points = self._posed(assembly, cube), cube.to_points(theta)
         if key not in self.known:
-            names = [p.name for p in cube.params]
-            theta = np.array([[s.get(n, p.start) for n, p in zip(names, cube.params, strict=True)] for s in starts])
-            point, cost = _descended(self._posed(assembly, cube), cube.to_points(theta))
-            self._remember(key, point, cost)
+            self._remember(key, *_descended(posed, points))
+        elif _starts_lower(posed, points, self.known[key]):
+            # not kept for a later run: that one comes by here again
+            self.known[key] = _descended(posed, points)[0]
         return self._judged(key, assembly, cube, self.known[key])
 
     def thorough(self, found: Refit) -> Refit:
@@ -266,6 +271,12 @@ def _descended(posed: Posed, starts: Array) -> tuple[Array, float]:
             auto.refine(objective, objective.best_point[None, :])
         starts = levels.whole(objective, objective.best_point)[None, :]
     return starts[0], objective.best_cost
+
+
+def _starts_lower(posed: Posed, starts: Array, known: Array) -> bool:
+    """Return whether one of several starts (S, F) already costs less than an optimum known (F,), a local one then."""
+    costs = np.mean(posed.residuals(np.vstack([known[None, :], starts])) ** 2, axis=1)
+    return bool(np.nanmin(costs[1:]) < costs[0] * (1.0 - LOWER))
 
 
 def _unheard(evaluations: int, cost: float) -> None:

@@ -15,6 +15,8 @@ HOLDOUT_CLEAR = 2.0
 # Neither is asked of an effect that takes this share of all that is left, where that stands so far above noise: while a
 # second effect is missing its doings widen every interval, and an error in a few bursts has no high score
 OVERWHELMING, ABOVE_NOISE = 0.8, 1.5
+# … but this many standard errors: an effect at neutral takes nothing, a better fit of the rest does
+NOT_NEUTRAL = 1.0
 # Least share of the squared hold-out error that an effect must take away
 LEAST_GAIN = 0.01
 # Least share of the gap that the base alone leaves, for an effect and for the look-alike of one that is in already …
@@ -69,7 +71,7 @@ class Trial:
             return "it does not lower the error on held-out conditions"
         if not self.overwhelms and self.score <= HOLDOUT_CLEAR:
             return "its gain on held-out conditions may be chance"
-        if not self.overwhelms and self.strength <= CLEAR:
+        if self.strength <= (NOT_NEUTRAL if self.overwhelms else CLEAR):
             return f"its parameter is only {self.strength:.1f} standard errors from neutral"
         return f"it takes away {self.gain:.0%} of the squared hold-out error"
 

@@ -61,9 +61,9 @@ def _partial(found: Found) -> str:
         names.append(f"{effect_words(suspect['name'])} with {values}")
     after = suspects[0]["holdout_nrmse_after"]
     share = (gap["before"] ** 2 - after**2) / (gap["before"] ** 2 - gap["noise_floor"] ** 2)
-    return (
+    return _sentence(
         f"{_listed(names)} would take {percent(share)} of the gap, too little to be all that is missing: a cause among "
-        "others, or the shadow of another."
+        "others, or the shadow of another"
     )
 
 

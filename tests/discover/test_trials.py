@@ -39,8 +39,13 @@ def test_a_clear_parameter_and_a_gain_are_proof_and_either_alone_is_not() -> Non
 
 def test_what_takes_nearly_all_far_above_the_noise_needs_no_clear_parameter() -> None:
     far, near = fitted((), 10.0), fitted((), 1.2)
-    assert judge("delay", far, fitted(("delay",), 1.5, 0.3), far).passes
-    assert not judge("delay", near, fitted(("delay",), 1.01, 0.3), near).passes
+    assert judge("delay", far, fitted(("delay",), 1.5, 1.5), far).passes
+    assert not judge("delay", near, fitted(("delay",), 1.01, 1.5), near).passes
+
+
+def test_an_effect_at_neutral_takes_nothing_however_much_lower_the_error_is() -> None:
+    base = fitted((), 10.0)
+    assert not judge("delay", base, fitted(("delay",), 1.5, 0.3), base).passes
 
 
 def test_a_look_alike_of_what_is_in_must_take_more() -> None:
