@@ -121,6 +121,7 @@ def _grow(fitter: Fitter, verdict: Verdict, effects: Sequence[EffectSpec], progr
             _accept(fitter, verdict, both)
         _remove_shadows(fitter, verdict)
         _choose_again(fitter, verdict)
+        _remove_shadows(fitter, verdict)
     return first
 
 
@@ -135,6 +136,7 @@ def _start_again(
     other = replace(verdict, ambiguous=[], reasons=dict(verdict.reasons), gains=dict(verdict.gains))
     _accept(fitter, other, both)
     _choose_again(fitter, other)
+    _remove_shadows(fitter, other)
     _grow(fitter, other, effects, progress)
     if leaves_too_much(verdict.base, other.final):
         return
@@ -227,7 +229,7 @@ def _far_behind(winner: Trial, rival: Trial) -> bool:
 
 
 def _remove_shadows(fitter: Fitter, verdict: Verdict) -> None:
-    """Take out what helped first and is worth nothing since a later effect is in."""
+    """Take out what helped first and is worth nothing since a later effect is in, or since one was exchanged."""
     for name in verdict.final.effects:
         rest = [e for e in verdict.final.effects if e != name]
         if not rest:
