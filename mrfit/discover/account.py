@@ -183,8 +183,9 @@ def suspect_row(fitter: Fitter, verdict: Verdict, name: str) -> dict[str, Any]:
 
 def partial_row(fitter: Fitter, verdict: Verdict, fit: Refit, name: str) -> dict[str, Any]:
     """Return an effect of a fit that is not the final one: its parameters, and the hold-out error of that fit."""
-    after = gap_of(fitter.bench, verdict.base, fit)["after"]
-    return {"name": name, "parameters": own_parameters(fit, name), "holdout_nrmse_after": after}
+    gap = gap_of(fitter.bench, verdict.base, fit)
+    own = {"name": name, "parameters": own_parameters(fit, name)}
+    return {**own, "holdout_nrmse_after": gap["after"], "closed": gap["closed"]}
 
 
 def own_parameters(fit: Refit, effect: str) -> list[dict[str, Any]]:

@@ -121,7 +121,6 @@ def _grow(fitter: Fitter, verdict: Verdict, effects: Sequence[EffectSpec], progr
             _accept(fitter, verdict, both)
         _remove_shadows(fitter, verdict)
         _choose_again(fitter, verdict)
-        _remove_shadows(fitter, verdict)
     return first
 
 
@@ -136,7 +135,6 @@ def _start_again(
     other = replace(verdict, ambiguous=[], reasons=dict(verdict.reasons), gains=dict(verdict.gains))
     _accept(fitter, other, both)
     _choose_again(fitter, other)
-    _remove_shadows(fitter, other)
     _grow(fitter, other, effects, progress)
     if leaves_too_much(verdict.base, other.final):
         return
@@ -246,7 +244,7 @@ def _take_out(verdict: Verdict, name: str, without: Refit, reason: str) -> None:
 
 
 def _choose_again(fitter: Fitter, verdict: Verdict) -> None:
-    """Let every effect stand once more against its rivals, now that the others are in."""
+    """Let every effect stand against its rivals again, now that the others are in; take out what that makes idle."""
     for name in verdict.final.effects:
         rest = [e for e in verdict.final.effects if e != name]
         if not rest or name not in verdict.final.effects:
@@ -270,6 +268,7 @@ def _choose_again(fitter: Fitter, verdict: Verdict) -> None:
             _accept(fitter, verdict, winner.fit, equals and (winner.name, *equals))
         elif equals:
             verdict.ambiguous.append((name, *equals))
+    _remove_shadows(fitter, verdict)
 
 
 def _remove_below_the_rest(fitter: Fitter, verdict: Verdict) -> None:

@@ -259,8 +259,8 @@ class Fitter:
 
 def _descended(posed: Posed, starts: Array) -> tuple[Array, float]:
     """Return point and cost where a descent from the best start ends: on thinned data first, then on all of them."""
-    projection = projection_of(posed)
     thin = replace(posed, blocks=levels.thinned(posed.blocks))
+    projection = projection_of(thin)
     for at, damping in ((thin, auto.FIRST_DAMPING), (posed, auto.LAST_DAMPING)):
         objective = levels.objective_of(at, projection, starts, None)
         objective.budget, exact = REFIT_BUDGET * (objective.dimension + 1), objective.tolerance
@@ -276,7 +276,7 @@ def _descended(posed: Posed, starts: Array) -> tuple[Array, float]:
 def _starts_lower(posed: Posed, starts: Array, known: Array) -> bool:
     """Return whether one of several starts (S, F) already costs less than an optimum known (F,), a local one then."""
     costs = np.mean(posed.residuals(np.vstack([known[None, :], starts])) ** 2, axis=1)
-    return bool(np.nanmin(costs[1:]) < costs[0] * (1.0 - LOWER))
+    return bool(np.any(costs[1:] < costs[0] * (1.0 - LOWER)))
 
 
 def _unheard(evaluations: int, cost: float) -> None:

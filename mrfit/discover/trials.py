@@ -62,18 +62,23 @@ class Trial:
     @property
     def passes(self) -> bool:
         """Whether the effect has proof."""
-        return self.reason.startswith("it takes away")
+        return not self.objection
 
     @property
     def reason(self) -> str:
         """What speaks for the effect or against it."""
+        return self.objection or f"it takes away {self.gain:.0%} of the squared hold-out error"
+
+    @property
+    def objection(self) -> str:
+        """What the effect lacks for a proof; empty if nothing."""
         if self.gain <= LEAST_GAIN:
             return "it does not lower the error on held-out conditions"
         if not self.overwhelms and self.score <= HOLDOUT_CLEAR:
             return "its gain on held-out conditions may be chance"
         if self.strength <= (NOT_NEUTRAL if self.overwhelms else CLEAR):
             return f"its parameter is only {self.strength:.1f} standard errors from neutral"
-        return f"it takes away {self.gain:.0%} of the squared hold-out error"
+        return ""
 
 
 def judge(name: str, before: Refit, after: Refit, base: Refit, alike: Collection[str] = ()) -> Trial:
@@ -97,12 +102,12 @@ def try_out(fitter: Fitter, present: Refit, candidate: Screened, base: Refit, al
     """Return the trial of a screened effect beside those of the present model."""
     here = present.values
     # a nudge off neutral, what first order asks for, and thrice that where first order falls short
-    starts = [here | scaled(fitter, candidate, factor) for factor in (0.1, 1.0, 3.0)]
+    starts = [here | _scaled(fitter, candidate, factor) for factor in (0.1, 1.0, 3.0)]
     fit = fitter.refit([*present.effects, candidate.name], [*starts, here])
     return judge(candidate.name, present, fit, base, alike)
 
 
-def scaled(fitter: Fitter, candidate: Screened, factor: float) -> dict[str, float]:
+def _scaled(fitter: Fitter, candidate: Screened, factor: float) -> dict[str, float]:
     """Return a candidate's parameters, by name, at so many times the distance from neutral that screening found."""
     params = {p.name: p for p in fitter.assembly([candidate.name]).spec.params}
     values = {}

@@ -54,15 +54,14 @@ def sentences(found: Found) -> list[str]:
 
 def _partial(found: Found) -> str:
     """Say what the effects that had proof, but leave too much to be named, would take."""
-    suspects, gap = found["suspects"], found["gap"]
     names = []
-    for suspect in suspects:
+    for suspect in found["suspects"]:
         values = ", ".join(f"{row['name']} = {row['value']}" for row in parameter_rows(suspect))
         names.append(f"{effect_words(suspect['name'])} with {values}")
-    after = suspects[0]["holdout_nrmse_after"]
-    share = (gap["before"] ** 2 - after**2) / (gap["before"] ** 2 - gap["noise_floor"] ** 2)
+    closed = found["suspects"][0]["closed"]
+    share = "part" if closed is None else percent(closed)
     return _sentence(
-        f"{_listed(names)} would take {percent(share)} of the gap, too little to be all that is missing: a cause among "
+        f"{_listed(names)} would take {share} of the gap, too little to be all that is missing: a cause among "
         "others, or the shadow of another"
     )
 
