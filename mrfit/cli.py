@@ -252,6 +252,7 @@ def discover(
     current_order: CurrentOrder = "auto",
     resistance: Resistance = None,
     work: Work = WORK,
+    jobs: Jobs = CORES,
     as_json: Json = False,
 ) -> None:
     """Find where a model is wrong and which effect it lacks; runs flux and segment first where they are due.
@@ -262,7 +263,7 @@ def discover(
     from mrfit.discover.stage import Settings
 
     starts = tuple((n, number("--start", v)) for n, v in pairs("--start", start))
-    settings = Settings(model, current_order, starts, seed)
+    settings = Settings(model, current_order, starts, seed, jobs)
     with console.progress_bar() as progress:
         summary = pipeline.discover(work, settings, ohms(resistance), progress)
     return console.print_json(summary) if as_json else summaries.discover(summary, work)

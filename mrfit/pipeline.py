@@ -175,7 +175,7 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
     fits = [_fit_settings(section, overrides.jobs) for section in config.fit]
     for settings in fits:
         mrfit.fit.stage.check(settings)
-    discovery = _discover_settings(config.discover) if config.discover else None
+    discovery = _discover_settings(config.discover, overrides.jobs) if config.discover else None
     if discovery:
         _check_discovery(discovery)
     logs = list(overrides.logs) if overrides.logs else _expand(config.ingest.logs, folder)
@@ -225,9 +225,9 @@ def _segment_settings(config: PipelineFile) -> mrfit.segment.stage.Settings:
     return mrfit.segment.stage.Settings(drive=section.drive, min_cycles=section.min_cycles, holdout=section.holdout)
 
 
-def _discover_settings(section: DiscoverSection) -> mrfit.discover.stage.Settings:
+def _discover_settings(section: DiscoverSection, jobs: int) -> mrfit.discover.stage.Settings:
     return mrfit.discover.stage.Settings(
-        section.model, str(section.current_order), tuple(section.start.items()), section.seed
+        section.model, str(section.current_order), tuple(section.start.items()), section.seed, jobs
     )
 
 

@@ -99,8 +99,8 @@ def _drifting(force: Array, dt: float, rate: float) -> Array:
 
 PLANTS = (
     Plant("as it is", "", 0.0),
-    *(Plant(f"delay {1e3 * s:g} ms", "delay", s, partial(_delayed, seconds=s)) for s in (-6e-3, 4e-3, 8e-3)),
-    *(Plant(f"lag {1e3 * s:g} ms", "delay", s, partial(_lagged, seconds=s)) for s in (4e-3, 6e-3, 10e-3)),
+    *(Plant(f"delay {1e3 * s:g} ms", "delay", s, partial(_delayed, seconds=s)) for s in (-10e-3, 10e-3, 15e-3)),
+    *(Plant(f"lag {1e3 * s:g} ms", "delay", s, partial(_lagged, seconds=s)) for s in (10e-3, 15e-3, 20e-3)),
     *(Plant(f"gain drift {r:g} 1/s", "gain-drift", r, partial(_drifting, rate=r)) for r in (-0.05, 0.05, 0.1)),
 )
 

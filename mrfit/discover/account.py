@@ -70,7 +70,8 @@ def drop_shadows(verdict: Verdict) -> None:
     for name in verdict.final.effects:
         together = " and ".join(verdict.final.effects)
         verdict.reasons[name] = f"{together} would take {closed:.0%} of the gap: too little to be what is missing"
-    verdict.taken_back, verdict.final, verdict.ambiguous = verdict.final, verdict.base, []
+    verdict.taken_back, verdict.final = verdict.final, verdict.base
+    verdict.doubtful, verdict.ambiguous = verdict.ambiguous, []
 
 
 def account(fitter: Fitter, verdict: Verdict, outcome: Outcome) -> dict[str, Any]:
@@ -86,14 +87,13 @@ def account(fitter: Fitter, verdict: Verdict, outcome: Outcome) -> dict[str, Any
     shapes = looks.looks(bench, after) if spoken_of else []
     pairs = confusable(verdict)
     undecided = sorted({e for group in verdict.ambiguous for e in group})
-    partial = verdict.taken_back
+    partial, others = _partial_rows(fitter, verdict)
     return {
         "verdict": outcome.word,
         "effects": [effect_row(verdict, specs[e], fitter, pairs) for e in named],
         "ambiguous_set": undecided,
-        "suspects": [suspect_row(fitter, verdict, e) for e in undecided]
-        + ([] if partial is None else [partial_row(fitter, verdict, partial, e) for e in partial.effects]),
-        "advice": [f"{e}: {specs[e].experiment}" for e in undecided or (partial.effects if partial else ())],
+        "suspects": [_swapped(fitter, verdict, after, verdict.ambiguous, e) for e in undecided] + partial + others,
+        "advice": [f"{e}: {specs[e].experiment}" for e in undecided or [row["name"] for row in partial + others]],
         "where": [region_row(r) for r in where[:REGIONS]],
         "where_text": in_words(where),
         "gap": gap,
@@ -173,12 +173,28 @@ def effect_row(verdict: Verdict, spec: EffectSpec, fitter: Fitter, pairs: list[d
     }
 
 
-def suspect_row(fitter: Fitter, verdict: Verdict, name: str) -> dict[str, Any]:
-    """Return what an effect of an ambiguous set would be: its parameters, and the hold-out error with it."""
-    (group,) = (g for g in verdict.ambiguous if name in g)
-    effects = [name if e in group else e for e in verdict.final.effects]
-    fit = fitter.refit(effects, [verdict.final.values])
-    return partial_row(fitter, verdict, fit, name)
+def _partial_rows(fitter: Fitter, verdict: Verdict) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Return the effects that were taken back, and those that could stand ``instead_of`` one of them."""
+    fit = verdict.taken_back
+    if fit is None:
+        return [], []
+    others = [
+        _swapped(fitter, verdict, fit, verdict.doubtful, other) | {"instead_of": own}
+        for group in verdict.doubtful
+        for own in group
+        for other in group
+        if own in fit.effects and other not in fit.effects
+    ]
+    return [partial_row(fitter, verdict, fit, e) for e in fit.effects], others
+
+
+def _swapped(
+    fitter: Fitter, verdict: Verdict, fit: Refit, groups: Sequence[tuple[str, ...]], name: str
+) -> dict[str, Any]:
+    """Return what an effect would be in a fit in place of the one it cannot be told from."""
+    (group,) = (g for g in groups if name in g)
+    effects = [name if e in group else e for e in fit.effects]
+    return partial_row(fitter, verdict, fitter.refit(effects, [fit.values]), name)
 
 
 def partial_row(fitter: Fitter, verdict: Verdict, fit: Refit, name: str) -> dict[str, Any]:

@@ -43,9 +43,11 @@ def clustered(
     closed = ~within.open & (scale > 0.0)
     basis = within.directions[:, closed] / scale[closed]
     scores = np.stack([_score(basis, jacobians, residuals, [c == n for c in conditions]) for n in names])
-    ratio = stats.t.ppf(0.975, len(names) - 1) / stats.t.ppf(0.975, max(within.degrees, 1.0))
+    # records of different conditions err independently, however smooth the residual of each is
+    degrees = max(within.degrees, len(names) - 1.0)
+    ratio = stats.t.ppf(0.975, len(names) - 1) / stats.t.ppf(0.975, degrees)
     between = ratio**2 * (basis @ (scores.T @ scores) @ basis.T)
-    return replace(within, covariance=within.covariance + excess(between, within.covariance))
+    return replace(within, covariance=within.covariance + excess(between, within.covariance), degrees=degrees)
 
 
 def _score(basis: Array, jacobians: Sequence[Array], residuals: Sequence[Array], members: Sequence[bool]) -> Array:

@@ -13,7 +13,7 @@ that is left of it; standard errors count the scatter between conditions, since 
 everywhere and a shadow has not; and what an effect takes must exceed what all together leave.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from mrfit import registry
@@ -34,6 +34,7 @@ FAR_BEHIND = 2.0
 ABOVE_THE_REST = 0.5
 MOST_REFITS = 7
 MOST_ROUNDS = 4
+UNSEEN = "its sensitivity is not in the error"
 # A rival that leaves at most this much more of the gap is looked at
 RIVAL = 0.35
 # Rivals that an effect has to face again once others are beside it
@@ -58,8 +59,9 @@ class Verdict:
         For every effect: why it was accepted or turned down.
     gains
         Share of the squared hold-out error each took away when it was last tried.
-    taken_back
-        The fit with effects that had proof each, but together left too much to be named.
+    taken_back, doubtful
+        The fit with effects that had proof each, but together left too much to be named, and the sets that could not be
+        told apart among them.
     """
 
     base: Refit
@@ -69,6 +71,7 @@ class Verdict:
     reasons: dict[str, str] = field(default_factory=dict)
     gains: dict[str, float] = field(default_factory=dict)
     taken_back: Refit | None = None
+    doubtful: list[tuple[str, ...]] = field(default_factory=list)
 
     def alike(self, name: str) -> set[str]:
         """Return the effects whose projected sensitivity is nearly parallel to an effect's in these data."""
@@ -159,20 +162,22 @@ def _trials(
 ) -> list[Trial]:
     worth = [c for c in candidates if not c.reason and c.gain > WORTH_A_REFIT][:MOST_REFITS]
     number, progress = listener
-    trials = []
-    for done, candidate in enumerate(worth, 1):
-        trial = try_out(fitter, present, candidate, verdict.base, verdict.alike(candidate.name))
+    trials: list[Trial] = []
+    for trial in _side_by_side(fitter, present, worth, verdict):
         trials.append(trial)
-        if number == 0 or trial.passes:
-            verdict.gains[candidate.name] = trial.gain
-            verdict.reasons[candidate.name] = trial.reason
-        progress(f"round {number + 1}: refit with {candidate.name}", done, len(worth))
-    tried = {c.name for c in worth}
+        if number == 0 or trial.passes or verdict.reasons[trial.name] == UNSEEN:
+            beside = f", beside {' and '.join(present.effects)}" if number else ""
+            verdict.gains[trial.name] = trial.gain
+            verdict.reasons[trial.name] = trial.reason + beside
+        progress(f"round {number + 1}: refit with {trial.name}", len(trials), len(worth))
     for candidate in candidates:
-        if candidate.name not in tried:
-            why = candidate.reason or "its sensitivity is not in the error"
-            verdict.reasons.setdefault(candidate.name, why)
+        verdict.reasons.setdefault(candidate.name, candidate.reason or UNSEEN)
     return trials
+
+
+def _side_by_side(fitter: Fitter, present: Refit, candidates: Sequence[Screened], verdict: Verdict) -> Iterator[Trial]:
+    """Yield the trial of each candidate beside the present effects."""
+    return fitter.side_by_side(lambda c: try_out(fitter, present, c, verdict.base, verdict.alike(c.name)), candidates)
 
 
 def aliases_of(name: str) -> set[str]:
@@ -259,7 +264,7 @@ def _choose_again(fitter: Fitter, verdict: Verdict) -> None:
             and (s.name in alike or reach([s], without, fitter.stride) > WORTH_A_DUEL)
         ]
         rivals = sorted(rivals, key=lambda s: (s.name not in alike, -s.gain))[:MOST_RIVALS]
-        trials = [try_out(fitter, without, s, verdict.base, verdict.alike(s.name)) for s in rivals]
+        trials = _side_by_side(fitter, without, rivals, verdict)
         own = judge(name, without, verdict.final, verdict.base, verdict.alike(name))
         passing = sorted((t for t in (own, *trials) if t.passes), key=lambda t: t.fit.chi("holdout"))
         winner, equals = _duel(fitter, without, passing or [own], verdict)

@@ -3,6 +3,7 @@
 import shutil
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -38,12 +39,15 @@ class Settings:
         The user's start values.
     seed
         Of every random choice.
+    jobs
+        Worker threads; the result does not depend on it.
     """
 
     model: str
     current_order: str = "auto"
     start: tuple[tuple[str, float], ...] = ()
     seed: int = 0
+    jobs: int = 1
 
 
 def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
@@ -79,7 +83,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     segments, _ = workspace.read_segments()
     recordings = load_recordings(workspace, segments)
     data = {i: (r.sha256, r.history) for i, r in sorted(recordings.items())}
-    key = key_of("discover", asdict(settings), data, [asdict(s) for s in segments])
+    key = key_of("discover", {**asdict(settings), "jobs": 0}, data, [asdict(s) for s in segments])
     folder = workspace.root / "discover"
     existing = read_json(folder / "discovery.json")
     if existing and existing.get("key") == key:
@@ -166,10 +170,15 @@ def _discovered(
 def current_dependence(
     settings: Settings, segments: Sequence[Segment], recordings: dict[str, Recording]
 ) -> CurrentDependence | None:
-    """Return how the base's parameters depend on current; a current that changes during tests counts as two levels."""
+    """Return how the base's parameters depend on current; a current that changes during tests counts as two levels.
+
+    The shape of a loop, as kappa, beta, gamma and n of Bouc-Wen, does not unless the user says so: it doubles the
+    search, and Spencer and others (1997) keep it too.
+    """
     name = settings.model.partition("+")[0]
-    found = dependence_on_current(name, settings.current_order, segments, recordings, ())
     spec = base_of(name).spec
+    shape = [p.name for p in spec.params if p.role == "hysteresis"]
+    found = dependence_on_current(name, settings.current_order, segments, recordings, shape)
     if found or settings.current_order != "auto" or spec.output == "flux" or "current" in spec.inputs:
         return found
     values = [r.channels["current"] for r in recordings.values() if "current" in r.channels]
@@ -178,7 +187,7 @@ def current_dependence(
     low, high = min(float(v.min()) for v in values), max(float(v.max()) for v in values)
     if high - low < 0.1:
         return None
-    orders = default_orders(spec, 3, ()) or orders_of(spec, "2")
+    orders = default_orders(spec, 3, shape) or orders_of(spec, "2")
     return CurrentDependence(orders, low, high)
 
 
@@ -198,11 +207,13 @@ def _fitter(
     if stored.get("key") == key:
         known = {tuple(f["effects"]): np.array(f["point"]) for f in stored["fits"]}
 
-    def keep(effects: tuple[str, ...], point: Array) -> None:
-        fits = [{"effects": list(e), "point": p} for e, p in known.items()]
-        write_json(path, {"key": key, "fits": fits})
+    writing = Lock()
 
-    return Fitter(bench, settings.model, dependence, dict(settings.start), known, keep)
+    def keep(effects: tuple[str, ...], point: Array) -> None:
+        with writing:
+            write_json(path, {"key": key, "fits": [{"effects": list(e), "point": p} for e, p in list(known.items())]})
+
+    return Fitter(bench, settings.model, dependence, dict(settings.start), known, keep, settings.jobs)
 
 
 def _series(bench: Bench, verdict: Verdict) -> dict[str, Array]:

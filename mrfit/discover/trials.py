@@ -17,6 +17,8 @@ HOLDOUT_CLEAR = 2.0
 OVERWHELMING, ABOVE_NOISE = 0.8, 1.5
 # … but this many standard errors: an effect at neutral takes nothing, a better fit of the rest does
 NOT_NEUTRAL = 1.0
+# Of the first effect, 3 are enough if it takes this share of the gap on conditions it was not fitted to
+HALF, CLEAR_OF_HALF = 0.5, 3.0
 # Least share of the squared hold-out error that an effect must take away
 LEAST_GAIN = 0.01
 # Least share of the gap that the base alone leaves, for an effect and for the look-alike of one that is in already …
@@ -46,6 +48,8 @@ class Trial:
         Standard score of the fall in squared hold-out error.
     overwhelms
         Whether it takes nearly all of what is left, far above the noise.
+    needed
+        Standard errors from neutral that are asked of it.
     """
 
     name: str
@@ -53,6 +57,7 @@ class Trial:
     gain: float
     score: float
     overwhelms: bool
+    needed: float = CLEAR
 
     @property
     def strength(self) -> float:
@@ -76,7 +81,7 @@ class Trial:
             return "it does not lower the error on held-out conditions"
         if not self.overwhelms and self.score <= HOLDOUT_CLEAR:
             return "its gain on held-out conditions may be chance"
-        if self.strength <= (NOT_NEUTRAL if self.overwhelms else CLEAR):
+        if self.strength <= self.needed:
             return f"its parameter is only {self.strength:.1f} standard errors from neutral"
         return ""
 
@@ -95,7 +100,9 @@ def judge(name: str, before: Refit, after: Refit, base: Refit, alike: Collection
         least = LEAST_GAP_OF_THE_REST
     gain = float(1.0 - squares[2][1] / squares[1][1]) if shares.max() > least else 0.0
     overwhelms = of_rest > OVERWHELMING and before.chi("holdout") > ABOVE_NOISE
-    return Trial(name, after, gain, paired_z(before.holdout, after.holdout), overwhelms)
+    first = before is base and of_rest > HALF and before.chi("holdout") > ABOVE_NOISE
+    needed = NOT_NEUTRAL if overwhelms else CLEAR_OF_HALF if first else CLEAR
+    return Trial(name, after, gain, paired_z(before.holdout, after.holdout), overwhelms, needed)
 
 
 def try_out(fitter: Fitter, present: Refit, candidate: Screened, base: Refit, alike: Collection[str] = ()) -> Trial:

@@ -54,15 +54,19 @@ def sentences(found: Found) -> list[str]:
 
 def _partial(found: Found) -> str:
     """Say what the effects that had proof, but leave too much to be named, would take."""
-    names = []
+    said: dict[str, str] = {}
     for suspect in found["suspects"]:
         values = ", ".join(f"{row['name']} = {row['value']}" for row in parameter_rows(suspect))
-        names.append(f"{effect_words(suspect['name'])} with {values}")
+        words = f"{effect_words(suspect['name'])} with {values}"
+        if "instead_of" in suspect:
+            said[suspect["instead_of"]] += f" (or {words}, which these data cannot tell from it)"
+        else:
+            said[suspect["name"]] = words
     closed = found["suspects"][0]["closed"]
     share = "part" if closed is None else percent(closed)
     return _sentence(
-        f"{_listed(names)} would take {share} of the gap, too little to be all that is missing: a cause among "
-        "others, or the shadow of another"
+        f"{_listed(list(said.values()))} would take {share} of the gap, too little to be all that is missing: "
+        "a cause among others, or the shadow of another"
     )
 
 

@@ -43,6 +43,13 @@ def test_what_takes_nearly_all_far_above_the_noise_needs_no_clear_parameter() ->
     assert not judge("delay", near, fitted(("delay",), 1.01, 1.5), near).passes
 
 
+def test_the_first_effect_needs_fewer_standard_errors_if_it_takes_half_the_gap() -> None:
+    base, before = fitted((), 10.0), fitted(("inertia",), 5.0)
+    assert judge("delay", base, fitted(("delay",), 6.0, 3.5), base).passes
+    assert not judge("delay", base, fitted(("delay",), 8.0, 3.5), base).passes
+    assert not judge("delay", before, fitted(("delay", "inertia"), 3.0, 3.5), base).passes
+
+
 def test_an_effect_at_neutral_takes_nothing_however_much_lower_the_error_is() -> None:
     base = fitted((), 10.0)
     assert not judge("delay", base, fitted(("delay",), 1.5, 0.3), base).passes

@@ -305,6 +305,14 @@ def test_every_verdict_has_its_page(tmp_path, found, words, also):
     assert "mrfit fit" not in text
 
 
+def test_what_would_take_part_of_the_gap_is_said_with_what_could_stand_instead():
+    partly = {"parameters": EFFECT["parameters"], "holdout_nrmse_after": 0.03, "closed": 0.62}
+    suspects = [{"name": "eddy-current", **partly}, {"name": "probe-skew", "instead_of": "eddy-current", **partly}]
+    said = " ".join(sentences(UNEXPLAINED | {"suspects": suspects}))
+    assert "(eddy-current) with" in said and "would take 62.0 % of the gap" in said
+    assert "(probe-skew) with" in said.partition("(or ")[2] and "cannot tell from it)" in said
+
+
 def test_what_stays_unexplained_is_said_only_above_the_noise():
     gap = {"noise_floor": 0.01, "before": 0.05, "after": 0.02, "closed": 0.875}
     rest = {"share_of_gap": 0.125, "predictable": 0.5, "where": [], "text": ["40% of the error in 9%: end of stroke"]}
