@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mrfit.channels import unit_of
 from mrfit.discover.bench import Bench, Stretch
 from mrfit.specs import Array
 
@@ -80,7 +81,7 @@ def _masks(bench: Bench, stretch: Stretch) -> dict[str, Mask]:
     }
     if segment.cycles:
         masks[f"frequency {segment.frequency:.3g} Hz"] = everywhere
-        masks[f"amplitude {segment.amplitude:.3g} ({segment.drive})"] = everywhere
+        masks[f"amplitude {segment.amplitude:.3g} {unit_of(segment.drive)} ({segment.drive})"] = everywhere
     masks |= _motion(bench, stretch)
     masks |= _electric(bench, stretch)
     return masks

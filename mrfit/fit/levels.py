@@ -30,6 +30,8 @@ FAITHFUL = (0.5, 1.1)
 RIVAL, APART = 0.3, 0.02
 # A residual counts as unchanged where it differs by no more than this share of the largest
 UNCHANGED = 1e-12
+# Tolerance to which the best descent goes on on thinned data, where a step costs a fraction of one on all data
+POLISHED = 1e-5
 # Steps on all data for which evaluations are kept back where they are limited, and allowed where they are not
 STEPS, MORE_STEPS = 15, 60
 
@@ -79,7 +81,7 @@ def search(
     coarse, fine = (objective_of(p, projection, starts, on_progress) for p in (thin, posed))
     coarse.tolerance = auto.SETTLED
     kept = min(STEPS * fine.model_simulations, budget // 2)
-    first = optimize.run("auto", coarse, rng, max(budget - kept, 1), *limits[1:])
+    first = _polished(optimize.run("auto", coarse, rng, max(budget - kept, 1), *limits[1:]), coarse)
     if not np.isfinite(first.cost):
         return completed(first, coarse)
     fine.on_progress = lambda evaluations, cost: on_progress(first.evaluations + evaluations, cost)
@@ -147,6 +149,17 @@ def _apart(outcome: optimize.Outcome) -> list[Array]:
         if near and len(chosen) < TRIED and min(np.abs(descent.point - p).max() for p in chosen) > APART:
             chosen.append(descent.point)
     return chosen
+
+
+def _polished(first: optimize.Outcome, coarse: Objective) -> optimize.Outcome:
+    """Return the outcome of the search on thinned data after its best descent has gone on."""
+    if not np.isfinite(first.cost) or first.links[-1].ending == "time":
+        return first
+    coarse.tolerance = POLISHED
+    auto.refine(coarse, first.point[None, :])
+    spent, cost = coarse.evaluations, coarse.best_cost
+    link = replace(first.links[-1], evaluations=spent, cost=cost, history=tuple(coarse.history))
+    return replace(first, point=coarse.best_point.copy(), cost=cost, evaluations=spent, links=(link,))
 
 
 def _joined(first: optimize.Outcome, fine: Objective, last: optimize.Outcome | None) -> optimize.Outcome:

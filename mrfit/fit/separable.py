@@ -138,23 +138,29 @@ class Projection:
         kept = ~np.isin(self.posed.cube.free, self.linear)
         return np.ascontiguousarray(points[:, kept])
 
+    @cached_property
+    def _probed(self) -> Solved:
+        """Two points of the remaining cube with their best linear parameters."""
+        with np.errstate(all="ignore"):
+            return self.solve(self.cube.probes())
+
     def settled(self) -> "Projection":
         """Return the projection with those linear parameters as moving whose shares differ between two points."""
         with np.errstate(all="ignore"):
-            shares = self.solve(self.cube.probes()).basis
+            shares = self._probed.basis
             apart = np.abs(shares[1] - shares[0]).max(axis=1) > AFFINE * np.abs(shares).max(axis=(0, 2))
         return replace(self, moving=np.flatnonzero(apart))
 
     def is_affine(self) -> bool:
         """Return whether the response is affine in the linear parameters, at the start and somewhere in the cube."""
         start, steps = self._ranges[:2]
-        solved = self.solve(self.cube.probes())
-        shares = np.linspace(0.3, 0.7, len(steps))
+        solved, shares = self._probed, np.linspace(0.3, 0.7, len(steps))
         with np.errstate(all="ignore"):
             weights = shares - (solved.theta[:, self.linear] - start) / steps
             predicted = solved.residuals + np.matmul(weights[:, None, :], solved.basis)[:, 0]
-            solved.theta[:, self.linear] = start + shares * steps
-            error = np.abs(self.posed.of_theta(solved.theta) - predicted).max(axis=1)
+            theta = solved.theta.copy()
+            theta[:, self.linear] = start + shares * steps
+            error = np.abs(self.posed.of_theta(theta) - predicted).max(axis=1)
             size = np.abs(predicted).max(axis=1) + np.abs(solved.basis).max(axis=(1, 2))
         return bool(np.all(error <= AFFINE * size))
 

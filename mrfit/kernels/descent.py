@@ -25,6 +25,8 @@ _RAISES = 40
 _POOR = 0.1
 # What a first failed step multiplies its damping by.
 FIRST_RAISE, _LEAST_DAMPING = 2.0, 1e-12
+# What a step that keeps its promise multiplies its damping by.
+_MOST_LOWERED = 1.0 / 3.0
 # A descent is stuck when a damped step failed that promised less than this share of the squared cost, or is too short.
 _LEAST_FALL, _SHORTEST_STEP = 1e-10, 1e-10
 
@@ -179,8 +181,10 @@ def damped_steps(points: Array, gradients: Array, curvatures: Array, dampings: A
 def keep_better(descents: Descents, model: Model, active: Index, trial: Trial, gained: Model) -> None:
     """Take the trial steps that lower the cost and adapt the dampings, in place.
 
-    A step that brings less than a quarter of the promised fall doubles its damping, one that brings more than three
-    quarters halves it. One that fails multiplies it by its raise, which doubles every time until a step succeeds.
+    A step that brings the share s of the promised fall multiplies its damping by max(1/3, 1 - (2s - 1)^3), between a
+    third and two. One that fails multiplies it by its raise, which doubles every time until a step succeeds.
+
+    Source: H. B. Nielsen, Damping parameter in Marquardt's method, IMM-REP-1999-05, Technical University of Denmark.
 
     Parameters
     ----------
@@ -206,7 +210,7 @@ def keep_better(descents: Descents, model: Model, active: Index, trial: Trial, g
         better = fall > 0.0
         met = fall / max(promised[p], 1e-300)
         if better:
-            factor = 2.0 if met < 0.25 else 0.5 if met > 0.75 else 1.0
+            factor = max(_MOST_LOWERED, 1.0 - (2.0 * min(met, 1.0) - 1.0) ** 3)
             model[0][p] = gained[0][a]
             for k in range(points.shape[1]):
                 points[p, k], model[1][p, k] = trials[p, k], gained[1][a, k]

@@ -12,12 +12,11 @@ Source: Savaia et al., section 4. The activation is not printed; the hyperbolic 
 import numpy as np
 
 from mrfit.kernels.lti import delayed
-from mrfit.kernels.theta import plain
+from mrfit.kernels.theta import by_blocks, plain
 from mrfit.specs import Array, ModelSpec, Param
 
 _LAG = 4e-3
 _UNITS = 3
-_CHUNK = 4096  # samples whose hidden layers stay in cache
 _INPUTS = (("v", "s/m", 10.0), ("i", "1/A", 1.0), ("v_ago", "s/m", 10.0), ("i_ago", "1/A", 1.0))
 
 
@@ -57,13 +56,17 @@ def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the force in N, shape (P, N), of velocity (m/s) and current (A), shape (2, N), sampled every dt s."""
     lag = np.array([_LAG / dt])
     inputs = np.vstack([drive, *(delayed(plain(row), lag) for row in drive)])
-    out = np.empty((len(theta), drive.shape[1]))
-    for first in range(0, drive.shape[1], _CHUNK):
-        chunk = slice(first, first + _CHUNK)
-        for p, row in enumerate(theta):
-            h1 = np.tanh(row[:12].reshape(_UNITS, 4) @ inputs[:, chunk] + row[12:15, None])
-            h2 = np.tanh(row[15:24].reshape(_UNITS, _UNITS) @ h1 + row[24:27, None])
-            out[p, chunk] = row[27:30] @ h2 + row[30]
+    return by_blocks(lambda block: _layers(inputs, block), drive.shape[1], theta)
+
+
+def _layers(inputs: Array, theta: Array) -> Array:
+    """Return the output layer (P, N) of inputs (4, N)."""
+    count = len(theta)
+    h1 = np.matmul(theta[:, :12].reshape(count, _UNITS, 4), inputs) + theta[:, 12:15, None]
+    np.tanh(h1, out=h1)
+    h2 = np.matmul(theta[:, 15:24].reshape(count, _UNITS, _UNITS), h1) + theta[:, 24:27, None]
+    np.tanh(h2, out=h2)
+    out: Array = np.matmul(theta[:, None, 27:30], h2)[:, 0] + theta[:, 30:]
     return out
 
 

@@ -20,7 +20,7 @@ SPEC = OptimizerSpec(
 Mask = NDArray[np.bool_]
 
 # Number of descents in the first wave, and in each of those after it.
-FIRST_WAVE, LATER_WAVES = 5, 7
+FIRST_WAVE, LATER_WAVES = 5, 4
 # Points simulated per descent, from which the starts of a wave are chosen.
 SCREENED = 8
 # Starts of a wave are at least this far apart, as a share of the cube's diagonal, as long as there are such points.
@@ -39,8 +39,10 @@ ZERO = 1e-6
 # goes on to the objective's tolerance.
 SETTLED = 1e-3
 # It has also settled when so many iterations lowered the squared cost by less than a share of it: along directions
-# that the data hardly determine the linear model promises again and again what the model does not keep.
+# that the data hardly determine the linear model promises again and again what the model does not keep. Of more than
+# so many parameters per iteration some may lie in a curved valley: then there are more iterations.
 SLOW_ITERATIONS, SLOW_SETTLED, SLOW_POLISHED = 5, 1e-3, 1e-6
+SLOW_PARAMETERS = 3
 # A descent whose steps fail is not judged so until its raise is greater than this: its damping has to fit first.
 LAST_RAISE = 32.0
 ITERATIONS, LEADER_ITERATIONS = 60, 500
@@ -173,11 +175,11 @@ def _choose(points: Array, costs: Array, given: int, count: int) -> Array:
 
 def _descend(objective: Objective, front: Front, tolerance: float, slow: float, iterations: int) -> None:
     """Step all descents of a front together until each has settled, is stuck, given up or has taken its iterations."""
-    earlier = front.model.costs**2
+    earlier, patience = front.model.costs**2, max(SLOW_ITERATIONS, objective.dimension // SLOW_PARAMETERS)
     for iteration in range(iterations):
         costs, gradients, curvatures = front.model
         squares = costs**2
-        if iteration % SLOW_ITERATIONS == SLOW_ITERATIONS - 1:
+        if iteration % patience == patience - 1:
             judged = ~front.stuck & ((front.raises == FIRST_RAISE) | (front.raises > LAST_RAISE))
             front.settled |= judged & (squares >= earlier * (1.0 - slow))
             front.given_up |= judged & (squares - REACH * (earlier - squares) > objective.best_cost**2)

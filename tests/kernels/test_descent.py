@@ -76,6 +76,18 @@ def test_steps_that_lower_the_cost_are_taken_and_the_others_damp_more() -> None:
     assert points.tolist() == [[0.6, 0.5], [0.5, 0.5], [0.5, 0.5]]
     assert model[0].tolist() == [1.0, 2.0, 2.0] and model[1][0].tolist() == [1.0, 1.0]
     # the first brought all that was promised, and then, with nothing left to gain, failed at no length
-    assert dampings == pytest.approx([1e-2, 1e-2, 8e-2])
+    assert dampings == pytest.approx([2e-2 / 3, 1e-2, 8e-2])
     assert raises.tolist() == [4.0, 2.0, 8.0]
     assert stuck.tolist() == [True, False, False]
+
+
+@pytest.mark.parametrize(("share", "factor"), [(0.0, 2.0), (0.25, 1.125), (0.5, 1.0), (0.75, 0.875), (3.0, 1 / 3)])
+def test_the_damping_follows_the_share_of_its_promise_that_a_step_keeps(share: float, factor: float) -> None:
+    points, dampings, raises = np.full((1, 2), 0.5), np.ones(1), np.full(1, 64.0)
+    model = np.array([2.0]), np.zeros((1, 2)), np.zeros((1, 2, 2))
+    gained = np.array([1.0]), np.ones((1, 2)), np.ones((1, 2, 2))
+    promised = np.array([3.0 / share if share else 1e9])
+    descents = points, dampings, raises, np.zeros(1, dtype=bool)
+    keep_better(descents, model, np.array([0]), (points + 0.1, promised), gained)
+    assert dampings == pytest.approx([factor], rel=1e-6)
+    assert raises.tolist() == [FIRST_RAISE]
