@@ -69,7 +69,8 @@ def drop_shadows(verdict: Verdict) -> None:
     closed = (before - after) / (before - 1.0)
     for name in verdict.final.effects:
         together = " and ".join(verdict.final.effects)
-        verdict.reasons[name] = f"{together} would take {closed:.0%} of the gap: too little to be what is missing"
+        left = f"leave {np.sqrt(after):.3g} times the noise: too little to be all that is missing"
+        verdict.reasons[name] = f"{together} would take {closed:.0%} of the gap and {left}"
     verdict.taken_back, verdict.final = verdict.final, verdict.base
     verdict.doubtful, verdict.ambiguous = verdict.ambiguous, []
 
