@@ -276,7 +276,7 @@ def varying_bouc_wen(x: Array, rate: Array, n: Array, rho: Array) -> Array:
         Drive, shape (N,).
     rate, n, rho
         kappa/z_max, n and (beta - gamma)/(beta + gamma), shapes (P, N): the values of sample j hold for the step that
-        ends there. Any step takes some tens of sub-steps at most.
+        ends there. A step of saturated travel takes no more sub-steps than one of (2 + 30/n).
 
     Returns
     -------
@@ -290,7 +290,7 @@ def varying_bouc_wen(x: Array, rate: Array, n: Array, rho: Array) -> Array:
             if j > 0 and x[j] != x[j - 1]:
                 step = rate[p, j] * (x[j] - x[j - 1])
                 sign = math.copysign(1.0, step)
-                y = sign * _rise(sign * y, abs(step), n[p, j], rho[p, j])
+                y = sign * _rise(sign * y, min(abs(step), 2.0 + 30.0 / n[p, j]), n[p, j], rho[p, j])
             out[p, j] = y
     return out
 
