@@ -12,9 +12,11 @@ from mrfit.options import (
     CORES,
     WEIGHTS,
     WORK,
+    Bounds,
     Catalog,
     CurrentOrder,
     DataSet,
+    Fix,
     Folder,
     Jobs,
     Json,
@@ -24,11 +26,12 @@ from mrfit.options import (
     Pattern,
     Resistance,
     Stall,
+    Start,
     Work,
     choice,
-    number,
+    limits,
+    numbers,
     ohms,
-    pairs,
 )
 
 app = typer.Typer(
@@ -137,9 +140,9 @@ def fit(
     seconds: Annotated[float | None, typer.Option(min=0.0, help="Time limit for each set of parameters.")] = None,
     stall: Stall = 0.5,
     weight: Annotated[str, typer.Option(help="none; floor: conditions by their noise; range: alike.")] = "none",
-    bounds: Annotated[list[str] | None, typer.Option(metavar="NAME=LOW:HIGH", help="Change bounds.")] = None,
-    start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Change a start value.")] = None,
-    fix: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Hold a parameter.")] = None,
+    bounds: Bounds = None,
+    start: Start = None,
+    fix: Fix = None,
     current_order: CurrentOrder = "auto",
     only: Only = "",
     intervals: Annotated[str, typer.Option(help="Of parameters: hac, bootstrap or profile.")] = "hac",
@@ -155,10 +158,6 @@ def fit(
     from mrfit import pipeline, summaries
     from mrfit.fit.stage import Settings
 
-    limits = []
-    for parameter, value in pairs("--bounds", bounds):
-        low, _, high = value.partition(":")
-        limits.append((parameter, number("--bounds", low), number("--bounds", high)))
     settings = Settings(
         model=model,
         optimizer=opt,
@@ -169,9 +168,9 @@ def fit(
         seconds=seconds,
         stall=stall,
         weight=choice("--weight", weight, WEIGHTS),  # type: ignore[arg-type]
-        bounds=tuple(limits),
-        start=tuple((n, number("--start", v)) for n, v in pairs("--start", start)),
-        fixed=tuple((n, number("--fix", v)) for n, v in pairs("--fix", fix)),
+        bounds=limits(bounds),
+        start=numbers("--start", start),
+        fixed=numbers("--fix", fix),
         current_order=current_order,
         only=only,
         intervals=choice("--intervals", intervals, ("hac", "bootstrap", "profile")),  # type: ignore[arg-type]
@@ -247,7 +246,7 @@ def run(
 @app.command()
 def discover(
     model: Annotated[str, typer.Option(help="Base model; effects written with it (tanh+delay) are part of it.")],
-    start: Annotated[list[str] | None, typer.Option(metavar="NAME=VALUE", help="Change a start value.")] = None,
+    start: Start = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of every random choice.")] = 0,
     current_order: CurrentOrder = "auto",
     resistance: Resistance = None,
@@ -262,8 +261,7 @@ def discover(
     from mrfit import pipeline, summaries
     from mrfit.discover.stage import Settings
 
-    starts = tuple((n, number("--start", v)) for n, v in pairs("--start", start))
-    settings = Settings(model, current_order, starts, seed, jobs)
+    settings = Settings(model, current_order, numbers("--start", start), seed, jobs)
     with console.progress_bar() as progress:
         summary = pipeline.discover(work, settings, ohms(resistance), progress)
     return console.print_json(summary) if as_json else summaries.discover(summary, work)
@@ -294,6 +292,9 @@ def compare(
     seconds: Annotated[float | None, typer.Option(min=0.0, help="Time limit for each set of parameters.")] = None,
     stall: Stall = 0.5,
     weight: Annotated[str, typer.Option(help="none; floor: conditions by their noise; range: alike.")] = "none",
+    bounds: Bounds = None,
+    start: Start = None,
+    fix: Fix = None,
     current_order: CurrentOrder = "auto",
     only: Only = "",
     jobs: Jobs = CORES,
@@ -311,13 +312,16 @@ def compare(
     options |= {"stall": stall}
     if bool(models) == bool(optimizers) or bool(optimizers) != bool(model):
         raise ConfigError("compare takes --models NAMES, or --optimizers NAMES together with --model NAME")
+    own = {"bounds": limits(bounds), "start": numbers("--start", start), "fixed": numbers("--fix", fix)}
+    if models and any(own.values()):
+        raise ConfigError("--bounds, --start and --fix go with --optimizers: models have parameters of their own")
     with console.progress_bar() as progress:
         if models:
             chosen = tuple(n.strip() for n in models.split(","))
             summary = pipeline.compare_models(work, chosen, {**options, "optimizer": opt, "seed": seed}, progress)
         else:
             tried = tuple(n.strip() for n in optimizers.split(","))
-            summary = pipeline.compare_optimizers(work, tried, {**options, "model": model}, seeds, progress)
+            summary = pipeline.compare_optimizers(work, tried, {**options, **own, "model": model}, seeds, progress)
     if as_json:
         return console.print_json(summary)
     return summaries.compare_models(summary, work) if models else summaries.compare_optimizers(summary, work)

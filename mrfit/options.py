@@ -38,6 +38,9 @@ Stall = Annotated[
     float,
     typer.Option(help="Share of a global search without progress that ends it; 1: none does.", min=0.01, max=1.0),
 ]
+Bounds = Annotated[list[str] | None, typer.Option("--bounds", metavar="NAME=LOW:HIGH", help="Change bounds.")]
+Start = Annotated[list[str] | None, typer.Option("--start", metavar="NAME=VALUE", help="Change a start value.")]
+Fix = Annotated[list[str] | None, typer.Option("--fix", metavar="NAME=VALUE", help="Hold a parameter.")]
 Only = Annotated[str, typer.Option(help="Segments by peak velocity or by condition.", metavar="LMH|MH|PATTERN")]
 DataSet = Annotated[str, typer.Argument(help="Data set to fetch; without it all are listed.", show_default=False)]
 Folder = Annotated[Path | None, typer.Option("--to", help="Folder for the files; default: one of the set's name.")]
@@ -98,6 +101,29 @@ def number(option: str, text: str) -> float:
     if value != value or value in (float("inf"), float("-inf")):
         raise ConfigError(f"{option}: '{text}' is not finite")
     return value
+
+
+def numbers(option: str, items: list[str] | None) -> tuple[tuple[str, float], ...]:
+    """Return NAME=VALUE items of a repeated option with their numbers.
+
+    Raises
+    ------
+    ConfigError
+        If an item has no equals sign, or no number.
+    """
+    return tuple((name, number(option, value)) for name, value in pairs(option, items))
+
+
+def limits(items: list[str] | None) -> tuple[tuple[str, float, float], ...]:
+    """Return the NAME=LOW:HIGH items of ``--bounds`` with their numbers.
+
+    Raises
+    ------
+    ConfigError
+        If an item has no equals sign, or not two numbers.
+    """
+    split = [(name, *value.partition(":")[::2]) for name, value in pairs("--bounds", items)]
+    return tuple((name, number("--bounds", low), number("--bounds", high)) for name, low, high in split)
 
 
 def choice(option: str, value: str, allowed: tuple[str, ...]) -> str:

@@ -117,5 +117,11 @@ def test_the_command_prints_one_table_and_refuses_half_a_question(mrfit: Run, da
     options = ("--model", "boucwen-flux", "--seeds", 2, "--budget", 100)
     asked = mrfit("compare", "--optimizers", "lsq,fmin", *options, "--json")
     assert [r["optimizer"] for r in json.loads(asked.stdout)["rows"]] == ["lsq", "fmin"]
-    refused = mrfit("compare", "--optimizers", "pso")
-    assert refused.returncode == 2 and "--models" in refused.stderr
+    narrow = mrfit("compare", "--optimizers", "lsq", *options, "--bounds", "n=8:9", "--fix", "D=20", "--json")
+    (held,), (free, _) = (json.loads(done.stdout)["rows"] for done in (narrow, asked))
+    assert held["best"] > 1.1 * free["best"]
+    for refused, said in (
+        (mrfit("compare", "--optimizers", "pso"), "--models"),
+        (mrfit("compare", "--models", "bingham", "--fix", "c=1"), "--optimizers"),
+    ):
+        assert refused.returncode == 2 and said in refused.stderr
