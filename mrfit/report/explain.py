@@ -23,7 +23,8 @@ def headline(found: Found) -> str:
         known = f"{base} lacks {named}, and something else besides" if named else f"Something is missing from {base}"
         return f"{known}: these data cannot tell whether it is {suspects}."
     if verdict == "unexplained":
-        return f"Something is missing from {base}, and no effect of the library explains it."
+        much = "all of it" if found.get("suspects") else "it"
+        return f"Something is missing from {base}, and no effect of the library explains {much}."
     if verdict == "none":
         return f"Nothing that these data can show is missing from {base}."
     return f"These data are too few to say whether something is missing from {base}."

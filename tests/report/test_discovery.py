@@ -309,6 +309,7 @@ def test_what_would_take_part_of_the_gap_is_said_with_what_could_stand_instead()
     partly = {"parameters": EFFECT["parameters"], "holdout_nrmse_after": 0.03, "closed": 0.62}
     suspects = [{"name": "eddy-current", **partly}, {"name": "probe-skew", "instead_of": "eddy-current", **partly}]
     said = " ".join(sentences(UNEXPLAINED | {"suspects": suspects}))
+    assert headline(UNEXPLAINED | {"suspects": suspects}).endswith("explains all of it.")
     assert "(eddy-current) with" in said and "would take 62.0 % of the gap" in said
     assert "(probe-skew) with" in said.partition("(or ")[2] and "cannot tell from it)" in said
 
