@@ -102,7 +102,8 @@ def _effect(effect: dict[str, Any]) -> dict[str, Any]:
 
 def _suspect(row: dict[str, Any]) -> dict[str, Any]:
     after = row["holdout_nrmse_after"]
-    return {"name": row["name"], "rows": parameter_rows(row), "with": {"exact": repr(after), "shown": percent(after)}}
+    name = f"{row['name']} instead of {row['instead_of']}" if "instead_of" in row else row["name"]
+    return {"name": name, "rows": parameter_rows(row), "with": {"exact": repr(after), "shown": percent(after)}}
 
 
 def _candidate(row: dict[str, Any]) -> dict[str, Any]:
