@@ -115,7 +115,7 @@ def _grow(fitter: Fitter, verdict: Verdict, effects: Sequence[EffectSpec], progr
         first = first or trials
         passing = sorted((t for t in trials if t.passes), key=lambda t: t.fit.chi("holdout"))
         if passing:
-            winner, equals = _duel(fitter, present, passing, verdict)
+            winner, equals = duel(fitter, present, passing, verdict)
             _accept(fitter, verdict, winner.fit, equals and (winner.name, *equals))
         else:
             both = best_pair(fitter, present, verdict.base, (candidates, trials), progress)
@@ -186,8 +186,20 @@ def aliases_of(name: str) -> set[str]:
     return own | {e for e in registry.names("effect") if name in registry.load("effect", e).SPEC.aliases}
 
 
-def _duel(fitter: Fitter, present: Refit, passing: Sequence[Trial], verdict: Verdict) -> tuple[Trial, tuple[str, ...]]:
-    """Return the best trial after encompassing tests against its rivals, and the rivals it cannot be told from."""
+def duel(fitter: Fitter, present: Refit, passing: Sequence[Trial], verdict: Verdict) -> tuple[Trial, tuple[str, ...]]:
+    """Return the best trial after encompassing tests against its rivals, and the rivals it cannot be told from.
+
+    Parameters
+    ----------
+    fitter
+        Fits assemblies to the training segments.
+    present
+        The model beside which each was tried.
+    passing
+        Trials, the one with the least error on held-out conditions first.
+    verdict
+        Gives the base; is told why a rival was turned down.
+    """
     winner = passing[0]
     equals: list[str] = []
     for rival in passing[1:]:
@@ -197,6 +209,10 @@ def _duel(fitter: Fitter, present: Refit, passing: Sequence[Trial], verdict: Ver
         both = fitter.refit(
             [*present.effects, winner.name, rival.name], [rival.fit.values | winner.fit.values, winner.fit.values]
         )
+        again = [_started_from(fitter, present, both, t, verdict) for t in (winner, rival)]
+        if again[1].fit.chi("holdout") < again[0].fit.chi("holdout"):
+            again, equals = again[::-1], []
+        winner, rival = again
         adds = judge(rival.name, winner.fit, both, verdict.base, verdict.alike(rival.name)).passes
         needed = judge(winner.name, rival.fit, both, rival.fit).passes
         if adds and needed:
@@ -217,6 +233,14 @@ def _duel(fitter: Fitter, present: Refit, passing: Sequence[Trial], verdict: Ver
             verdict.reasons[rival.name] = f"these data cannot tell it from {winner.name}"
             equals.append(rival.name)
     return winner, tuple(equals)
+
+
+def _started_from(fitter: Fitter, present: Refit, both: Refit, trial: Trial, verdict: Verdict) -> Trial:
+    """Return a trial whose fit was also started where the effect came to stand beside its rival, if that is lower."""
+    fit = fitter.refit([*present.effects, trial.name], [both.values])
+    if fit is trial.fit:
+        return trial
+    return judge(trial.name, present, fit, verdict.base, verdict.alike(trial.name))
 
 
 def _comparable(present: Refit, winner: Trial, rival: Trial) -> bool:
@@ -267,9 +291,9 @@ def _choose_again(fitter: Fitter, verdict: Verdict) -> None:
         trials = _side_by_side(fitter, without, rivals, verdict)
         own = judge(name, without, verdict.final, verdict.base, verdict.alike(name))
         passing = sorted((t for t in (own, *trials) if t.passes), key=lambda t: t.fit.chi("holdout"))
-        winner, equals = _duel(fitter, without, passing or [own], verdict)
+        winner, equals = duel(fitter, without, passing or [own], verdict)
         verdict.ambiguous = [s for s in verdict.ambiguous if name not in s]
-        if winner.name != name:
+        if winner.name != name or winner.fit.chi("train") < verdict.final.chi("train"):
             _accept(fitter, verdict, winner.fit, equals and (winner.name, *equals))
         elif equals:
             verdict.ambiguous.append((name, *equals))
