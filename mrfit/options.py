@@ -38,6 +38,10 @@ Stall = Annotated[
     float,
     typer.Option(help="Share of a global search without progress that ends it; 1: none does.", min=0.01, max=1.0),
 ]
+Seed = Annotated[int, typer.Option("--seed", min=0, help="Seed of every random choice.")]
+Budget = Annotated[int | None, typer.Option("--budget", min=1, help="Evaluations for each set of parameters.")]
+Seconds = Annotated[float | None, typer.Option("--seconds", min=0.0, help="Time limit for each set of parameters.")]
+Weight = Annotated[str, typer.Option("--weight", help="none; floor: conditions by their noise; range: alike.")]
 Bounds = Annotated[list[str] | None, typer.Option("--bounds", metavar="NAME=LOW:HIGH", help="Change bounds.")]
 Start = Annotated[list[str] | None, typer.Option("--start", metavar="NAME=VALUE", help="Change a start value.")]
 Fix = Annotated[list[str] | None, typer.Option("--fix", metavar="NAME=VALUE", help="Hold a parameter.")]

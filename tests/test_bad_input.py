@@ -17,7 +17,7 @@ def snapshot(folder: Path) -> dict[str, str]:
     return {str(p.relative_to(folder)): hashlib.sha256(p.read_bytes()).hexdigest() for p in files}
 
 
-def one_line(result: "subprocess.CompletedProcess[str]", code: int, *words: str) -> None:
+def assert_one_line(result: "subprocess.CompletedProcess[str]", code: int, *words: str) -> None:
     assert result.returncode == code, result.stderr
     assert result.stdout == ""
     assert result.stderr.count("\n") == 1, result.stderr
@@ -46,19 +46,19 @@ BAD_LOGS = {
 def test_a_bad_log_is_refused_with_its_remedy(kind: str, mrfit: Run, tmp_path: Path) -> None:
     text, words = BAD_LOGS[kind]
     (tmp_path / "log.csv").write_text(text)
-    one_line(mrfit("ingest", "log.csv"), 1, "log.csv", *words)
+    assert_one_line(mrfit("ingest", "log.csv"), 1, "log.csv", *words)
     assert not (tmp_path / "mrfit-work").exists()
 
 
 def test_a_missing_log_is_named(mrfit: Run, tmp_path: Path) -> None:
-    one_line(mrfit("ingest", "nowhere.csv"), 1, "nowhere.csv", "no such file")
+    assert_one_line(mrfit("ingest", "nowhere.csv"), 1, "nowhere.csv", "no such file")
     assert not (tmp_path / "mrfit-work").exists()
 
 
 def test_a_map_that_names_an_unknown_column_lists_those_there_are(mrfit: Run, tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text(GOOD)
     (tmp_path / "mrfit.toml").write_text(MAP)
-    one_line(mrfit("ingest", "log.csv"), 1, "CH1", "'voltage'", "'current'")
+    assert_one_line(mrfit("ingest", "log.csv"), 1, "CH1", "'voltage'", "'current'")
 
 
 @pytest.mark.parametrize(
@@ -78,20 +78,20 @@ def test_a_map_that_names_an_unknown_column_lists_those_there_are(mrfit: Run, tm
     ],
 )
 def test_a_wrong_command_line_exits_with_2(arguments: list[str], words: list[str], mrfit: Run, tmp_path: Path) -> None:
-    one_line(mrfit(*arguments), 2, *words)
+    assert_one_line(mrfit(*arguments), 2, *words)
     assert not (tmp_path / "mrfit-work").exists()
 
 
 def test_a_stage_without_its_input_names_the_command_to_run(mrfit: Run, tmp_path: Path) -> None:
-    one_line(mrfit("fit", "--model", "boucwen-flux"), 1, "mrfit ingest")
-    one_line(mrfit("report"), 1, "mrfit fit")
+    assert_one_line(mrfit("fit", "--model", "boucwen-flux"), 1, "mrfit ingest")
+    assert_one_line(mrfit("report"), 1, "mrfit fit")
     assert not (tmp_path / "mrfit-work").exists()
 
 
 def test_an_unwritable_workspace_is_named(mrfit: Run, tmp_path: Path) -> None:
     (tmp_path / "log.csv").write_text(GOOD)
     (tmp_path / "blocked").write_text("a file, not a folder")
-    one_line(mrfit("ingest", "log.csv", "--work", "blocked/work"), 1, "blocked", "--work")
+    assert_one_line(mrfit("ingest", "log.csv", "--work", "blocked/work"), 1, "blocked", "--work")
 
 
 def test_a_log_without_steady_cycles_gives_no_segment_and_changes_nothing(mrfit: Run, tmp_path: Path) -> None:
@@ -99,14 +99,14 @@ def test_a_log_without_steady_cycles_gives_no_segment_and_changes_nothing(mrfit:
     (tmp_path / "flat.csv").write_text(flat)
     assert mrfit("ingest", "flat.csv", "--resistance", 2).returncode == 0
     before = snapshot(tmp_path / "mrfit-work")
-    one_line(mrfit("fit", "--model", "boucwen-flux"), 1, "flat")
+    assert_one_line(mrfit("fit", "--model", "boucwen-flux"), 1, "flat")
     after = snapshot(tmp_path / "mrfit-work")
     assert {k: v for k, v in after.items() if not k.startswith("flux")} == before
 
 
 def test_a_pipeline_file_with_an_unknown_key_names_it(mrfit: Run, tmp_path: Path) -> None:
     (tmp_path / "p.toml").write_text('[ingest]\nlogs = ["*.csv"]\n[[fit]]\nmodel = "bingham"\noptt = "pso"\n')
-    one_line(mrfit("run", "p.toml"), 2, "p.toml", "optt")
+    assert_one_line(mrfit("run", "p.toml"), 2, "p.toml", "optt")
 
 
 def test_debug_shows_where(mrfit: Run) -> None:

@@ -7,7 +7,7 @@ import mrfit.store
 
 PACKAGE = Path(mrfit.store.__file__).parent
 LAYERS = [
-    {"errors", "channels", "specs", "kernels", "objective", "progress", "metrics"},
+    {"errors", "channels", "specs", "kernels", "objective", "progress", "metrics", "workers"},
     {"recording", "registry", "store"},
     {"harmonics", "noise", "cycles", "held", "drive", "optimize"},
     {"ingest", "flux", "segment", "models", "effects", "optimizers"},

@@ -52,17 +52,16 @@ class Records:
 
 @dataclass(frozen=True, slots=True)
 class Plant:
-    """What is hidden in the force: the effect that should be found, its parameter's true value, how it is made."""
+    """What is hidden in the force: the effect that should be found, its parameter's true value, how it is made.
+
+    ``is_lag`` says that the effect stands for something of another form.
+    """
 
     name: str
     effect: str
     value: float
     make: Callable[[Array, float], Array] | None = None
-
-    @property
-    def is_lag(self) -> bool:
-        """Whether the effect stands for something of another form."""
-        return self.name.startswith("lag")
+    is_lag: bool = False
 
 
 SETS = {
@@ -110,7 +109,7 @@ def _drifting(force: Array, dt: float, rate: float) -> Array:
 PLANTS = (
     Plant("as it is", "", 0.0),
     *(Plant(f"delay {1e3 * s:g} ms", "delay", s, partial(_delayed, seconds=s)) for s in (-10e-3, 10e-3, 15e-3)),
-    *(Plant(f"lag {1e3 * s:g} ms", "delay", s, partial(_lagged, seconds=s)) for s in (10e-3, 15e-3, 20e-3)),
+    *(Plant(f"lag {1e3 * s:g} ms", "delay", s, partial(_lagged, seconds=s), True) for s in (10e-3, 15e-3, 20e-3)),
     *(Plant(f"gain drift {r:g} 1/s", "gain-drift", r, partial(_drifting, rate=r)) for r in (-0.05, 0.05, 0.1)),
 )
 

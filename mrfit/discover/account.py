@@ -67,10 +67,9 @@ def drop_shadows(verdict: Verdict) -> None:
         return
     before, after = (fit.chi("holdout") ** 2 for fit in (verdict.base, verdict.final))
     closed = (before - after) / (before - 1.0)
-    for name in verdict.final.effects:
-        together = " and ".join(verdict.final.effects)
-        left = f"leave {np.sqrt(after):.3g} times the noise: too little to be all that is missing"
-        verdict.reasons[name] = f"{together} would take {closed:.0%} of the gap and {left}"
+    together = f"{' and '.join(verdict.final.effects)} would take {closed:.0%} of the gap"
+    left = f"leave {np.sqrt(after):.3g} times the noise: too little to be all that is missing"
+    verdict.reasons |= dict.fromkeys(verdict.final.effects, f"{together} and {left}")
     verdict.taken_back, verdict.final = verdict.final, verdict.base
     verdict.doubtful, verdict.ambiguous = verdict.ambiguous, []
 
@@ -87,13 +86,14 @@ def account(fitter: Fitter, verdict: Verdict, outcome: Outcome) -> dict[str, Any
     spoken_of = share > 0.1
     shapes = looks.looks(bench, after) if spoken_of else []
     pairs = confusable(verdict)
-    undecided = sorted({e for group in verdict.ambiguous for e in group})
+    standing = {e: group[0] for group in verdict.ambiguous for e in group}
+    undecided = sorted(standing)
     partial, others = _partial_rows(fitter, verdict)
     return {
         "verdict": outcome.word,
         "effects": [effect_row(verdict, specs[e], fitter, pairs) for e in named],
         "ambiguous_set": undecided,
-        "suspects": [_swapped(fitter, verdict, after, verdict.ambiguous, e) for e in undecided] + partial + others,
+        "suspects": [_swapped(fitter, verdict, after, (standing[e], e)) for e in undecided] + partial + others,
         "advice": [f"{e}: {specs[e].experiment}" for e in undecided or [row["name"] for row in partial + others]],
         "where": [region_row(r) for r in where[:REGIONS]],
         "where_text": in_words(where),
@@ -180,22 +180,19 @@ def _partial_rows(fitter: Fitter, verdict: Verdict) -> tuple[list[dict[str, Any]
     if fit is None:
         return [], []
     others = [
-        _swapped(fitter, verdict, fit, verdict.doubtful, other) | {"instead_of": own}
-        for group in verdict.doubtful
-        for own in group
-        for other in group
-        if own in fit.effects and other not in fit.effects
+        _swapped(fitter, verdict, fit, (own, other)) | {"instead_of": own}
+        for own, *rivals in verdict.doubtful
+        for other in rivals
+        if other not in fit.effects
     ]
     return [partial_row(fitter, verdict, fit, e) for e in fit.effects], others
 
 
-def _swapped(
-    fitter: Fitter, verdict: Verdict, fit: Refit, groups: Sequence[tuple[str, ...]], name: str
-) -> dict[str, Any]:
-    """Return what an effect would be in a fit in place of the one it cannot be told from."""
-    (group,) = (g for g in groups if name in g)
-    effects = [name if e in group else e for e in fit.effects]
-    return partial_row(fitter, verdict, fitter.refit(effects, [fit.values]), name)
+def _swapped(fitter: Fitter, verdict: Verdict, fit: Refit, swap: tuple[str, str]) -> dict[str, Any]:
+    """Return what the second of two effects would be in a fit in place of the first, from which it cannot be told."""
+    own, other = swap
+    effects = [other if e == own else e for e in fit.effects]
+    return partial_row(fitter, verdict, fitter.refit(effects, [fit.values]), other)
 
 
 def partial_row(fitter: Fitter, verdict: Verdict, fit: Refit, name: str) -> dict[str, Any]:

@@ -23,6 +23,7 @@ from mrfit.discover.screen import Screened, reach, screen
 from mrfit.discover.trials import HOLDOUT_CLEAR, Trial, judge, leaves_too_much, try_out
 from mrfit.progress import Progress
 from mrfit.specs import EffectSpec
+from mrfit.workers import in_order
 
 # Screened candidates that to first order take away less of the squared error than this are not refitted
 WORTH_A_REFIT = 1e-3
@@ -176,8 +177,8 @@ def _trials(
 
 
 def _side_by_side(fitter: Fitter, present: Refit, candidates: Sequence[Screened], verdict: Verdict) -> Iterator[Trial]:
-    """Yield the trial of each candidate beside the present effects."""
-    return fitter.side_by_side(lambda c: try_out(fitter, present, c, verdict.base, verdict.alike(c.name)), candidates)
+    """Yield the trial of each candidate beside the present effects, by threads: they are fits of different models."""
+    return in_order(lambda c: try_out(fitter, present, c, verdict.base, verdict.alike(c.name)), candidates, fitter.jobs)
 
 
 def aliases_of(name: str) -> set[str]:

@@ -1,10 +1,8 @@
 """Fit a base with some effects jointly, all parameters free, and say how far it is off on data it has not seen."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TypeVar
 
 import numpy as np
 
@@ -21,9 +19,6 @@ from mrfit.fit.starts import at_scales
 from mrfit.fit.uncertainty import Uncertainty, analyse, long_run_covariance, sensitivities
 from mrfit.optimizers import auto
 from mrfit.specs import Array
-
-Item = TypeVar("Item")
-Made = TypeVar("Made")
 
 # Evaluations of a refit, for each free parameter: it starts next to its optimum
 REFIT_BUDGET = 60
@@ -203,15 +198,6 @@ class Fitter:
             return found
         self._remember(found.effects, outcome.point, outcome.cost)
         return again
-
-    def side_by_side(self, make: Callable[[Item], Made], items: Iterable[Item]) -> Iterator[Made]:
-        """Yield what is made of each item, in order, by worker threads: for fits of different sets of effects."""
-        with ThreadPoolExecutor(self.jobs) as pool:
-            try:
-                yield from pool.map(make, items)
-            except BaseException:
-                pool.shutdown(wait=True, cancel_futures=True)
-                raise
 
     def _posed(self, assembly: Assembly, cube: Cube) -> Posed:
         stretches = self.bench.of_role("train")

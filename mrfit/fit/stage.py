@@ -1,7 +1,6 @@
 """The fit stage: segments and a model name in, identified parameters with errors and intervals out."""
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -27,6 +26,7 @@ from mrfit.progress import Progress, silent
 from mrfit.recording import Recording, Segment
 from mrfit.specs import Array
 from mrfit.store import Workspace, key_of, plain, read_json, write_json
+from mrfit.workers import in_order
 
 SCHEMA = "mrfit/fit/1"
 
@@ -253,14 +253,8 @@ class _Runner:
         return self.prepared.assembly
 
     def fit_groups(self) -> list[_Piece]:
-        groups = self.prepared.groups
-        with ThreadPoolExecutor(max(1, self.settings.jobs)) as pool:
-            futures = [pool.submit(self._fit, name, segments) for name, segments in groups.items()]
-            try:
-                return [f.result() for f in futures]
-            except BaseException:
-                pool.shutdown(wait=True, cancel_futures=True)
-                raise
+        groups = self.prepared.groups.items()
+        return list(in_order(lambda group: self._fit(*group), groups, self.settings.jobs))
 
     def _fit(self, name: str, segments: list[Segment]) -> _Piece:
         settings = self.settings

@@ -1,15 +1,13 @@
 """The ingest stage: log files to recordings in the workspace."""
 
 import shutil
-from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from os import getpid
 from os import path as os_path
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, Literal
 
 from mrfit.errors import ConfigError, DataError
 from mrfit.ingest.channel_map import FILE_NAME, MapFile, Rules, load_map, rules_for
@@ -21,6 +19,7 @@ from mrfit.ingest.refusal import Refusal
 from mrfit.progress import Progress, silent
 from mrfit.recording import Recording
 from mrfit.store import Workspace, key_of, read_json, recording_id, write_json
+from mrfit.workers import in_order
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +150,6 @@ def preview(paths: Sequence[Path], settings: Settings) -> list[dict[str, Any]]:
     return sorted(rows, key=lambda row: str(row["source"]))
 
 
-T = TypeVar("T")
 KEPT = " (the recordings read from it before are kept)"
 PREVIEW_COLUMNS = (
     "source",
@@ -270,22 +268,6 @@ class _Staged:
     keys: dict[str, str]
     refusals: list[Refusal]
     files: set[str]
-
-
-def in_order(read: Callable[[Item], T], items: Iterable[Item], jobs: int) -> Iterator[T]:
-    """Yield what ``read`` makes of the items, in their order, at most two items per job ahead."""
-    waiting: deque[Future[T]] = deque()
-    with ThreadPoolExecutor(max(1, jobs)) as pool:
-        try:
-            for item in items:
-                waiting.append(pool.submit(read, item))
-                if len(waiting) >= 2 * max(1, jobs):
-                    yield waiting.popleft().result()
-            while waiting:
-                yield waiting.popleft().result()
-        finally:
-            for future in waiting:
-                future.cancel()
 
 
 def _read_all(

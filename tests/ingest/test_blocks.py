@@ -43,7 +43,7 @@ def ingested(name: str, data: bytes, block: int) -> dict[str, bytes] | str:
         return {str(p): p.read_bytes() for p in sorted(workspace.root.rglob("*")) if p.is_file()}
 
 
-def same(name: str, data: bytes, block: int, chunk: int) -> None:
+def assert_same(name: str, data: bytes, block: int, chunk: int) -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(series, "CHUNK", chunk)
         parts, whole = ingested(name, data, block), ingested(name, data, WHOLE)
@@ -75,7 +75,7 @@ long = settings(max_examples=100, deadline=None, suppress_health_check=list(Heal
 @quick
 @given(**HOW)
 def test_blocks_give_what_the_whole_gives(name: str, block: int, chunk: int, picks: list[int], seed: int) -> None:
-    same(name, damaged(name, picks, seed), block, chunk)
+    assert_same(name, damaged(name, picks, seed), block, chunk)
 
 
 @pytest.mark.slow
@@ -85,11 +85,11 @@ def test_blocks_give_what_the_whole_gives(name: str, block: int, chunk: int, pic
 def test_blocks_give_what_the_whole_gives_a_hundred_times(
     name: str, block: int, chunk: int, picks: list[int], seed: int
 ) -> None:
-    same(name, damaged(name, picks, seed), block, chunk)
+    assert_same(name, damaged(name, picks, seed), block, chunk)
 
 
 def test_one_line_at_a_time() -> None:
-    same("delimited", DATA["delimited"].data, 1, 16)
+    assert_same("delimited", DATA["delimited"].data, 1, 16)
 
 
 LONG = "time (s),displacement (mm),coil current (A)\n"

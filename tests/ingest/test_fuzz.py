@@ -184,7 +184,7 @@ def damage(name: str, mutations: list[Mutation], number: int) -> bytes:
     return data
 
 
-def fuzz(name: str, mutations: list[Mutation], count: int) -> None:
+def assert_sound_when_damaged(name: str, mutations: list[Mutation], count: int) -> None:
     """Read ``count`` damaged samples; all that fail are named."""
     failed = []
     for number in range(count):
@@ -207,21 +207,21 @@ def mutations_of(name: str) -> list[Mutation]:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_any_damage_ends_in_a_read_or_one_line(name: str) -> None:
-    fuzz(name, mutations_of(name), 25)
+    assert_sound_when_damaged(name, mutations_of(name), 25)
 
 
 @pytest.mark.parametrize("name", sorted(set(NAMES) - BINARY))
 def test_no_wrong_number_after_damage_to_lines(name: str) -> None:
-    fuzz(name, WHOLE_LINES, 25)
+    assert_sound_when_damaged(name, WHOLE_LINES, 25)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_any_damage_two_thousand_times(name: str) -> None:
-    fuzz(name, mutations_of(name), 2000)
+    assert_sound_when_damaged(name, mutations_of(name), 2000)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(set(NAMES) - BINARY))
 def test_no_wrong_number_two_thousand_times(name: str) -> None:
-    fuzz(name, WHOLE_LINES, 2000)
+    assert_sound_when_damaged(name, WHOLE_LINES, 2000)
