@@ -70,18 +70,33 @@ datasets: setup
 clean:
 	rm -rf $(VENV) $(WORK) $(BATCH) discovery-work
 
-# One target per log: make rebuilds a report when its log or the channel map beside it is newer.
-BATCH_LOGS := $(shell find $(LOGS) -type f -name '$(PATTERN)' 2>/dev/null)
-BATCH_REPORTS := $(foreach log,$(BATCH_LOGS),$(BATCH)/$(basename $(log))/report/index.html)
+# One target per log and model: made again when the log, or a channel map beside it, is newer. It lies under BATCH,
+# wherever the log does, and keeps the log's suffix. Signs that mean something to make cannot be in a target's name.
+ifneq ($(filter batch,$(MAKECMDGOALS)),)
+HASH := \#
+FIND := find '$(LOGS)' -type f -iname '$(PATTERN)' -not -path '$(BATCH)/*' -not -path './$(BATCH)/*' 2>/dev/null
+UNFIT := $(shell $(FIND) | grep -m 1 "[][[:space:]:%=\$$$(HASH)\\*?;'\"]")
+ifneq ($(UNFIT),)
+$(error make batch: rename '$(UNFIT)': make takes no blank and none of : % = $$ $(HASH) \ * ? [ ] ; or quotes in a name)
+endif
+BATCH_LOGS := $(patsubst ./%,%,$(sort $(shell $(FIND))))
+ifeq ($(BATCH_LOGS),)
+$(error make batch: no log like $(PATTERN) under '$(LOGS)'; give LOGS=folder, or PATTERN='*.txt')
+endif
+endif
 
-batch: setup $(BATCH_REPORTS)
-	@echo "$(words $(BATCH_REPORTS)) reports under $(BATCH)/"
+# $(call workspace,log), $(call made,log)
+workspace = $(BATCH)/$(patsubst /%,%,$(subst ../,__/,$(1)))
+made = $(workspace)/report/$(MODEL).$(OPT).made
+
+batch: setup $(foreach log,$(BATCH_LOGS),$(call made,$(log)))
+	@echo "$(words $(BATCH_LOGS)) reports under $(BATCH)/"
 
 define batch_rule
-$(BATCH)/$(basename $(1))/report/index.html: $(1) $(wildcard $(dir $(1))mrfit.toml) | setup
-	$(MRFIT) ingest '$(1)' --work '$(BATCH)/$(basename $(1))' --jobs 1
-	$(MRFIT) fit --model $(MODEL) --opt $(OPT) --work '$(BATCH)/$(basename $(1))' --jobs 1
-	$(MRFIT) report --work '$(BATCH)/$(basename $(1))'
+$(call made,$(1)): $(1) $(wildcard $(dir $(1))mrfit.toml) | setup
+	$(MRFIT) ingest '$(1)' --work '$(call workspace,$(1))' --jobs 1
+	$(MRFIT) fit --model $(MODEL) --opt $(OPT) --work '$(call workspace,$(1))' --jobs 1
+	$(MRFIT) report --work '$(call workspace,$(1))'
 	@touch '$$@'
 endef
 $(foreach log,$(BATCH_LOGS),$(eval $(call batch_rule,$(log))))

@@ -75,7 +75,8 @@ def covered(rho: float, step: float, seeds: int) -> tuple[Array, Array]:
         point = np.array(found["point"])
         about = linearise(group, assembly, cube, point, "none")
         rows = derived_rows(assembly, cube, point, analyse(about.jacobians, about.residuals, about.periods))
-        ends = np.array([[r["low"] or -np.inf, r["high"] or np.inf] for r in rows])
+        # an end that is not to be had becomes NaN, which holds nothing
+        ends = np.array([[r["low"], r["high"]] for r in rows], dtype=np.float64)
         hits.append((ends[:, 0] <= truth) & (truth <= ends[:, 1]))
         widths.append((ends[:, 1] - ends[:, 0]) / 2 / np.abs(truth))
     return np.mean(hits, axis=0), np.median(widths, axis=0)

@@ -19,7 +19,7 @@ from typing import cast
 import numpy as np
 
 from mrfit import registry
-from mrfit.dependence import CurrentDependence, at_current, coefficients, expanded
+from mrfit.dependence import CurrentDependence, at_current, base_name, coefficients, expanded
 from mrfit.errors import ConfigError
 from mrfit.specs import Array, EffectSpec, ModelSpec, Response
 
@@ -110,7 +110,7 @@ def _depending(base: Assembly, dependence: CurrentDependence) -> Assembly:
 
     def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
         starts = base.start_values(drive[:inputs], output, dt)
-        return {n: starts[n.partition("@")[0]] for n in spec.names if n.partition("@")[0] in starts}
+        return {n: starts[base_name(n)] for n in spec.names if base_name(n) in starts}
 
     return Assembly(base.name, spec, simulate, derived, start_values)
 

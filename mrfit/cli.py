@@ -383,13 +383,14 @@ def main() -> None:
     try:
         code = app(standalone_mode=False) or 0
     except KeyboardInterrupt:
-        sys.stderr.write("mrfit: stopped; the same command goes on where this one was\n")
-        code = 130
+        code = console.INTERRUPTED
     except Exception as error:
         if "--debug" in sys.argv:
             raise
         text, code = console.explain(error)
         sys.stderr.write(f"mrfit: {text}\n")
+    if code == console.INTERRUPTED:
+        sys.stderr.write("mrfit: stopped; the same command goes on where this one was\n")
     sys.exit(code)
 
 

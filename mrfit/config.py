@@ -2,11 +2,15 @@
 
 import tomllib
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from mrfit.errors import ConfigError
+from mrfit.fit.trust import Intervals
+from mrfit.optimize import PATIENCE
+
+Seed = Annotated[int, Field(ge=0)]
 
 
 class _Section(BaseModel):
@@ -44,16 +48,17 @@ class FitSection(_Section):
     opt: str = "auto"
     per: Literal["condition", "all"] = "condition"
     name: str = ""
-    seed: int = 0
+    seed: Seed = 0
     budget: int | None = Field(default=None, ge=1)
     seconds: float | None = Field(default=None, gt=0)
+    stall: float = Field(default=PATIENCE, ge=0.01, le=1.0)
     weight: Literal["none", "floor", "range"] = "none"
     bounds: dict[str, tuple[float, float]] = {}
     start: dict[str, float] = {}
     fixed: dict[str, float] = {}
     current_order: str | int = "auto"
     only: str = ""
-    intervals: Literal["hac", "bootstrap", "profile"] = "hac"
+    intervals: Intervals = "hac"
 
 
 class DiscoverSection(_Section):
@@ -62,7 +67,7 @@ class DiscoverSection(_Section):
     model: str
     current_order: str | int = "auto"
     start: dict[str, float] = {}
-    seed: int = Field(default=0, ge=0)
+    seed: Seed = 0
 
 
 class PipelineFile(_Section):

@@ -11,6 +11,9 @@ import typer
 from mrfit.errors import MrfitError
 from mrfit.progress import Progress, silent
 
+# Exit code of a command that Ctrl-C ended, which typer gives of itself
+INTERRUPTED = 130
+
 
 def print_json(summary: object) -> None:
     """Print a machine-readable summary, alone, to standard output."""

@@ -129,6 +129,11 @@ def _lagrange(nodes: Array, current: Array) -> Array:
     return rows
 
 
+def base_name(name: str) -> str:
+    """Return a parameter's name without the current at which its value is given."""
+    return name.partition("@")[0]
+
+
 @cache
 def _read(order: Order) -> tuple[tuple[int, ...], tuple[float, ...], tuple[bool, ...]]:
     """Return the pieces' orders, the breaks between them in A, and whether the pieces meet there.
@@ -216,7 +221,7 @@ def expanded(spec: ModelSpec, dependence: CurrentDependence) -> ModelSpec:
         params += [
             replace(p, name=f"{p.name}@{label}", text=f"{p.text} at {label.replace('A', ' A')}") for label in labels
         ] or [p]
-    linear = [q.name for q in params if q.name.partition("@")[0] in spec.linear]
+    linear = [q.name for q in params if base_name(q.name) in spec.linear]
     coefficients = [
         _coefficient(spec, p, piece, power, whole=len(pieces) == 1)
         for p in spec.params

@@ -12,6 +12,8 @@ NORMAL_MEDIAN = 1.482602218505602
 DIFFERENCE_ORDERS = (2, 4, 6, 8)
 UNIQUE_SAMPLES = 20_000
 STAYING = 0.1
+# So few levels, each left no sooner than after so many samples, are commands that are held and not an amplitude grid
+HELD_LEVELS, HELD_SAMPLES = 16, 10
 # Fewest cycles over which a trend from cycle to cycle can be told from noise
 TREND_CYCLES = 4
 # Cycles and trends over few of them are not quite orthogonal
@@ -44,12 +46,16 @@ def _difference_level(values: Array, order: int) -> float:
 def quantisation(values: Array) -> float:
     """Return the step of a channel's amplitude grid, or 0 if its samples do not stay on levels of one.
 
-    Where hardly any sample equals the one before, quantisation is white noise and ``noise_level`` sees it as such.
+    Where hardly any sample equals the one before, quantisation is white noise and ``noise_level`` sees it as such. A
+    few levels, each of them held, are exact, as those of a commanded current: a measured one flickers between levels.
     """
     if np.mean(values[1:] == values[:-1]) < STAYING:
         return 0.0
     levels = np.unique(values[:UNIQUE_SAMPLES])
     if len(levels) < 3 or len(levels) > min(len(values), UNIQUE_SAMPLES) // 2:
+        return 0.0
+    runs = np.diff(np.flatnonzero(np.diff(values)))
+    if len(levels) <= HELD_LEVELS and np.min(runs, initial=HELD_SAMPLES) >= HELD_SAMPLES:
         return 0.0
     steps = np.diff(levels)
     steps = steps[steps > 1e-9 * (levels[-1] - levels[0])]

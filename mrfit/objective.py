@@ -9,6 +9,7 @@ import numpy as np
 
 from mrfit.kernels.cube import stencils
 from mrfit.specs import Array
+from mrfit.workers import give_up
 
 # Relative step of one-sided differences: the square root of float64's resolution, widened since simulations carry
 # table and interpolation errors of about 1e-9.
@@ -254,6 +255,7 @@ class Objective:
 
     def _watch(self) -> None:
         """End the search where the clock or the lack of progress says so; never before the first evaluation."""
+        give_up()
         if not self.evaluations:
             return
         if self.deadline is not None and time.monotonic() >= self.deadline:

@@ -133,27 +133,35 @@ def predict(
 ) -> Summary:
     """Simulate a fit on other logs, which pass through ingest, flux and segment in a folder of their own.
 
-    The flux settings of the fit's workspace apply; the coil resistance it found is used where the logs bring none.
+    The flux and segment settings of the fit's workspace apply, but for the hold-out. A coil resistance that was given
+    there holds for the logs too; one that was found there is used where the logs state none.
     """
     workspace = Workspace(work)
     found = mrfit.fit.predict.read_fit(workspace, fit_name)
     with tempfile.TemporaryDirectory(prefix="mrfit-predict-") as folder:
         other = Workspace(Path(folder))
         ingested = mrfit.ingest.stage.run(logs, settings, other, progress)
-        flux_settings = mrfit.flux.stage.last_settings(workspace)
-        known = mrfit.flux.stage.last_resistance(workspace)
-        if settings.resistance is None and flux_settings.resistance is None and known is not None:
-            flux_settings = replace(flux_settings, fallback=known)
-        mrfit.flux.stage.run(other, replace(flux_settings, resistance=settings.resistance), progress)
-        mrfit.segment.stage.run(other, mrfit.segment.stage.Settings(holdout="none"), progress)
+        mrfit.flux.stage.run(other, _flux_to_predict(workspace, settings.resistance), progress)
+        segmenting = mrfit.segment.stage.last_settings(workspace)
+        mrfit.segment.stage.run(other, replace(segmenting, holdout="none"), progress)
         prediction = mrfit.fit.predict.predict(found, other)
     return {
         "fit": fit_name,
         "model": found["model"],
         "metrics": prediction.metrics,
         "used": prediction.used,
+        "outdated": workspace.outdated(found),
         "refused": ingested["refused"],
     }
+
+
+def _flux_to_predict(workspace: Workspace, resistance: float | str | None) -> mrfit.flux.stage.Settings:
+    settings = mrfit.flux.stage.last_settings(workspace)
+    if resistance is not None:
+        return replace(settings, resistance=resistance)
+    if settings.resistance == "auto":
+        settings = replace(settings, resistance=None)
+    return replace(settings, fallback=mrfit.flux.stage.last_resistance(workspace))
 
 
 def report(work: Path, settings: mrfit.report.stage.Settings, progress: Progress) -> Summary:
@@ -164,7 +172,7 @@ def report(work: Path, settings: mrfit.report.stage.Settings, progress: Progress
 
 
 def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Progress) -> Summary:
-    """Run all stages of a pipeline file; its paths are relative to the file's folder.
+    """Run all stages of a pipeline file; logs and map are relative to its folder, ``work`` to the current one.
 
     Raises
     ------
@@ -206,12 +214,13 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
 def _expand(patterns: Sequence[str], folder: Path) -> list[Path]:
     logs: list[Path] = []
     for pattern in patterns:
-        found = sorted(glob.glob(str(folder / pattern), recursive=True))
+        # the folder's own name may hold what means something to glob
+        found = sorted(glob.glob(pattern, root_dir=folder, recursive=True))
         if not found:
             raise ConfigError(
                 f"[ingest] logs: '{pattern}' matches nothing under {folder}; paths start at the file's folder"
             )
-        logs += [Path(f) for f in found]
+        logs += [folder / f for f in found]
     return logs
 
 
@@ -240,6 +249,7 @@ def _fit_settings(section: FitSection, jobs: int) -> mrfit.fit.stage.Settings:
         seed=section.seed,
         budget=section.budget,
         seconds=section.seconds,
+        stall=section.stall,
         weight=section.weight,
         bounds=tuple((n, low, high) for n, (low, high) in section.bounds.items()),
         start=tuple(section.start.items()),

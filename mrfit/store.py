@@ -15,7 +15,7 @@ from dataclasses import asdict, fields
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from mrfit.errors import DataError
 from mrfit.recording import Finding, Recording, Segment
 from mrfit.specs import Array
 
+T = TypeVar("T")
 LOCK_SECONDS = 600.0
 ROW_GROUP = 1 << 20
 """Rows of a table written together."""
@@ -100,6 +101,32 @@ def read_json(path: Path) -> Any:
         return None
 
 
+def stored_settings(kind: type[T], path: Path, summary: Mapping[str, Any] | None, command: str) -> T:
+    """Return the settings in a stage's ``summary``, or defaults where ``path``, which ``command`` writes, is not there.
+
+    Raises
+    ------
+    DataError
+        If the file is damaged or another version's: defaults in place of what the user had chosen would go unnoticed.
+    """
+    if not path.exists():
+        return kind()
+    with _reading(path, f"run `{command}` with the settings you want"):
+        if summary is None:
+            raise ValueError("no settings in it")
+        return kind(**summary["settings"])
+
+
+@contextmanager
+def _reading(path: Path, remedy: str) -> Iterator[None]:
+    """Say which file cannot be read and what to do; pyarrow's own errors are ValueErrors."""
+    try:
+        yield
+    except (OSError, TypeError, KeyError, ValueError) as error:
+        reason = str(error).partition("\n")[0]
+        raise DataError(f"{path}: missing, damaged or another mrfit's: cannot be read ({reason}); {remedy}") from error
+
+
 def write_table(path: Path, columns: Mapping[str, Array], metadata: Mapping[str, str] | None = None) -> None:
     """Write equal-length float64 columns as Parquet (zstd), atomically and one row group at a time.
 
@@ -155,15 +182,12 @@ def read_table(path: Path) -> tuple[dict[str, Array], dict[str, str]]:
     DataError
         If the file is missing or damaged, or too long for the memory there is.
     """
-    import pyarrow as pa
     import pyarrow.parquet as pq
 
-    try:
+    with _reading(path, "run `mrfit ingest` again"):
         about = pq.read_metadata(path)
         _check_room(path, about.num_rows, about.num_columns)
         table = pq.read_table(path)
-    except (OSError, pa.ArrowInvalid) as error:
-        raise DataError(f"{path}: cannot be read ({error}); run `mrfit ingest` again") from error
     columns = {name: _values(table.column(name)) for name in table.column_names}
     metadata = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
     return columns, metadata
@@ -249,6 +273,8 @@ class Workspace:
             text = error.strerror or error
             raise DataError(f"{self.root}: cannot write here ({text}); choose another --work folder") from error
         try:
+            for left in self.root.rglob(".*.tmp"):
+                left.unlink(missing_ok=True)  # of a command that was killed: whoever writes holds the lock
             yield
         finally:
             lock.release()
@@ -321,15 +347,38 @@ class Workspace:
         Raises
         ------
         DataError
-            If the segment stage has not run.
+            If the segment stage has not run, or its table is damaged.
         """
         import pyarrow.parquet as pq
 
         if not self.segments_file.is_file():
             raise DataError(f"{self.root}: no segments here; run `mrfit segment --work {self.root}` first")
-        table = pq.read_table(self.segments_file)
-        metadata = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
-        return [Segment(**row) for row in table.to_pylist()], metadata
+        with _reading(self.segments_file, "run `mrfit segment` with the settings you want"):
+            table = pq.read_table(self.segments_file)
+            segments = [Segment(**row) for row in table.to_pylist()]
+        return segments, {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
+
+    def data(self) -> dict[str, tuple[str, list[str]]]:
+        """Return what the segments point into: hash of the log and what was done to it, by recording."""
+        import pyarrow.parquet as pq
+
+        stage = "flux" if self.flux_json.is_file() else "recordings"
+        files = {s.recording: self.recording_file(s.recording, stage) for s in self.read_segments()[0]}
+        with _reading(self.root / stage, "run `mrfit ingest` again"):
+            about = {i: json.loads(pq.read_metadata(p).metadata[b"mrfit"]) for i, p in sorted(files.items())}
+        return {i: (a["sha256"], a["history"]) for i, a in about.items()}
+
+    def fit_key(self, settings: Mapping[str, Any]) -> str:
+        """Return the key of a fit of these settings to the segments and recordings as they are now."""
+        segments = [asdict(s) for s in self.read_segments()[0]]
+        return key_of({k: v for k, v in settings.items() if k != "jobs"}, self.data(), segments)
+
+    def outdated(self, fit: Mapping[str, Any]) -> bool:
+        """Tell whether a fit was made from other data, or by another mrfit, than are here now, by its fit.json."""
+        try:
+            return bool(fit["key"] != self.fit_key(fit["settings"]))
+        except DataError:
+            return True
 
     def fit_names(self) -> list[str]:
         """Return the names of all finished fits, sorted."""

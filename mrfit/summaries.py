@@ -75,7 +75,7 @@ def flux(summary: Summary, work: Path) -> None:
     columns = ("recording", "what was done", "R (Ω)", "R from", "offset (V)", "closure (Wb)", "loop area (J)")
     rows = [numbers(r, names) for r in summary["recordings"]]
     print_table(f"Flux linkage in {work}{_state(summary)}", columns, rows)
-    for line in summary.get("separation_text", []):
+    for line in [*summary.get("findings", []), *summary.get("separation_text", [])]:
         say(f"  {line}")
 
 
@@ -125,8 +125,15 @@ def predict(summary: Summary) -> None:
     print_table(title, METRIC_COLUMNS, [numbers(m, METRIC_COLUMNS) for m in summary["metrics"]])
     for segment_id, condition in summary["used"].items():
         say(f"  {segment_id}: parameters of {condition}")
+    outdated([summary["fit"]] if summary["outdated"] else [])
     for refused in summary["refused"]:
         say(f"  refused {refused['source']}: {refused['reason']}; {refused['remedy']}")
+
+
+def outdated(fits: Sequence[str]) -> None:
+    """Print which fits were made from other data than those now in the workspace."""
+    for name in fits:
+        say(f"  warning outdated: {name}: made from older data, or by another mrfit, than are here now: fit again")
 
 
 def compare_models(summary: Summary, work: Path) -> None:
@@ -204,7 +211,8 @@ def advise(summary: Summary) -> None:
 
 
 def report(summary: Summary, work: Path) -> None:
-    """Print where the report lies."""
+    """Print where the report lies, and which of its fits are older than the data."""
+    outdated(summary["outdated"])
     say(f"Report{_state(summary)}: {work / 'report' / 'index.html'}")
 
 

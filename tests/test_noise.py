@@ -56,6 +56,16 @@ def test_a_quantised_signal_has_the_noise_of_its_step() -> None:
     assert 0.02 / np.sqrt(12) * 0.999 <= noise_level(values) < 2 * 0.02 / np.sqrt(12)
 
 
+@pytest.mark.parametrize("levels", [(0.0, 1.0, 2.0), (0.0, 0.5, 1.0, 1.5, 2.0)])
+def test_a_commanded_level_is_exact_and_a_measured_one_is_not(levels: tuple[float, ...]) -> None:
+    rng = np.random.default_rng(2)
+    commanded = np.repeat(rng.choice(levels, 100), 25)
+    assert noise_level(commanded) == 0.0
+    flickers = rng.random(len(commanded)) < 0.3
+    step = levels[1] - levels[0]
+    assert quantisation(commanded + step * flickers) == pytest.approx(step)
+
+
 def test_a_fast_quantised_signal_has_white_noise() -> None:
     values = np.round(np.sin(np.arange(5000) / 10) / 0.002) * 0.002
     assert noise_level(values) == pytest.approx(0.002 / np.sqrt(12), rel=0.1)

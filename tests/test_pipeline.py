@@ -7,15 +7,27 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+import mrfit.fit.stage
+import mrfit.flux.stage
+import mrfit.ingest.stage
+import mrfit.segment.stage
+from mrfit import pipeline
 from mrfit.catalog import read_catalog
+from mrfit.progress import silent
 from tests.conftest import Run
 
 PUBLISHED = {"A": 1.1993, "Lc": 0.0178, "kappa": 3.4887, "beta": 30.0007, "gamma": 59.9993, "n": 1.2695}
+COIL_MAP = """
+[channels]
+voltage = {column = "CH1", unit = "V"}
+current = {column = "CH2", scale = 10.0, unit = "A"}
+"""
 UTFSM_MAP = read_catalog()["mr_damper_utfsm"].map
 
 
@@ -117,6 +129,34 @@ def test_prediction_on_another_log_is_a_free_run_with_its_own_errors(mrfit: Run,
     assert row["rmse"] <= 1.1 * row["noise_floor"]
 
 
+@pytest.mark.parametrize("frequencies", [("05",), ("01", "05", "10")])
+def test_prediction_uses_the_resistance_and_segmentation_given_at_the_fit(
+    frequencies: tuple[str, ...], datasets: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # one frequency could not give a resistance, three would give another one
+    logs, work = [datasets / "coil" / f"coil_{f}Hz_3A.csv" for f in frequencies], tmp_path / "w"
+    (tmp_path / "map.toml").write_text(COIL_MAP)
+    reading = mrfit.ingest.stage.Settings(map=tmp_path / "map.toml")
+    segmenting = mrfit.segment.stage.Settings(drive="current", min_cycles=3)
+    pipeline.ingest(work, logs, reading, silent)
+    pipeline.flux(work, mrfit.flux.stage.Settings(resistance=2.3), silent)
+    pipeline.segment(work, segmenting, silent)
+    fit = pipeline.fit(work, mrfit.fit.stage.Settings("boucwen-flux", "lsq", budget=100), None, silent)
+    fitted = {m["condition"]: m["rmse"] for m in fit["metrics"] if m["role"] == "train"}
+
+    used, segment = [], mrfit.segment.stage.run
+    monkeypatch.setattr(
+        mrfit.segment.stage, "run", lambda *arguments: (used.append(arguments[1]), segment(*arguments))[1]
+    )
+    found = pipeline.predict(work, "boucwen-flux.lsq", logs, reading, silent)
+    for row in found["metrics"]:
+        assert row["rmse"] == pytest.approx(fitted[row["condition"]], rel=0.1)
+    assert used == [replace(segmenting, holdout="none")]
+    assert not found["outdated"]
+    pipeline.flux(work, mrfit.flux.stage.Settings(resistance=3.0), silent)
+    assert pipeline.predict(work, "boucwen-flux.lsq", logs, reading, silent)["outdated"]
+
+
 def killed(command: list[str], folder: Path, after: float) -> int:
     process = subprocess.Popen(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     time.sleep(after)
@@ -141,7 +181,7 @@ def test_a_kill_at_any_moment_leaves_a_workspace_from_which_the_same_command_goe
     ours, theirs = tmp_path / "w", tmp_path / "other"
     names = sorted(str(p.relative_to(theirs)) for p in theirs.rglob("*") if p.is_file())
     left = sorted(str(p.relative_to(ours)) for p in ours.rglob("*") if p.is_file())
-    assert [n for n in left if not n.endswith(".tmp")] == names
+    assert left == names
     for name in names:
         assert (ours / name).read_bytes() == (theirs / name).read_bytes(), name
 

@@ -1,6 +1,7 @@
 """The workspace gives back what was put in, and a failed write leaves what was there."""
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 
 from mrfit.errors import DataError
 from mrfit.recording import Finding, Recording, Segment
-from mrfit.store import Workspace, read_json, recording_id, write_atomic, write_json
+from mrfit.store import Workspace, read_json, recording_id, write_atomic, write_json, write_table
 
 
 def a_recording() -> Recording:
@@ -61,6 +62,45 @@ def test_a_write_that_fails_leaves_the_old_file_and_no_litter(tmp_path: Path) ->
         write_atomic(path, broken)
     assert read_json(path) == {"old": 1}
     assert os.listdir(tmp_path) == ["summary.json"]
+
+
+def test_what_a_killed_command_left_half_written_is_taken_away(tmp_path: Path) -> None:
+    workspace = Workspace(tmp_path)
+    workspace.write_recording(a_recording())
+    kept = sorted(p for p in tmp_path.rglob("*"))
+    for name in (".flux.json.7.tmp", "recordings/.log-1.parquet.7.tmp"):
+        (tmp_path / name).write_text("half")
+    with workspace.locked():
+        assert sorted(p for p in tmp_path.rglob("*") if p.name != ".lock") == kept
+
+
+@pytest.mark.parametrize("content", [b"", b"no table", None])
+def test_a_damaged_table_of_segments_is_named_with_its_remedy(content: bytes | None, tmp_path: Path) -> None:
+    workspace = Workspace(tmp_path)
+    if content is None:  # another version's: a column it does not know
+        write_table(workspace.segments_file, {"id": np.zeros(1), "colour": np.zeros(1)})
+    else:
+        workspace.segments_file.write_bytes(content)
+    with pytest.raises(DataError, match=r"segments\.parquet: .*run `mrfit segment`") as error:
+        workspace.read_segments()
+    assert "\n" not in str(error.value)
+
+
+def test_a_fit_is_outdated_once_its_data_or_segments_change(tmp_path: Path) -> None:
+    workspace, recording = Workspace(tmp_path), a_recording()
+    row = Segment("a#1", "sine", "log-1", 0, 7, 0, "sine", "current", 1.0, 2.0, 0.0, 2, float("nan"), 25.0, "train")
+    workspace.write_recording(recording)
+    workspace.write_segments([row], {})
+    fit = {"settings": {"model": "bingham", "seed": 1}, "key": workspace.fit_key({"model": "bingham", "seed": 1})}
+    assert not workspace.outdated(fit)
+    assert workspace.fit_key({"model": "bingham", "seed": 1, "jobs": 3}) == fit["key"]
+    workspace.write_segments([replace(row, role="holdout")], {})
+    assert workspace.outdated(fit)
+    workspace.write_segments([row], {})
+    workspace.write_recording(replace(recording, history=("flux with R = 3",)))
+    assert workspace.outdated(fit)
+    workspace.recording_file("log-1").unlink()
+    assert workspace.outdated(fit)
 
 
 def test_non_finite_numbers_become_null(tmp_path: Path) -> None:

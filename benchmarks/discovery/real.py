@@ -31,7 +31,7 @@ from scipy.signal import lfilter
 from benchmarks.discovery.runner import command
 from mrfit.catalog import read_catalog
 from mrfit.specs import Array
-from mrfit.store import Workspace, write_json
+from mrfit.store import Workspace, code_version, write_json
 
 TOLERANCE, TOLERANCE_OF_LAG, LEAST_ERROR = 0.25, 0.5, 0.5e-3
 # Seconds after which a filter's start is forgotten
@@ -147,8 +147,9 @@ def prepared(name: str, plant: Plant, folder: Path) -> str:
 
 
 def discover(name: str, plant: Plant, keep: Path | None) -> dict[str, Any]:
-    """Return the discovery.json of a set of records with an effect planted, or what an earlier run kept of it."""
-    kept = keep / f"{name} {plant.name}.json".replace(" ", "_").replace("/", "_") if keep else None
+    """Return the discovery.json of a set of records with an effect planted, or what the same code kept of it."""
+    file = f"{name} {plant.name}.json".replace(" ", "_").replace("/", "_")
+    kept = keep / code_version() / file if keep else None
     if kept and kept.exists():
         return dict(json.loads(kept.read_text(encoding="utf-8")))
     with TemporaryDirectory() as folder:

@@ -14,6 +14,7 @@ from typing import Any
 
 from benchmarks.discovery.protocol import Case
 from datasets.rig.case import make
+from mrfit.store import code_version
 
 TIME_LIMIT = 1800
 MRFIT = Path(sys.executable).with_name("mrfit")
@@ -76,18 +77,18 @@ def run(case: Case, folder: Path) -> Result:
 
 
 def run_kept(case: Case, keep: Path | None) -> Result:
-    """Run a case, or return what an earlier run of it left in ``keep``; failures are not kept."""
+    """Run a case, or return what an earlier run of the same code left in ``keep``; failures are not kept."""
     if keep is None:
         with TemporaryDirectory() as folder:
             return run(case, Path(folder) / case.name)
-    kept = keep / f"{case.name}.json"
+    kept = keep / code_version() / f"{case.name}.json"
     if kept.exists():
         return Result(**json.loads(kept.read_text(encoding="utf-8")))
     with TemporaryDirectory() as folder:
         result = run(case, Path(folder) / case.name)
     if result.error:
         return result
-    keep.mkdir(parents=True, exist_ok=True)
+    kept.parent.mkdir(parents=True, exist_ok=True)
     unfinished = kept.with_suffix(".part")
     unfinished.write_text(json.dumps(asdict(result), indent=1) + "\n", encoding="utf-8")
     unfinished.replace(kept)

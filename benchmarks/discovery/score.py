@@ -159,7 +159,9 @@ def _covered(case: Case, result: Result) -> dict[str, bool]:
         matching = [p for p in effect.get("parameters", []) if p.get("unit") == unit]
         if name in case.hidden.effects and case.hidden.bench != "other-coil" and matching:
             truth = value(result.truth, case.hidden.effects[name])
-            covered[name] = bool(matching[0]["low"] <= truth <= matching[0]["high"])
+            low, high = matching[0]["low"], matching[0]["high"]
+            # an end that is not to be had is no interval: it would hold anything
+            covered[name] = low is not None and high is not None and bool(low <= truth <= high)
     return covered
 
 

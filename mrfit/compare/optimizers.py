@@ -14,7 +14,7 @@ from mrfit import optimize
 from mrfit.channels import unit_of
 from mrfit.compare.page import optimizers_page
 from mrfit.errors import ConfigError
-from mrfit.fit import levels
+from mrfit.fit import levels, staged
 from mrfit.fit.cube import Cube
 from mrfit.fit.current import base_of
 from mrfit.fit.identify import Group, build_group, weights_of
@@ -62,7 +62,8 @@ def check(settings: Settings) -> None:
     """
     mrfit.fit.stage.check(settings.fit)
     for name in settings.optimizers:
-        optimize.chain(name)
+        if staged.NAME in optimize.chain(name):
+            raise ConfigError(f"'{name}' begins with stages, not with a start: `mrfit compare --models … --opt {name}`")
     if settings.seeds < 1:
         raise ConfigError(f"--seeds {settings.seeds} runs nothing; give at least 1")
 

@@ -112,6 +112,8 @@ def build_bench(
     common = [n for n in wanted if n not in lacking]
     outputs = {s.id: measured_output(recordings[s.recording], base) for s in segments}
     span = float(np.ptp(np.concatenate([outputs[s.id][s.start : s.stop] for s in segments])))
+    if span == 0.0:
+        raise DataError(f"the {base.spec.output} is the same in every sample: there is no error to explain")
     floors = noise_floors(segments, recordings, {s.id: outputs[s.id][s.start : s.stop] for s in segments})
     stretches = [
         _stretch(s, recordings[s.recording], found[s.id], common, outputs[s.id], floors[s.id]) for s in segments

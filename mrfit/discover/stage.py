@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mrfit.assembly import assemble
 from mrfit.dependence import CurrentDependence, orders_of
 from mrfit.discover.account import account, verdict_of
 from mrfit.discover.bench import Bench, build_bench, effects_for
@@ -74,15 +75,12 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     DataError
         If the recordings lack what the base needs, or every simulation diverges.
     """
-    base = base_of(settings.model)
-    unknown = [n for n, _ in settings.start if n not in base.spec.names]
+    names = assemble(settings.model).spec.names
+    unknown = [n for n, _ in settings.start if n not in names]
     if unknown:
-        raise ConfigError(
-            f"model '{settings.model}' has no parameter '{unknown[0]}'; it has {', '.join(base.spec.names)}"
-        )
+        raise ConfigError(f"model '{settings.model}' has no parameter '{unknown[0]}'; it has {', '.join(names)}")
     segments, _ = workspace.read_segments()
-    recordings = load_recordings(workspace, segments)
-    data = {i: (r.sha256, r.history) for i, r in sorted(recordings.items())}
+    data = workspace.data()
     key = key_of("discover", {**asdict(settings), "jobs": 0}, data, [asdict(s) for s in segments])
     folder = workspace.root / "discover"
     existing = read_json(folder / "discovery.json")
@@ -93,8 +91,12 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         summary = insufficient(settings, lacking, key, key_of(data))
         series: dict[str, Array] = {}
     else:
+        recordings = load_recordings(workspace, segments)
         summary, series = _discovered(workspace, settings, (segments, recordings), key, progress)
         summary["data_sha256"] = key_of(data)
+    # a kill from here on must not leave the files of one discovery beside the key of another
+    for name in ("discovery.json", "residuals.parquet"):
+        (folder / name).unlink(missing_ok=True)
     if series:
         write_table(folder / "residuals.parquet", series)
     write_text(folder / "model.toml", f'[[fit]]\nmodel = "{summary["augmented_model"]}"\nper = "all"\n')
@@ -199,7 +201,7 @@ def _fitter(
     key: str,
 ) -> Fitter:
     segments, recordings = data
-    base = base_of(settings.model)
+    base = assemble(settings.model, dependence)
     bench = build_bench(segments, recordings, base, effects_for(base.spec.output))
     path = workspace.root / "discover" / ".partial" / "fits.json"
     stored = read_json(path) or {}
@@ -207,11 +209,13 @@ def _fitter(
     if stored.get("key") == key:
         known = {tuple(f["effects"]): np.array(f["point"]) for f in stored["fits"]}
 
-    writing = Lock()
+    kept, writing = dict(known), Lock()
 
     def keep(effects: tuple[str, ...], point: Array) -> None:
+        # a later run improves a fit again where this one did: it has to start where this one started
         with writing:
-            write_json(path, {"key": key, "fits": [{"effects": list(e), "point": p} for e, p in list(known.items())]})
+            kept.setdefault(effects, point)
+            write_json(path, {"key": key, "fits": [{"effects": list(e), "point": p} for e, p in kept.items()]})
 
     return Fitter(bench, settings.model, dependence, dict(settings.start), known, keep, settings.jobs)
 

@@ -7,6 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from mrfit.dependence import base_name
 from mrfit.errors import ConfigError
 from mrfit.kernels.cube import Mask, spread_out
 from mrfit.specs import Array, Index, ModelSpec, Param
@@ -98,11 +99,6 @@ def cube_of(
     if not len(free):
         raise ConfigError(f"every parameter of '{spec.name}' is fixed; leave at least one free")
     return Cube(params, free)
-
-
-def base_name(name: str) -> str:
-    """Return a parameter's name without the current at which its value is given."""
-    return name.partition("@")[0]
 
 
 def _given(values: Mapping[str, Value], name: str) -> Value | None:

@@ -40,6 +40,8 @@ def write_fit(
         for p in [*r["parameters"], *r["derived"]]
     ]
     parameters, metrics = pd.DataFrame(rows)[list(PARAMETER_COLUMNS)], pd.DataFrame(fit["metrics"])
+    # a kill from here on must not leave the tables of one fit beside the key of another
+    (folder / "fit.json").unlink(missing_ok=True)
     write_atomic(folder / "parameters.csv", lambda p: parameters.to_csv(p, index=False))
     write_atomic(folder / "metrics.csv", lambda p: metrics.to_csv(p, index=False))
     frames = [residual_frame(b, s, assembly) for b, s in zip(blocks, simulated, strict=True)]

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
-from mrfit.fit.cube import Cube, base_name
+from mrfit.dependence import base_name
+from mrfit.fit.cube import Cube
 from mrfit.fit.uncertainty import Uncertainty
 from mrfit.recording import Segment
 from mrfit.specs import Array, Index, Param

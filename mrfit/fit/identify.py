@@ -107,7 +107,7 @@ def build_group(
             full.append(full_block(part, drive, values))
             floors.append(floor)
             if part.role == "train":
-                ahead = AHEAD_CYCLES if "+" in assembly.name else 0.0
+                ahead = AHEAD_CYCLES if "+" in assembly.name else 0
                 search.append(folded_block(part, drive, values, ahead))
     if not search:
         raise DataError(f"{name}: no training segment; run `mrfit segment --holdout none` or ingest more conditions")
@@ -205,6 +205,7 @@ def _ended(outcome: optimize.Outcome, cube: Cube) -> dict[str, Any]:
         "budget": sum(link.allowed for link in outcome.links),
         # a population search ends with its budget by design; a local one should have stopped before
         "budget_spent": last.ending in ("budget", "time") and (last.kind == "local" or last.name == "auto"),
+        "out_of_time": last.ending == "time",
         "stopped": "; ".join(f"{link.name}: {link.reason}" for link in outcome.links),
         "nonfinite": outcome.nonfinite,
         "first_nonfinite": first,

@@ -73,6 +73,9 @@ def search(
     if forgets(thin):
         thin, posed = without_lead(thin), without_lead(posed)
     projection = projection_of(thin)
+    if projection is not None and budget < 2 * (len(projection.moving) + 1):
+        # not enough for a point with its best linear parameters on either data
+        projection = None
     eliminated = projection is not None and not len(projection.cube.free)
     if eliminated or 2 * thin.simulated > posed.simulated:
         objective = objective_of(posed, projection, starts, on_progress)

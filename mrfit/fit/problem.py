@@ -21,8 +21,9 @@ from mrfit.specs import Array, Index
 
 PHASE_BINS = 1024
 SETTLE_CYCLES = 2
-# Share of a cycle simulated beyond what is compared, for effects that look ahead: those that make up for a late record
-AHEAD_CYCLES = 0.25
+# Cycles simulated beyond what is compared, for effects that look ahead: those that make up for a late record. A whole
+# one, since other effects take means over the drive, which an unfinished cycle would bias.
+AHEAD_CYCLES = 1
 # Half the span of the slope within which samples of a bin move; wide, so that noise does not pass for slope
 SLOPE_BINS = 8
 
@@ -109,7 +110,7 @@ def full_block(segment: Segment, drive: Drive, output: Array) -> Block:
     values, warm_up = drive.values, drive.warm_up
     if drive.fits is not None:
         lead = int(round(SETTLE_CYCLES / (segment.frequency * drive.dt)))
-        ahead = int(AHEAD_CYCLES / (segment.frequency * drive.dt))
+        ahead = int(round(AHEAD_CYCLES / (segment.frequency * drive.dt)))
         times = np.arange(drive.warm_up - lead, drive.warm_up + len(output) + ahead, dtype=np.float64) * drive.dt
         values, warm_up = np.stack([fit.evaluate(times) for fit in drive.fits]), lead
     nodes = warm_up + np.arange(len(output))[:, None]
@@ -126,10 +127,10 @@ def full_block(segment: Segment, drive: Drive, output: Array) -> Block:
     )
 
 
-def folded_block(segment: Segment, drive: Drive, output: Array, ahead: float = 0.0) -> Block:
+def folded_block(segment: Segment, drive: Drive, output: Array, ahead: int = 0) -> Block:
     """Return a block with the samples of a periodic drive folded onto one cycle; any other drive gives a full block.
 
-    ``ahead`` is the share of a cycle that is simulated beyond the one compared.
+    ``ahead`` are the cycles that are simulated beyond the one compared.
     """
     if drive.fits is None or len(output) <= PHASE_BINS:
         return full_block(segment, drive, output)
@@ -144,10 +145,12 @@ def folded_block(segment: Segment, drive: Drive, output: Array, ahead: float = 0
     target = np.bincount(bins, output, PHASE_BINS)[full] / weight
     # within a bin the output also moves along its slope, which is no scatter
     spread = np.bincount(bins, phase**2, PHASE_BINS)[full] - weight * mean_phase**2
-    run = (np.roll(mean_phase, -SLOPE_BINS) - np.roll(mean_phase, SLOPE_BINS)) % PHASE_BINS
-    slope = (np.roll(target, -SLOPE_BINS) - np.roll(target, SLOPE_BINS)) / run
+    # few bins are filled where the sampling is a multiple of the frequency: a span of a whole cycle would be none
+    reach = min(SLOPE_BINS, (len(target) - 1) // 2)
+    run = (np.roll(mean_phase, -reach) - np.roll(mean_phase, reach)) % PHASE_BINS
+    slope = (np.roll(target, -reach) - np.roll(target, reach)) / run
     scatter = float(np.sum(output**2) - np.sum(weight * target**2) - np.sum(slope**2 * spread))
-    lead, last = SETTLE_CYCLES * PHASE_BINS, PHASE_BINS + int(ahead * PHASE_BINS)
+    lead, last = SETTLE_CYCLES * PHASE_BINS, (1 + ahead) * PHASE_BINS
     times = np.arange(-lead, last, dtype=np.float64) / (PHASE_BINS * frequency) + drive.warm_up * drive.dt
     node = np.minimum(mean_phase.astype(np.int64), PHASE_BINS - 1)
     return Block(

@@ -9,7 +9,7 @@ from mrfit.assembly import Assembly
 from mrfit.fit.bootstrap import Interval
 from mrfit.fit.cube import Cube
 from mrfit.fit.problem import Block, differences
-from mrfit.fit.uncertainty import STEP, Uncertainty
+from mrfit.fit.uncertainty import Uncertainty, sensitivities
 from mrfit.metrics import absorbed_energy, error_metrics
 from mrfit.specs import Array
 
@@ -65,16 +65,14 @@ def _unclipped(cube: Cube, k: int, position: float) -> float:
 
 def derived_rows(assembly: Assembly, cube: Cube, point: Array, uncertainty: Uncertainty) -> list[dict[str, Any]]:
     """Return one row per derived quantity with its 95 % interval by the delta method."""
-    free = len(point)
-    upper, lower = np.minimum(point + STEP, 1.0), np.maximum(point - STEP, 0.0)
-    points = np.tile(point, (2 * free + 1, 1))
-    points[1 + np.arange(free), np.arange(free)] = upper
-    points[1 + free + np.arange(free), np.arange(free)] = lower
-    values = assembly.derived(cube.to_theta(points))
-    gradients = (values[1 : free + 1] - values[free + 1 :]) / (upper - lower)[:, None]
+
+    def derived(points: Array) -> Array:
+        return assembly.derived(cube.to_theta(points))
+
+    values, gradients = derived(point[None, :])[0], sensitivities(derived, point)
     rows = []
     for d, quantity in enumerate(assembly.spec.derived):
-        value, width = float(values[0, d]), uncertainty.half_width(gradients[:, d])
+        value, width = float(values[d]), uncertainty.half_width(gradients[d])
         known = bool(np.isfinite(width))
         row = {"name": quantity.name, "value": value, "unit": quantity.unit, "text": quantity.text}
         row |= {"low": value - width if known else None, "high": value + width if known else None}
@@ -190,7 +188,8 @@ def warnings_of(result: dict[str, Any], metrics: Sequence[dict[str, Any]]) -> li
     if result["nonfinite"]:
         warn("non-finite", "some simulations diverged and were passed over: first_nonfinite in fit.json is one")
     if result["budget_spent"]:
-        warn("budget-spent", "the search used all its evaluations before it settled: raise --budget")
+        spent, limit = ("time", "--seconds") if result["out_of_time"] else ("evaluations", "--budget")
+        warn("budget-spent", f"the search used all its {spent} before it settled: raise {limit}")
     starts = result.get("starts") or []
     if len(starts) > 1 and result.get("agreeing", 0) < 2:
         warn("starts-disagree", "no two starts ended at the least error: there may be a better one; raise --budget")

@@ -10,10 +10,10 @@ import numpy as np
 
 from mrfit import optimize
 from mrfit.assembly import Assembly, assemble
-from mrfit.dependence import CurrentDependence
+from mrfit.dependence import CurrentDependence, base_name
 from mrfit.errors import ConfigError
 from mrfit.fit import staged
-from mrfit.fit.cube import Cube, base_name, cube_of
+from mrfit.fit.cube import Cube, cube_of
 from mrfit.fit.current import as_json, base_of, checked_order, dependence_on_current
 from mrfit.fit.files import write_fit
 from mrfit.fit.identify import Group, SearchSettings, build_group, search_optimum, weights_of
@@ -119,10 +119,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         If the recordings lack what the model needs or every simulation diverges.
     """
     check(settings)
-    segments, _ = workspace.read_segments()
-    recordings = load_recordings(workspace, segments)
-    data = {i: (r.sha256, r.history) for i, r in sorted(recordings.items())}
-    key = key_of({**asdict(settings), "jobs": 0}, data, [asdict(s) for s in segments])
+    key = workspace.fit_key(asdict(settings))
     folder = workspace.fit_folder(settings.fit_name)
     existing = read_json(folder / "fit.json")
     if existing and existing.get("key") == key:
@@ -130,7 +127,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     prepared = prepare(workspace, settings)
     runner = _Runner(prepared, settings, folder, key, progress)
     pieces = runner.fit_groups()
-    fit = _summary(runner, key_of(data), pieces)
+    fit = _summary(runner, key_of(workspace.data()), pieces)
     blocks = [b for p in pieces for b in p.group.full]
     write_fit(folder, fit, blocks, [s for p in pieces for s in p.simulated], prepared.assembly)
     return {**plain(fit), "skipped": False}
@@ -275,8 +272,8 @@ class _Runner:
             "condition": name,
             "conditions": list(dict.fromkeys(b.segment.condition for b in group.full)),
             "at": {k: getattr(group.full[0].segment, k) for k in ("frequency", "amplitude", "current")},
-            **{k: found[k] for k in ("cost", "evaluations", "budget", "budget_spent", "stopped", "nonfinite")},
-            **{k: found[k] for k in ("history", "starts", "agreeing", "first_nonfinite")},
+            **{k: found[k] for k in ("cost", "evaluations", "budget", "budget_spent", "out_of_time", "stopped")},
+            **{k: found[k] for k in ("nonfinite", "history", "starts", "agreeing", "first_nonfinite")},
             **{k: found[k] for k in ("per_current", "stages")},
             **trust(group, self.assembly, cube, point, simulated, judged),
             "segments": [

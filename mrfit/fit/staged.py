@@ -14,8 +14,9 @@ import numpy as np
 
 from mrfit import optimize, registry
 from mrfit.cycles import last_event
+from mrfit.dependence import base_name
 from mrfit.errors import ConfigError
-from mrfit.fit.cube import Cube, base_name
+from mrfit.fit.cube import Cube
 from mrfit.fit.problem import Block, Posed
 from mrfit.objective import Objective
 from mrfit.specs import Array, Index, Stage

@@ -12,7 +12,7 @@ import numpy as np
 
 from mrfit import optimize
 from mrfit.assembly import Assembly
-from mrfit.dependence import CurrentDependence, expanded, through
+from mrfit.dependence import CurrentDependence, base_name, expanded, through
 from mrfit.fit.cube import Cube
 from mrfit.fit.current import level_of, levels_of
 from mrfit.fit.problem import Block, residual_function
@@ -48,7 +48,7 @@ def data_start(
     given
         Parameters whose start the user gave; they are left out.
     """
-    taken = {name.partition("@")[0] for name in given}
+    taken = {base_name(name) for name in given}
     levels = levels_of(b.segment for b in blocks) if dependence else []
     found: dict[float, list[dict[str, float]]] = {}
     for block in blocks:
@@ -63,7 +63,7 @@ def data_start(
     if not len(table):
         return {}
     nodes = through(base.spec, dependence, np.array(levels), table)
-    return {n: v for n, v in zip(node_names(base, dependence), nodes.tolist(), strict=True) if _base(n) in names}
+    return {n: v for n, v in zip(node_names(base, dependence), nodes.tolist(), strict=True) if base_name(n) in names}
 
 
 def at_scales(cube: Cube, blocks: Iterable[Block], base: Assembly) -> Cube:
@@ -83,10 +83,6 @@ def _start_values(block: Block, base: Assembly) -> dict[str, float]:
 
 def _named(values: Iterable[Mapping[str, float]]) -> set[str]:
     return {name for one in values for name in one}
-
-
-def _base(name: str) -> str:
-    return name.partition("@")[0]
 
 
 def node_names(base: Assembly, dependence: CurrentDependence) -> list[str]:

@@ -162,8 +162,10 @@ def analyse(jacobians: Sequence[Array], residuals: Sequence[Array], periods: Seq
         For each record the samples per cycle of its drive, 0 where it is not periodic; none at all means the latter.
     """
     samples = sum(len(r) for r in residuals)
-    _, singular, vt = np.linalg.svd(np.linalg.qr(np.vstack(jacobians), mode="r"))
+    _, found, vt = np.linalg.svd(np.linalg.qr(np.vstack(jacobians), mode="r"))
     directions = vt.T
+    # fewer samples than parameters leave directions without a singular value
+    singular = np.concatenate([found, np.zeros(len(vt) - len(found))])
     scale = np.where(singular > 0.0, singular, 1.0)
     gamma, degrees = _score_covariance([j @ directions / scale for j in jacobians], residuals, periods)
     usable = singular > RANK_TOLERANCE * max(float(singular[0]), 1e-300)

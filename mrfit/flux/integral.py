@@ -10,6 +10,9 @@ from mrfit.specs import Array
 
 # Time and current that go together this closely cannot be told apart by regression.
 COLLINEAR = 0.98
+# Mean currents of stretches that differ by less than this share of the largest amplitude are one bias; the flux between
+# two biases is known where what the drift may add to it is less than this share of its range.
+NEGLIGIBLE = 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,12 +30,15 @@ class Drift:
         where there are none).
     closure
         λ at the end minus λ at the start of every whole cycle, in Wb; shape (cycles,).
+    finding
+        What a reader must know of it, empty if nothing.
     """
 
     method: str
     offset_volt: float
     constant: float
     closure: Array
+    finding: str = ""
 
 
 def integrate(voltage: Array, dt: float, rule: str) -> Array:
@@ -52,7 +58,8 @@ def remove_drift(
     ``cycle`` takes away the line through the integral's means over whole cycles, which leaves a steady periodic λ as it
     is and removes offset and the integrator's random walk alike. Where the current's own mean still moves, as after
     switching on, the mean of λ moves with it by λ/i: that part stays. ``linear`` takes away one straight line, ``none``
-    only the constant.
+    only the constant. Where the bias changes from stretch to stretch, so does the mean of λ: the drift in between is
+    then what the drift within the stretches on both sides goes on to, and zero is the mean at the least bias.
 
     Parameters
     ----------
@@ -67,11 +74,15 @@ def remove_drift(
     """
     time = np.arange(len(integral), dtype=np.float64) * dt
     knots = [_knots(integral, current, dt, s) for s in stretches]
+    steps, finding = _steps(knots, integral, current, dt, stretches)
+    if steps is not None:
+        knots = [(times, heights - step) for (times, heights), step in zip(knots, steps, strict=True)]
     if method == "none":
         line, slope, text = 0.0 * time, 0.0, "none removed"
     elif knots and method == "cycle":
         line, slope = _through_cycles(time, knots)
         pieces = f" in each of {len(knots)} periodic stretches" if len(knots) > 1 else ""
+        pieces += ", carried over changes of bias" if steps is not None else ""
         text = f"line through the means of whole cycles{pieces}"
     elif knots:
         slope = _slope(*(np.concatenate(part) for part in zip(*knots, strict=True)))
@@ -82,9 +93,13 @@ def remove_drift(
     flux = integral - line
     if not (knots and method == "cycle"):
         means = [np.mean(_cycle_means(flux, s.boundaries(dt))) for s in stretches]
+        if steps is not None:
+            means = list(np.array(means) - steps)
         flux = flux - float(np.mean(means) if means else np.mean(flux))
     ends = [np.diff(_between(flux, s.boundaries(dt))) for s in stretches]
-    return flux, Drift(text, slope, float(flux[0] - integral[0]), np.concatenate(ends) if ends else np.empty(0))
+    closure = np.concatenate(ends) if ends else np.empty(0)
+    finding = "" if method == "none" else finding
+    return flux, Drift(text, slope, float(flux[0] - integral[0]), closure, finding)
 
 
 def _between(values: Array, positions: Array) -> Array:
@@ -111,10 +126,55 @@ def _knots(integral: Array, current: Array, dt: float, stretch: Stretch) -> tupl
     heights = _cycle_means(integral, boundaries)
     means = _cycle_means(current, boundaries)
     slope = _slope(centres, heights)
-    within = slice(stretch.start, stretch.stop)
-    steady = integral[within] - slope * dt * np.arange(stretch.start, stretch.stop)
-    inductance = float(np.ptp(steady) / max(np.ptp(current[within]), 1e-300))
+    swing = _swing(integral, dt, stretch, slope)
+    inductance = float(swing / max(np.ptp(current[stretch.start : stretch.stop]), 1e-300))
     return centres, heights - inductance * (means - np.median(means))
+
+
+def _swing(integral: Array, dt: float, stretch: Stretch, slope: float) -> float:
+    """Return the peak-to-peak value of a stretch's integral beside a drift of this slope."""
+    within = np.arange(stretch.start, stretch.stop)
+    return float(np.ptp(integral[stretch.start : stretch.stop] - slope * dt * within))
+
+
+def _steps(
+    knots: Sequence[tuple[Array, Array]], integral: Array, current: Array, dt: float, stretches: Sequence[Stretch]
+) -> tuple[Array | None, str]:
+    """Return the mean flux linkage (S,) in Wb of each stretch against that at the least bias, and what to say of it.
+
+    None where there is one bias, or where the drift between two stretches is not known well enough: it is what the
+    lines through the knots on both sides go on to, and uncertain by their standard errors and by where one turns into
+    the other.
+    """
+    biases = np.array([np.median(_cycle_means(current, s.boundaries(dt))) for s in stretches])
+    if len(knots) < 2 or np.ptp(biases) <= NEGLIGIBLE * max(s.fit.amplitude for s in stretches):
+        return None, ""
+    steps, variance = [0.0], 0.0
+    for before, after in zip(knots[:-1], knots[1:], strict=True):
+        gap = float(after[0][0] - before[0][-1])
+        (left, error_left), (right, error_right) = (_go_on(*k, before[0][-1] + gap / 2) for k in (before, after))
+        steps.append(steps[-1] + right - left)
+        turning = (_slope(*after) - _slope(*before)) * gap / np.sqrt(12)
+        variance += error_left**2 + error_right**2 + turning**2
+    swing = max(_swing(integral, dt, s, _slope(*k)) for s, k in zip(stretches, knots, strict=True))
+    if np.sqrt(variance) <= NEGLIGIBLE * swing:
+        return np.array(steps) - steps[int(np.argmin(np.abs(biases)))], ""
+    return None, (
+        f"the mean of the current changes between periodic stretches, from {np.min(biases):.3g} to {np.max(biases):.3g}"
+        " A, and the flux of that change cannot be told from drift: flux is about zero in each stretch; give "
+        "--drift none, or cut the log where the mean changes"
+    )
+
+
+def _go_on(times: Array, heights: Array, at: float) -> tuple[float, float]:
+    """Return where the line through knots is at a time, and its standard error; infinite for fewer than three knots."""
+    slope, centre = _slope(times, heights), float(np.mean(times))
+    height = float(np.mean(heights)) + slope * (at - centre)
+    if len(times) < 3:
+        return height, float("inf")
+    rest = heights - np.mean(heights) - slope * (times - centre)
+    spread = float(np.sum((times - centre) ** 2))
+    return height, float(np.sqrt(rest @ rest / (len(times) - 2) * (1 / len(times) + (at - centre) ** 2 / spread)))
 
 
 def _slope(times: Array, heights: Array) -> float:

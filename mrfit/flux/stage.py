@@ -22,7 +22,7 @@ from mrfit.flux.plateau import resistance_of_plateaus, steady_blocks
 from mrfit.progress import Progress, silent
 from mrfit.recording import FLUX_RESISTANCE, Recording
 from mrfit.specs import Array
-from mrfit.store import Workspace, key_of, plain, read_json, write_atomic, write_json
+from mrfit.store import Workspace, key_of, plain, read_json, stored_settings, write_atomic, write_json
 
 DRIFTS = ("cycle", "linear", "none")
 RULES = ("trapezoid", "simpson")
@@ -109,8 +109,8 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
 
 def last_settings(workspace: Workspace) -> Settings:
     """Return the settings of the workspace's last flux run, or the defaults."""
-    stored = (read_json(workspace.flux_json) or {}).get("settings")
-    return Settings(**stored) if stored else Settings()
+    path = workspace.flux_json
+    return stored_settings(Settings, path, read_json(path), f"mrfit flux --work {workspace.root}")
 
 
 def last_resistance(workspace: Workspace) -> float | None:
@@ -210,7 +210,7 @@ def _estimated(wanted: list[_Analysed]) -> _Resistance:
 def _replacing(workspace: Workspace) -> Iterator[str]:
     """Yield a stage folder to write to, which takes the place of the old one if all goes well.
 
-    The summary goes first: a kill between the two leaves no summary, and so the stage is run again.
+    The summary loses its key first: after a kill between the two the stage is run again, with the settings it holds.
     """
     for stale in workspace.root.glob(f".{STAGE}-*"):
         shutil.rmtree(stale, ignore_errors=True)
@@ -225,7 +225,8 @@ def _replacing(workspace: Workspace) -> Iterator[str]:
 
 def _move(workspace: Workspace, folder: Any, target: Any) -> None:
     try:
-        workspace.flux_json.unlink(missing_ok=True)
+        if existing := read_json(workspace.flux_json):
+            write_json(workspace.flux_json, {**existing, "key": ""})
         shutil.rmtree(target, ignore_errors=True)
         folder.replace(target)
     except OSError as error:
@@ -281,6 +282,7 @@ def _row(found: _Analysed, resistance: _Resistance, drift: Drift) -> dict[str, A
         "lambda0": drift.constant,
         "offset_volt": drift.offset_volt,
         "drift": drift.method,
+        "finding": drift.finding,
         "closure_rms": _rms(closure),
         "closure_max": float(np.max(np.abs(closure))) if len(closure) else float("nan"),
         "loop_area": longest.area(resistance.value) if longest else float("nan"),
@@ -314,6 +316,7 @@ def _summary(
         "settings": asdict(settings),
         "resistance": float(np.median(list(values.values()))) if values else None,
         "recordings": rows,
+        "findings": [f"{r['id']}: bias-change: {r['finding']}" for r in rows if r.get("finding")],
         "separation": [asdict(s) for s in separations],
         "separation_text": [_in_words(s) for s in separations],
     }

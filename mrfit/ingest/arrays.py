@@ -88,11 +88,12 @@ def _left_out(names: Sequence[str], arrays: Arrays) -> Finding:
 
 
 def _time(names: list[str], arrays: Arrays, wanted: str | int | None, order: Mapping[str, int]) -> list[str]:
-    """Return the vectors of a group that are times: named so and rising; the first is used."""
+    """Return the vectors of a group that are times: named so and rising, but for a few jumps; the first is used."""
     if wanted is not None:
         return [n for n in names if n == wanted or order[n] == wanted]
     called = [n for n in names if name_and_unit(n.rpartition(".")[2])[0].lower() in TIME_NAMES]
-    return [n for n in called if bool(np.all(np.diff(arrays.signals[n]) > 0.0))]
+    steps = {n: np.diff(arrays.signals[n]) for n in called}
+    return [n for n in called if np.count_nonzero(steps[n] > 0.0) > 10 * np.count_nonzero(steps[n] < 0.0)]
 
 
 def _table(
@@ -100,7 +101,7 @@ def _table(
 ) -> Table:
     columns = {n: _column(n, arrays, order[n]) for n in names}
     rows = len(arrays.signals[names[0]])
-    copies = {n for n in times if np.array_equal(arrays.signals[n], arrays.signals[times[0]])}
+    copies = {n for n in times if np.array_equal(arrays.signals[n], arrays.signals[times[0]], equal_nan=True)}
     return Table(
         tuple(columns[n] for n in names if n not in copies),
         np.arange(1, rows + 1, dtype=np.int64),

@@ -190,4 +190,5 @@ def _merged(old: Table, new: Table) -> Table:
         breaks=(*old.breaks, *new.breaks),
         findings=tuple(dict.fromkeys((*old.findings, *new.findings))),
         open_line=new.open_line,
+        stated_rows=old.stated_rows if new.stated_rows is not None else None,
     )

@@ -13,13 +13,16 @@ from mrfit.ingest.conditions import conditions_of
 from mrfit.ingest.naming import Signal, all_missing, check_wrong_dimension, name_signals
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.sanity import channel_findings, relation_findings, shortened, shortening
-from mrfit.ingest.table import Lines, Lost, Table
-from mrfit.ingest.timebase import Piece, TimeBase, TimeFault, coarse, on_grid, repeated, time_base
+from mrfit.ingest.table import Column, Lines, Lost, Table
+from mrfit.ingest.timebase import TimeBase, TimeFault, coarse, on_grid, repeated, time_base
 from mrfit.recording import Finding, Recording
 from mrfit.specs import Array
 
 OVERFLOW = 1e30
 """Magnitude from which a number is an instrument's mark for overflow."""
+
+NO_SAMPLE = ("repeated header", "empty row", "repeated time")
+"""Refused rows that stood for no sample."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +50,16 @@ class Rows:
     def breaks(self) -> tuple[int, ...]:
         """Rows at which a new run begins."""
         return tuple(sorted({bisect_left(self.lines, line) for line in self.begins} - {0, len(self.lines)}))
+
+    @property
+    def number(self) -> Array | None:
+        """The rows counted with the refused ones between them that stood for a sample; None where there are none."""
+        lost = np.sort(self.refused.without(NO_SAMPLE).lines)
+        if not len(lost):
+            return None
+        return series.mapped(
+            lambda place, lines: place + np.searchsorted(lost, lines), series.ordinals(len(self.lines)), self.lines
+        )
 
     def drop(self, rows: Lines, kinds: Sequence[str]) -> None:
         """Refuse rows, ascending; ``kinds`` names each one's fault."""
@@ -77,29 +90,30 @@ def build(table: Table, origin: Origin) -> list[Recording]:
     signals, findings = name_signals(table.columns, origin.rules, origin.path)
     if not signals:
         raise Refusal(origin.path, "no channel beside the time", "export at least one signal")
-    time, stated = _times(table, origin)
+    time, stated, assumed = _times(table, origin)
     rows = Rows(signals, time, table.lines, table.breaks, Lost(table.refused))
     _refuse_missing(rows, origin)
     base = _base(rows, stated, origin)
-    findings = [*table.findings, *findings, *rows.findings, *_refused_findings(rows), *base.findings]
+    findings = [*table.findings, *assumed, *findings, *rows.findings, *_refused_findings(rows), *base.findings]
     return _recordings(rows, base, findings, table, origin)
 
 
-def _times(table: Table, origin: Origin) -> tuple[Array, float | None]:
-    """Return the times of all rows in s, and the interval stated by map or header."""
+def _times(table: Table, origin: Origin) -> tuple[Array, float | None, list[Finding]]:
+    """Return the times of all rows in s, the interval stated by map or header, and what was assumed."""
     stated = origin.rules.dt or table.dt
     if table.time is not None:
-        text = table.time.unit or "s"
+        text, assumed = _time_unit(table.time, origin.rules)
         if not units.known(text) or not units.compatible(text, "s"):
             remedy = 'write the true one in the channel map: time = {column = …, unit = "ms"}'
             raise Refusal(origin.path, f"time column '{table.time.name}' is in '{text}'", remedy)
         scale = units.to_unit(text, "s").scale
         times = table.time.values
-        return (times if scale == 1.0 else series.mapped(lambda t: t * scale, times)), stated
+        return (times if scale == 1.0 else series.mapped(lambda t: t * scale, times)), stated, assumed
     if stated is None:
+        unclear = "".join(f"; {f.text}" for f in table.findings if f.kind == "rate-unclear")
         raise Refusal(
             origin.path,
-            f"no time column and no sample rate (columns: {_shown(table)})",
+            f"no time column and no sample rate (columns: {_shown(table)}{unclear})",
             f"write rate = HZ, or time = COLUMN, in a channel map ({FILE_NAME} beside the log, or --map)",
         )
     lost = np.sort(Lost(table.refused).lines)
@@ -108,7 +122,18 @@ def _times(table: Table, origin: Origin) -> tuple[Array, float | None]:
         return table.start + (place + np.searchsorted(lost, lines)) * stated  # refused rows counted
 
     place = series.ordinals(table.rows)
-    return series.mapped(placed, place[:] if series.in_memory(table.lines) else place, table.lines), stated
+    return series.mapped(placed, place[:] if series.in_memory(table.lines) else place, table.lines), stated, []
+
+
+def _time_unit(time: Column, rules: Rules) -> tuple[str, list[Finding]]:
+    """Return the unit of a time column: the map's, or the file's, or s, which is then said."""
+    rule = rules.time
+    if rule is not None and rule.unit is not None and str(rule.column).lower() in (time.name.lower(), str(time.index)):
+        return rule.unit, []
+    if time.unit or rule is not None or time.name.lower() in ("second", "seconds", "sec"):
+        return time.unit or "s", []
+    text = f"the file gives '{time.name}' no unit: taken as s; a channel map can say another"
+    return "s", [Finding("unit-assumed", "", None, text)]
 
 
 def _shown(table: Table) -> str:
@@ -173,7 +198,7 @@ def _base(rows: Rows, stated: float | None, origin: Origin) -> TimeBase:
             same = [_values_at(s.values, again) == b for s, b in zip(rows.signals, before, strict=True)]
             again = again[np.logical_and.reduce(same)]
         rows.drop(again, ["repeated time"] * len(again))
-        base = time_base(rows.time, stated, rows.breaks)
+        base = time_base(rows.time, stated, rows.breaks, rows.number)
     except TimeFault as fault:
         raise Refusal(
             origin.path,
@@ -185,6 +210,7 @@ def _base(rows: Rows, stated: float | None, origin: Origin) -> TimeBase:
         lines = [int(rows.lines[p.rows.start]) for p in lonely]
         rows.refused.add(["single row between gaps"] * len(lonely), lines)
         base.pieces = [p for p in base.pieces if p not in lonely]
+        base.findings += [replace(f, at=None) for p in lonely for f in p.findings]
     if not base.pieces:
         raise Refusal(origin.path, "no two rows follow each other in time", "check its time column")
     return base
@@ -208,24 +234,11 @@ def _recordings(rows: Rows, base: TimeBase, said: list[Finding], table: Table, o
             columns={s.name: s.index for s in rows.signals},
             rows_kept=piece.rows.stop - piece.rows.start,
             rows_refused=refused,
-            findings=(*_of_piece(said, piece, number, rows), *piece.findings),
+            findings=(*(said if number == 0 else ()), *piece.findings),
             history=(f"read by {origin.reader}", *table.history, *piece.history),
         )
         made.append(_judged(record, number, len(base.pieces), table, origin))
     return made
-
-
-def _of_piece(said: list[Finding], piece: Piece, number: int, rows: Rows) -> list[Finding]:
-    """Return the findings that concern a piece, their times counted from its first sample."""
-    begin = float(rows.time[piece.rows.start] - rows.time[0])
-    end = float(rows.time[piece.rows.stop - 1] - rows.time[0])
-    chosen = []
-    for finding in said:
-        if finding.at is None:
-            chosen += [finding] if number == 0 else []
-        elif begin <= finding.at <= end:
-            chosen.append(replace(finding, at=finding.at - begin))
-    return chosen
 
 
 def _judged(record: Recording, number: int, runs: int, table: Table, origin: Origin) -> Recording:

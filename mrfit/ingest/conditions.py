@@ -14,7 +14,8 @@ from mrfit.ingest.refusal import Refusal
 from mrfit.recording import Finding, Recording
 from mrfit.specs import Array
 
-NUMBER = r"[-+]?\d+(?:[.,xp]\d+)?"
+NUMBER = r"(?:(?<![^\W_)\]])[-+])?\d+(?:[.,xp]\d+)?"
+"""A number in a file's name; a hyphen right after a letter, a digit or a bracket parts two words and is no sign."""
 SLOT = re.compile(r"\{([a-z_]+)(?::([^{}]*))?\}")
 DRIVES = ("displacement", "angle", "current", "velocity", "voltage", "flux")
 DISAGREE = 0.1

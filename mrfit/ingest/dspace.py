@@ -20,7 +20,7 @@ def captures_of(value: Any) -> list[Arrays]:
     axes = [x for x in np.atleast_1d(value.X) if np.size(getattr(x, "Data", ())) > 1]
     sets = [Arrays() for _ in axes] or [Arrays()]
     for axis, arrays in zip(axes, sets, strict=False):
-        arrays.add("time", axis.Data)
+        arrays.add("time", axis.Data, "s")
     if not axes and (interval := _interval(getattr(value, "Capture", None))):
         sets[0].scalars["dt"] = interval
     for entry in np.atleast_1d(value.Y):

@@ -1,5 +1,7 @@
 """What earlier calls of the ingest stage left in the workspace."""
 
+from collections.abc import Iterable
+from os import getcwd
 from os import path as os_path
 from typing import Any
 
@@ -17,6 +19,8 @@ class Earlier:
         All of it.
     keys
         Source -> key of all that determined its recordings.
+    base
+        Folder in which relative sources are meant: that of the first call that gave one.
     spelling
         Absolute path -> source, as the first call spelt it.
     orphans
@@ -27,12 +31,27 @@ class Earlier:
         self.workspace = workspace
         self.summary: dict[str, Any] = read_json(workspace.ingest_json) or {"recordings": [], "refused": []}
         self.keys: dict[str, str] = self.summary.get("sources", {})
-        self.spelling: dict[str, str] = {os_path.abspath(s): s for s in self.keys}
+        root = os_path.abspath(workspace.root)
+        self.base = os_path.normpath(os_path.join(root, self.summary.get("base", os_path.relpath(getcwd(), root))))
+        self.spelling: dict[str, str] = {os_path.normpath(os_path.join(self.base, s)): s for s in self.keys}
         self.orphans = {r["source"] for r in self.summary["refused"] if r.get("kept")}
 
     def source(self, item: Item) -> str:
         """Return the source's name as the workspace already knows it, or as the item has it."""
-        return self.spelling.get(os_path.abspath(item.source), item.source)
+        return self.name(item.source)
+
+    def name(self, path: str) -> str:
+        """Return a path as the workspace spells it already; a new one as given, if the base is the present folder."""
+        absolute = os_path.abspath(path)
+        if known := self.spelling.get(absolute):
+            return known
+        return path if os_path.isabs(path) or self.base == getcwd() else os_path.relpath(absolute, self.base)
+
+    def base_of(self, sources: Iterable[str]) -> dict[str, str]:
+        """Return what ingest.json must say of the base: nothing where all sources are absolute."""
+        if all(os_path.isabs(s) for s in sources):
+            return {}
+        return {"base": os_path.relpath(self.base, os_path.abspath(self.workspace.root))}
 
     def ids(self, source: str) -> list[str]:
         """Return the ids of a source's recordings."""
@@ -53,4 +72,4 @@ class Earlier:
     def same_refusals(self, refusals: list[Refusal]) -> bool:
         """Whether all of these are known."""
         known = {(r["source"], r["reason"]) for r in self.summary["refused"]}
-        return all((r.path, r.reason) in known for r in refusals)
+        return all((self.name(r.path), r.reason) in known for r in refusals)

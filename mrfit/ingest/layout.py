@@ -14,6 +14,8 @@ DELIMITERS = ("\t", ";", ",", "|", "")
 COMMENTS = "#%!"
 SAMPLE = 200
 STAMP = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?")
+CLOCK = re.compile(r"(\d{1,2}):([0-5]\d):([0-5]\d(?:[.,]\d+)?)")
+DATE = re.compile(r"\d{4}[-/.]\d\d?[-/.]\d\d?|\d\d?[-/.]\d\d?[-/.](?:\d\d)?\d\d")
 TIME_NAMES = {
     *("time", "t", "zeit", "tiempo", "temps", "tempo", "sec", "second", "seconds", "timestamp", "elapsed time", "tout"),
     *("running time", "x-axis", "x_value", "elapsed", "time stamp", "total time", "test time", "relative time"),
@@ -81,10 +83,11 @@ def _glued(fields: list[str], number: re.Pattern[str]) -> bool:
 
 
 def is_row(fields: list[str], number: re.Pattern[str]) -> bool:
-    """Whether fields are those of a data row: mostly numbers, time stamps, or empty, and at least one number."""
+    """Whether fields are those of a data row: mostly numbers, dates and times, or empty, and at least one number."""
     good = [f for f in fields if number.fullmatch(f) or STAMP.fullmatch(f) or f in NOT_A_NUMBER]
+    dated = [f for f in fields if CLOCK.fullmatch(f) or DATE.fullmatch(f) and not number.fullmatch(f)]
     filled = [f for f in fields if f not in EMPTY]
-    return bool(good) and 2 * len(good) > len(filled)
+    return bool(good) and 2 * (len(good) + len(dated)) > len(filled)
 
 
 def _first_row(lines: tuple[str, ...], delimiter: str, decimal: str, width: int) -> int:

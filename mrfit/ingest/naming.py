@@ -49,9 +49,10 @@ def name_signals(columns: tuple[Column, ...], rules: Rules, path: str) -> tuple[
         name = claimed or _own_name(column, taken)
         taken.add(name)
         signals.append(_unmapped(name, column, path))
-    if gravity := [f"'{c.name}'" for c in columns if c.unit is not None and c.unit.strip() == "g"]:
-        text = f"{', '.join(gravity)}: the unit g is taken as standard gravity, not gram"
-        findings.append(Finding("unit-assumed", "", None, text))
+    for unit, what in (("g", "standard gravity, not gram"), ("G", "gauss, not gravity")):
+        if meant := [f"'{c.name}'" for c in columns if c.unit is not None and c.unit.strip() == unit]:
+            text = f"{', '.join(meant)}: the unit {unit} is taken as {what}"
+            findings.append(Finding("unit-assumed", "", None, text))
     if unnamed := [f"'{c.name or c.index}'" for c in left if c.unit is None and id(c) not in claims]:
         text = f"no unit and no known name: {', '.join(unnamed)}; a channel map can name them"
         findings.append(Finding("unnamed", "", None, text))

@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from os import getpid
-from os import path as os_path
 from pathlib import Path
 from typing import Any, Literal
 
@@ -278,7 +277,7 @@ def _read_all(
 ) -> _Staged:
     """Read the items and write their recordings to the staging folder."""
     settings, progress = how
-    staged = _Staged({}, {}, [], {str(file) for item, _ in fresh for file, _ in item.files})
+    staged = _Staged({}, {}, [], {before.name(str(file)) for item, _ in fresh for file, _ in item.files})
     taken = {r["id"].lower() for r in before.summary["recordings"]}
     keys = {item.source: key for item, key in fresh}
     pieces = Pieces(staging.root / "numbers", settings.block, progress)
@@ -341,6 +340,7 @@ def _commit(
         "refused": sorted(refused, key=lambda r: r["source"]),
         "sources": dict(sorted(keys.items())),
         "key": key_of(sorted(keys.items())),
+        **before.base_of([*keys, *(r["source"] for r in refused)]),
     }
     write_json(workspace.ingest_json, summary)
     _remove_stale(workspace, before, {r["id"] for r in summary["recordings"]})
@@ -357,7 +357,7 @@ def _commit(
 
 def _refused_row(refusal: Refusal, kept: Iterable[str], staged: _Staged, before: Earlier) -> dict[str, Any]:
     """Return a refusal for ingest.json; a log that can no longer be read keeps the recordings made of it before."""
-    source = before.spelling.get(os_path.abspath(refusal.path), refusal.path)
+    source = before.name(refusal.path)
     row = {"source": source, "reason": refusal.reason, "remedy": refusal.remedy}
     if source in staged.recordings or source in kept or not before.ids(source):
         return row

@@ -123,6 +123,13 @@ class Lost(Sequence[Refused]):
     def __iter__(self) -> Iterator[Refused]:
         return (self[k] for k in range(len(self)))
 
+    def without(self, kinds: Sequence[str]) -> "Lost":
+        """Return those of other kinds."""
+        keep = ~np.isin(self.codes, [self.kinds.index(k) for k in kinds if k in self.kinds])
+        others = Lost(self)
+        others.codes, others.lines = self.codes[keep], self.lines[keep]
+        return others
+
     def first_of_kinds(self) -> list[tuple[str, int, int]]:
         """Return (kind, number of rows, first line) of every kind, in the order of their first lines."""
         found = []

@@ -1,6 +1,5 @@
 """What the readers of text logs share: from a layout and column names to a table."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -11,12 +10,6 @@ from mrfit.ingest.body import Body, Layout, ends_open, read_body, split
 from mrfit.ingest.head import Head, Text, body_view, feeds
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Refused, Source, Table
-
-RATE = re.compile(
-    r"(?:sampl(?:e|ing)|acquisition|scan)[ _]*(rate|frequency|interval|period|time)\b[^0-9+-]*"
-    r"([+-]?[\d.]+(?:e[+-]?\d+)?)\s*([a-zµ/]*)",
-    re.IGNORECASE,
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,23 +35,6 @@ def positive(texts: Sequence[str]) -> float | None:
     """Return the first text as a positive number, or None."""
     found = units.quantity(texts[0]) if texts else None
     return found[0] if found and found[0] > 0.0 else None
-
-
-def stated_interval(lines: Sequence[str]) -> float | None:
-    """Return the sample interval in s that a header line states as rate or interval, or None."""
-    for line in lines:
-        if not (match := RATE.search(line)):
-            continue
-        word, unit = match[1].lower(), match[3]
-        if not (value := positive([match[2]])):
-            continue
-        if word in ("rate", "frequency"):
-            unit = "Hz" if unit.lower() in ("", "sps", "sa/s", "s/s", "samples/s") else unit
-            if units.compatible(unit, "Hz"):
-                return 1.0 / (value * units.to_unit(unit, "Hz").scale)
-        elif units.compatible(unit or "s", "s"):
-            return value * units.to_unit(unit or "s", "s").scale
-    return None
 
 
 def fields_at(head: Head, line: int, delimiter: str) -> list[str]:
@@ -161,7 +137,7 @@ def side_by_side(tables: Sequence[Table]) -> Table | None:
     lost = {r.line: r for t in tables for r in t.refused}
     for table in tables:
         for line in np.setdiff1d(table.lines, common):
-            lost.setdefault(int(line), replace(next(iter(lost.values())), line=int(line)))
+            lost.setdefault(int(line), Refused("no row of another channel", int(line)))
     findings = tuple(dict.fromkeys(f for t in tables for f in t.findings))
     return replace(
         first,

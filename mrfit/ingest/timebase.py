@@ -1,29 +1,27 @@
 """From printed times to a uniform time base: sample interval, gaps, clock jumps, resampling; nothing unsaid."""
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
-from typing import cast
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrfit.ingest import series
+from mrfit.ingest.numbering import TOLERANCE, Clock, line, places
 from mrfit.ingest.printed import print_step
 from mrfit.recording import Finding
 from mrfit.specs import Array
 
 FILL_AT_MOST = 5
 """Longest run of missing samples that is interpolated; a longer one splits the record."""
-TOLERANCE = 0.05
-"""Largest departure of a sample from the uniform grid, in samples, that is left as it is."""
 IRREGULAR_GAP = 20.0
 """In an unevenly sampled record, a step this many times the median splits it."""
 
 COUNTED = 0.01
 """Largest departure of a step from whole stated intervals, in samples, where steps are counted, not measured."""
 
-FEW_GAPS = 5
-"""Up to this many steps of several samples are gaps; more, evenly spread, are the mark of times rounded in print."""
+SAID_ONE_BY_ONE = 3
+"""More cuts of one kind than this are said in one line."""
 
 Rows = NDArray[np.int64]
 
@@ -61,14 +59,14 @@ class Piece:
 
 @dataclass(slots=True)
 class TimeBase:
-    """The uniform time base of a table: interval in s, pieces, and findings (times from its first row)."""
+    """The uniform time base of a table: interval in s, pieces, and findings that concern all of it."""
 
     dt: float
     pieces: list[Piece]
     findings: list[Finding] = field(default_factory=list)
 
 
-def time_base(time: Array, stated: float | None, breaks: tuple[int, ...] = ()) -> TimeBase:
+def time_base(time: Array, stated: float | None, breaks: tuple[int, ...] = (), number: Array | None = None) -> TimeBase:
     """Return the uniform base of times in s.
 
     Parameters
@@ -79,6 +77,8 @@ def time_base(time: Array, stated: float | None, breaks: tuple[int, ...] = ()) -
         Sample interval that a header or the channel map states.
     breaks
         Rows at which the instrument began a new run.
+    number
+        The rows counted with those that were refused in between, shape (N,); None where there were none.
 
     Raises
     ------
@@ -89,8 +89,8 @@ def time_base(time: Array, stated: float | None, breaks: tuple[int, ...] = ()) -
         return even
     cuts = _cuts(time, breaks)
     step = _typical_step(time, cuts)
-    printed = print_step(time)
-    coarsest = series.extremes(printed)[1]
+    clock = Clock(time, print_step(time), series.ordinals(len(time)) if number is None else number)
+    coarsest = series.extremes(clock.printed)[1]
     irregular = _irregular(time, cuts, step, coarsest)
     base = TimeBase(step, [])
     gap = IRREGULAR_GAP * step if irregular else (FILL_AT_MOST + 1.5) * step + coarsest
@@ -99,12 +99,10 @@ def time_base(time: Array, stated: float | None, breaks: tuple[int, ...] = ()) -
     if stated is not None and counted:
         base.dt = stated
     elif not irregular:
-        base.dt = _interval(_Clock(time, printed, runs), step, stated, base)
-    _say_cuts(time, runs, cuts, base)
-    for begin, end in runs:
-        run = slice(begin, end)
-        own = (series.part(time, run), series.part(printed, run))
-        base.pieces.append(_piece(own, begin, base.dt, irregular, counted))
+        base.dt = _interval(clock.part(slice(*max(runs, key=lambda r: r[1] - r[0]))), step, stated, base)
+    for (begin, end), said in zip(runs, _cut_findings(time, runs, cuts), strict=True):
+        piece = _piece(clock.part(slice(begin, end)), begin, base.dt, irregular, counted)
+        base.pieces.append(replace(piece, findings=(*said, *piece.findings)))
     return base
 
 
@@ -129,7 +127,7 @@ def _even_base(time: Array, stated: float | None) -> TimeBase | None:
         if not float(np.max(np.abs(t - first - dt * k))) <= TOLERANCE * dt:
             return None
     if stated is None:
-        slope, _, off = _line(number, time)
+        slope, _, off = line(number, time)
         dt = _shortest_decimal(slope, slope * _uncertainty(off / slope, rows))
     elif abs(stated - dt) * rows <= TOLERANCE * dt:
         dt = stated
@@ -247,25 +245,10 @@ def _runs(time: Array, cuts: list[int], gap: float) -> list[tuple[int, int]]:
     return list(zip(edges[:-1], edges[1:], strict=True))
 
 
-@dataclass(frozen=True, slots=True)
-class _Clock:
-    """Times, the step of their print, and the runs between gaps."""
-
-    time: Array
-    printed: Array
-    runs: list[tuple[int, int]]
-
-    @property
-    def longest(self) -> tuple[Array, Array]:
-        """Times and print steps of the longest run."""
-        rows = slice(*max(self.runs, key=lambda r: r[1] - r[0]))
-        return series.part(self.time, rows), series.part(self.printed, rows)
-
-
-def _interval(clock: _Clock, step: float, stated: float | None, base: TimeBase) -> float:
-    """Return the sample interval: the stated one if the times bear it out, else the fit over the whole record."""
+def _interval(clock: Clock, step: float, stated: float | None, base: TimeBase) -> float:
+    """Return the sample interval: the stated one if the times of the longest run bear it out, else the fit over it."""
     fitted, off, longest = _fit(clock, step)
-    coarse = series.extremes(clock.longest[1])[1]
+    coarse = series.extremes(clock.printed)[1]
     if stated is not None:
         if abs(stated / fitted - 1.0) * longest <= 2.0 * off + 0.5 or abs(stated / fitted - 1.0) < 1e-6:
             return stated
@@ -277,65 +260,19 @@ def _interval(clock: _Clock, step: float, stated: float | None, base: TimeBase) 
     return _shortest_decimal(fitted, fitted * _uncertainty(off, longest))
 
 
-def _places(time: Array, step: float, printed: Array, counted: bool = False) -> Array:
-    """Return the sample number of every row: one more than the row before, or more where samples are missing.
-
-    ``counted`` says that steps are whole numbers of ``step`` and no even line is to be drawn through them.
-    """
-
-    def ahead(times: Array) -> Array:
-        return np.maximum(np.round(np.diff(times) / step), 1.0)
-
-    rows, plain = len(time), series.ordinals(len(time))
-    whole = gaps = 0
-    for begin, end in series.spans(rows - 1):
-        steps = ahead(time[begin : end + 1])
-        whole += int(np.count_nonzero(np.abs(np.diff(time[begin : end + 1]) / step - steps) < 0.2))
-        gaps += int(np.count_nonzero(steps > 1.0))
-    every = whole == rows - 1 and (counted or gaps <= FEW_GAPS)
-    if not every:
-        slope, off, _ = _line(plain, time)
-        if all(np.all(np.abs(o) <= 0.55 * p + TOLERANCE * abs(slope)) for o, p in series.chunks(off, printed)):
-            return plain  # one evenly sampled run whose print is rounded
-    found, left_out = [np.empty(0, dtype=np.int64)], [np.empty(0)]
-    for begin, end in series.spans(rows - 1):
-        times, mark = time[begin : end + 1], printed[begin + 1 : end + 1]
-        wide = (steps := ahead(times)) > 1.0
-        if not every and whole <= 0.95 * (rows - 1):
-            # a rounded print makes some steps look like two: only what rounding cannot explain counts as missing
-            wide &= np.diff(times) > 1.5 * step + np.where(mark < 0.5 * step, 0.0, mark)
-        found.append(begin + 1 + np.flatnonzero(wide))
-        left_out.append(steps[wide] - 1.0)
-    return cast(Array, series.Places(rows, np.concatenate(found), np.concatenate(left_out)))
-
-
-def _line(places: Array, time: Array) -> tuple[float, Array, float]:
-    """Return the slope of times over sample numbers, how far each is off the line, and the largest of that."""
-    at, when = series.mean(places), series.mean(time)
-    along = square = 0.0
-    for p, t in series.chunks(places, time):
-        along += float((p - at) @ (t - when))
-        square += float((p - at) @ (p - at))
-    slope = along / square
-    low, high = series.extremes(series.mapped(lambda p, t: t - when - slope * (p - at), places, time))
-    middle = 0.5 * (low + high)
-    off = series.mapped(lambda p, t: t - when - slope * (p - at) - middle, places, time)
-    return slope, off, max(high - middle, middle - low)
-
-
-def _fit(clock: _Clock, step: float) -> tuple[float, float, int]:
-    """Return interval, largest departure from the grid in samples, and number of samples of the longest run."""
-    stretch, printed = clock.longest
-    if len(stretch) < 2:
+def _fit(clock: Clock, step: float) -> tuple[float, float, int]:
+    """Return interval, largest departure from the grid in samples, and number of samples of a run."""
+    time = clock.time
+    if len(time) < 2:
         return step, 0.0, 1
-    places = _places(stretch, step, printed)
-    rows = slice(*_unbroken(places))
-    if 4 * (rows.stop - rows.start) > len(places):  # after a gap the clock may stand in between two samples
-        places, stretch = series.part(places, rows), series.part(stretch, rows)
-    slope, _, off = _line(places, stretch)
+    numbers = places(clock, step)
+    rows = slice(*_unbroken(numbers))
+    if 4 * (rows.stop - rows.start) > len(numbers):  # after a gap the clock may stand in between two samples
+        numbers, time = series.part(numbers, rows), series.part(time, rows)
+    slope, _, off = line(numbers, time)
     if slope <= 0.0:
         return step, 0.0, 1
-    return slope, off / slope, int(places[-1] - places[0])
+    return slope, off / slope, int(numbers[-1] - numbers[0])
 
 
 def _unbroken(places: Array) -> tuple[int, int]:
@@ -354,25 +291,25 @@ def _shortest_decimal(value: float, within: float) -> float:
     return value
 
 
-def _piece(run: tuple[Array, Array], first: int, dt: float, irregular: bool, counted: bool) -> Piece:
-    time, printed = run
+def _piece(run: Clock, first: int, dt: float, irregular: bool, counted: bool) -> Piece:
+    time = run.time
     rows, start = slice(first, first + len(time)), float(time[0])
     if len(time) < 2:
         return Piece(rows, start)
     if irregular:
         return _resampled(rows, time, dt, "irregular")
-    places = _places(time, dt, printed, counted)
-    off = series.mapped(lambda t, p: (t - start) / dt - p, time, places)
+    numbers = places(run, dt, counted)
+    off = series.mapped(lambda t, p: (t - start) / dt - p, time, numbers)
     middle = 0.5 * sum(series.extremes(off))
-    if series.count(lambda o, p: np.abs(o - middle) > TOLERANCE + 0.6 * p / dt, off, printed):
+    if series.count(lambda o, p: np.abs(o - middle) > TOLERANCE + 0.6 * p / dt, off, run.printed):
         return _resampled(rows, time, dt, "jittering")
-    missing = int(places[-1]) + 1 - len(places)
+    missing = int(numbers[-1]) + 1 - len(numbers)
     if missing == 0:
         return Piece(rows, start)
-    at = float(time[_first(places, lambda step: step > 1.0) - 1])
+    at = float(time[_first(numbers, lambda step: step > 1.0) - 1])
     text = f"{missing} samples are missing and were interpolated, the first after {at:.6g} s"
     finding = Finding("dropped-samples", "", at - start, text)
-    return Piece(rows, start, places, (finding,), (f"interpolated {missing} missing samples",))
+    return Piece(rows, start, numbers, (finding,), (f"interpolated {missing} missing samples",))
 
 
 def _resampled(rows: slice, time: Array, dt: float, what: str) -> Piece:
@@ -384,12 +321,23 @@ def _resampled(rows: slice, time: Array, dt: float, what: str) -> Piece:
     return Piece(rows, start, position, (finding,), (f"resampled linearly to dt = {dt:.9g} s",))
 
 
-def _say_cuts(time: Array, runs: list[tuple[int, int]], cuts: list[int], base: TimeBase) -> None:
-    for begin, _ in runs[1:]:
-        jump = float(time[begin] - time[begin - 1])
-        kind = "clock-jump" if jump < 0 else ("new-run" if begin in cuts else "gap")
-        text = f"the clock goes from {time[begin - 1]:.6g} to {time[begin]:.6g} s: the record is split there"
-        base.findings.append(Finding(kind, "", float(time[begin - 1] - time[0]), text))
+def _cut_findings(time: Array, runs: list[tuple[int, int]], cuts: list[int]) -> list[tuple[Finding, ...]]:
+    """Return what is said of the end of each run; of many cuts of one kind, once at the first of them."""
+    found: list[tuple[Finding, ...]] = []
+    where: dict[str, list[int]] = {}
+    for number, ((begin, end), (following, _)) in enumerate(zip(runs, runs[1:], strict=False)):
+        jump = float(time[following] - time[end - 1])
+        kind = "clock-jump" if jump < 0 else ("new-run" if following in cuts else "gap")
+        text = f"the clock goes from {time[end - 1]:.6g} to {time[following]:.6g} s: the record is split there"
+        found.append((Finding(kind, "", float(time[end - 1] - time[begin]), text),))
+        where.setdefault(kind, []).append(number)
+    for numbers in where.values():
+        if len(numbers) > SAID_ONE_BY_ONE:
+            (first,) = found[numbers[0]]
+            found[numbers[0]] = (replace(first, text=f"{first.text}, and so {len(numbers) - 1} more times"),)
+            for number in numbers[1:]:
+                found[number] = ()
+    return [*found, ()]
 
 
 def on_grid(values: Array, piece: Piece) -> Array:

@@ -56,19 +56,28 @@ SPELLINGS = {
     "counts": "1",
     "count": "1",
     "%": "percent",
-    "g": "standard_gravity",
     "kgf": "kgf",
     "kg-f": "kgf",
     "kp": "kgf",
     "lbs": "lbf",
-    "ohms": "ohm",
+    "hz": "Hz",
+    "khz": "kHz",
+    "psi": "psi",
+    "rpm": "rpm",
+    "1/min": "min^-1",
+    "1/s": "Hz",
+    "gauss": "flux_gauss",
     "ω": "ohm",
     "mps": "m/s",
     "in": "inch",
     '"': "inch",
 }
-SIGNS = {"\u03bc": "u", "\u00b5": "u", "²": "^2", "³": "^3", "·": "*", "\u03a9": "ohm", "\u2126": "ohm"}
-CASE_SENSITIVE = {"S": "s", "MPa": "MPa", "mN": "mN", "MN": "MN", "nm": "nm", "Nm": "N*m", "kNm": "kN*m", "Nmm": "N*mm"}
+SIGNS = str.maketrans({"\u03bc": "u", "\u00b5": "u", "²": "^2", "³": "^3", "·": "*", "\u03a9": "ohm", "\u2126": "ohm"})
+CASE_SENSITIVE = {
+    **{"S": "s", "MPa": "MPa", "mN": "mN", "MN": "MN", "nm": "nm", "Nm": "N*m", "kNm": "kN*m", "Nmm": "N*mm"},
+    **{"g": "standard_gravity", "G": "flux_gauss", "kG": "kiloflux_gauss", "mG": "milliflux_gauss", "Gs": "flux_gauss"},
+    **{"MM": "mm", "CM": "cm", "KN": "kN", "KV": "kV", "Kg": "kg", "mv": "mV"},  # no unit, or absurd, as written
+}
 TEMPERATURES = ("degC", "degF")
 SI = ("m", "s", "A", "V", "N", "Wb", "Pa", "m/s", "m/s^2", "K", "N*m", "ohm", "H", "T", "W", "Hz", "kg", "m^3", "A/m")
 ANGLES = re.compile(r"rad|deg|°|rpm|rev|turn", re.IGNORECASE)
@@ -87,18 +96,19 @@ class Conversion:
 def _registry() -> Any:
     import pint
 
-    return pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
+    registry: Any = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
+    registry.define("flux_gauss = 1e-4 tesla")  # pint's own gauss is of the CGS system, and no part of a tesla
+    return registry
 
 
 @cache
 def spelled(text: str) -> str:
     """Return a unit in pint's spelling, without asking whether pint knows it."""
-    bare = (
-        text.strip().strip("[](){}").strip().replace("μ", "u").replace("µ", "u").replace("²", "^2").replace("³", "^3")
-    )
-    bare = bare.replace("·", "*").replace("Ω", "ohm").replace("Ω", "ohm")
+    bare = text.strip().strip("[](){}").strip().translate(SIGNS)
     if bare in CASE_SENSITIVE:
         return CASE_SENSITIVE[bare]
+    bare = re.sub(r"ohms?$", "ohm", bare, flags=re.IGNORECASE)
+    bare = re.sub(r"(/[a-z]+)([23])$", r"\1^\2", bare)  # m/s2
     return SPELLINGS.get(bare.lower(), bare)
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mrfit.metrics import METRICS
+from mrfit.optimize import PATIENCE
 from mrfit.report.figures import Figure
 from mrfit.report.numbers import in_html, percent, significant, unit_html, with_interval
 from mrfit.report.provenance import flux_section, recording_row, segment_rows
@@ -31,6 +32,8 @@ def render(source: Source, figures: dict[str, list[Figure]]) -> str:
         Figures of each fit by its name.
     """
     fits = [_fit(k, fit, figures[fit.name]) for k, fit in enumerate(source.fits, start=1)]
+    for fit in fits:
+        fit["outdated"] = fit["fit"].name in source.outdated
     return template_of(TEMPLATE).render(
         fits=fits,
         comparison=[_overview(fit) for fit in source.fits],
@@ -105,10 +108,20 @@ def _changes(settings: dict[str, Any]) -> str:
     """Return what the user set otherwise than the model and the optimizer have it, in words."""
     words = [f"{k} of {n} {low:g} to {high:g}" for k in ("bounds",) for n, low, high in settings.get(k) or ()]
     words += [f"{n} {verb} {v:g}" for k, verb in _VERBS.items() for n, v in settings.get(k) or ()]
-    words += [f"{k} {settings[k]}" for k in ("budget", "seconds", "weight") if settings.get(k) not in (None, "none")]
-    return "; ".join(words)
+    given = {k: v for k, v in settings.items() if k in _SHOWN and v not in _SHOWN[k]}
+    return "; ".join([*words, *(f"{k.replace('_', ' ')} {v}" for k, v in sorted(given.items()))])
 
 
+# Settings said on the page, unless they are one of these.
+_SHOWN: dict[str, tuple[Any, ...]] = {
+    "budget": (None,),
+    "seconds": (None,),
+    "weight": ("none",),
+    "stall": (PATIENCE,),
+    "current_order": ("auto",),
+    "only": ("",),
+    "intervals": ("hac",),
+}
 _VERBS = {"start": "started at", "fixed": "fixed at"}
 
 

@@ -22,7 +22,7 @@ _DRIFTS = {"cycle": "drift removed cycle by cycle", "linear": "one linear drift 
 
 
 def flux_section(flux: dict[str, Any]) -> dict[str, Any]:
-    """Return flux.json as rows and sentences: resistance and its source, drift, closure, loop area, separated losses.
+    """Return flux.json as rows and sentences: resistance and its source, drift, closure, loop area, oddities, losses.
 
     Parameters
     ----------
@@ -37,6 +37,7 @@ def flux_section(flux: dict[str, Any]) -> dict[str, Any]:
         "how": f"λ = λ0 + ∫(u − R·i) dt by the {rule} rule, {_DRIFTS.get(drift, drift)}" if rule else "",
         "rows": [_flux_row(r) for r in integrated],
         "others": [f"{r['id']}: {r.get('action', '')}" for r in others],
+        "findings": flux.get("findings", []),
         "separation": flux.get("separation_text", []),
     }
 

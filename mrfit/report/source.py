@@ -1,6 +1,6 @@
 """What the earlier stages left in the workspace, checked as it is read: fits, series, logs, flux, segments."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -193,13 +193,14 @@ class Series:
 
 @dataclass(frozen=True)
 class Source:
-    """All that a report is made of."""
+    """All that a report is made of; ``outdated`` names the fits that were made from other data than are here now."""
 
     fits: list[Fit]
     series: dict[str, list[Series]]
     ingest: dict[str, Any]
     flux: dict[str, Any]
     segments: list[dict[str, Any]]
+    outdated: list[str] = field(default_factory=list)
 
 
 def read_source(workspace: Workspace, names: tuple[str, ...]) -> Source:
@@ -215,7 +216,9 @@ def read_source(workspace: Workspace, names: tuple[str, ...]) -> Source:
     frequencies = {s["id"]: float(s["frequency"] or 0.0) for s in segments}
     series = {f.name: _read_series(workspace.fit_folder(f.name) / "residuals.parquet", frequencies) for f in fits}
     ingest, flux = read_json(workspace.ingest_json) or {}, read_json(workspace.flux_json) or {}
-    return Source(fits, series, ingest, flux, segments)
+    # a fit.json without a key does not say what it was made from
+    outdated = [f.name for f in fits if f.key and workspace.outdated({"key": f.key, "settings": f.settings})]
+    return Source(fits, series, ingest, flux, segments, outdated)
 
 
 def fit_names(workspace: Workspace, names: tuple[str, ...]) -> list[str]:

@@ -49,8 +49,8 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     Returns
     -------
     dict
-        Content of report.json (``fits``, ``conditions``, ``files``, ``key``), ``index``, the page's path, and
-        ``skipped``: whether nothing had changed since the last report.
+        Content of report.json (``fits``, those ``outdated``, ``conditions``, ``files``, ``key``), ``index``, the page's
+        path, and ``skipped``: whether nothing had changed since the last report.
 
     Raises
     ------
@@ -69,6 +69,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         "schema": SCHEMA,
         "key": key,
         "fits": names,
+        "outdated": source.outdated,
         "conditions": len({m.condition for f in source.fits for m in f.metrics if m.condition != "all"}),
         "files": sorted(files),
     }

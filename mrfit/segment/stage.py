@@ -10,7 +10,7 @@ from mrfit.progress import Progress, silent
 from mrfit.recording import Segment
 from mrfit.segment.conditions import assign_roles, hold_out_after, name_conditions
 from mrfit.segment.detect import Detection, detect, drive_channel
-from mrfit.store import Workspace, key_of, plain, read_json, segment_row
+from mrfit.store import Workspace, key_of, plain, read_json, segment_row, stored_settings
 
 METADATA = "mrfit"
 
@@ -88,8 +88,8 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
 
 def last_settings(workspace: Workspace) -> Settings:
     """Return the settings of the workspace's last segment run, or the defaults."""
-    stored = _stored(workspace)
-    return Settings(**stored["settings"]) if stored else Settings()
+    path = workspace.segments_file
+    return stored_settings(Settings, path, _stored(workspace), f"mrfit segment --work {workspace.root}")
 
 
 def _stored(workspace: Workspace) -> dict[str, Any] | None:

@@ -1,13 +1,16 @@
 """What is hidden is named, nothing is named where nothing is hidden, and too little data is said to be too little."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from mrfit.assembly import assemble
-from mrfit.discover.stage import Settings, run
-from mrfit.errors import ConfigError
+from mrfit.discover.stage import Settings, _fitter, run
+from mrfit.errors import ConfigError, DataError
+from mrfit.fit.stage import load_recordings
 from tests.discover.studies import GAS_COLUMN, TESTS, workspace
 
 
@@ -94,6 +97,39 @@ def test_a_stopped_discovery_goes_on_from_its_finished_fits(tmp_path: Path) -> N
     assert (study.root / "discover" / "discovery.json").read_bytes() == (
         whole.root / "discover" / "discovery.json"
     ).read_bytes()
+
+
+def test_a_fit_that_was_improved_is_improved_again_by_a_resumed_run(tmp_path: Path) -> None:
+    """What a run found after better starts must not stand where a resumed one fits from the first starts."""
+    study = workspace(tmp_path, mass=12.0)
+    segments, _ = study.read_segments()
+    data = segments, load_recordings(study, segments)
+    fitter = _fitter(study, Settings("tanh"), None, data, "key")
+    first, better = np.zeros(3), np.ones(3)
+    fitter.keep(("inertia",), first)
+    fitter.keep(("inertia",), better)
+    resumed = _fitter(study, Settings("tanh"), None, data, "key")
+    assert np.array_equal(resumed.known["inertia",], first)
+
+
+def test_a_channel_that_a_written_effect_lacks_is_named(tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="temperature"):
+        run(workspace(tmp_path), Settings("tanh+temperature"))
+
+
+def test_start_values_of_written_effects_are_taken(tmp_path: Path) -> None:
+    found = run(workspace(tmp_path, mass=12.0), Settings("tanh+inertia", start=(("inertia.m", 5.0),)))
+    assert found["verdict"] == "none"
+
+
+def test_a_dead_load_cell_is_no_case_for_discovery(tmp_path: Path) -> None:
+    study = workspace(tmp_path)
+    for segment in study.read_segments()[0]:
+        recording = study.read_recording(segment.recording)
+        force = np.full(recording.samples, 3.0)
+        study.write_recording(replace(recording, channels={**recording.channels, "force": force}))
+    with pytest.raises(DataError, match="same in every sample"):
+        run(study, Settings("tanh"))
 
 
 def test_a_start_value_of_no_parameter_is_refused(tmp_path: Path) -> None:

@@ -77,6 +77,11 @@ def test_a_budget_holds_for_both_searches_together() -> None:
         assert found(at, budget).evaluations <= budget
 
 
+@pytest.mark.parametrize("budget", [1, 2, 3, 5, 8])
+def test_few_evaluations_still_find_a_point(budget: int) -> None:
+    assert np.isfinite(found(posed("boucwen-flux"), budget).cost)
+
+
 def test_evaluations_in_the_history_rise_over_both_searches() -> None:
     outcome = found(posed("guo"))
     counts = [e for link in outcome.links for e, _ in link.history]

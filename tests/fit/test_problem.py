@@ -47,6 +47,35 @@ def test_the_cost_over_phase_bins_is_the_cost_over_samples(frequency: float, per
     assert cost[1] ** 2 - cost[0] ** 2 == pytest.approx(np.mean(full[1] ** 2) - np.mean(full[0] ** 2), rel=2e-3)
 
 
+@pytest.mark.parametrize("cycles", [3, 8])
+def test_an_effect_that_takes_means_sees_whole_cycles(cycles: int) -> None:
+    frequency, per_cycle = 5.0, 1200
+    recording, segment = a_log(frequency, 1 / (frequency * per_cycle), cycles, 0.0)
+    assembly = assemble("boucwen-flux+resistance-error")
+    theta = np.append(THETA[0], 0.5)[None]
+    inputs = np.zeros((len(assembly.spec.inputs), recording.samples))
+    # its mean over the cycles that are compared is not that over an unfinished one
+    inputs[0] = 3.0 * np.sin(2 * np.pi * frequency * recording.dt * np.arange(recording.samples) + 0.8)
+    flux = assembly.simulate(inputs, theta, recording.dt)[0]
+    recording = replace(recording, channels={"current": inputs[0], "flux": flux})
+    drive = smooth(recording, segment, assembly.spec.inputs)
+    output = flux[segment.start : segment.stop]
+    for block in (full_block(segment, drive, output), folded_block(segment, drive, output, AHEAD_CYCLES)):
+        apart = differences(block, assembly, theta)[0]
+        # the constant of a flux is unknown
+        assert np.std(apart) <= 2e-5 * np.ptp(output)
+
+
+@pytest.mark.parametrize("per_cycle", [8, 16])
+def test_few_phases_that_repeat_leave_a_scatter_that_is_a_number(per_cycle: int) -> None:
+    dt = 1.0 / 256.0  # phases are exact
+    recording, segment = a_log(1.0 / (dt * per_cycle), dt, 200, 1e-4)
+    drive = smooth(recording, segment, ("current",))
+    block = folded_block(segment, drive, recording.channels["flux"][segment.start : segment.stop])
+    assert len(block.target) == per_cycle
+    assert block.scatter == pytest.approx(1e-8 * block.samples, rel=0.2)
+
+
 def test_a_flux_record_is_compared_up_to_its_unknown_constant() -> None:
     recording, segment = a_log(5.0, 1e-4, 4, 0.0)
     assembly = assemble("boucwen-flux")

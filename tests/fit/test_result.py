@@ -13,6 +13,7 @@ SOUND: dict[str, Any] = {
     "derived": [],
     "nonfinite": 0,
     "budget_spent": False,
+    "out_of_time": False,
     "evaluations": 500,
     "starts": [1.0, 1.0],
     "agreeing": 2,
@@ -61,6 +62,12 @@ def test_wording_does_not_depend_on_counts(change: dict[str, Any]) -> None:
         )
     }
     assert len(texts) == 1
+
+
+@pytest.mark.parametrize(("out_of_time", "remedy"), [(False, "--budget"), (True, "--seconds")])
+def test_what_ended_a_search_is_what_to_raise(out_of_time: bool, remedy: str) -> None:
+    (warning,) = warnings_of({**SOUND, "budget_spent": True, "out_of_time": out_of_time}, METRICS)
+    assert warning["text"].endswith(f"raise {remedy}")
 
 
 def test_a_search_without_starts_cannot_disagree() -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import mrfit.fit.files
 import mrfit.fit.stage
 import mrfit.segment.stage
 from mrfit.errors import DataError
@@ -85,6 +86,26 @@ def test_other_settings_do_not_take_over_what_a_stopped_fit_had_found(
     stopped = len(calls)
     mrfit.fit.stage.run(workspace, Settings(model="boucwen-flux", name="one", seed=1))
     assert len(calls) - stopped == 3
+
+
+def test_a_kill_between_tables_and_key_is_not_taken_for_the_fit_before(
+    workspace: Workspace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, second = (Settings(model="boucwen-flux", per="all", name="x", fixed=(("n", n),)) for n in (1.4, 1.5))
+    mrfit.fit.stage.run(workspace, first)
+    table = workspace.fit_folder("x") / "parameters.csv"
+    before = table.read_bytes()
+    with monkeypatch.context() as patch:
+
+        def killed(path: Path, content: object) -> None:
+            raise KeyboardInterrupt
+
+        patch.setattr(mrfit.fit.files, "write_json", killed)
+        with pytest.raises(KeyboardInterrupt):
+            mrfit.fit.stage.run(workspace, second)
+    assert table.read_bytes() != before
+    assert not mrfit.fit.stage.run(workspace, first)["skipped"]
+    assert table.read_bytes() == before
 
 
 def test_results_do_not_depend_on_the_number_of_workers(workspace: Workspace) -> None:

@@ -127,6 +127,14 @@ def test_a_redundant_pair_is_unbounded_without_any_noise() -> None:
     assert np.isinf(found.half_width(np.array([1.0, 0.0])))
 
 
+def test_parameters_beyond_the_number_of_samples_are_unbounded() -> None:
+    rng = np.random.default_rng(4)
+    found = analyse([rng.standard_normal((5, 8))], [0.01 * rng.standard_normal(5)])
+    assert found.open.sum() >= 3
+    assert np.isinf(found.spreads).sum() == 3
+    assert found.covariance.shape == (8, 8)
+
+
 def test_a_parameter_drowned_in_noise_is_not_determined() -> None:
     rng = np.random.default_rng(9)
     jacobian = np.column_stack([np.ones(400), 1e-3 * np.sin(np.linspace(0, 60, 400))])

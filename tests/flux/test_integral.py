@@ -94,3 +94,47 @@ def test_every_periodic_stretch_of_a_long_log_has_its_own_line() -> None:
     for stretch in stretches:
         inside = slice(stretch.start + 250, stretch.stop - 250)
         assert np.max(np.abs(found - fluxes)[inside]) < 0.04
+
+
+def biased(cycles: int, biases: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """Return λ, dλ/dt, i and dt of a saturating coil under a sine whose mean goes from bias to bias."""
+    dt, rate = 1e-3, 2.0
+    levels = np.repeat(biases, int(cycles / (rate * dt)))
+    soft = np.hanning(201) / np.sum(np.hanning(201))
+    time = np.arange(len(levels)) * dt
+    current = np.sin(2 * np.pi * rate * time) + np.convolve(np.pad(levels, 100, "edge"), soft, "valid")
+    flux = 0.3 * np.arctan(current / 3)
+    return flux, np.gradient(flux, dt), current, dt
+
+
+@pytest.mark.parametrize("method", ["cycle", "linear"])
+@pytest.mark.parametrize("biases", [(0.0, 2.0), (2.0, 0.0), (0.0, 2.0, -1.0)])
+def test_flux_follows_a_change_of_bias(method: str, biases: tuple[float, ...]) -> None:
+    flux, induced, current, dt = biased(20, biases)
+    integral = integrate(induced + 0.05, dt, "trapezoid")
+    stretches = steady_stretches(current, dt)
+    found, drift = remove_drift(integral, current, dt, stretches, method)
+    assert len(stretches) == len(biases)
+    assert np.max(np.abs(found - flux)) < 2e-3 * np.ptp(flux)
+    assert drift.offset_volt == pytest.approx(0.05, rel=1e-2)
+    assert drift.finding == ""
+
+
+def test_a_change_of_bias_that_drift_hides_is_said() -> None:
+    flux, induced, current, dt = biased(20, (0.0, 2.0))
+    walk = np.cumsum(0.02 * np.random.default_rng(3).standard_normal(len(flux))) * np.sqrt(dt)
+    integral = integrate(induced, dt, "trapezoid") + walk
+    stretches = steady_stretches(current, dt)
+    found, drift = remove_drift(integral, current, dt, stretches, "cycle")
+    for stretch in stretches:
+        assert abs(np.mean(found[stretch.start : stretch.stop])) < 0.02 * np.ptp(flux)
+    assert "from " in drift.finding and "to 2 A" in drift.finding and "--drift none" in drift.finding
+    assert remove_drift(integral, current, dt, stretches, "none")[1].finding == ""
+
+
+def test_one_bias_is_left_as_it_is() -> None:
+    flux, _, current, dt = signals(400, 8)
+    currents = 5.0 + np.concatenate([current, 3 * current])
+    drift = remove_drift(np.concatenate([flux, 3 * flux]), currents, dt, steady_stretches(currents, dt), "cycle")[1]
+    assert drift.method == "line through the means of whole cycles in each of 2 periodic stretches"
+    assert drift.finding == ""

@@ -1,4 +1,8 @@
+import json
+import shutil
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -7,7 +11,7 @@ import mrfit.flux.stage as stage
 from mrfit.errors import ConfigError, DataError
 from mrfit.flux.stage import Settings, last_resistance, last_settings, run
 from mrfit.recording import Recording
-from mrfit.store import Workspace
+from mrfit.store import Workspace, read_json
 from tests.flux.records import coil, files_under, recording, workspace
 
 OWN = {"resistance": 2.0}
@@ -147,6 +151,69 @@ def test_a_failure_while_writing_leaves_the_workspace_as_it_was(
     with pytest.raises(DataError, match="disk full"):
         run(made, Settings(rule="simpson"))
     assert files_under(tmp_path) == before
+
+
+class Killed(BaseException):
+    """The process is gone: nothing after it touches the disk."""
+
+
+def dying(call: Callable[..., Any], left: list[int]) -> Callable[..., Any]:
+    """Return a call that is carried out ``left[0]`` times, counted over all that share the list, and then kills."""
+
+    def carried_out(*arguments: Any, **options: Any) -> Any:
+        left[0] -= 1
+        if left[0] < 0:
+            raise Killed
+        return call(*arguments, **options)
+
+    return carried_out
+
+
+def test_a_kill_at_any_step_keeps_the_settings(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    settings, before, after = Settings(resistance=2.5, drift="linear"), tmp_path / "before", tmp_path / "after"
+    run(workspace(before, [log()]), settings)
+    shutil.copytree(workspace(before, [log(1.0)]).root, after)  # another log takes its place
+    run(Workspace(after), settings)
+    kills = 0
+    for steps in range(100):
+        made = Workspace(shutil.copytree(before, tmp_path / str(steps)))
+        left = [steps]
+        try:
+            with monkeypatch.context() as patched:
+                for owner, name in ((Path, "replace"), (Path, "unlink"), (shutil, "rmtree")):
+                    patched.setattr(owner, name, dying(getattr(owner, name), left))
+                run(made, last_settings(made))
+        except Killed:
+            kills += 1
+        run(made, last_settings(made))
+        assert last_settings(made) == settings
+        assert files_under(made.root) == files_under(after)
+        if left[0] >= 0:
+            break
+    assert kills >= 5
+
+
+def test_settings_that_cannot_be_read_are_not_replaced_by_defaults(tmp_path: Path) -> None:
+    made = workspace(tmp_path, [log()])
+    run(made, Settings(resistance=2.5))
+    stored = read_json(made.flux_json)
+    others = {**stored, "key": "another's", "settings": {**stored["settings"], "window": 3}}
+    for text in ('{"key": ', "[]", json.dumps(others)):
+        made.flux_json.write_text(text)
+        with pytest.raises(DataError, match=r"flux\.json: .*`mrfit flux --work .*` with the settings you want"):
+            last_settings(made)
+    assert run(made, Settings(resistance=2.5))["skipped"] is False
+
+
+def test_a_change_of_bias_that_cannot_be_told_from_drift_is_a_finding(tmp_path: Path) -> None:
+    channels = coil(5.0, 3.0)
+    current = np.concatenate([channels["current"][:2100], 4 + channels["current"][:2100]])
+    walk = np.random.default_rng(1).standard_normal(len(current))
+    voltage = 2 * current + 0.1 * np.gradient(current, 4e-4) + 5 * walk
+    made = workspace(tmp_path, [recording("steps", 4e-4, {"voltage": voltage, "current": current}, OWN), log()])
+    (finding,) = run(made, Settings())["findings"]
+    assert finding.startswith("steps: bias-change: ") and "--drift none" in finding
+    assert run(made, Settings(drift="none"))["findings"] == []
 
 
 def test_the_same_input_gives_the_same_bytes(tmp_path: Path) -> None:

@@ -58,6 +58,29 @@ def test_rate_scalar_and_time_from_the_map() -> None:
     assert table.time is not None and table.time.name == "clock"
 
 
+@pytest.mark.parametrize("at", [20, 0])
+def test_times_that_repeat_or_jump_are_still_times(at: int) -> None:
+    """The time base knows what to do with them; a rate that the file states besides may be another one's."""
+    arrays = Arrays()
+    time = TIME.copy()
+    time[25:] -= time[25] - time[at]
+    time[24] = time[23]
+    arrays.add("time", time)
+    arrays.add("force", TIME)
+    arrays.add("Ts", 0.1)
+    (table,) = tables_of(arrays, _source())
+    assert table.time is not None and table.dt is None
+    assert [c.name for c in table.columns] == ["force"]
+
+
+def test_a_name_alone_makes_no_time() -> None:
+    arrays = Arrays()
+    arrays.add("t", 20.0 + np.sin(np.arange(50)))  # a temperature
+    arrays.add("dt", 0.1)
+    (table,) = tables_of(arrays, _source())
+    assert table.time is None and table.dt == 0.1
+
+
 def test_no_vector_is_refused() -> None:
     arrays = Arrays()
     arrays.add("gain", 4.0)

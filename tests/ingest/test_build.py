@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mrfit.ingest.build import Origin, build
-from mrfit.ingest.channel_map import ChannelRule, Rules
+from mrfit.ingest.channel_map import ChannelRule, Rules, TimeRule
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Refused, Table
 from mrfit.recording import Recording
@@ -94,6 +94,14 @@ def test_neither_time_nor_rate_is_refused_with_the_remedy() -> None:
     assert record.dt == 0.002
 
 
+def test_rows_refused_at_even_spacing_do_not_slow_the_clock() -> None:
+    values = WAVE.copy()
+    values[10::20] = np.nan
+    (record,) = _build(_table(values))
+    assert record.dt == 1e-3 and record.samples == N
+    assert {"rounded-time", "resampled"}.isdisjoint(f.kind for f in record.findings)
+
+
 def test_repeated_rows_are_left_out() -> None:
     time = np.arange(N) * 1e-3
     time = np.round(time - np.where(np.arange(N) >= 60, 1e-3, 0.0), 6)  # row 60 stands twice
@@ -108,6 +116,19 @@ def test_time_in_a_unit_that_is_none_of_time_is_refused() -> None:
     table = _table(WAVE)
     with pytest.raises(Refusal, match="time column 'time' is in 'mm'"):
         _build(Table(table.columns, table.lines, time=Column("time", "mm", np.arange(N) * 1.0, 0)))
+
+
+def test_time_without_a_unit_is_taken_as_seconds_and_said_once() -> None:
+    table = _table(WAVE)
+    bare = Table(table.columns, table.lines, time=Column("time", None, np.arange(N) * 1.0, 0))
+    (record,) = _build(bare)
+    assert record.dt == 1.0
+    assert [f.text for f in record.findings if f.kind == "unit-assumed"] == [
+        "the file gives 'time' no unit: taken as s; a channel map can say another"
+    ]
+    (record,) = _build(bare, Rules(time=TimeRule(column="time", unit="ms")))
+    assert record.dt == pytest.approx(1e-3)
+    assert not [f for f in record.findings if f.kind == "unit-assumed"]
 
 
 def test_backward_times_are_refused_with_the_line() -> None:

@@ -28,6 +28,16 @@ def _record(source: str = "x/25mm0x5Hz0x75A.txt", amplitude: float = 0.025, freq
         ("coil_05Hz_3A", "coil_{frequency:Hz}Hz_{amplitude:A}A", {"frequency": 5.0, "amplitude": 3.0}),
         ("t1_1_1_s5_n10_150psi", "*_s{speed}_n{cycles}_*", {"speed": 5.0, "cycles": 10.0}),
         ("calibration", PATTERN, {}),
+        ("run-2Hz-1A", "{frequency:Hz}Hz*{current:A}A", {"frequency": 2.0, "current": 1.0}),
+        ("run-2Hz-1A", "{frequency:Hz}Hz-{current:A}A", {"frequency": 2.0, "current": 1.0}),
+        ("coil_2-5mm_2Hz", "{amplitude:mm}mm_{frequency:Hz}Hz", {"amplitude": 0.005, "frequency": 2.0}),
+        ("2Hz-1A", "{frequency:Hz}Hz{current:A}A", {}),  # the pattern does not say what the hyphen is
+        ("amp_-1A", "amp*{current:A}A", {"current": -1.0}),
+        ("amp_-1A", "{current:A}A", {"current": -1.0}),
+        ("-1A", "{current:A}A", {"current": -1.0}),
+        ("I=-1A", "{current:A}A", {"current": -1.0}),
+        ("0.5Hz--1A", "{frequency:Hz}Hz*{current:A}A", {"frequency": 0.5, "current": -1.0}),
+        ("0.5Hz--1A", "{frequency:Hz}Hz-{current:A}A", {"frequency": 0.5, "current": -1.0}),
     ],
 )
 def test_conditions_in_names(stem: str, pattern: str, found: dict[str, float]) -> None:

@@ -161,9 +161,11 @@ def check_sound(records: list[Recording]) -> None:
 
 
 def check_numbers(truth: Sample, records: list[Recording]) -> None:
-    """Every number of a channel known by name and unit is one of the truth's, unless a guess was said."""
+    """The interval and every number of a channel known by name and unit are the truth's, unless a guess was said."""
     guessed = {f.channel for r in records for f in r.findings if f.kind == "unit-assumed"}
     for record in records:
+        if "" not in guessed:
+            assert record.dt == pytest.approx(truth.dt, rel=1e-6), [f.text for f in record.findings]
         if {f.kind for f in record.findings} & {"resampled", "dropped-samples"}:
             continue
         for channel, values in record.channels.items():
@@ -179,8 +181,11 @@ def damage(name: str, mutations: list[Mutation], number: int) -> bytes:
     """Return a reader's sample after one to four mutations."""
     rng = random.Random(f"{name} {len(mutations)} {number}")
     data = SAMPLES[name].data
-    for _ in range(rng.randint(1, 4)):
-        data = rng.choice(mutations)(data, rng)[:LARGEST]
+    chosen = [rng.choice(mutations) for _ in range(rng.randint(1, 4))]
+    if mutations is WHOLE_LINES:
+        chosen.sort(key=lambda mutation: mutation is utf16)  # lines of UTF-16 cut at a byte are no whole ones
+    for mutation in chosen:
+        data = mutation(data, rng)[:LARGEST]
     return data
 
 

@@ -86,6 +86,34 @@ def test_same_file_under_another_spelling_is_the_same_source(
     assert run([Path("./log.csv")], Settings(), workspace)["skipped"]
 
 
+def test_logs_of_one_name_from_two_folders_are_both_kept(
+    workspace: Workspace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for folder in ("t1", "t2"):
+        truth, path = sample("delimited", tmp_path / folder)
+        path.write_bytes(truth.data + (b"" if folder == "t1" else truth.data[-30:]))
+        path.with_name("bad.csv").write_text("1,2\n3,4\n")
+        monkeypatch.chdir(tmp_path / folder)
+        summary = run([Path("log.csv"), Path("bad.csv")], Settings(), workspace)
+    assert {r["id"]: r["source"] for r in summary["recordings"]} == {"log": "log.csv", "log-2": "../t2/log.csv"}
+    assert [r["source"] for r in summary["refused"]] == ["../t2/bad.csv", "bad.csv"]
+    before = _tree(workspace.root)
+    assert run([Path("../t1/log.csv"), Path("log.csv"), Path("bad.csv")], Settings(), workspace)["skipped"]
+    monkeypatch.chdir(tmp_path)
+    assert run([Path("t1/log.csv"), tmp_path / "t2" / "log.csv"], Settings(), workspace)["skipped"]
+    assert _tree(workspace.root) == before
+
+
+def test_the_same_call_in_another_place_gives_the_same_bytes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    trees = []
+    for place in ("here", "there/deeper"):
+        _, path = sample("delimited", tmp_path / place)
+        monkeypatch.chdir(path.parent)
+        run([Path("log.csv")], Settings(), Workspace(Path("work")))
+        trees.append(_tree(Path("work")))
+    assert trees[0] == trees[1]
+
+
 def test_settings_and_map_are_part_of_the_key(logs: Path, workspace: Workspace) -> None:
     run([logs / "NewFile1.csv"], Settings(), workspace)
     assert run([logs / "NewFile1.csv"], Settings(resistance=3.0), workspace)["replaced"]

@@ -1,27 +1,7 @@
 import numpy as np
-import pytest
 
 from mrfit.ingest.table import Column, Refused, Table
-from mrfit.ingest.textlog import side_by_side, stated_interval
-
-
-@pytest.mark.parametrize(
-    ("line", "interval"),
-    [
-        ("#Sample rate: 160000Hz", 6.25e-6),
-        ("Sampling Rate:  200", 5e-3),
-        ("Sample Interval,1.6e-06,", 1.6e-6),
-        ("Sampling Interval:  0.005", 5e-3),
-        ("Sample rate = 2 kHz", 5e-4),
-        ("Scan rate 100 Sa/s", 1e-2),
-        ("sample period: 4 ms", 4e-3),
-        ("Sample Count: 7420", None),
-        ("Sampling Rate:  0", None),
-        ("Trigger: Source: Channel 1", None),
-    ],
-)
-def test_rates_and_intervals_in_headers(line: str, interval: float | None) -> None:
-    assert stated_interval([line]) == (None if interval is None else pytest.approx(interval))
+from mrfit.ingest.textlog import side_by_side
 
 
 def _table(name: str, rows: int = 100, dt: float = 1e-3, lost: int | None = None) -> Table:
@@ -39,6 +19,13 @@ def test_channels_of_one_time_base_stand_side_by_side() -> None:
     assert joined.rows == 98
     assert sorted(r.line for r in joined.refused) == [41, 61]
     assert all(np.array_equal(c.values, joined.lines) for c in joined.columns)
+
+
+def test_rows_that_one_channel_has_and_another_lacks_are_counted() -> None:
+    joined = side_by_side([_table("CH1"), _table("CH2", rows=90)])
+    assert joined is not None
+    assert joined.rows == 90
+    assert [r.line for r in joined.refused] == list(range(91, 101))
 
 
 def test_channels_of_different_time_bases_stay_apart() -> None:

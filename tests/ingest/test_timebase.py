@@ -81,24 +81,75 @@ def test_single_missing_samples_are_interpolated_and_all_others_untouched(lost: 
     assert f"{len(lost)} samples are missing" in piece.findings[0].text
 
 
+@pytest.mark.parametrize(("rate", "lost"), [(700.0, [9000]), (700.0, [3000, 9000, 9001]), (2000.0, [9000])])
+def test_a_missing_sample_is_found_though_times_are_rounded(rate: float, lost: list[int]) -> None:
+    """Printed to ms, every step for itself could be rounding."""
+    keep = np.delete(np.arange(20000), lost)
+    base = time_base(np.round(keep / rate, 3), None)
+    (piece,) = base.pieces
+    assert base.dt == pytest.approx(1.0 / rate, rel=1e-9)
+    assert [f.kind for f in piece.findings] == ["dropped-samples"]
+    assert piece.findings[0].text.startswith(f"{len(lost)} samples are missing")
+    place = on_grid(keep * 1.0, piece)
+    assert len(place) == 20000
+    assert np.max(np.abs(place - np.arange(20000))) <= 1.0  # known to the print only
+
+
+def test_refused_rows_count_as_missing_samples() -> None:
+    """Evenly spread, they look like a slower clock, printed coarsely; their lines say that they were there."""
+    keep = np.delete(np.arange(2000), np.arange(50, 2000, 100))
+    base = time_base(keep * 1e-3, None, number=keep * 1.0)
+    (piece,) = base.pieces
+    assert base.dt == 1e-3 and base.findings == []
+    assert [f.kind for f in piece.findings] == ["dropped-samples"]
+    np.testing.assert_allclose(on_grid(keep * 1.0, piece), np.arange(2000), atol=1e-9)
+
+
+def test_refused_rows_of_a_rounded_log_count_as_missing_samples() -> None:
+    keep = np.delete(np.arange(2000), np.arange(50, 2000, 100))
+    base = time_base(np.round(keep / 700.0, 3), None, number=keep * 1.0)
+    (piece,) = base.pieces
+    assert base.dt == pytest.approx(1.0 / 700.0, rel=1e-9)
+    np.testing.assert_allclose(on_grid(keep * 1.0, piece), np.arange(2000), atol=1e-9)
+
+
+def test_refused_rows_that_were_no_samples_do_not_stretch_even_times() -> None:
+    rows = np.arange(2000)
+    time = np.round(rows / 700.0, 3)
+    base = time_base(time, None, number=rows + np.floor(rows / 100.0))  # a page's title in every 100th line
+    assert base.dt == pytest.approx(1.0 / 700.0, rel=1e-6)
+    assert base.pieces[0].position is None or np.array_equal(base.pieces[0].position[:], rows)
+
+
 def test_gap_splits_the_record() -> None:
     time = np.concatenate([np.arange(100), np.arange(200, 350)]) * 1e-3
     base = time_base(time, None)
     assert [(p.rows.start, p.rows.stop, p.start) for p in base.pieces] == [(0, 100, 0.0), (100, 250, 0.2)]
-    assert [f.kind for f in base.findings] == ["gap"]
-    assert base.findings[0].at == pytest.approx(0.099)
+    assert [[f.kind for f in p.findings] for p in base.pieces] == [["gap"], []]
+    assert base.pieces[0].findings[0].at == pytest.approx(0.099)
 
 
 def test_clock_that_jumps_back_splits_the_record() -> None:
     base = time_base(np.concatenate([np.arange(100), np.arange(100)]) * 1e-3, None)
     assert [p.rows.start for p in base.pieces] == [0, 100]
-    assert [f.kind for f in base.findings] == ["clock-jump"]
+    assert [[f.kind for f in p.findings] for p in base.pieces] == [["clock-jump"], []]
 
 
 def test_stated_breaks_split_where_the_clock_does_not() -> None:
     base = time_base(np.arange(100) * 1e-3, None, (40,))
     assert [p.rows.start for p in base.pieces] == [0, 40]
-    assert [f.kind for f in base.findings] == ["new-run"]
+    assert [[f.kind for f in p.findings] for p in base.pieces] == [["new-run"], []]
+
+
+def test_cuts_are_said_where_they_are_and_many_in_one_line() -> None:
+    """After a restart, times alone do not say which piece a cut is in."""
+    few = time_base(np.tile(np.arange(100) * 1e-3, 3), None)
+    assert [[f.kind for f in p.findings] for p in few.pieces] == [["clock-jump"], ["clock-jump"], []]
+    assert [p.findings[0].at for p in few.pieces[:2]] == pytest.approx([0.099, 0.099])
+    many = time_base(np.tile(np.arange(100) * 1e-3, 50), None, tuple(range(100, 5000, 100)))
+    assert len(many.pieces) == 50
+    (finding,) = [f for p in many.pieces for f in p.findings]
+    assert finding.text.endswith("the record is split there, and so 48 more times")
 
 
 def test_jitter_is_resampled_and_said() -> None:

@@ -183,3 +183,29 @@ def test_several_fits_are_compared(coil):
     assert [row[0]["text"] for row in page.tables["comparison"][1:]] == [source.fits[0].name, "second"]
     ids = [v for _, name, v in page.attributes if name == "id"]
     assert len(ids) == len(set(ids))
+
+
+@pytest.mark.parametrize(
+    ("settings", "text"),
+    [
+        (
+            {"current_order": "auto", "only": "", "stall": 0.5, "intervals": "hac", "weight": "none", "seconds": None},
+            "",
+        ),
+        ({"only": "MH", "current_order": "fy=1"}, "current order fy=1; only MH"),
+        ({"stall": 0.1, "intervals": "profile", "fixed": [["fy", 2.0]]}, "fy fixed at 2; intervals profile; stall 0.1"),
+    ],
+)
+def test_every_choice_of_the_user_is_on_the_page(small, settings, text):
+    source = read_source(small, ())
+    source.fits[0].settings = settings
+    page = render(source, {source.fits[0].name: []})
+    assert ("<dt>Settings</dt>" in page) == bool(text)
+    assert f"<dt>Settings</dt><dd>{text}</dd>" in page or not text
+
+
+def test_findings_of_the_flux_are_on_the_page(small):
+    source = read_source(small, ())
+    row = {"id": "a", "action": "integrated", "resistance": 2.0}
+    source.flux.update(recordings=[row], findings=["a: bias-change: the mean of the current changes"])
+    assert "a: bias-change: the mean" in render(source, {source.fits[0].name: []})

@@ -22,7 +22,7 @@ def test_flux_tells_resistance_with_error_and_source():
 
 
 def test_no_flux_stage_no_section():
-    assert flux_section({}) == {"how": "", "rows": [], "others": [], "separation": []}
+    assert flux_section({}) == {"how": "", "rows": [], "others": [], "findings": [], "separation": []}
 
 
 def test_segments_are_sorted_and_unknown_levels_left_open():

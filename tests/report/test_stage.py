@@ -1,13 +1,16 @@
 import json
 import shutil
+from dataclasses import replace
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 from mrfit.errors import DataError
+from mrfit.recording import Recording
 from mrfit.report import stage
 from mrfit.report.stage import Settings, publish, run
-from mrfit.store import Workspace
+from mrfit.store import Workspace, write_json
 
 
 def contents(workspace: Workspace) -> dict[str, bytes]:
@@ -114,3 +117,18 @@ def test_folder_that_cannot_be_written_is_an_error_with_a_remedy(tmp_path):
     (tmp_path / "report").write_text("a file where the folder should be")
     with pytest.raises(DataError, match=r"report: cannot write \(.*\); choose another --work folder"):
         publish(tmp_path / "report", {"index.html": "x"}, {})
+
+
+def test_fit_made_from_other_data_is_said_to_be(small):
+    path = small.fit_folder("bingham.lsq.all") / "fit.json"
+    fit = json.loads(path.read_text())
+    for recording in {s.recording for s in small.read_segments()[0]}:
+        small.write_recording(Recording(recording, "", "a", "none", 1e-3, 0.0, {"force": np.zeros(3)}, {}))
+    write_json(path, {**fit, "key": small.fit_key(fit["settings"])})
+    said = "Made from older data: fit again"
+    assert run(small, Settings())["outdated"] == []
+    assert said not in (small.report_folder / "index.html").read_text(encoding="utf-8")
+    segments = small.read_segments()[0]
+    small.write_segments([replace(s, role="train") for s in segments[:-1]], {})
+    assert run(small, Settings())["outdated"] == ["bingham.lsq.all"]
+    assert said in (small.report_folder / "index.html").read_text(encoding="utf-8")

@@ -174,3 +174,20 @@ def test_a_real_transformer_loop_is_one_segment(real_logs: Path, tmp_path: Path)
     assert 0.01 < floor < 0.025
     drive = smooth(log, segment, ("current",))
     assert int(np.sum(np.diff(np.sign(np.diff(drive.values[0]))) != 0)) <= 2 * 8
+
+
+def test_settings_that_cannot_be_read_are_not_replaced_by_defaults(tmp_path: Path) -> None:
+    made = workspace(tmp_path, logs()[:1])
+    assert last_settings(made) == Settings()
+    run(made, Settings(holdout="none"))
+    assert last_settings(made) == Settings(holdout="none")
+    made.write_segments(
+        made.read_segments()[0], {"mrfit": '{"key": "k", "settings": {"holdout": "none", "window": 3}}'}
+    )
+    for _ in range(2):
+        with pytest.raises(
+            DataError, match=r"segments\.parquet: .*`mrfit segment --work .*` with the settings you want"
+        ):
+            last_settings(made)
+        made.segments_file.write_bytes(b"damaged")
+    assert run(made, Settings(holdout="none"))["skipped"] is False

@@ -6,9 +6,10 @@ import numpy as np
 
 from mrfit.ingest.body import Layout, split
 from mrfit.ingest.head import Head
+from mrfit.ingest.rate import with_rate
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.ingest.textlog import Field, body_of, positive, stated_interval, table_of
+from mrfit.ingest.textlog import Field, body_of, positive, table_of
 from mrfit.specs import Array, ReaderSpec
 
 SPEC = ReaderSpec("daq-text", "DAQami/TracerDAQ text log")
@@ -51,7 +52,7 @@ def read(source: Source) -> list[Table]:
     time = Column("Date/Time", "s", _seconds(source, body.texts[stamp]), stamp)
     events = zip(body.lines, body.texts[event], strict=True) if event is not None else ()
     breaks = tuple(int(line) for line, text in events if _begins(text))
-    table = replace(table, time=time, breaks=breaks, dt=stated_interval(head.lines[:row]))
+    table = with_rate(replace(table, time=time, breaks=breaks), head.lines[:row])
     count = [line.partition(":")[2].strip() for line in head.lines[:row] if line.lower().startswith("sample count")]
     return [replace(table, stated_rows=positive(count))]
 

@@ -12,10 +12,12 @@ from mrfit.ingest import units
 from mrfit.ingest.body import EMPTY, NOT_A_NUMBER, Layout, number_pattern, split
 from mrfit.ingest.channel_map import FILE_NAME
 from mrfit.ingest.head import Head
-from mrfit.ingest.layout import COMMENTS, SAMPLE, STAMP, TIME_NAMES, Grid, Header, find_grid, find_header
+from mrfit.ingest.layout import CLOCK, COMMENTS, SAMPLE, STAMP, TIME_NAMES, Grid, Header, find_grid, find_header
+from mrfit.ingest.rate import interval, with_rate
 from mrfit.ingest.refusal import Refusal, excerpt
+from mrfit.ingest.stamps import instants
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.ingest.textlog import Field, body_of, positive, stated_interval, table_of
+from mrfit.ingest.textlog import Field, body_of, positive, table_of
 from mrfit.recording import Finding
 from mrfit.specs import ReaderSpec
 
@@ -87,14 +89,14 @@ def read_grid(source: Source, grid: Grid, header: Header) -> Table:
     )
     body = body_of(source, layout)
     fields = [Field(header.names[k], header.units[k], k) for k in numeric if k != time]
-    clock = Field(header.names[time], _time_unit(source, header, time), time) if time in numeric else None
+    clock = Field(header.names[time], header.units[time], time) if time in numeric else None
     table = table_of(body, fields, clock)
     if texts:
         table = _with_stamps(table, header.names[texts[0]], body.texts[texts[0]], texts[0], source)
     sparse, rate = _sparse(head, grid, header, kinds)
-    stated = rate or stated_interval(head.lines[: grid.first])
-    findings = (*table.findings, *sparse, *_time_findings(header, time, source))
-    return replace(table, dt=stated, findings=findings)
+    shown = grid.decimal if grid.delimiter == "," or grid.decimal in head.lines[grid.first] else ""
+    table = with_rate(table, head.lines[: grid.first], grid.delimiter, shown)
+    return replace(table, dt=rate or table.dt, findings=(*table.findings, *sparse))
 
 
 def _sample_rows(head: Head, grid: Grid) -> list[list[str]]:
@@ -118,7 +120,7 @@ def _kinds(head: Head, grid: Grid) -> list[str]:
             kinds.append("sparse")
         elif 2 * numbers > len(filled):
             kinds.append("number")
-        elif 2 * sum(bool(STAMP.fullmatch(f)) for f in filled) > len(filled):
+        elif 2 * sum(bool(STAMP.fullmatch(f) or CLOCK.fullmatch(f)) for f in filled) > len(filled):
             kinds.append("stamp")
         else:
             kinds.append("text")
@@ -145,32 +147,17 @@ def _time_column(source: Source, header: Header, numeric: Sequence[int], stamps:
     return None
 
 
-def _time_unit(source: Source, header: Header, time: int) -> str | None:
-    rule = source.rules.time
-    return rule.unit if rule is not None and rule.unit is not None else header.units[time]
-
-
-def _time_findings(header: Header, time: int | None, source: Source) -> list[Finding]:
-    if time is None or source.rules.time is not None or header.units[time] is not None:
-        return []
-    name = header.names[time]
-    if name.lower() in ("timestamp", "time stamp", "second", "seconds", "sec"):
-        return []
-    return [Finding("unit-assumed", "", None, f"the file gives '{name}' no unit: taken as s")]
-
-
 def _with_stamps(table: Table, name: str, texts: list[str], index: int, source: Source) -> Table:
-    """Turn ISO time stamps into seconds from the first one."""
-    bare = [t.replace(" ", "T", 1).replace(",", ".").removesuffix("Z") if t else "NaT" for t in texts]
+    """Turn time stamps, or times of day, into seconds from the first one."""
     try:
-        stamps = np.array(bare, dtype="datetime64[ns]")
+        stamps = instants(texts, source.carry)
     except ValueError as error:
         what = f"column '{name}' holds no time stamps throughout ({error})"
         raise Refusal(source.head.path, what, "export it again") from None
     valid = stamps[~np.isnat(stamps)]
     if not len(valid) and source.block is None:
         raise Refusal(source.head.path, f"column '{name}' holds no time stamp", "export it again")
-    first = source.carry.setdefault("first stamp", valid[0]) if len(valid) else np.datetime64(0, "ns")
+    first = source.carry.setdefault("first stamp", valid[0]) if len(valid) else stamps.dtype.type(0, "ns")
     seconds = (stamps - first) / np.timedelta64(1, "ns") / 1e9
     return replace(table, time=Column(name, "s", np.asarray(seconds, dtype=np.float64), index))
 
@@ -186,8 +173,8 @@ def _sparse(head: Head, grid: Grid, header: Header, kinds: list[str]) -> tuple[l
             continue
         filled = [r[k] for r in rows if r[k] not in EMPTY]
         if kind == "sparse" and name.lower() in RATE_NAMES and (value := positive(filled)):
-            rate = 1.0 / value
-            text = f"column '{name}' gives the sample rate, {value:g} Hz, and is no channel"
+            rate = interval(value, header.units[k] or "Hz")
+            text = f"column '{name}' gives the sample rate, {1.0 / rate:g} Hz, and is no channel"
         else:
             what = f"is filled in {len(filled)} of {len(rows)} sampled rows" if kind != "text" else "holds text"
             text = f"column '{name}' {what} and is no channel"

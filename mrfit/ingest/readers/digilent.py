@@ -5,9 +5,10 @@ from dataclasses import replace
 from mrfit.ingest.body import Layout
 from mrfit.ingest.head import Head
 from mrfit.ingest.layout import name_and_unit
+from mrfit.ingest.rate import with_rate
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.textlog import Field, check_width, fields_at, positive, read_table, stated_interval
+from mrfit.ingest.textlog import Field, check_width, fields_at, positive, read_table
 from mrfit.specs import ReaderSpec
 
 SPEC = ReaderSpec("digilent", "Digilent WaveForms CSV")
@@ -40,4 +41,4 @@ def read(source: Source) -> list[Table]:
     table = read_table(source, layout, fields, Field(parsed[0][0], parsed[0][1], 0))
     samples = [line.partition(":")[2] for line in head.lines[:row] if line.lower().startswith("#samples:")]
     table = replace(table, stated_rows=positive(samples))
-    return [replace(table, dt=stated_interval(head.lines[:row]))]
+    return [with_rate(table, head.lines[:row])]

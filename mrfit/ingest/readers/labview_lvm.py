@@ -15,7 +15,6 @@ from mrfit.recording import Finding
 from mrfit.specs import ReaderSpec
 
 SPEC = ReaderSpec("labview-lvm", "LabVIEW measurement file (LVM)")
-END = "***end_of_header***"
 
 
 def sniff(head: Head) -> bool:
@@ -55,7 +54,8 @@ def read(source: Source) -> list[Table]:
     body = body_of(source, layout, data)
     fields = [_field(segment, k, place) for place, k in enumerate(signals)]
     tables = _tables(body, fields, filled, segment, head)
-    return [replace(t, breaks=heads) for t in tables]
+    # each segment states its own number of rows
+    return [replace(t, breaks=heads, stated_rows=None if heads else t.stated_rows) for t in tables]
 
 
 def _segment(head: Head) -> Segment:

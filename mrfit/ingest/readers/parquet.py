@@ -7,7 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from mrfit.ingest import units
+from mrfit.ingest.channel_map import TimeRule
 from mrfit.ingest.head import Head
 from mrfit.ingest.layout import TIME_NAMES, name_and_unit
 from mrfit.ingest.refusal import Refusal
@@ -40,7 +43,7 @@ def read(source: Source) -> list[Table]:
         raise _damaged(path, error) from None
     if not columns or rows < 2:
         raise Refusal(path, NOTHING[0], NOTHING[1])
-    return [_table(columns, rows, about)]
+    return [_table(columns, rows, about, source.rules.time)]
 
 
 def read_blocks(source: Source, size: int) -> Iterator[list[Table]]:
@@ -55,7 +58,7 @@ def read_blocks(source: Source, size: int) -> Iterator[list[Table]]:
     for columns, rows, about in _parts(source, size):
         if not columns:
             raise Refusal(path, NOTHING[0], NOTHING[1])
-        table = _table(columns, rows, about)
+        table = _table(columns, rows, about, source.rules.time)
         yield [replace(table, lines=table.lines + done)]
         done += rows
     if done < 2:
@@ -98,11 +101,14 @@ def _damaged(path: Path, error: Exception) -> Refusal:
 
 
 def _content(table: Any, carry: dict[str, Any]) -> tuple[list[Column], int, dict[str, Any]]:
+    import pyarrow as pa
+
     about = _about(table.schema.metadata or {})
     written = {c["name"]: c["unit"] for c in about.get("channels", [])}
     columns = []
     for place, field in enumerate(table.schema):
         name, unit = name_and_unit(field.name)
+        unit = "s" if pa.types.is_timestamp(field.type) else unit
         unit = (field.metadata or {}).get(b"unit", b"").decode() or written.get(field.name) or unit
         values = _numbers(table.column(place), field.type, carry, place)
         if values is not None:
@@ -122,20 +128,39 @@ def _numbers(column: Any, kind: Any, carry: dict[str, Any], place: int) -> Array
     import pyarrow as pa
 
     if pa.types.is_timestamp(kind):
-        whole = column.cast(pa.timestamp("ns")).cast(pa.int64()).combine_chunks()
-        nanoseconds = np.array(whole.to_pylist(), dtype=np.float64)
-        first = float(carry.setdefault(f"first {place}", nanoseconds[0] if len(nanoseconds) else 0.0))
-        return (nanoseconds - first) / 1e9
+        return _seconds(column.cast(pa.timestamp("ns")).cast(pa.int64()), carry, f"first {place}")
     if pa.types.is_boolean(kind) or not (pa.types.is_floating(kind) or pa.types.is_integer(kind)):
         return None
-    filled = column.cast(pa.float64()).fill_null(np.nan)
-    return np.concatenate(
-        [np.frombuffer(c.buffers()[1], np.float64)[c.offset : c.offset + len(c)] for c in filled.chunks]
-    )
+    return _plain(column.cast(pa.float64()).fill_null(np.nan), np.float64)
 
 
-def _table(columns: list[Column], rows: int, about: dict[str, Any]) -> Table:
-    time = next((c for c in columns if c.name.lower() in TIME_NAMES), None)
+def _seconds(nanoseconds: Any, carry: dict[str, Any], key: str) -> Array:
+    """Return seconds from the first stamp, taken off while they are whole: a float of 1.7e18 has steps of 256."""
+    empty = np.array(nanoseconds.is_null().to_pylist(), dtype=bool)
+    whole = _plain(nanoseconds.fill_null(0), np.int64)
+    if key not in carry and not empty.all():
+        carry[key] = whole[~empty][0]
+    return np.where(empty, np.nan, (whole - carry.get(key, 0)) / 1e9)
+
+
+def _plain(column: Any, kind: type) -> NDArray[Any]:
+    parts: list[NDArray[Any]] = [
+        np.frombuffer(c.buffers()[1], kind)[c.offset : c.offset + len(c)] for c in column.chunks
+    ]
+    return np.concatenate(parts) if parts else np.empty(0, kind)
+
+
+def _time(columns: list[Column], rule: TimeRule | None) -> Column | None:
+    """Return the column of times: the map's, or one named so, or the only one in a unit of time."""
+    if rule is not None:
+        return next((c for c in columns if rule.column in (c.name, c.index)), None)
+    timed = [c for c in columns if c.unit is not None and units.compatible(c.unit, "s")]
+    named = [c for c in columns if c.name.lower() in TIME_NAMES]
+    return named[0] if named else timed[0] if len(timed) == 1 else None
+
+
+def _table(columns: list[Column], rows: int, about: dict[str, Any], rule: TimeRule | None) -> Table:
+    time = _time(columns, rule)
     table = Table(tuple(c for c in columns if c is not time), np.arange(1, rows + 1), time=time)
     if not about:
         return table

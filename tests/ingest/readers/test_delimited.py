@@ -112,3 +112,38 @@ def test_every_kind_of_damage_is_counted_with_its_first_line(read_log: ReadLog) 
         ("NUL byte", 61),
     ):
         assert f"1 × {kind} (first in line {line})" in said
+
+
+def clock_rows(count: int, begin: float) -> str:
+    """Rows of date, time of day, displacement and force, a millisecond apart."""
+    rows = []
+    for k in range(count):
+        day, second = divmod(begin + k * 1e-3, 86400.0)
+        clock = f"{int(second // 3600):02d}:{int(second // 60 % 60):02d}:{second % 60:06.3f}"
+        rows.append(f"{5 + int(day):02d}.01.2024,{clock},{k % 7},{k % 5}\n")
+    return "".join(rows)
+
+
+@pytest.mark.parametrize("begin", [36000.0, 86399.95])
+def test_date_and_time_of_day_in_columns_of_their_own(begin: float, read_log: ReadLog) -> None:
+    """The second begins 50 ms before midnight."""
+    (record,) = read_log("Date,Time,Displacement (mm),Force (N)\n" + clock_rows(200, begin))
+    assert record.dt == pytest.approx(1e-3, rel=1e-6)
+    assert (record.samples, record.start) == (200, 0.0)
+    assert list(record.channels) == ["displacement", "force"]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("zone", ["Z", "+01:00", "-0530"])
+def test_stamps_of_a_zone(zone: str, read_log: ReadLog) -> None:
+    rows = "".join(f"2024-03-01T10:00:{k * 0.01:06.3f}{zone},{k % 7}\n" for k in range(100))
+    (record,) = read_log("Time,Force (N)\n" + rows)
+    assert record.dt == pytest.approx(0.01)
+    assert record.samples == 100
+
+
+def test_clocks_set_back_by_an_hour_do_not_turn_back_time(read_log: ReadLog) -> None:
+    stamps = [f"2024-10-27T02:59:{50 + k / 10:06.3f}+02:00" for k in range(100)]
+    stamps += [f"2024-10-27T02:00:{k / 10:06.3f}+01:00" for k in range(100)]
+    (record,) = read_log("Time,Force (N)\n" + "".join(f"{s},{k % 7}\n" for k, s in enumerate(stamps)))
+    assert record.samples == 200 and record.dt == pytest.approx(0.1)

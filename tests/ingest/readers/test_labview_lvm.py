@@ -19,8 +19,9 @@ def test_time_column_wins_over_a_false_delta(read_log: ReadLog) -> None:
 
 def test_segments_are_runs(read_log: ReadLog) -> None:
     rows = "".join(f"\t{k}\t{-k}\n" for k in range(40))
-    segment = ONE + "X_Value\tU\tI\tComment\n" + rows + "\n"
+    segment = ONE.replace("\nX0", "\nSamples\t40\t40\t\nX0") + "X_Value\tU\tI\tComment\n" + rows + "\n"
     recordings = read_log(TOP.format(x="No") + segment + segment)
+    assert "record-length" not in {f.kind for r in recordings for f in r.findings}  # each segment states its own
     assert [r.rows_kept for r in recordings] == [40, 40]
     assert sum(r.rows_refused for r in recordings) == 0
 

@@ -56,6 +56,32 @@ def test_integers_and_missing_values(read_log: ReadLog, tmp_path: Path) -> None:
     assert record.channels["force"][10] == pytest.approx(10.0)
 
 
+def test_stamps_of_a_fast_log_stay_exact(read_log: ReadLog, tmp_path: Path) -> None:
+    """At 1 MHz: as floats, nanoseconds since 1970 have steps of 256."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    path = tmp_path / "made.parquet"
+    first = 1_700_000_000_000_000_123
+    stamps = pa.array([None if k == 7 else first + 1000 * k for k in range(2000)], pa.timestamp("ns"))
+    pq.write_table(pa.table({"when": stamps, "force [N]": np.arange(2000.0)}), path)
+    (record,) = read_log(path.read_bytes(), "made.parquet")
+    assert record.dt == 1e-6
+    assert (record.samples, record.rows_kept, record.rows_refused) == (2000, 1999, 1)
+    assert "resampled" not in {f.kind for f in record.findings}
+
+
+def test_the_map_says_which_column_is_time_and_in_which_unit(read_log: ReadLog, tmp_path: Path) -> None:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    path = tmp_path / "made.parquet"
+    pq.write_table(pa.table({"count": np.arange(50.0), "force [N]": np.arange(50.0)}), path)
+    (record,) = read_log(path.read_bytes(), "made.parquet", 'time = {column = "count", unit = "ms"}')
+    assert record.dt == pytest.approx(1e-3)
+    assert list(record.channels) == ["force"]
+
+
 def test_truncated_file_is_refused(read_log: ReadLog) -> None:
     with pytest.raises(Refusal, match="damaged Parquet"):
         read_log(parquet().data[:-20])

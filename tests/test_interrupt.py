@@ -1,0 +1,25 @@
+"""Ctrl-C ends a command soon, with one line, and the same command goes on."""
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from tests.conftest import Run
+
+
+def test_an_interrupted_search_stops_at_once_and_says_so(mrfit: Run, datasets: Path, tmp_path: Path) -> None:
+    assert mrfit("ingest", datasets / "coil" / "coil_05Hz_3A.csv").returncode == 0
+    assert mrfit("segment").returncode == 0
+    search = ["fit", "--model", "boucwen-flux", "--opt", "ga", "--budget", "100000000", "--stall", "1"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "mrfit.cli", *search], cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+    )
+    time.sleep(6.0)
+    assert process.poll() is None
+    process.send_signal(signal.SIGINT)
+    _, errors = process.communicate(timeout=120.0)
+    assert process.returncode == 130
+    assert errors.decode().strip().splitlines()[-1] == "mrfit: stopped; the same command goes on where this one was"
+    assert not list((tmp_path / "mrfit-work" / "fits").rglob("fit.json"))
