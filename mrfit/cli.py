@@ -388,7 +388,7 @@ def main() -> None:
         if "--debug" in sys.argv:
             raise
         text, code = console.explain(error)
-        sys.stderr.write(f"mrfit: {text}\n")
+        sys.stderr.write(f"mrfit: {text}\n" if text else "")
     if code == console.INTERRUPTED:
         sys.stderr.write("mrfit: stopped; the same command goes on where this one was\n")
     sys.exit(code)

@@ -13,6 +13,8 @@ from mrfit.progress import Progress, silent
 
 # Exit code of a command that Ctrl-C ended, which typer gives of itself
 INTERRUPTED = 130
+# Columns of a terminal below which tables have no frame, whose room their names need
+NARROW = 100
 
 
 def print_json(summary: object) -> None:
@@ -38,17 +40,22 @@ def say(text: str) -> None:
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
     """Print a table to standard output; numbers are right-aligned and shown with four significant digits."""
+    from rich import box
     from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
 
+    console = Console(width=None if sys.stdout.isatty() else 150)
     table = Table(title=escape(title), title_justify="left", header_style="bold")
+    if console.width < NARROW:
+        table.box, table.padding = box.SIMPLE_HEAD, (0, 1, 0, 0)
     for k, name in enumerate(columns):
         numeric = any(isinstance(r[k], (int, float)) and not isinstance(r[k], bool) for r in rows)
-        table.add_column(name, justify="right" if numeric else "left", overflow="fold")
+        # a number that is broken over two lines reads as two
+        table.add_column(name, justify="right" if numeric else "left", overflow="fold", no_wrap=numeric)
     for row in rows:
         table.add_row(*[escape(cell(value)) for value in row])
-    Console(width=None if sys.stdout.isatty() else 150).print(table)
+    console.print(table)
 
 
 def cell(value: object) -> str:
@@ -103,7 +110,9 @@ def explain(error: Exception) -> tuple[str, int]:
     if hasattr(error, "format_message"):
         context = getattr(error, "ctx", None)
         path = context.command_path if context else "mrfit"
-        return f"{error.format_message()} (`{path} --help` shows how)", 2
+        text = error.format_message()
+        # without arguments help was printed already
+        return f"{text} (`{path} --help` shows how)" if text else "", 2
     if isinstance(error, (MemoryError, OSError)):
         return f"{error}", 1
     return f"unexpected {type(error).__name__}: {error} (--debug shows where)", 1

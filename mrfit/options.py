@@ -126,7 +126,11 @@ def limits(items: list[str] | None) -> tuple[tuple[str, float, float], ...]:
     ConfigError
         If an item has no equals sign, or not two numbers.
     """
-    split = [(name, *value.partition(":")[::2]) for name, value in pairs("--bounds", items)]
+    given = pairs("--bounds", items)
+    for name, value in given:
+        if ":" not in value:
+            raise ConfigError(f"--bounds takes NAME=LOW:HIGH, not '{name}={value}'")
+    split = [(name, *value.partition(":")[::2]) for name, value in given]
     return tuple((name, number("--bounds", low), number("--bounds", high)) for name, low, high in split)
 
 

@@ -1,10 +1,12 @@
 """What a preview tells a newcomer."""
 
+import sys
 from pathlib import Path
 
 import pytest
 
 from mrfit import summaries
+from mrfit.console import print_table
 from mrfit.ingest.stage import Settings, preview
 from tests.ingest.samples import WRITERS
 
@@ -20,6 +22,17 @@ def test_preview_names_what_is_missing_once(tmp_path: Path, capsys: pytest.Captu
     assert printed.count("to read these 2: write a channel map, mrfit.toml beside it or --map: time = 0, then") == 1
     assert "NewFile1.csv: no channel a model takes" in printed
     assert "log.csv: no channel" not in printed
+
+
+def test_a_number_stays_whole_in_a_narrow_terminal(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", "50")
+    row = ["a condition with a long name", *(0.00012345 * k for k in range(1, 5))]
+    print_table("Errors", ["condition", "rmse", "nrmse", "noise", "esr"], [row])
+    printed = capsys.readouterr().out
+    assert all(f"{v:.4g}" in printed for v in row[1:] if isinstance(v, float))
 
 
 def test_preview_of_refused_files_alone_prints_no_empty_table(

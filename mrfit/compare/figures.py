@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from mrfit.report.figures import PALETTE, QUIET, WIDTH
+from mrfit.report.figures import PALETTE, QUIET, WIDTH, plain_log
 from mrfit.report.svg import style, to_svg
 
 LINES = ("-", "--", "-.", ":")
@@ -52,6 +52,7 @@ def convergence(curves: Sequence[dict[str, Any]], unit: str) -> str:
                 look = {"color": PALETTE[k % len(PALETTE)], "linestyle": LINES[k // len(PALETTE) % len(LINES)]}
                 axes.plot(curve["evaluations"], curve["cost"], label=curve["optimizer"], **look)
             axes.set(title=condition, xscale="log", yscale="log", xlabel="Evaluations", ylabel=f"RMS error ({unit})")
+            plain_log(axes)
             if own:
                 axes.legend(labelcolor="#334155", edgecolor=QUIET)
         for axes in panels[len(conditions) :]:

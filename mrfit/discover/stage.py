@@ -110,7 +110,7 @@ def too_little(segments: Sequence[Segment]) -> str:
     training = {s.condition for s in segments if s.role == "train"}
     if not any(s.role == "holdout" for s in segments):
         return (
-            f"no held-out condition: there are {len(training)}, and a verdict needs at least four, or "
+            f"no held-out condition (conditions: {len(training)}): a verdict needs at least four, or "
             "`mrfit segment --holdout PATTERN`"
         )
     periodic = all(s.cycles for s in segments if s.role == "train")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from mrfit.assembly import Assembly, assemble
-from mrfit.dependence import CurrentDependence, Order, base_name, count, orders_of
+from mrfit.dependence import CurrentDependence, Order, count, orders_of
 from mrfit.errors import ConfigError, DataError
 from mrfit.recording import Recording, Segment
 from mrfit.specs import Array, ModelSpec, Param
@@ -81,7 +81,7 @@ def default_orders(spec: ModelSpec, levels: int, fixed: Iterable[str] = ()) -> t
     fixed
         Parameters the user holds, which stay constant.
     """
-    held = {base_name(name) for name in fixed}
+    held = set(fixed)  # of one held at a single current the others still vary
     wanted = {p.name: _most(spec, p) for p in spec.params if p.name not in held}
     return tuple((name, order) for name, most in wanted.items() if (order := min(most, levels - 1)) > 0)
 

@@ -15,6 +15,8 @@ from mrfit.specs import Array
 
 AT_BOUND = 1e-4
 WORSE_ON_HOLDOUT = 1.5
+# Work per cycle below this share of the rectangle round the loop is none
+ROUNDING = 1e-9
 # Output -> the channel it does work against, and that channel's rate
 WORK_AGAINST = {
     "flux": ("current", ""),
@@ -46,7 +48,8 @@ def parameter_rows(cube: Cube, point: Array, uncertainty: Uncertainty) -> list[d
         if len(place):
             at = int(place[0])
             width = uncertainty.half_width(np.eye(len(point))[at])
-            known = bool(np.isfinite(width))
+            # an interval as wide as the bounds says nothing
+            known = bool(2 * width <= 1.0)
             ends = point[at] + width * np.array([-1.0, 1.0])
             low, high = (_unclipped(cube, k, end) for end in ends) if known else (None, None)
             row |= {"low": low, "high": high, "identifiable": known, "fixed": False}
@@ -166,8 +169,18 @@ def passivity_rows(blocks: Sequence[Block], simulated: Sequence[Array], assembly
             sign = -1.0 if assembly.spec.output == "flux" else 1.0
             area = sign * absorbed_energy(output, drive) / block.segment.cycles
             row = {"condition": block.segment.condition, "role": block.segment.role, "loop_area": area, "unit": "J"}
-            rows.append(row | {"passive": area >= 0.0})
+            rounding = ROUNDING * float(np.ptp(output) * np.ptp(drive))
+            rows.append(row | {"passive": area >= -rounding})
     return rows
+
+
+def _ratio(held_out: dict[str, Any], training: dict[str, Any]) -> float:
+    """Return the error on held-out data over that in training, in shares of the range or of the noise: the less."""
+    over_range = held_out["nrmse"] / training["nrmse"]
+    if not held_out["noise_floor"] * training["noise_floor"] > 0.0:
+        return float(over_range)
+    over_noise = held_out["rmse"] / held_out["noise_floor"] * training["noise_floor"] / training["rmse"]
+    return float(min(over_range, over_noise))
 
 
 def warnings_of(result: dict[str, Any], metrics: Sequence[dict[str, Any]]) -> list[dict[str, str]]:
@@ -207,7 +220,7 @@ def warnings_of(result: dict[str, Any], metrics: Sequence[dict[str, Any]]) -> li
         place = f"{worst['condition']} (loop area {worst['loop_area']:.3g} J)"
         warn("not-passive", f"the model gives energy out on {place}: no coil or damper can")
     by_role = {m["role"]: m for m in metrics if m["condition"] == "all"}
-    if "holdout" in by_role and by_role["holdout"]["nrmse"] > WORSE_ON_HOLDOUT * by_role["train"]["nrmse"]:
-        ratio = by_role["holdout"]["nrmse"] / by_role["train"]["nrmse"]
+    ratio = _ratio(by_role["holdout"], by_role["train"]) if "holdout" in by_role else 0.0
+    if ratio > WORSE_ON_HOLDOUT:
         warn("holdout-worse", f"the error on held-out data is {ratio:.1f} times that in training")
     return found

@@ -50,7 +50,7 @@ SKIPPED = frozenset(
 def expand(paths: list[Path]) -> list[tuple[Path, Path]]:
     """Return every file meant by ``paths`` with the folder up to which a channel map is looked for.
 
-    Folders stand for all files in them, hidden ones and those of ``SKIPPED`` apart, sorted by name.
+    Folders stand for all files in them, sorted by name, but for hidden ones, those of ``SKIPPED`` and of workspaces.
 
     Raises
     ------
@@ -60,7 +60,9 @@ def expand(paths: list[Path]) -> list[tuple[Path, Path]]:
     files: dict[Path, Path] = {}
     for path in paths:
         if path.is_dir():
-            inside = [p for p in sorted(path.rglob("*")) if p.is_file() and _is_log(p, path)]
+            made = {p.parent for p in path.rglob("ingest.json") if (p.parent / "recordings").is_dir()}
+            found = (p for p in sorted(path.rglob("*")) if made.isdisjoint(p.parents))
+            inside = [p for p in found if p.is_file() and _is_log(p, path)]
             if not inside:
                 raise Refusal(path, "no log in this folder", "name a folder with logs, or the logs themselves")
             for file in inside:

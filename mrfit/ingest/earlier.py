@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from os import getcwd
 from os import path as os_path
+from pathlib import Path
 from typing import Any
 
 from mrfit.ingest.reading import Item
@@ -62,7 +63,7 @@ class Earlier:
         source = self.source(item)
         if self.keys.get(source) != key:
             return False
-        return all(self.workspace.recording_file(i).is_file() for i in self.ids(source))
+        return all(_is_whole(self.workspace.recording_file(i)) for i in self.ids(source))
 
     def refusals(self, source: str) -> list[Refusal]:
         """Return why a source was refused."""
@@ -73,3 +74,14 @@ class Earlier:
         """Whether all of these are known."""
         known = {(r["source"], r["reason"]) for r in self.summary["refused"]}
         return all((self.name(r.path), r.reason) in known for r in refusals)
+
+
+def _is_whole(path: Path) -> bool:
+    """Tell whether a recording is there to its end, where Parquet keeps its directory."""
+    import pyarrow.parquet as pq
+
+    try:
+        pq.read_metadata(path)
+    except (OSError, ValueError):  # pyarrow's own errors are ValueErrors
+        return False
+    return True

@@ -307,7 +307,8 @@ def _piece(run: Clock, first: int, dt: float, irregular: bool, counted: bool) ->
     if missing == 0:
         return Piece(rows, start)
     at = float(time[_first(numbers, lambda step: step > 1.0) - 1])
-    text = f"{missing} samples are missing and were interpolated, the first after {at:.6g} s"
+    are = "samples are missing and were" if missing > 1 else "sample is missing and was"
+    text = f"{missing} {are} interpolated, the first after {at:.6g} s"
     finding = Finding("dropped-samples", "", at - start, text)
     return Piece(rows, start, numbers, (finding,), (f"interpolated {missing} missing samples",))
 

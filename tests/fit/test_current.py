@@ -90,6 +90,8 @@ def test_bounds_and_fixed_values_of_a_parameter_go_to_all_its_nodes_or_to_one(tm
 
 def test_a_fixed_parameter_does_not_vary_by_default() -> None:
     assert default_orders(bingham.SPEC, 3, ["fy"]) == (("C_inf", 1),)
+    # held at one current it varies between the others
+    assert default_orders(bingham.SPEC, 3, ["fy@0A"]) == default_orders(bingham.SPEC, 3)
 
 
 def test_default_orders_grow_with_the_levels_and_spare_signed_parameters_and_offsets() -> None:

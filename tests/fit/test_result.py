@@ -20,7 +20,7 @@ SOUND: dict[str, Any] = {
     "passivity": [{"condition": "a", "loop_area": 0.1, "passive": True}],
     "residual_tests": [{"channel": "current", "correlation": 0.1, "lag": 0, "limit": 0.2, "independent": True}],
 }
-METRICS = [{"condition": "all", "role": "train", "nrmse": 0.01}]
+METRICS = [{"condition": "all", "role": "train", "nrmse": 0.01, "rmse": 3.0, "noise_floor": 1.0}]
 
 
 def kinds(change: dict[str, Any], metrics: list[dict[str, Any]] = METRICS) -> list[str]:
@@ -48,8 +48,13 @@ def test_each_fault_has_its_warning(change: dict[str, Any], kind: str) -> None:
 
 
 def test_an_error_that_grows_on_held_out_data_is_a_warning() -> None:
-    held = [*METRICS, {"condition": "all", "role": "holdout", "nrmse": 0.02}]
-    assert kinds({}, held) == ["holdout-worse"]
+    held = {"condition": "all", "role": "holdout", "nrmse": 0.02, "rmse": 6.0, "noise_floor": 1.0}
+    assert kinds({}, [*METRICS, held]) == ["holdout-worse"]
+    # a smaller range alone, or more noise alone, is none
+    assert kinds({}, [*METRICS, {**held, "rmse": 3.0}]) == []
+    assert kinds({}, [*METRICS, {**held, "noise_floor": 2.0}]) == []
+    # without a floor the range has to do
+    assert kinds({}, [*METRICS, {**held, "noise_floor": float("nan")}]) == ["holdout-worse"]
 
 
 @pytest.mark.parametrize("change", [{"budget_spent": True}, {"nonfinite": 1}])

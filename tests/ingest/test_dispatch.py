@@ -16,6 +16,14 @@ def test_folder_stands_for_the_logs_in_it(tmp_path: Path) -> None:
     assert found == ["a.CSV", "b.csv", "noending", "sub/c.txt"]
 
 
+def test_a_workspace_among_the_logs_is_not_read(tmp_path: Path) -> None:
+    for name in ("a.csv", "mrfit-work/recordings/a.parquet", "mrfit-work/ingest.json", "mrfit-work/fits/x/metrics.csv"):
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("x")
+    assert [p.name for p, _ in expand([tmp_path])] == ["a.csv"]
+
+
 def test_a_file_named_twice_is_read_once(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("x")
     assert len(expand([tmp_path, tmp_path / "a.csv"])) == 1

@@ -187,6 +187,15 @@ def test_a_log_of_the_same_name_does_not_take_the_place_of_one_that_cannot_be_re
     assert [Path(r["source"]).parent.name for r in summary["recordings"]] == ["logs", "again"]
 
 
+def test_a_damaged_recording_is_read_again(logs: Path, workspace: Workspace) -> None:
+    first = run([logs], Settings(), workspace)
+    path = workspace.recording_file(_ids(first)[0])
+    whole = path.read_bytes()
+    path.write_bytes(whole[:500])
+    assert not run([logs], Settings(), workspace)["skipped"]
+    assert path.read_bytes() == whole
+
+
 def test_a_damaged_part_stays_refused_while_other_logs_come(tmp_path: Path, workspace: Workspace) -> None:
     truth, one = sample("tektronix-tds", tmp_path / "logs")
     (tmp_path / "logs" / "F0004CH2.CSV").write_bytes(truth.data.replace(b"CH1", b"CH2"))
