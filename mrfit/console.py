@@ -105,7 +105,7 @@ def explain(error: Exception) -> tuple[str, int]:
     if isinstance(error, MrfitError):
         return str(error), error.exit_code
     if isinstance(error, typer.Abort):
-        return "stopped", 130
+        return "", INTERRUPTED
     # typer brings a click of its own, whose usage errors have no public name
     if hasattr(error, "format_message"):
         context = getattr(error, "ctx", None)

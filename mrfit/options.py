@@ -126,12 +126,13 @@ def limits(items: list[str] | None) -> tuple[tuple[str, float, float], ...]:
     ConfigError
         If an item has no equals sign, or not two numbers.
     """
-    given = pairs("--bounds", items)
-    for name, value in given:
-        if ":" not in value:
+    found = []
+    for name, value in pairs("--bounds", items):
+        low, colon, high = value.partition(":")
+        if not colon:
             raise ConfigError(f"--bounds takes NAME=LOW:HIGH, not '{name}={value}'")
-    split = [(name, *value.partition(":")[::2]) for name, value in given]
-    return tuple((name, number("--bounds", low), number("--bounds", high)) for name, low, high in split)
+        found.append((name, number("--bounds", low), number("--bounds", high)))
+    return tuple(found)
 
 
 def choice(option: str, value: str, allowed: tuple[str, ...]) -> str:

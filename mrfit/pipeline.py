@@ -150,7 +150,7 @@ def predict(
         "model": found["model"],
         "metrics": prediction.metrics,
         "used": prediction.used,
-        "outdated": workspace.outdated(found),
+        "outdated": bool(workspace.outdated([found])),
         "refused": ingested["refused"],
     }
 

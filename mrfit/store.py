@@ -127,6 +127,11 @@ def _reading(path: Path, remedy: str) -> Iterator[None]:
         raise DataError(f"{path}: missing, damaged or another mrfit's: cannot be read ({reason}); {remedy}") from error
 
 
+def fit_key(settings: Mapping[str, Any], made_from: tuple[object, object]) -> str:
+    """Return the key of a fit of these settings to what ``Workspace.made_from`` gives; ``jobs`` changes nothing."""
+    return key_of({k: v for k, v in settings.items() if k != "jobs"}, *made_from)
+
+
 def write_table(path: Path, columns: Mapping[str, Array], metadata: Mapping[str, str] | None = None) -> None:
     """Write equal-length float64 columns as Parquet (zstd), atomically and one row group at a time.
 
@@ -358,27 +363,27 @@ class Workspace:
             segments = [Segment(**row) for row in table.to_pylist()]
         return segments, {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
 
-    def data(self) -> dict[str, tuple[str, list[str]]]:
-        """Return what the segments point into: hash of the log and what was done to it, by recording."""
+    @property
+    def latest(self) -> str:
+        """Stage whose recordings are the latest: ``flux`` where it has run."""
+        return "flux" if self.flux_json.is_file() else "recordings"
+
+    def made_from(self, segments: Sequence[Segment]) -> tuple[dict[str, tuple[str, list[str]]], list[dict[str, Any]]]:
+        """Return what results depend on: each log's hash and what was done to it, by recording; the segments."""
         import pyarrow.parquet as pq
 
-        stage = "flux" if self.flux_json.is_file() else "recordings"
-        files = {s.recording: self.recording_file(s.recording, stage) for s in self.read_segments()[0]}
-        with _reading(self.root / stage, "run `mrfit ingest` again"):
+        files = {s.recording: self.recording_file(s.recording, self.latest) for s in segments}
+        with _reading(self.root / self.latest, "run `mrfit ingest` again"):
             about = {i: json.loads(pq.read_metadata(p).metadata[b"mrfit"]) for i, p in sorted(files.items())}
-        return {i: (a["sha256"], a["history"]) for i, a in about.items()}
+        return {i: (a["sha256"], a["history"]) for i, a in about.items()}, [asdict(s) for s in segments]
 
-    def fit_key(self, settings: Mapping[str, Any]) -> str:
-        """Return the key of a fit of these settings to the segments and recordings as they are now."""
-        segments = [asdict(s) for s in self.read_segments()[0]]
-        return key_of({k: v for k, v in settings.items() if k != "jobs"}, self.data(), segments)
-
-    def outdated(self, fit: Mapping[str, Any]) -> bool:
-        """Tell whether a fit was made from other data, or by another mrfit, than are here now, by its fit.json."""
+    def outdated(self, fits: Sequence[Mapping[str, Any]]) -> list[str]:
+        """Return the names of fits that other data than are here now, or another mrfit, made, by their fit.json."""
         try:
-            return bool(fit["key"] != self.fit_key(fit["settings"]))
+            here = self.made_from(self.read_segments()[0])
         except DataError:
-            return True
+            return [f["name"] for f in fits]
+        return [f["name"] for f in fits if f["key"] != fit_key(f["settings"], here)]
 
     def fit_names(self) -> list[str]:
         """Return the names of all finished fits, sorted."""
@@ -393,8 +398,3 @@ def recording_id(source: Path, taken: set[str]) -> str:
         name, number = f"{stem}-{number}", number + 1
     taken.add(name.lower())
     return name
-
-
-def segment_row(segment: Segment) -> dict[str, Any]:
-    """Return a segment as a plain row for JSON and tables."""
-    return asdict(segment)

@@ -13,8 +13,9 @@ import pytest
 
 from mrfit.catalog import DataSet, default_catalog, fetch, read_catalog
 from mrfit.errors import ConfigError, DataError
-from mrfit.ingest.stage import Settings, examine
+from mrfit.ingest.stage import Settings
 from tests.conftest import Run
+from tests.ingest.examining import examine
 
 LOG = "time,voltage,current\ns,V,A\n" + "".join(f"{k * 1e-3:.3f},{k % 7},{k % 5}\n" for k in range(20_000))
 FILES = {"one.csv": LOG.encode(), "two.csv": LOG.replace("voltage", "flux").replace("V,", "Wb,").encode()}

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from mrfit.errors import DataError
 from mrfit.recording import Finding, Recording, Segment
-from mrfit.store import Workspace, read_json, recording_id, write_atomic, write_json, write_table
+from mrfit.store import Workspace, fit_key, read_json, recording_id, write_atomic, write_json, write_table
 
 
 def a_recording() -> Recording:
@@ -91,16 +91,17 @@ def test_a_fit_is_outdated_once_its_data_or_segments_change(tmp_path: Path) -> N
     row = Segment("a#1", "sine", "log-1", 0, 7, 0, "sine", "current", 1.0, 2.0, 0.0, 2, float("nan"), 25.0, "train")
     workspace.write_recording(recording)
     workspace.write_segments([row], {})
-    fit = {"settings": {"model": "bingham", "seed": 1}, "key": workspace.fit_key({"model": "bingham", "seed": 1})}
-    assert not workspace.outdated(fit)
-    assert workspace.fit_key({"model": "bingham", "seed": 1, "jobs": 3}) == fit["key"]
+    settings, made_from = {"model": "bingham", "seed": 1}, workspace.made_from([row])
+    fit = {"name": "x", "settings": settings, "key": fit_key(settings, made_from)}
+    assert workspace.outdated([fit]) == []
+    assert fit_key({**settings, "jobs": 3}, made_from) == fit["key"]
     workspace.write_segments([replace(row, role="holdout")], {})
-    assert workspace.outdated(fit)
+    assert workspace.outdated([fit]) == ["x"]
     workspace.write_segments([row], {})
     workspace.write_recording(replace(recording, history=("flux with R = 3",)))
-    assert workspace.outdated(fit)
+    assert workspace.outdated([fit]) == ["x"]
     workspace.recording_file("log-1").unlink()
-    assert workspace.outdated(fit)
+    assert workspace.outdated([fit]) == ["x"]
 
 
 def test_non_finite_numbers_become_null(tmp_path: Path) -> None:

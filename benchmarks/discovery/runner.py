@@ -14,7 +14,7 @@ from typing import Any
 
 from benchmarks.discovery.protocol import Case
 from datasets.rig.case import make
-from mrfit.store import code_version
+from mrfit.store import code_version, write_text
 
 TIME_LIMIT = 1800
 MRFIT = Path(sys.executable).with_name("mrfit")
@@ -88,10 +88,7 @@ def run_kept(case: Case, keep: Path | None) -> Result:
         result = run(case, Path(folder) / case.name)
     if result.error:
         return result
-    kept.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = kept.with_suffix(".part")
-    unfinished.write_text(json.dumps(asdict(result), indent=1) + "\n", encoding="utf-8")
-    unfinished.replace(kept)
+    write_text(kept, json.dumps(asdict(result), indent=1) + "\n")
     return result
 
 

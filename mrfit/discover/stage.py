@@ -80,8 +80,8 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     if unknown:
         raise ConfigError(f"model '{settings.model}' has no parameter '{unknown[0]}'; it has {', '.join(names)}")
     segments, _ = workspace.read_segments()
-    data = workspace.data()
-    key = key_of("discover", {**asdict(settings), "jobs": 0}, data, [asdict(s) for s in segments])
+    data, rows = workspace.made_from(segments)
+    key = key_of("discover", {**asdict(settings), "jobs": 0}, data, rows)
     folder = workspace.root / "discover"
     existing = read_json(folder / "discovery.json")
     if existing and existing.get("key") == key:

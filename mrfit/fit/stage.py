@@ -25,7 +25,7 @@ from mrfit.fit.trust import Intervals, trust
 from mrfit.progress import Progress, silent
 from mrfit.recording import Recording, Segment
 from mrfit.specs import Array
-from mrfit.store import Workspace, key_of, plain, read_json, write_json
+from mrfit.store import Workspace, fit_key, key_of, plain, read_json, write_json
 from mrfit.workers import in_order
 
 SCHEMA = "mrfit/fit/1"
@@ -119,7 +119,8 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         If the recordings lack what the model needs or every simulation diverges.
     """
     check(settings)
-    key = workspace.fit_key(asdict(settings))
+    made_from = workspace.made_from(workspace.read_segments()[0])
+    key = fit_key(asdict(settings), made_from)
     folder = workspace.fit_folder(settings.fit_name)
     existing = read_json(folder / "fit.json")
     if existing and existing.get("key") == key:
@@ -127,7 +128,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     prepared = prepare(workspace, settings)
     runner = _Runner(prepared, settings, folder, key, progress)
     pieces = runner.fit_groups()
-    fit = _summary(runner, key_of(workspace.data()), pieces)
+    fit = _summary(runner, key_of(made_from[0]), pieces)
     blocks = [b for p in pieces for b in p.group.full]
     write_fit(folder, fit, blocks, [s for p in pieces for s in p.simulated], prepared.assembly)
     return {**plain(fit), "skipped": False}
@@ -214,8 +215,7 @@ def _dependence(
 
 def load_recordings(workspace: Workspace, segments: Sequence[Segment]) -> dict[str, Recording]:
     """Return the recordings the segments point into, with flux where the flux stage has run."""
-    stage = "flux" if workspace.flux_json.is_file() else "recordings"
-    return {i: workspace.read_recording(i, stage) for i in dict.fromkeys(s.recording for s in segments)}
+    return {i: workspace.read_recording(i, workspace.latest) for i in dict.fromkeys(s.recording for s in segments)}
 
 
 def _groups(segments: Sequence[Segment], settings: Settings) -> dict[str, list[Segment]]:

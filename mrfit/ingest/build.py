@@ -54,12 +54,8 @@ class Rows:
     @property
     def number(self) -> Array | None:
         """The rows counted with the refused ones between them that stood for a sample; None where there are none."""
-        lost = np.sort(self.refused.without(NO_SAMPLE).lines)
-        if not len(lost):
-            return None
-        return series.mapped(
-            lambda place, lines: place + np.searchsorted(lost, lines), series.ordinals(len(self.lines)), self.lines
-        )
+        lost = self.refused.without(NO_SAMPLE)
+        return _counted(self.lines, lost) if len(lost) else None
 
     def drop(self, rows: Lines, kinds: Sequence[str]) -> None:
         """Refuse rows, ascending; ``kinds`` names each one's fault."""
@@ -116,13 +112,15 @@ def _times(table: Table, origin: Origin) -> tuple[Array, float | None, list[Find
             f"no time column and no sample rate (columns: {_shown(table)}{unclear})",
             f"write rate = HZ, or time = COLUMN, in a channel map ({FILE_NAME} beside the log, or --map)",
         )
-    lost = np.sort(Lost(table.refused).lines)
+    number = _counted(table.lines, Lost(table.refused))
+    return series.mapped(lambda n: table.start + n * stated, number), stated, []
 
-    def placed(place: Array, lines: Lines) -> Array:
-        return table.start + (place + np.searchsorted(lost, lines)) * stated  # refused rows counted
 
-    place = series.ordinals(table.rows)
-    return series.mapped(placed, place[:] if series.in_memory(table.lines) else place, table.lines), stated, []
+def _counted(lines: Lines, refused: Lost) -> Array:
+    """Return the numbers of rows at these lines, those counted that were refused in between."""
+    lost, place = np.sort(refused.lines), series.ordinals(len(lines))
+    own = place[:] if series.in_memory(lines) else place
+    return series.mapped(lambda place, lines: place + np.searchsorted(lost, lines), own, lines)
 
 
 def _time_unit(time: Column, rules: Rules) -> tuple[str, list[Finding]]:

@@ -60,9 +60,9 @@ def expand(paths: list[Path]) -> list[tuple[Path, Path]]:
     files: dict[Path, Path] = {}
     for path in paths:
         if path.is_dir():
-            made = {p.parent for p in path.rglob("ingest.json") if (p.parent / "recordings").is_dir()}
-            found = (p for p in sorted(path.rglob("*")) if made.isdisjoint(p.parents))
-            inside = [p for p in found if p.is_file() and _is_log(p, path)]
+            found = sorted(path.rglob("*"))
+            made = {p.parent for p in found if p.name == "ingest.json" and (p.parent / "recordings").is_dir()}
+            inside = [p for p in found if made.isdisjoint(p.parents) and p.is_file() and _is_log(p, path)]
             if not inside:
                 raise Refusal(path, "no log in this folder", "name a folder with logs, or the logs themselves")
             for file in inside:

@@ -111,22 +111,6 @@ def _staging(workspace: Workspace) -> Iterator[Workspace]:
             workspace.root.rmdir()
 
 
-def examine(paths: Sequence[Path], settings: Settings) -> tuple[list[Recording], list[Refusal]]:
-    """Return the recordings, still without ids and all in memory, and the refused files of ``paths``; write nothing.
-
-    Raises
-    ------
-    ConfigError, DataError
-        If the settings are wrong or a path does not exist.
-    """
-    plan, refusals = plan_items(paths, settings)
-    recordings: list[Recording] = []
-    for outcome in in_order(read_item, [item for item, _ in plan], settings.jobs):
-        recordings += outcome.recordings
-        refusals += outcome.refusals
-    return recordings, refusals
-
-
 def preview(paths: Sequence[Path], settings: Settings) -> list[dict[str, Any]]:
     """Return what would be read as rows for a table, one per recording or refused file, and write nothing.
 

@@ -147,13 +147,12 @@ def _parts(
 ) -> list[Part]:
     """Return the parts of segments given with their noise floors as shares of the output's range."""
     span = float(np.ptp(columns["measured"]))
-    stage = "flux" if workspace.flux_json.is_file() else "recordings"
     parts = []
     for number, (segment, floor) in enumerate(used):
         rows = columns["segment"] == number
         if not rows.any():
             continue
-        recording = workspace.read_recording(segment.recording, stage)
+        recording = workspace.read_recording(segment.recording, workspace.latest)
         inputs = {}
         for name in wanted:
             try:

@@ -32,10 +32,9 @@ def render(source: Source, figures: dict[str, list[Figure]]) -> str:
         Figures of each fit by its name.
     """
     fits = [_fit(k, fit, figures[fit.name]) for k, fit in enumerate(source.fits, start=1)]
-    for fit in fits:
-        fit["outdated"] = fit["fit"].name in source.outdated
     return template_of(TEMPLATE).render(
         fits=fits,
+        outdated=source.outdated,
         comparison=[_overview(fit) for fit in source.fits],
         definitions=METRICS,
         recordings=[recording_row(r) for r in source.ingest.get("recordings", [])],
@@ -108,19 +107,19 @@ def _changes(settings: dict[str, Any]) -> str:
     """Return what the user set otherwise than the model and the optimizer have it, in words."""
     words = [f"{k} of {n} {low:g} to {high:g}" for k in ("bounds",) for n, low, high in settings.get(k) or ()]
     words += [f"{n} {verb} {v:g}" for k, verb in _VERBS.items() for n, v in settings.get(k) or ()]
-    given = {k: v for k, v in settings.items() if k in _SHOWN and v not in _SHOWN[k]}
+    given = {k: v for k, v in settings.items() if k in _DEFAULTS and v != _DEFAULTS[k]}
     return "; ".join([*words, *(f"{k.replace('_', ' ')} {v}" for k, v in sorted(given.items()))])
 
 
-# Settings said on the page, unless they are one of these.
-_SHOWN: dict[str, tuple[Any, ...]] = {
-    "budget": (None,),
-    "seconds": (None,),
-    "weight": ("none",),
-    "stall": (PATIENCE,),
-    "current_order": ("auto",),
-    "only": ("",),
-    "intervals": ("hac",),
+# Settings said on the page where they are others than these
+_DEFAULTS: dict[str, Any] = {
+    "budget": None,
+    "seconds": None,
+    "weight": "none",
+    "stall": PATIENCE,
+    "current_order": "auto",
+    "only": "",
+    "intervals": "hac",
 }
 _VERBS = {"start": "started at", "fixed": "fixed at"}
 

@@ -217,7 +217,7 @@ def read_source(workspace: Workspace, names: tuple[str, ...]) -> Source:
     series = {f.name: _read_series(workspace.fit_folder(f.name) / "residuals.parquet", frequencies) for f in fits}
     ingest, flux = read_json(workspace.ingest_json) or {}, read_json(workspace.flux_json) or {}
     # a fit.json without a key does not say what it was made from
-    outdated = [f.name for f in fits if f.key and workspace.outdated({"key": f.key, "settings": f.settings})]
+    outdated = workspace.outdated([f.model_dump(include={"name", "key", "settings"}) for f in fits if f.key])
     return Source(fits, series, ingest, flux, segments, outdated)
 
 

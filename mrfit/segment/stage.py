@@ -10,7 +10,7 @@ from mrfit.progress import Progress, silent
 from mrfit.recording import Segment
 from mrfit.segment.conditions import assign_roles, hold_out_after, name_conditions
 from mrfit.segment.detect import Detection, detect, drive_channel
-from mrfit.store import Workspace, key_of, plain, read_json, segment_row, stored_settings
+from mrfit.store import Workspace, key_of, plain, read_json, stored_settings
 
 METADATA = "mrfit"
 
@@ -167,7 +167,7 @@ def _summary(
     return {
         "key": key,
         "settings": asdict(settings),
-        "segments": [segment_row(s) for s in segments],
+        "segments": [asdict(s) for s in segments],
         "conditions": [
             {
                 "condition": name,

@@ -9,9 +9,10 @@ from mrfit import registry
 from mrfit.errors import DataError
 from mrfit.ingest.dispatch import FALLBACK, claims, reader_of
 from mrfit.ingest.head import open_head
-from mrfit.ingest.stage import Settings, examine
+from mrfit.ingest.stage import Settings
 from mrfit.recording import Recording
 from mrfit.specs import ReaderSpec
+from tests.ingest.examining import examine
 from tests.ingest.samples import WRITERS, sample
 
 NAMES = registry.names("reader")

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from mrfit.ingest.stage import Settings, examine
+from mrfit.ingest.stage import Settings
 from mrfit.recording import Recording
+from tests.ingest.examining import examine
 
 ReadLog = Callable[..., list[Recording]]
 

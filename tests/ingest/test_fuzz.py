@@ -15,8 +15,9 @@ import pytest
 
 from mrfit import registry
 from mrfit.errors import DataError
-from mrfit.ingest.stage import Settings, examine
+from mrfit.ingest.stage import Settings
 from mrfit.recording import Recording
+from tests.ingest.examining import examine
 from tests.ingest.samples import RS_SETTINGS, WRITERS, Sample, matlab_seven_three
 
 SAMPLES = {name: WRITERS[name]() for name in registry.names("reader")} | {"matlab-7.3": matlab_seven_three()}

@@ -8,8 +8,9 @@ import pytest
 from mrfit.ingest.dispatch import FALLBACK, claims
 from mrfit.ingest.head import open_head
 from mrfit.ingest.refusal import Refusal
-from mrfit.ingest.stage import Settings, examine
+from mrfit.ingest.stage import Settings
 from mrfit.recording import Recording
+from tests.ingest.examining import examine
 from tests.ingest.real_truths import PRESS, RAW_PRESS, REFUSED, TABLE, TRUTHS, Truth, mm
 
 

@@ -1,7 +1,8 @@
 from pathlib import Path
 
-from mrfit.ingest.stage import Settings, examine
+from mrfit.ingest.stage import Settings
 from tests.ingest.conftest import ReadLog
+from tests.ingest.examining import examine
 from tests.ingest.samples import lecroy
 
 

@@ -2,7 +2,8 @@ from pathlib import Path
 
 import numpy as np
 
-from mrfit.ingest.stage import Settings, examine
+from mrfit.ingest.stage import Settings
+from tests.ingest.examining import examine
 
 HEAD = "\ufeffFile Path: C:\\x.txt   \nTest: t\nTest Run: Test Run 1\nDate: 10/23/2023\n\n\n"
 HEAD += "Crosshead \tLoad \tTime \nmm\tN\tsec\n"

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from mrfit.ingest.refusal import Refusal
-from mrfit.ingest.stage import Settings, examine
+from mrfit.ingest.stage import Settings
 from tests.ingest.conftest import ReadLog
+from tests.ingest.examining import examine
 from tests.ingest.samples import RS_SETTINGS, rohde_schwarz, signals, table
 
 XML = '<Prop Name="XStart" Value="-0.05"/><Prop Name="Resolution" Value="0.001" UserValue="1ms"/>'

@@ -3,8 +3,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mrfit.ingest.stage import Settings, examine
+from mrfit.ingest.stage import Settings
 from tests.ingest.conftest import ReadLog
+from tests.ingest.examining import examine
 from tests.ingest.samples import Sample, tektronix_tds
 
 
