@@ -152,9 +152,22 @@ def _in_bulk(data: Text, span: tuple[int, int], line: int, layout: Layout) -> Bo
         if table is None or table.num_rows != rows:
             continue
         numbers = {c: _floats(table.column(f"f{c}")) for c in layout.use}
+        if _any_without_number(numbers):
+            continue
         texts = {c: _texts(table, f"f{c}", rows) for c in layout.texts}
         return Body(numbers, np.arange(line, line + rows, dtype=np.int64), texts)
     return None
+
+
+def _any_without_number(numbers: dict[int, Array]) -> bool:
+    """Return whether a row has no number at all: it may be an empty row, which in bulk looks like missing values."""
+    columns = iter(numbers.values())
+    missing = np.isnan(next(columns, np.empty(0)))
+    for column in columns:
+        if not missing.any():
+            return False
+        missing &= np.isnan(column)
+    return bool(missing.any())
 
 
 def _widths(layout: Layout) -> tuple[int, ...]:

@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from mrfit.ingest import body
@@ -21,6 +21,7 @@ ROW = st.lists(FIELD, min_size=0, max_size=5).map(",".join)
 
 @settings(max_examples=300, deadline=None)
 @given(rows=st.lists(ROW, max_size=30))
+@example(rows=["", ",,"])
 def test_bulk_and_line_by_line_agree_and_no_row_is_lost(rows: list[str]) -> None:
     """The fast parser and the slow one see the same rows; kept and refused are all rows there are."""
     data = ("t,a,b\n" + "\n".join(rows)).encode()
