@@ -77,6 +77,7 @@ def test_effect_parameters_come_after_the_base_s_under_the_effect_s_name() -> No
         "current-lag.tau",
         "current-lag.t_d",
         "delay.tau",
+        "delay.s",
     )
     assert spec.inputs == ("velocity", "current")
     for p in spec.params:
@@ -101,6 +102,7 @@ def test_effects_act_in_the_order_of_their_slots_whatever_the_order_of_writing(w
         "velocity-hysteresis.w": 0.01,
         "inertia.m": 3.0,
         "delay.tau": 5e-3,
+        "delay.s": 0.0,
         "fy": 300.0,
         "C_inf": 800.0,
         "f0": 7.0,

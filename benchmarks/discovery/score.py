@@ -153,12 +153,13 @@ def _no_name(case: Case, result: Result, verdict: str, names: frozenset[str]) ->
 
 def _covered(case: Case, result: Result) -> dict[str, bool]:
     covered = {}
+    magnitudes = {e if e in COMPARABLE else EFFECTS[e].canonical: m for e, m in case.hidden.effects.items()}
     for effect in result.discovery.get("effects", []):
         name = effect["name"]
         unit, value = COMPARABLE.get(name, ("", _same))
         matching = [p for p in effect.get("parameters", []) if p.get("unit") == unit]
-        if name in case.hidden.effects and case.hidden.bench != "other-coil" and matching:
-            truth = value(result.truth, case.hidden.effects[name])
+        if name in magnitudes and case.hidden.bench != "other-coil" and matching:
+            truth = value(result.truth, magnitudes[name])
             low, high = matching[0]["low"], matching[0]["high"]
             # an end that is not to be had is no interval: it would hold anything
             covered[name] = low is not None and high is not None and bool(low <= truth <= high)

@@ -160,6 +160,7 @@ def simulate(damper: Damper, magnitudes: Mapping[str, float], motion: Motion) ->
     force = damping + spring + _mechanical(geared, size)
     if "load-cell-resonance" in size:
         force = resonated(force, size["load-cell-resonance"], motion.step)
+    force = lagged(force, size.get("delay-by-filter", 0.0), motion.step)
     force = shifted(force, size.get("delay", 0.0), motion.step) + size.get("force-offset", 0.0)
     return DamperRun(force, temperature)
 
@@ -189,6 +190,7 @@ def _mechanical(motion: Motion, size: dict[str, float]) -> Array:
     x, v = motion.position, motion.speed
     total = size.get("inertia", 0.0) * motion.acceleration
     friction = size.get("coulomb-friction", 0.0) + size.get("stribeck", 0.0) * np.exp(-((v / STRIBECK_SPEED) ** 2))
+    friction = friction + size.get("stribeck-exponential", 0.0) * np.exp(-np.abs(v) / STRIBECK_SPEED)
     if np.any(friction):
         total = total + friction * slip_direction(x)
     compressed = np.maximum(1.0 - x / GAS_STROKE, 0.2)

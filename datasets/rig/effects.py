@@ -63,6 +63,12 @@ _REALISED_OTHERWISE = {
     "velocity-hysteresis-by-stroke": Effect(
         "plain-damper", "1/s", (0.065, 0.2, 0.6), "velocity led by this times the stroke", "velocity-hysteresis"
     ),
+    "delay-by-filter": Effect(
+        "damper", "s", (0.00036, 0.00105, 0.0033), "the load cell's amplifier filters the force, first order", "delay"
+    ),
+    "stribeck-exponential": Effect(
+        "damper", "N", (36.0, 100.0, 290.0), "friction that dies away as exp(-|v|/30 mm/s)", "stribeck"
+    ),
 }
 _OUTSIDE = {
     "magnetic-aftereffect": Effect(

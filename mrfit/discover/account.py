@@ -55,7 +55,7 @@ def verdict_of(bench: Bench, verdict: Verdict, seed: int) -> Outcome:
         return Outcome("ambiguous", structure)
     if final.effects:
         return Outcome("named", structure)
-    told = structure > STRUCTURE or verdict.taken_back is not None or final.chi("holdout") > BEYOND_ANY_COLOUR
+    told = structure > STRUCTURE or verdict.taken_back or final.chi("holdout") > BEYOND_ANY_COLOUR
     left = final.chi("holdout") > CLEARLY_ABOVE and told
     left = left or repeated_error(bench, final) > FAR_ABOVE or follows_the_state(bench, final)
     return Outcome("unexplained" if left else "none", structure)
@@ -63,15 +63,15 @@ def verdict_of(bench: Bench, verdict: Verdict, seed: int) -> Outcome:
 
 def drop_shadows(verdict: Verdict) -> None:
     """Take back all effects if together they leave much of the gap: what is missing then is something else."""
-    if not verdict.final.effects or not leaves_too_much(verdict.base, verdict.final):
+    proven = verdict.proven
+    if proven is None or not verdict.final.effects or not leaves_too_much(verdict.base, verdict.final):
         return
-    before, after = (fit.chi("holdout") ** 2 for fit in (verdict.base, verdict.final))
+    before, after = (fit.chi("holdout") ** 2 for fit in (verdict.base, proven))
     closed = (before - after) / (before - 1.0)
-    together = f"{' and '.join(verdict.final.effects)} would take {closed:.0%} of the gap"
+    together = f"{' and '.join(proven.effects)} would take {closed:.0%} of the gap"
     left = f"leave {np.sqrt(after):.3g} times the noise: too little to be all that is missing"
-    verdict.reasons |= dict.fromkeys(verdict.final.effects, f"{together} and {left}")
-    verdict.taken_back, verdict.final = verdict.final, verdict.base
-    verdict.doubtful, verdict.ambiguous = verdict.ambiguous, []
+    verdict.reasons |= dict.fromkeys(proven.effects, f"{together} and {left}")
+    verdict.final, verdict.ambiguous, verdict.taken_back = verdict.base, [], True
 
 
 def account(fitter: Fitter, verdict: Verdict, outcome: Outcome) -> dict[str, Any]:
@@ -176,8 +176,8 @@ def effect_row(verdict: Verdict, spec: EffectSpec, fitter: Fitter, pairs: list[d
 
 def _partial_rows(fitter: Fitter, verdict: Verdict) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Return the effects that were taken back, and those that could stand ``instead_of`` one of them."""
-    fit = verdict.taken_back
-    if fit is None:
+    fit = verdict.proven
+    if fit is None or not verdict.taken_back:
         return [], []
     others = [
         _swapped(fitter, verdict, fit, (own, other)) | {"instead_of": own}

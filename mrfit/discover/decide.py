@@ -60,9 +60,11 @@ class Verdict:
         For every effect: why it was accepted or turned down.
     gains
         Share of the squared hold-out error each took away when it was last tried.
-    taken_back, doubtful
-        The fit with effects that had proof each, but together left too much to be named, and the sets that could not be
-        told apart among them.
+    proven, doubtful
+        The fit with all effects that had proof each, whether or not each takes more than they leave together, and the
+        sets that could not be told apart among them.
+    taken_back
+        Whether none is named, since together they leave too much.
     """
 
     base: Refit
@@ -71,8 +73,9 @@ class Verdict:
     screened: list[Screened] = field(default_factory=list)
     reasons: dict[str, str] = field(default_factory=dict)
     gains: dict[str, float] = field(default_factory=dict)
-    taken_back: Refit | None = None
+    proven: Refit | None = None
     doubtful: list[tuple[str, ...]] = field(default_factory=list)
+    taken_back: bool = False
 
     def alike(self, name: str) -> set[str]:
         """Return the effects whose projected sensitivity is nearly parallel to an effect's in these data."""
@@ -100,6 +103,7 @@ def decide(fitter: Fitter, base: Refit, effects: Sequence[EffectSpec], progress:
     first = _grow(fitter, verdict, effects, progress)
     if verdict.final.effects and leaves_too_much(base, verdict.final):
         _start_again(fitter, verdict, (effects, first), progress)
+    verdict.proven, verdict.doubtful = verdict.final, verdict.ambiguous
     _remove_below_the_rest(fitter, verdict)
     for name in verdict.final.effects:
         verdict.reasons[name] = f"its parameter is {verdict.final.strength(name):.0f} standard errors from neutral"
@@ -225,15 +229,20 @@ def duel(fitter: Fitter, present: Refit, passing: Sequence[Trial], verdict: Verd
             verdict.reasons[rival.name] = f"it adds nothing beside {winner.name}"
         elif _far_behind(winner, rival):
             verdict.reasons[rival.name] = f"it closes less of the gap than {winner.name}"
-        elif rival.fit.degenerate(rival.name) > winner.fit.degenerate(winner.name):
+        elif _limits(rival, winner) > _limits(winner, rival):
             verdict.reasons[rival.name] = f"its shape ends at a bound, where it is no other than {winner.name}"
-        elif rival.fit.degenerate(rival.name) < winner.fit.degenerate(winner.name):
+        elif _limits(rival, winner) < _limits(winner, rival):
             verdict.reasons[winner.name] = f"its shape ends at a bound, where it is no other than {rival.name}"
             winner, equals = rival, []
         else:
             verdict.reasons[rival.name] = f"these data cannot tell it from {winner.name}"
             equals.append(rival.name)
     return winner, tuple(equals)
+
+
+def _limits(trial: Trial, rival: Trial) -> int:
+    """Return how many times an effect's form ended at its limit, where it may be its rival's."""
+    return trial.fit.degenerate(trial.name, rival.name)
 
 
 def _started_from(fitter: Fitter, present: Refit, both: Refit, trial: Trial, verdict: Verdict) -> Trial:

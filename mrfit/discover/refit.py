@@ -6,6 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
+from mrfit import registry
 from mrfit.assembly import Assembly, assemble
 from mrfit.dependence import CurrentDependence
 from mrfit.discover.bench import Bench
@@ -97,9 +98,19 @@ class Refit:
         own = [k for k, p in enumerate(self.cube.params) if p.name.startswith(effect + ".") and p.role != "shape"]
         return [int(np.flatnonzero(self.cube.free == k)[0]) for k in own]
 
-    def degenerate(self, effect: str) -> int:
-        """Return how many shape parameters of an effect ended at a bound: it is so many times the limit of its form."""
-        shapes = [k for k, p in enumerate(self.cube.params) if p.name.startswith(effect + ".") and p.role == "shape"]
+    def degenerate(self, effect: str, rival: str) -> int:
+        """Return how many shape parameters of an effect ended at a bound: it is so many times the limit of its form.
+
+        Those that its rival has too say nothing of which of the two it is, and a share of none or all is a form like
+        any other.
+        """
+        common = {p.name for p in registry.load("effect", rival).SPEC.params}
+        own = [(k, p, p.name.removeprefix(effect + ".")) for k, p in enumerate(self.cube.params)]
+        shapes = [
+            k
+            for k, p, name in own
+            if name != p.name and name not in common and p.role == "shape" and (p.low, p.high) != (0.0, 1.0)
+        ]
         places = [float(self.point[int(np.flatnonzero(self.cube.free == k)[0])]) for k in shapes]
         return sum(min(at, 1.0 - at) < AT_BOUND for at in places)
 

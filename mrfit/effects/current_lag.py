@@ -13,7 +13,7 @@ Source: inverse-tanh paper eq. 9; the simplest M(s) of Savaia et al. eq. 7, with
 
 import numpy as np
 
-from mrfit.kernels.filters import lag
+from mrfit.kernels.filters import lag, smooth_lag
 from mrfit.kernels.theta import plain
 from mrfit.specs import Array, EffectSpec, Index, Param
 
@@ -39,10 +39,10 @@ SPEC = EffectSpec(
 
 def transform(channels: dict[str, Array], theta: Array, dt: float) -> dict[str, Array]:
     """Return the current in A, shape (N,), that the field corresponds to; theta is (tau, t_d) in s."""
-    current, ratio = plain(channels["current"]), theta[0] / dt
-    lagged = lag(current[None], np.array([ratio]))[0]
-    late = lagged if theta[1] == 0.0 else _late(current, lagged, ratio, theta[1] / dt)
-    return {"current": late - _bend(current, ratio, theta[1] / dt) if ratio > 0.0 else late}
+    current, ratio, shift = plain(channels["current"])[None], np.array([theta[0] / dt]), theta[1] / dt
+    straight, smooth = lag(current, ratio)[0], smooth_lag(current, ratio)[0]
+    late = straight if shift == 0.0 else _late(current[0], straight, ratio[0], shift)
+    return {"current": late + _between(smooth - straight, shift)}
 
 
 def _late(current: Array, lagged: Array, ratio: float, shift: float) -> Array:
@@ -54,16 +54,10 @@ def _late(current: Array, lagged: Array, ratio: float, shift: float) -> Array:
     return late
 
 
-def _bend(current: Array, ratio: float, shift: float) -> Array:
-    """Return the lagged difference (N,) of straight lines from parabolas between samples, which blur no edge."""
-    from scipy.signal import lfilter
-
-    curvature = np.zeros(len(current))
-    curvature[1:-1] = np.diff(current, 2)
-    between = np.concatenate([[0.0], 0.5 * (curvature[1:] + curvature[:-1])])
-    bend = np.asarray(lfilter([_gained(1.0 / ratio)], [1.0, -np.exp(-1.0 / ratio)], between))
-    before, share = _place(len(current), shift)
-    late: Array = bend[before] + share * (bend[before + 1] - bend[before])
+def _between(x: Array, shift: float) -> Array:
+    """Return a signal (N,) a number of samples later, linear between samples."""
+    before, share = _place(len(x), shift)
+    late: Array = x[before] + share * (x[before + 1] - x[before])
     return late
 
 
@@ -72,12 +66,3 @@ def _place(samples: int, shift: float) -> tuple[Index, Array]:
     at = np.clip(np.arange(samples) - shift, 0.0, samples - 1)
     before = np.minimum(at.astype(np.int64), samples - 2)
     return before, at - before
-
-
-def _gained(rate: float) -> float:
-    """Return what a lag of 1/rate samples gains over one interval from a bend u*(1 - u)/2."""
-    if rate < 1e-2:
-        return rate * (1.0 / 12.0 - rate / 24.0 + rate**2 / 80.0)
-    kept = np.exp(-rate)
-    first, second = (1.0 - kept * (1.0 + rate)) / rate, (2.0 - kept * (2.0 + 2.0 * rate + rate**2)) / rate**2
-    return float(0.5 * (first - second))

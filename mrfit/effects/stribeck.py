@@ -1,13 +1,13 @@
 """Stribeck friction: more force at crawling speed than just above it, as seals go from mixed to full lubrication.
 
-    F = F_base + fs*exp(-(v/vs)^2)*s,    s = (x - play(x, r))/r*tanh(|v|/v_r) between -1 and 1
+    F = F_base + fs*exp(-(|v|/vs)^p)*s,    s = (x - play(x, r))/r*tanh(|v|/v_r) between -1 and 1
 
 x displacement (m), v velocity (m/s), F force (N), fs force at standstill above that of motion (N), vs Stribeck velocity
-(m/s), over which it dies away, r (m) and v_r (m/s) as in ``coulomb-friction``, whose side of sliding s is. All but fs
-do nothing while fs is 0.
+(m/s), over which it dies away, p (1) how abruptly, r (m) and v_r (m/s) as in ``coulomb-friction``, whose side of
+sliding s is. All but fs do nothing while fs is 0. Papers have p = 2, 1 (Bo and Pavelescu) and between 0.5 and 1.
 
-Source: B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994) 1083; W. D. Iwan, J. Appl. Mech. 33
-(1966) 893.
+Source: B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994) 1083; L. C. Bo, D. Pavelescu, Wear 82
+(1982) 277; W. D. Iwan, J. Appl. Mech. 33 (1966) 893.
 """
 
 import numpy as np
@@ -19,27 +19,28 @@ from mrfit.specs import Array, EffectSpec, Param
 SPEC = EffectSpec(
     name="stribeck",
     title="Friction falling with speed",
-    equation="F = F_base + fs*exp(-(v/vs)^2)*s,  s = (x - play(x, r))/r*tanh(|v|/v_r)",
+    equation="F = F_base + fs*exp(-(|v|/vs)^p)*s,  s = (x - play(x, r))/r*tanh(|v|/v_r)",
     reference="Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083",
     slot="add",
     outputs=("force",),
     inputs=("displacement", "velocity"),
     params=(
         Param("fs", "N", 0.0, 1e5, 0.0, text="force at standstill above that of motion"),
-        Param("vs", "m/s", 2e-3, 1.0, 0.02, "log", "shape", "velocity over which it dies away"),
+        Param("vs", "m/s", 2e-3, 0.5, 0.02, "log", "shape", "velocity over which it dies away"),
+        Param("p", "1", 0.5, 4.0, 2.0, "log", "shape", "how abruptly it dies away"),
         Param("r", "m", 1e-7, 5e-3, 2e-5, "log", "shape", "travel over which the seal is bent before it slips"),
         Param("v_r", "m/s", 1e-5, 0.01, 3e-4, "log", "shape", "velocity below which friction fades"),
     ),
-    neutral=(0.0, 0.02, 2e-5, 3e-4),
+    neutral=(0.0, 0.02, 2.0, 2e-5, 3e-4),
     aliases=("coulomb-friction", "delay"),
     experiment="triangular strokes at five or more speeds from 1 to 50 mm/s: force against speed has a minimum",
 )
 
 
 def term(channels: dict[str, Array], theta: Array, dt: float) -> Array:
-    """Return the force in N, shape (P, N), of fs in N, vs and v_r in m/s and r in m, theta (P, 4)."""
-    fs, vs = theta[:, :1], theta[:, 1:2]
+    """Return the force in N, shape (P, N), of fs in N, vs and v_r in m/s and r in m, theta (P, 5)."""
+    fs, vs, power = theta[:, :1], theta[:, 1:2], theta[:, 2:3]
     v = channels["velocity"]
-    fading = np.exp(-((v / vs) ** 2))
-    force: Array = fs * fading * slip(plain(channels["displacement"]), v, theta[:, 2], theta[:, 3])
+    fading = np.exp(-((np.abs(v) / vs) ** power))
+    force: Array = fs * fading * slip(plain(channels["displacement"]), v, theta[:, 3], theta[:, 4])
     return force

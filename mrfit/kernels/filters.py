@@ -37,6 +37,37 @@ def lag(x: Array, ratio: Array) -> Array:
 
 
 @kernel
+def smooth_lag(x: Array, ratio: Array) -> Array:
+    """Return ``lag`` of signals (P, N) that are parabolas between samples: straight lines would blur them by dt^2/6.
+
+    Between two samples a signal is off the straight line by c*u*(1 - u)/2, c the mean of its second differences at both
+    and u the share of the interval that has passed.
+    """
+    y = lag(x, ratio)
+    samples = x.shape[1]
+    for p in range(len(x)):
+        if ratio[p] == 0.0:
+            continue
+        decay, gained, bend, before = math.exp(-1.0 / ratio[p]), _gained_from_bend(1.0 / ratio[p]), 0.0, 0.0
+        for j in range(1, samples):
+            here = x[p, j + 1] - 2.0 * x[p, j] + x[p, j - 1] if j < samples - 1 else 0.0
+            bend = decay * bend + gained * 0.5 * (before + here)
+            before = here
+            y[p, j] -= bend
+    return y
+
+
+@kernel
+def _gained_from_bend(rate: float) -> float:
+    """Return what a lag of 1/rate samples gains over one interval from a bend u*(1 - u)/2."""
+    if rate < 1e-2:
+        return rate * (1.0 / 12.0 - rate / 24.0 + rate**2 / 80.0)
+    kept = math.exp(-rate)
+    first, second = (1.0 - kept * (1.0 + rate)) / rate, (2.0 - kept * (2.0 + 2.0 * rate + rate**2)) / rate**2
+    return 0.5 * (first - second)
+
+
+@kernel
 def shifted(x: Array, shift: Array) -> Array:
     """Delay signals by a number of samples that need not be whole, by cubic Lagrange interpolation.
 

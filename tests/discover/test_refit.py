@@ -1,8 +1,35 @@
-"""The paired score calls a fall in error clear when it is, allowing for correlated residuals."""
+"""The paired score allows for correlated residuals; a shape at its bound is the limit of an effect's form."""
 
 import numpy as np
+import pytest
 
-from mrfit.discover.refit import paired_z
+from mrfit.assembly import assemble
+from mrfit.discover.refit import Refit, paired_z
+from mrfit.fit.cube import cube_of
+
+
+def refit(effect: str, **values: float) -> Refit:
+    """Return a fit of bingham with an effect whose parameters ended at these values, the others at their start."""
+    assembly = assemble(f"bingham+{effect}")
+    cube = cube_of(assembly.spec, {}, {}, {})
+    own = {f"{effect}.{name}": value for name, value in values.items()}
+    theta = np.array([[own.get(p.name, p.start) for p in cube.params]])
+    return Refit((effect,), assembly, cube, cube.to_points(theta)[0], [], [], lambda: pytest.fail("not asked for"))
+
+
+def test_a_stribeck_velocity_at_its_bound_is_the_limit_of_coulomb_friction() -> None:
+    assert refit("stribeck", fs=10.0, vs=0.5).degenerate("stribeck", "coulomb-friction") == 1
+    assert refit("stribeck", fs=10.0, vs=0.02).degenerate("stribeck", "coulomb-friction") == 0
+
+
+def test_a_shape_that_both_rivals_have_tells_nothing_of_either() -> None:
+    assert refit("coulomb-friction", fc=10.0, v_r=1e-5).degenerate("coulomb-friction", "stribeck") == 0
+    assert refit("coulomb-friction", fc=10.0, v_r=1e-5).degenerate("coulomb-friction", "delay") == 1
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0])
+def test_dead_time_alone_and_lag_alone_are_forms_like_any_other(share: float) -> None:
+    assert refit("delay", tau=1e-3, s=share).degenerate("delay", "inertia") == 0
 
 
 def test_equal_errors_score_nothing_and_a_real_fall_scores_much() -> None:

@@ -8,15 +8,20 @@ from mrfit.effects.stribeck import term
 STRENGTH, VELOCITY, REACH, TURN = 80.0, 0.02, 1e-5, 1e-5
 
 
-def force(speeds: np.ndarray) -> np.ndarray:
+def force(speeds: np.ndarray, power: float = 2.0) -> np.ndarray:
     """Friction of a seal that has slipped one way for long, at these speeds."""
     sign = np.sign(speeds[-1])
     channels = {"displacement": sign * (1.0 + np.arange(len(speeds))), "velocity": speeds}
-    return term(channels, np.array([[STRENGTH, VELOCITY, REACH, TURN]]), 1e-3)[0]
+    return term(channels, np.array([[STRENGTH, VELOCITY, power, REACH, TURN]]), 1e-3)[0]
 
 
-def test_force_at_the_stribeck_velocity_is_one_over_e() -> None:
-    assert force(np.array([VELOCITY]))[0] == pytest.approx(STRENGTH / np.e, rel=1e-9)
+@pytest.mark.parametrize("power", [0.5, 1.0, 2.0])
+def test_force_at_the_stribeck_velocity_is_one_over_e(power: float) -> None:
+    assert force(np.array([VELOCITY]), power)[0] == pytest.approx(STRENGTH / np.e, rel=1e-9)
+
+
+def test_power_of_one_is_the_exponential_law() -> None:
+    assert force(np.array([3 * VELOCITY]), 1.0)[0] == pytest.approx(STRENGTH * np.exp(-3.0), rel=1e-9)
 
 
 def test_force_has_died_away_at_three_times_the_velocity_and_is_odd() -> None:

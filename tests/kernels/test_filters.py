@@ -6,7 +6,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mrfit.kernels.filters import bent, lag, level, play, running_integral, shifted, smooth_play, soft_sign
+from mrfit.kernels.filters import (
+    bent,
+    lag,
+    level,
+    play,
+    running_integral,
+    shifted,
+    smooth_lag,
+    smooth_play,
+    soft_sign,
+)
 
 SIGNALS = arrays(np.float64, st.integers(1, 40), elements=st.floats(-1e6, 1e6))
 
@@ -16,6 +26,7 @@ SIGNALS = arrays(np.float64, st.integers(1, 40), elements=st.floats(-1e6, 1e6))
 @given(SIGNALS)
 def test_operators_are_the_identity_at_the_value_that_makes_them_vanish(x: np.ndarray) -> None:
     assert np.array_equal(lag(x[None], np.zeros(1))[0], x)
+    assert np.array_equal(smooth_lag(x[None], np.zeros(1))[0], x)
     assert np.array_equal(shifted(x[None], np.zeros(1))[0], x)
     assert np.array_equal(play(x, 0.0), x)
     assert np.array_equal(smooth_play(x, 0.0), x)
@@ -27,6 +38,14 @@ def test_lag_follows_a_ramp_at_the_distance_of_its_time_constant(ratio: float) -
     j = np.arange(200.0)
     expected = j - ratio * -np.expm1(-j / ratio)
     assert np.abs(lag(j[None], np.array([ratio]))[0] - expected).max() <= 1e-9 * max(1.0, ratio**0.5)
+
+
+@pytest.mark.parametrize("ratio", [0.02, 0.3, 4.0, 99.0, 101.0])
+def test_smooth_lag_of_a_parabola_is_exact_once_its_start_is_forgotten(ratio: float) -> None:
+    j = np.arange(5000.0)
+    steady = j**2 - 2 * ratio * j + 2 * ratio**2
+    found = smooth_lag(1e-6 * j[None] ** 2, np.array([ratio]))[0]
+    assert np.abs(found - 1e-6 * steady)[4000:-1].max() <= 1e-10
 
 
 def test_lag_of_a_sine_has_the_gain_and_phase_of_a_first_order_system() -> None:
