@@ -112,7 +112,7 @@ def flux(
 @app.command()
 def segment(
     drive: Annotated[str | None, typer.Option(help="Channel that defines the condition; default: found.")] = None,
-    min_cycles: Annotated[int, typer.Option(min=1, help="Fewest steady cycles of a condition.")] = 2,
+    min_cycles: Annotated[int, typer.Option(min=1, help="Fewest steady cycles; a test of fewer is one stretch.")] = 2,
     holdout: Annotated[
         str,
         typer.Option(help="Held out: auto, none, conditions by current=3 or a pattern on names, or after=SECONDS."),

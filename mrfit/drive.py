@@ -276,6 +276,13 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
     )
 
 
+def check_inputs(recording: Recording, segment: Segment, names: Sequence[str]) -> None:
+    """Raise the DataError with which ``smooth`` would refuse a segment for want of a channel."""
+    for name in names:
+        if name != TIME:
+            _source(recording, segment, name)
+
+
 def output_floor(recording: Recording, segment: Segment, values: Array) -> float:
     """Return the noise floor of an output over a segment, (N,), in its unit.
 

@@ -109,6 +109,11 @@ def default_budget(name: str, dimension: int) -> int:
     return sum(int(registry.load("optimizer", part).SPEC.budget(dimension)) for part in chain(name))
 
 
+def seconds_left(deadline: float | None) -> float | None:
+    """Return the seconds to a deadline of ``time.monotonic``, as ``run`` takes them: more than none; None for none."""
+    return None if deadline is None else max(deadline - time.monotonic(), 1e-3)
+
+
 def run(
     name: str,
     objective: Objective,

@@ -20,7 +20,7 @@ Pattern = Annotated[
     str | None,
     typer.Option(
         "--pattern",
-        help="Conditions in file names, as '{amplitude:mm}mm{frequency:Hz}Hz{current:A}A'; * is any text.",
+        help="Conditions in file names, as '{frequency:Hz}Hz-{current:A}A', of any quantity; * is any text.",
         metavar="PATTERN",
         show_default=False,
     ),

@@ -148,10 +148,12 @@ def predict(
     return {
         "fit": fit_name,
         "model": found["model"],
+        "output": found["output"],
         "metrics": prediction.metrics,
         "used": prediction.used,
         "outdated": bool(workspace.outdated([found])),
         "refused": ingested["refused"],
+        "warnings": prediction.warnings,
     }
 
 

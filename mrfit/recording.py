@@ -53,6 +53,8 @@ class Recording:
     condition
         What the file's name or header says of the test: ``frequency`` Hz, ``amplitude`` in the drive's SI unit,
         ``current`` A, ``temperature`` degC, ``resistance`` ohm … (SI).
+    wording
+        Quantity -> how the name of a test condition says it, ``5bar`` for ``pressure``, where a name gives its unit.
     rows_kept, rows_refused
         Data rows of the file; their sum is all there were.
     findings
@@ -71,6 +73,7 @@ class Recording:
     units: Mapping[str, str]
     columns: Mapping[str, int] = field(default_factory=dict)
     condition: Mapping[str, float] = field(default_factory=dict)
+    wording: Mapping[str, str] = field(default_factory=dict)
     rows_kept: int = 0
     rows_refused: int = 0
     findings: tuple[Finding, ...] = ()
@@ -97,6 +100,7 @@ class Recording:
                 for name in self.channels
             ],
             "condition": dict(self.condition),
+            "wording": dict(self.wording),
             "findings": [{"kind": f.kind, "channel": f.channel, "at": f.at, "text": f.text} for f in self.findings],
             "history": list(self.history),
         }

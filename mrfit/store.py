@@ -332,8 +332,8 @@ class Workspace:
             columns={c["name"]: c["column"] for c in about["channels"] if c["column"] is not None},
             findings=tuple(Finding(**f) for f in about["findings"]),
             history=tuple(about["history"]),
-            **{k: about[k] for k in ("id", "source", "sha256", "reader", "dt", "start")},
-            **{k: about[k] for k in ("condition", "rows_kept", "rows_refused")},
+            **{k: about[k] for k in ("id", "source", "sha256", "reader", "dt", "start", "rows_kept", "rows_refused")},
+            **{k: about.get(k, {}) for k in ("condition", "wording")},
         )
 
     def write_segments(self, segments: Sequence[Segment], metadata: Mapping[str, str]) -> None:

@@ -5,12 +5,16 @@ from pathlib import Path
 from typing import Any
 
 from mrfit import registry
-from mrfit.channels import CHANNELS
+from mrfit.channels import CHANNELS, unit_of
 from mrfit.console import numbers, print_table, say
 from mrfit.errors import ConfigError, unknown_name
 
 Summary = dict[str, Any]
 METRIC_COLUMNS = ("condition", "role", "samples", "rmse", "nrmse", "noise_floor", "esr", "fit_percent")
+# Characters for the columns of a table beside its first
+ROOM = 110
+# What stands behind a column's name: y for the unit of the output
+METRIC_UNITS = {"rmse": "y", "nrmse": "1", "noise_floor": "y", "esr": "%", "fit_percent": "%"}
 
 
 def _state(summary: Summary) -> str:
@@ -26,12 +30,22 @@ def ingest(summary: Summary, work: Path) -> None:
     columns = ("recording", "reader", "rows", "refused", "dt (s)", "channels", "condition")
     print_table(f"Recordings in {work}{_state(summary)}", columns, rows)
     for source in summary["replaced"]:
-        say(f"  {source}: has changed since it was last read; its recordings are replaced")
+        say(f"  {source}: {summary['reasons'][source]}; its recordings are replaced")
+    for copy in summary.get("copies", []):
+        say(f"  {copy_text(copy)}")
     for recording in summary["recordings"]:
         for finding in recording["findings"]:
             say(f"  {recording['id']}: {finding['text']}")
     for refused in summary["refused"]:
         say(f"  refused {refused['source']}: {refused['reason']}; {refused['remedy']}")
+
+
+def copy_text(copy: Summary) -> str:
+    """Return what became of a log that holds the same bytes as another one."""
+    if copy["read"]:
+        why = "but its name or settings make another test of it: both are kept; if one is wrong, ingest without it"
+        return f"{copy['source']}: the same bytes as {copy['of']}, {why} into another --work folder"
+    return f"{copy['source']}: a copy of {copy['of']} (the same bytes): read once"
 
 
 def channels_text(recording: Summary) -> str:
@@ -91,7 +105,7 @@ def segment(summary: Summary, work: Path) -> None:
 def fit(summary: Summary, work: Path) -> None:
     """Print a fit's errors, its parameters (in full for one to three results) and the reasons to distrust it."""
     title = f"Fit {summary['name']}: {summary['model']} by {summary['optimizer']}, seed {summary['seed']}"
-    print_table(title + _state(summary), METRIC_COLUMNS, [numbers(m, METRIC_COLUMNS) for m in summary["metrics"]])
+    _errors(title + _state(summary), summary)
     for result in summary["results"][: 3 if len(summary["results"]) <= 3 else 1]:
         names = ("name", "value", "unit", "low", "high", "identifiable")
         rows = [numbers(p, names) for p in [*result["parameters"], *result["derived"]]]
@@ -107,25 +121,42 @@ def fit(summary: Summary, work: Path) -> None:
     warnings(summary)
 
 
+def _errors(title: str, summary: Summary) -> None:
+    units = {n: unit_of(summary["output"]) if u == "y" else u for n, u in METRIC_UNITS.items()}
+    columns = [f"{n.removesuffix('_percent')} ({units[n]})" if units.get(n) else n for n in METRIC_COLUMNS]
+    print_table(title, columns, [numbers(m, METRIC_COLUMNS) for m in summary["metrics"]])
+
+
 def warnings(summary: Summary) -> None:
-    """Print each kind of warning once, with the conditions it holds for."""
-    kinds: dict[str, list[tuple[str, str]]] = {}
+    """Print the warnings on a whole fit, and each kind of those on its conditions with how many it holds for.
+
+    Where one condition has several of a kind, as on stages without a test, each is told.
+    """
+    _whole_warnings(summary)
+    kinds: dict[tuple[str, int], list[tuple[str, str]]] = {}
     for result in summary["results"]:
-        for warning in result["warnings"]:
-            kinds.setdefault(warning["kind"], []).append((result["condition"], warning["text"]))
-    for kind, found in kinds.items():
+        for place, warning in enumerate(result["warnings"]):
+            earlier = sum(w["kind"] == warning["kind"] for w in result["warnings"][:place])
+            kinds.setdefault((warning["kind"], earlier), []).append((result["condition"], warning["text"]))
+    for (kind, _), found in kinds.items():
         condition, text = found[0]
-        more = f" (and {len(found) - 1} more conditions)" if len(found) > 1 else ""
+        others = len(found) - 1
+        more = f" (and {others} more condition{'s' * (others > 1)})" if others else ""
         say(f"  warning {kind}: {condition}{more}: {text}")
+
+
+def _whole_warnings(summary: Summary) -> None:
+    for warning in summary["warnings"]:
+        say(f"  warning {warning['kind']}: {warning['text']}")
 
 
 def predict(summary: Summary) -> None:
     """Print the errors of a prediction and whose parameters it used."""
-    title = f"Prediction by {summary['fit']}"
-    print_table(title, METRIC_COLUMNS, [numbers(m, METRIC_COLUMNS) for m in summary["metrics"]])
+    _errors(f"Prediction by {summary['fit']}", summary)
     for segment_id, condition in summary["used"].items():
         say(f"  {segment_id}: parameters of {condition}")
     outdated([summary["fit"]] if summary["outdated"] else [])
+    _whole_warnings(summary)
     for refused in summary["refused"]:
         say(f"  refused {refused['source']}: {refused['reason']}; {refused['remedy']}")
 
@@ -137,21 +168,38 @@ def outdated(fits: Sequence[str]) -> None:
 
 
 def compare_models(summary: Summary, work: Path) -> None:
-    """Print models against conditions: errors over all conditions with the time of each fit, NRMSE on every one."""
+    """Print models against conditions, output by output: errors over all conditions, the time of each fit, NRMSE."""
+    from mrfit.compare.page import together
+
     names = ("parameters", "holdout_nrmse", "holdout_fit_percent", "train_nrmse", "train_fit_percent")
-    rows = [[m["model"], *numbers(m, names), summary["seconds"].get(m["model"])] for m in summary["models"]]
     columns = ("model", "parameters", "hold-out NRMSE", "hold-out fit (%)", "train NRMSE", "train fit (%)", "time (s)")
-    print_table(f"Models in {work}, best on held-out data first", columns, rows)
     found = {(m["model"], m["role"], m["condition"]): m["nrmse"] for m in summary["metrics"]}
-    for role in dict.fromkeys(m["role"] for m in summary["metrics"]):
-        there = dict.fromkeys(
-            m["condition"] for m in summary["metrics"] if m["role"] == role and m["condition"] != "all"
-        )
-        errors = [[m["model"], *(_percent(found.get((m["model"], role, c))) for c in there)] for m in summary["models"]]
-        print_table(f"NRMSE in percent, {role}", ("model", *there), errors)
-    for left in summary["left_out"]:
-        say(f"  left out {left['model']}: {left['reason']}")
+    for output in dict.fromkeys(m["output"] for m in summary["models"]):
+        models = [m for m in summary["models"] if m["output"] == output]
+        rows = [[m["model"], *numbers(m, names), summary["seconds"].get(m["model"])] for m in models]
+        print_table(f"Models of {output} in {work}, best on held-out data first", columns, rows)
+        shown = {m["model"] for m in models}
+        own = [m for m in summary["metrics"] if m["model"] in shown]
+        for role in dict.fromkeys(m["role"] for m in own):
+            there = dict.fromkeys(m["condition"] for m in own if m["role"] == role and m["condition"] != "all")
+            for some in _side_by_side(list(there)):
+                errors = [[m["model"], *(_percent(found.get((m["model"], role, c))) for c in some)] for m in models]
+                print_table(f"NRMSE of {output} in percent, {role}", ("model", *some), errors)
+    for names_, text in together(summary["warnings"], "text"):
+        say(f"  warning recordings-left-out: {names_}: {text}")
+    for names_, reason in together(summary["left_out"], "reason"):
+        say(f"  left out {names_}: {reason}")
     say(f"Files: {work / 'compare'}/compare.html, compare.csv, compare.json")
+
+
+def _side_by_side(names: Sequence[str]) -> list[list[str]]:
+    """Return columns' names in groups that stand side by side in one table without being cut."""
+    groups: list[list[str]] = [[]]
+    for name in names:
+        if sum(len(n) + 3 for n in [*groups[-1], name]) > ROOM and groups[-1]:
+            groups.append([])
+        groups[-1].append(name)
+    return groups
 
 
 def _percent(share: float | None) -> float | None:
@@ -164,6 +212,7 @@ def compare_optimizers(summary: Summary, work: Path) -> None:
     settings = summary["settings"]
     title = f"Optimizers on {settings['model']}, {settings['seeds']} seeds: RMS error"
     print_table(title, names, [numbers(r, names) for r in summary["rows"]])
+    _whole_warnings(summary)
     say(f"Files: {work / 'compare'}/optimizers.html, optimizers.csv, optimizers.json")
 
 

@@ -68,3 +68,14 @@ def test_a_bad_pattern_is_one_line(mrfit: Run, tmp_path: Path) -> None:
     assert result.returncode == 2 and result.stdout == ""
     assert result.stderr.count("\n") == 1 and "name pattern '{a:blurb}': unknown unit 'blurb'" in result.stderr
     assert not (tmp_path / "mrfit-work").exists()
+
+
+def test_logs_that_differ_in_any_stated_quantity_are_conditions_of_their_own(answer: Answer, tmp_path: Path) -> None:
+    for name in ("5bar-4Hz.csv", "7bar-4Hz.csv", "again-5bar-4Hz.csv"):
+        press_log(tmp_path, name)
+    with (tmp_path / "again-5bar-4Hz.csv").open("a") as log:
+        log.write("2.000,0.00000,251.32741\n")
+    answer("ingest", ".", "--pattern", "{pressure:bar}bar-{frequency:Hz}Hz")
+    found = {s["recording"]: s["condition"] for s in answer("segment")["segments"]}
+    low, high = "sine-4Hz-5mm-5bar", "sine-4Hz-5mm-7bar"
+    assert found == {"5bar-4Hz": low, "7bar-4Hz": high, "again-5bar-4Hz": low}

@@ -4,6 +4,7 @@ import pytest
 
 from mrfit.errors import ConfigError
 from mrfit.options import limits
+from tests.conftest import Run
 
 
 def test_bounds_are_two_numbers() -> None:
@@ -13,3 +14,10 @@ def test_bounds_are_two_numbers() -> None:
 def test_bounds_without_a_colon_are_shown_their_form() -> None:
     with pytest.raises(ConfigError, match="takes NAME=LOW:HIGH, not 'A=2'"):
         limits(["A=2"])
+
+
+@pytest.mark.parametrize("command", ["ingest", "predict"])
+def test_examples_are_whole_in_a_narrow_terminal(command: str, mrfit: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    shown = mrfit(command, "--help").stdout
+    assert "'{frequency:Hz}Hz-{current:A}A'" in shown and "…" not in shown

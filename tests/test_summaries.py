@@ -42,3 +42,39 @@ def test_preview_of_refused_files_alone_prints_no_empty_table(
     summaries.preview(preview([tmp_path], Settings()))
     assert "What would be read" not in (printed := capsys.readouterr().out)
     assert "to read it: " in printed
+
+
+def test_every_stage_without_a_test_is_told_and_conditions_are_counted_once(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    skipped = [{"kind": "stage-skipped", "text": f"no stage of the {name}"} for name in ("map", "filter")]
+    summaries.warnings({"warnings": [], "results": [{"condition": "all", "warnings": skipped}]})
+    assert capsys.readouterr().out.splitlines() == [
+        "  warning stage-skipped: all: no stage of the map",
+        "  warning stage-skipped: all: no stage of the filter",
+    ]
+    bound = [{"kind": "at-bound", "text": "n ended at a bound"}]
+    results = [{"condition": name, "warnings": bound} for name in ("a", "b")]
+    summaries.warnings({"warnings": [], "results": results})
+    assert capsys.readouterr().out == "  warning at-bound: a (and 1 more condition): n ended at a bound\n"
+
+
+def test_errors_carry_their_units(capsys: pytest.CaptureFixture[str]) -> None:
+    row = {"condition": "a", "role": "predict", "samples": 9, "rmse": 3.0, "noise_floor": 1.0, "esr": 2.0}
+    told = {"fit": "f", "output": "force", "metrics": [row], "used": {}, "outdated": False, "refused": []}
+    summaries.predict({**told, "warnings": []})
+    printed = capsys.readouterr().out
+    assert all(head in printed for head in ("rmse (N)", "nrmse (1)", "noise_floor (N)", "esr (%)", "fit (%)"))
+
+
+def test_many_conditions_are_compared_in_tables_that_cut_no_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    conditions = [f"sine-{k}Hz-0.0125m-1.5A" for k in range(1, 13)]
+    metrics = [{"model": "bingham", "role": "train", "condition": c, "nrmse": 0.1} for c in conditions]
+    model = {"model": "bingham", "output": "force", "parameters": 3}
+    told = {"models": [model], "metrics": metrics, "seconds": {}, "warnings": [], "left_out": []}
+    summaries.compare_models(told, tmp_path)
+    printed = capsys.readouterr().out
+    assert all(c in printed for c in conditions)
+    assert printed.count("bingham") == 1 + printed.count("NRMSE of force in percent")

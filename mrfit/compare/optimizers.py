@@ -108,6 +108,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
             progress("compare", len(rows), total)
     fit: dict[str, Any] = {k: v for k, v in asdict(settings.fit).items() if k not in ("jobs", "optimizer", "seed")}
     content = {"schema": SCHEMA, "settings": {"seeds": settings.seeds, **fit}, "rows": rows, "curves": curves}
+    content["warnings"] = prepared.cautions
     summary: dict[str, Any] = plain(content)
     stable = {**summary, "rows": [{k: v for k, v in r.items() if k != "seconds"} for r in summary["rows"]]}
     _write(workspace.root / "compare", summary, stable)

@@ -1,5 +1,6 @@
 """Comparisons as one HTML file each that opens offline: tables and figures inside, no address outside."""
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from mrfit.compare.figures import convergence, error_map
@@ -9,7 +10,7 @@ from mrfit.report.svg import inline
 STYLE = """body{font:15px/1.5 system-ui,sans-serif;color:#1e293b;max-width:72rem;margin:2rem auto;padding:0 1rem}
 table{border-collapse:collapse;font-size:.9rem}caption{text-align:left;font-weight:600;padding:.6rem 0}
 th,td{padding:.2rem .7rem;border-bottom:1px solid #e2e8f0;text-align:left}td.n{text-align:right}
-svg{max-width:100%;height:auto}.wide{overflow-x:auto}"""
+figure{margin:1.5rem 0}figcaption{max-width:50rem}svg{max-width:100%;height:auto}.wide{overflow-x:auto}"""
 
 PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">
@@ -17,55 +18,71 @@ PAGE = """<!doctype html>
 <body><h1>{{ title }}</h1><p>{{ words }}</p>
 {% for table in tables %}<div class="wide"><table><caption>{{ table.caption }}</caption>
 <thead><tr>{% for head in table.heads %}<th scope="col">{{ head }}</th>{% endfor %}</tr></thead><tbody>
-{% for row in table.rows %}<tr>{% for cell in row %}<td{% if not loop.first %} class="n"{% endif %}>{{ cell }}</td>
-{%- endfor %}</tr>
+{% for row in table.rows %}<tr>{% for cell in row %}
+<td{% if not loop.first and not table.get("words") %} class="n"{% endif %}>{{ cell }}</td>
+{% endfor %}</tr>
 {% endfor %}</tbody></table></div>
-{% endfor %}{% if figure %}<div class="wide">{{ figure|safe }}</div>{% endif %}
+{% endfor %}{% for figure in figures %}<figure><div class="wide">{{ figure.svg|safe }}</div>
+<figcaption>{{ figure.caption }}</figcaption></figure>
+{% endfor %}
 </body></html>
 """
 
 
-def _page(title: str, words: str, tables: list[dict[str, Any]], figure: str) -> str:
+def _page(title: str, words: str, tables: list[dict[str, Any]], figures: list[dict[str, str]]) -> str:
     from jinja2 import Environment, StrictUndefined
 
     environment = Environment(autoescape=True, trim_blocks=True, undefined=StrictUndefined)
-    return environment.from_string(PAGE).render(title=title, words=words, tables=tables, figure=figure, style=STYLE)
+    return environment.from_string(PAGE).render(title=title, words=words, tables=tables, figures=figures, style=STYLE)
+
+
+def together(rows: Sequence[Mapping[str, str]], what: str) -> list[tuple[str, str]]:
+    """Return (models by commas, text) once for every text, the key ``what``, that rows of models share."""
+    texts = dict.fromkeys(row[what] for row in rows)
+    return [(", ".join(row["model"] for row in rows if row[what] == text), text) for text in texts]
 
 
 def models_page(summary: dict[str, Any]) -> str:
-    """Return the page of a comparison of models from the content of compare.json."""
-    models = summary["models"]
+    """Return the page of a comparison of models from the content of compare.json: a table and a map for each output."""
     heads = ("Model", "Parameters", "Hold-out NRMSE", "Hold-out fit", "Training NRMSE", "Training fit", "Warnings")
-    rows = [
-        (
-            m["model"],
-            m["parameters"],
-            percent(m["holdout_nrmse"]),
-            _share(m["holdout_fit_percent"]),
-            percent(m["train_nrmse"]),
-            _share(m["train_fit_percent"]),
-            ", ".join(m["warnings"]) or "–",
+    tables: list[dict[str, Any]] = []
+    figures: list[dict[str, str]] = []
+    for number, output in enumerate(dict.fromkeys(m["output"] for m in summary["models"])):
+        models = [m for m in summary["models"] if m["output"] == output]
+        rows = [_model_row(m) for m in models]
+        tables.append({"caption": f"Models of {output}, all conditions together", "heads": heads, "rows": rows})
+        names = [m["model"] for m in models]
+        svg = error_map(names, [m for m in summary["metrics"] if m["model"] in names])
+        alt = f"NRMSE in percent of every model of {output} on every condition"
+        caption = (
+            f"NRMSE of {output} in percent of the measured range: one row a model, the best on top, one column a "
+            "condition, held-out ones first; the darker, the larger. Empty: the model could not be tried there."
         )
-        for m in models
-    ]
-    tables = [{"caption": "All conditions together", "heads": heads, "rows": rows}]
-    if summary["left_out"]:
-        left = [(one["model"], one["reason"]) for one in summary["left_out"]]
-        tables.append({"caption": "Left out", "heads": ("Model", "Reason"), "rows": left})
-    names = [m["model"] for m in models]
-    alt = "NRMSE in percent of every model on every condition"
-    figure = inline(error_map(names, summary["metrics"]), "m", alt)
+        figures.append({"svg": inline(svg, f"m{number}", alt), "caption": caption})
+    told = together(summary["warnings"], "text")
+    for caption, shared in (("Logs left out", told), ("Models left out", together(summary["left_out"], "reason"))):
+        if shared:
+            tables.append({"caption": caption, "heads": ("Models", "Reason"), "rows": shared, "words": True})
     settings = summary["settings"]
     per = "one set of parameters for all conditions" if settings["per"] == "all" else "parameters per condition"
     words = (
         f"Fitted by {settings['optimizer']}, seed {settings['seed']}, {per}; NRMSE is the RMS error over the range, "
-        "fit is 100·(1 − ‖y − ŷ‖/‖y − ȳ‖). Best on held-out data first."
+        "fit is 100·(1 − ‖y − ŷ‖/‖y − ȳ‖). Best on held-out data first, those that could be judged on fewer samples "
+        "after the others."
     )
-    return _page("Models compared", words, tables, figure)
+    return _page("Models compared", words, tables, figures)
+
+
+def _model_row(m: Mapping[str, Any]) -> tuple[Any, ...]:
+    errors = [f(m[f"{role}_{n}"]) for role in ("holdout", "train") for n, f in _SHOWN]
+    return (m["model"], m["parameters"], *errors, ", ".join(m["warnings"]) or "–")
 
 
 def _share(value: float | None) -> str:
     return percent(None if value is None else value / 100.0)
+
+
+_SHOWN = (("nrmse", percent), ("fit_percent", _share))
 
 
 def optimizers_page(summary: dict[str, Any]) -> str:
@@ -82,9 +99,10 @@ def optimizers_page(summary: dict[str, Any]) -> str:
         f"Model {settings['model']}, {settings['seeds']} seeds: seed 0 starts at the model's own start values, the "
         "others at random points, the same for all. Costs are RMS errors; curves are medians over the seeds."
     )
-    figure = inline(convergence(summary["curves"], unit), "o", "Median best cost against evaluations")
+    svg = inline(convergence(summary["curves"], unit), "o", "Median best cost against evaluations")
+    caption = f"Median over the seeds of the best RMS error in {unit} found so far, against evaluations."
     table = {"caption": "Cost over the seeds", "heads": heads, "rows": cells}
-    return _page("Optimizers compared", words, [table], figure)
+    return _page("Optimizers compared", words, [table], [{"svg": svg, "caption": caption}])
 
 
 def _number(value: float | None) -> str:

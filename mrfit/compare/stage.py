@@ -1,4 +1,4 @@
-"""The compare stage: segments in, one table of models against conditions out, best on held-out data first."""
+"""The compare stage: segments in, a table of models against conditions for each output out, best on held-out first."""
 
 import csv
 import io
@@ -119,17 +119,21 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         raise DataError(
             f"none of {len(left_out)} models can be fitted; {left_out[0]['model']}: {left_out[0]['reason']}"
         )
-    summary = plain(_summary(settings, sorted(fits, key=_rank), left_out))
+    summary = plain(_summary(settings, sorted(fits, key=rank), left_out))
     _write(workspace.root / "compare", summary, seconds)
     return {**summary, "seconds": seconds}
 
 
-def _rank(fit: Mapping[str, Any]) -> tuple[int, float, str]:
-    """Return the sorting key of a fit: its error on held-out data, else (and then last) that in training."""
+def rank(fit: Mapping[str, Any]) -> tuple[str, int, int, float, str]:
+    """Return the sorting key of a fit: its output, then its error on held-out data, else (and then last) in training.
+
+    Errors on fewer samples, where a model had to leave logs out, come after those on more: they cannot be compared.
+    """
     whole = _whole(fit["metrics"])
     role = "holdout" if "holdout" in whole else "train"
-    nrmse = whole[role]["nrmse"]
-    return int(role == "train"), float("inf") if nrmse is None else float(nrmse), str(fit["model"])
+    nrmse, samples = whole[role]["nrmse"], int(whole[role]["samples"])
+    error = float("inf") if nrmse is None else float(nrmse)
+    return str(fit["output"]), int(role == "train"), -samples, error, str(fit["model"])
 
 
 def _whole(metrics: list[dict[str, Any]]) -> dict[str, dict[str, Any]]:
@@ -147,6 +151,7 @@ def _summary(settings: Settings, fits: list[dict[str, Any]], left_out: list[dict
             for fit in fits
             for m in sorted(fit["metrics"], key=lambda m: (ROLES.index(m["role"]), m["condition"] != "all"))
         ],
+        "warnings": [{"model": fit["model"], **w} for fit in fits for w in fit["warnings"]],
         "left_out": left_out,
     }
 
@@ -158,10 +163,11 @@ def _row(fit: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "model": fit["model"],
         "fit": fit["name"],
+        "output": fit["output"],
         "parameters": sum(free),
         "evaluations": sum(r["evaluations"] for r in fit["results"]),
         "current_orders": dependence["orders"] if dependence else {},
-        "warnings": sorted({w["kind"] for r in fit["results"] for w in r["warnings"]}),
+        "warnings": sorted({w["kind"] for one in (fit, *fit["results"]) for w in one["warnings"]}),
         **{f"{role}_{n}": whole.get(role, {}).get(n) for role in ROLES for n in ("nrmse", "fit_percent", "rmse")},
     }
 

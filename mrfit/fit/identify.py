@@ -129,7 +129,7 @@ def measured_output(recording: Recording, assembly: Assembly) -> Array:
             if name == "flux"
             else f"name its column in the channel map: [channels] {name} = {{column = …, unit = …}}"
         )
-        raise DataError(f"{recording.source}: '{assembly.name}' predicts {name}, which this log lacks; {remedy}")
+        raise DataError(f"{recording.source}: no {name} in this log, which the model predicts; {remedy}")
     return recording.channels[name]
 
 

@@ -13,10 +13,14 @@ from mrfit.fit.current import assembly_of
 from mrfit.fit.identify import measured_output
 from mrfit.fit.problem import Block, full_block
 from mrfit.fit.result import metric_rows, simulate_block
+from mrfit.fit.select import left_out_warnings, usable
 from mrfit.fit.stage import load_recordings
 from mrfit.recording import Segment
 from mrfit.specs import Array
 from mrfit.store import Workspace, read_json
+
+# What a fit.json must hold for a prediction
+NEEDED = {"name", "model", "output", "key", "settings", "results"}
 
 
 @dataclass(frozen=True)
@@ -31,12 +35,15 @@ class Prediction:
         For each segment the condition whose parameters were used.
     blocks, simulated
         The segments' blocks and the simulated outputs, for tables and figures.
+    warnings
+        On logs that were left out.
     """
 
     metrics: list[dict[str, Any]]
     used: dict[str, str]
     blocks: list[Block]
     simulated: list[Array]
+    warnings: list[dict[str, str]]
 
 
 def read_fit(workspace: Workspace, name: str) -> dict[str, Any]:
@@ -45,9 +52,12 @@ def read_fit(workspace: Workspace, name: str) -> dict[str, Any]:
     Raises
     ------
     DataError
-        If there is no such fit; the message lists those there are.
+        If there is no such fit, when the message lists those there are, or its file is damaged.
     """
-    fit = read_json(workspace.fit_folder(name) / "fit.json")
+    path = workspace.fit_folder(name) / "fit.json"
+    fit = read_json(path)
+    if path.exists() and not (isinstance(fit, dict) and NEEDED <= fit.keys() and fit["results"]):
+        raise DataError(f"{path}: damaged, or another mrfit's; delete it and run `mrfit fit` again")
     if not fit:
         there = ", ".join(workspace.fit_names()) or "none yet; run `mrfit fit` first"
         raise DataError(f"{workspace.root}: no fit named '{name}' (there are: {there})")
@@ -67,11 +77,12 @@ def predict(fit: dict[str, Any], logs: Workspace) -> Prediction:
     Raises
     ------
     DataError
-        If a log lacks a channel the model needs.
+        If every log lacks a channel the model needs; where only some do, these are left out.
     """
     assembly = assembly_of(fit)
-    segments, _ = logs.read_segments()
-    recordings = load_recordings(logs, segments)
+    found, _ = logs.read_segments()
+    recordings = load_recordings(logs, found)
+    segments, left_out = usable(found, recordings, assembly)
     blocks, floors, simulated, used = [], [], [], {}
     for segment in segments:
         recording = recordings[segment.recording]
@@ -83,7 +94,8 @@ def predict(fit: dict[str, Any], logs: Workspace) -> Prediction:
         blocks.append(block)
         floors.append(output_floor(recording, segment, output))
         simulated.append(simulate_block(block, assembly, theta_of(assembly, result))[0])
-    return Prediction(metric_rows(blocks, floors, simulated, assembly), used, blocks, simulated)
+    metrics = metric_rows(blocks, floors, simulated, assembly)
+    return Prediction(metrics, used, blocks, simulated, left_out_warnings(left_out, len(found)))
 
 
 def theta_of(assembly: Assembly, result: dict[str, Any]) -> Array:

@@ -15,6 +15,10 @@ from mrfit.specs import Array
 
 AT_BOUND = 1e-4
 WORSE_ON_HOLDOUT = 1.5
+# Fit in percent up to which a model explains nothing: an error of 95 % of a constant's, a tenth of the variance
+NOTHING = 5.0
+# Share of the bounds beyond which an interval that leaves the sign open says nothing either
+SIGNLESS = 0.25
 # Work per cycle below this share of the rectangle round the loop is none
 ROUNDING = 1e-9
 # Output -> the channel it does work against, and that channel's rate
@@ -67,7 +71,12 @@ def _unclipped(cube: Cube, k: int, position: float) -> float:
 
 
 def derived_rows(assembly: Assembly, cube: Cube, point: Array, uncertainty: Uncertainty) -> list[dict[str, Any]]:
-    """Return one row per derived quantity with its 95 % interval by the delta method."""
+    """Return one row per derived quantity with its 95 % interval by the delta method, where the data determine it.
+
+    They do not by the rule that holds for parameters: along the quantity's gradient g in the cube the interval,
+    2·width/‖g‖, is as wide as the bounds. Nor do they where not even the sign is known of an interval that takes more
+    than a quarter of them; of parameters searched over decades the sign is never open.
+    """
 
     def derived(points: Array) -> Array:
         return assembly.derived(cube.to_theta(points))
@@ -76,7 +85,8 @@ def derived_rows(assembly: Assembly, cube: Cube, point: Array, uncertainty: Unce
     rows = []
     for d, quantity in enumerate(assembly.spec.derived):
         value, width = float(values[d]), uncertainty.half_width(gradients[d])
-        known = bool(np.isfinite(width))
+        share = 2 * width / max(float(np.linalg.norm(gradients[d])), 1e-300)
+        known = bool(share <= (1.0 if abs(value) > width else SIGNLESS))
         row = {"name": quantity.name, "value": value, "unit": quantity.unit, "text": quantity.text}
         row |= {"low": value - width if known else None, "high": value + width if known else None}
         row |= {"bound_low": None, "bound_high": None, "at_bound": False, "identifiable": known, "fixed": False}
@@ -219,7 +229,22 @@ def warnings_of(result: dict[str, Any], metrics: Sequence[dict[str, Any]]) -> li
         worst = min(active, key=lambda p: float(p["loop_area"]))
         place = f"{worst['condition']} (loop area {worst['loop_area']:.3g} J)"
         warn("not-passive", f"the model gives energy out on {place}: no coil or damper can")
+    apart = [r for r in result.get("repeats", []) if not r["agree"]]
+    if apart:
+        worst = max(apart, key=lambda r: float(r["difference"]) / float(r["moved"]))
+        warn(
+            "repeats-disagree",
+            f"the {worst['segments']} segments of {worst['condition']} differ by {worst['difference']:.3g} RMS, their "
+            f"cycles by {worst['noise_floor']:.3g}: no set of parameters follows all; name in the channel map "
+            "([condition]) what changed between them, as current or temperature, or do not ingest the odd one",
+        )
     by_role = {m["role"]: m for m in metrics if m["condition"] == "all"}
+    if by_role["train"]["fit_percent"] <= NOTHING:
+        warn(
+            "explains-nothing",
+            "the error in training is hardly less than that of a constant: check sign, unit and column of every "
+            "channel (`mrfit ingest --preview`), widen --bounds, or try other models (`mrfit compare --models all`)",
+        )
     ratio = _ratio(by_role["holdout"], by_role["train"]) if "holdout" in by_role else 0.0
     if ratio > WORSE_ON_HOLDOUT:
         warn("holdout-worse", f"the error on held-out data is {ratio:.1f} times that in training")

@@ -1,16 +1,84 @@
-"""Choose segments by peak velocity or by the name of their condition: ``LMH``, ``MH``, ``sine-*-1A``."""
+"""Choose segments: those whose logs hold what a model needs; by peak velocity, ``LMH``; by condition, ``sine-*-1A``."""
 
 import fnmatch
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from mrfit.drive import smooth
+from mrfit.assembly import Assembly
+from mrfit.drive import check_inputs, smooth
 from mrfit.errors import ConfigError, DataError
+from mrfit.fit.identify import measured_output
 from mrfit.recording import Recording, Segment
 
 # Peak velocities in m/s up to which a segment counts as low and as medium, preyield paper section 4
 LOW, MEDIUM = 0.015, 0.1
+# Logs named for one reason in a warning
+NAMED = 6
+
+
+def usable(
+    segments: Sequence[Segment],
+    recordings: Mapping[str, Recording],
+    assembly: Assembly,
+    roles: Sequence[str] = ("train", "holdout"),
+) -> tuple[list[Segment], list[dict[str, str]]]:
+    """Return the segments whose recordings hold what a model takes and predicts, and why others are left out.
+
+    Parameters
+    ----------
+    segments
+        All segments.
+    recordings
+        Recordings by id.
+    assembly
+        The model.
+    roles
+        Of these at least one segment has to be left.
+
+    Returns
+    -------
+    tuple
+        The segments that can be used, and one row for each of the others: ``segment``, ``condition``, ``role``,
+        ``source``, the log, and ``reason``.
+
+    Raises
+    ------
+    DataError
+        If none of these roles can be used; the message has the first reason, and how many logs share the fate.
+    """
+    kept, left_out = [], []
+    for segment in segments:
+        recording = recordings[segment.recording]
+        try:
+            measured_output(recording, assembly)
+            check_inputs(recording, segment, assembly.spec.inputs)
+        except DataError as error:
+            row = {"segment": segment.id, "condition": segment.condition, "role": segment.role}
+            reason = str(error).removeprefix(f"{recording.source}: ")
+            left_out.append(row | {"source": recording.source, "reason": reason})
+        else:
+            kept.append(segment)
+    if left_out and not any(s.role in roles for s in kept):
+        first = next((row for row in left_out if row["role"] in roles), left_out[0])
+        others = len({row["source"] for row in left_out}) - 1
+        more = f" ({others} more log{'s' * (others > 1)} cannot be used either)" if others else ""
+        raise DataError(f"{first['source']}: {first['reason']}{more}")
+    return kept, left_out
+
+
+def left_out_warnings(left_out: Sequence[Mapping[str, str]], segments: int) -> list[dict[str, str]]:
+    """Return the warning that segments were left out of a number of them, once for each reason."""
+    found = []
+    for reason in dict.fromkeys(row["reason"] for row in left_out):
+        rows = [row for row in left_out if row["reason"] == reason]
+        sources = list(dict.fromkeys(row["source"] for row in rows))
+        named = ", ".join(sources[:NAMED]) + (f" and {len(sources) - NAMED} more logs" if sources[NAMED:] else "")
+        held = sum(row["role"] == "holdout" for row in rows)
+        also = f" ({held} held out)" if held else ""
+        text = f"{len(rows)} of {segments} segments{also} take no part, those of {named}: {reason}"
+        found.append({"kind": "recordings-left-out", "text": text})
+    return found
 
 
 def select(segments: Sequence[Segment], only: str, recordings: Mapping[str, Recording]) -> list[Segment]:
@@ -35,17 +103,25 @@ def select(segments: Sequence[Segment], only: str, recordings: Mapping[str, Reco
     """
     if not only:
         return list(segments)
-    if set(only) <= set("LMH"):
+    if _bands(only):
         kept = [s for s in segments if speed_class(s, recordings[s.recording]) in only]
         what = "bands of peak velocity L (to 15 mm/s), M (to 100 mm/s) and H"
     else:
-        patterns = [p.strip() for p in only.split(",")]
-        kept = [s for s in segments if any(fnmatch.fnmatchcase(s.condition, p) for p in patterns)]
+        kept = [s for s in segments if named(s.condition, only)]
         what = "patterns on conditions"
     if not any(s.role == "train" for s in kept):
         there = ", ".join(sorted({s.condition for s in segments if s.role == "train"})[:12])
         raise ConfigError(f"--only {only} leaves nothing to train on; it takes {what}, and there are {there}")
     return kept
+
+
+def named(condition: str, only: str) -> bool:
+    """Return whether the patterns of ``--only`` name a condition; bands of velocity, and none at all, name any."""
+    return _bands(only) or any(fnmatch.fnmatchcase(condition, p.strip()) for p in only.split(","))
+
+
+def _bands(only: str) -> bool:
+    return set(only) <= set("LMH")
 
 
 def speed_class(segment: Segment, recording: Recording) -> str:

@@ -1,5 +1,6 @@
 """The fit stage: segments and a model name in, identified parameters with errors and intervals out."""
 
+import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
@@ -19,7 +20,7 @@ from mrfit.fit.files import write_fit
 from mrfit.fit.identify import Group, SearchSettings, build_group, search_optimum, weights_of
 from mrfit.fit.problem import Posed
 from mrfit.fit.result import metric_rows, simulate_block, warnings_of
-from mrfit.fit.select import select
+from mrfit.fit.select import left_out_warnings, named, select, usable
 from mrfit.fit.starts import at_scales, data_start, level_fits, to_points, two_phase_start
 from mrfit.fit.trust import Intervals, trust
 from mrfit.progress import Progress, silent
@@ -51,7 +52,7 @@ class Settings:
     budget
         Evaluations allowed for each set of parameters, or None for the optimizers' own.
     seconds
-        Wall-clock limit for each set of parameters, or None.
+        Wall-clock limit for each set of parameters, the searches that give its starts included, or None.
     stall
         Share of a global optimizer's evaluations after which it ends if they brought no progress; 1 for never.
     weight
@@ -148,6 +149,8 @@ class Prepared:
         Segments that share one set of parameters, by the name of their result.
     recordings
         Recordings by id.
+    cautions
+        Warnings on logs that were left out.
     """
 
     assembly: Assembly
@@ -155,6 +158,7 @@ class Prepared:
     dependence: CurrentDependence | None
     groups: dict[str, list[Segment]]
     recordings: dict[str, Recording]
+    cautions: list[dict[str, str]]
 
 
 def prepare(workspace: Workspace, settings: Settings) -> Prepared:
@@ -169,10 +173,18 @@ def prepare(workspace: Workspace, settings: Settings) -> Prepared:
     """
     segments, _ = workspace.read_segments()
     recordings = load_recordings(workspace, segments)
-    segments = select(segments, settings.only, recordings)
-    dependence = _dependence(settings, segments, recordings)
+    asked = [s for s in segments if named(s.condition, settings.only)]
+    if not any(s.role == "train" for s in asked):
+        asked = segments  # of which ``select`` says what there is
+    roles = ("train",) if settings.per == "all" else ("train", "holdout")
+    able, left_out = usable(asked, recordings, assemble(settings.model), roles)
+    chosen = select(able, settings.only, recordings)
+    dependence = _dependence(settings, chosen, recordings)
     assembly = assemble(settings.model, dependence)
-    return Prepared(assembly, _cube(assembly, settings), dependence, _groups(segments, settings), recordings)
+    # parameters that depend on current take it of every log
+    chosen, more = usable(chosen, recordings, assembly, roles)
+    cautions = left_out_warnings([*left_out, *more], len(asked))
+    return Prepared(assembly, _cube(assembly, settings), dependence, _groups(chosen, settings), recordings, cautions)
 
 
 def check(settings: Settings) -> None:
@@ -293,17 +305,22 @@ class _Runner:
             unit = self.assembly.spec.output
             self.progress(f"{name}  best {cost:.3g} {unit}", min(evaluations, total - 1), total)
 
-        starts, levels = self._starts(group, cube, search)
+        # the searches that give starts count too
+        deadline = None if search.seconds is None else time.monotonic() + search.seconds
+        starts, levels = self._starts(group, cube, search, deadline)
         stages: list[dict[str, Any]] = []
         if staged.check_staged(self.settings.model, search.optimizer, self.settings.per):
-            starts, stages = self._staged(group, cube, search, starts)
+            starts, stages = self._staged(group, cube, search, starts, deadline)
+        search = replace(search, seconds=optimize.seconds_left(deadline))
         found = search_optimum(group, self.assembly, cube, starts, search, told)
         found |= {"per_current": levels, "stages": stages}
         self.progress(f"{name}  best {found['cost']:.3g} {self.assembly.spec.output}", total, total)
         write_json(self._partial(name), {"key": self.key, "condition": name, "found": found})
         return found
 
-    def _starts(self, group: Group, cube: Cube, search: SearchSettings) -> tuple[Array, list[dict[str, Any]] | None]:
+    def _starts(
+        self, group: Group, cube: Cube, search: SearchSettings, deadline: float | None
+    ) -> tuple[Array, list[dict[str, Any]] | None]:
         """Return start points, the user's first, and what a first phase found at each current."""
         settings, dependence = self.settings, self.prepared.dependence
         base, given = base_of(settings.model), dict(settings.start)
@@ -319,7 +336,7 @@ class _Runner:
         )
         weights = weights_of(group.search, group.training_floors, settings.weight)
         single = at_scales(_cube(base, alone), group.training, base)
-        levels = level_fits(group.search, base, single, weights, search.rng(f"{group.name} by current"))
+        levels = level_fits(group.search, base, single, weights, search.rng(f"{group.name} by current"), deadline)
         starts.append(two_phase_start(levels, base, dependence))
         rows = [
             {"current": i.current, "cost": i.cost, **dict(zip(base.spec.names, i.theta.tolist(), strict=True))}
@@ -328,13 +345,13 @@ class _Runner:
         return to_points(cube, starts), rows
 
     def _staged(
-        self, group: Group, cube: Cube, search: SearchSettings, starts: Array
+        self, group: Group, cube: Cube, search: SearchSettings, starts: Array, deadline: float | None
     ) -> tuple[Array, list[dict[str, Any]]]:
         """Return start points with the end of the model's stages added, and what each stage did."""
         weights = weights_of(group.search, group.training_floors, search.weight)
         posed = Posed(group.search, weights, self.assembly, cube)
         found = staged.identify(
-            posed, self.settings.model, cube.to_theta(starts[-1:])[0], search.rng(f"{group.name} stages")
+            posed, self.settings.model, cube.to_theta(starts[-1:])[0], search.rng(f"{group.name} stages"), deadline
         )
         return np.vstack([starts, cube.to_points(found.theta[None, :])]), found.stages
 
@@ -366,6 +383,7 @@ def _summary(runner: _Runner, data_key: str, pieces: Sequence[_Piece]) -> dict[s
         "reference": spec.reference,
         "results": [p.result for p in pieces],
         "metrics": _all_metrics(pieces, runner.assembly),
+        "warnings": runner.prepared.cautions,
     }
 
 

@@ -79,7 +79,7 @@ def kind_of(block: Block, inputs: Sequence[str]) -> str:
     return "constant-speed" if block.segment.waveform in CONSTANT_SPEED else "sine"
 
 
-def identify(posed: Posed, model: str, theta: Array, rng: np.random.Generator) -> Staged:
+def identify(posed: Posed, model: str, theta: Array, rng: np.random.Generator, deadline: float | None = None) -> Staged:
     """Fit stage after stage, each from where those before it ended.
 
     The parameters of a stage whose tests are missing go to the next stage that has some.
@@ -94,6 +94,8 @@ def identify(posed: Posed, model: str, theta: Array, rng: np.random.Generator) -
         Parameters (K,) to start from.
     rng
         Source of further starts.
+    deadline
+        Of ``time.monotonic``, after which a stage is taken as it stands; None for none.
     """
     cube = posed.cube
     tests = [kind_of(b, posed.assembly.spec.inputs) for b in posed.blocks]
@@ -108,23 +110,26 @@ def identify(posed: Posed, model: str, theta: Array, rng: np.random.Generator) -
         told = {"stage": stage.name, "test": stage.test, "segments": [posed.blocks[k].segment.id for k in members]}
         done.append(told | {"parameters": [cube.params[k].name for k in left]})
         if members:
-            theta, ended = _fitted(posed, members, np.array(sorted(left), dtype=np.int64), theta, rng)
+            free = np.array(sorted(left), dtype=np.int64)
+            theta, ended = _fitted(posed, members, free, theta, rng, deadline)
             done[-1] |= ended
             left = []
     return Staged(theta, done)
 
 
 def warnings(stages: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
-    """Return a warning on every stage that had no test to be fitted to."""
-    return [
-        {
-            "kind": "stage-skipped",
-            "text": f"no stage of the {s['stage']}: among the training segments there are no {TESTS[s['test']]}; its "
-            "parameters were left to the stages after it and the joint refinement",
-        }
-        for s in stages
-        if not s["segments"]
-    ]
+    """Return a warning on every stage that had no test to be fitted to, with what its parameters were fitted to."""
+    found = []
+    for place, stage in enumerate(stages):
+        if not stage["segments"]:
+            later = next((s["stage"] for s in stages[place + 1 :] if s["segments"]), None)
+            where = f"with those of the {later}, then" if later else "only"
+            text = (
+                f"no stage of the {stage['stage']}: among the training segments there are no {TESTS[stage['test']]}; "
+                f"its parameters were fitted {where} in the joint refinement"
+            )
+            found.append({"kind": "stage-skipped", "text": text})
+    return found
 
 
 def _belongs(name: str, stage: Stage) -> bool:
@@ -150,7 +155,12 @@ def settled(block: Block, inputs: Sequence[str]) -> Block:
 
 
 def _fitted(
-    posed: Posed, members: Sequence[int], free: Index, theta: Array, rng: np.random.Generator
+    posed: Posed,
+    members: Sequence[int],
+    free: Index,
+    theta: Array,
+    rng: np.random.Generator,
+    deadline: float | None,
 ) -> tuple[Array, dict[str, Any]]:
     """Return theta (K,) with some parameters fitted to some blocks, and the cost there with the evaluations it took."""
     params = tuple(
@@ -162,6 +172,6 @@ def _fitted(
     part = Posed(blocks, posed.weights[list(members)], posed.assembly, Cube(params, free))
     budget = EVALUATIONS * (len(free) + 1)
     objective = Objective(part.residuals, part.cube.start, budget=budget)
-    outcome = optimize.run("auto", objective, rng, budget)
+    outcome = optimize.run("auto", objective, rng, budget, optimize.seconds_left(deadline))
     found: Array = part.cube.to_theta(outcome.point[None, :])[0]
     return found, {"cost": outcome.cost, "evaluations": outcome.evaluations}

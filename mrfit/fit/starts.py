@@ -91,7 +91,12 @@ def node_names(base: Assembly, dependence: CurrentDependence) -> list[str]:
 
 
 def level_fits(
-    blocks: Sequence[Block], base: Assembly, cube: Cube, weights: Array, rng: np.random.Generator
+    blocks: Sequence[Block],
+    base: Assembly,
+    cube: Cube,
+    weights: Array,
+    rng: np.random.Generator,
+    deadline: float | None = None,
 ) -> list[Level]:
     """Fit the base model current by current, each level but the first from its neighbour's optimum.
 
@@ -110,6 +115,8 @@ def level_fits(
         Factor on the error of each block.
     rng
         Source of randomness.
+    deadline
+        Of ``time.monotonic``, after which a level is taken as it stands; None for none.
     """
     levels = levels_of(b.segment for b in blocks)
     inputs = len(base.spec.inputs)
@@ -122,7 +129,9 @@ def level_fits(
         objective.budget = len(points)
         objective.costs(np.array(points))
         name, evaluations = ("lsq", OTHER_LEVELS) if fits else ("auto", FIRST_LEVEL)
-        outcome = optimize.run(name, objective, rng, evaluations * (len(cube.free) + 1))
+        outcome = optimize.run(
+            name, objective, rng, evaluations * (len(cube.free) + 1), optimize.seconds_left(deadline)
+        )
         fits.append(Level(level, outcome.cost, cube.to_theta(outcome.point[None, :])[0]))
     return fits[::-1]
 

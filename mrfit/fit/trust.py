@@ -13,6 +13,7 @@ from mrfit.fit.identifiability import judge
 from mrfit.fit.identify import Group, linearise, weights_of
 from mrfit.fit.problem import Posed
 from mrfit.fit.profile import profile_intervals
+from mrfit.fit.repeats import repeat_rows
 from mrfit.fit.residual_tests import input_dependence
 from mrfit.fit.result import conditioning, derived_rows, parameter_rows, passivity_rows, with_intervals
 from mrfit.fit.uncertainty import analyse
@@ -67,6 +68,7 @@ def trust(
         "conditioning": conditioning(cube, uncertainty),
         "identifiability": list(judge(cube, point, uncertainty, segments, readable).sentences),
         "passivity": passivity_rows(group.full, simulated, assembly),
+        "repeats": repeat_rows(group.full, group.floors, simulated),
         "residual_tests": residual_rows(group, assembly, simulated),
     }
 

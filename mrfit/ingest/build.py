@@ -3,13 +3,14 @@
 from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 
 from mrfit.channels import unit_of
 from mrfit.ingest import series, units
 from mrfit.ingest.channel_map import FILE_NAME, Rules
-from mrfit.ingest.conditions import conditions_of
+from mrfit.ingest.conditions import conditions_of, wording
 from mrfit.ingest.naming import Signal, all_missing, check_wrong_dimension, name_signals
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.sanity import channel_findings, relation_findings, shortened, shortening
@@ -244,4 +245,5 @@ def _judged(record: Recording, number: int, runs: int, table: Table, origin: Ori
     short = shortened(record)
     condition, odd = conditions_of(short, number, runs, table.condition, origin.rules)
     judged = (*odd, *channel_findings(record), *relation_findings(short), *shortening(record, short))
-    return replace(record, condition=condition, findings=(*record.findings, *judged))
+    said = wording(Path(origin.path).stem, origin.rules)
+    return replace(record, condition=condition, wording=said, findings=(*record.findings, *judged))

@@ -1,6 +1,7 @@
 """The channel map: what the user writes once, in TOML, about logs that do not say it themselves."""
 
 import fnmatch
+import json
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -117,6 +118,10 @@ def _first_fault(error: ValidationError) -> str:
     fault = next((f for f in faults if f["type"] == "extra_forbidden"), faults[0])
     # pydantic puts the member of a union into the path, as in resistance.constrained-float
     key = ".".join(str(p) for p in fault["loc"] if isinstance(p, int) or p.isidentifier() and p not in BUILTINS)
+    if fault["type"] in ("model_type", "model_attributes_type", "dict_type"):
+        given = json.dumps(fault.get("input"), default=str)
+        table = f"{fault['loc'][-1]} = {{column = {given}}}" if "channels" in fault["loc"][:-1] else f"[{key}]"
+        return f"key '{key}' takes a table, not {given}; write {table}"
     if fault["type"] != "extra_forbidden":
         return f"key '{key}': {fault['msg'].lower()} (got {fault.get('input')!r}); correct it"
     known = [n for m in (ChannelRule, FilesPart, MapFile, TimeRule) for n in m.model_fields]
@@ -127,7 +132,13 @@ def _first_fault(error: ValidationError) -> str:
 def _check(path: Path, part: Part) -> None:
     if part.dt is not None and part.rate is not None:
         raise ConfigError(f"{path}: both dt and rate are given; keep one")
-    for name in part.channels:
+    clock = part.time.column if isinstance(part.time, TimeRule) else part.time
+    for name, rule in part.channels.items():
+        if rule.scale == 0.0:
+            remedy = "write the factor that turns the file's numbers into its unit"
+            raise ConfigError(f"{path}: key 'channels.{name}.scale' is 0, so that nothing is left; {remedy}")
+        if rule.column == clock:
+            raise ConfigError(f"{path}: keys 'time' and 'channels.{name}' both name column {clock!r}; correct one")
         if name not in CHANNELS and (near := get_close_matches(name, CHANNELS, n=1, cutoff=0.8)):
             raise ConfigError(f"{path}: unknown channel '{name}'; did you mean '{near[0]}'?")
         if name == "time":

@@ -18,6 +18,9 @@ NUMBER = r"(?:(?<![^\W_)\]])[-+])?\d+(?:[.,xp]\d+)?"
 """A number in a file's name; a hyphen right after a letter, a digit or a bracket parts two words and is no sign."""
 SLOT = re.compile(r"\{([a-z_]+)(?::([^{}]*))?\}")
 DRIVES = ("displacement", "angle", "current", "velocity", "voltage", "flux")
+NAMING = ("frequency", "amplitude", "current")
+"""What every condition is named by."""
+NAMING_UNITS = ("Hz", "m", "rad", "A", "m/s", "rad/s")
 DISAGREE = 0.1
 """Relative difference between the stated and the measured condition that is worth saying."""
 
@@ -84,16 +87,35 @@ def _literal(text: str) -> str:
 
 def from_name(stem: str, pattern: str) -> dict[str, float]:
     """Return the conditions in a file's name, in SI; empty if it does not follow the pattern."""
+    found = {}
+    for key, (value, unit) in _as_written(stem, pattern).items():
+        conversion = units.to_si(unit)
+        found[key] = conversion.scale * value + conversion.offset
+    return found
+
+
+def _as_written(stem: str, pattern: str) -> dict[str, tuple[float, str]]:
     expression, key_units = name_expression(pattern)
     match = expression.fullmatch(stem) or expression.search(stem)
     if match is None:
         return {}
-    found = {}
-    for key, unit in key_units.items():
-        conversion = units.to_si(unit)
-        value = float(re.sub("[xpXP,]", ".", match[key]))
-        found[key] = conversion.scale * value + conversion.offset
-    return found
+    return {key: (float(re.sub("[xpXP,]", ".", match[key])), unit) for key, unit in key_units.items()}
+
+
+def wording(stem: str, rules: Rules) -> dict[str, str]:
+    """Return how the name of a test condition says what a file's name states with a unit, beside ``NAMING``.
+
+    A unit that may be taken for another quantity's is preceded by the key: ``5bar``, but ``gap2mm``.
+    """
+    found = _as_written(stem, rules.pattern) if rules.pattern else {}
+    kinds = [*NAMING_UNITS, *(units.to_si(u).unit for k, (_, u) in found.items() if k not in NAMING)]
+    said = {}
+    for key, (value, unit) in found.items():
+        if unit != "1" and key not in NAMING and key not in rules.condition:
+            alone = kinds.count(units.to_si(unit).unit) == 1
+            shown = re.sub(r"\W", "", units.spelled(unit).replace("/", "p"))
+            said[key] = f"{'' if alone else key}{value:.6g}{shown}"
+    return said
 
 
 def _from_map(record: Recording, number: int, runs: int, rules: Rules) -> dict[str, float]:

@@ -24,6 +24,8 @@ class Earlier:
         Folder in which relative sources are meant: that of the first call that gave one.
     spelling
         Absolute path -> source, as the first call spelt it.
+    copies
+        Logs that hold the same bytes as another one.
     orphans
         Sources whose recordings are of an earlier state of a log that could not be read the last time.
     """
@@ -34,7 +36,9 @@ class Earlier:
         self.keys: dict[str, str] = self.summary.get("sources", {})
         root = os_path.abspath(workspace.root)
         self.base = os_path.normpath(os_path.join(root, self.summary.get("base", os_path.relpath(getcwd(), root))))
-        self.spelling: dict[str, str] = {os_path.normpath(os_path.join(self.base, s)): s for s in self.keys}
+        self.copies: list[dict[str, Any]] = self.summary.get("copies", [])
+        sources = [*self.keys, *(c["source"] for c in self.copies)]
+        self.spelling: dict[str, str] = {os_path.normpath(os_path.join(self.base, s)): s for s in sources}
         self.orphans = {r["source"] for r in self.summary["refused"] if r.get("kept")}
 
     def source(self, item: Item) -> str:
@@ -64,6 +68,14 @@ class Earlier:
         if self.keys.get(source) != key:
             return False
         return all(_is_whole(self.workspace.recording_file(i)) for i in self.ids(source))
+
+    def reason(self, source: str, sha256: str, key: str) -> str:
+        """Return why a source with recordings has been read again."""
+        if any(r["sha256"] != sha256 for r in self.summary["recordings"] if r["source"] == source):
+            return "has changed since it was last read"
+        if self.keys.get(source) == key:
+            return "read again, since its recordings were damaged or missing"
+        return "read again, since its channel map, the options or mrfit itself has changed"
 
     def refusals(self, source: str) -> list[Refusal]:
         """Return why a source was refused."""

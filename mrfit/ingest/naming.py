@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mrfit.channels import CHANNELS, unit_of
+from mrfit.errors import ConfigError
 from mrfit.ingest import series, units
 from mrfit.ingest.channel_map import ChannelRule, Rules
 from mrfit.ingest.layout import aliases_of
@@ -34,13 +35,22 @@ def name_signals(columns: tuple[Column, ...], rules: Rules, path: str) -> tuple[
     ------
     Refusal
         If the map names a column that is not there, or a unit is unknown or of the wrong kind.
+    ConfigError
+        If the map makes two channels of one column.
     """
-    left = [c for c in columns if c.name.lower() not in {i.lower() for i in rules.ignore}]
+    there = [c for c in columns if c.name.lower() not in {i.lower() for i in rules.ignore}]
     signals: list[Signal] = []
+    mapped: dict[int, str] = {}
     for name, rule in rules.channels.items():
-        column = pick(left, rule.column, path, rules.where)
-        left.remove(column)
+        column = pick(there, rule.column, path, rules.where)
+        if other := mapped.get(column.index):
+            what = (
+                f"'channels.{other}' and 'channels.{name}' both name column '{column.name or column.index}' of {path}"
+            )
+            raise ConfigError(f"{rules.where}: keys {what}; give one of them another column, or remove it")
+        mapped[column.index] = name
         signals.append(_mapped(name, rule, column, path))
+    left = [c for c in there if c.index not in mapped]
     findings: list[Finding] = []
     claims = _claims(left, {s.name for s in signals}, findings)
     taken = {s.name for s in signals} | set(claims.values()) | {"time"}

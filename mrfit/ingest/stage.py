@@ -11,6 +11,7 @@ from typing import Any, Literal
 from mrfit.errors import ConfigError, DataError
 from mrfit.ingest.channel_map import FILE_NAME, MapFile, Rules, load_map, rules_for
 from mrfit.ingest.conditions import name_expression
+from mrfit.ingest.copies import part_copies
 from mrfit.ingest.dispatch import expand, look, part_of
 from mrfit.ingest.earlier import Earlier
 from mrfit.ingest.reading import BLOCK, Item, Outcome, Pieces, hash_of, look_into, read_item
@@ -64,8 +65,8 @@ def run(paths: Sequence[Path], settings: Settings, workspace: Workspace, progres
     Returns
     -------
     dict
-        ``recordings``, ``refused``, ``key``, and of this call: ``skipped``, ``added``, ``replaced``, ``unchanged``
-        (lists of sources).
+        ``recordings``, ``refused``, ``copies`` (see ``part_copies``), ``key``, and of this call: ``skipped``;
+        ``added``, ``replaced``, ``unchanged`` (lists of sources); ``reasons`` (why each was replaced).
 
     Raises
     ------
@@ -76,19 +77,22 @@ def run(paths: Sequence[Path], settings: Settings, workspace: Workspace, progres
     """
     plan, refusals = plan_items(paths, settings, lambda path: hash_of(path, progress))
     before = Earlier(workspace)
+    copies, plan = part_copies(plan, before)
     fresh = [(item, key) for item, key in plan if not before.holds(item, key)]
     held = [before.source(item) for item, key in plan if before.holds(item, key)]
     kept = [s for s in held if before.ids(s)]
     restored = {s for s in held if s in before.orphans}
     refusals += [r for s in held if s not in restored for r in before.refusals(s)]
-    if not fresh and not restored and before.same_refusals(refusals):
-        _check_any(kept, refusals)
-        return {**before.summary, "skipped": True, "added": [], "replaced": [], "unchanged": kept}
+    held_once = [c["of"] for c in copies if not c["read"] and before.ids(c["of"])]
+    if not fresh and not restored and before.same_refusals(refusals) and copies == before.copies:
+        _check_any([*kept, *held_once], refusals)
+        return {**before.summary, "skipped": True, "added": [], "replaced": [], "unchanged": kept, "reasons": {}}
     with _staging(workspace) as staging:
         staged = _read_all(fresh, before, staging, (settings, progress))
         staged.files |= restored
-        _check_any([*kept, *(s for s, r in staged.recordings.items() if r)], [*refusals, *staged.refusals])
-        return _commit(workspace, staging, before, staged, (kept, refusals))
+        read = [s for s, rows in staged.recordings.items() if rows]
+        _check_any([*kept, *held_once, *read], [*refusals, *staged.refusals])
+        return _commit(workspace, staging, before, staged, (kept, refusals, copies))
 
 
 @contextmanager
@@ -301,12 +305,17 @@ def _check_any(read: list[str], refusals: list[Refusal]) -> None:
 
 
 def _commit(
-    workspace: Workspace, staging: Workspace, before: Earlier, staged: _Staged, rest: tuple[list[str], list[Refusal]]
+    workspace: Workspace,
+    staging: Workspace,
+    before: Earlier,
+    staged: _Staged,
+    rest: tuple[list[str], list[Refusal], list[dict[str, Any]]],
 ) -> dict[str, Any]:
     """Move the staged recordings into place, write ingest.json, remove what they replace."""
-    kept, unread = rest
+    kept, unread, copies = rest
+    dropped = {c["source"] for c in copies if not c["read"]}
     refused = [_refused_row(r, kept, staged, before) for r in (*unread, *staged.refusals)]
-    old = [r for r in before.summary["recordings"] if r["source"] not in staged.recordings]
+    old = [r for r in before.summary["recordings"] if r["source"] not in dropped | staged.recordings.keys()]
     new = [r for rows in staged.recordings.values() for r in rows]
     for row in new:
         target = workspace.recording_file(row["id"])
@@ -315,27 +324,29 @@ def _commit(
             staging.recording_file(row["id"]).replace(target)
         except OSError as error:
             raise DataError(f"{target}: cannot write ({error.strerror}); choose another --work folder") from error
-    heard = {r["source"] for r in refused} | set(staged.recordings) | staged.files
+    heard = {r["source"] for r in refused} | set(staged.recordings) | staged.files | dropped
     refused += [r for r in before.summary["refused"] if r["source"] not in heard]
     unheld = {r["source"] for r in refused if not before.ids(r["source"])} - set(staged.recordings)
-    keys = {s: k for s, k in before.keys.items() if s not in unheld} | staged.keys
+    keys = {s: k for s, k in before.keys.items() if s not in unheld | dropped} | staged.keys
     summary = {
         "recordings": sorted([*old, *new], key=lambda r: str(r["id"])),
         "refused": sorted(refused, key=lambda r: r["source"]),
+        "copies": copies,
         "sources": dict(sorted(keys.items())),
         "key": key_of(sorted(keys.items())),
-        **before.base_of([*keys, *(r["source"] for r in refused)]),
+        **before.base_of([*keys, *(r["source"] for r in (*refused, *copies))]),
     }
     write_json(workspace.ingest_json, summary)
     _remove_stale(workspace, before, {r["id"] for r in summary["recordings"]})
-    known = {r["source"] for r in before.summary["recordings"]}
     read = [s for s, rows in staged.recordings.items() if rows]
+    replaced = [s for s in read if before.ids(s)]
     return {
         **(read_json(workspace.ingest_json) or summary),
         "skipped": False,
-        "added": [s for s in read if s not in known],
-        "replaced": [s for s in read if s in known],
+        "added": [s for s in read if s not in replaced],
+        "replaced": replaced,
         "unchanged": kept,
+        "reasons": {s: before.reason(s, staged.recordings[s][0]["sha256"], staged.keys[s]) for s in replaced},
     }
 
 

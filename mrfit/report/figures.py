@@ -28,7 +28,7 @@ PALETTE = ("#0f766e", "#c2410c", "#1d4ed8", "#a16207", "#7e22ce", "#475569")
 WIDTH = 10.0
 CURVE_POINTS = 2000
 # Characters of a panel's title that fit beside its neighbours', by columns of panels
-TITLE_WIDTHS = {1: 120, 2: 76, 3: 48, 4: 36}
+TITLE_WIDTHS = {1: 120, 2: 58, 3: 36, 4: 26}
 # The channels a loop is drawn against, by output
 LOOPS = {
     "flux": ("current",),

@@ -137,6 +137,7 @@ class Fit(BaseModel):
     reference: str = ""
     results: list[Result]
     metrics: list[MetricRow]
+    warnings: list[Caution] = []
 
     @property
     def unit(self) -> str:
@@ -249,8 +250,11 @@ def input_files(workspace: Workspace, names: list[str]) -> list[Path]:
 
 def _read_fit(workspace: Workspace, name: str) -> Fit:
     path = workspace.fit_folder(name) / "fit.json"
+    content = read_json(path)
+    if not isinstance(content, dict):
+        raise DataError(f"{path}: damaged, no JSON that can be read; delete it and run `mrfit fit` again")
     try:
-        fit = Fit.model_validate({**(read_json(path) or {}), "name": name})
+        fit = Fit.model_validate({**content, "name": name})
     except ValidationError as error:
         first = error.errors()[0]
         place = ".".join(str(p) for p in first["loc"])

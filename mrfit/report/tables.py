@@ -121,7 +121,8 @@ def metrics_tex(fits: Sequence[Fit]) -> str:
             rows.append(
                 [escape_latex(str(name)), ROLES.get(str(role), escape_latex(str(role))), str(samples), *numbers]
             )
-        about = (f"Errors of {fit.model} ({fit.optimizer})", f"tab:{fit.name}:metrics", "")
+        note = escape_latex(" ".join(f"{c.text}." for c in fit.warnings))
+        about = (f"Errors of {fit.model} ({fit.optimizer})", f"tab:{fit.name}:metrics", note)
         tables.append(latex_table([header, units], rows, "llr" + "r" * (len(header) - 3), about))
     return "\n".join(tables)
 

@@ -50,12 +50,13 @@ def _error(fit: Fit, row: MetricRow, where: str, conditions: int) -> str:
 
 
 def cautions(fit: Fit) -> list[dict[str, Any]]:
-    """Return the warnings by kind, the most frequent first.
+    """Return the warnings on the whole fit, then those on its conditions by kind, the most frequent first.
 
     Each holds ``kind``; ``text``, the most frequent wording; ``where``, the conditions concerned (empty for one set of
     parameters); ``others``, the remaining wordings as (text, where).
     """
     found: dict[str, dict[str, list[str]]] = {}
+    whole = [{"kind": c.kind, "count": 0, "text": c.text, "where": "", "others": []} for c in fit.warnings]
     for result in fit.results:
         for caution in result.warnings:
             found.setdefault(caution.kind, {}).setdefault(caution.text, []).append(result.condition)
@@ -73,7 +74,7 @@ def cautions(fit: Fit) -> list[dict[str, Any]]:
                 "others": [(t, _where(where, total)) for t, where in others],
             }
         )
-    return sorted(rows, key=lambda row: -int(str(row["count"])))
+    return whole + sorted(rows, key=lambda row: -int(str(row["count"])))
 
 
 def _where(conditions: list[str], total: int) -> str:

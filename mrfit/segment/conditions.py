@@ -3,11 +3,12 @@
 import fnmatch
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import isclose
 
 import numpy as np
 
 from mrfit.errors import ConfigError
-from mrfit.recording import Segment
+from mrfit.recording import FLUX_RESISTANCE, Segment
 from mrfit.specs import Array
 
 # Segments are repeats of one condition if they differ by less than this.
@@ -31,16 +32,25 @@ QUANTITIES = ("frequency", "amplitude", "current", "offset", "temperature")
 
 @dataclass(frozen=True, slots=True)
 class _Stated:
-    """A segment with the stated values that its data agree with, nan where there is none."""
+    """A segment with the stated values that its data agree with, nan where there is none.
+
+    ``others`` are the stated values of all other quantities, ``words`` how a name says these.
+    """
 
     segment: Segment
     frequency: float
     amplitude: float
     current: float
+    others: Mapping[str, float]
+    words: tuple[str, ...]
 
 
-def name_conditions(segments: Sequence[Segment], stated: Mapping[str, Mapping[str, float]]) -> list[Segment]:
-    """Return the segments with their conditions named, as in ``sine-5Hz-2mm-0.25A``.
+def name_conditions(
+    segments: Sequence[Segment],
+    stated: Mapping[str, Mapping[str, float]],
+    wording: Mapping[str, Mapping[str, str]] | None = None,
+) -> list[Segment]:
+    """Return the segments with their conditions named, as in ``sine-5Hz-2mm-0.25A`` or ``sine-5Hz-2mm-0.25A-5bar``.
 
     Parameters
     ----------
@@ -48,9 +58,12 @@ def name_conditions(segments: Sequence[Segment], stated: Mapping[str, Mapping[st
         Segments of all recordings.
     stated
         Recording id -> the condition its file name or header states. Values that agree with the data within 25 % name
-        the condition; otherwise measured values do, rounded within 2 %.
+        the condition; otherwise measured values do, rounded within 2 %. Other quantities, as a pressure, are taken as
+        stated: logs that do not state the same of them are of different conditions.
+    wording
+        Recording id -> quantity -> how a name says it; default: its value in SI.
     """
-    members = [_agreed(s, stated.get(s.recording, {})) for s in segments]
+    members = [_agreed(s, stated.get(s.recording, {}), (wording or {}).get(s.recording, {})) for s in segments]
     clusters = sorted(_clusters(members), key=lambda c: _sorting_key([members[i] for i in c]))
     taken: set[str] = set()
     named = list(segments)
@@ -62,17 +75,24 @@ def name_conditions(segments: Sequence[Segment], stated: Mapping[str, Mapping[st
     return named
 
 
-def _agreed(segment: Segment, stated: Mapping[str, float]) -> _Stated:
+def _agreed(segment: Segment, stated: Mapping[str, float], wording: Mapping[str, str]) -> _Stated:
     given = dict(stated)
-    if segment.drive == "current" and "amplitude" not in given and "current" in given:
+    if "amplitude" not in given and segment.drive in given:
         # A coil test's file name gives one current: its amplitude.
-        given["amplitude"] = given["current"]
+        given["amplitude"] = given[segment.drive]
     values = {}
     for name in ("frequency", "amplitude", "current"):
         value, measured = given.get(name, np.nan), float(getattr(segment, name))
         agrees = abs(value - measured) <= max(STATED * abs(measured), LEAST_CURRENT if name == "current" else 0.0)
         values[name] = value if agrees else np.nan
-    return _Stated(segment, **values)
+    own = {*values, segment.drive, "resistance", FLUX_RESISTANCE}
+    others = {n: v for n, v in sorted(given.items()) if n not in own and not n.startswith("measured_")}
+    words = tuple(wording.get(n) or _worded(n, v) for n, v in others.items())
+    return _Stated(segment, **values, others=others, words=words)
+
+
+def _worded(name: str, value: float) -> str:
+    return f"{value:.6g}degC" if name == "temperature" else f"{name}{value:.6g}"
 
 
 def _clusters(members: Sequence[_Stated]) -> list[list[int]]:
@@ -96,6 +116,10 @@ def _alike(one: _Stated, other: _Stated) -> bool:
         return False
     # Conditions stated to differ do differ, however close their data are.
     if any(abs(getattr(one, n) - getattr(other, n)) > 1e-9 for n in ("frequency", "amplitude", "current")):
+        return False
+    if one.others.keys() != other.others.keys():
+        return False
+    if not all(isclose(v, other.others[n]) for n, v in one.others.items()):
         return False
     amplitude = max(a.amplitude, b.amplitude)
     limits = {
@@ -123,7 +147,7 @@ def _sorting_key(members: Sequence[_Stated]) -> tuple[object, ...]:
 def _unique_name(members: Sequence[_Stated], taken: set[str]) -> str:
     """Return the shortest name not yet taken: with the temperature, or with more digits, where the plain one is."""
     temperature = _median(members, "temperature")
-    tail = f"-{temperature:.0f}degC" if np.isfinite(temperature) else ""
+    tail = f"-{temperature:.0f}degC" if np.isfinite(temperature) and "temperature" not in members[0].others else ""
     for digits in (1, 2, 3, 4, 6):
         for extra in ("", tail):
             name = _name(members, digits) + extra
@@ -144,7 +168,7 @@ def _name(members: Sequence[_Stated], digits: int) -> str:
         parts.append(f"bias{_rounded(bias, digits)}A")
     if np.isfinite(first.current):
         parts.append(f"{_shown(members, 'current', 1.0, digits)}A")
-    return "-".join(parts)
+    return "-".join([*parts, *min(m.words for m in members)])
 
 
 def _shown(members: Sequence[_Stated], name: str, scale: float, digits: int) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 from mrfit.cycles import Stretch, gaps, steady_stretches
 from mrfit.noise import noise_level
 from mrfit.recording import Recording, Segment
-from mrfit.segment.waveform import STILL_NOISE, irregular_waveform, periodic_waveform
+from mrfit.segment.waveform import STILL_NOISE, TRIANGLE_MISFIT, irregular_waveform, periodic_waveform
 from mrfit.specs import Array
 
 MOVED = ("displacement", "velocity", "angle", "angular_velocity")
@@ -79,7 +79,12 @@ def detect(recording: Recording, drive: str, min_cycles: int, settle: int, toler
             stretches = unsteady
             said.append(f"{recording.id}: {drive} is unsteady; cycles up to {100 * wider:.0f} % apart were accepted")
     ranges = [_periodic(recording, drive, s, settle) for s in stretches]
-    ranges += [s for gap in gaps(stretches, len(values)) if (s := _irregular(recording, drive, gap, bool(stretches)))]
+    for gap in gaps(stretches, len(values)):
+        if gap[1] - gap[0] < max(FEWEST_SAMPLES, IRREGULAR_SHARE * len(values)):
+            continue
+        piece = _irregular(recording, drive, gap, bool(stretches))
+        ranges += [piece] if piece else []
+        said += _too_few(recording, drive, (gap, piece), min_cycles, tolerance)
     segments = tuple(_numbered(sorted(ranges, key=lambda s: s.start), recording.id))
     kept = sum(s.samples + s.warm_up for s in segments)
     return Detection(recording, segments, tuple(said + _said(recording, drive, segments, kept)), kept)
@@ -146,8 +151,7 @@ def _periodic(recording: Recording, drive: str, stretch: Stretch, settle: int) -
 def _irregular(recording: Recording, drive: str, gap: tuple[int, int], beside_periodic: bool) -> Segment | None:
     values = recording.channels[drive]
     window = values[gap[0] : gap[1]]
-    small = len(window) < FEWEST_SAMPLES or float(np.ptp(window)) < IRREGULAR_SHARE * float(np.ptp(values))
-    if small or len(window) < IRREGULAR_SHARE * len(values):
+    if float(np.ptp(window)) < IRREGULAR_SHARE * float(np.ptp(values)):
         return None
     waveform = irregular_waveform(window)
     if waveform is None or (beside_periodic and waveform != "random"):
@@ -161,6 +165,47 @@ def _irregular(recording: Recording, drive: str, gap: tuple[int, int], beside_pe
     }
     lead = int(LEAD_IN * len(window))
     return _segment(recording, drive, (gap[0] + lead, gap[1], lead), shape)
+
+
+def _too_few(
+    recording: Recording,
+    drive: str,
+    found: tuple[tuple[int, int], Segment | None],
+    min_cycles: int,
+    tolerance: float,
+) -> list[str]:
+    """Return a sentence where most of a range that is no periodic segment is steady cycles, only too few."""
+    (start, stop), piece = found
+    window = recording.channels[drive][start:stop]
+    held = recording.channels.get("current") if drive != "current" else None
+    levels = [] if held is None else [held[start:stop]]
+    shorter = steady_stretches(window, recording.dt, levels, 2, tolerance) if min_cycles > 2 else []
+    longest = max(shorter, key=lambda s: s.stop - s.start, default=None)
+    if longest and 2 * (longest.stop - longest.start) > len(window):
+        cycles, frequency = longest.cycles, longest.fit.frequency
+        few, remedy = f"--min-cycles {min_cycles}", f"give --min-cycles {cycles} to have them as cycles"
+    elif piece and (frequency := _single_sine(window, recording.dt)):
+        cycles, few, remedy = 1, "the 2 that show a steady test", "log more of them"
+    else:
+        return []
+    what = f"treated as one stretch without a frequency, '{piece.waveform}'" if piece else "left out"
+    plural = "s" if cycles > 1 else ""
+    return [f"{recording.id}: {cycles} cycle{plural} of {frequency:.3g} Hz, fewer than {few}: {what}; {remedy}"]
+
+
+def _single_sine(values: Array, dt: float) -> float:
+    """Return the frequency in Hz of a signal (N,) that is one to two cycles of a sine, else 0."""
+    window = values[:: max(1, len(values) // 500)]
+    place = np.arange(len(window)) / len(window)
+
+    def misfit(cycles: float) -> float:
+        turn = 2 * np.pi * cycles * place
+        columns = np.stack([np.ones_like(turn), np.cos(turn), np.sin(turn)], axis=1)
+        rest = window - columns @ np.linalg.lstsq(columns, window, rcond=None)[0]
+        return float(np.std(rest) / np.std(window))
+
+    cycles = min(np.arange(1.0, 2.0, 0.02), key=misfit)
+    return float(cycles / (len(values) * dt)) if misfit(cycles) < TRIANGLE_MISFIT else 0.0
 
 
 def _said(recording: Recording, drive: str, segments: tuple[Segment, ...], kept: int) -> list[str]:

@@ -76,7 +76,8 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     detections = _detections(workspace, identifiers, "flux" if flux else "recordings", settings, progress)
     found = [s for d in detections for s in d.segments]
     stated = {d.recording.id: d.recording.condition for d in detections}
-    named, (how, _, when) = name_conditions(found, stated), settings.holdout.partition("=")
+    wording = {d.recording.id: d.recording.wording for d in detections}
+    named, (how, _, when) = name_conditions(found, stated, wording), settings.holdout.partition("=")
     if how == "after":
         segments = hold_out_after(named, when, {d.recording.id: d.recording.dt for d in detections})
     else:

@@ -87,7 +87,22 @@ def test_the_page_opens_offline_and_names_every_model(summary: dict[str, Any], w
     page = (workspace.root / "compare" / "compare.html").read_text()
     assert all(m["model"] in page for m in summary["models"]) and "rotational-erf" in page
     assert "http" not in page and "<script" not in page
-    assert page.count("<svg") == 1
+    assert page.count("<svg") == page.count("<figcaption>") == 1
+
+
+def test_a_model_judged_on_fewer_samples_comes_after_those_judged_on_all() -> None:
+    fits = [
+        {"model": name, "output": output, "metrics": [{"condition": "all", "role": role, "samples": n, "nrmse": error}]}
+        for name, output, role, n, error in (
+            ("few", "force", "holdout", 500, 0.01),
+            ("worse", "force", "holdout", 900, 0.05),
+            ("best", "force", "holdout", 900, 0.02),
+            ("untried", "force", "train", 900, 0.001),
+            ("coil", "flux", "train", 900, 0.09),
+        )
+    ]
+    ranked = [fit["model"] for fit in sorted(fits, key=mrfit.compare.stage.rank)]
+    assert ranked == ["coil", "best", "worse", "few", "untried"]
 
 
 def test_unknown_names_are_refused_before_anything_is_fitted(workspace: Workspace) -> None:
@@ -111,9 +126,12 @@ def test_the_bench_gives_the_same_log_for_the_same_seed() -> None:
 
 def test_the_command_prints_one_table_and_refuses_half_a_question(mrfit: Run, datasets: Path) -> None:
     assert mrfit("ingest", datasets / "coil" / "coil_05Hz_1A.csv").returncode == 0
-    done = mrfit("compare", "--models", "bingham,boucwen-flux", "--budget", 300)
+    done = mrfit("compare", "--models", "bingham,tanh,boucwen-mmf,boucwen-flux", "--budget", 300)
     assert done.returncode == 0, done.stderr
-    assert "boucwen-flux" in done.stdout and "left out bingham" in done.stdout
+    # models of one output stand together, and what keeps several from being fitted is said once
+    current, flux = (done.stdout.index(f"Models of {output} in") for output in ("current", "flux"))
+    assert current < done.stdout.index("boucwen-mmf") < flux < done.stdout.index("boucwen-flux")
+    assert done.stdout.count("left out ") == 1 and "left out bingham, tanh: " in done.stdout
     options = ("--model", "boucwen-flux", "--seeds", 2, "--budget", 100)
     asked = mrfit("compare", "--optimizers", "lsq,fmin", *options, "--json")
     assert [r["optimizer"] for r in json.loads(asked.stdout)["rows"]] == ["lsq", "fmin"]

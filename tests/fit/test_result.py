@@ -2,10 +2,15 @@
 
 from typing import Any
 
+import numpy as np
 import pytest
 
+from mrfit.assembly import Assembly
 from mrfit.fit.bootstrap import Interval
-from mrfit.fit.result import warnings_of, with_intervals
+from mrfit.fit.cube import Cube
+from mrfit.fit.result import derived_rows, warnings_of, with_intervals
+from mrfit.fit.uncertainty import Uncertainty
+from mrfit.specs import Derived, ModelSpec, Param
 
 PARAMETER = {"name": "n", "at_bound": False, "identifiable": True, "fixed": False, "low": 1.0, "high": 2.0}
 SOUND: dict[str, Any] = {
@@ -20,7 +25,9 @@ SOUND: dict[str, Any] = {
     "passivity": [{"condition": "a", "loop_area": 0.1, "passive": True}],
     "residual_tests": [{"channel": "current", "correlation": 0.1, "lag": 0, "limit": 0.2, "independent": True}],
 }
-METRICS = [{"condition": "all", "role": "train", "nrmse": 0.01, "rmse": 3.0, "noise_floor": 1.0}]
+METRICS = [
+    {"condition": "all", "role": "train", "nrmse": 0.01, "rmse": 3.0, "noise_floor": 1.0, "fit_percent": 96.0},
+]
 
 
 def kinds(change: dict[str, Any], metrics: list[dict[str, Any]] = METRICS) -> list[str]:
@@ -40,6 +47,21 @@ def test_a_sound_result_has_no_warning() -> None:
         ({"budget_spent": True}, "budget-spent"),
         ({"agreeing": 1}, "starts-disagree"),
         ({"passivity": [{"condition": "a", "loop_area": -0.1, "passive": False}]}, "not-passive"),
+        (
+            {
+                "repeats": [
+                    {
+                        "condition": "a",
+                        "segments": 2,
+                        "difference": 9.0,
+                        "noise_floor": 1.0,
+                        "moved": 5.0,
+                        "agree": False,
+                    }
+                ]
+            },
+            "repeats-disagree",
+        ),
         ({"residual_tests": [{**SOUND["residual_tests"][0], "independent": False}]}, "input-residual"),
     ],
 )
@@ -55,6 +77,40 @@ def test_an_error_that_grows_on_held_out_data_is_a_warning() -> None:
     assert kinds({}, [*METRICS, {**held, "noise_floor": 2.0}]) == []
     # without a floor the range has to do
     assert kinds({}, [*METRICS, {**held, "noise_floor": float("nan")}]) == ["holdout-worse"]
+
+
+def test_an_error_no_less_than_a_constants_is_a_warning() -> None:
+    assert kinds({}, [{**METRICS[0], "fit_percent": 4.0}]) == ["explains-nothing"]
+    assert kinds({}, [{**METRICS[0], "fit_percent": -20.0}]) == ["explains-nothing"]
+    assert kinds({}, [{**METRICS[0], "fit_percent": 6.0}]) == []
+    # of a constant output, or a simulation that diverged, there is none
+    assert kinds({}, [{**METRICS[0], "fit_percent": float("nan")}]) == []
+
+
+def derived_row(value: float, width: float) -> dict[str, Any]:
+    """The row of a quantity 3·a of a parameter a between -10 and 10, whose interval in the cube is so wide."""
+    place = (value / 3.0 + 10.0) / 20.0
+    params = (Param("a", "N", -10.0, 10.0, 0.0),)
+    spec = ModelSpec("m", "m", "", "", ("velocity",), "force", params, derived=(Derived("three", "N"),))
+    assembly = Assembly("m", spec, lambda *_: np.empty(0), lambda theta: 3.0 * theta, lambda *_: {})
+    spread = width / 60.0 / 2.0 / 1.96
+    found = Uncertainty(np.array([[spread**2]]), np.eye(1), np.array([False]), np.array([spread]), np.ones(1), 1e9)
+    (row,) = derived_rows(assembly, Cube(spec.params, np.array([0])), np.array([place]), found)
+    return row
+
+
+@pytest.mark.parametrize(
+    ("value", "width", "determined"),
+    [(28.0, 55.0, True), (29.0, 61.0, False), (1.0, 14.0, True), (1.0, 16.0, False), (-2.0, 55.0, False)],
+)
+def test_a_derived_quantity_is_determined_by_the_rule_of_parameters(
+    value: float, width: float, determined: bool
+) -> None:
+    row = derived_row(value, width)
+    assert row["identifiable"] == determined
+    assert (row["low"] is not None) == determined == (row["high"] is not None)
+    if determined:
+        assert row["high"] - row["low"] == pytest.approx(width, rel=1e-3)
 
 
 @pytest.mark.parametrize("change", [{"budget_spent": True}, {"nonfinite": 1}])

@@ -93,6 +93,9 @@ def test_a_stage_without_its_tests_is_skipped_in_one_line_and_its_parameters_wai
     assert len(said) == 1 and "\n" not in said[0]
     assert "static map C" in said[0] and "constant speed" in said[0]
     assert warnings(result["stages"][1:]) == []
+    assert f"fitted with those of the {second['stage']}" in said[0]
+    alone = warnings([second, {**first, "stage": "last"}])
+    assert len(alone) == 1 and alone[0]["text"].endswith("were fitted only in the joint refinement")
 
 
 def test_models_without_stages_or_fits_per_condition_are_refused() -> None:

@@ -4,8 +4,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 import mrfit.fit.stage
+from mrfit import optimize
 from mrfit.assembly import assemble
 from tests.fit.benches import Bench, write_workspace
 
@@ -37,3 +39,25 @@ def test_each_test_fitted_alone_has_its_own_scale(tmp_path: Path) -> None:
 def test_the_user_s_value_goes_before_that_of_the_logs(tmp_path: Path) -> None:
     (held,) = scales(polynomial_fit(tmp_path, per="all", fixed=(("v_max", 0.15),)))
     assert held["fixed"] and held["value"] == 0.15
+
+
+def test_a_limit_of_seconds_holds_for_the_searches_that_give_starts_too(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assembly = assemble("tanh")
+    workspace = write_workspace(tmp_path, Bench(assembly, np.array(assembly.spec.start), 0.01, 1), SINES, (0.0, 1.0))
+    run, given = optimize.run, []
+
+    def watched(name: str, objective: Any, rng: Any, budget: Any = None, seconds: Any = None, *rest: Any) -> Any:
+        given.append(seconds)
+        return run(name, objective, rng, budget, seconds, *rest)
+
+    monkeypatch.setattr(optimize, "run", watched)
+    settings = mrfit.fit.stage.Settings("tanh", "lsq", per="all", seconds=0.5)
+    (result,) = mrfit.fit.stage.run(workspace, settings)["results"]
+    # two currents and the joint search
+    assert len(result["per_current"]) == 2 and len(given) == 3
+    assert 0.5 >= given[0] > given[1] >= given[2] > 0.0
+    given.clear()
+    mrfit.fit.stage.run(workspace, mrfit.fit.stage.Settings("tanh", "lsq", per="all"))
+    assert given == [None, None, None]

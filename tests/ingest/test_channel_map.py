@@ -59,6 +59,16 @@ def test_no_map_says_nothing() -> None:
         ("dt = 0.1\nrate = 10", "both dt and rate"),
         ("dt = nan", "key 'dt'"),
         ("dt = ", "no readable TOML"),
+        (
+            "[channels]\nvoltage = 'CH1'",
+            "key 'channels.voltage' takes a table, not \"CH1\"; write voltage = {column = ",
+        ),
+        ("[[files]]\nmatch = 'a'\nchannels = {voltage = 1}", "takes a table, not 1; write voltage = {column = 1}"),
+        ("channels = 'CH1'", "key 'channels' takes a table, not \"CH1\"; write [channels]"),
+        ("[channels]\nvoltage = {column = 1, scale = 0}", "key 'channels.voltage.scale' is 0"),
+        ("[[files]]\nmatch = 'a'\nchannels = {voltage = {column = 1, scale = 0.0}}", "'channels.voltage.scale' is 0"),
+        ("time = 'T'\n[channels]\nforce = {column = 'T'}", "'time' and 'channels.force' both name column 'T'"),
+        ("time = {column = 2}\n[channels]\nforce = {column = 2}", "'time' and 'channels.force' both name column 2"),
     ],
 )
 def test_faults_name_the_key(text: str, message: str, tmp_path: Path) -> None:

@@ -5,7 +5,7 @@ import pytest
 
 from mrfit.errors import ConfigError
 from mrfit.ingest.channel_map import Rules
-from mrfit.ingest.conditions import conditions_of, from_name, main_frequency, name_expression
+from mrfit.ingest.conditions import conditions_of, from_name, main_frequency, name_expression, wording
 from mrfit.ingest.refusal import Refusal
 from mrfit.recording import Recording
 
@@ -42,6 +42,23 @@ def _record(source: str = "x/25mm0x5Hz0x75A.txt", amplitude: float = 0.025, freq
 )
 def test_conditions_in_names(stem: str, pattern: str, found: dict[str, float]) -> None:
     assert from_name(stem, pattern) == pytest.approx(found)
+
+
+@pytest.mark.parametrize(
+    ("stem", "pattern", "said"),
+    [
+        ("5bar-2Hz", "{pressure:bar}bar-{frequency:Hz}Hz", {"pressure": "5bar"}),
+        ("5bar-2mm", "{pressure:bar}bar-{gap:mm}mm", {"pressure": "5bar", "gap": "gap2mm"}),
+        ("5bar-700kPa", "{inner:bar}bar-{outer:kPa}kPa", {"inner": "inner5bar", "outer": "outer700kPa"}),
+        ("60C-0x5mmps2", "{temperature:C}C-{a:mm/s^2}mm", {"temperature": "60degC", "a": "0.5mmps2"}),
+        ("5bar-3", "{pressure}bar-{specimen}", {}),
+        ("calibration", "{pressure:bar}bar", {}),
+    ],
+)
+def test_quantities_are_worded_as_the_name_has_them(stem: str, pattern: str, said: dict[str, str]) -> None:
+    assert wording(stem, Rules(pattern=pattern)) == said
+    assert wording(stem, Rules(pattern=pattern, condition=dict.fromkeys(said, 1.0))) == {}
+    assert wording(stem, Rules()) == {}
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from mrfit.errors import ConfigError
 from mrfit.ingest.channel_map import ChannelRule, Rules
 from mrfit.ingest.naming import check_wrong_dimension, name_signals
 from mrfit.ingest.refusal import Refusal
@@ -58,6 +59,13 @@ def test_map_keeps_the_files_unit_and_else_takes_si() -> None:
     rules = Rules(channels={"force": ChannelRule(column=0), "displacement": ChannelRule(column=1)})
     signals, _ = name_signals(_columns(("a", "kN"), ("b", None)), rules, "log.csv")
     assert [(s.name, s.unit, s.values[1]) for s in signals] == [("force", "N", 1e3), ("displacement", "m", 2.0)]
+
+
+@pytest.mark.parametrize("again", ["ch1", 0, ["A", "CH1"]])
+def test_one_column_is_one_channel(again: str | int | list[str]) -> None:
+    rules = Rules("mrfit.toml", channels={"current": ChannelRule(column="CH1"), "voltage": ChannelRule(column=again)})
+    with pytest.raises(ConfigError, match=r"mrfit.toml: .*'channels.current' and 'channels.voltage' both name .*'CH1'"):
+        name_signals(_columns(("CH1", None), ("CH2", None)), rules, "log.csv")
 
 
 def test_ignored_columns_are_left_out() -> None:

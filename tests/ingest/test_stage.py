@@ -135,6 +135,83 @@ def test_map_is_found_up_to_the_folder_given(tmp_path: Path, workspace: Workspac
     assert "current" in {c["name"] for c in whole["recordings"][0]["channels"]}
 
 
+def test_why_a_log_is_read_again_is_said_truly(logs: Path, workspace: Workspace) -> None:
+    path = logs / "log.csv"
+    run([path], Settings(), workspace)
+    source = str(path)
+    assert "options" in run([path], Settings(resistance=3.0), workspace)["reasons"][source]
+    workspace.recording_file("log").unlink()
+    assert "damaged or missing" in run([path], Settings(resistance=3.0), workspace)["reasons"][source]
+    path.write_bytes(path.read_bytes() + path.read_bytes()[-30:])
+    assert run([path], Settings(), workspace)["reasons"] == {source: "has changed since it was last read"}
+    assert run([path], Settings(), workspace)["reasons"] == {}
+
+
+def copied(logs: Path, *names: str) -> list[Path]:
+    paths = [logs / "log.csv", *(logs / n for n in names)]
+    for path in paths[1:]:
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(paths[0].read_bytes())
+    return paths
+
+
+def test_a_copy_is_read_once_and_said(logs: Path, workspace: Workspace) -> None:
+    paths = copied(logs, "a.csv", "deeper/log.csv")
+    first = run(paths, Settings(), workspace)
+    assert _ids(first) == ["log"] and first["refused"] == []
+    rows = [{"source": str(p), "of": str(paths[0]), "read": False} for p in paths[1:]]
+    assert first["copies"] == rows
+    before = _tree(workspace.root)
+    again = run(paths, Settings(), workspace)
+    assert again["skipped"] and again["copies"] == rows and _tree(workspace.root) == before
+    # what the workspace holds stays, in whatever order and call the copies come
+    alone = run([paths[1]], Settings(), workspace)
+    assert alone["skipped"] and alone["copies"] == rows
+    later = run(copied(logs, "b.csv")[1:], Settings(), workspace)
+    assert _ids(later) == ["log"] and [c["source"] for c in later["copies"]] == sorted(
+        map(str, [*paths[1:], logs / "b.csv"])
+    )
+
+
+def test_a_log_that_becomes_a_copy_gives_way_and_one_that_ceases_to_be_comes_back(
+    logs: Path, workspace: Workspace
+) -> None:
+    path, other = copied(logs, "other.csv")
+    same, own = other.read_bytes(), other.read_bytes() + other.read_bytes()[-30:]
+    other.write_bytes(own)
+    assert _ids(run([path, other], Settings(), workspace)) == ["log", "other"]
+    for content, ids in ((same, ["log"]), (own, ["log", "other"])):
+        other.write_bytes(content)
+        summary = run([path, other], Settings(), workspace)
+        assert _ids(summary) == ids and len(summary["copies"]) == 2 - len(ids)
+        assert sorted(p.stem for p in workspace.root.glob("recordings/*")) == ids
+
+
+def test_the_same_bytes_under_a_name_that_states_another_test_are_kept_and_said(
+    logs: Path, workspace: Workspace
+) -> None:
+    paths = copied(logs, "run-5bar.csv", "run-7bar.csv", "again-5bar.csv")[1:]
+    summary = run(paths, Settings(pattern="-{pressure:bar}bar"), workspace)
+    assert _ids(summary) == ["run-5bar", "run-7bar"]
+    five, seven, again = map(str, paths)
+    assert summary["copies"] == [
+        {"source": again, "of": five, "read": False},
+        {"source": seven, "of": five, "read": True},
+    ]
+    assert run(paths, Settings(pattern="-{pressure:bar}bar"), workspace)["skipped"]
+    assert _ids(run(paths, Settings(), workspace)) == ["run-5bar"]
+
+
+def test_a_copy_of_a_refused_log_leaves_the_refusal(logs: Path, workspace: Workspace) -> None:
+    for name in ("bad.csv", "worse.csv"):
+        (logs / name).write_text("1,2\n3,4\n")
+    with pytest.raises(DataError, match=r"bad\.csv"):
+        run([logs / "bad.csv", logs / "worse.csv"], Settings(), workspace)
+    summary = run([logs], Settings(), workspace)
+    assert [Path(r["source"]).name for r in summary["refused"]] == ["bad.csv"]
+    assert [Path(c["source"]).name for c in summary["copies"]] == ["worse.csv"]
+
+
 def test_refused_files_are_listed_and_the_rest_is_kept(logs: Path, workspace: Workspace) -> None:
     (logs / "bare.csv").write_text("1,2\n3,4\n")
     (logs / "empty.csv").write_text("")
@@ -271,7 +348,8 @@ def test_same_bytes_for_any_number_of_jobs(tmp_path: Path) -> None:
 def test_stems_that_differ_in_case_only_get_two_ids(tmp_path: Path, workspace: Workspace) -> None:
     truth = WRITERS["siglent"]()
     truth.write(tmp_path / "logs", "SDS00005.CSV")
-    truth.write(tmp_path / "logs", "sds00005.txt")
+    other = truth.write(tmp_path / "logs", "sds00005.txt")
+    other.write_bytes(truth.data + truth.data[-30:])
     summary = run([tmp_path / "logs"], Settings(), workspace)
     assert len({i.lower() for i in _ids(summary)}) == 2
 

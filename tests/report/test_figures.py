@@ -84,3 +84,22 @@ def test_long_names_are_broken_not_overlapped(damper):
     figure = next(f for f in figures_of(fit, many) if f.title == "Time history")
     lines = [t for t in texts(figure.svg) if "triangle" in t or "hold-out" in t]
     assert len(lines) == 10 and max(len(t) for t in lines) <= 48
+
+
+@pytest.mark.parametrize("panels", [4, 9, 12])
+def test_titles_stay_within_the_figure(panels, tmp_path):
+    from mrfit.report import figures
+
+    heading = figures._heading(
+        Series("sine-1.25Hz-0.0125m-0.75A-20degC-again", "s", "holdout", *[np.zeros(2)] * 3, {}),
+        0.01234,
+        figures.TITLE_WIDTHS[figures.columns_of(panels)],
+    )
+    canvas = figures.canvas_of(figures.WIDTH, 4.0)
+    axes = canvas.subplots(1, figures.columns_of(panels), squeeze=False)[0]
+    with figures.style():
+        titles = [a.set_title(heading, loc="left", fontsize=8.5) for a in axes]
+        canvas.draw_without_rendering()
+    assert max(t.get_window_extent().x1 for t in titles) <= canvas.bbox.x1
+    for left, right in zip(titles, titles[1:], strict=False):
+        assert left.get_window_extent().x1 < right.get_window_extent().x0

@@ -23,8 +23,12 @@ def segment(
     return Segment(f"{recording}#1", "", recording, 100, 900, 100, *shape, current, temperature, "train")
 
 
-def names(segments: list[Segment], stated: dict[str, dict[str, float]] | None = None) -> list[str]:
-    return [s.condition for s in name_conditions(segments, stated or {})]
+def names(
+    segments: list[Segment],
+    stated: dict[str, dict[str, float]] | None = None,
+    wording: dict[str, dict[str, str]] | None = None,
+) -> list[str]:
+    return [s.condition for s in name_conditions(segments, stated or {}, wording)]
 
 
 def test_a_coil_condition_is_named_by_frequency_and_amplitude() -> None:
@@ -66,6 +70,32 @@ def test_conditions_that_round_alike_get_more_digits() -> None:
     assert len(set(found)) == 2
     hot = names([segment("a", temperature=25.0), segment("b", temperature=60.0)])
     assert hot == ["sine-5Hz-3A", "sine-5Hz-3A-60degC"]
+
+
+def test_any_other_quantity_that_is_stated_makes_and_names_a_condition() -> None:
+    logs = [segment(n, 2.0, 0.01, 1.0, "displacement") for n in "abc"]
+    stated = {"a": {"pressure": 5e5, "measured_frequency": 2.01}, "b": {"pressure": 7e5}, "c": {"pressure": 5e5}}
+    wording = {"a": {"pressure": "5bar"}, "b": {"pressure": "7bar"}, "c": {"pressure": "500kPa"}}
+    high, low = "sine-2Hz-10mm-1A-7bar", "sine-2Hz-10mm-1A-500kPa"
+    assert names(logs, stated, wording) == [low, high, low]
+    assert names(logs[::-1], stated, wording) == [low, high, low]
+    assert names(logs[:2], {"a": {"specimen": 1.0, "gap": 0.002}}) == [
+        "sine-2Hz-10mm-1A-gap0.002-specimen1",
+        "sine-2Hz-10mm-1A",
+    ]
+
+
+def test_a_stated_temperature_makes_conditions_closer_than_measured_ones_do() -> None:
+    logs = [segment("a", temperature=20.0), segment("b", temperature=23.0)]
+    assert names(logs) == ["sine-5Hz-3A", "sine-5Hz-3A"]
+    stated = {"a": {"temperature": 20.0}, "b": {"temperature": 23.0}}
+    assert names(logs, stated) == ["sine-5Hz-3A-20degC", "sine-5Hz-3A-23degC"]
+
+
+def test_what_is_no_test_condition_does_not_part_repeats() -> None:
+    logs = [segment("a", amplitude=0.05, drive="velocity"), segment("b", amplitude=0.05, drive="velocity")]
+    stated = {"a": {"velocity": 0.05, "resistance": 2.0}, "b": {"resistance": 2.1, "measured_current": 0.3}}
+    assert names(logs, stated) == ["sine-5Hz-50mmps", "sine-5Hz-50mmps"]
 
 
 def grid() -> list[Segment]:

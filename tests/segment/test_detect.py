@@ -160,3 +160,35 @@ def test_a_rig_that_wanders_is_accepted_with_a_word() -> None:
     assert any("unsteady" in f for f in detection.findings)
     assert sum(s.cycles for s in detection.segments) >= 6
     assert {s.waveform for s in detection.segments} == {"sine"}
+
+
+def test_cycles_too_few_are_said_with_what_became_of_them() -> None:
+    log = recording("log", 1e-3, {"current": sine(8.0, 500)})
+    made = detect(log, "current", 10, 1, 0.02)
+    assert [s.waveform for s in made.segments] == ["random"]
+    assert made.findings == (
+        "log: 8 cycles of 2 Hz, fewer than --min-cycles 10: treated as one stretch without a frequency, 'random'; "
+        "give --min-cycles 8 to have them as cycles",
+    )
+    made = detect(log, "current", 8, 1, 0.02)
+    assert [s.cycles for s in made.segments] == [7] and not made.findings
+
+
+@pytest.mark.parametrize("begin", [0, 130, 300])
+def test_a_single_cycle_of_a_sine_is_said(begin: int) -> None:
+    values = sine(2.5, 500, noise=0.005)[begin : begin + 700]
+    (said,) = found(recording("log", 1e-3, {"current": values})).findings
+    assert said.startswith("log: 1 cycle of 2 Hz") and "one stretch without a frequency, 'quasi-static'" in said
+
+
+def test_a_slow_ramp_is_no_sine() -> None:
+    ramps = np.interp(np.arange(1500), [0, 250, 750, 1250, 1500], [0, 1, -1, 1, 0])
+    made = found(recording("log", 1e-3, {"current": ramps}))
+    assert [s.waveform for s in made.segments] == ["quasi-static"] and not made.findings
+
+
+def test_a_part_with_too_few_cycles_beside_others_is_said() -> None:
+    values = np.concatenate([sine(20, 100), np.zeros(300), sine(5, 200)])
+    made = detect(recording("log", 1e-3, {"current": values}), "current", 10, 1, 0.02)
+    assert [round(s.frequency) for s in made.segments] == [10]
+    assert any("4 cycles of 5 Hz, fewer than --min-cycles 10: left out" in f for f in made.findings), made.findings

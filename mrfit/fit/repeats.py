@@ -1,0 +1,66 @@
+"""Whether repeats of one condition agree: what one set of parameters cannot follow, whatever the model.
+
+Each repeat's measured output y is laid on the simulated one, y ≈ g·ŷ + o by least squares. The model is driven by each
+repeat's own input, so that neither phase nor small differences of the drive count, and what it gets wrong it gets wrong
+alike in all of them. Two repeats differ by the RMS of (g₁ − g₂)·ŷ + (o₁ − o₂).
+"""
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from mrfit.fit.problem import Block
+from mrfit.specs import Array
+
+# Repeats disagree where they differ by more than so many times what differs from cycle to cycle within them, and by
+# more than this share of the output's standard deviation, as by a tenth of its gain
+NOISES, SHARE = 5.0, 0.1
+
+
+def repeat_rows(blocks: Sequence[Block], floors: Sequence[float], simulated: Sequence[Array]) -> list[dict[str, Any]]:
+    """Return one row per periodic condition with several training segments: how much these differ, and if they agree.
+
+    Parameters
+    ----------
+    blocks
+        Full blocks.
+    floors
+        Noise floor of each, in the output's unit.
+    simulated
+        Simulated output of each, (N,).
+
+    Returns
+    -------
+    list of dict
+        ``condition``; ``segments``, how many; ``difference``, the largest of two of them, ``noise_floor`` and
+        ``moved``, the output's standard deviation, in its unit; ``agree``.
+    """
+    chosen = [k for k, b in enumerate(blocks) if b.segment.role == "train" and b.segment.cycles]
+    rows = []
+    for condition in dict.fromkeys(blocks[k].segment.condition for k in chosen):
+        members = [k for k in chosen if blocks[k].segment.condition == condition]
+        if len(members) < 2:
+            continue
+        lines = [_line(blocks[k].target, simulated[k]) for k in members]
+        curve = np.concatenate([simulated[k] for k in members])
+        difference = max(_rms((a[0] - b[0]) * curve + (a[1] - b[1])) for a, b in combinations(lines, 2))
+        moved = max(float(np.std(blocks[k].target)) for k in members)
+        floor = max(floors[k] for k in members)
+        agree = not (difference > NOISES * floor and difference > SHARE * moved)
+        row = {"condition": condition, "segments": len(members), "difference": difference}
+        rows.append(row | {"noise_floor": floor, "moved": moved, "agree": agree})
+    return rows
+
+
+def _line(measured: Array, simulated: Array) -> tuple[float, float]:
+    """Return the gain and the offset that take the simulated output nearest the measured one."""
+    moved = simulated - simulated.mean()
+    power = float(moved @ moved)
+    gain = float(moved @ measured) / power if power > 0.0 else 0.0
+    return gain, float(measured.mean() - gain * simulated.mean())
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
