@@ -11,7 +11,7 @@ from mrfit.discover import looks
 from mrfit.discover.bench import Bench
 from mrfit.discover.decide import Verdict
 from mrfit.discover.refit import Fitter, Refit
-from mrfit.discover.regions import Region, in_words, locate
+from mrfit.discover.regions import Region, beyond_training, in_words, locate
 from mrfit.discover.remainder import explainable, follows_the_state, repeated_error
 from mrfit.discover.screen import cosines
 from mrfit.discover.trials import leaves_too_much
@@ -97,6 +97,7 @@ def account(fitter: Fitter, verdict: Verdict, outcome: Outcome) -> dict[str, Any
         "advice": [f"{e}: {specs[e].experiment}" for e in undecided or [row["name"] for row in partial + others]],
         "where": [region_row(r) for r in where[:REGIONS]],
         "where_text": in_words(where),
+        "beyond_training": beyond_training(bench),
         "gap": gap,
         "candidates": candidate_rows(verdict),
         "confusable": pairs,

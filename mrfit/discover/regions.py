@@ -10,6 +10,9 @@ from mrfit.channels import unit_of
 from mrfit.discover.bench import Bench, Stretch
 from mrfit.specs import Array
 
+# Held-out tests that leave the range of the training tests by more than this share of the larger one extrapolate
+BEYOND = 0.1
+
 Mask = NDArray[np.bool_]
 
 # After a step of the current, in s
@@ -164,3 +167,26 @@ def in_words(regions: Sequence[Region], most: int = 3) -> list[str]:
     """Return the regions that hold more of the error than their samples, as sentences."""
     worth = [r for r in regions if r.excess > WORTH_SAYING][:most]
     return [f"{r.share_of_error:.0%} of the error in {r.share_of_samples:.0%} of the samples: {r.name}" for r in worth]
+
+
+def beyond_training(bench: Bench) -> list[str]:
+    """Return a sentence for each input that held-out tests take further than the training tests did."""
+    said = []
+    for name in ("current", "velocity", "angular_velocity", "temperature"):
+        if name not in bench.channels:
+            continue
+        (low, high), (least, most) = (_range(bench.of_role(role), name) for role in ("train", "holdout"))
+        margin = BEYOND * max(high, -low, most, -least)
+        if least < low - margin or most > high + margin:
+            unit = unit_of(name)
+            said.append(
+                f"held-out tests span {least:.3g} to {most:.3g} {unit} of {name.replace('_', ' ')}, training tests "
+                f"only {low:.3g} to {high:.3g} {unit}: there the model extrapolates; hold out other tests "
+                "(mrfit segment --holdout)"
+            )
+    return said
+
+
+def _range(stretches: Sequence[Stretch], name: str) -> tuple[float, float]:
+    values = np.concatenate([v for s in stretches if (v := s.channel(name)) is not None])
+    return float(values.min()), float(values.max())

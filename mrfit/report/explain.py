@@ -48,6 +48,8 @@ def sentences(found: Found) -> list[str]:
         said.append(f"{percent(rest['share_of_gap'])} of the gap stay unexplained" + (f": {place}." if place else "."))
     if rest.get("looks_text") and _left_open(found):
         said.append(_sentence(rest["looks_text"]))
+    if found["verdict"] == "unexplained":
+        said += [_sentence(text) for text in found.get("beyond_training", [])]
     if found["verdict"] == "unexplained" and found.get("suspects"):
         said.append(_partial(found))
     return said

@@ -1,9 +1,33 @@
 """Regions hold the samples their names say."""
 
+from types import SimpleNamespace
+from typing import cast
+
 import numpy as np
 import pytest
 
-from mrfit.discover.regions import _after_steps, _near_reversal
+from mrfit.discover.bench import Bench
+from mrfit.discover.regions import _after_steps, _near_reversal, beyond_training
+
+
+def bench(train: tuple[float, float], holdout: tuple[float, float]) -> Bench:
+    """Return tests whose current spans these ranges and whose velocity is not to be had."""
+
+    def test(ends: tuple[float, float]) -> SimpleNamespace:
+        return SimpleNamespace(channel=lambda name: np.linspace(*ends, 50))
+
+    roles = {"train": [test(train)], "holdout": [test(holdout)]}
+    return cast(Bench, SimpleNamespace(of_role=roles.__getitem__, channels=("current",)))
+
+
+def test_held_out_tests_beyond_the_trained_current_are_said() -> None:
+    (said,) = beyond_training(bench((0.8, 1.2), (0.3, 2.0)))
+    assert said.startswith("held-out tests span 0.3 to 2 A of current, training tests only 0.8 to 1.2 A")
+
+
+def test_held_out_tests_within_the_training_range_are_not() -> None:
+    assert beyond_training(bench((0.3, 2.0), (0.8, 1.2))) == []
+    assert beyond_training(bench((0.3, 2.0), (0.25, 2.05))) == []
 
 
 def test_forty_milliseconds_after_each_step_are_marked_by_its_direction() -> None:

@@ -54,6 +54,11 @@ def test_offset_is_said_of_alternating_channels_only() -> None:
     assert _kinds(current=SINE + 0.5, temperature=SINE + 40.0) == [("offset", "current")]
 
 
+def test_current_of_a_damper_is_never_about_zero() -> None:
+    assert ("offset", "current") not in _kinds(current=SINE + 1.5, force=100.0 * SINE)
+    assert ("offset", "force") in _kinds(current=SINE + 1.5, force=100.0 * SINE + 80.0)
+
+
 def test_force_against_velocity() -> None:
     velocity = np.cos(2 * np.pi * 5 * T)
     assert _kinds(displacement=SINE, force=velocity) == []
