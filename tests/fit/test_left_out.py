@@ -94,8 +94,8 @@ def test_a_prediction_leaves_out_what_it_cannot_simulate(tmp_path: Path, capsys:
     fit: dict[str, Any] = mrfit.fit.stage.run(fitted, Settings("bingham", "lsq", per="all"))
     found = predict(fit, damper(tmp_path / "logs", {"2": "velocity"}))
     assert len(found.used) == 3 and found.warnings[0]["kind"] == "recordings-left-out"
-    told = {"fit": fit["name"], "metrics": found.metrics, "used": found.used, "outdated": False, "refused": []}
-    summaries.predict({**told, "warnings": found.warnings})
+    told = {"fit": fit["name"], "output": "force", "metrics": found.metrics, "used": found.used}
+    summaries.predict({**told, "outdated": False, "refused": [], "warnings": found.warnings})
     assert "warning recordings-left-out: 1 of 4 segments" in capsys.readouterr().out
     with pytest.raises(DataError, match="no velocity in this log"):
         predict(fit, damper(tmp_path / "none", {f"{f:g}": "velocity" for f, _ in SINES}))
