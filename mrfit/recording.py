@@ -8,6 +8,8 @@ from mrfit.specs import Array
 
 # In a recording's condition: resistance in ohm by which its flux was reconstructed; absent where the flux was measured
 FLUX_RESISTANCE = "flux_resistance"
+# What every test condition is named by
+NAMING = ("frequency", "amplitude", "current")
 
 
 @dataclass(frozen=True, slots=True)

@@ -185,10 +185,10 @@ def compare_models(summary: Summary, work: Path) -> None:
             for some in _side_by_side(list(there)):
                 errors = [[m["model"], *(_percent(found.get((m["model"], role, c))) for c in some)] for m in models]
                 print_table(f"NRMSE of {output} in percent, {role}", ("model", *some), errors)
-    for names_, text in together(summary["warnings"], "text"):
-        say(f"  warning recordings-left-out: {names_}: {text}")
-    for names_, reason in together(summary["left_out"], "reason"):
-        say(f"  left out {names_}: {reason}")
+    for which, text in together(summary["warnings"], "text"):
+        say(f"  warning recordings-left-out: {which}: {text}")
+    for which, reason in together(summary["left_out"], "reason"):
+        say(f"  left out {which}: {reason}")
     say(f"Files: {work / 'compare'}/compare.html, compare.csv, compare.json")
 
 

@@ -64,7 +64,7 @@ def verdict_of(bench: Bench, verdict: Verdict, seed: int) -> Outcome:
 def drop_shadows(verdict: Verdict) -> None:
     """Take back all effects if together they leave much of the gap: what is missing then is something else."""
     proven = verdict.proven
-    if proven is None or not verdict.final.effects or not leaves_too_much(verdict.base, verdict.final):
+    if not verdict.final.effects or not leaves_too_much(verdict.base, verdict.final):
         return
     before, after = (fit.chi("holdout") ** 2 for fit in (verdict.base, proven))
     closed = (before - after) / (before - 1.0)
@@ -177,9 +177,9 @@ def effect_row(verdict: Verdict, spec: EffectSpec, fitter: Fitter, pairs: list[d
 
 def _partial_rows(fitter: Fitter, verdict: Verdict) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Return the effects that were taken back, and those that could stand ``instead_of`` one of them."""
-    fit = verdict.proven
-    if fit is None or not verdict.taken_back:
+    if not verdict.taken_back:
         return [], []
+    fit = verdict.proven
     others = [
         _swapped(fitter, verdict, fit, (own, other)) | {"instead_of": own}
         for own, *rivals in verdict.doubtful

@@ -52,6 +52,9 @@ class Verdict:
     ----------
     base, final
         The fit without and with the accepted effects.
+    proven, doubtful
+        The fit with all effects that had proof each, whether or not each takes more than they leave together, and the
+        sets that could not be told apart among them.
     ambiguous
         Sets of effects that the data cannot tell apart, the one in the final fit first.
     screened
@@ -60,20 +63,17 @@ class Verdict:
         For every effect: why it was accepted or turned down.
     gains
         Share of the squared hold-out error each took away when it was last tried.
-    proven, doubtful
-        The fit with all effects that had proof each, whether or not each takes more than they leave together, and the
-        sets that could not be told apart among them.
     taken_back
         Whether none is named, since together they leave too much.
     """
 
     base: Refit
     final: Refit
+    proven: Refit
     ambiguous: list[tuple[str, ...]] = field(default_factory=list)
     screened: list[Screened] = field(default_factory=list)
     reasons: dict[str, str] = field(default_factory=dict)
     gains: dict[str, float] = field(default_factory=dict)
-    proven: Refit | None = None
     doubtful: list[tuple[str, ...]] = field(default_factory=list)
     taken_back: bool = False
 
@@ -99,7 +99,7 @@ def decide(fitter: Fitter, base: Refit, effects: Sequence[EffectSpec], progress:
     progress
         Told of every refit.
     """
-    verdict = Verdict(base, base, screened=screen(fitter, base, effects))
+    verdict = Verdict(base, base, base, screened=screen(fitter, base, effects))
     first = _grow(fitter, verdict, effects, progress)
     if verdict.final.effects and leaves_too_much(base, verdict.final):
         _start_again(fitter, verdict, (effects, first), progress)

@@ -19,7 +19,7 @@ from mrfit.fit.separable import projection_of
 from mrfit.fit.starts import at_scales
 from mrfit.fit.uncertainty import Uncertainty, analyse, long_run_covariance, sensitivities
 from mrfit.optimizers import auto
-from mrfit.specs import Array
+from mrfit.specs import Array, EffectSpec, Param
 
 # Evaluations of a refit, for each free parameter: it starts next to its optimum
 REFIT_BUDGET = 60
@@ -35,6 +35,8 @@ WORTH_POLISHING, ROUGH = 2.0, 3e-4
 NOISE = 1.05
 # A shape parameter this near an end of its range says no more than that it is large, or small
 AT_BOUND = 0.05
+# Bounds of a shape parameter that is a share
+SHARE = (0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -95,8 +97,11 @@ class Refit:
 
     def _moving(self, effect: str) -> list[int]:
         """Return the places among the free parameters of those that are the effect, not its shape."""
-        own = [k for k, p in enumerate(self.cube.params) if p.name.startswith(effect + ".") and p.role != "shape"]
-        return [int(np.flatnonzero(self.cube.free == k)[0]) for k in own]
+        return [self._place(effect, p) for p in _params(effect) if p.role != "shape"]
+
+    def _place(self, effect: str, param: Param) -> int:
+        names = [p.name for p in self.cube.params]
+        return int(np.flatnonzero(self.cube.free == names.index(f"{effect}.{param.name}"))[0])
 
     def degenerate(self, effect: str, rival: str) -> int:
         """Return how many shape parameters of an effect ended at a bound: it is so many times the limit of its form.
@@ -104,14 +109,9 @@ class Refit:
         Those that its rival has too say nothing of which of the two it is, and a share of none or all is a form like
         any other.
         """
-        common = {p.name for p in registry.load("effect", rival).SPEC.params}
-        own = [(k, p, p.name.removeprefix(effect + ".")) for k, p in enumerate(self.cube.params)]
-        shapes = [
-            k
-            for k, p, name in own
-            if name != p.name and name not in common and p.role == "shape" and (p.low, p.high) != (0.0, 1.0)
-        ]
-        places = [float(self.point[int(np.flatnonzero(self.cube.free == k)[0])]) for k in shapes]
+        common = {p.name for p in _params(rival)}
+        shapes = [p for p in _params(effect) if p.role == "shape" and p.name not in common]
+        places = [float(self.point[self._place(effect, p)]) for p in shapes if (p.low, p.high) != SHARE]
         return sum(min(at, 1.0 - at) < AT_BOUND for at in places)
 
     def _neutral_theta(self, effect: str) -> Array:
@@ -269,6 +269,11 @@ class Fitter:
         stretches = self.bench.of_role("train")
         within = analyse(parts, train, [s.block.period if s.repeats else 0.0 for s in stretches])
         return clustered(within, parts, train, [s.segment.condition for s in stretches])
+
+
+def _params(effect: str) -> tuple[Param, ...]:
+    spec: EffectSpec = registry.load("effect", effect).SPEC
+    return spec.params
 
 
 def _descended(posed: Posed, starts: Array) -> tuple[Array, float]:

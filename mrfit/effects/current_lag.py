@@ -13,7 +13,7 @@ Source: inverse-tanh paper eq. 9; the simplest M(s) of Savaia et al. eq. 7, with
 
 import numpy as np
 
-from mrfit.kernels.filters import lag, smooth_lag
+from mrfit.kernels.filters import lag, lagged_bend
 from mrfit.kernels.theta import plain
 from mrfit.specs import Array, EffectSpec, Index, Param
 
@@ -40,9 +40,9 @@ SPEC = EffectSpec(
 def transform(channels: dict[str, Array], theta: Array, dt: float) -> dict[str, Array]:
     """Return the current in A, shape (N,), that the field corresponds to; theta is (tau, t_d) in s."""
     current, ratio, shift = plain(channels["current"])[None], np.array([theta[0] / dt]), theta[1] / dt
-    straight, smooth = lag(current, ratio)[0], smooth_lag(current, ratio)[0]
-    late = straight if shift == 0.0 else _late(current[0], straight, ratio[0], shift)
-    return {"current": late + _between(smooth - straight, shift)}
+    lagged = lag(current, ratio)[0]
+    late = lagged if shift == 0.0 else _late(current[0], lagged, ratio[0], shift)
+    return {"current": late - _between(lagged_bend(current, ratio)[0], shift)}
 
 
 def _late(current: Array, lagged: Array, ratio: float, shift: float) -> Array:

@@ -4,8 +4,8 @@
 
 x displacement (m), v velocity (m/s), F force (N), fs force at standstill above that of motion (N), vs Stribeck velocity
 (m/s), over which it dies away, p (1) how abruptly, r (m) and v_r (m/s) as in ``coulomb-friction``, whose side of
-sliding s is. All but fs do nothing while fs is 0. p is 2 for
-Armstrong-Helouvry, 1 for Tustin, 0.5 to 1 for Bo and Pavelescu.
+sliding s is. All but fs do nothing while fs is 0. p is 2 for Armstrong-Helouvry, 1 for Tustin, 0.5 to 1 for Bo and
+Pavelescu.
 
 Source: B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994) 1083; L. C. Bo, D. Pavelescu, Wear 82
 (1982) 277; W. D. Iwan, J. Appl. Mech. 33 (1966) 893.

@@ -24,7 +24,7 @@ from mrfit.fit.select import left_out_warnings, named, select, usable
 from mrfit.fit.starts import at_scales, data_start, level_fits, to_points, two_phase_start
 from mrfit.fit.trust import Intervals, trust
 from mrfit.progress import Progress, silent
-from mrfit.recording import Recording, Segment
+from mrfit.recording import NAMING, Recording, Segment
 from mrfit.specs import Array
 from mrfit.store import Workspace, fit_key, key_of, plain, read_json, write_json
 from mrfit.workers import in_order
@@ -283,7 +283,7 @@ class _Runner:
         result = {
             "condition": name,
             "conditions": list(dict.fromkeys(b.segment.condition for b in group.full)),
-            "at": {k: getattr(group.full[0].segment, k) for k in ("frequency", "amplitude", "current")},
+            "at": {k: getattr(group.full[0].segment, k) for k in NAMING},
             **{k: found[k] for k in ("cost", "evaluations", "budget", "budget_spent", "out_of_time", "stopped")},
             **{k: found[k] for k in ("nonfinite", "history", "starts", "agreeing", "first_nonfinite")},
             **{k: found[k] for k in ("per_current", "stages")},

@@ -11,15 +11,13 @@ from mrfit.errors import ConfigError
 from mrfit.ingest import units
 from mrfit.ingest.channel_map import Rules
 from mrfit.ingest.refusal import Refusal
-from mrfit.recording import Finding, Recording
+from mrfit.recording import NAMING, Finding, Recording
 from mrfit.specs import Array
 
 NUMBER = r"(?:(?<![^\W_)\]])[-+])?\d+(?:[.,xp]\d+)?"
 """A number in a file's name; a hyphen right after a letter, a digit or a bracket parts two words and is no sign."""
 SLOT = re.compile(r"\{([a-z_]+)(?::([^{}]*))?\}")
 DRIVES = ("displacement", "angle", "current", "velocity", "voltage", "flux")
-NAMING = ("frequency", "amplitude", "current")
-"""What every condition is named by."""
 NAMING_UNITS = ("Hz", "m", "rad", "A", "m/s", "rad/s")
 DISAGREE = 0.1
 """Relative difference between the stated and the measured condition that is worth saying."""

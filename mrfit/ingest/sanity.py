@@ -1,6 +1,6 @@
 """What looks wrong with a recording: constant, dead or clipped channels, offsets, signs, exchanged columns, skew."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Set
 from dataclasses import replace
 
 import numpy as np
@@ -21,10 +21,10 @@ ELECTRICAL = ("current", "voltage")
 
 def channel_findings(record: Recording) -> list[Finding]:
     """Return what is odd about each channel by itself, over all its samples, and the time it concerns."""
-    found = [f for name, values in record.channels.items() for f in _channel(name, values, record.dt)]
     # a damper's coil is fed from zero up, where a coil on a bench is driven about zero
-    is_damper = bool({"force", "torque"} & record.channels.keys())
-    return [f for f in found if not (is_damper and f.kind == "offset" and f.channel in ELECTRICAL)]
+    fed = ELECTRICAL if {"force", "torque"} & record.channels.keys() else ()
+    about_zero = set(ALTERNATING).difference(fed)
+    return [f for name, values in record.channels.items() for f in _channel(name, values, record.dt, about_zero)]
 
 
 def relation_findings(record: Recording) -> list[Finding]:
@@ -60,7 +60,7 @@ def _means(values: Array, each: int) -> Array:
     return np.concatenate(parts)
 
 
-def _channel(name: str, values: Array, dt: float) -> Iterator[Finding]:
+def _channel(name: str, values: Array, dt: float, about_zero: Set[str]) -> Iterator[Finding]:
     low, high = series.extremes(values)
     if low == high:
         yield Finding("constant", name, 0.0, f"{name} is {low:.6g} all along")
@@ -72,7 +72,7 @@ def _channel(name: str, values: Array, dt: float) -> Iterator[Finding]:
         return
     yield from _clipped(name, values, dt, (low, high))
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
-    if name in ALTERNATING and abs(middle) > OFFSET_SHARE * half and not _held(values, half / abs(middle)):
+    if name in about_zero and abs(middle) > OFFSET_SHARE * half and not _held(values, half / abs(middle)):
         yield Finding("offset", name, None, f"{name} swings by ±{half:.4g} about {middle:.4g}, not about zero")
 
 

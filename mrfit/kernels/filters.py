@@ -37,24 +37,29 @@ def lag(x: Array, ratio: Array) -> Array:
 
 
 @kernel
-def smooth_lag(x: Array, ratio: Array) -> Array:
-    """Return ``lag`` of signals (P, N) that are parabolas between samples: straight lines would blur them by dt^2/6.
+def lagged_bend(x: Array, ratio: Array) -> Array:
+    """Return by how much ``lag`` of signals (P, N) overshoots that of signals which are parabolas between samples.
 
-    Between two samples a signal is off the straight line by c*u*(1 - u)/2, c the mean of its second differences at both
-    and u the share of the interval that has passed.
+    Straight lines would blur such signals by dt^2/6: between two samples they are off the line by c*u*(1 - u)/2, c the
+    mean of the second differences at both and u the share of the interval that has passed.
     """
-    y = lag(x, ratio)
-    samples = x.shape[1]
+    bend = np.zeros_like(x)
+    last = x.shape[1] - 1
     for p in range(len(x)):
         if ratio[p] == 0.0:
             continue
-        decay, gained, bend, before = math.exp(-1.0 / ratio[p]), _gained_from_bend(1.0 / ratio[p]), 0.0, 0.0
-        for j in range(1, samples):
-            here = x[p, j + 1] - 2.0 * x[p, j] + x[p, j - 1] if j < samples - 1 else 0.0
-            bend = decay * bend + gained * 0.5 * (before + here)
+        decay, gained, before = math.exp(-1.0 / ratio[p]), _gained_from_bend(1.0 / ratio[p]), 0.0
+        for j in range(1, last + 1):
+            here = x[p, j + 1] - 2.0 * x[p, j] + x[p, j - 1] if j < last else 0.0
+            bend[p, j] = decay * bend[p, j - 1] + gained * 0.5 * (before + here)
             before = here
-            y[p, j] -= bend
-    return y
+    return bend
+
+
+def smooth_lag(x: Array, ratio: Array) -> Array:
+    """Return ``lag`` of signals (P, N) that are parabolas between samples."""
+    smooth: Array = lag(x, ratio) - lagged_bend(x, ratio)
+    return smooth
 
 
 @kernel

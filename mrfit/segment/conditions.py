@@ -8,7 +8,7 @@ from math import isclose
 import numpy as np
 
 from mrfit.errors import ConfigError
-from mrfit.recording import FLUX_RESISTANCE, Segment
+from mrfit.recording import FLUX_RESISTANCE, NAMING, Segment
 from mrfit.specs import Array
 
 # Segments are repeats of one condition if they differ by less than this.
@@ -27,7 +27,7 @@ UNITS: Mapping[str, tuple[float, str]] = {
     "angle": (1.0, "rad"),
     "angular_velocity": (1.0, "radps"),
 }
-QUANTITIES = ("frequency", "amplitude", "current", "offset", "temperature")
+QUANTITIES = (*NAMING, "offset", "temperature")
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +81,7 @@ def _agreed(segment: Segment, stated: Mapping[str, float], wording: Mapping[str,
         # A coil test's file name gives one current: its amplitude.
         given["amplitude"] = given[segment.drive]
     values = {}
-    for name in ("frequency", "amplitude", "current"):
+    for name in NAMING:
         value, measured = given.get(name, np.nan), float(getattr(segment, name))
         agrees = abs(value - measured) <= max(STATED * abs(measured), LEAST_CURRENT if name == "current" else 0.0)
         values[name] = value if agrees else np.nan
@@ -115,7 +115,7 @@ def _alike(one: _Stated, other: _Stated) -> bool:
     if (a.waveform, a.drive) != (b.waveform, b.drive):
         return False
     # Conditions stated to differ do differ, however close their data are.
-    if any(abs(getattr(one, n) - getattr(other, n)) > 1e-9 for n in ("frequency", "amplitude", "current")):
+    if any(abs(getattr(one, n) - getattr(other, n)) > 1e-9 for n in NAMING):
         return False
     if one.others.keys() != other.others.keys():
         return False

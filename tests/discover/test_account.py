@@ -7,7 +7,7 @@ from tests.discover.test_trials import fitted
 
 def test_all_effects_with_proof_are_taken_back_where_they_leave_too_much() -> None:
     base, one, both = fitted((), 10.0), fitted(("delay",), 7.0), fitted(("delay", "inertia"), 6.0)
-    verdict = Verdict(base, one, proven=both)
+    verdict = Verdict(base, one, both)
     drop_shadows(verdict)
     assert verdict.taken_back
     assert verdict.final is base
@@ -18,7 +18,7 @@ def test_all_effects_with_proof_are_taken_back_where_they_leave_too_much() -> No
 
 def test_effects_that_leave_little_stay() -> None:
     base, both = fitted((), 10.0), fitted(("delay", "inertia"), 1.1)
-    verdict = Verdict(base, both, proven=both)
+    verdict = Verdict(base, both, both)
     drop_shadows(verdict)
     assert not verdict.taken_back
     assert verdict.final is both

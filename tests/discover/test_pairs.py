@@ -57,6 +57,6 @@ def test_a_rival_that_ended_in_a_local_minimum_is_fitted_again_from_where_it_sta
     astray = judge("inertia", base, fitter.refit(["inertia"], [poor]), base)
     screened = {s.name: s for s in screen(fitter, base, EFFECTS)}
     other = try_out(fitter, base, screened["quadratic-drag"], base)
-    winner, equals = duel(fitter, base, [astray, other], Verdict(base, base))
+    winner, equals = duel(fitter, base, [astray, other], Verdict(base, base, base))
     assert astray.fit.chi("holdout") > 1.5 > 1.1 > winner.fit.chi("holdout")
     assert (winner.name, equals) == ("inertia", ())

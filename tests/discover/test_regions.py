@@ -13,10 +13,10 @@ from mrfit.discover.regions import _after_steps, _near_reversal, beyond_training
 def bench(train: tuple[float, float], holdout: tuple[float, float]) -> Bench:
     """Return tests whose current spans these ranges and whose velocity is not to be had."""
 
-    def test(ends: tuple[float, float]) -> SimpleNamespace:
+    def stretch(ends: tuple[float, float]) -> SimpleNamespace:
         return SimpleNamespace(channel=lambda name: np.linspace(*ends, 50))
 
-    roles = {"train": [test(train)], "holdout": [test(holdout)]}
+    roles = {"train": [stretch(train)], "holdout": [stretch(holdout)]}
     return cast(Bench, SimpleNamespace(of_role=roles.__getitem__, channels=("current",)))
 
 
