@@ -21,7 +21,7 @@ import numpy as np
 from mrfit import registry
 from mrfit.dependence import CurrentDependence, at_current, base_name, coefficients, expanded
 from mrfit.errors import ConfigError
-from mrfit.specs import Array, EffectSpec, ModelSpec, Response
+from mrfit.specs import Array, EffectSpec, ModelSpec, Neighbours, Reduced, Response
 
 SLOTS = ("input", "loop", "theta", "add", "output", "record")
 
@@ -44,6 +44,10 @@ class Assembly:
         Maps (drive (C, N), output (N,), dt) to what start values the data give, by parameter name.
     rough
         As ``simulate``, less exact and faster: what a search may use far from its end.
+    reduced
+        The model in the fewest parameters that give its responses, where these are fewer or better to search in.
+    neighbours
+        The response and its neighbours by exact derivatives, where the model has them.
     """
 
     name: str
@@ -52,6 +56,8 @@ class Assembly:
     derived: Callable[[Array], Array]
     start_values: Callable[[Array, Array, float], dict[str, float]]
     rough: Response | None = None
+    reduced: Reduced | None = None
+    neighbours: Neighbours | None = None
 
 
 def _nothing_derived(theta: Array) -> Array:
@@ -94,7 +100,11 @@ def assemble(name: str, dependence: CurrentDependence | None = None) -> Assembly
         return _with_effects(whole, effects) if effects else whole
 
     whole = built(cast(Response, module.response))
-    return replace(whole, rough=built(module.rough_response).simulate) if hasattr(module, "rough_response") else whole
+    rough = built(module.rough_response).simulate if hasattr(module, "rough_response") else None
+    if effects or (dependence and dependence.varies):
+        return replace(whole, rough=rough)
+    reduced, neighbours = getattr(module, "REDUCED", None), getattr(module, "neighbours", None)
+    return replace(whole, rough=rough, reduced=reduced, neighbours=neighbours)
 
 
 def _depending(base: Assembly, dependence: CurrentDependence) -> Assembly:

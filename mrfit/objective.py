@@ -206,6 +206,8 @@ class Objective:
         if affordable < 1:
             raise BudgetSpent
         block = max(1, BLOCK_NUMBERS // (self.model_simulations * max(self._width, 1)))
+        if block >= count == affordable:
+            return NormalEquations(*self._models(points))
         for first in range(0, affordable, block):
             part = slice(first, min(first + block, affordable))
             costs[part], gradients[part], curvatures[part] = self._models(points[part])

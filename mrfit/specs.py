@@ -137,6 +137,46 @@ sample 0. A simulation that diverges returns non-finite values instead of raisin
 """
 
 
+Neighbours = Callable[[Array, Array, float, Index, Array], Array]
+"""neighbours(drive (C, N), theta (P, K), dt in s, columns (Q,), steps (P, Q)) -> (P, 1 + Q, N), by exact derivatives.
+
+The response at theta and, linearised there, one step along each of some parameters: row 1 + q is row 0 plus steps[:, q]
+times the derivative with respect to theta[:, columns[q]]. A model whose derivatives cost less than as many simulations
+has it beside its ``response``.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Reduced:
+    """A model in the fewest parameters that give all its responses: a search meets no direction without effect.
+
+    A model in whose own parameters several vectors give one response, or in which what could enter linearly does not,
+    has a ``REDUCED`` beside its SPEC.
+
+    Attributes
+    ----------
+    spec
+        Its parameters, with bounds within which to search before the model's own; inputs and output are the model's.
+    response
+        Its batched response.
+    reduce
+        Maps the model's parameters (P, K) to these (P, R).
+    restore
+        Maps these (P, R) to parameters (P, K) of the same response, which may lie outside the model's bounds.
+    rough
+        Less exact and faster response, or None.
+    neighbours
+        Response and its neighbours by exact derivatives, or None.
+    """
+
+    spec: ModelSpec
+    response: Response
+    reduce: Callable[[Array], Array]
+    restore: Callable[[Array], Array]
+    rough: Response | None = None
+    neighbours: Neighbours | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class EffectSpec:
     """An effect's self-description; one link of the chain round a base model.

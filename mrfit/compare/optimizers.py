@@ -14,7 +14,7 @@ from mrfit import optimize
 from mrfit.channels import unit_of
 from mrfit.compare.page import optimizers_page
 from mrfit.errors import ConfigError
-from mrfit.fit import levels, staged
+from mrfit.fit import levels, reduced, staged
 from mrfit.fit.cube import Cube
 from mrfit.fit.current import base_of
 from mrfit.fit.identify import Group, build_group, weights_of
@@ -132,7 +132,7 @@ def _one_run(
     limits = levels.Limits(fit.budget, fit.seconds, fit.stall)
     begin = time.perf_counter()
     if optimizer == "auto":
-        outcome = levels.search(posed, start[None, :], rng, limits, lambda evaluations, cost: None)
+        outcome = reduced.search(posed, start[None, :], rng, limits, lambda evaluations, cost: None)
     else:
         outcome = optimize.run(optimizer, Objective(posed.residuals, start, budget=0), rng, *limits)
     history = [step for link in outcome.links for step in link.history]

@@ -288,7 +288,7 @@ def _descended(posed: Posed, starts: Array) -> tuple[Array, float]:
         if at is posed and objective.best_cost < WORTH_POLISHING:
             objective.tolerance = exact
             auto.refine(objective, objective.best_point[None, :])
-        starts = levels.whole(objective, objective.best_point)[None, :]
+        starts = levels.whole(objective, objective.best_point[None, :])
     return starts[0], objective.best_cost
 
 

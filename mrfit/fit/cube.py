@@ -33,7 +33,7 @@ class Cube:
     params: tuple[Param, ...]
     free: Index
 
-    @property
+    @cached_property
     def start(self) -> Array:
         """Start point, shape (F,)."""
         start: Array = self.to_points(np.array([[p.start for p in self.params]]))[0]
@@ -48,6 +48,17 @@ class Cube:
         """Map points (P, F) of the cube to parameter vectors (P, K); held parameters take their start value."""
         return spread_out(np.ascontiguousarray(points), self.free, *self._map)
 
+    def slopes(self, theta: Array) -> Array:
+        """Return what a parameter gains per length along its axis of the cube, (P, F), at parameter vectors (P, K)."""
+        _, (low, high, *_), logarithmic = self._map
+        slopes: Array = np.where(logarithmic, theta[:, self.free], 1.0) * (high - low)
+        return slopes
+
+    @cached_property
+    def map(self) -> tuple[Index, Array, Array, Mask]:
+        """What ``kernels.cube.spread_out`` needs."""
+        return self.free, *self._map
+
     @cached_property
     def _map(self) -> tuple[Array, Array, Mask]:
         """Start values (K,); of free parameters: ends on their scale and bounds (4, F), which are logarithmic (F,)."""
@@ -58,13 +69,11 @@ class Cube:
 
     def to_points(self, theta: Array) -> Array:
         """Map parameter vectors (P, K) to points (P, F); values outside the bounds go to the nearest bound."""
-        columns = []
-        for k in self.free:
-            low, high = self._ends(int(k))
-            values = np.clip(theta[:, k], self.params[k].low, self.params[k].high)
-            values = np.log(values) if self.params[k].scale == "log" else values
-            columns.append((values - low) / (high - low))
-        return np.stack(columns, axis=1) if columns else np.empty((len(theta), 0))
+        _, (at_0, at_1, low, high), logarithmic = self._map
+        values = np.minimum(np.maximum(theta[:, self.free], low), high)
+        values[:, logarithmic] = np.log(values[:, logarithmic])
+        points: Array = (values - at_0) / (at_1 - at_0)
+        return points
 
     def _ends(self, k: int) -> tuple[float, float]:
         p = self.params[k]

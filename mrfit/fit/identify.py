@@ -10,7 +10,7 @@ from mrfit import optimize
 from mrfit.assembly import Assembly
 from mrfit.drive import output_floor, smooth
 from mrfit.errors import DataError
-from mrfit.fit import levels
+from mrfit.fit import levels, reduced
 from mrfit.fit.cube import Cube
 from mrfit.fit.problem import AHEAD_CYCLES, Block, Posed, differences, folded_block, full_block
 from mrfit.fit.uncertainty import Linearised, condensed, sensitivities
@@ -174,7 +174,7 @@ def search_optimum(
     posed = Posed(group.search, weights, assembly, cube)
     if settings.optimizer == "auto":
         limits = levels.Limits(settings.budget, settings.seconds, settings.stall)
-        outcome = levels.search(posed, starts, settings.rng(group.name), limits, on_progress)
+        outcome = reduced.search(posed, starts, settings.rng(group.name), limits, on_progress)
     else:
         objective = Objective(posed.residuals, starts[0], budget=len(starts), on_progress=on_progress, starts=starts)
         if len(starts) > 1:

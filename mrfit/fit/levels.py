@@ -19,7 +19,7 @@ COARSE_BINS = 128
 # that thinning may bring: anywhere, or in a channel that jumps, at so many of the samples
 FEWEST, FEWEST_EACH = 4096, 512
 DRIVE_ERROR, JUMP, CALM = 0.02, 0.3, 0.85
-THINNINGS = (16, 8, 4, 2)
+THINNINGS = (16, 8, 4, 3, 2)
 # Descents of the coarse search that are tried on all data
 TRIED = 4
 # Least cost on all data over that on thinned ones between which a minimum is taken as one of all data: where edges blur
@@ -28,12 +28,17 @@ FAITHFUL = (0.5, 1.1)
 # Descents on thinned data that ended no more than this share above the best, and so far apart along some axis of the
 # cube, may be better on all data
 RIVAL, APART = 0.3, 0.02
-# A residual counts as unchanged where it differs by no more than this share of the largest
-UNCHANGED = 1e-12
+# Shares of what comes before the first sample compared that may be enough: wherever a search goes, and at an optimum
+LEADS, SHORT_LEADS = (0.0, 0.5), (0.0, 0.0625, 0.5)
+# Share of the largest residual by which leaving out the rest may change any: bit by bit, on thinned data, at an optimum
+UNCHANGED, ROUGH, CLOSE = 1e-12, 1e-5, 1e-8
 # Tolerance to which the best descent goes on on thinned data, where a step costs a fraction of one on all data
 POLISHED = 1e-5
-# Steps on all data for which evaluations are kept back where they are limited, and allowed where they are not
-STEPS, MORE_STEPS = 15, 60
+# Share of the unit of chi square, the squared cost per sample, below which no fall counts on all data: estimates are
+# then within a thirtieth of their standard errors of the optimum
+FALL = 1e-3
+# Steps on all data for which evaluations are kept back where they are limited
+STEPS = 15
 
 Told = Callable[[int, float], None]
 
@@ -44,6 +49,26 @@ class Limits(NamedTuple):
     budget: int | None = None
     seconds: float | None = None
     stall: float = optimize.PATIENCE
+
+
+class Run(NamedTuple):
+    """What a whole search has: randomness, limits, ``time.monotonic`` when it began, whom to tell."""
+
+    rng: np.random.Generator
+    limits: Limits
+    begin: float
+    on_progress: Told
+
+
+class Coarse(NamedTuple):
+    """Where a search on thinned data ended, the points (S, F) worth going on from, and which parameters are linear.
+
+    There are no such points where the search was one on all data.
+    """
+
+    outcome: optimize.Outcome
+    points: Array
+    projection: Projection | None
 
 
 def search(
@@ -66,37 +91,62 @@ def search(
     on_progress
         Called as ``on_progress(evaluations, best_cost)``.
     """
-    given, budget = limits.budget, limits.budget or optimize.default_budget("auto", len(posed.cube.free))
-    limits = limits._replace(budget=budget)
+    run = Run(rng, limits, time.monotonic(), on_progress)
+    coarse = search_thinned(posed, starts, run)
+    return onward(posed, coarse, run) if len(coarse.points) else coarse.outcome
+
+
+def search_thinned(posed: Posed, starts: Array, run: Run) -> Coarse:
+    """Return where `auto` ends on thinned data; on all of them where they are few, or nothing is to be searched."""
+    budget, nowhere = run.limits.budget or optimize.default_budget("auto", len(posed.cube.free)), starts[:0]
+    thin, projection = thin_problem(posed, budget)
+    eliminated = projection is not None and not len(projection.cube.free)
+    if eliminated or 2 * thin.rows > posed.rows:
+        near = shortened(posed, posed.cube.probes(), UNCHANGED, LEADS[:1])
+        objective = objective_of(near, projection, starts, run.on_progress)
+        outcome = optimize.run("auto", objective, run.rng, budget, *run.limits[1:])
+        return Coarse(completed(outcome, objective, whole(objective, outcome.point[None, :])), nowhere, projection)
+    coarse = objective_of(thin, projection, starts, run.on_progress)
+    coarse.tolerance = auto.SETTLED
+    kept = min(STEPS * coarse.model_simulations, budget // 2)
+    first = _polished(optimize.run("auto", coarse, run.rng, max(budget - kept, 1), *run.limits[1:]), coarse)
+    points = whole(coarse, np.array(_apart(first)))
+    return Coarse(completed(first, coarse, points), points if np.isfinite(first.cost) else nowhere, projection)
+
+
+def thin_problem(posed: Posed, budget: int) -> tuple[Posed, Projection | None]:
+    """Return the problem on thinned data, simulated roughly where the model can, and which parameters are linear."""
     assembly = replace(posed.assembly, simulate=posed.assembly.rough or posed.assembly.simulate)
     thin = replace(posed, blocks=thinned(posed.blocks), assembly=assembly)
-    if forgets(thin):
-        thin, posed = without_lead(thin), without_lead(posed)
+    thin = shortened(thin, posed.cube.probes(), ROUGH, LEADS)
     projection = projection_of(thin)
-    if projection is not None and budget < 2 * (len(projection.moving) + 1):
-        # not enough for a point with its best linear parameters on either data
-        projection = None
-    eliminated = projection is not None and not len(projection.cube.free)
-    if eliminated or 2 * thin.simulated > posed.simulated:
-        objective = objective_of(posed, projection, starts, on_progress)
-        return completed(optimize.run("auto", objective, rng, *limits), objective)
-    begin = time.monotonic()
-    coarse, fine = (objective_of(p, projection, starts, on_progress) for p in (thin, posed))
-    coarse.tolerance = auto.SETTLED
-    kept = min(STEPS * fine.model_simulations, budget // 2)
-    first = _polished(optimize.run("auto", coarse, rng, max(budget - kept, 1), *limits[1:]), coarse)
-    if not np.isfinite(first.cost):
-        return completed(first, coarse)
-    fine.on_progress = lambda evaluations, cost: on_progress(first.evaluations + evaluations, cost)
-    fine.budget = budget - first.evaluations if given else MORE_STEPS * fine.model_simulations
-    fine.deadline = coarse.deadline
-    fine.starts = np.array(_apart(first))
-    ended = auto.refine(fine, fine.starts)
+    # a small budget is not enough for a point with its best linear parameters on either data
+    few = projection is not None and budget < 2 * (len(projection.moving) + 1)
+    return thin, None if few else projection
+
+
+def onward(posed: Posed, coarse: Coarse, run: Run) -> optimize.Outcome:
+    """Return where a search on thinned data ends when it goes on on all of them.
+
+    Where it does not settle there, or at another cost than before, `auto` begins anew on all data.
+    """
+    first, points, projection = coarse
+    budget = run.limits.budget or optimize.default_budget("auto", len(posed.cube.free))
+    near = shortened(posed, points[:1], CLOSE, SHORT_LEADS)
+    fine = objective_of(near, projection, points, lambda e, cost: run.on_progress(first.evaluations + e, cost))
+    fine.budget, fine.tolerance = budget - first.evaluations, min(FALL / posed.samples, POLISHED)
+    fine.deadline = None if run.limits.seconds is None else run.begin + run.limits.seconds
+    ended = auto.refine(fine, np.asarray(fine.starts))
+    points = whole(fine, fine.best_point[None, :])
+    if not _unchanged(posed, near, points, 10.0 * CLOSE):
+        _pose(fine, posed)
+        ended = auto.refine(fine, fine.best_point[None, :])
+        points = whole(fine, fine.best_point[None, :])
     if ended and FAITHFUL[0] * first.cost <= fine.best_cost <= FAITHFUL[1] * first.cost:
-        return completed(_joined(first, fine, None), fine)
+        return completed(_joined(first, fine, None), fine, points)
     left = max(budget - first.evaluations - fine.evaluations, 1)
-    rest = None if limits.seconds is None else max(limits.seconds - (time.monotonic() - begin), 1e-3)
-    return completed(_joined(first, fine, optimize.run("auto", fine, rng, left, rest, limits.stall)), fine)
+    more = optimize.run("auto", fine, run.rng, left, optimize.seconds_left(fine.deadline), run.limits.stall)
+    return completed(_joined(first, fine, more), fine, whole(fine, fine.best_point[None, :]))
 
 
 def objective_of(posed: Posed, projection: Projection | None, starts: Array, on_progress: Told | None) -> Objective:
@@ -108,40 +158,60 @@ def objective_of(posed: Posed, projection: Projection | None, starts: Array, on_
     return SeparableObjective(own.residuals, points[0], 0, on_progress, points, projection=own)
 
 
-def completed(outcome: optimize.Outcome, objective: Objective) -> optimize.Outcome:
-    """Return an outcome with its points in the whole cube."""
+def completed(outcome: optimize.Outcome, objective: Objective, points: Array) -> optimize.Outcome:
+    """Return an outcome in the whole cube, where its point is the first of some (P, F)."""
     if not isinstance(objective, SeparableObjective):
         return outcome
     projection, bad = objective.projection, outcome.first_nonfinite
     if bad is not None:
         bad = projection.posed.cube.to_points(projection.cube.to_theta(bad[None, :]))[0]
-    return replace(outcome, point=whole(objective, outcome.point), first_nonfinite=bad)
+    return replace(outcome, point=points[0], first_nonfinite=bad)
 
 
-def whole(objective: Objective, point: Array) -> Array:
-    """Return a point (F',) of an objective of ``objective_of`` as one of the whole cube (F,)."""
-    if not isinstance(objective, SeparableObjective):
-        return point
-    completed: Array = objective.projection.completed(point[None, :])[0]
-    return completed
+def whole(objective: Objective, points: Array) -> Array:
+    """Return points (P, F') of an objective of ``objective_of`` as points of the whole cube (P, F)."""
+    return objective.projection.completed(points) if isinstance(objective, SeparableObjective) else points
 
 
-def without_lead(posed: Posed) -> Posed:
-    """Return a problem whose blocks begin with the first sample that is compared."""
-    leads = [int(b.nodes.min()) for b in posed.blocks]
+def shortened(posed: Posed, points: Array, share: float, leads: Sequence[float]) -> Posed:
+    """Return a problem without what comes so long before the first sample compared that the model forgets it.
+
+    That is, at points (P, F), leaving it out changes no residual by more than a share of the largest one.
+    """
+    with np.errstate(all="ignore"):
+        whole = posed.residuals(points)
+        for lead in leads:
+            short = _led(posed, lead)
+            if short.simulated < posed.simulated and _equal(whole, short.residuals(points), share):
+                return short
+    return posed
+
+
+def _led(posed: Posed, share: float) -> Posed:
+    """Return a problem whose blocks begin with a share of what they have before the first sample compared."""
+    cuts = [int((1.0 - share) * int(b.nodes.min())) for b in posed.blocks]
     blocks = [
-        replace(b, drive=np.ascontiguousarray(b.drive[:, lead:]), nodes=b.nodes - lead)
-        for b, lead in zip(posed.blocks, leads, strict=True)
+        replace(b, drive=np.ascontiguousarray(b.drive[:, cut:]), nodes=b.nodes - cut)
+        for b, cut in zip(posed.blocks, cuts, strict=True)
     ]
     return replace(posed, blocks=blocks)
 
 
-def forgets(posed: Posed) -> bool:
-    """Return whether the model has no memory: what comes before the first sample compared changes nothing."""
-    points = posed.cube.probes()
+def _unchanged(posed: Posed, near: Posed, points: Array, share: float) -> bool:
     with np.errstate(all="ignore"):
-        whole, alone = posed.residuals(points), without_lead(posed).residuals(points)
-        return bool(np.all(np.abs(whole - alone) <= UNCHANGED * np.abs(whole).max(axis=1, keepdims=True)))
+        return near is posed or _equal(posed.residuals(points), near.residuals(points), share)
+
+
+def _equal(one: Array, other: Array, share: float) -> bool:
+    return bool(np.all(np.abs(one - other) <= share * np.abs(one).max(axis=1, keepdims=True)))
+
+
+def _pose(objective: Objective, posed: Posed) -> None:
+    """Let an objective go on from its best point with another problem."""
+    objective.residuals_of, objective.best_cost = posed.residuals, np.inf
+    if isinstance(objective, SeparableObjective):
+        objective.projection = replace(objective.projection, posed=posed)
+        objective.residuals_of = objective.projection.residuals
 
 
 def _apart(outcome: optimize.Outcome) -> list[Array]:
@@ -194,7 +264,23 @@ def _joined(first: optimize.Outcome, fine: Objective, last: optimize.Outcome | N
 def thinned(blocks: Sequence[Block]) -> list[Block]:
     """Return blocks with fewer samples: a folded cycle in fewer bins, another drive at every n-th sample."""
     fewest = max(FEWEST // max(len(blocks), 2), FEWEST_EACH)
-    return [_fewer_bins(b) if b.bins is not None else _fewer_samples(b, fewest) for b in blocks]
+    return [_fewer_bins(b) if b.bins is not None else _fewer_samples(_one_cycle(b), fewest) for b in blocks]
+
+
+def _one_cycle(block: Block) -> Block:
+    """Return a block with its first cycle alone where its drive repeats itself."""
+    if not 0 < block.cycle < len(block.target):
+        return block
+    kept = slice(block.cycle)
+    nodes = block.nodes[kept]
+    return replace(
+        block,
+        drive=np.ascontiguousarray(block.drive[:, : int(nodes.max()) + 1]),
+        target=block.target[kept],
+        nodes=nodes,
+        weights=block.weights[kept],
+        counts=block.counts[kept],
+    )
 
 
 def _fewer_samples(block: Block, fewest: int) -> Block:

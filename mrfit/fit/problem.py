@@ -6,6 +6,7 @@ bins differs from that over the samples by a constant (the scatter inside bins),
 the same minimum; the work no longer grows with the length of the log.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -51,6 +52,8 @@ class Block:
         How the drive was smoothed.
     bins
         Target that each measured sample is part of (N,), or None where every sample is one.
+    cycle
+        Samples after which the drive of a full block repeats itself, rounded up; 0 where it does not.
     """
 
     segment: Segment
@@ -63,11 +66,18 @@ class Block:
     scatter: float
     method: str
     bins: Index | None = None
+    cycle: int = 0
 
     @property
     def samples(self) -> int:
         """Number of measured samples the block stands for."""
         return int(self.counts.sum())
+
+    @cached_property
+    def shares(self) -> Array:
+        """Share of the samples that each target stands for (B,)."""
+        shares: Array = self.counts / self.counts.sum()
+        return shares
 
     @property
     def period(self) -> float:
@@ -107,8 +117,9 @@ def full_block(segment: Segment, drive: Drive, output: Array) -> Block:
     output
         Measured output over [segment.start, segment.stop), shape (N,).
     """
-    values, warm_up = drive.values, drive.warm_up
+    values, warm_up, cycle = drive.values, drive.warm_up, 0
     if drive.fits is not None:
+        cycle = math.ceil(1.0 / (segment.frequency * drive.dt))
         lead = int(round(SETTLE_CYCLES / (segment.frequency * drive.dt)))
         ahead = int(round(AHEAD_CYCLES / (segment.frequency * drive.dt)))
         times = np.arange(drive.warm_up - lead, drive.warm_up + len(output) + ahead, dtype=np.float64) * drive.dt
@@ -124,6 +135,7 @@ def full_block(segment: Segment, drive: Drive, output: Array) -> Block:
         counts=np.ones(len(output)),
         scatter=0.0,
         method=drive.method,
+        cycle=cycle,
     )
 
 
@@ -197,8 +209,11 @@ def differences(block: Block, assembly: Assembly, theta: Array) -> Array:
 def _compare(block: Block, assembly: Assembly, theta: Array, scale: Array, out: Array) -> None:
     """Set out (P, B) to scale (B,) times simulated − measured."""
     with np.errstate(all="ignore"):
-        simulated = assembly.simulate(block.drive, theta, block.dt)
-    shares = block.counts / block.counts.sum() if free_offset(assembly) else np.empty(0)
+        _compared(block, assembly, assembly.simulate(block.drive, theta, block.dt), scale, out)
+
+
+def _compared(block: Block, assembly: Assembly, simulated: Array, scale: Array, out: Array) -> None:
+    shares = block.shares if free_offset(assembly) else np.empty(0)
     compare(simulated, block.nodes, block.weights, (block.target, shares, scale), out)
 
 
@@ -218,10 +233,8 @@ def residual_function(
     weights
         Factor on the error of each block, shape (len(blocks),).
     """
-    samples = sum(b.samples for b in blocks)
     rows = sum(len(b.target) for b in blocks) + 1
-    scale = row_scales(blocks, weights)
-    scatter = np.sqrt(sum(w**2 * b.scatter for b, w in zip(blocks, weights, strict=True)) * rows / samples)
+    scale, scatter = row_scales(blocks, weights), _scatter(blocks, weights)
 
     def residuals(points: Array) -> Array:
         theta, place = to_theta(points), 0
@@ -233,6 +246,13 @@ def residual_function(
         return values
 
     return residuals
+
+
+def _scatter(blocks: Sequence[Block], weights: Array) -> float:
+    """Return the residual that stands for what no model can remove."""
+    samples = sum(b.samples for b in blocks)
+    rows = sum(len(b.target) for b in blocks) + 1
+    return float(np.sqrt(sum(w**2 * b.scatter for b, w in zip(blocks, weights, strict=True)) * rows / samples))
 
 
 def row_scales(blocks: Sequence[Block], weights: Array) -> list[Array]:
@@ -263,7 +283,7 @@ class Posed:
     assembly: Assembly
     cube: Cube
 
-    @property
+    @cached_property
     def residuals(self) -> Callable[[Array], Array]:
         """The map from points (P, F) to weighted residuals (P, M), see ``residual_function``."""
         return residual_function(self.blocks, self.assembly, self.cube.to_theta, self.weights)
@@ -272,6 +292,30 @@ class Posed:
     def of_theta(self) -> Callable[[Array], Array]:
         """The map from parameter vectors (P, K) to weighted residuals (P, M)."""
         return residual_function(self.blocks, self.assembly, lambda theta: theta, self.weights)
+
+    @cached_property
+    def silent(self) -> Array:
+        """The weighted residuals (M,) of a response that is zero."""
+        values, place = np.empty((1, self.rows)), 0
+        values[:, -1] = _scatter(self.blocks, self.weights)
+        for block, scale in zip(self.blocks, row_scales(self.blocks, self.weights), strict=True):
+            nothing = np.zeros((1, block.drive.shape[1]))
+            _compared(block, self.assembly, nothing, scale, values[:, place : place + len(scale)])
+            place += len(scale)
+        silent: Array = values[0]
+        return silent
+
+    def neighbours(self, theta: Array, columns: Index, steps: Array) -> Array:
+        """Return weighted residuals (P, 1 + Q, M) at theta (P, K) and, linearised, steps (P, Q) along some columns."""
+        exact, count, place = self.assembly.neighbours, len(theta) * (1 + len(columns)), 0
+        assert exact is not None
+        values, scales = np.empty((count, self.rows)), row_scales(self.blocks, self.weights)
+        values[:, -1] = _scatter(self.blocks, self.weights)
+        for block, scale in zip(self.blocks, scales, strict=True):
+            simulated = exact(block.drive, theta, block.dt, columns, steps).reshape(count, -1)
+            _compared(block, self.assembly, simulated, scale, values[:, place : place + len(scale)])
+            place += len(scale)
+        return values.reshape(len(theta), -1, self.rows)
 
     @property
     def rows(self) -> int:

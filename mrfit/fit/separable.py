@@ -14,11 +14,15 @@ import numpy as np
 
 from mrfit.fit.cube import Cube
 from mrfit.fit.problem import Posed
-from mrfit.kernels.cube import stencils
-from mrfit.kernels.linear import Mask, projected, reduced_model
+from mrfit.kernels.cube import stencils, varied_stencils
+from mrfit.kernels.linear import Mask, affine_model, projected, reduced_model, with_last_share
 from mrfit.objective import BLOCK_NUMBERS, STEP, Objective
 from mrfit.specs import Array, Index
 
+# Samples of a point that are simulated beyond what its model needs, to have all in one call
+MORE_SAMPLES = 1280
+# Least start value of a linear parameter, in steps, from which its share can be told
+LEAST_START = 1e-5
 # A response is taken as affine where it agrees with its linear prediction within this share
 AFFINE = 1e-7
 
@@ -51,17 +55,42 @@ class Projection:
     moving
         Places among the linear parameters of those whose share of the response depends on the remaining ones, (V,); the
         shares of the others, like that of an offset, are simulated once.
+    complete
+        Whether the response vanishes with the linear parameters: one's share is then what the others leave.
     """
 
     posed: Posed
     linear: Index
     cube: Cube
     moving: Index
+    complete: bool = False
 
     def solve(self, points: Array) -> Solved:
-        """Return points (P, F) of the remaining cube with their best linear parameters, by P·(V + 1) simulations."""
+        """Return points (P, F) of the remaining cube with their best linear parameters, by so many simulations each."""
         theta = self.cube.to_theta(points)
-        return self._solved(theta, self._simulated(theta, self.moving))
+        return self._solved(theta, self._with_last(self._simulated(theta, self._varied)))
+
+    @property
+    def simulations(self) -> int:
+        """Simulations that the best linear parameters of a point take; one where derivatives are exact."""
+        return 1 if self.posed.assembly.neighbours is not None else 1 + len(self._varied)
+
+    @property
+    def _varied(self) -> Index:
+        """Places of those linear parameters whose shares are simulated at every point."""
+        return self.moving[:-1] if self.complete else self.moving
+
+    def _with_last(self, rows: Array) -> Array:
+        """Return residuals (Q, 1 + V, M) of the start and all that move, of those of ``_varied``."""
+        return with_last_share(rows, *self._last) if self.complete else rows
+
+    @cached_property
+    def _last(self) -> tuple[Array, Array]:
+        """Residuals (M,) with those that move at zero, the others at their start; starts of those that move (V,)."""
+        ratios = self._ranges[0] / self._ranges[1]
+        still = np.setdiff1d(np.arange(len(self.linear)), self.moving)
+        rest = self.posed.silent if not len(still) else self.posed.silent + ratios[still] @ self._still[still]
+        return rest, ratios[self.moving]
 
     def _solved(self, theta: Array, rows: Array) -> Solved:
         """Return points at theta (P, K), simulated as in ``_simulated``, with their best linear parameters."""
@@ -73,6 +102,8 @@ class Projection:
     def _simulated(self, theta: Array, places: Index) -> Array:
         """Return residuals (P, 1 + V, M) at the linear parameters' start, and one step along each of some of them."""
         start, steps = self._ranges[:2]
+        if self.posed.assembly.neighbours is not None:
+            return self.posed.neighbours(theta, self.linear[places], np.tile(steps[places], (len(theta), 1)))
         varied = np.repeat(theta, len(places) + 1, axis=0)
         columns = self.linear[places]
         of_point = varied.reshape(len(theta), len(places) + 1, -1)
@@ -112,22 +143,47 @@ class Projection:
         parts = [self.solve(points[k : k + block]).residuals for k in range(0, len(points), block)]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
-    def models(self, points: Array) -> tuple[Solved, Array, Array]:
-        """Return points (P, F) solved, with Jᵀr (P, F) and JᵀJ (P, F, F) per residual, by P·(V + 1 + F) simulations.
+    def models(self, points: Array) -> tuple[Array, Array, Array]:
+        """Return cost (P,), Jᵀr (P, F) and JᵀJ (P, F, F) per residual of points (P, F).
 
-        Where no share of a linear parameter moves, the derivatives do not depend on these: all is simulated at once.
+        Simulated are all neighbours with all moving linear parameters at once, where these are few samples; else P·(V +
+        1) of them for the best linear parameters, and P·F at these.
         """
-        (count, dimension), still = points.shape, not len(self.moving)
-        around, steps = stencils(points, STEP)
-        theta = self.cube.to_theta((around if still else around[:, 1:]).reshape(-1, dimension))
-        if still:
-            rows = self.posed.of_theta(theta).reshape(count, dimension + 1, -1)
-            solved, base, varied = self._solved(theta[:: dimension + 1].copy(), rows), rows[:, 0].copy(), rows
-        else:
-            solved = self.solve(points)
-            theta[:, self.linear] = np.repeat(solved.theta[:, self.linear], dimension, axis=0)
-            base, varied = solved.residuals, self.posed.of_theta(theta).reshape(count, dimension, -1)
-        return solved, *reduced_model(varied, steps, (base, solved.residuals, solved.basis, solved.free))
+        if self.posed.assembly.neighbours is not None:
+            solved, steps = self.solve(points), np.full(points.shape, STEP)
+            rows = self.posed.neighbours(solved.theta, self.cube.free, steps * self.cube.slopes(solved.theta))
+            parts = rows[:, 0].copy(), solved.residuals, solved.basis, solved.free
+            return solved.costs, *reduced_model(rows, steps, parts)
+        (count, dimension), around = points.shape, stencils(points, STEP)
+        if self.at_once:
+            theta = varied_stencils(around[0].reshape(-1, dimension), self.cube.map, *self._moved)
+            rows = self._with_last(self.posed.of_theta(theta).reshape(count * (dimension + 1), self.simulations, -1))
+            rows = rows.reshape(count, dimension + 1, len(self.moving) + 1, -1)
+            return affine_model(rows, self._still, self.moving, self._ranges[2:], around[1])
+        theta, solved = self.cube.to_theta(around[0][:, 1:].reshape(-1, dimension)), self.solve(points)
+        theta[:, self.linear] = np.repeat(solved.theta[:, self.linear], dimension, axis=0)
+        varied, parts = self.posed.of_theta(theta), (solved.residuals, solved.residuals, solved.basis, solved.free)
+        return solved.costs, *reduced_model(varied.reshape(count, dimension, -1), around[1], parts)
+
+    @cached_property
+    def at_once(self) -> bool:
+        """Whether all that the model of a point takes is simulated at once."""
+        more = len(self.cube.free) * len(self._varied) * self.posed.simulated
+        return self.posed.assembly.neighbours is None and more <= MORE_SAMPLES
+
+    @property
+    def model_simulations(self) -> int:
+        """Simulations that the model of a point takes; two where derivatives are exact."""
+        own, dimension = self.simulations, len(self.cube.free)
+        if self.posed.assembly.neighbours is not None:
+            return 2
+        return own * (1 + dimension) if self.at_once else own + dimension
+
+    @cached_property
+    def _moved(self) -> tuple[Index, Array]:
+        """Columns of theta of the linear parameters that are varied, and the values one step along them."""
+        start, steps, *_ = self._ranges
+        return self.linear[self._varied], (start + steps)[self._varied]
 
     def completed(self, points: Array) -> Array:
         """Return points (P, F) with their best linear parameters as points of the whole cube."""
@@ -164,6 +220,18 @@ class Projection:
             size = np.abs(predicted).max(axis=1) + np.abs(solved.basis).max(axis=(1, 2))
         return bool(np.all(error <= AFFINE * size))
 
+    def vanishes(self, last: Index) -> bool:
+        """Return whether the response vanishes with the linear parameters; some (V,) have to have starts."""
+        start, steps = self._ranges[:2]
+        if np.any(np.abs(start[last]) < LEAST_START * np.abs(steps[last])):
+            return False
+        solved = self._probed
+        with np.errstate(all="ignore"):
+            values = solved.theta[:, self.linear] / steps
+            left = solved.residuals - np.matmul(values[:, None, :], solved.basis)[:, 0] - self.posed.silent
+            size = np.abs(solved.residuals).max(axis=1) + np.abs(solved.basis).max(axis=(1, 2))
+            return bool(np.all(np.abs(left).max(axis=1) <= AFFINE * size))
+
 
 @dataclass
 class SeparableObjective(Objective):
@@ -180,21 +248,22 @@ class SeparableObjective(Objective):
     @property
     def simulations(self) -> int:
         """Simulations that one point takes."""
-        return len(self.projection.moving) + 1
+        return self.projection.simulations
 
     @property
     def model_simulations(self) -> int:
         """Simulations that the Gauss–Newton model of one point takes."""
-        return self.simulations + self.dimension
+        return self.projection.model_simulations
 
     def _models(self, points: Array) -> tuple[Array, Array, Array]:
         self._watch()
         inside = np.minimum(np.maximum(points, 0.0), 1.0)
-        solved, gradients, curvatures = self.projection.models(inside)
-        self._width = solved.residuals.shape[1]
-        costs = self._noted(inside, solved.costs, len(points) * self.model_simulations)
+        costs, gradients, curvatures = self.projection.models(inside)
+        self._width = self.projection.posed.rows
+        costs = self._noted(inside, costs, len(points) * self.model_simulations)
         lost = ~np.isfinite(costs)
-        gradients[lost], curvatures[lost] = 0.0, 0.0
+        if lost.any():
+            gradients[lost], curvatures[lost] = 0.0, 0.0
         return costs, gradients, curvatures
 
 
@@ -204,4 +273,8 @@ def projection_of(posed: Posed) -> Projection | None:
     linear = np.array([k for k in posed.cube.free if names[k] in posed.assembly.spec.linear], dtype=np.int64)
     rest = replace(posed.cube, free=np.setdiff1d(posed.cube.free, linear))
     projection = Projection(posed, linear, rest, np.arange(len(linear)))
-    return projection.settled() if len(linear) and projection.is_affine() else None
+    if not len(linear) or not projection.is_affine():
+        return None
+    settled = projection.settled()
+    last = settled.moving[-1:]
+    return replace(settled, complete=bool(len(last)) and projection.vanishes(last))

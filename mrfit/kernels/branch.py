@@ -34,6 +34,8 @@ _TAIL = 1e-5
 _TAIL_END = 26.0
 # Cell width in q at n = 1, and how it shrinks with the sharpness of the knee at 1 and of the pole that rho < 0 brings.
 _WIDTH = 0.1
+# The same in units of the usual one, for rough curves
+ROUGH = 2.0
 _CELLS = 512
 _COEFFICIENTS = 6
 
@@ -143,8 +145,10 @@ def _invert(cells: Array, y: float) -> float:
 
 
 @kernel
-def _tables(shapes: Array) -> tuple[NDArray[np.int64], Array, NDArray[np.int64], Array]:
+def _tables(shapes: Array, width: float) -> tuple[NDArray[np.int64], Array, NDArray[np.int64], Array]:
     """Tabulate Y(s) once for each sharpness n and ratio rho = (beta - gamma)/(beta + gamma) < 1 among shapes (P, 2).
+
+    ``width`` is that of the cells at n = 1.
 
     Returns
     -------
@@ -175,7 +179,7 @@ def _tables(shapes: Array) -> tuple[NDArray[np.int64], Array, NDArray[np.int64],
     scales = np.empty((found, 4))
     for u in range(found):
         n, rho = shapes[distinct[u]]
-        h_positive = _WIDTH / (1.0 + 0.2 * (n - 1.0))
+        h_positive = width / (1.0 + 0.2 * (n - 1.0))
         h_negative = h_positive / (1.0 + max(-rho, 0.0) * (0.5 + 0.3 * (n - 1.0)))
         same = 0  # the positive side depends on n alone
         while shapes[distinct[same], 0] != n:
@@ -192,9 +196,9 @@ def _tables(shapes: Array) -> tuple[NDArray[np.int64], Array, NDArray[np.int64],
 
 
 @lru_cache(maxsize=8)
-def _kept_tables(shapes: bytes) -> tuple[NDArray[np.int64], Array, NDArray[np.int64], Array]:
+def _kept_tables(shapes: bytes, width: float) -> tuple[NDArray[np.int64], Array, NDArray[np.int64], Array]:
     """Return the tables of shapes (P, 2) given as bytes: those of one batch serve every log it is compared with."""
-    return _tables(np.frombuffer(shapes).reshape(-1, 2).copy())
+    return _tables(np.frombuffer(shapes).reshape(-1, 2).copy(), width)
 
 
 @kernel
@@ -298,7 +302,7 @@ def turning_points(x: Array) -> tuple[NDArray[np.int64], int]:
     return turns[:count].copy(), len(x)
 
 
-def bouc_wen(x: Array, forms: Array) -> Array:
+def bouc_wen(x: Array, forms: Array, coarseness: float = 1.0) -> Array:
     """Simulate slope*x + gain*y, y = z/z_max of rate-independent Bouc-Wen driven by x, from y = 0 at sample 0.
 
     Parameters
@@ -309,13 +313,15 @@ def bouc_wen(x: Array, forms: Array) -> Array:
         One row per parameter vector, shape (P, 5): slope (output/drive), gain (output), rate = kappa/z_max (1/drive),
         n, rho = (beta - gamma)/(beta + gamma). A row that is not finite, or with rate < 0, n <= 0 or rho >= 1, gives
         NaN.
+    coarseness
+        Width of the curve's cells in units of the usual one; with ``ROUGH`` the error is some 1e-5 of the gain.
 
     Returns
     -------
     Array
         Responses, shape (P, N), in the output's unit.
     """
-    return _simulated(x, forms, *_kept_tables(forms[:, 3:].tobytes()))
+    return _simulated(x, forms, *_kept_tables(forms[:, 3:].tobytes(), coarseness * _WIDTH))
 
 
 @kernel
@@ -356,3 +362,11 @@ def normal_form(kappa: Array, beta: Array, gamma: Array, n: Array) -> tuple[Arra
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         z_max = (kappa / (beta + gamma)) ** (1.0 / n)
         return z_max, kappa / z_max, (beta - gamma) / (beta + gamma)
+
+
+def printed_form(rate: Array, n: Array, rho: Array, z_max: Array) -> tuple[Array, Array, Array]:
+    """Return kappa, beta and gamma of printed Bouc-Wen parameters, the inverse of ``normal_form`` for a given z_max."""
+    kappa = rate * z_max
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        total = kappa / z_max**n
+    return kappa, 0.5 * total * (1.0 + rho), 0.5 * total * (1.0 - rho)

@@ -42,6 +42,32 @@ def spread_out(points: Array, free: Index, held: Array, ranges: Array, logarithm
 
 
 @kernel
+def varied_stencils(around: Array, maps: tuple[Index, Array, Array, Mask], columns: Index, values: Array) -> Array:
+    """Return parameter vectors (Q*(1 + V), K) of points (Q, F): each as it is, then with each of some parameters moved.
+
+    Parameters
+    ----------
+    around
+        Points of the cube, shape (Q, F).
+    maps
+        As ``spread_out`` takes them.
+    columns, values
+        The parameters moved, and where to, shape (V,).
+    """
+    free, held, ranges, logarithmic = maps
+    theta = spread_out(around, free, held, ranges, logarithmic)
+    count = 1 + len(columns)
+    out = np.empty((len(theta) * count, theta.shape[1]))
+    for q in range(len(theta)):
+        for v in range(count):
+            for k in range(theta.shape[1]):
+                out[q * count + v, k] = theta[q, k]
+            if v > 0:
+                out[q * count + v, columns[v - 1]] = values[v - 1]
+    return out
+
+
+@kernel
 def stencils(points: Array, step: float) -> tuple[Array, Array]:
     """Return every point in the cube followed by its K one-sided neighbours (P, K + 1, K), and the signed steps (P, K).
 

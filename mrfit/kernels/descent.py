@@ -11,14 +11,16 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 Mask = NDArray[np.bool_]
 Model = tuple[Array, Array, Array]
-Descents = tuple[Array, Array, Array, Mask]
+Descents = tuple[Array, Array, Array, Array, Mask]
 Trial = tuple[Array, Array]
 
 # Singular values of the scaled Jacobian below this share of the largest are noise of the differences: no step goes
 # along their directions, so parameters the data do not determine stay where they started.
 _RANK_TOLERANCE = 3e-5
 # Longest step along any axis of the cube.
-_LONGEST_STEP = 0.1
+LONGEST_STEP = 0.2
+# What a failed step shortens the reach of the next to.
+_SHORTENED = 0.5
 # How often a damping is raised to make a step that short.
 _RAISES = 40
 # A step cut off at the bounds gives way to a safer one when it promises less than this share of what that one does.
@@ -63,10 +65,12 @@ def _spectrum(gradient: Array, curvature: Array, held: Mask) -> tuple[Array, Arr
 
 
 @kernel
-def _damped(gradient: Array, curvature: Array, damping: float, held: Mask) -> tuple[Array, Array, float]:
-    """Return the damped step (K,) of the parameters not held, one short enough, and what an undamped one takes off.
+def _damped(
+    gradient: Array, curvature: Array, damping: float, held: Mask, reach: float
+) -> tuple[Array, Array, float, float]:
+    """Return the damped step (K,) of the parameters not held, one short enough, what an undamped one takes off, μ.
 
-    The second is the first where that is short enough, else that of the least damping, by fours, which makes it so.
+    The second is the first where that is short enough, else that of the least damping μ, by fours, which makes it so.
     """
     size = len(gradient)
     directions, values, along, attainable = _spectrum(gradient, curvature, held)
@@ -82,20 +86,20 @@ def _damped(gradient: Array, curvature: Array, damping: float, held: Mask) -> tu
             longest = max(longest, abs(near[k]))
         if attempt == 0:
             step = near
-        if longest <= _LONGEST_STEP:
+        if longest <= reach:
             break
         damping = max(4.0 * damping, 1e-9)
-    return step, near, attainable
+    return step, near, attainable, damping
 
 
 @kernel
-def _shortened(point: Array, step: Array, gradient: Array, curvature: Array) -> tuple[Array, float]:
-    """Return a point of the cube at most the longest step away, and the fall of the square that it promises."""
+def _shortened(point: Array, step: Array, gradient: Array, curvature: Array, reach: float) -> tuple[Array, float]:
+    """Return a point of the cube at most so far away along any axis, and the fall of the square that it promises."""
     size, longest = len(point), 0.0
     for k in range(size):
         step[k] = min(max(point[k] + step[k], 0.0), 1.0) - point[k]
         longest = max(longest, abs(step[k]))
-    share = min(1.0, _LONGEST_STEP / max(longest, 1e-300))
+    share = min(1.0, reach / max(longest, 1e-300))
     trial, fall = np.empty(size), 0.0
     for k in range(size):
         trial[k] = min(max(point[k] + share * step[k], 0.0), 1.0)
@@ -107,13 +111,14 @@ def _shortened(point: Array, step: Array, gradient: Array, curvature: Array) -> 
 
 
 @kernel
-def _hold_crossing(point: Array, step: Array, held: Mask) -> bool:
-    """Hold the parameters that a step would take out of the cube; return whether there are any."""
+def _hold_crossing(point: Array, step: Array, held: Mask, shift: Array) -> bool:
+    """Hold the parameters that a step would take out of the cube, shifted to their bound; return if there are any."""
     crossed = False
     for k in range(len(point)):
         reached = point[k] + step[k]
         if (reached < 0.0 or reached > 1.0) and not held[k]:
             held[k] = crossed = True
+            shift[k] = (0.0 if reached < 0.0 else 1.0) - point[k]
     return crossed
 
 
@@ -129,50 +134,64 @@ def _along_axes(gradient: Array, curvature: Array) -> Array:
 
 
 @kernel
-def damped_steps(points: Array, gradients: Array, curvatures: Array, dampings: Array) -> tuple[Array, Array, Array]:
+def damped_steps(
+    points: Array, model: Model, dampings: Array, reaches: Array, active: Index
+) -> tuple[Array, Array, Array]:
     """Return trial points (P, K), the fall of the squared cost they promise (P,), and that to be had (P,).
 
     Solves (S⁻¹ JᵀJ S⁻¹ + μ I) S d = -S⁻¹ Jᵀr, S the column norms of J, without the directions in which J is rank
     deficient, shortens d to a tenth of the cube's edge and cuts it off at the bounds. That goes far along what the data
     hardly determine. Where it promises too little, the better of two others is taken: the μ raised until d is short,
-    and d with those parameters held that would leave the cube. The last result is the fall that an undamped step along
-    the free parameters would bring if the model were linear. Where a model is not finite, the point stays.
+    and d with those parameters at their bound that would leave the cube. The last result is the fall that an undamped
+    step along the free parameters would bring if the model were linear. Where a model is not finite, the point stays,
+    as do those of descents that are not active.
 
     Parameters
     ----------
     points
         In the cube, shape (P, K).
-    gradients, curvatures
-        Jᵀr (P, K) and JᵀJ (P, K, K).
+    model
+        Costs (P,), Jᵀr (P, K) and JᵀJ (P, K, K).
     dampings
         μ, shape (P,).
+    reaches
+        Longest step along any axis, shape (P,). Where it is shorter than usual, since a longer one failed, only the
+        second and third step are tried, and μ is set to what makes them short.
+    active
+        Descents that are to take a step, shape (A,).
     """
     count, size = points.shape
-    trials, predicted, attainable = np.empty((count, size)), np.empty(count), np.empty(count)
-    for p in range(count):
-        point, gradient, curvature = points[p], gradients[p], curvatures[p]
+    trials, predicted, attainable = points.copy(), np.zeros(count), np.zeros(count)
+    for p in active:
+        point, gradient, curvature = points[p], model[1][p], model[2][p]
         held, finite = np.empty(size, dtype=np.bool_), True
         for k in range(size):
             finite = finite and math.isfinite(gradient[k]) and math.isfinite(curvature[k, k])
             held[k] = (point[k] <= 0.0 and gradient[k] > 0.0) or (point[k] >= 1.0 and gradient[k] < 0.0)
         if not finite:
-            trials[p], predicted[p], attainable[p] = point, 0.0, np.inf
+            attainable[p] = np.inf
             continue
-        step, near, attainable[p] = _damped(gradient, curvature, dampings[p], held)
-        safe = step.copy()
-        trials[p], predicted[p] = _shortened(point, step, gradient, curvature)
-        trial, fall = _shortened(point, near, gradient, curvature)
+        reach = reaches[p]
+        step, near, attainable[p], damping = _damped(gradient, curvature, dampings[p], held, reach)
+        safe, shift = step.copy(), np.zeros(size)
+        trials[p], predicted[p] = _shortened(point, step, gradient, curvature, reach)
+        trial, fall = _shortened(point, near, gradient, curvature, reach)
         # cutting a step off at the bounds can make it an uphill one; holding what would leave the cube never does
+        crossed = False
         for _ in range(size):
-            if not _hold_crossing(point, safe, held):
+            if not _hold_crossing(point, safe, held, shift):
                 break
-            safe, _, _ = _damped(gradient, curvature, dampings[p], held)
-        other, promised = _shortened(point, safe, gradient, curvature)
-        if promised > fall:
+            moved, crossed = gradient + np.dot(curvature, shift), True
+            rest, _, _, _ = _damped(moved, curvature, dampings[p], held, reach)
+            safe = shift + rest
+        other, promised = _shortened(point, safe, gradient, curvature, reach)
+        if crossed and promised > fall:
             trial, fall = other, promised
         if not fall > 0.0:
-            trial, fall = _shortened(point, _along_axes(gradient, curvature), gradient, curvature)
-        if predicted[p] <= _POOR * fall:
+            trial, fall = _shortened(point, _along_axes(gradient, curvature), gradient, curvature, reach)
+        if reach < LONGEST_STEP:
+            dampings[p] = damping
+        if predicted[p] <= _POOR * fall or reach < LONGEST_STEP:
             trials[p], predicted[p] = trial, fall
     return trials, predicted, attainable
 
@@ -182,14 +201,15 @@ def keep_better(descents: Descents, model: Model, active: Index, trial: Trial, g
     """Take the trial steps that lower the cost and adapt the dampings, in place.
 
     A step that brings the share s of the promised fall multiplies its damping by max(1/3, 1 - (2s - 1)^3), between a
-    third and two. One that fails multiplies it by its raise, which doubles every time until a step succeeds.
+    third and two. One that fails multiplies it by its raise, which doubles every time until a step succeeds; the next
+    step then reaches less far.
 
     Source: H. B. Nielsen, Damping parameter in Marquardt's method, IMM-REP-1999-05, Technical University of Denmark.
 
     Parameters
     ----------
     descents
-        Points (P, K), dampings (P,), raises (P,), which are stuck (P,).
+        Points (P, K), dampings (P,), raises (P,), reaches (P,), which are stuck (P,).
     model
         Costs (P,), Jᵀr (P, K) and JᵀJ (P, K, K) at the points.
     active
@@ -199,7 +219,7 @@ def keep_better(descents: Descents, model: Model, active: Index, trial: Trial, g
     gained
         As ``model``, at the trial points of the active descents.
     """
-    points, dampings, raises, stuck = descents
+    points, dampings, raises, reaches, stuck = descents
     trials, promised = trial
     for a in range(len(active)):
         p = active[a]
@@ -212,12 +232,15 @@ def keep_better(descents: Descents, model: Model, active: Index, trial: Trial, g
         if better:
             factor = max(_MOST_LOWERED, 1.0 - (2.0 * min(met, 1.0) - 1.0) ** 3)
             model[0][p] = gained[0][a]
+            reaches[p] = LONGEST_STEP
             for k in range(points.shape[1]):
                 points[p, k], model[1][p, k] = trials[p, k], gained[1][a, k]
                 for j in range(points.shape[1]):
                     model[2][p, k, j] = gained[2][a, k, j]
         else:
             factor = raises[p]
+            # a greater damping alone may leave the step as it is
+            reaches[p] = max(_SHORTENED * longest, 1e-12)
         raises[p] = FIRST_RAISE if better else 2.0 * raises[p]
         dampings[p] = max(dampings[p] * factor, _LEAST_DAMPING)
         lost = not better and promised[p] <= _LEAST_FALL * square and dampings[p] > 1.0

@@ -231,3 +231,76 @@ def reduced_model(varied: Array, steps: Array, solved: Solved) -> tuple[Array, A
             for j in range(dimension):
                 curvatures[p, f, j] = gram[p, size + f, size + j] / samples
     return gradients, curvatures
+
+
+@kernel
+def with_last_share(rows: Array, rest: Array, ratios: Array) -> Array:
+    """Return residuals (Q, 1 + V, M) of which the last row, one step along the last of V linear parameters, is missing.
+
+    A response without a constant part is the sum of the parameters' values times their shares, so the residuals at the
+    start, less ``rest``, are those values times the shares of the parameters that move.
+
+    Parameters
+    ----------
+    rows
+        Residuals at the linear parameters' start, and one step along each of those that move but the last, (Q, V, M).
+    rest
+        Residuals with the parameters that move at zero, and the others at their start, shape (M,).
+    ratios
+        Start values of those that move in their steps, shape (V,).
+    """
+    count, places, samples = rows.shape
+    out = np.empty((count, places + 1, samples))
+    for q in range(count):
+        for v in range(places):
+            out[q, v] = rows[q, v]
+        last = out[q, places]
+        for m in range(samples):
+            last[m] = rows[q, 0, m] - rest[m]
+        for v in range(1, places):
+            for m in range(samples):
+                last[m] -= ratios[v - 1] * (rows[q, v, m] - rows[q, 0, m])
+        for m in range(samples):
+            last[m] = rows[q, 0, m] + last[m] / ratios[places - 1]
+    return out
+
+
+@kernel
+def affine_model(
+    rows: Array, still: Array, moving: Index, bounds: tuple[Array, Array], steps: Array
+) -> tuple[Array, Array, Array]:
+    """Return costs (P,), Jᵀr (P, F) and JᵀJ (P, F, F) per residual of projected residuals, as ``reduced_model``.
+
+    Parameters
+    ----------
+    rows
+        Residuals at each point and one step along each of its F parameters, there at the linear parameters' start and
+        one step along each of those that move, shape (P, 1 + F, 1 + V, M).
+    still, moving, bounds
+        As ``projected`` takes them.
+    steps
+        The steps, shape (P, F).
+    """
+    count, stencil, places, samples = rows.shape
+    weights, residuals, costs, basis, free = projected(rows[:, 0].copy(), still, moving, bounds[0], bounds[1])
+    varied = np.empty((count, stencil - 1, samples))
+    for p in range(count):
+        rest = np.zeros(samples)
+        share = 1.0
+        for v in range(places - 1):
+            share -= weights[p, moving[v]]
+        for k in range(len(still)):
+            moves = False
+            for v in range(places - 1):
+                moves = moves or moving[v] == k
+            if not moves:
+                for m in range(samples):
+                    rest[m] += weights[p, k] * still[k, m]
+        for f in range(stencil - 1):
+            for m in range(samples):
+                varied[p, f, m] = rest[m] + share * rows[p, 1 + f, 0, m]
+            for v in range(places - 1):
+                for m in range(samples):
+                    varied[p, f, m] += weights[p, moving[v]] * rows[p, 1 + f, 1 + v, m]
+    gradients, curvatures = reduced_model(varied, steps, (residuals, residuals, basis, free))
+    return costs, gradients, curvatures

@@ -1,4 +1,4 @@
-"""x^n for SIMD lanes: numba's wheels carry no vector pow, so it is written as exp2(n*log2(x)) in polynomials."""
+"""x^n, 2^y and tanh for SIMD lanes: numba's wheels carry no vector pow, exp or tanh, so these are polynomials."""
 
 from mrfit.kernels.jit import bits, from_bits, kernel
 
@@ -10,11 +10,31 @@ _SHIFTER = 6755399441055744.0  # 1.5*2^52: adding it rounds to an integer
 
 
 @kernel
+def exp2(y: float) -> float:
+    """Return 2^y to 3e-13 of itself for |y| <= 1000, by its Taylor polynomial on [-1/2, 1/2]; of NaN, NaN."""
+    shifted = y + _SHIFTER
+    f = 0.6931471805599453 * (y - (shifted - _SHIFTER))
+    taylor = 1.0 / 5040.0 + f * (1.0 / 40320.0 + f * (1.0 / 362880.0 + f * (1.0 / 3628800.0)))
+    taylor = 1.0 / 6.0 + f * (1.0 / 24.0 + f * (1.0 / 120.0 + f * (1.0 / 720.0 + f * taylor)))
+    taylor = 1.0 + f * (1.0 + f * (0.5 + f * taylor))
+    return taylor * from_bits((bits(shifted) << 52) + _ONE)
+
+
+@kernel
+def tanh(x: float) -> float:
+    """Return tanh(x) = 1 - 2/(exp(2x) + 1) to 1.5e-13, absolute, without branches or calls; of NaN, NaN."""
+    y = 2.8853900817779268 * x
+    y = 60.0 if y > 60.0 else y  # tanh is +-1 beyond, to the last digit; NaN, compared this way round, passes
+    y = -60.0 if y < -60.0 else y
+    return 1.0 - 2.0 / (exp2(y) + 1.0)
+
+
+@kernel
 def power(x: float, n: float) -> float:
     """Return x^n to about 1e-13 for x > 0 and n > 0 without branches or calls; of 0, some 1e-300.
 
-    log2 by the atanh series on [1/sqrt(2), sqrt(2)], exp2 by its Taylor polynomial on [-1/2, 1/2]. Results below
-    2^-1000 are raised to it, above 2^1000 lowered. x that is not a number gives any value.
+    exp2(n*log2(x)), log2 by the atanh series on [1/sqrt(2), sqrt(2)]. Results below 2^-1000 are raised to it, above
+    2^1000 lowered. x that is not a number gives any value.
     """
     raw = bits(x)
     mantissa = raw & _MANTISSA
@@ -28,9 +48,4 @@ def power(x: float, n: float) -> float:
     series = 1.0 + t * (1.0 / 3.0 + t * (1.0 / 5.0 + t * series))
     y = n * (exponent + 2.8853900817779268 * s * series)
     y = min(max(y, -1000.0), 1000.0)
-    shifted = y + _SHIFTER
-    f = 0.6931471805599453 * (y - (shifted - _SHIFTER))
-    taylor = 1.0 / 5040.0 + f * (1.0 / 40320.0 + f * (1.0 / 362880.0 + f * (1.0 / 3628800.0)))
-    taylor = 1.0 / 6.0 + f * (1.0 / 24.0 + f * (1.0 / 120.0 + f * (1.0 / 720.0 + f * taylor)))
-    taylor = 1.0 + f * (1.0 + f * (0.5 + f * taylor))
-    return taylor * from_bits((bits(shifted) << 52) + _ONE)
+    return exp2(y)

@@ -15,13 +15,16 @@ z -> s*z, kappa -> s*kappa, alpha -> alpha/s, beta -> s^(1-n)*beta, gamma -> s^(
 gives what data determine.
 """
 
+from dataclasses import replace
+from functools import partial
+
 import numpy as np
 
-from mrfit.kernels.branch import normal_form
+from mrfit.kernels.branch import ROUGH, bouc_wen, normal_form, printed_form
 from mrfit.kernels.friction import combine, hysteresis
 from mrfit.kernels.points import inside, post_yield_line
 from mrfit.kernels.theta import along_samples, plain
-from mrfit.specs import Array, Derived, ModelSpec, Param
+from mrfit.specs import Array, Derived, ModelSpec, Param, Reduced
 
 SPEC = ModelSpec(
     name="boucwen",
@@ -74,3 +77,46 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     stiffness, rate = SPEC.start[1], 20.0 / max(float(np.ptp(drive[0])), 1e-6)
     loop = {"alpha": line["fy"], "kappa": rate, "beta": rate / 2, "gamma": rate / 2}
     return inside(SPEC, {**loop, "c": line["C_inf"], "k": stiffness, "x0": -line["f0"] / stiffness})
+
+
+def _reduced_response(drive: Array, theta: Array, dt: float, coarseness: float = 1.0) -> Array:
+    """Return the force of c, offset, k, yield force, rate, n and rho, see ``REDUCED``."""
+    x, v = plain(drive)
+    force = bouc_wen(x, np.ascontiguousarray(theta[:, 2:]), coarseness)
+    force += theta[:, :1] * v + theta[:, 1:2]
+    return force
+
+
+def _reduce(theta: Array) -> Array:
+    c, k, *_ = theta.T
+    yield_force, offset, turnover, n, rho = derived(theta).T
+    return np.column_stack([c, offset, k, yield_force, 1.0 / turnover, n, rho])
+
+
+def _restore(reduced: Array) -> Array:
+    """Return parameters with z_max = 1."""
+    c, offset, k, yield_force, rate, n, rho = reduced.T
+    kappa, beta, gamma = printed_form(rate, n, rho, np.ones_like(rate))
+    return np.column_stack([c, k, -offset / k, yield_force, kappa, beta, gamma, n])
+
+
+REDUCED = Reduced(
+    spec=replace(
+        SPEC,
+        params=(
+            SPEC.params[0],
+            Param("offset", "N", -1e7, 1e7, 0.0, text="-k*x0: force at rest in the middle"),
+            SPEC.params[1],
+            Param("yield_force", "N", 1.0, 1e6, 500.0, "log", text="force of the saturated hysteretic element"),
+            Param("rate", "1/m", 10.0, 1e5, 1000.0, "log", text="kappa/z_max"),
+            SPEC.params[7],
+            Param("rho", "1", -0.99998, 0.99998, 0.0, text="(beta-gamma)/(beta+gamma)"),
+        ),
+        linear=("c", "offset", "k", "yield_force"),
+        derived=(),
+    ),
+    response=_reduced_response,
+    rough=partial(_reduced_response, coarseness=ROUGH),
+    reduce=_reduce,
+    restore=_restore,
+)

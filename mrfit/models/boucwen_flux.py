@@ -18,12 +18,15 @@ beta -> s^(1-n)*beta, gamma -> s^(1-n)*gamma leave the flux as it is, and A, Lc,
 only. ``derived`` gives what remains. A coil with iron loses energy, so (1 - A)/D < 0: the amplitude is negative.
 """
 
+from dataclasses import replace
+from functools import partial
+
 import numpy as np
 
-from mrfit.kernels.branch import bouc_wen, normal_form
+from mrfit.kernels.branch import ROUGH, bouc_wen, normal_form, printed_form
 from mrfit.kernels.points import inside, largest
 from mrfit.kernels.theta import plain
-from mrfit.specs import Array, Derived, ModelSpec, Param
+from mrfit.specs import Array, Derived, ModelSpec, Param, Reduced
 
 SPEC = ModelSpec(
     name="boucwen-flux",
@@ -75,19 +78,55 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     Of fourteen turn-over currents, that one with the least residual of a linear fit of slope (> 0), amplitude and
     offset. n, beta/gamma and kappa are the published ones; A is 1.2, or 0.8 for a loop that gains energy.
     """
-    kappa, beta, gamma, n = SPEC.start[2:6]
-    best, found = np.inf, {}
+    n, rho = derived(SPEC.start[None, :])[0, 3:]
+    best, found = np.inf, np.empty(0)
     for turnover in largest(drive[0]) * np.geomspace(0.003, 3.0, 14):
         if not turnover:
             break
-        y = bouc_wen(plain(drive[0]), np.array([[0.0, 1.0, 1.0 / turnover, n, (beta - gamma) / (beta + gamma)]]))[0]
+        y = bouc_wen(plain(drive[0]), np.array([[0.0, 1.0, 1.0 / turnover, n, rho]]))[0]
         columns = np.column_stack([drive[0] / largest(drive[0]), y, np.ones_like(y)])
         weights = np.linalg.lstsq(columns, output, rcond=1e-9)[0]
         error = float(np.sum((output - columns @ weights) ** 2))
         if error < best and weights[0] > 0:
-            best, slope, amplitude, z_max = error, weights[0] / largest(drive[0]), weights[1], kappa * turnover
-            share, total = (1.2 if amplitude < 0 else 0.8), kappa / z_max**n
-            divisor = (1 - share) * (slope / share) * z_max / amplitude if amplitude else np.nan
-            found = {"A": share, "Lc": slope / share, "kappa": kappa, "n": n, "D": divisor}
-            found |= {"beta": total * beta / (beta + gamma), "gamma": total * gamma / (beta + gamma)}
-    return inside(SPEC, found)
+            best, found = error, np.array([weights[0] / largest(drive[0]), weights[1], 1.0 / turnover, n, rho])
+    return inside(SPEC, dict(zip(SPEC.names, _restore(found[None, :])[0].tolist(), strict=True))) if len(found) else {}
+
+
+def _reduced_response(drive: Array, theta: Array, dt: float, coarseness: float = 1.0) -> Array:
+    """Return the flux linkage of slope, amplitude, rate, n and rho, see ``REDUCED``."""
+    return bouc_wen(plain(drive[0]), theta, coarseness)
+
+
+def _reduce(theta: Array) -> Array:
+    slope, amplitude, turnover, n, rho = derived(theta).T
+    return np.column_stack([slope, amplitude, 1.0 / turnover, n, rho])
+
+
+def _restore(reduced: Array) -> Array:
+    """Return parameters with the published kappa, and A = 1.2, or 0.8 where the loop gains energy."""
+    slope, amplitude, rate, n, rho = reduced.T
+    share, z_max = np.where(amplitude < 0.0, 1.2, 0.8), SPEC.start[2] / rate
+    kappa, beta, gamma = printed_form(rate, n, rho, z_max)
+    with np.errstate(divide="ignore"):
+        divisor = (1.0 - share) * (slope / share) * z_max / amplitude
+    return np.column_stack([share, slope / share, kappa, beta, gamma, n, divisor])
+
+
+REDUCED = Reduced(
+    spec=replace(
+        SPEC,
+        params=(
+            Param("slope", "H", 5e-5, 15.0, 0.024, "log", text="A*Lc"),
+            Param("amplitude", "Wb", -10.0, 10.0, -1e-3, text="(1-A)*Lc*z_max/D"),
+            Param("rate", "1/A", 0.03, 9000.0, 10.0, "log", text="kappa/z_max"),
+            SPEC.params[5],
+            Param("rho", "1", -0.99998, 0.99998, -1.0 / 3.0, text="(beta-gamma)/(beta+gamma)"),
+        ),
+        linear=("slope", "amplitude"),
+        derived=(),
+    ),
+    response=_reduced_response,
+    rough=partial(_reduced_response, coarseness=ROUGH),
+    reduce=_reduce,
+    restore=_restore,
+)

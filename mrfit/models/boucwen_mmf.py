@@ -12,12 +12,15 @@ Source: R. Bouc, Y.-K. Wen as in Tang et al. eqs. 4-5, with the roles of current
 S. Erlicher, N. Point, Comptes Rendus Mecanique 332 (2004) 51.
 """
 
+from dataclasses import replace
+from functools import partial
+
 import numpy as np
 
-from mrfit.kernels.branch import bouc_wen
+from mrfit.kernels.branch import ROUGH, bouc_wen
 from mrfit.kernels.points import half_width, inside, largest
 from mrfit.kernels.theta import plain
-from mrfit.specs import Array, Derived, ModelSpec, Param
+from mrfit.specs import Array, Derived, ModelSpec, Param, Reduced
 
 SPEC = ModelSpec(
     name="boucwen-mmf",
@@ -58,3 +61,32 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     coercive = half_width(output, np.diff(flux, prepend=flux[:1]), flux - 0.5 * (np.max(flux) + np.min(flux)))
     top = largest(output) or 1.0
     return inside(SPEC, {"L": largest(flux) / top, "i_c": abs(coercive), "flux_y": 0.1 * largest(flux)})
+
+
+def _reduced_response(drive: Array, theta: Array, dt: float, coarseness: float = 1.0) -> Array:
+    """Return the current of 1/L, i_c, 1/flux_y, n and rho, see ``REDUCED``."""
+    return bouc_wen(plain(drive[0]), theta, coarseness)
+
+
+def _inverted(theta: Array) -> Array:
+    """Return L, i_c, flux_y, n, rho with 1/L for L and 1/flux_y for flux_y, or back."""
+    return np.column_stack([1.0 / theta[:, 0], theta[:, 1], 1.0 / theta[:, 2], theta[:, 3:]])
+
+
+REDUCED = Reduced(
+    spec=replace(
+        SPEC,
+        params=(
+            Param("slope", "1/H", 0.01, 1e4, 30.0, "log", text="1/L"),
+            SPEC.params[1],
+            Param("rate", "1/Wb", 0.1, 1e6, 300.0, "log", text="1/flux_y"),
+            *SPEC.params[3:],
+        ),
+        linear=("slope", "i_c"),
+        derived=(),
+    ),
+    response=_reduced_response,
+    rough=partial(_reduced_response, coarseness=ROUGH),
+    reduce=_inverted,
+    restore=_inverted,
+)

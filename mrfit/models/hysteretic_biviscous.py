@@ -13,11 +13,13 @@ force (N), C0 pre-yield and C_inf post-yield damping (N*s/m), vh velocity of zer
 Source: preyield paper eqs. 5-6; its print has C0 and C_inf exchanged in two of the branches for a < 0.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from mrfit.kernels.points import half_width, inside, post_yield_line, yield_velocity
 from mrfit.kernels.theta import evaluate
-from mrfit.specs import Array, Derived, ModelSpec, Param
+from mrfit.specs import Array, Derived, ModelSpec, Param, Reduced
 
 SPEC = ModelSpec(
     name="hysteretic-biviscous",
@@ -67,3 +69,45 @@ def _force(v: Array, a: Array, *parameters: Array) -> Array:
     branch = c0 * (v - np.where(a >= 0, vh, -vh))
     force: Array = f0 + np.clip(branch, post_yield - fy, post_yield + fy)
     return force
+
+
+def _reduced_response(drive: Array, theta: Array, dt: float) -> Array:
+    """Return the force of fy, C_inf, steepness, width and f0, see ``REDUCED``."""
+    return evaluate(_reduced_force, drive, theta)
+
+
+def _reduced_force(v: Array, a: Array, *parameters: Array) -> Array:
+    fy, c_inf, steepness, width, f0 = parameters
+    force: Array = f0 + c_inf * v + fy * np.clip(steepness * (v - np.where(a >= 0, width, -width)), -1.0, 1.0)
+    return force
+
+
+def _reduce(theta: Array) -> Array:
+    fy, c_inf, c0, vh, f0 = theta.T
+    rise = np.maximum(c0 - c_inf, 1e-6 * c0)
+    return np.column_stack([fy, c_inf, rise / fy, c0 * vh / rise, f0])
+
+
+def _restore(reduced: Array) -> Array:
+    fy, c_inf, steepness, width, f0 = reduced.T
+    c0 = c_inf + steepness * fy
+    return np.column_stack([fy, c_inf, c0, steepness * fy * width / c0, f0])
+
+
+# With C0 > C_inf the force is linear in fy and C_inf: F = f0 + C_inf*v + fy*clip(steepness*(v - width*sign(a)), -1, 1)
+REDUCED = Reduced(
+    spec=replace(
+        SPEC,
+        params=(
+            *SPEC.params[:2],
+            Param("steepness", "s/m", 0.1, 1e5, 100.0, "log", text="(C0-C_inf)/fy"),
+            Param("width", "m/s", -0.5, 0.5, 0.002, text="C0*vh/(C0-C_inf)"),
+            SPEC.params[4],
+        ),
+        linear=("fy", "C_inf", "f0"),
+        derived=(),
+    ),
+    response=_reduced_response,
+    reduce=_reduce,
+    restore=_restore,
+)

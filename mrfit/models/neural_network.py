@@ -9,14 +9,20 @@ The start values are fixed numbers spread over -1 ... 1, since equal units would
 Source: Savaia et al., section 4. The activation is not printed; the hyperbolic tangent is MATLAB's default.
 """
 
+from dataclasses import replace
+
 import numpy as np
+from numpy.typing import NDArray
 
 from mrfit.kernels.lti import delayed
+from mrfit.kernels.network import network
 from mrfit.kernels.theta import by_blocks, plain
-from mrfit.specs import Array, ModelSpec, Param
+from mrfit.specs import Array, ModelSpec, Param, Reduced
 
 _LAG = 4e-3
 _UNITS = 3
+# Share of the bounds of weights and biases within which to search first
+_SEARCHED = 0.12
 _INPUTS = (("v", "s/m", 10.0), ("i", "1/A", 1.0), ("v_ago", "s/m", 10.0), ("i_ago", "1/A", 1.0))
 
 
@@ -70,6 +76,32 @@ def _layers(inputs: Array, theta: Array) -> Array:
     return out
 
 
+def neighbours(drive: Array, theta: Array, dt: float, columns: NDArray[np.int64], steps: Array) -> Array:
+    """Return the response at theta and, linearised, one step along each of some parameters.
+
+    Parameters
+    ----------
+    drive
+        Velocity (m/s) and current (A), shape (2, N), sampled every dt s.
+    theta
+        Parameter vectors, shape (P, 31).
+    dt
+        Sample interval in s.
+    columns
+        Places of the parameters in theta, in any order, shape (C,); C may be 0.
+    steps
+        Step along each of them, in its unit, shape (P, C).
+
+    Returns
+    -------
+    Array
+        Force in N, shape (P, 1 + C, N): the response, then response + steps[:, c]*d response/d theta[:, columns[c]].
+        A vector with NaN gives NaN.
+    """
+    lag = np.array([_LAG / dt])
+    return network(plain(drive), lag, plain(theta), np.array(columns, dtype=np.int64), plain(steps))
+
+
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     """Return first weights scaled to the inputs' range, last weights to the output's, and its mean as b3."""
     found = {}
@@ -82,3 +114,23 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
             found[p.name] = p.start / 500.0 * float(np.ptp(output))
     found["b3"] = float(np.mean(output))
     return {p.name: float(np.clip(found[p.name], p.low, p.high)) for p in SPEC.params if p.name in found}
+
+
+def _same(theta: Array) -> Array:
+    return theta
+
+
+# Units whose weights are great are saturated and have no slope to follow: the search begins among the smaller ones
+REDUCED = Reduced(
+    spec=replace(
+        SPEC,
+        params=tuple(
+            p if p.name in SPEC.linear else replace(p, low=_SEARCHED * p.low, high=_SEARCHED * p.high)
+            for p in SPEC.params
+        ),
+    ),
+    response=response,
+    reduce=_same,
+    restore=_same,
+    neighbours=neighbours,
+)

@@ -15,13 +15,15 @@ does not hang on n. z -> s*z, A -> s*A, alpha -> alpha/s, beta -> s^(1-n)*beta, 
 ``derived`` gives what data determine.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
-from mrfit.kernels.branch import normal_form
+from mrfit.kernels.branch import normal_form, printed_form
 from mrfit.kernels.points import inside, post_yield_line, yield_velocity
 from mrfit.kernels.spencer import TOLERANCE, spencer
 from mrfit.kernels.theta import along_samples, plain
-from mrfit.specs import Array, Derived, ModelSpec, Param
+from mrfit.specs import Array, Derived, ModelSpec, Param, Reduced
 
 # Tolerance of a rough simulation, in units of the usual one
 _ROUGH = 100.0
@@ -82,3 +84,43 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     line = post_yield_line(drive[1], output)
     slope = line["fy"] / max(yield_velocity(drive[1], output), 1e-6)
     return inside(SPEC, {"alpha": line["fy"], "C_inf": line["C_inf"], "C0": 2 * slope, "f0": line["f0"]})
+
+
+def _reduce(theta: Array) -> Array:
+    c0, c_inf, k0, k_inf = theta.T[:4]
+    yield_force, turnover, n, rho = derived(theta).T
+    ratios = c0 / yield_force, c_inf / yield_force, k_inf / yield_force
+    return np.column_stack([*ratios, yield_force, k0, theta[:, 9], 1.0 / turnover, n, rho])
+
+
+def _restore(reduced: Array) -> Array:
+    """Return parameters with z_max = 1."""
+    c0, c_inf, k_inf, yield_force, k0, f0, rate, n, rho = reduced.T
+    growth, beta, gamma = printed_form(rate, n, rho, np.ones_like(rate))
+    inner = c0 * yield_force, c_inf * yield_force, k0, k_inf * yield_force, yield_force
+    return np.column_stack([*inner, growth, beta, gamma, n, f0])
+
+
+# All forces of the element in series scale with its yield force, in which the response then is linear
+REDUCED = Reduced(
+    spec=replace(
+        SPEC,
+        params=(
+            Param("C0/fy", "s/m", 1e-2, 1e4, 60.0, "log", text="C0 per yield force"),
+            Param("C_inf/fy", "s/m", 1e-3, 1e3, 4.0, "log", text="C_inf per yield force"),
+            Param("K_inf/fy", "1/m", 1e-3, 1e4, 1.0, "log", text="K_inf per yield force"),
+            Param("fy", "N", 1.0, 1e6, 500.0, "log", text="force of the saturated hysteretic element"),
+            SPEC.params[2],
+            SPEC.params[9],
+            Param("rate", "1/m", 10.0, 1e6, 5000.0, "log", text="A/z_max"),
+            SPEC.params[8],
+            Param("rho", "1", -0.99998, 0.99998, 0.0, text="(beta-gamma)/(beta+gamma)"),
+        ),
+        linear=("fy", "K0", "f0"),
+        derived=(),
+    ),
+    response=lambda drive, theta, dt: response(drive, _restore(theta), dt),
+    rough=lambda drive, theta, dt: rough_response(drive, _restore(theta), dt),
+    reduce=_reduce,
+    restore=_restore,
+)

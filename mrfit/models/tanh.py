@@ -9,11 +9,13 @@ Source: inverse-tanh paper eq. 1, published values in its Table 2 (there in mm);
 points, eqs. 2-7.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from mrfit.kernels.points import inside, tanh_points
 from mrfit.kernels.theta import evaluate
-from mrfit.specs import Array, ModelSpec, Param
+from mrfit.specs import Array, ModelSpec, Param, Reduced
 
 SPEC = ModelSpec(
     name="tanh",
@@ -48,3 +50,28 @@ def _force(x: Array, v: Array, *parameters: Array) -> Array:
     fy, a1, a2, c, k, f0 = parameters
     force: Array = fy * np.tanh(a1 * v + a2 * x) + c * v + k * x + f0
     return force
+
+
+def _reduced_response(drive: Array, theta: Array, dt: float) -> Array:
+    """Return the force of fy, a1, the lead a2/a1, c, k and f0, see ``REDUCED``."""
+    return response(drive, _restore(theta), dt)
+
+
+def _reduce(theta: Array) -> Array:
+    return np.column_stack([theta[:, :2], theta[:, 2] / theta[:, 1], theta[:, 3:]])
+
+
+def _restore(reduced: Array) -> Array:
+    return np.column_stack([reduced[:, :2], reduced[:, 2] * reduced[:, 1], reduced[:, 3:]])
+
+
+# a2/a1 shifts the loop's flanks by a share of x whatever their slope is; a2 does so the less, the steeper they are
+REDUCED = Reduced(
+    spec=replace(
+        SPEC,
+        params=(*SPEC.params[:2], Param("lead", "1/s", -30.0, 30.0, 0.75, text="a2/a1"), *SPEC.params[3:]),
+    ),
+    response=_reduced_response,
+    reduce=_reduce,
+    restore=_restore,
+)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from mrfit.kernels.descent import FIRST_RAISE, damped_steps, keep_better
+from mrfit.kernels.descent import FIRST_RAISE, LONGEST_STEP, damped_steps, keep_better
 from mrfit.objective import BudgetSpent, Descent, NormalEquations, Objective, Stalled
 from mrfit.specs import Array, OptimizerSpec
 
@@ -52,6 +52,10 @@ FIRST_DAMPING, LAST_DAMPING = 1e-2, 1e-5
 RIVAL = 0.1
 # They are waited for where so many times what their linear models promise would take them there.
 RELIED = 2.0
+# A descent has settled where its step promises less than this share of the squared cost.
+FLAT = 1e-9
+# It is given up where steps failed until its raise was this, and its linear model does not promise the least cost.
+FAILING = 8.0
 # A descent is given up where so many times the fall of its last iterations would not take it to the least cost.
 REACH = 4.0
 
@@ -60,13 +64,15 @@ REACH = 4.0
 class Front:
     """The state of P descents: points (P, K), their Gauss-Newton models, dampings (P,), and which ended in what way.
 
-    A damping that fails is multiplied by ``raises``, which doubles every time until a step succeeds.
+    A damping that fails is multiplied by ``raises``, which doubles every time until a step succeeds; until then steps
+    are no longer than ``reaches``.
     """
 
     points: Array
     model: NormalEquations
     dampings: Array = field(init=False)
     raises: Array = field(init=False)
+    reaches: Array = field(init=False)
     settled: Mask = field(init=False)
     stuck: Mask = field(init=False)
     given_up: Mask = field(init=False)
@@ -74,6 +80,7 @@ class Front:
     def __post_init__(self) -> None:
         count = len(self.points)
         self.dampings, self.raises = np.full(count, FIRST_DAMPING), np.full(count, FIRST_RAISE)
+        self.reaches = np.full(count, LONGEST_STEP)
         self.settled, self.given_up = np.zeros((2, count), dtype=bool)
         self.stuck = ~np.isfinite(self.model.costs)
 
@@ -177,36 +184,41 @@ def _descend(objective: Objective, front: Front, tolerance: float, slow: float, 
     """Step all descents of a front together until each has settled, is stuck, given up or has taken its iterations."""
     earlier, patience = front.model.costs**2, max(SLOW_ITERATIONS, objective.dimension // SLOW_PARAMETERS)
     for iteration in range(iterations):
-        costs, gradients, curvatures = front.model
-        squares = costs**2
+        costs, under_way = front.model.costs, ~front.ended
+        squares, steps = costs**2, (front.dampings, front.reaches, np.flatnonzero(under_way))
         if iteration % patience == patience - 1:
-            judged = ~front.stuck & ((front.raises == FIRST_RAISE) | (front.raises > LAST_RAISE))
+            judged = under_way & ((front.raises == FIRST_RAISE) | (front.raises > LAST_RAISE))
             front.settled |= judged & (squares >= earlier * (1.0 - slow))
             front.given_up |= judged & (squares - REACH * (earlier - squares) > objective.best_cost**2)
             earlier = squares
-        trials, predicted, attainable = damped_steps(front.points, gradients, curvatures, front.dampings)
-        # the relative offset of Bates and Watts (1981)
-        front.settled |= ~front.stuck & (attainable <= tolerance * squares)
+        trials, predicted, attainable = damped_steps(front.points, front.model, *steps)
+        # the relative offset of Bates and Watts (1981), and what no step of the longest length would change
+        flat = (attainable <= tolerance * squares) | (predicted <= FLAT * squares)
+        front.settled |= under_way & flat
+        # what fails again and again does not fall further than promised
+        failing = under_way & (front.raises >= FAILING) & (len(costs) > 1)
+        front.given_up |= failing & (squares - RELIED * attainable > objective.best_cost**2)
         active = np.flatnonzero(~front.ended)
         if not len(active) or (len(costs) > 1 and _decided(objective, front, squares - RELIED * attainable)):
             return
         gained = objective.normal_equations(trials[active])
-        descents = front.points, front.dampings, front.raises, front.stuck
+        descents = front.points, front.dampings, front.raises, front.reaches, front.stuck
         keep_better(descents, front.model, active, (trials, predicted), gained)
 
 
 def _decided(objective: Objective, front: Front, hoped: Array) -> bool:
-    """Return whether enough descents, of this front and before it, ended at the least cost, and none promises less.
+    """Return whether enough descents, of this front and before it, came to the least cost, and none promises less.
 
     ``hoped`` (P,) are the squared costs that descents under way promise.
     """
-    least, before = objective.best_cost, [d.cost for d in objective.descents if d.settled]
-    ended = np.append(front.model.costs[front.settled | front.stuck], before)
-    agreeing = np.count_nonzero(ended <= least * (1.0 + AGREEMENT_RTOL))
-    if agreeing < _enough(len(objective.descents) + int(np.count_nonzero(front.ended))):
+    limit, costs = objective.best_cost * (1.0 + AGREEMENT_RTOL), front.model.costs
+    near, before = costs <= limit, sum(d.settled and d.cost <= limit for d in objective.descents)
+    if not before and not np.any(near & (front.settled | front.stuck)):
         return False
-    rivals = ~front.ended & (front.model.costs <= least * (1.0 + RIVAL))
-    return not np.any(hoped[rivals] < (least * (1.0 - AGREEMENT_RTOL)) ** 2)
+    if np.count_nonzero(near) + before < _enough(len(objective.descents) + int(np.count_nonzero(front.ended))):
+        return False
+    rivals = ~front.ended & (costs <= objective.best_cost * (1.0 + RIVAL))
+    return not np.any(hoped[rivals] < (objective.best_cost * (1.0 - AGREEMENT_RTOL)) ** 2)
 
 
 def _enough(descents: int) -> int:
@@ -229,8 +241,11 @@ def _polish(objective: Objective, front: Front) -> Front:
 
 def _record(objective: Objective, front: Front, zero: float) -> None:
     """Add a front's descents to the objective's record, best first, and count how many settled at the best cost."""
-    ended = zip(front.model.costs, front.points, front.settled | front.stuck, strict=True)
-    descents = [Descent(float(c), p.copy(), bool(s or c <= zero)) for c, p, s in ended if np.isfinite(c)]
-    objective.descents = sorted([*objective.descents, *descents], key=lambda d: d.cost)
     limit = objective.best_cost * (1.0 + AGREEMENT_RTOL) + zero
+    settled, near = front.settled | front.stuck, front.model.costs <= limit
+    # what came as far as one that settled agrees with it
+    settled |= near & np.any(settled & near)
+    ended = zip(front.model.costs, front.points, settled, strict=True)
+    descents = [Descent(float(c), p.copy(), bool(s)) for c, p, s in ended if np.isfinite(c)]
+    objective.descents = sorted([*objective.descents, *descents], key=lambda d: d.cost)
     objective.agreeing = sum(d.settled and d.cost <= limit for d in objective.descents)

@@ -224,3 +224,60 @@ def test_start_values_are_inside_the_bounds_on_any_finite_data(model: ModuleType
             assert set(found) <= set(spec.names)
             for p in spec.params:
                 assert p.low <= found.get(p.name, p.start) <= p.high
+
+
+REDUCIBLE = [name for name in NAMES if hasattr(registry.load("model", name), "REDUCED")]
+EXACT = [name for name in NAMES if hasattr(registry.load("model", name), "neighbours")]
+
+
+@pytest.mark.parametrize("name", REDUCIBLE)
+def test_reduced_parameters_give_the_same_response_and_lead_back_to_it(name: str) -> None:
+    module = registry.load("model", name)
+    reduced, drive, theta = module.REDUCED, drive_of(module.SPEC), theta_of(module.SPEC, 9)
+    spec = reduced.spec
+    assert (spec.name, spec.inputs, spec.output) == (module.SPEC.name, module.SPEC.inputs, module.SPEC.output)
+    assert set(spec.linear) <= set(spec.names) and len(spec.params) <= len(module.SPEC.params)
+    response, less = module.response(drive, theta, DT), reduced.reduce(theta)
+    assert less.shape == (9, len(spec.params))
+    size = np.ptp(response)
+    assert np.abs(reduced.response(drive, less, DT) - response).max() <= 1e-9 * size
+    assert np.abs(module.response(drive, reduced.restore(less), DT) - response).max() <= 1e-6 * size
+    assert reduced.reduce(reduced.restore(less)) == pytest.approx(less, rel=1e-9)
+    if reduced.rough is not None:
+        assert 0.0 < np.abs(reduced.rough(drive, less, DT) - response).max() <= 1e-3 * size
+
+
+@pytest.mark.parametrize("name", REDUCIBLE)
+def test_reduced_parameters_marked_linear_are_so(name: str) -> None:
+    reduced = registry.load("model", name).REDUCED
+    drive, theta = drive_of(reduced.spec), theta_of(reduced.spec, 3)
+    columns = [reduced.spec.names.index(n) for n in reduced.spec.linear]
+    other = theta.copy()
+    other[:, columns] *= np.linspace(0.5, 1.7, len(columns))
+    middle = 0.3 * theta + 0.7 * other
+    middle[:, [k for k in range(theta.shape[1]) if k not in columns]] = np.delete(theta, columns, axis=1)
+    ends = [reduced.response(drive, each, DT) for each in (theta, other, middle)]
+    assert ends[2] == pytest.approx(0.3 * ends[0] + 0.7 * ends[1], rel=1e-7, abs=1e-9 * np.ptp(ends[0]))
+
+
+@pytest.mark.parametrize("name", EXACT)
+def test_neighbours_are_the_response_and_steps_along_its_derivatives(name: str) -> None:
+    module = registry.load("model", name)
+    # the start lies on corners: a delay of one sample
+    drive, theta = drive_of(module.SPEC), theta_of(module.SPEC, 4)[1:]
+    columns = np.arange(theta.shape[1])[::-1].copy()
+    steps = np.tile(1e-6 * np.array([p.high - p.low for p in module.SPEC.params])[columns], (3, 1))
+    steps = np.minimum(steps, 1e-3 * np.abs(theta[:, columns]) + 1e-9)
+    rows = module.neighbours(drive, theta, DT, columns, steps)
+    response = module.response(drive, theta, DT)
+    assert rows.shape == (3, 1 + len(columns), SAMPLES)
+    assert rows[:, 0] == pytest.approx(response, rel=1e-9, abs=1e-9 * np.ptp(response))
+    for q, column in enumerate(columns):
+        ahead, behind = theta.copy(), theta.copy()
+        ahead[:, column] += steps[:, q]
+        behind[:, column] -= steps[:, q]
+        slope = (module.response(drive, ahead, DT) - module.response(drive, behind, DT)) / 2
+        largest = np.abs(slope).max()
+        # at its corners a response has two slopes
+        apart = np.abs(rows[:, 1 + q] - rows[:, 0] - slope) > 1e-3 * largest + 1e-12 * np.ptp(response)
+        assert np.mean(apart) < 0.05, module.SPEC.names[column]

@@ -1,11 +1,13 @@
 """Thinned data lead to the optimum of all data, faster; where they do not, all data are searched."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from benchmarks.planted import problem
+from benchmarks.planted import PER_CYCLE, problem
 from mrfit import optimize
-from mrfit.fit.levels import Limits, search, thinned
+from mrfit.fit.levels import Limits, search, shortened, thinned
 from mrfit.fit.problem import Posed
 from mrfit.objective import Objective
 from mrfit.optimizers import auto
@@ -61,6 +63,34 @@ def test_many_records_are_thinned_further_than_one() -> None:
     record = block(drive, drive[0])
     assert len(thinned([record])[0].target) == 3000
     assert len(thinned([record] * 12)[11].target) == 750
+
+
+def test_what_a_model_forgets_is_not_simulated() -> None:
+    at = posed("tanh")
+    lead = int(at.blocks[0].nodes.min())
+    assert lead > 0
+    alone = shortened(at, at.cube.probes(), 1e-12, (0.0, 0.5))
+    assert alone.simulated == at.simulated - lead
+    assert alone.residuals(at.cube.probes()) == pytest.approx(at.residuals(at.cube.probes()), abs=1e-12)
+
+
+def test_a_lead_that_a_model_remembers_stays() -> None:
+    at = posed("boucwen")
+    points = at.cube.probes()[:1]
+    none, half = (shortened(at, points, 1e-6, leads).simulated for leads in ((0.0,), (0.0, 0.5)))
+    assert none == at.simulated > half
+    # a loop of which nothing saturates remembers where it began
+    slow = at.cube.to_points(np.array([[1000.0, 1000.0, 0.0, 500.0, 10.0, 5.0, 5.0, 2.0]]))
+    assert shortened(at, slow, 1e-9, (0.0, 0.5)).simulated == at.simulated
+
+
+def test_of_a_short_periodic_record_one_cycle_is_enough_to_begin_with() -> None:
+    drive = np.sin(2 * np.pi * np.arange(600) / 150.0)[None, :]
+    short = replace(block(drive, drive[0], cycles=4), cycle=150)
+    (thin,) = thinned([short])
+    assert np.array_equal(thin.target, drive[0, :150]) and thin.drive.shape == (1, 150)
+    group, _, _ = problem("boucwen-flux", 1, 6000, np.random.default_rng(1))
+    assert [b.cycle for b in group.training] == [PER_CYCLE]
 
 
 def test_short_records_are_left_as_they_are() -> None:

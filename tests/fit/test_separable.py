@@ -8,6 +8,7 @@ import pytest
 from benchmarks.planted import problem
 from mrfit import optimize
 from mrfit.assembly import assemble
+from mrfit.fit import separable
 from mrfit.fit.cube import cube_of
 from mrfit.fit.levels import Limits, objective_of, search
 from mrfit.fit.problem import Posed
@@ -60,6 +61,59 @@ def test_the_gradient_is_that_of_the_projected_cost() -> None:
     assert np.all(np.linalg.eigvalsh(curvature[0]) > 0.0)
 
 
+@pytest.mark.parametrize("model", ["tanh", "boucwen", "biviscous"])
+def test_a_model_is_the_same_in_one_call_and_in_two(model: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    own = projection(posed(model, 2))
+    points = np.random.default_rng(0).uniform(0.3, 0.7, (4, len(own.cube.free)))
+    for more in (10**9, -1):
+        monkeypatch.setattr(separable, "MORE_SAMPLES", more)
+        again = replace(own)
+        assert again.at_once == (more > 0)
+        costs, gradients, curvatures = again.models(points)
+        if more > 0:
+            expected = costs, gradients, curvatures
+    assert costs == pytest.approx(expected[0], rel=1e-12)
+    scale = np.sqrt(np.einsum("pkk->pk", curvatures))
+    assert np.all(np.abs(gradients - expected[1]) <= 1e-5 * scale * costs[:, None])
+    assert np.all(np.abs(curvatures - expected[2]) <= 1e-5 * scale[:, :, None] * scale[:, None, :])
+
+
+@pytest.mark.parametrize("model", ["tanh", "boucwen", "boucwen-flux", "guo", "biviscous"])
+def test_the_share_of_the_last_linear_parameter_is_what_the_others_leave(model: str) -> None:
+    own = projection(posed(model, 2))
+    assert own.complete
+    plain = replace(own, complete=False)
+    points = np.random.default_rng(0).uniform(0.3, 0.7, (4, len(own.cube.free)))
+    assert own.solve(points).costs == pytest.approx(plain.solve(points).costs, rel=1e-10)
+    assert own.simulations == plain.simulations - 1
+    ours, theirs = own.models(points), plain.models(points)
+    scale = np.sqrt(np.einsum("pkk->pk", theirs[2]))
+    assert np.all(np.abs(ours[1] - theirs[1]) <= 1e-4 * scale * theirs[0][:, None])
+    assert np.all(np.abs(ours[2] - theirs[2]) <= 1e-4 * scale[:, :, None] * scale[:, None, :])
+
+
+def test_what_stays_without_the_linear_parameters_is_no_share_of_theirs() -> None:
+    # the friction of LuGre's bristles is no linear parameter
+    assert not projection(posed("lugre")).complete
+
+
+@pytest.mark.parametrize("model", ["neural-network", "hammerstein-wiener"])
+def test_exact_derivatives_give_the_model_that_differences_give(model: str) -> None:
+    at = posed(model)
+    own = projection(at)
+    plain = projection(replace(at, assembly=replace(at.assembly, neighbours=None)))
+    points = np.clip(own.cube.start + np.random.default_rng(0).uniform(-0.02, 0.02, (3, len(own.cube.free))), 0, 1)
+    (costs, gradients, curvatures), expected = own.models(points), plain.models(points)
+    assert costs == pytest.approx(expected[0], rel=1e-9)
+    scale = np.sqrt(np.einsum("pkk->pk", curvatures))
+    # a parameter without effect, as a filter's on a constant current, has rounding for differences
+    scale = np.maximum(scale, 1e-6 * scale.max())
+    # differences to one side are as true as the response is straight over a step
+    assert np.all(np.abs(gradients - expected[1]) <= 1e-2 * scale * costs[:, None])
+    assert np.all(np.abs(curvatures - expected[2]) <= 3e-2 * scale[:, :, None] * scale[:, None, :])
+    assert own.model_simulations == 2 < plain.model_simulations
+
+
 @pytest.mark.parametrize("model", ["guo", "boucwen-flux", "rotational-hybrid"])
 def test_the_optimum_is_that_of_all_parameters(model: str) -> None:
     at = posed(model)
@@ -103,7 +157,7 @@ def test_only_shares_of_the_response_that_move_are_simulated_anew() -> None:
     names = [own.cube.params[int(k)].name for k in own.linear[own.moving]]
     assert names == ["fy"]
     points = np.random.default_rng(0).random((5, len(own.cube.free)))
-    every = replace(own, moving=np.arange(len(own.linear)))
+    every = replace(own, moving=np.arange(len(own.linear)), complete=False)
     assert own.residuals(points) == pytest.approx(every.residuals(points), rel=1e-9, abs=1e-9)
 
 

@@ -1,5 +1,6 @@
 """A fit of several conditions goes on where it was stopped, and no simulation that diverges ends it."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -152,8 +153,10 @@ def test_a_simulation_that_diverges_is_counted_and_its_parameters_are_kept(
 def test_all_simulations_diverging_is_an_error_that_shows_one(
     workspace: Workspace, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(
-        boucwen_flux, "response", lambda drive, theta, dt: np.full((len(theta), drive.shape[1]), np.nan)
-    )
+    def diverging(drive: Array, theta: Array, dt: float) -> Array:
+        return np.full((len(theta), drive.shape[1]), np.nan)
+
+    monkeypatch.setattr(boucwen_flux, "response", diverging)
+    monkeypatch.setattr(boucwen_flux, "REDUCED", replace(boucwen_flux.REDUCED, response=diverging, rough=None))
     with pytest.raises(DataError, match=r"diverged, as with A=.*narrow --bounds"):
         mrfit.fit.stage.run(workspace, Settings(model="boucwen-flux", per="all"))

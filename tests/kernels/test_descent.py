@@ -3,8 +3,16 @@
 import numpy as np
 import pytest
 
-from mrfit.kernels.descent import FIRST_RAISE, damped_steps, keep_better
+from mrfit.kernels import descent
+from mrfit.kernels.descent import FIRST_RAISE, LONGEST_STEP, keep_better
 from mrfit.specs import Array
+
+
+def damped_steps(points: Array, gradients: Array, curvatures: Array, dampings: Array) -> tuple[Array, Array, Array]:
+    """Return steps of descents of which none failed before."""
+    count = len(points)
+    model = np.ones(count), gradients, curvatures
+    return descent.damped_steps(points, model, dampings, np.full(count, LONGEST_STEP), np.arange(count))
 
 
 def problem(seed: int, size: int = 3) -> tuple[Array, Array]:
@@ -37,8 +45,44 @@ def test_a_step_at_the_bounds_stays_inside_and_promises_a_fall(seed: int) -> Non
     point = np.random.default_rng(seed).choice([0.0, 0.01, 0.5, 1.0], (1, 3))
     trials, predicted, attainable = damped_steps(point, 30.0 * gradient, curvature, np.array([1e-3]))
     assert trials.min() >= 0.0 and trials.max() <= 1.0
-    assert np.abs(trials - point).max() <= 0.1 + 1e-15
+    assert np.abs(trials - point).max() <= LONGEST_STEP + 1e-15
     assert predicted[0] > 0.0 or not attainable[0]
+
+
+def test_a_step_across_a_bound_ends_on_it_with_the_others_at_their_best() -> None:
+    curvature = np.array([[[1.0, 0.9], [0.9, 1.0]]])
+    # the minimum of the model is at (-0.04, 0.46), that inside the cube at (0, 0.424)
+    point, gradient = np.array([[0.01, 0.4]]), -curvature[0] @ np.array([-0.05, 0.06])
+    trials, predicted, _ = damped_steps(point, gradient[None], curvature, np.array([1e-12]))
+    assert trials[0] == pytest.approx([0.0, 0.424], abs=1e-6)
+    step = trials[0] - point[0]
+    assert predicted[0] == pytest.approx(-2.0 * gradient @ step - step @ curvature[0] @ step)
+
+
+@pytest.mark.parametrize("damping", [1e-9, 1e-2])
+def test_a_step_that_follows_a_failed_one_is_shorter_whatever_the_damping_was(damping: float) -> None:
+    gradient, curvature = problem(3)
+    dampings, reaches = np.array([damping]), np.array([LONGEST_STEP])
+    point = np.full((1, 3), 0.5)
+    model, one = (np.array([1.0]), gradient, curvature), np.array([0])
+    first, promised, _ = descent.damped_steps(point, model, dampings, reaches, one)
+    failed = np.array([2.0]), gradient, curvature
+    descents = point, dampings, np.full(1, FIRST_RAISE), reaches, np.zeros(1, dtype=bool)
+    keep_better(descents, model, one, (first, promised), failed)
+    second, promised, _ = descent.damped_steps(point, model, dampings, reaches, one)
+    assert np.abs(second - point).max() <= 0.5 * np.abs(first - point).max() + 1e-12
+    # the damping that made it so is kept: what follows a step that succeeds is Marquardt's again
+    scaled = curvature[0] + dampings[0] * np.diag(np.diag(curvature[0]))
+    assert second[0] - 0.5 == pytest.approx(-np.linalg.solve(scaled, gradient[0]))
+
+
+def test_descents_that_have_ended_take_no_step() -> None:
+    gradient, curvature = (np.repeat(part, 3, axis=0) for part in problem(1))
+    points, model = np.full((3, 3), 0.5), (np.ones(3), gradient, curvature)
+    parts = np.full(3, 1e-2), np.full(3, LONGEST_STEP)
+    trials, predicted, attainable = descent.damped_steps(points, model, *parts, np.array([1]))
+    assert (trials[[0, 2]] == 0.5).all() and (trials[1] != 0.5).all()
+    assert predicted[[0, 2]].tolist() == attainable[[0, 2]].tolist() == [0.0, 0.0]
 
 
 def test_a_point_whose_model_is_not_finite_stays() -> None:
@@ -55,23 +99,24 @@ def test_a_step_that_is_far_too_long_gives_way_to_one_that_promises_most_of_what
     across = rng.standard_normal((3, 3))
     curvature = across.T @ np.diag([1.0, 0.3, 1e-7]) @ across
     gradient = 0.3 * curvature @ rng.standard_normal(3) + 1e-3 * rng.standard_normal(3)
-    point = rng.uniform(0.15, 0.85, 3)
+    point = rng.uniform(0.25, 0.75, 3)
     trials, predicted, _ = damped_steps(point[None], gradient[None], curvature[None], np.array([1e-9]))
-    around = point + rng.uniform(-0.1, 0.1, (20_000, 3))
+    around = point + rng.uniform(-LONGEST_STEP, LONGEST_STEP, (20_000, 3))
     falls = -2.0 * (around - point) @ gradient - np.einsum("pi,ij,pj->p", around - point, curvature, around - point)
-    assert np.abs(trials[0] - point).max() <= 0.1 + 1e-12
+    assert np.abs(trials[0] - point).max() <= LONGEST_STEP + 1e-12
     assert predicted[0] >= 0.05 * falls.max()
 
 
 def test_steps_that_lower_the_cost_are_taken_and_the_others_damp_more() -> None:
     points, dampings, raises = np.full((3, 2), 0.5), np.full(3, 1e-2), np.full(3, FIRST_RAISE)
-    stuck = np.zeros(3, dtype=bool)
+    stuck, reaches = np.zeros(3, dtype=bool), np.full(3, LONGEST_STEP)
     model = np.array([2.0, 2.0, 2.0]), np.zeros((3, 2)), np.zeros((3, 2, 2))
     gained = np.array([1.0, 3.0]), np.ones((2, 2)), np.ones((2, 2, 2))
     trials = points + np.array([[0.1, 0.0], [0.0, 0.1], [0.05, 0.05]])
     active = np.array([0, 2])
     for _ in range(2):
-        keep_better((points, dampings, raises, stuck), model, active, (trials, np.array([3.0, 1.0, 1.0])), gained)
+        descents, promised = (points, dampings, raises, reaches, stuck), np.array([3.0, 1.0, 1.0])
+        keep_better(descents, model, active, (trials, promised), gained)
         gained[0][0] = 1.0
     assert points.tolist() == [[0.6, 0.5], [0.5, 0.5], [0.5, 0.5]]
     assert model[0].tolist() == [1.0, 2.0, 2.0] and model[1][0].tolist() == [1.0, 1.0]
@@ -87,7 +132,7 @@ def test_the_damping_follows_the_share_of_its_promise_that_a_step_keeps(share: f
     model = np.array([2.0]), np.zeros((1, 2)), np.zeros((1, 2, 2))
     gained = np.array([1.0]), np.ones((1, 2)), np.ones((1, 2, 2))
     promised = np.array([3.0 / share if share else 1e9])
-    descents = points, dampings, raises, np.zeros(1, dtype=bool)
+    descents = points, dampings, raises, np.full(1, LONGEST_STEP), np.zeros(1, dtype=bool)
     keep_better(descents, model, np.array([0]), (points + 0.1, promised), gained)
     assert dampings == pytest.approx([factor], rel=1e-6)
     assert raises.tolist() == [FIRST_RAISE]

@@ -1,0 +1,86 @@
+"""The search in the fewest parameters ends where that in the model's own does, sooner, and within their bounds."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from benchmarks.planted import problem
+from mrfit import optimize
+from mrfit.assembly import assemble
+from mrfit.fit import levels, reduced
+from mrfit.fit.cube import cube_of
+from mrfit.fit.problem import Posed
+
+MODELS = ["boucwen", "boucwen-flux", "boucwen-mmf", "hysteretic-biviscous", "spencer", "tanh"]
+
+
+def posed(model: str, data: str = "") -> Posed:
+    group, assembly, cube = problem(data or model, 1, 6000, np.random.default_rng(1), fitted=model if data else "")
+    return Posed(group.search, np.ones(1), assembly, cube)
+
+
+def found(at: Posed, searched: bool = True) -> optimize.Outcome:
+    search = reduced.search if searched else levels.search
+    return search(at, at.cube.start[None, :], np.random.default_rng(0), levels.Limits(), lambda e, c: None)
+
+
+def cost(at: Posed, point: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(at.residuals(point[None, :]) ** 2)))
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_the_optimum_is_that_of_the_models_own_parameters(model: str) -> None:
+    at = posed(model)
+    less, own = found(at), found(at, searched=False)
+    assert less.cost <= own.cost * (1 + 1e-4)
+    assert cost(at, less.point) == pytest.approx(less.cost, rel=1e-6)
+    assert less.converged
+
+
+def test_where_the_optimum_is_outside_the_bounds_the_search_ends_at_these() -> None:
+    at = posed("boucwen", "spencer")
+    less, own = found(at), found(at, searched=False)
+    assert less.cost <= own.cost * (1 + 1e-3)
+    assert less.point.min() >= 0.0 and less.point.max() <= 1.0
+    assert cost(at, less.point) == pytest.approx(less.cost, rel=1e-6)
+
+
+def test_a_bound_of_the_search_that_the_model_does_not_have_does_not_hold() -> None:
+    group, assembly, cube = problem("tanh", 1, 6000, np.random.default_rng(1))
+    drive = group.search[0].drive
+    # a loop wider than where the search begins: a2/a1 = 60/s at a drive of 2 Hz
+    theta = np.array([[500.0, 20.0, 1200.0, 1000.0, 300.0, 0.0]])
+    output = assembly.simulate(drive, theta, group.search[0].dt)[0]
+    block = replace(group.search[0], target=group.search[0].at_targets(output[None, :])[0], scatter=0.0)
+    at = Posed([block], np.ones(1), assembly, cube)
+    assert found(at).cost < 1e-4 * np.ptp(output)
+
+
+@pytest.mark.parametrize(
+    ("bounds", "fixed"), [({"kappa": (1.0, 5.0)}, {}), ({}, {"n": 1.5})], ids=["narrowed", "fixed"]
+)
+def test_bounds_and_fixed_values_of_the_user_hold(
+    bounds: dict[str, tuple[float, float]], fixed: dict[str, float]
+) -> None:
+    at = posed("boucwen-flux")
+    cube = cube_of(assemble("boucwen-flux").spec, bounds, {"D": 0.05}, fixed)
+    theta = cube.to_theta(found(replace(at, cube=cube)).point[None, :])[0]
+    values = dict(zip((p.name for p in cube.params), theta, strict=True))
+    assert all(low <= values[name] <= high for name, (low, high) in bounds.items())
+    assert all(values[name] == value for name, value in fixed.items())
+
+
+def test_effects_and_dependence_on_current_have_no_reduced_parameters() -> None:
+    assert assemble("boucwen-flux").reduced is not None
+    assert assemble("boucwen-flux+eddy-current").reduced is None
+
+
+def test_a_budget_holds() -> None:
+    at = posed("boucwen", "spencer")
+    for budget in (60, 200, 700):
+        outcome = reduced.search(
+            at, at.cube.start[None, :], np.random.default_rng(0), levels.Limits(budget), lambda e, c: None
+        )
+        assert outcome.evaluations <= budget
+        assert np.isfinite(outcome.cost)
