@@ -7,7 +7,7 @@ the same minimum; the work no longer grows with the length of the log.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -294,28 +294,31 @@ class Posed:
         return residual_function(self.blocks, self.assembly, lambda theta: theta, self.weights)
 
     @cached_property
+    def _scales(self) -> tuple[list[Array], float]:
+        """Factors of ``row_scales``, and the residual that stands for what no model can remove."""
+        return row_scales(self.blocks, self.weights), _scatter(self.blocks, self.weights)
+
+    def _weighted(self, simulated: Iterable[Array], count: int) -> Array:
+        """Return the weighted residuals (P, M) of the responses (P, N) to each block."""
+        (scales, scatter), values, place = self._scales, np.empty((count, self.rows)), 0
+        values[:, -1] = scatter
+        for block, scale, rows in zip(self.blocks, scales, simulated, strict=True):
+            _compared(block, self.assembly, rows, scale, values[:, place : place + len(scale)])
+            place += len(scale)
+        return values
+
+    @cached_property
     def silent(self) -> Array:
         """The weighted residuals (M,) of a response that is zero."""
-        values, place = np.empty((1, self.rows)), 0
-        values[:, -1] = _scatter(self.blocks, self.weights)
-        for block, scale in zip(self.blocks, row_scales(self.blocks, self.weights), strict=True):
-            nothing = np.zeros((1, block.drive.shape[1]))
-            _compared(block, self.assembly, nothing, scale, values[:, place : place + len(scale)])
-            place += len(scale)
-        silent: Array = values[0]
+        silent: Array = self._weighted((np.zeros((1, b.drive.shape[1])) for b in self.blocks), 1)[0]
         return silent
 
     def neighbours(self, theta: Array, columns: Index, steps: Array) -> Array:
         """Return weighted residuals (P, 1 + Q, M) at theta (P, K) and, linearised, steps (P, Q) along some columns."""
-        exact, count, place = self.assembly.neighbours, len(theta) * (1 + len(columns)), 0
+        exact, count = self.assembly.neighbours, len(theta) * (1 + len(columns))
         assert exact is not None
-        values, scales = np.empty((count, self.rows)), row_scales(self.blocks, self.weights)
-        values[:, -1] = _scatter(self.blocks, self.weights)
-        for block, scale in zip(self.blocks, scales, strict=True):
-            simulated = exact(block.drive, theta, block.dt, columns, steps).reshape(count, -1)
-            _compared(block, self.assembly, simulated, scale, values[:, place : place + len(scale)])
-            place += len(scale)
-        return values.reshape(len(theta), -1, self.rows)
+        rows = (exact(b.drive, theta, b.dt, columns, steps).reshape(count, -1) for b in self.blocks)
+        return self._weighted(rows, count).reshape(len(theta), -1, self.rows)
 
     @property
     def rows(self) -> int:
