@@ -28,10 +28,8 @@ def search(
     as_given = [(p.low, p.high) for p in own.params] == [(p.low, p.high) for p in posed.assembly.spec.params]
     if reduced is None or not as_given or len(own.free) < len(own.params):
         return levels.search(posed, starts, rng, limits, on_progress)
-    way, run = (
-        _Way(reduced, cube_of(reduced.spec, {}, {}, {}), own),
-        levels.Run(rng, limits, time.monotonic(), on_progress),
-    )
+    way = _Way(reduced, cube_of(reduced.spec, {}, {}, {}), own)
+    run = levels.Run(rng, limits, time.monotonic(), on_progress)
     assembly = replace(posed.assembly, spec=reduced.spec, simulate=reduced.response, rough=reduced.rough)
     assembly = replace(assembly, reduced=None, neighbours=reduced.neighbours)
     less = replace(posed, assembly=assembly, cube=way.cube)
