@@ -233,3 +233,7 @@ def test_a_recording_longer_than_memory_is_one_line_in_later_stages(
     monkeypatch.setattr("mrfit.store.free_memory", lambda: 1e5)
     with pytest.raises(DataError, match=r"log.parquet: its 3000 samples in 3 columns need about .* every n-th row"):
         workspace.read_recording(workspace.ingest_summary()["recordings"][0]["id"])
+
+
+def test_a_damaged_time_stamp_among_the_few_rows_of_a_block_is_one_row_refused() -> None:
+    assert_same("daq-text", damaged("daq-text", [0], 33), 200, 37)

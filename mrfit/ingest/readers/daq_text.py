@@ -14,6 +14,8 @@ from mrfit.specs import Array, ReaderSpec
 
 SPEC = ReaderSpec("daq-text", "DAQami/TracerDAQ text log")
 STAMP_FORMS = ("%m/%d/%Y %I:%M:%S.%f %p", "%d/%m/%Y %I:%M:%S.%f %p", "%m/%d/%Y %H:%M:%S.%f", "%d/%m/%Y %H:%M:%S.%f")
+# Least share of stamps of one form, and the rows from which it has to be met further down in a log
+READABLE, MANY = 0.5, 100
 
 
 def sniff(head: Head) -> bool:
@@ -68,10 +70,14 @@ def _seconds(source: Source, texts: list[str]) -> Array:
     if not texts:
         return np.empty(0)
     stamps, known = pd.Series(texts), source.carry.get("stamps")
-    for form in (known[0],) if known else STAMP_FORMS:
-        parsed = pd.to_datetime(stamps, format=form, errors="coerce")
-        if float(parsed.notna().mean()) > 0.9:
-            _, first = source.carry.setdefault("stamps", (form, parsed.dropna().iloc[0]))
-            return np.asarray((parsed - first).dt.total_seconds(), dtype=np.float64)
-    what = f"unknown form of time stamp '{texts[0]}'" + (" further down" if known else "")
-    raise Refusal(source.head.path, what, "set the logger to MM/DD/YYYY hh:mm:ss.fff")
+    forms = (known[0],) if known else STAMP_FORMS
+    read = [pd.to_datetime(stamps, format=form, errors="coerce") for form in forms]
+    shares = [float(parsed.notna().mean()) for parsed in read]
+    best = int(np.argmax(shares))
+    # a few rows at a log's end may all be damaged: their times are nan
+    if shares[best] <= READABLE and (not known or len(texts) >= MANY):
+        what = f"unknown form of time stamp '{texts[0]}'" + (" further down" if known else "")
+        raise Refusal(source.head.path, what, "set the logger to MM/DD/YYYY hh:mm:ss.fff")
+    if not known:
+        source.carry["stamps"] = known = forms[best], read[best].dropna().iloc[0]
+    return np.asarray((read[best] - known[1]).dt.total_seconds(), dtype=np.float64)
