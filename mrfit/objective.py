@@ -200,14 +200,14 @@ class Objective:
             If the budget covers none of them.
         """
         count, dimension = points.shape
-        costs, gradients = np.full(count, np.inf), np.zeros((count, dimension))
-        curvatures = np.zeros((count, dimension, dimension))
         affordable = min(count, (self.budget - self.evaluations) // self.model_simulations)
         if affordable < 1:
             raise BudgetSpent
         block = max(1, BLOCK_NUMBERS // (self.model_simulations * max(self._width, 1)))
         if block >= count == affordable:
             return NormalEquations(*self._models(points))
+        costs, gradients = np.full(count, np.inf), np.zeros((count, dimension))
+        curvatures = np.zeros((count, dimension, dimension))
         for first in range(0, affordable, block):
             part = slice(first, min(first + block, affordable))
             costs[part], gradients[part], curvatures[part] = self._models(points[part])

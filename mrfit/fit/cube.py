@@ -46,30 +46,26 @@ class Cube:
 
     def to_theta(self, points: Array) -> Array:
         """Map points (P, F) of the cube to parameter vectors (P, K); held parameters take their start value."""
-        return spread_out(np.ascontiguousarray(points), self.free, *self._map)
+        return spread_out(np.ascontiguousarray(points), *self.map)
 
     def slopes(self, theta: Array) -> Array:
         """Return what a parameter gains per length along its axis of the cube, (P, F), at parameter vectors (P, K)."""
-        _, (low, high, *_), logarithmic = self._map
+        _, _, (low, high, *_), logarithmic = self.map
         slopes: Array = np.where(logarithmic, theta[:, self.free], 1.0) * (high - low)
         return slopes
 
     @cached_property
     def map(self) -> tuple[Index, Array, Array, Mask]:
-        """What ``kernels.cube.spread_out`` needs."""
-        return self.free, *self._map
-
-    @cached_property
-    def _map(self) -> tuple[Array, Array, Mask]:
-        """Start values (K,); of free parameters: ends on their scale and bounds (4, F), which are logarithmic (F,)."""
+        """Free parameters (F,), starts (K,), ends on their scale and bounds (4, F), which are logarithmic (F,)."""
         ends = np.array([self._ends(int(k)) for k in self.free]).reshape(-1, 2).T
         bounds = np.array([(self.params[k].low, self.params[k].high) for k in self.free]).reshape(-1, 2).T
         logarithmic = np.array([self.params[k].scale == "log" for k in self.free], dtype=np.bool_)
-        return np.array([p.start for p in self.params]), np.concatenate([ends, bounds]), logarithmic
+        start = np.array([p.start for p in self.params])
+        return self.free, start, np.concatenate([ends, bounds]), logarithmic
 
     def to_points(self, theta: Array) -> Array:
         """Map parameter vectors (P, K) to points (P, F); values outside the bounds go to the nearest bound."""
-        _, (at_0, at_1, low, high), logarithmic = self._map
+        _, _, (at_0, at_1, low, high), logarithmic = self.map
         values = np.minimum(np.maximum(theta[:, self.free], low), high)
         values[:, logarithmic] = np.log(values[:, logarithmic])
         points: Array = (values - at_0) / (at_1 - at_0)

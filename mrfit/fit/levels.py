@@ -98,7 +98,7 @@ def search(
 
 def search_thinned(posed: Posed, starts: Array, run: Run) -> Coarse:
     """Return where `auto` ends on thinned data; on all of them where they are few, or nothing is to be searched."""
-    budget, nowhere = run.limits.budget or optimize.default_budget("auto", len(posed.cube.free)), starts[:0]
+    budget, nowhere = _budget(posed, run), starts[:0]
     thin, projection = thin_problem(posed, budget)
     eliminated = projection is not None and not len(projection.cube.free)
     if eliminated or 2 * thin.rows > posed.rows:
@@ -112,6 +112,10 @@ def search_thinned(posed: Posed, starts: Array, run: Run) -> Coarse:
     first = _polished(optimize.run("auto", coarse, run.rng, max(budget - kept, 1), *run.limits[1:]), coarse)
     points = whole(coarse, np.array(_apart(first)))
     return Coarse(completed(first, coarse, points), points if np.isfinite(first.cost) else nowhere, projection)
+
+
+def _budget(posed: Posed, run: Run) -> int:
+    return run.limits.budget or optimize.default_budget("auto", len(posed.cube.free))
 
 
 def thin_problem(posed: Posed, budget: int) -> tuple[Posed, Projection | None]:
@@ -131,7 +135,7 @@ def onward(posed: Posed, coarse: Coarse, run: Run) -> optimize.Outcome:
     Where it does not settle there, or at another cost than before, `auto` begins anew on all data.
     """
     first, points, projection = coarse
-    budget = run.limits.budget or optimize.default_budget("auto", len(posed.cube.free))
+    budget = _budget(posed, run)
     near = shortened(posed, points[:1], CLOSE, SHORT_LEADS)
     fine = objective_of(near, projection, points, lambda e, cost: run.on_progress(first.evaluations + e, cost))
     fine.budget, fine.tolerance = budget - first.evaluations, min(FALL / posed.samples, POLISHED)

@@ -202,17 +202,13 @@ def differences(block: Block, assembly: Assembly, theta: Array) -> Array:
     The unknown constant of a flux record is removed: it is the mean difference, since that is what least squares gives.
     """
     delta = np.empty((len(theta), len(block.target)))
-    _compare(block, assembly, theta, np.ones(len(block.target)), delta)
+    with np.errstate(all="ignore"):
+        _compare(block, assembly, assembly.simulate(block.drive, theta, block.dt), np.ones(len(block.target)), delta)
     return delta
 
 
-def _compare(block: Block, assembly: Assembly, theta: Array, scale: Array, out: Array) -> None:
-    """Set out (P, B) to scale (B,) times simulated − measured."""
-    with np.errstate(all="ignore"):
-        _compared(block, assembly, assembly.simulate(block.drive, theta, block.dt), scale, out)
-
-
-def _compared(block: Block, assembly: Assembly, simulated: Array, scale: Array, out: Array) -> None:
+def _compare(block: Block, assembly: Assembly, simulated: Array, scale: Array, out: Array) -> None:
+    """Set out (P, B) to scale (B,) times simulated (P, W + M) − measured."""
     shares = block.shares if free_offset(assembly) else np.empty(0)
     compare(simulated, block.nodes, block.weights, (block.target, shares, scale), out)
 
@@ -233,26 +229,40 @@ def residual_function(
     weights
         Factor on the error of each block, shape (len(blocks),).
     """
-    rows = sum(len(b.target) for b in blocks) + 1
-    scale, scatter = row_scales(blocks, weights), _scatter(blocks, weights)
+    scales = _scales(blocks, weights)
 
     def residuals(points: Array) -> Array:
-        theta, place = to_theta(points), 0
-        values = np.empty((len(points), rows))
-        values[:, -1] = scatter
-        for block, factor in zip(blocks, scale, strict=True):
-            _compare(block, assembly, theta, factor, values[:, place : place + len(factor)])
-            place += len(factor)
-        return values
+        theta = to_theta(points)
+        simulated = (assembly.simulate(b.drive, theta, b.dt) for b in blocks)
+        with np.errstate(all="ignore"):
+            return _weighted(blocks, assembly, scales, simulated, len(points))
 
     return residuals
 
 
-def _scatter(blocks: Sequence[Block], weights: Array) -> float:
-    """Return the residual that stands for what no model can remove."""
+def _weighted(
+    blocks: Sequence[Block],
+    assembly: Assembly,
+    scales: tuple[list[Array], float],
+    simulated: Iterable[Array],
+    count: int,
+) -> Array:
+    """Return the weighted residuals (P, M) of P responses (P, W + M) to each block."""
+    factors, scatter = scales
+    values, place = np.empty((count, sum(len(f) for f in factors) + 1)), 0
+    values[:, -1] = scatter
+    for block, factor, rows in zip(blocks, factors, simulated, strict=True):
+        _compare(block, assembly, rows, factor, values[:, place : place + len(factor)])
+        place += len(factor)
+    return values
+
+
+def _scales(blocks: Sequence[Block], weights: Array) -> tuple[list[Array], float]:
+    """Return the factors of ``row_scales``, and the residual that stands for what no model can remove."""
     samples = sum(b.samples for b in blocks)
     rows = sum(len(b.target) for b in blocks) + 1
-    return float(np.sqrt(sum(w**2 * b.scatter for b, w in zip(blocks, weights, strict=True)) * rows / samples))
+    scatter = np.sqrt(sum(w**2 * b.scatter for b, w in zip(blocks, weights, strict=True)) * rows / samples)
+    return row_scales(blocks, weights), float(scatter)
 
 
 def row_scales(blocks: Sequence[Block], weights: Array) -> list[Array]:
@@ -295,30 +305,22 @@ class Posed:
 
     @cached_property
     def _scales(self) -> tuple[list[Array], float]:
-        """Factors of ``row_scales``, and the residual that stands for what no model can remove."""
-        return row_scales(self.blocks, self.weights), _scatter(self.blocks, self.weights)
-
-    def _weighted(self, simulated: Iterable[Array], count: int) -> Array:
-        """Return the weighted residuals (P, M) of the responses (P, N) to each block."""
-        (scales, scatter), values, place = self._scales, np.empty((count, self.rows)), 0
-        values[:, -1] = scatter
-        for block, scale, rows in zip(self.blocks, scales, simulated, strict=True):
-            _compared(block, self.assembly, rows, scale, values[:, place : place + len(scale)])
-            place += len(scale)
-        return values
+        return _scales(self.blocks, self.weights)
 
     @cached_property
     def silent(self) -> Array:
         """The weighted residuals (M,) of a response that is zero."""
-        silent: Array = self._weighted((np.zeros((1, b.drive.shape[1])) for b in self.blocks), 1)[0]
+        nothing = (np.zeros((1, b.drive.shape[1])) for b in self.blocks)
+        silent: Array = _weighted(self.blocks, self.assembly, self._scales, nothing, 1)[0]
         return silent
 
     def neighbours(self, theta: Array, columns: Index, steps: Array) -> Array:
         """Return weighted residuals (P, 1 + Q, M) at theta (P, K) and, linearised, steps (P, Q) along some columns."""
         exact, count = self.assembly.neighbours, len(theta) * (1 + len(columns))
         assert exact is not None
-        rows = (exact(b.drive, theta, b.dt, columns, steps).reshape(count, -1) for b in self.blocks)
-        return self._weighted(rows, count).reshape(len(theta), -1, self.rows)
+        simulated = (exact(b.drive, theta, b.dt, columns, steps).reshape(count, -1) for b in self.blocks)
+        rows = _weighted(self.blocks, self.assembly, self._scales, simulated, count)
+        return rows.reshape(len(theta), -1, self.rows)
 
     @property
     def rows(self) -> int:

@@ -30,8 +30,14 @@ def search(
         return levels.search(posed, starts, rng, limits, on_progress)
     way = _Way(reduced, cube_of(reduced.spec, {}, {}, {}), own)
     run = levels.Run(rng, limits, time.monotonic(), on_progress)
-    assembly = replace(posed.assembly, spec=reduced.spec, simulate=reduced.response, rough=reduced.rough)
-    assembly = replace(assembly, reduced=None, neighbours=reduced.neighbours)
+    assembly = replace(
+        posed.assembly,
+        spec=reduced.spec,
+        simulate=reduced.response,
+        rough=reduced.rough,
+        reduced=None,
+        neighbours=reduced.neighbours,
+    )
     less = replace(posed, assembly=assembly, cube=way.cube)
     coarse = levels.search_thinned(less, way.cube.to_points(reduced.reduce(own.to_theta(starts))), run)
     outcome = coarse.outcome

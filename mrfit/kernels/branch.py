@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from mrfit.kernels.jit import kernel
 from mrfit.kernels.powers import power
+from mrfit.kernels.theta import plain
 from mrfit.specs import Array
 
 # Taylor order of a table step; the tables of tests/kernels/test_branch.py stay below 3e-7 with it.
@@ -322,6 +323,16 @@ def bouc_wen(x: Array, forms: Array, coarseness: float = 1.0) -> Array:
         Responses, shape (P, N), in the output's unit.
     """
     return _simulated(x, forms, *_kept_tables(forms[:, 3:].tobytes(), coarseness * _WIDTH))
+
+
+def driven(drive: Array, forms: Array, dt: float) -> Array:
+    """Return ``bouc_wen`` of the one input of a model, shape (1, N), for its forms (P, 5); dt does not enter."""
+    return bouc_wen(plain(drive[0]), forms)
+
+
+def driven_roughly(drive: Array, forms: Array, dt: float) -> Array:
+    """Return the same to some 1e-5 of the gain, in less time."""
+    return bouc_wen(plain(drive[0]), forms, ROUGH)
 
 
 @kernel

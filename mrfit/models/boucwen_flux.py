@@ -19,11 +19,10 @@ only. ``derived`` gives what remains. A coil with iron loses energy, so (1 - A)/
 """
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
-from mrfit.kernels.branch import ROUGH, bouc_wen, normal_form, printed_form
+from mrfit.kernels.branch import bouc_wen, driven, driven_roughly, normal_form, printed_form
 from mrfit.kernels.points import inside, largest
 from mrfit.kernels.theta import plain
 from mrfit.specs import Array, Derived, ModelSpec, Param, Reduced
@@ -60,8 +59,7 @@ SPEC = ModelSpec(
 
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the flux linkage in Wb, shape (P, N), of a current in A, shape (1, N); dt does not enter."""
-    slope, amplitude, turnover, n, rho = derived(theta).T
-    return bouc_wen(plain(drive[0]), np.column_stack([slope, amplitude, 1.0 / turnover, n, rho]))
+    return driven(drive, _reduce(theta), dt)
 
 
 def derived(theta: Array) -> Array:
@@ -92,11 +90,6 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     return inside(SPEC, dict(zip(SPEC.names, _restore(found[None, :])[0].tolist(), strict=True))) if len(found) else {}
 
 
-def _reduced_response(drive: Array, theta: Array, dt: float, coarseness: float = 1.0) -> Array:
-    """Return the flux linkage of slope, amplitude, rate, n and rho, see ``REDUCED``."""
-    return bouc_wen(plain(drive[0]), theta, coarseness)
-
-
 def _reduce(theta: Array) -> Array:
     slope, amplitude, turnover, n, rho = derived(theta).T
     return np.column_stack([slope, amplitude, 1.0 / turnover, n, rho])
@@ -125,8 +118,8 @@ REDUCED = Reduced(
         linear=("slope", "amplitude"),
         derived=(),
     ),
-    response=_reduced_response,
-    rough=partial(_reduced_response, coarseness=ROUGH),
+    response=driven,
+    rough=driven_roughly,
     reduce=_reduce,
     restore=_restore,
 )

@@ -13,13 +13,11 @@ S. Erlicher, N. Point, Comptes Rendus Mecanique 332 (2004) 51.
 """
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
-from mrfit.kernels.branch import ROUGH, bouc_wen
+from mrfit.kernels.branch import driven, driven_roughly
 from mrfit.kernels.points import half_width, inside, largest
-from mrfit.kernels.theta import plain
 from mrfit.specs import Array, Derived, ModelSpec, Param, Reduced
 
 SPEC = ModelSpec(
@@ -46,8 +44,7 @@ SPEC = ModelSpec(
 
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the current in A, shape (P, N), of a flux linkage in Wb, shape (1, N); dt does not enter."""
-    inductance, coercive, turn, n, rho = theta.T
-    return bouc_wen(plain(drive[0]), np.column_stack([1.0 / inductance, coercive, 1.0 / turn, n, rho]))
+    return driven(drive, _inverted(theta), dt)
 
 
 def derived(theta: Array) -> Array:
@@ -61,11 +58,6 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     coercive = half_width(output, np.diff(flux, prepend=flux[:1]), flux - 0.5 * (np.max(flux) + np.min(flux)))
     top = largest(output) or 1.0
     return inside(SPEC, {"L": largest(flux) / top, "i_c": abs(coercive), "flux_y": 0.1 * largest(flux)})
-
-
-def _reduced_response(drive: Array, theta: Array, dt: float, coarseness: float = 1.0) -> Array:
-    """Return the current of 1/L, i_c, 1/flux_y, n and rho, see ``REDUCED``."""
-    return bouc_wen(plain(drive[0]), theta, coarseness)
 
 
 def _inverted(theta: Array) -> Array:
@@ -85,8 +77,8 @@ REDUCED = Reduced(
         linear=("slope", "i_c"),
         derived=(),
     ),
-    response=_reduced_response,
-    rough=partial(_reduced_response, coarseness=ROUGH),
+    response=driven,
+    rough=driven_roughly,
     reduce=_inverted,
     restore=_inverted,
 )

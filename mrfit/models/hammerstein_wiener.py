@@ -18,13 +18,12 @@ with temperature, poles, zeros and delay keep the values of the first.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mrfit.kernels.lti import hysteresis_filter, magnetisation_filter
 from mrfit.kernels.theta import by_blocks, columns, plain
 from mrfit.kernels.wiener import wiener
 from mrfit.models import hw_static
-from mrfit.specs import Array, ModelSpec, Param
+from mrfit.specs import Array, Index, ModelSpec, Param
 
 _STATIC = hw_static.SPEC.params[:-1]
 _OFFSET = hw_static.SPEC.params[-1]
@@ -63,30 +62,11 @@ def response(drive: Array, theta: Array, dt: float) -> Array:
     return by_blocks(lambda block: _force(plain(drive), block, dt), drive.shape[1], theta)
 
 
-def neighbours(drive: Array, theta: Array, dt: float, places: NDArray[np.int64], steps: Array) -> Array:
-    """Return the response at theta and, linearised, one step along each of some parameters.
+def neighbours(drive: Array, theta: Array, dt: float, places: Index, steps: Array) -> Array:
+    """Return the force in N of velocity (m/s) and current (A), and its neighbours, as ``specs.Neighbours`` says.
 
     The derivatives are exact; at the corner of the static map, and where the delay is a whole number of samples, they
-    are those of one side.
-
-    Parameters
-    ----------
-    drive
-        Velocity (m/s) and current (A), shape (2, N), sampled every dt s.
-    theta
-        Parameter vectors, shape (P, 15).
-    dt
-        Sample interval in s.
-    places
-        Places of the parameters in theta, in any order, shape (C,); C may be 0.
-    steps
-        Step along each of them, in its unit, shape (P, C).
-
-    Returns
-    -------
-    Array
-        Force in N, shape (P, 1 + C, N): the response, then response + steps[:, c]*d response/d theta[:, places[c]].
-        A vector with a value that is not finite gives NaN.
+    are those of one side. A vector with a value that is not finite gives NaN.
     """
     return wiener(plain(drive), plain(theta), dt, np.array(places, dtype=np.int64), plain(steps))
 

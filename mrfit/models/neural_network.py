@@ -12,12 +12,11 @@ Source: Savaia et al., section 4. The activation is not printed; the hyperbolic 
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mrfit.kernels.lti import delayed
 from mrfit.kernels.network import network
 from mrfit.kernels.theta import by_blocks, plain
-from mrfit.specs import Array, ModelSpec, Param, Reduced
+from mrfit.specs import Array, Index, ModelSpec, Param, Reduced
 
 _LAG = 4e-3
 _UNITS = 3
@@ -76,27 +75,10 @@ def _layers(inputs: Array, theta: Array) -> Array:
     return out
 
 
-def neighbours(drive: Array, theta: Array, dt: float, columns: NDArray[np.int64], steps: Array) -> Array:
-    """Return the response at theta and, linearised, one step along each of some parameters.
+def neighbours(drive: Array, theta: Array, dt: float, columns: Index, steps: Array) -> Array:
+    """Return the force in N of velocity (m/s) and current (A), and its neighbours, as ``specs.Neighbours`` says.
 
-    Parameters
-    ----------
-    drive
-        Velocity (m/s) and current (A), shape (2, N), sampled every dt s.
-    theta
-        Parameter vectors, shape (P, 31).
-    dt
-        Sample interval in s.
-    columns
-        Places of the parameters in theta, in any order, shape (C,); C may be 0.
-    steps
-        Step along each of them, in its unit, shape (P, C).
-
-    Returns
-    -------
-    Array
-        Force in N, shape (P, 1 + C, N): the response, then response + steps[:, c]*d response/d theta[:, columns[c]].
-        A vector with NaN gives NaN.
+    A vector with NaN gives NaN.
     """
     lag = np.array([_LAG / dt])
     return network(plain(drive), lag, plain(theta), np.array(columns, dtype=np.int64), plain(steps))
