@@ -15,7 +15,7 @@ from mrfit.specs import Array, ReaderSpec
 SPEC = ReaderSpec("daq-text", "DAQami/TracerDAQ text log")
 STAMP_FORMS = ("%m/%d/%Y %I:%M:%S.%f %p", "%d/%m/%Y %I:%M:%S.%f %p", "%m/%d/%Y %H:%M:%S.%f", "%d/%m/%Y %H:%M:%S.%f")
 # Least share of stamps of one form, and the rows from which it has to be met further down in a log
-READABLE, MANY = 0.5, 100
+READABLE, MANY = 0.9, 100
 
 
 def sniff(head: Head) -> bool:
