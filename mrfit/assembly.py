@@ -21,7 +21,7 @@ import numpy as np
 from mrfit import registry
 from mrfit.dependence import CurrentDependence, at_current, base_name, coefficients, expanded
 from mrfit.errors import ConfigError
-from mrfit.specs import Array, EffectSpec, ModelSpec, Neighbours, Reduced, Response
+from mrfit.specs import Array, EffectSpec, ModelSpec, Reduced, Response, Sensitivities
 
 SLOTS = ("input", "loop", "theta", "add", "output", "record")
 
@@ -46,8 +46,10 @@ class Assembly:
         As ``simulate``, less exact and faster: what a search may use far from its end.
     reduced
         The model in the fewest parameters that give its responses, where these are fewer or better to search in.
-    neighbours
-        The response and its neighbours by exact derivatives, where the model has them.
+    sensitivities
+        The response and its exact derivatives, where the model has them.
+    alone
+        Whether it is a base model as it stands, without effects or dependence on current.
     """
 
     name: str
@@ -57,7 +59,8 @@ class Assembly:
     start_values: Callable[[Array, Array, float], dict[str, float]]
     rough: Response | None = None
     reduced: Reduced | None = None
-    neighbours: Neighbours | None = None
+    sensitivities: Sensitivities | None = None
+    alone: bool = False
 
 
 def _nothing_derived(theta: Array) -> Array:
@@ -103,8 +106,8 @@ def assemble(name: str, dependence: CurrentDependence | None = None) -> Assembly
     rough = built(module.rough_response).simulate if hasattr(module, "rough_response") else None
     if effects or (dependence and dependence.varies):
         return replace(whole, rough=rough)
-    reduced, neighbours = getattr(module, "REDUCED", None), getattr(module, "neighbours", None)
-    return replace(whole, rough=rough, reduced=reduced, neighbours=neighbours)
+    reduced, sensitivities = getattr(module, "REDUCED", None), getattr(module, "sensitivities", None)
+    return replace(whole, rough=rough, reduced=reduced, sensitivities=sensitivities, alone=True)
 
 
 def _depending(base: Assembly, dependence: CurrentDependence) -> Assembly:

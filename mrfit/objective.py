@@ -131,6 +131,11 @@ class Objective:
         return 1
 
     @property
+    def exact(self) -> bool:
+        """Whether the Gauss–Newton models are free of the noise of differences."""
+        return False
+
+    @property
     def model_simulations(self) -> int:
         """Evaluations that the Gauss–Newton model of one point takes."""
         return self.dimension + 1
@@ -200,10 +205,11 @@ class Objective:
             If the budget covers none of them.
         """
         count, dimension = points.shape
-        affordable = min(count, (self.budget - self.evaluations) // self.model_simulations)
+        each = self.model_simulations
+        affordable = min(count, (self.budget - self.evaluations) // each)
         if affordable < 1:
             raise BudgetSpent
-        block = max(1, BLOCK_NUMBERS // (self.model_simulations * max(self._width, 1)))
+        block = max(1, BLOCK_NUMBERS // (each * max(self._width, 1)))
         if block >= count == affordable:
             return NormalEquations(*self._models(points))
         costs, gradients = np.full(count, np.inf), np.zeros((count, dimension))

@@ -137,12 +137,11 @@ sample 0. A simulation that diverges returns non-finite values instead of raisin
 """
 
 
-Neighbours = Callable[[Array, Array, float, Index, Array], Array]
-"""neighbours(drive (C, N), theta (P, K), dt in s, columns (Q,), steps (P, Q)) -> (P, 1 + Q, N), by exact derivatives.
+Sensitivities = Callable[[Array, Array, float, Index], Array]
+"""sensitivities(drive (C, N), theta (P, K), dt in s, columns (Q,)) -> (P, 1 + Q, N): exact derivatives.
 
-The response at theta and, linearised there, one step along each of some parameters: row 1 + q is row 0 plus steps[:, q]
-times the derivative with respect to theta[:, columns[q]]. A model whose derivatives cost less than as many simulations
-has it beside its ``response``.
+Row 0 is the response, row 1 + q its derivative with respect to theta[:, columns[q]]. A model whose derivatives cost
+less than as many simulations has it beside its ``response``.
 """
 
 
@@ -165,8 +164,8 @@ class Reduced:
         Maps these (P, R) to parameters (P, K) of the same response, which may lie outside the model's bounds.
     rough
         Less exact and faster response, or None.
-    neighbours
-        Response and its neighbours by exact derivatives, or None.
+    sensitivities
+        Response and its exact derivatives, or None.
     """
 
     spec: ModelSpec
@@ -174,7 +173,7 @@ class Reduced:
     reduce: Callable[[Array], Array]
     restore: Callable[[Array], Array]
     rough: Response | None = None
-    neighbours: Neighbours | None = None
+    sensitivities: Sensitivities | None = None
 
 
 @dataclass(frozen=True, slots=True)

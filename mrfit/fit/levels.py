@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mrfit import optimize
-from mrfit.fit.problem import PHASE_BINS, SETTLE_CYCLES, Block, Posed, cubic_weights
+from mrfit.fit.problem import PHASE_BINS, SETTLE_CYCLES, Block, Posed
 from mrfit.fit.separable import Projection, SeparableObjective, projection_of
 from mrfit.objective import Objective
 from mrfit.optimizers import auto
@@ -28,8 +28,8 @@ FAITHFUL = (0.5, 1.1)
 # Descents on thinned data that ended no more than this share above the best, and so far apart along some axis of the
 # cube, may be better on all data
 RIVAL, APART = 0.3, 0.02
-# Shares of what comes before the first sample compared that may be enough: wherever a search goes, and at an optimum
-LEADS, SHORT_LEADS = (0.0, 0.5), (0.0, 0.0625, 0.5)
+# Shares of what comes before the first sample compared that may be enough
+LEADS = (0.0, 0.0625, 0.5)
 # Share of the largest residual by which leaving out the rest may change any: bit by bit, on thinned data, at an optimum
 UNCHANGED, ROUGH, CLOSE = 1e-12, 1e-5, 1e-8
 # Tolerance to which the best descent goes on on thinned data, where a step costs a fraction of one on all data
@@ -136,7 +136,7 @@ def onward(posed: Posed, coarse: Coarse, run: Run) -> optimize.Outcome:
     """
     first, points, projection = coarse
     budget = _budget(posed, run)
-    near = shortened(posed, points[:1], CLOSE, SHORT_LEADS)
+    near = shortened(posed, points[:1], CLOSE, LEADS)
     fine = objective_of(near, projection, points, lambda e, cost: run.on_progress(first.evaluations + e, cost))
     fine.budget, fine.tolerance = budget - first.evaluations, min(FALL / posed.samples, POLISHED)
     fine.deadline = None if run.limits.seconds is None else run.begin + run.limits.seconds
@@ -295,9 +295,9 @@ def _fewer_samples(block: Block, fewest: int) -> Block:
 
 
 def _fewer_bins(block: Block) -> Block:
-    """Return a folded block with one target in eight, those beside the samples of the coarser cycle.
+    """Return a folded block with targets at the samples of a coarser cycle, each on the line between its neighbours.
 
-    Means over the coarser bins would blur edges, which a target close to a sample does not.
+    Means over the coarser bins would blur edges, which targets close to a sample do not.
     """
     step, lead = PHASE_BINS // COARSE_BINS, SETTLE_CYCLES * COARSE_BINS
     phase = (block.nodes[:, 1] - SETTLE_CYCLES * PHASE_BINS + block.weights @ np.arange(-1.0, 3.0)) / step
@@ -306,9 +306,9 @@ def _fewer_bins(block: Block) -> Block:
         block,
         drive=np.ascontiguousarray(block.drive[:, ::step]),
         dt=block.dt * step,
-        target=block.target[kept],
-        nodes=lead + (node[:, None] + np.arange(-1, 3)) % COARSE_BINS,
-        weights=cubic_weights(phase[kept] - node),
+        target=np.interp(node, phase, block.target, period=COARSE_BINS),
+        nodes=lead + node[:, None],
+        weights=np.ones((len(node), 1)),
         counts=np.add.reduceat(block.counts, kept),
         bins=None,
     )

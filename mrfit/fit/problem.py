@@ -89,7 +89,7 @@ class Block:
         """Pick the simulated values (P, W + M) that stand beside the targets, (P, B)."""
         picked = np.empty((len(simulated), len(self.target)))
         ones, none = np.ones(len(self.target)), np.empty(0)
-        compare(simulated, self.nodes, self.weights, (np.zeros(len(self.target)), none, ones), picked)
+        compare(simulated, self.nodes, self.weights, (np.zeros(len(self.target)), none, ones), 1, picked)
         return picked
 
     def folded(self, values: Array) -> Array:
@@ -203,14 +203,14 @@ def differences(block: Block, assembly: Assembly, theta: Array) -> Array:
     """
     delta = np.empty((len(theta), len(block.target)))
     with np.errstate(all="ignore"):
-        _compare(block, assembly, assembly.simulate(block.drive, theta, block.dt), np.ones(len(block.target)), delta)
+        _compare(block, assembly, assembly.simulate(block.drive, theta, block.dt), np.ones(len(block.target)), 1, delta)
     return delta
 
 
-def _compare(block: Block, assembly: Assembly, simulated: Array, scale: Array, out: Array) -> None:
-    """Set out (P, B) to scale (B,) times simulated (P, W + M) − measured."""
+def _compare(block: Block, assembly: Assembly, simulated: Array, scale: Array, every: int, out: Array) -> None:
+    """Set out (P, B) to scale (B,) times simulated (P, W + M) − measured, see ``folding.compare``."""
     shares = block.shares if free_offset(assembly) else np.empty(0)
-    compare(simulated, block.nodes, block.weights, (block.target, shares, scale), out)
+    compare(simulated, block.nodes, block.weights, (block.target, shares, scale), every, out)
 
 
 def residual_function(
@@ -246,13 +246,15 @@ def _weighted(
     scales: tuple[list[Array], float],
     simulated: Iterable[Array],
     count: int,
+    every: int = 1,
 ) -> Array:
-    """Return the weighted residuals (P, M) of P responses (P, W + M) to each block."""
+    """Return the weighted residuals (P, M) of P responses (P, W + M) to each block; the others than every … are not."""
     factors, scatter = scales
     values, place = np.empty((count, sum(len(f) for f in factors) + 1)), 0
-    values[:, -1] = scatter
+    values[:, -1] = 0.0
+    values[::every, -1] = scatter
     for block, factor, rows in zip(blocks, factors, simulated, strict=True):
-        _compare(block, assembly, rows, factor, values[:, place : place + len(factor)])
+        _compare(block, assembly, rows, factor, every, values[:, place : place + len(factor)])
         place += len(factor)
     return values
 
@@ -314,13 +316,14 @@ class Posed:
         silent: Array = _weighted(self.blocks, self.assembly, self._scales, nothing, 1)[0]
         return silent
 
-    def neighbours(self, theta: Array, columns: Index, steps: Array) -> Array:
-        """Return weighted residuals (P, 1 + Q, M) at theta (P, K) and, linearised, steps (P, Q) along some columns."""
-        exact, count = self.assembly.neighbours, len(theta) * (1 + len(columns))
+    def sensitivities(self, theta: Array, columns: Index) -> Array:
+        """Return weighted residuals at theta (P, K) and their derivatives along some columns (Q,), (P, 1 + Q, M)."""
+        exact, every = self.assembly.sensitivities, 1 + len(columns)
         assert exact is not None
-        simulated = (exact(b.drive, theta, b.dt, columns, steps).reshape(count, -1) for b in self.blocks)
-        rows = _weighted(self.blocks, self.assembly, self._scales, simulated, count)
-        return rows.reshape(len(theta), -1, self.rows)
+        count = len(theta) * every
+        simulated = (exact(b.drive, theta, b.dt, columns).reshape(count, -1) for b in self.blocks)
+        rows = _weighted(self.blocks, self.assembly, self._scales, simulated, count, every)
+        return rows.reshape(len(theta), every, -1)
 
     @property
     def rows(self) -> int:

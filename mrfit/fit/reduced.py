@@ -36,7 +36,7 @@ def search(
         simulate=reduced.response,
         rough=reduced.rough,
         reduced=None,
-        neighbours=reduced.neighbours,
+        sensitivities=reduced.sensitivities,
     )
     less = replace(posed, assembly=assembly, cube=way.cube)
     coarse = levels.search_thinned(less, way.cube.to_points(reduced.reduce(own.to_theta(starts))), run)

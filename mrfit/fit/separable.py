@@ -73,7 +73,7 @@ class Projection:
     @property
     def simulations(self) -> int:
         """Simulations that the best linear parameters of a point take; one where derivatives are exact."""
-        return 1 if self.posed.assembly.neighbours is not None else 1 + len(self._varied)
+        return 1 if self.posed.assembly.sensitivities is not None else 1 + len(self._varied)
 
     @property
     def _varied(self) -> Index:
@@ -102,8 +102,11 @@ class Projection:
     def _simulated(self, theta: Array, places: Index) -> Array:
         """Return residuals (P, 1 + V, M) at the linear parameters' start, and one step along each of some of them."""
         start, steps = self._ranges[:2]
-        if self.posed.assembly.neighbours is not None:
-            return self.posed.neighbours(theta, self.linear[places], np.tile(steps[places], (len(theta), 1)))
+        if self.posed.assembly.sensitivities is not None:
+            rows = self.posed.sensitivities(theta, self.linear[places])
+            rows[:, 1:] *= steps[places, None]
+            rows[:, 1:] += rows[:, :1]
+            return rows
         varied = np.repeat(theta, len(places) + 1, axis=0)
         columns = self.linear[places]
         of_point = varied.reshape(len(theta), len(places) + 1, -1)
@@ -149,11 +152,11 @@ class Projection:
         Simulated are all neighbours with all moving linear parameters at once, where these are few samples; else P·(V +
         1) of them for the best linear parameters, and P·F at these.
         """
-        if self.posed.assembly.neighbours is not None:
-            solved, steps = self.solve(points), np.full(points.shape, STEP)
-            rows = self.posed.neighbours(solved.theta, self.cube.free, steps * self.cube.slopes(solved.theta))
-            parts = rows[:, 0].copy(), solved.residuals, solved.basis, solved.free
-            return solved.costs, *reduced_model(rows, steps, parts)
+        if self.posed.assembly.sensitivities is not None:
+            solved = self.solve(points)
+            rows = self.posed.sensitivities(solved.theta, self.cube.free)
+            parts = np.zeros_like(solved.residuals), solved.residuals, solved.basis, solved.free
+            return solved.costs, *reduced_model(rows, 1.0 / self.cube.slopes(solved.theta), parts)
         (count, dimension), around = points.shape, stencils(points, STEP)
         if self.at_once:
             theta = varied_stencils(around[0].reshape(-1, dimension), self.cube.map, *self._moved)
@@ -169,13 +172,13 @@ class Projection:
     def at_once(self) -> bool:
         """Whether all that the model of a point takes is simulated at once."""
         more = len(self.cube.free) * len(self._varied) * self.posed.simulated
-        return self.posed.assembly.neighbours is None and more <= MORE_SAMPLES
+        return self.posed.assembly.sensitivities is None and more <= MORE_SAMPLES
 
     @property
     def model_simulations(self) -> int:
         """Simulations that the model of a point takes; two where derivatives are exact."""
         own, dimension = self.simulations, len(self.cube.free)
-        if self.posed.assembly.neighbours is not None:
+        if self.posed.assembly.sensitivities is not None:
             return 2
         return own * (1 + dimension) if self.at_once else own + dimension
 
@@ -251,6 +254,11 @@ class SeparableObjective(Objective):
         return self.projection.simulations
 
     @property
+    def exact(self) -> bool:
+        """Whether the Gauss–Newton models are free of the noise of differences."""
+        return self.projection.posed.assembly.sensitivities is not None
+
+    @property
     def model_simulations(self) -> int:
         """Simulations that the Gauss–Newton model of one point takes."""
         return self.projection.model_simulations
@@ -273,7 +281,8 @@ def projection_of(posed: Posed) -> Projection | None:
     linear = np.array([k for k in posed.cube.free if names[k] in posed.assembly.spec.linear], dtype=np.int64)
     rest = replace(posed.cube, free=np.setdiff1d(posed.cube.free, linear))
     projection = Projection(posed, linear, rest, np.arange(len(linear)))
-    if not len(linear) or not projection.is_affine():
+    # a base model alone is affine in what its SPEC marks; effects may saturate
+    if not len(linear) or not (posed.assembly.alone or projection.is_affine()):
         return None
     settled = projection.settled()
     last = settled.moving[-1:]

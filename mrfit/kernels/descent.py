@@ -17,6 +17,8 @@ Trial = tuple[Array, Array]
 # Singular values of the scaled Jacobian below this share of the largest are noise of the differences: no step goes
 # along their directions, so parameters the data do not determine stay where they started.
 _RANK_TOLERANCE = 3e-5
+# What exact derivatives leave of a column that depends on the others, as a share of its square
+_ROUNDING = 1e-13
 # Longest step along any axis of the cube.
 LONGEST_STEP = 0.2
 # What a failed step shortens the reach of the next to.
@@ -34,13 +36,12 @@ _LEAST_FALL, _SHORTEST_STEP = 1e-10, 1e-10
 
 
 @kernel
-def _spectrum(gradient: Array, curvature: Array, held: Mask) -> tuple[Array, Array, Array, float]:
-    """Return the scaled model of the parameters not held along its eigenvectors, and what an undamped step takes off.
+def _scaled(curvature: Array, held: Mask) -> tuple[Array, Array]:
+    """Return JᵀJ (K, K) of columns of norm 1, and what they were divided by, inverted (K,); zeros for parameters held.
 
-    The directions in the cube (K, K), one per row, the eigenvalues (K,), and the gradient along them (K,), zero for
-    those that the data do not determine.
+    Columns that are next to nothing stay short.
     """
-    size = len(gradient)
+    size = len(curvature)
     norms, largest = np.empty(size), 0.0
     for k in range(size):
         norms[k] = np.sqrt(curvature[k, k])
@@ -52,6 +53,68 @@ def _spectrum(gradient: Array, curvature: Array, held: Mask) -> tuple[Array, Arr
     for k in range(size):
         for j in range(size):
             scaled[k, j] = curvature[k, j] * norms[k] * norms[j]
+    return scaled, norms
+
+
+@kernel
+def _factored(scaled: Array, slope: Array, damping: float) -> tuple[Array, float]:
+    """Return x (K,) with (A + μ I) x = slope, and slopeᵀ x; by Cholesky's factors of A (K, K)."""
+    size = len(slope)
+    upper, x = scaled.copy(), slope.copy()
+    for k in range(size):
+        pivot = math.sqrt(upper[k, k] + damping)
+        for j in range(k, size):
+            upper[k, j] /= pivot
+        upper[k, k] = pivot
+        x[k] /= pivot
+        for i in range(k + 1, size):
+            factor = upper[k, i]
+            x[i] -= factor * x[k]
+            for j in range(i, size):
+                upper[i, j] -= factor * upper[k, j]
+    square = 0.0
+    for k in range(size):
+        square += x[k] * x[k]
+    for k in range(size - 1, -1, -1):
+        x[k] /= upper[k, k]
+        for i in range(k):
+            x[i] -= upper[i, k] * x[k]
+    return x, square
+
+
+@kernel
+def _damped_exactly(
+    gradient: Array, curvature: Array, damping: float, held: Mask, reach: float
+) -> tuple[Array, Array, float, float]:
+    """Return what ``_damped`` does where derivatives are exact: no direction is noise, so none need be found."""
+    size = len(gradient)
+    scaled, norms = _scaled(curvature, held)
+    slope, least = gradient * norms, _ROUNDING * size
+    _, attainable = _factored(scaled, slope, least)
+    step = np.zeros(size)
+    near = step
+    for attempt in range(_RAISES):
+        solved, _ = _factored(scaled, slope, max(damping, least))
+        near, longest = -norms * solved, 0.0
+        for k in range(size):
+            longest = max(longest, abs(near[k]))
+        if attempt == 0:
+            step = near
+        if longest <= reach:
+            break
+        damping = max(4.0 * damping, 1e-9)
+    return step, near, attainable, damping
+
+
+@kernel
+def _spectrum(gradient: Array, curvature: Array, held: Mask) -> tuple[Array, Array, Array, float]:
+    """Return the scaled model of the parameters not held along its eigenvectors, and what an undamped step takes off.
+
+    The directions in the cube (K, K), one per row, the eigenvalues (K,), and the gradient along them (K,), zero for
+    those that the data do not determine.
+    """
+    size = len(gradient)
+    scaled, norms = _scaled(curvature, held)
     values, vectors = np.linalg.eigh(scaled)
     directions, along, attainable = np.empty((size, size)), np.zeros(size), 0.0
     for i in range(size):
@@ -66,12 +129,14 @@ def _spectrum(gradient: Array, curvature: Array, held: Mask) -> tuple[Array, Arr
 
 @kernel
 def _damped(
-    gradient: Array, curvature: Array, damping: float, held: Mask, reach: float
+    gradient: Array, curvature: Array, damping: float, held: Mask, reach: float, exact: bool
 ) -> tuple[Array, Array, float, float]:
     """Return the damped step (K,) of the parameters not held, one short enough, what an undamped one takes off, μ.
 
     The second is the first where that is short enough, else that of the least damping μ, by fours, which makes it so.
     """
+    if exact:
+        return _damped_exactly(gradient, curvature, damping, held, reach)
     size = len(gradient)
     directions, values, along, attainable = _spectrum(gradient, curvature, held)
     step = np.zeros(size)
@@ -134,8 +199,17 @@ def _along_axes(gradient: Array, curvature: Array) -> Array:
 
 
 @kernel
+def _held(point: Array, gradient: Array) -> Mask:
+    """Return which parameters are held, (K,): those at a bound beyond which the cost falls."""
+    held = np.empty(len(point), dtype=np.bool_)
+    for k in range(len(point)):
+        held[k] = (point[k] <= 0.0 and gradient[k] > 0.0) or (point[k] >= 1.0 and gradient[k] < 0.0)
+    return held
+
+
+@kernel
 def damped_steps(
-    points: Array, model: Model, dampings: Array, reaches: Array, active: Index
+    points: Array, model: Model, dampings: Array, reaches: Array, active: Index, exact: bool
 ) -> tuple[Array, Array, Array]:
     """Return trial points (P, K), the fall of the squared cost they promise (P,), and that to be had (P,).
 
@@ -164,15 +238,14 @@ def damped_steps(
     trials, predicted, attainable = points.copy(), np.zeros(count), np.zeros(count)
     for p in active:
         point, gradient, curvature = points[p], model[1][p], model[2][p]
-        held, finite = np.empty(size, dtype=np.bool_), True
+        held, finite = _held(point, gradient), True
         for k in range(size):
             finite = finite and math.isfinite(gradient[k]) and math.isfinite(curvature[k, k])
-            held[k] = (point[k] <= 0.0 and gradient[k] > 0.0) or (point[k] >= 1.0 and gradient[k] < 0.0)
         if not finite:
             attainable[p] = np.inf
             continue
         reach = reaches[p]
-        step, near, attainable[p], damping = _damped(gradient, curvature, dampings[p], held, reach)
+        step, near, attainable[p], damping = _damped(gradient, curvature, dampings[p], held, reach, exact)
         safe, shift = step.copy(), np.zeros(size)
         trials[p], predicted[p] = _shortened(point, step, gradient, curvature, reach)
         trial, fall = _shortened(point, near, gradient, curvature, reach)
@@ -182,7 +255,7 @@ def damped_steps(
             if not _hold_crossing(point, safe, held, shift):
                 break
             moved, crossed = gradient + np.dot(curvature, shift), True
-            rest, _, _, _ = _damped(moved, curvature, dampings[p], held, reach)
+            rest, _, _, _ = _damped(moved, curvature, dampings[p], held, reach, exact)
             safe = shift + rest
         other, promised = _shortened(point, safe, gradient, curvature, reach)
         if crossed and promised > fall:
@@ -194,6 +267,25 @@ def damped_steps(
         if predicted[p] <= _POOR * fall or reach < LONGEST_STEP:
             trials[p], predicted[p] = trial, fall
     return trials, predicted, attainable
+
+
+@kernel
+def fanned_steps(points: Array, model: Model, dampings: Array, active: Index) -> tuple[Array, Array]:
+    """Return trial points (A, D, K) of some descents (A,) at several dampings (A, D), and the falls promised (A, D).
+
+    They are steps of ``damped_steps`` where derivatives are exact, shortened and cut off at the bounds.
+    """
+    count, members = dampings.shape
+    trials, promised = np.empty((count, members, points.shape[1])), np.zeros((count, members))
+    for a in range(count):
+        point, gradient, curvature = points[active[a]], model[1][active[a]], model[2][active[a]]
+        scaled, norms = _scaled(curvature, _held(point, gradient))
+        slope, least = gradient * norms, _ROUNDING * len(point)
+        for d in range(members):
+            solved, _ = _factored(scaled, slope, max(dampings[a, d], least))
+            step = -norms * solved
+            trials[a, d], promised[a, d] = _shortened(point, step, gradient, curvature, LONGEST_STEP)
+    return trials, promised
 
 
 @kernel

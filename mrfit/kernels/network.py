@@ -10,6 +10,8 @@ u holds two channels and the same two delayed. Every derivative is a product of 
 A vector's 31 values are W1 by rows, b1, W2 by rows, b2, w3, b3.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -69,9 +71,7 @@ def _factors(column: int) -> tuple[int, int]:
 
 
 @kernel
-def _evaluate(
-    rows: Array, theta: Array, columns: NDArray[np.int64], steps: Array, span: tuple[int, int], out: Array
-) -> None:
+def _evaluate(rows: Array, theta: Array, columns: NDArray[np.int64], span: tuple[int, int], out: Array) -> None:
     """Set one vector's out, (1 + C, N), over a span of samples from its inputs in the scratch."""
     first, samples = span
     _layer(rows, (_U, 4, _H1), theta[_W1:_B1], theta[_B1:_W2], samples)
@@ -84,14 +84,13 @@ def _evaluate(
         out[0, first + j] = w1 * rows[_H2, j] + w2 * rows[_H2 + 1, j] + w3 * rows[_H2 + 2, j] + bias
     for c in range(len(columns)):
         left, right = _factors(columns[c])
-        step = steps[c]
         for j in range(samples):
-            out[1 + c, first + j] = out[0, first + j] + step * (rows[left, j] * rows[right, j])
+            out[1 + c, first + j] = rows[left, j] * rows[right, j]
 
 
 @kernel
-def network(drive: Array, lag: Array, theta: Array, columns: NDArray[np.int64], steps: Array) -> Array:
-    """Return the network's output and, linearised, its output one step along each of some parameters.
+def network(drive: Array, lag: Array, theta: Array, columns: NDArray[np.int64]) -> Array:
+    """Return the network's output and its derivatives with respect to some parameters.
 
     Parameters
     ----------
@@ -103,13 +102,11 @@ def network(drive: Array, lag: Array, theta: Array, columns: NDArray[np.int64], 
         Parameter vectors, shape (P, 31).
     columns
         Parameters asked for, 0 ... 30, in any order, shape (C,). Nothing is propagated back for the last four alone.
-    steps
-        Step along each of them, shape (P, C).
 
     Returns
     -------
     Array
-        Shape (P, 1 + C, N): F, then F + step*dF/dtheta of each column. A vector with NaN gives NaN.
+        Shape (P, 1 + C, N): F, then dF/dtheta of each column. A vector with NaN gives NaN.
     """
     rows = np.ones((_ONE + 1, _CHUNK))
     first_ago, second_ago = delayed(drive[0], lag)[0], delayed(drive[1], lag)[0]
@@ -121,5 +118,8 @@ def network(drive: Array, lag: Array, theta: Array, columns: NDArray[np.int64], 
             rows[_U, j], rows[_U + 1, j] = drive[0, first + j], drive[1, first + j]
             rows[_U + 2, j], rows[_U + 3, j] = first_ago[first + j], second_ago[first + j]
         for p in range(len(theta)):
-            _evaluate(rows, theta[p], columns, steps[p], (first, samples), out[p])
+            _evaluate(rows, theta[p], columns, (first, samples), out[p])
+    for p in range(len(theta)):
+        if math.isnan(theta[p].sum()):
+            out[p] = math.nan
     return out

@@ -257,9 +257,7 @@ def _slot(column: int) -> int:
 
 
 @kernel
-def _leave(
-    work: Array, values: Array, columns: NDArray[np.int64], steps: Array, span: tuple[int, int], out: Array
-) -> None:
+def _leave(work: Array, values: Array, columns: NDArray[np.int64], span: tuple[int, int], out: Array) -> None:
     """Set a span of one vector's out, (1 + C, N)."""
     (first, samples), pre, post, offset = span, values[0], values[1], values[_F0]
     pre_rest, post_rest = values[_REST], values[_REST + 1]
@@ -267,17 +265,15 @@ def _leave(
         place = _RECORD * (j + 1) + _OUT
         out[0, first + j] = pre * (work[place] + pre_rest) + post * (work[place + 1] + post_rest) + offset
     for c in range(len(columns)):
-        slot, rest, along = _slot(columns[c]), values[_REST + columns[c]], steps[c]
+        slot, rest = _slot(columns[c]), values[_REST + columns[c]]
         for j in range(samples):
-            out[1 + c, first + j] = out[0, first + j] + along * (work[_RECORD * (j + 1) + slot] + rest)
+            out[1 + c, first + j] = work[_RECORD * (j + 1) + slot] + rest
 
 
 @kernel
-def _evaluate(
-    drive: Array, values: Array, dt: float, asked: tuple[NDArray[np.int64], Array], work: Array, out: Array
-) -> None:
+def _evaluate(drive: Array, values: Array, dt: float, columns: NDArray[np.int64], work: Array, out: Array) -> None:
     """Set one vector's out, (1 + C, N); values are the vector and, after it, room for what is at rest."""
-    (columns, steps), (velocity, current), total = asked, drive, drive.shape[1]
+    (velocity, current), total = drive, drive.shape[1]
     poles, turn = values[_P:_OMEGA], 1.0 / values[_OMEGA]
     zeros = (2.0 * values[_XI] * turn, turn * turn)
     moving, behind, inclined = False, False, False
@@ -308,14 +304,14 @@ def _evaluate(
         _filter(work, poles, zeros, hysteretic, samples)
         if behind:
             _behind(work, values, zeros, hysteretic, samples)
-        _leave(work, values, columns, steps, (first, samples), out)
+        _leave(work, values, columns, (first, samples), out)
         for k in range(_RECORD):
             work[k] = work[_RECORD * samples + k]
 
 
 @kernel
-def wiener(drive: Array, theta: Array, dt: float, columns: NDArray[np.int64], steps: Array) -> Array:
-    """Return the damper's force and, linearised, the force one step along each of some parameters.
+def wiener(drive: Array, theta: Array, dt: float, columns: NDArray[np.int64]) -> Array:
+    """Return the damper's force and its derivatives with respect to some parameters.
 
     Parameters
     ----------
@@ -328,14 +324,12 @@ def wiener(drive: Array, theta: Array, dt: float, columns: NDArray[np.int64], st
         Sample interval in s.
     columns
         Parameters asked for, 0 ... 14, in any order, shape (C,). Lags are run for p1 ... p4, omega and xi only.
-    steps
-        Step along each of them, in its unit, shape (P, C).
 
     Returns
     -------
     Array
-        Force in N, shape (P, 1 + C, N): F, then F + step*dF/dtheta of each column. A vector with a value that is not
-        finite gives NaN.
+        Force in N, shape (P, 1 + C, N): F, then dF/dtheta of each column, in N per its unit. A vector with a value
+        that is not finite gives NaN.
     """
     out = np.empty((len(theta), 1 + len(columns), drive.shape[1]))
     if drive.shape[1] == 0:
@@ -347,7 +341,7 @@ def wiener(drive: Array, theta: Array, dt: float, columns: NDArray[np.int64], st
             values[k] = theta[p, k]
             finite = finite and math.isfinite(values[k])
         if finite:
-            _evaluate(drive, values, dt, (columns, steps[p]), work, out[p])
+            _evaluate(drive, values, dt, columns, work, out[p])
         else:
             out[p] = np.nan
     return out

@@ -62,13 +62,13 @@ def response(drive: Array, theta: Array, dt: float) -> Array:
     return by_blocks(lambda block: _force(plain(drive), block, dt), drive.shape[1], theta)
 
 
-def neighbours(drive: Array, theta: Array, dt: float, places: Index, steps: Array) -> Array:
-    """Return the force in N of velocity (m/s) and current (A), and its neighbours, as ``specs.Neighbours`` says.
+def sensitivities(drive: Array, theta: Array, dt: float, places: Index) -> Array:
+    """Return the force in N of velocity (m/s) and current (A), and its derivatives, as ``specs.Sensitivities`` says.
 
     The derivatives are exact; at the corner of the static map, and where the delay is a whole number of samples, they
     are those of one side. A vector with a value that is not finite gives NaN.
     """
-    return wiener(plain(drive), plain(theta), dt, np.array(places, dtype=np.int64), plain(steps))
+    return wiener(plain(drive), plain(theta), dt, np.array(places, dtype=np.int64))
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:

@@ -75,13 +75,13 @@ def _layers(inputs: Array, theta: Array) -> Array:
     return out
 
 
-def neighbours(drive: Array, theta: Array, dt: float, columns: Index, steps: Array) -> Array:
-    """Return the force in N of velocity (m/s) and current (A), and its neighbours, as ``specs.Neighbours`` says.
+def sensitivities(drive: Array, theta: Array, dt: float, columns: Index) -> Array:
+    """Return the force in N of velocity (m/s) and current (A), and its derivatives, as ``specs.Sensitivities`` says.
 
     A vector with NaN gives NaN.
     """
     lag = np.array([_LAG / dt])
-    return network(plain(drive), lag, plain(theta), np.array(columns, dtype=np.int64), plain(steps))
+    return network(plain(drive), lag, plain(theta), np.array(columns, dtype=np.int64))
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
@@ -114,5 +114,5 @@ REDUCED = Reduced(
     response=response,
     reduce=_same,
     restore=_same,
-    neighbours=neighbours,
+    sensitivities=sensitivities,
 )

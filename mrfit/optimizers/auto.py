@@ -5,9 +5,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from mrfit.kernels.descent import FIRST_RAISE, LONGEST_STEP, damped_steps, keep_better
+from mrfit.kernels.descent import FIRST_RAISE, LONGEST_STEP, damped_steps, fanned_steps, keep_better
+from mrfit.kernels.ending import AGREEMENT_RTOL, RIVAL, decided, enough, going_on
 from mrfit.objective import BudgetSpent, Descent, NormalEquations, Objective, Stalled
-from mrfit.specs import Array, OptimizerSpec
+from mrfit.specs import Array, Index, OptimizerSpec
 
 SPEC = OptimizerSpec(
     name="auto",
@@ -21,17 +22,14 @@ Mask = NDArray[np.bool_]
 
 # Number of descents in the first wave, and in each of those after it.
 FIRST_WAVE, LATER_WAVES = 5, 4
-# Points simulated per descent, from which the starts of a wave are chosen.
-SCREENED = 8
+# Points simulated per descent, from which the starts of a wave are chosen; and where a point costs far less than its
+# model.
+SCREENED, SCREENED_EXACTLY = 8, 32
 # Starts of a wave are at least this far apart, as a share of the cube's diagonal, as long as there are such points.
 APART = 0.15
 
-# So many descents have to settle at the best cost, within this share of it; after so many descents, two are enough.
-AGREEING = 3
-MANY = 12
 # Where no lower cost was found by so many more, the search ends without agreement.
-IDLE = 21
-AGREEMENT_RTOL = 2e-3
+IDLE = 12
 # A cost below this share of the best screened one counts as zero when costs are compared.
 ZERO = 1e-6
 
@@ -43,19 +41,17 @@ SETTLED = 1e-3
 # so many parameters per iteration some may lie in a curved valley: then there are more iterations.
 SLOW_ITERATIONS, SLOW_SETTLED, SLOW_POLISHED = 5, 1e-3, 1e-6
 SLOW_PARAMETERS = 3
+# Even the last descent goes no further than to a coarse one's end where it has less than this share of what its linear
+# model promised: there the valley is so narrow and curved that it would creep along it for hundreds of iterations.
+KEPT = 0.05
 # A descent whose steps fail is not judged so until its raise is greater than this: its damping has to fit first.
 LAST_RAISE = 32.0
 ITERATIONS, LEADER_ITERATIONS = 60, 500
 
 FIRST_DAMPING, LAST_DAMPING = 1e-2, 1e-5
-# Descents under way that cost no more than this share above the best may end below it.
-RIVAL = 0.1
-# They are waited for where so many times what their linear models promise would take them there.
-RELIED = 2.0
-# A descent has settled where its step promises less than this share of the squared cost.
-FLAT = 1e-9
-# It is given up where steps failed until its raise was this, and its linear model does not promise the least cost.
-FAILING = 8.0
+# Multiples of its damping at which a descent whose last step failed is also tried, where a point costs far less than
+# its model
+FANNED = np.array([0.1, 10.0, 100.0])
 # A descent is given up where so many times the fall of its last iterations would not take it to the least cost.
 REACH = 4.0
 
@@ -85,9 +81,14 @@ class Front:
         self.stuck = ~np.isfinite(self.model.costs)
 
     @property
-    def ended(self) -> Mask:
-        """Which descents take no more steps."""
-        return self.settled | self.stuck | self.given_up
+    def ends(self) -> tuple[Mask, Mask, Mask]:
+        """Which descents take no more steps, since they settled, are stuck, are given up."""
+        return self.settled, self.stuck, self.given_up
+
+    @property
+    def under_way(self) -> Mask:
+        """Which descents take more steps."""
+        return ~(self.settled | self.stuck | self.given_up)
 
 
 def minimise(objective: Objective, rng: np.random.Generator) -> None:
@@ -108,18 +109,19 @@ def minimise(objective: Objective, rng: np.random.Generator) -> None:
         given.append(objective.starts)
     pool = np.array(list(dict.fromkeys(map(tuple, np.clip(np.vstack(given), 0.0, 1.0)))))
     count, zero, least, idle = FIRST_WAVE, np.inf, np.inf, 0
+    screened = SCREENED_EXACTLY if objective.exact else SCREENED
     while True:
-        screened = np.vstack([pool, _latin_hypercube(SCREENED * count, objective.dimension, rng)])
-        costs = objective.costs(screened)
+        points = np.vstack([pool, _latin_hypercube(screened * count, objective.dimension, rng)])
+        costs = objective.costs(points)
         zero = min(zero, ZERO * float(costs.min()))
-        starts = _choose(screened, costs, len(pool), count)
+        starts = _choose(points, costs, len(pool), count)
         front = Front(starts, objective.normal_equations(starts))
         try:
             _descend(objective, front, SETTLED, SLOW_SETTLED, ITERATIONS)
             _polish(objective, front)
         finally:
             _record(objective, front, zero)
-        if objective.agreeing >= _enough(len(objective.descents)):
+        if objective.agreeing >= enough(len(objective.descents)):
             objective.verdict = f"{objective.agreeing} of {len(objective.descents)} starts agree"
             return
         idle = 0 if objective.best_cost < least * (1.0 - AGREEMENT_RTOL) else idle + count
@@ -168,14 +170,11 @@ def _choose(points: Array, costs: Array, given: int, count: int) -> Array:
     chosen = list(range(given))
     order = given + np.argsort(costs[given:], kind="stable")
     apart = APART * np.sqrt(points.shape[1])
-    near = np.linalg.norm(points[:, None] - points, axis=2) < apart
-    taken = near[chosen].any(axis=0)
     for index in order.tolist():
         if len(chosen) >= max(count, given + 1):
             break
-        if not taken[index]:
+        if np.all(np.linalg.norm(points[chosen] - points[index], axis=1) >= apart):
             chosen.append(index)
-            taken |= near[index]
     rest = [i for i in order.tolist() if i not in chosen]
     return points[chosen + rest[: max(0, count - len(chosen))]]
 
@@ -183,47 +182,46 @@ def _choose(points: Array, costs: Array, given: int, count: int) -> Array:
 def _descend(objective: Objective, front: Front, tolerance: float, slow: float, iterations: int) -> None:
     """Step all descents of a front together until each has settled, is stuck, given up or has taken its iterations."""
     earlier, patience = front.model.costs**2, max(SLOW_ITERATIONS, objective.dimension // SLOW_PARAMETERS)
+    hoped, several = np.zeros(len(earlier)), len(earlier) > 1
+    before = len(objective.descents), np.array([d.cost for d in objective.descents if d.settled])
     for iteration in range(iterations):
-        costs, under_way = front.model.costs, ~front.ended
-        squares, steps = costs**2, (front.dampings, front.reaches, np.flatnonzero(under_way))
+        under_way, squares = front.under_way, front.model.costs**2
         if iteration % patience == patience - 1:
             judged = under_way & ((front.raises == FIRST_RAISE) | (front.raises > LAST_RAISE))
-            front.settled |= judged & (squares >= earlier * (1.0 - slow))
+            kept = np.where(earlier - squares < KEPT * hoped, max(slow, SLOW_SETTLED), slow)
+            front.settled |= judged & (squares >= earlier * (1.0 - kept))
             front.given_up |= judged & (squares - REACH * (earlier - squares) > objective.best_cost**2)
             earlier = squares
-        trials, predicted, attainable = damped_steps(front.points, front.model, *steps)
-        # the relative offset of Bates and Watts (1981), and what no step of the longest length would change
-        flat = (attainable <= tolerance * squares) | (predicted <= FLAT * squares)
-        front.settled |= under_way & flat
-        # what fails again and again does not fall further than promised
-        failing = under_way & (front.raises >= FAILING) & (len(costs) > 1)
-        front.given_up |= failing & (squares - RELIED * attainable > objective.best_cost**2)
-        active = np.flatnonzero(~front.ended)
-        if not len(active) or (len(costs) > 1 and _decided(objective, front, squares - RELIED * attainable)):
+        steps = front.dampings, front.reaches, np.flatnonzero(under_way)
+        trials, predicted, attainable = damped_steps(front.points, front.model, *steps, objective.exact)
+        if iteration % patience == 0:
+            hoped = attainable
+        promises, best = (predicted, attainable), objective.best_cost
+        active = going_on(front.ends, front.raises, squares, promises, best**2, tolerance)
+        if not len(active) or (several and decided(front.ends, front.model.costs, attainable, best, before)):
             return
+        failed = active[front.raises[active] > FIRST_RAISE]
+        if objective.exact and len(failed):
+            _fan(objective, front, failed, (trials, predicted))
         gained = objective.normal_equations(trials[active])
         descents = front.points, front.dampings, front.raises, front.reaches, front.stuck
         keep_better(descents, front.model, active, (trials, predicted), gained)
 
 
-def _decided(objective: Objective, front: Front, hoped: Array) -> bool:
-    """Return whether enough descents, of this front and before it, came to the least cost, and none promises less.
+def _fan(objective: Objective, front: Front, active: Index, trial: tuple[Array, Array]) -> None:
+    """Put the best of each descent's step and those at other dampings in place of it.
 
-    ``hoped`` (P,) are the squared costs that descents under way promise.
+    In a narrow curved valley the damping that leads on changes from step to step.
     """
-    limit, costs = objective.best_cost * (1.0 + AGREEMENT_RTOL), front.model.costs
-    near, before = costs <= limit, sum(d.settled and d.cost <= limit for d in objective.descents)
-    if not before and not np.any(near & (front.settled | front.stuck)):
-        return False
-    if np.count_nonzero(near) + before < _enough(len(objective.descents) + int(np.count_nonzero(front.ended))):
-        return False
-    rivals = ~front.ended & (costs <= objective.best_cost * (1.0 + RIVAL))
-    return not np.any(hoped[rivals] < (objective.best_cost * (1.0 - AGREEMENT_RTOL)) ** 2)
-
-
-def _enough(descents: int) -> int:
-    """Return how many of so many descents have to agree."""
-    return AGREEING if descents < MANY else AGREEING - 1
+    trials, promised = trial
+    dampings = front.dampings[active, None] * FANNED
+    others, falls = fanned_steps(front.points, front.model, dampings, active)
+    steps = np.concatenate([trials[active, None], others], axis=1)
+    costs = objective.costs(steps.reshape(-1, steps.shape[2])).reshape(steps.shape[:2])
+    best, row = np.argmin(costs, axis=1), np.arange(len(active))
+    trials[active] = steps[row, best]
+    promised[active] = np.column_stack([promised[active], falls])[row, best]
+    front.dampings[active] = np.column_stack([front.dampings[active], dampings])[row, best]
 
 
 def _polish(objective: Objective, front: Front) -> Front:
@@ -233,9 +231,9 @@ def _polish(objective: Objective, front: Front) -> Front:
     alone = Front(front.points[leader], NormalEquations(*(part[leader] for part in front.model)))
     alone.dampings = front.dampings[leader]
     last = objective.tolerance < SETTLED
-    if last or (not front.ended[best] and front.model.costs[best] <= objective.best_cost):
-        slow = SLOW_POLISHED if last else SLOW_SETTLED
-        _descend(objective, alone, objective.tolerance, slow, LEADER_ITERATIONS)
+    if last or (front.under_way[best] and front.model.costs[best] <= objective.best_cost):
+        slow, iterations = (SLOW_POLISHED, LEADER_ITERATIONS) if last else (SLOW_SETTLED, ITERATIONS)
+        _descend(objective, alone, objective.tolerance, slow, iterations)
     return alone
 
 

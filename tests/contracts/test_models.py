@@ -227,7 +227,7 @@ def test_start_values_are_inside_the_bounds_on_any_finite_data(model: ModuleType
 
 
 REDUCIBLE = [name for name in NAMES if hasattr(registry.load("model", name), "REDUCED")]
-EXACT = [name for name in NAMES if hasattr(registry.load("model", name), "neighbours")]
+EXACT = [name for name in NAMES if hasattr(registry.load("model", name), "sensitivities")]
 
 
 @pytest.mark.parametrize("name", REDUCIBLE)
@@ -261,14 +261,14 @@ def test_reduced_parameters_marked_linear_are_so(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", EXACT)
-def test_neighbours_are_the_response_and_steps_along_its_derivatives(name: str) -> None:
+def test_sensitivities_are_the_response_and_its_derivatives(name: str) -> None:
     module = registry.load("model", name)
     # the start lies on corners: a delay of one sample
     drive, theta = drive_of(module.SPEC), theta_of(module.SPEC, 4)[1:]
     columns = np.arange(theta.shape[1])[::-1].copy()
     steps = np.tile(1e-6 * np.array([p.high - p.low for p in module.SPEC.params])[columns], (3, 1))
     steps = np.minimum(steps, 1e-3 * np.abs(theta[:, columns]) + 1e-9)
-    rows = module.neighbours(drive, theta, DT, columns, steps)
+    rows = module.sensitivities(drive, theta, DT, columns)
     response = module.response(drive, theta, DT)
     assert rows.shape == (3, 1 + len(columns), SAMPLES)
     assert rows[:, 0] == pytest.approx(response, rel=1e-9, abs=1e-9 * np.ptp(response))
@@ -276,8 +276,8 @@ def test_neighbours_are_the_response_and_steps_along_its_derivatives(name: str) 
         ahead, behind = theta.copy(), theta.copy()
         ahead[:, column] += steps[:, q]
         behind[:, column] -= steps[:, q]
-        slope = (module.response(drive, ahead, DT) - module.response(drive, behind, DT)) / 2
-        largest = np.abs(slope).max()
+        rise = (module.response(drive, ahead, DT) - module.response(drive, behind, DT)) / 2
+        largest = np.abs(rise).max()
         # at its corners a response has two slopes
-        apart = np.abs(rows[:, 1 + q] - rows[:, 0] - slope) > 1e-3 * largest + 1e-12 * np.ptp(response)
+        apart = np.abs(steps[:, q, None] * rows[:, 1 + q] - rise) > 1e-3 * largest + 1e-12 * np.ptp(response)
         assert np.mean(apart) < 0.05, module.SPEC.names[column]

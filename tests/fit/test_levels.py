@@ -38,7 +38,8 @@ def test_a_thinned_cycle_has_the_cost_of_the_full_one_near_the_optimum() -> None
     assert thin.blocks[0].drive.shape[1] * 8 == at.blocks[0].drive.shape[1]
     point = found(at).point[None, :]
     costs = [np.sqrt(np.mean(p.residuals(point) ** 2)) for p in (at, thin)]
-    assert costs[1] == pytest.approx(costs[0], rel=0.02)
+    # on the line between two bins there is less noise than in one
+    assert 0.95 * costs[0] < costs[1] < 1.01 * costs[0]
 
 
 @pytest.mark.parametrize(("period", "step"), [(4000.0, 16), (100.0, 8), (3.0, 1)])

@@ -101,7 +101,7 @@ def test_what_stays_without_the_linear_parameters_is_no_share_of_theirs() -> Non
 def test_exact_derivatives_give_the_model_that_differences_give(model: str) -> None:
     at = posed(model)
     own = projection(at)
-    plain = projection(replace(at, assembly=replace(at.assembly, neighbours=None)))
+    plain = projection(replace(at, assembly=replace(at.assembly, sensitivities=None)))
     points = np.clip(own.cube.start + np.random.default_rng(0).uniform(-0.02, 0.02, (3, len(own.cube.free))), 0, 1)
     (costs, gradients, curvatures), expected = own.models(points), plain.models(points)
     assert costs == pytest.approx(expected[0], rel=1e-9)

@@ -12,7 +12,7 @@ def damped_steps(points: Array, gradients: Array, curvatures: Array, dampings: A
     """Return steps of descents of which none failed before."""
     count = len(points)
     model = np.ones(count), gradients, curvatures
-    return descent.damped_steps(points, model, dampings, np.full(count, LONGEST_STEP), np.arange(count))
+    return descent.damped_steps(points, model, dampings, np.full(count, LONGEST_STEP), np.arange(count), False)
 
 
 def problem(seed: int, size: int = 3) -> tuple[Array, Array]:
@@ -65,11 +65,11 @@ def test_a_step_that_follows_a_failed_one_is_shorter_whatever_the_damping_was(da
     dampings, reaches = np.array([damping]), np.array([LONGEST_STEP])
     point = np.full((1, 3), 0.5)
     model, one = (np.array([1.0]), gradient, curvature), np.array([0])
-    first, promised, _ = descent.damped_steps(point, model, dampings, reaches, one)
+    first, promised, _ = descent.damped_steps(point, model, dampings, reaches, one, False)
     failed = np.array([2.0]), gradient, curvature
     descents = point, dampings, np.full(1, FIRST_RAISE), reaches, np.zeros(1, dtype=bool)
     keep_better(descents, model, one, (first, promised), failed)
-    second, promised, _ = descent.damped_steps(point, model, dampings, reaches, one)
+    second, promised, _ = descent.damped_steps(point, model, dampings, reaches, one, False)
     assert np.abs(second - point).max() <= 0.5 * np.abs(first - point).max() + 1e-12
     # the damping that made it so is kept: what follows a step that succeeds is Marquardt's again
     scaled = curvature[0] + dampings[0] * np.diag(np.diag(curvature[0]))
@@ -80,7 +80,7 @@ def test_descents_that_have_ended_take_no_step() -> None:
     gradient, curvature = (np.repeat(part, 3, axis=0) for part in problem(1))
     points, model = np.full((3, 3), 0.5), (np.ones(3), gradient, curvature)
     parts = np.full(3, 1e-2), np.full(3, LONGEST_STEP)
-    trials, predicted, attainable = descent.damped_steps(points, model, *parts, np.array([1]))
+    trials, predicted, attainable = descent.damped_steps(points, model, *parts, np.array([1]), False)
     assert (trials[[0, 2]] == 0.5).all() and (trials[1] != 0.5).all()
     assert predicted[[0, 2]].tolist() == attainable[[0, 2]].tolist() == [0.0, 0.0]
 
@@ -136,3 +136,44 @@ def test_the_damping_follows_the_share_of_its_promise_that_a_step_keeps(share: f
     keep_better(descents, model, np.array([0]), (points + 0.1, promised), gained)
     assert dampings == pytest.approx([factor], rel=1e-6)
     assert raises.tolist() == [FIRST_RAISE]
+
+
+@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("damping", [1e-9, 1e-2])
+def test_steps_by_factors_are_those_by_eigenvectors(seed: int, damping: float) -> None:
+    gradient, curvature = problem(seed, 8)
+    rng, count = np.random.default_rng(seed), 1
+    point = rng.choice([0.0, 0.01, 0.5, 1.0], (1, 8))
+    model, parts = (np.ones(count), 30.0 * gradient, curvature), (np.full(count, LONGEST_STEP), np.arange(count), False)
+    for reach in (LONGEST_STEP, 1e-3):
+        parts = np.full(count, reach), np.arange(count)
+        noisy = descent.damped_steps(point, model, np.full(count, damping), *parts, False)
+        exact = descent.damped_steps(point, model, np.full(count, damping), *parts, True)
+        for one, other in zip(noisy, exact, strict=True):
+            assert one == pytest.approx(other, rel=1e-6, abs=1e-12)
+
+
+def test_exact_derivatives_lead_along_a_direction_that_differences_would_lose() -> None:
+    # along the last axis the cost hardly curves, but it falls: in noise of differences there is nothing to be seen
+    curvature = np.array([[1.0, 1.0 - 1e-10], [1.0 - 1e-10, 1.0]])
+    gradient = -curvature @ np.array([0.05, -0.04])
+    model, point = (np.ones(1), gradient[None], curvature[None]), np.full((1, 2), 0.5)
+    parts = np.full(1, 1e-14), np.full(1, LONGEST_STEP), np.arange(1)
+    exact, _, _ = descent.damped_steps(point, model, *parts, True)
+    lost, _, _ = descent.damped_steps(point, model, *parts, False)
+    assert exact[0] == pytest.approx([0.55, 0.46], abs=1e-4)
+    assert lost[0] == pytest.approx([0.505, 0.505], abs=1e-4)
+
+
+def test_a_fan_of_steps_is_one_at_every_damping() -> None:
+    gradient, curvature = (np.repeat(part, 3, axis=0) for part in problem(4, 5))
+    points, model = np.full((3, 5), 0.5), (np.ones(3), gradient, curvature)
+    dampings, active = np.array([[1e-3, 0.1, 10.0], [1e-6, 1.0, 1e4]]), np.array([2, 0])
+    trials, promised = descent.fanned_steps(points, model, dampings, active)
+    for a in range(2):
+        for d in range(3):
+            parts = np.full(3, dampings[a, d]), np.full(3, LONGEST_STEP), np.array([active[a]])
+            step, fall, _ = descent.damped_steps(points, model, *parts, True)
+            assert trials[a, d] == pytest.approx(step[active[a]]) and promised[a, d] == pytest.approx(fall[active[a]])
+    # the greater the damping, the shorter the step
+    assert np.all(np.diff(np.linalg.norm(trials - 0.5, axis=2)) < 0.0)

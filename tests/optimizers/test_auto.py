@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from mrfit import optimize
+from mrfit.kernels.ending import AGREEING
 from mrfit.objective import Objective
 from mrfit.optimizers import auto
 from tests.optimizers.curve_fits import CERTIFIED, ZERO_MINIMUM
@@ -72,7 +73,7 @@ def test_agreement_of_several_starts_ends_the_search_and_is_told():
     problem = CERTIFIED[1]
     outcome, _ = run(problem.residuals, problem.to_cube(problem.start))
     assert outcome.converged
-    assert outcome.agreeing >= auto.AGREEING
+    assert outcome.agreeing >= AGREEING
     assert outcome.links[0].reason == f"{outcome.agreeing} of {len(outcome.descents)} starts agree"
     costs = [d.cost for d in outcome.descents]
     assert costs == sorted(costs)
@@ -87,7 +88,7 @@ def test_starts_that_end_in_different_minima_do_not_agree():
         return np.hstack([points - centre, 2.0 + depth])
 
     outcome, _ = run(residuals, np.array([0.5, 0.5, 0.5, 0.5]), budget=600)
-    assert outcome.agreeing < auto.AGREEING
+    assert outcome.agreeing < AGREEING
     assert not outcome.converged
 
 
@@ -99,7 +100,7 @@ def test_a_search_in_which_many_starts_bring_nothing_better_ends_and_says_so():
     outcome, _ = run(residuals, np.full(6, 0.5))
     link = outcome.links[0]
     assert link.ending == "stalled" and link.reason.startswith("none of the last")
-    assert outcome.agreeing < auto.AGREEING and link.evaluations < link.allowed
+    assert outcome.agreeing < AGREEING and link.evaluations < link.allowed
     assert len(outcome.descents) > auto.IDLE
 
 
