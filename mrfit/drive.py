@@ -251,10 +251,13 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
     sources = {name: _source(recording, segment, name) for name in names if name != TIME}
     frequency = _frequency(recording, segment, begin)
     smoothed: dict[tuple[str, int], _Channel] = {}
+    series: dict[str, HarmonicFit | None] = {}
     for source, derivative in sources.values():
         if isinstance(source, str) and (source, derivative) not in smoothed:
             window = recording.channels[source][begin : segment.stop]
-            smoothed[source, derivative] = _smoothed(window, segment, recording.dt, frequency, derivative)
+            if source not in series:
+                series[source] = _series(window, segment, recording.dt, frequency)
+            smoothed[source, derivative] = _smoothed(window, segment, recording.dt, series[source], derivative)
             if source in LEVELS and smoothed[source, derivative].fit is None:
                 smoothed[source, derivative] = _held(window, smoothed[source, derivative])
     count = segment.stop - begin
@@ -300,8 +303,10 @@ def floor_where(repeats: bool, recording: Recording, segment: Segment, values: A
 
 def inputs_repeat(recording: Recording, segment: Segment) -> bool:
     """Return whether every input recorded repeats with the cycle of a segment."""
-    inputs = [n for n in FAST_INPUTS if n in recording.channels]
-    return all(smooth(recording, segment, (n,)).fits is not None for n in inputs)
+    begin = max(segment.start - segment.warm_up, 0)
+    windows = [recording.channels[n][begin : segment.stop] for n in FAST_INPUTS if n in recording.channels]
+    frequency = _frequency(recording, segment, begin) if windows else 0.0
+    return all(_series(window, segment, recording.dt, frequency) is not None for window in windows)
 
 
 def _source(recording: Recording, segment: Segment, name: str) -> tuple[str | float, int]:
@@ -344,17 +349,22 @@ def _unsettled(segment: Segment, samples: int) -> int:
     return samples - segment.samples if segment.cycles >= FITTED_CYCLES else 0
 
 
-def _smoothed(values: Array, segment: Segment, dt: float, frequency: float, derivative: int) -> _Channel:
-    if frequency > 0.0:
-        skipped = _unsettled(segment, len(values))
-        fit = harmonic_fit(values[skipped:], dt, frequency, refine=False)
-        if _leaves_noise(fit, values[skipped:], dt):
-            fit = fit.shifted(-skipped * dt)
-            order = np.arange(fit.harmonics + 1)
-            rates = fit.coefficients * (2j * np.pi * order * frequency) ** derivative
-            text = f"harmonic fit, {fit.harmonics} harmonic{'s' * (fit.harmonics != 1)} of {frequency:.5g} Hz"
-            signal = synthesis(rates, 2 * np.pi * frequency * dt, len(values))
-            return _Channel(signal, text, fit.residual, HarmonicFit(frequency, rates, fit.residual))
+def _series(values: Array, segment: Segment, dt: float, frequency: float) -> HarmonicFit | None:
+    """Return the Fourier series of a channel from its first sample on, None where it leaves more than noise."""
+    if frequency <= 0.0:
+        return None
+    skipped = _unsettled(segment, len(values))
+    fit = harmonic_fit(values[skipped:], dt, frequency, refine=False)
+    fit = replace(fit, frequency=frequency)
+    return fit.shifted(-skipped * dt) if _leaves_noise(fit, values[skipped:], dt) else None
+
+
+def _smoothed(values: Array, segment: Segment, dt: float, series: HarmonicFit | None, derivative: int) -> _Channel:
+    if series is not None:
+        rates = series.coefficients * (2j * np.pi * np.arange(series.harmonics + 1) * series.frequency) ** derivative
+        text = f"harmonic fit, {series.harmonics} harmonic{'s' * (series.harmonics != 1)} of {series.frequency:.5g} Hz"
+        signal = synthesis(rates, 2 * np.pi * series.frequency * dt, len(values))
+        return _Channel(signal, text, series.residual, replace(series, coefficients=rates))
     if len(values) < NARROWEST:
         raise DataError(f"segment {segment.id} has {len(values)} samples, too few to smooth; use a longer log")
     local = savitzky_golay(values, dt)

@@ -51,6 +51,8 @@ Folder = Annotated[Path | None, typer.Option("--to", help="Folder for the files;
 Catalog = Annotated[Path | None, typer.Option("--catalog", help="Catalog (TOML) of your own instead of mrfit's.")]
 WORK = Path("mrfit-work")
 CORES = os.cpu_count() or 1
+# Before a command loads numpy: matrices are small here, and threads of BLAS would wait for each other beside --jobs
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 WEIGHTS = ("none", "floor", "range")
 
 

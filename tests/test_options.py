@@ -1,5 +1,9 @@
 """Options of the form NAME=VALUE say how they are written."""
 
+import os
+import subprocess
+import sys
+
 import pytest
 
 from mrfit.errors import ConfigError
@@ -21,3 +25,12 @@ def test_examples_are_whole_in_a_narrow_terminal(command: str, mrfit: Run, monke
     monkeypatch.setenv("COLUMNS", "80")
     shown = mrfit(command, "--help").stdout
     assert "'{frequency:Hz}Hz-{current:A}A'" in shown and "…" not in shown
+
+
+@pytest.mark.parametrize(("given", "used"), [({}, "1"), ({"OPENBLAS_NUM_THREADS": "3"}, "3")])
+def test_blas_has_one_thread_unless_the_user_says_otherwise(given: dict[str, str], used: str) -> None:
+    # read once, when numpy is loaded, which commands do
+    code = "import sys, mrfit.cli, os; print('numpy' in sys.modules, os.environ['OPENBLAS_NUM_THREADS'])"
+    rest = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
+    ended = subprocess.run([sys.executable, "-c", code], env=rest | given, capture_output=True, text=True, check=True)
+    assert ended.stdout.split() == ["False", used]

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtrit
 
 from mrfit.fit.uncertainty import Uncertainty, excess
 from mrfit.specs import Array
@@ -45,7 +45,7 @@ def clustered(
     scores = np.stack([_score(basis, jacobians, residuals, [c == n for c in conditions]) for n in names])
     # records of different conditions err independently, however smooth the residual of each is
     degrees = max(within.degrees, len(names) - 1.0)
-    ratio = stats.t.ppf(0.975, len(names) - 1) / stats.t.ppf(0.975, degrees)
+    ratio = stdtrit(len(names) - 1, 0.975) / stdtrit(degrees, 0.975)
     between = ratio**2 * (basis @ (scores.T @ scores) @ basis.T)
     return replace(within, covariance=within.covariance + excess(between, within.covariance), degrees=degrees)
 

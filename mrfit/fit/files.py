@@ -33,6 +33,8 @@ def write_fit(
     import shutil
 
     import pandas as pd
+    import pyarrow as pa
+    import pyarrow.parquet as pq
 
     rows = [
         {"condition": r["condition"], "parameter": p["name"], **p}
@@ -44,19 +46,18 @@ def write_fit(
     (folder / "fit.json").unlink(missing_ok=True)
     write_atomic(folder / "parameters.csv", lambda p: parameters.to_csv(p, index=False))
     write_atomic(folder / "metrics.csv", lambda p: metrics.to_csv(p, index=False))
-    frames = [residual_frame(b, s, assembly) for b, s in zip(blocks, simulated, strict=True)]
-    residuals = pd.concat(frames, ignore_index=True)
-    write_atomic(folder / "residuals.parquet", lambda p: residuals.to_parquet(p, compression="zstd", index=False))
+    residuals = pa.concat_tables([residual_table(b, s, assembly) for b, s in zip(blocks, simulated, strict=True)])
+    write_atomic(folder / "residuals.parquet", lambda p: pq.write_table(residuals, p, compression="zstd"))
     write_json(folder / "fit.json", fit)
     shutil.rmtree(folder / ".partial", ignore_errors=True)
 
 
-def residual_frame(block: Block, simulated: Array, assembly: Assembly) -> Any:
-    """Return a segment's measured and simulated output and the model's inputs over time, as a frame."""
-    import pandas as pd
+def residual_table(block: Block, simulated: Array, assembly: Assembly) -> Any:
+    """Return a segment's measured and simulated output and the model's inputs over time, as a pyarrow table."""
+    import pyarrow as pa
 
     segment = block.segment
-    inputs = {n: block.inputs(row) for row, n in enumerate(assembly.spec.inputs)}
-    columns: dict[str, Any] = {"condition": segment.condition, "segment": segment.id, "role": segment.role}
+    names = {"condition": segment.condition, "segment": segment.id, "role": segment.role}
+    columns: dict[str, Any] = {name: pa.repeat(text, block.samples) for name, text in names.items()}
     columns |= {"time": np.arange(block.samples) * block.dt, "measured": block.target, "simulated": simulated}
-    return pd.DataFrame({**columns, **inputs})
+    return pa.table(columns | {n: block.inputs(row) for row, n in enumerate(assembly.spec.inputs)})

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtrit
 
 from mrfit import optimize
 from mrfit.fit.bootstrap import Interval
@@ -42,7 +42,7 @@ def profile_intervals(
         At this optimum.
     """
     factors = variance_factors(uncertainty, linearised)
-    quantile = float(stats.t.ppf(0.975, max(uncertainty.degrees, 1.0)))
+    quantile = float(stdtrit(max(uncertainty.degrees, 1.0), 0.975))
     # of all samples: edges fall between the samples of a folded cycle, which then costs more
     power = residual_power(uncertainty, linearised)
     moving = uncertainty.directions[:, ~uncertainty.redundant]

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy.special import stdtrit
 
 from mrfit.specs import Array, Index
 
@@ -110,7 +110,7 @@ class Uncertainty:
             return 0.0
         if self.null.size and float(np.sum((gradient @ self.null) ** 2)) > LEAN * norm:
             return np.inf
-        quantile = float(stats.t.ppf(0.975, max(self.degrees, 1.0)))
+        quantile = float(stdtrit(max(self.degrees, 1.0), 0.975))
         variance = float(np.dot(gradient, self.covariance @ gradient))
         return quantile * math.sqrt(max(variance, 0.0))
 
@@ -121,7 +121,7 @@ class Uncertainty:
         """
         leaning = (gradient @ self.null) * np.minimum(self.spreads[self.open], 1.0)
         variance = max(float(np.dot(gradient, self.covariance @ gradient)), 0.0) + float(leaning @ leaning)
-        return float(stats.t.ppf(0.975, max(self.degrees, 1.0))) * math.sqrt(variance)
+        return float(stdtrit(max(self.degrees, 1.0), 0.975)) * math.sqrt(variance)
 
 
 def sensitivities(simulate: Callable[[Array], Array], point: Array) -> Array:
