@@ -1,26 +1,29 @@
-"""The stages in order, each under the workspace's lock; no other logic."""
+"""The stages in order, each under the workspace's lock; no other logic.
+
+Every function imports the stages it runs, so that a command starts as soon as its own are loaded.
+"""
+
+from __future__ import annotations
 
 import glob
 import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import mrfit.compare.optimizers
-import mrfit.compare.stage
-import mrfit.discover.stage
-import mrfit.fit.predict
-import mrfit.fit.stage
-import mrfit.flux.stage
-import mrfit.ingest.stage
-import mrfit.report.discovery
-import mrfit.report.stage
-import mrfit.segment.stage
-from mrfit.config import DiscoverSection, FitSection, PipelineFile
 from mrfit.errors import ConfigError
 from mrfit.progress import Progress
 from mrfit.store import Workspace
+
+if TYPE_CHECKING:
+    import mrfit.discover.stage
+    import mrfit.fit.stage
+    import mrfit.flux.stage
+    import mrfit.ingest.stage
+    import mrfit.report.stage
+    import mrfit.segment.stage
+    from mrfit.config import DiscoverSection, FitSection, PipelineFile
 
 Summary = dict[str, Any]
 
@@ -36,6 +39,8 @@ class Overrides:
 
 def ingest(work: Path, logs: Sequence[Path], settings: mrfit.ingest.stage.Settings, progress: Progress) -> Summary:
     """Read logs into the workspace's recordings."""
+    import mrfit.ingest.stage
+
     workspace = Workspace(work)
     with workspace.locked():
         return mrfit.ingest.stage.run(logs, settings, workspace, progress)
@@ -43,6 +48,8 @@ def ingest(work: Path, logs: Sequence[Path], settings: mrfit.ingest.stage.Settin
 
 def flux(work: Path, settings: mrfit.flux.stage.Settings, progress: Progress) -> Summary:
     """Reconstruct flux linkage."""
+    import mrfit.flux.stage
+
     workspace = Workspace(work)
     with workspace.locked():
         return mrfit.flux.stage.run(workspace, settings, progress)
@@ -50,6 +57,8 @@ def flux(work: Path, settings: mrfit.flux.stage.Settings, progress: Progress) ->
 
 def segment(work: Path, settings: mrfit.segment.stage.Settings, progress: Progress) -> Summary:
     """Cut recordings by test condition, reconstructing flux first where that is due."""
+    import mrfit.segment.stage
+
     workspace = Workspace(work)
     with workspace.locked():
         _flux_as_before(workspace, None, progress)
@@ -58,6 +67,8 @@ def segment(work: Path, settings: mrfit.segment.stage.Settings, progress: Progre
 
 def fit(work: Path, settings: mrfit.fit.stage.Settings, resistance: float | str | None, progress: Progress) -> Summary:
     """Fit a model, running flux and segment first where they are due, with the settings they last had."""
+    import mrfit.fit.stage
+
     workspace = Workspace(work)
     mrfit.fit.stage.check(settings)
     with workspace.locked():
@@ -77,6 +88,8 @@ def discover(
 
 
 def _check_discovery(settings: mrfit.discover.stage.Settings) -> None:
+    import mrfit.fit.stage
+
     mrfit.fit.stage.check(
         mrfit.fit.stage.Settings(
             settings.model, per="all", start=settings.start, current_order=settings.current_order, seed=settings.seed
@@ -85,17 +98,24 @@ def _check_discovery(settings: mrfit.discover.stage.Settings) -> None:
 
 
 def _discover(workspace: Workspace, settings: mrfit.discover.stage.Settings, progress: Progress) -> Summary:
+    import mrfit.discover.stage
+    import mrfit.report.discovery
+
     found = mrfit.discover.stage.run(workspace, settings, progress)
     return {**found, "page": mrfit.report.discovery.run(workspace, progress)["page"]}
 
 
 def advise(work: Path) -> Summary:
     """Return the last discovery's advice."""
+    import mrfit.report.discovery
+
     return mrfit.report.discovery.advice(Workspace(work))
 
 
 def compare_models(work: Path, models: Sequence[str], options: dict[str, Any], progress: Progress) -> Summary:
     """Fit several models and put them into one table; ``options`` are those of ``mrfit.compare.stage.Settings``."""
+    import mrfit.compare.stage
+
     settings = mrfit.compare.stage.Settings(models=tuple(models), **options)
     mrfit.compare.stage.check(settings)
     workspace = Workspace(work)
@@ -108,6 +128,9 @@ def compare_optimizers(
     work: Path, optimizers: Sequence[str], options: dict[str, Any], seeds: int, progress: Progress
 ) -> Summary:
     """Run several optimizers on one model; ``options`` are those of ``mrfit.fit.stage.Settings``."""
+    import mrfit.compare.optimizers
+    import mrfit.fit.stage
+
     settings = mrfit.compare.optimizers.Settings(tuple(optimizers), mrfit.fit.stage.Settings(**options), seeds)
     mrfit.compare.optimizers.check(settings)
     workspace = Workspace(work)
@@ -117,11 +140,15 @@ def compare_optimizers(
 
 
 def _segments_as_before(workspace: Workspace, resistance: float | str | None, progress: Progress) -> None:
+    import mrfit.segment.stage
+
     _flux_as_before(workspace, resistance, progress)
     mrfit.segment.stage.run(workspace, mrfit.segment.stage.last_settings(workspace), progress)
 
 
 def _flux_as_before(workspace: Workspace, resistance: float | str | None, progress: Progress) -> None:
+    import mrfit.flux.stage
+
     settings = mrfit.flux.stage.last_settings(workspace)
     if resistance is not None:
         settings = replace(settings, resistance=resistance)
@@ -136,6 +163,11 @@ def predict(
     The flux and segment settings of the fit's workspace apply, but for the hold-out. A coil resistance that was given
     there holds for the logs too; one that was found there is used where the logs state none.
     """
+    import mrfit.fit.predict
+    import mrfit.flux.stage
+    import mrfit.ingest.stage
+    import mrfit.segment.stage
+
     workspace = Workspace(work)
     found = mrfit.fit.predict.read_fit(workspace, fit_name)
     with tempfile.TemporaryDirectory(prefix="mrfit-predict-") as folder:
@@ -158,6 +190,8 @@ def predict(
 
 
 def _flux_to_predict(workspace: Workspace, resistance: float | str | None) -> mrfit.flux.stage.Settings:
+    import mrfit.flux.stage
+
     settings = mrfit.flux.stage.last_settings(workspace)
     if resistance is not None:
         return replace(settings, resistance=resistance)
@@ -168,6 +202,8 @@ def _flux_to_predict(workspace: Workspace, resistance: float | str | None) -> mr
 
 def report(work: Path, settings: mrfit.report.stage.Settings, progress: Progress) -> Summary:
     """Write tables, figures and the page."""
+    import mrfit.report.stage
+
     workspace = Workspace(work)
     with workspace.locked():
         return mrfit.report.stage.run(workspace, settings, progress)
@@ -181,6 +217,12 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
     ConfigError
         If a pattern of ``[ingest] logs`` matches nothing, or a fit's settings are wrong.
     """
+    import mrfit.fit.stage
+    import mrfit.flux.stage
+    import mrfit.ingest.stage
+    import mrfit.report.stage
+    import mrfit.segment.stage
+
     work = overrides.work or Path(config.work)
     fits = [_fit_settings(section, overrides.jobs) for section in config.fit]
     for settings in fits:
@@ -227,22 +269,30 @@ def _expand(patterns: Sequence[str], folder: Path) -> list[Path]:
 
 
 def _flux_settings(config: PipelineFile) -> mrfit.flux.stage.Settings:
+    import mrfit.flux.stage
+
     section = config.flux
     return mrfit.flux.stage.Settings(resistance=config.ingest.resistance, drift=section.drift, rule=section.rule)
 
 
 def _segment_settings(config: PipelineFile) -> mrfit.segment.stage.Settings:
+    import mrfit.segment.stage
+
     section = config.segment
     return mrfit.segment.stage.Settings(drive=section.drive, min_cycles=section.min_cycles, holdout=section.holdout)
 
 
 def _discover_settings(section: DiscoverSection, jobs: int) -> mrfit.discover.stage.Settings:
+    import mrfit.discover.stage
+
     return mrfit.discover.stage.Settings(
         section.model, str(section.current_order), tuple(section.start.items()), section.seed, jobs
     )
 
 
 def _fit_settings(section: FitSection, jobs: int) -> mrfit.fit.stage.Settings:
+    import mrfit.fit.stage
+
     return mrfit.fit.stage.Settings(
         model=section.model,
         optimizer=section.opt,

@@ -141,17 +141,17 @@ def write_table(path: Path, columns: Mapping[str, Array], metadata: Mapping[str,
     import pyarrow.parquet as pq
 
     length = len(next(iter(columns.values()), ()))
+    schema = pa.schema([(name, pa.float64()) for name in columns], dict(metadata or {}))
 
-    def group(begin: int) -> Any:
-        rows = slice(begin, begin + ROW_GROUP)
-        return pa.table({name: np.ascontiguousarray(values[rows]) for name, values in columns.items()})
+    def slice_of(values: Array, begin: int) -> Any:
+        rows = np.ascontiguousarray(values[begin : begin + ROW_GROUP], dtype=np.float64)
+        return pa.Array.from_buffers(pa.float64(), len(rows), [None, pa.py_buffer(rows)])  # pa.array imports pandas
 
     def write(temporary: Path) -> None:
-        schema = pa.table({name: values[:0] for name, values in columns.items()}).schema
-        schema = schema.with_metadata(dict(metadata or {}))
         with pq.ParquetWriter(temporary, schema, compression="zstd", use_dictionary=False) as writer:
             for begin in range(0, max(length, 1), ROW_GROUP):
-                writer.write_table(group(begin).cast(schema), ROW_GROUP)
+                group = [slice_of(values, begin) for values in columns.values()]
+                writer.write_table(pa.Table.from_arrays(group, schema=schema), ROW_GROUP)
 
     write_atomic(path, write)
 
