@@ -59,6 +59,14 @@ def to_svg(figure: "Figure", title: str) -> str:
     title
         Title in the file's metadata.
     """
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    FigureCanvasSVG(figure)
+    layout = figure.get_layout_engine()
+    if layout is not None:
+        # savefig would draw everything once more for it
+        layout.execute(figure)
+        figure.set_layout_engine(None)
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Title": title, "Creator": "mrfit", "Date": None})
     shorter = re.sub(r' d="([^"]*)"', lambda m: f' d="{_rounded(m[1])}"', text.getvalue())
