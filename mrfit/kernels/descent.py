@@ -58,11 +58,14 @@ def _scaled(curvature: Array, held: Mask) -> tuple[Array, Array]:
 
 @kernel
 def _factored(scaled: Array, slope: Array, damping: float) -> tuple[Array, float]:
-    """Return x (K,) with (A + μ I) x = slope, and slopeᵀ x; by Cholesky's factors of A (K, K)."""
+    """Return x (K,) with (A + μ I) x = slope, and slopeᵀ x; by Cholesky's factors of A + μ I, μ > 0.
+
+    Rounding may leave A (K, K) a little short of semidefinite.
+    """
     size = len(slope)
     upper, x = scaled.copy(), slope.copy()
     for k in range(size):
-        pivot = math.sqrt(upper[k, k] + damping)
+        pivot = math.sqrt(max(upper[k, k], 0.0) + damping)
         for j in range(k, size):
             upper[k, j] /= pivot
         upper[k, k] = pivot

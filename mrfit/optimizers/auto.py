@@ -188,8 +188,8 @@ def _descend(objective: Objective, front: Front, tolerance: float, slow: float, 
         under_way, squares = front.under_way, front.model.costs**2
         if iteration % patience == patience - 1:
             judged = under_way & ((front.raises == FIRST_RAISE) | (front.raises > LAST_RAISE))
-            kept = np.where(earlier - squares < KEPT * hoped, max(slow, SLOW_SETTLED), slow)
-            front.settled |= judged & (squares >= earlier * (1.0 - kept))
+            creeping = np.where(earlier - squares < KEPT * hoped, max(slow, SLOW_SETTLED), slow)
+            front.settled |= judged & (squares >= earlier * (1.0 - creeping))
             front.given_up |= judged & (squares - REACH * (earlier - squares) > objective.best_cost**2)
             earlier = squares
         steps = front.dampings, front.reaches, np.flatnonzero(under_way)

@@ -177,3 +177,13 @@ def test_a_fan_of_steps_is_one_at_every_damping() -> None:
             assert trials[a, d] == pytest.approx(step[active[a]]) and promised[a, d] == pytest.approx(fall[active[a]])
     # the greater the damping, the shorter the step
     assert np.all(np.diff(np.linalg.norm(trials - 0.5, axis=2)) < 0.0)
+
+
+@pytest.mark.parametrize("short", [1e-15, 1e-9, 1e-6])
+def test_a_model_that_rounding_left_short_of_semidefinite_gives_a_step(short: float) -> None:
+    curvature = np.array([[1.0, 1.0 + short], [1.0 + short, 1.0]])
+    model, point = (np.ones(1), np.array([[0.02, -0.01]]), curvature[None]), np.full((1, 2), 0.5)
+    parts = np.full(1, 1e-12), np.full(1, LONGEST_STEP), np.arange(1)
+    trials, promised, attainable = descent.damped_steps(point, model, *parts, True)
+    assert np.isfinite([*trials[0], promised[0], attainable[0]]).all() and promised[0] > 0.0
+    assert trials.min() >= 0.0 and trials.max() <= 1.0
