@@ -8,14 +8,20 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import itertools  # noqa: E402
+import json  # noqa: E402
+import subprocess  # noqa: E402
+import sys  # noqa: E402
+import tempfile  # noqa: E402
 import time  # noqa: E402
 from collections.abc import Callable  # noqa: E402
 from concurrent.futures import ThreadPoolExecutor  # noqa: E402
+from pathlib import Path  # noqa: E402
 
 import numpy as np  # noqa: E402
 
-from benchmarks.planted import problem  # noqa: E402
-from mrfit.assembly import Assembly  # noqa: E402
+from benchmarks.planted import problem, sine_log  # noqa: E402
+from mrfit.assembly import Assembly, assemble  # noqa: E402
 from mrfit.fit.cube import Cube  # noqa: E402
 from mrfit.fit.identify import Group, SearchSettings, linearise, search_optimum  # noqa: E402
 from mrfit.fit.problem import Posed  # noqa: E402
@@ -209,10 +215,50 @@ def _threaded(problems: list[Problem], threads: int) -> None:
         list(pool.map(fit, problems))
 
 
+def commands() -> None:
+    """Print what the whole command takes by the clock on the wall, from the start of Python to the last table."""
+    print("\n`mrfit fit --model tanh --per condition`, 20 000 samples each")
+    with tempfile.TemporaryDirectory() as folder:
+        _mrfit(folder, "ingest", *(_written(Path(folder), number) for number in range(30)))
+        first = json.loads(_mrfit(folder, "segment", "--json"))["conditions"][0]["condition"]
+        runs = {"one": ("1", first), "thirty": ("1", ""), "two threads": ("2", "")}
+        seconds = {name: _command_time(folder, name, *choice) for name, choice in runs.items()}
+    print(f"{'one condition':46s} {seconds['one']:7.2f} s")
+    print(f"{'30 conditions over one':46s} {seconds['thirty'] / seconds['one']:7.1f} (aim: <= 24)")
+    print(f"{'30 conditions on 2 threads':46s} {seconds['thirty'] / seconds['two threads']:7.2f} times faster")
+
+
+def _written(folder: Path, number: int) -> str:
+    """Write a planted log of a condition of its own as CSV, and return its path."""
+    assembly = assemble("tanh")
+    recording, _ = sine_log(assembly, assembly.spec.start[None, :], number, 20_000)
+    stroke, force = (recording.channels[name] for name in ("displacement", "force"))
+    force = force + 0.01 * np.std(force) * np.random.default_rng(number).standard_normal(len(force))
+    path = folder / f"log-{number}-{1 + number // 15}A.csv"
+    columns = np.stack([np.arange(len(force)) * recording.dt, stroke, force], axis=1)
+    np.savetxt(path, columns, "%.9g", ",", header="time [s],displacement [m],force [N]", comments="")
+    return str(path)
+
+
+def _command_time(folder: str, name: str, jobs: str, only: str) -> float:
+    names = (f"{name} {number}" for number in itertools.count())
+    return best_time(
+        lambda: _mrfit(folder, "fit", "--model", "tanh", "--jobs", jobs, "--only", only, "--name", next(names)),
+        3,
+        time.perf_counter,
+    )
+
+
+def _mrfit(folder: str, *command: str) -> str:
+    whole = [sys.executable, "-m", "mrfit.cli", *command, "--work", f"{folder}/work"]
+    return subprocess.run(whole, check=True, capture_output=True, text=True).stdout
+
+
 def main() -> None:
     """Print all tables."""
     against_users()
     growth()
+    commands()
     race()
 
 
