@@ -143,6 +143,8 @@ def _parts(data: Text, span: tuple[int, int], line: int, layout: Layout, encodin
 def _in_bulk(data: Text, span: tuple[int, int], line: int, layout: Layout) -> Body | None:
     """Return the rows if every line of the span is one sound row, else None."""
     start, stop = span
+    if data.find(b"\0", start, stop) >= 0:  # a text may hold one, which only a line read by itself says
+        return None
     view, delimiter = memoryview(data)[start:stop], layout.delimiter
     if not delimiter:
         view, delimiter = memoryview(_one_blank(data[start:stop])), BLANKS

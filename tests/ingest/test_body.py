@@ -100,6 +100,15 @@ def test_texts_and_optional_columns() -> None:
     layout = Layout(0, ",", ".", 3, (0,), texts=(1, 2), optional=(2,))
     read = read_body(b"1, noon\n2, night, Pause\n3\n", layout)
     assert read.texts == {1: ["noon", "night"], 2: ["", "Pause"]}
+
+
+def test_a_nul_byte_in_a_text_is_said_among_sound_rows_as_alone() -> None:
+    layout = Layout(0, ",", ".", 2, (0,), texts=(1,))
+    rows = [b"%d,12:00:%02d\n" % (k, k) for k in range(50)]
+    rows[20] = b"20,12:\x00:20\n"
+    whole, alone = read_body(b"".join(rows), layout), read_body(rows[20], layout, line=21)
+    assert whole.refused == alone.refused and [r.kind for r in whole.refused] == ["NUL byte"]
+    assert len(whole.lines) == 49
     assert [(r.kind, r.line) for r in read.refused] == [("short row", 3)]
 
 
