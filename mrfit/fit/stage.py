@@ -23,6 +23,7 @@ from mrfit.fit.result import metric_rows, simulate_block, warnings_of
 from mrfit.fit.select import left_out_warnings, named, select, usable
 from mrfit.fit.starts import at_scales, data_start, level_fits, to_points, two_phase_start
 from mrfit.fit.trust import Intervals, trust
+from mrfit.kernels.jit import is_cold
 from mrfit.progress import Progress, silent
 from mrfit.recording import NAMING, Recording, Segment
 from mrfit.specs import Array
@@ -305,6 +306,8 @@ class _Runner:
             unit = self.assembly.spec.output
             self.progress(f"{name}  best {cost:.3g} {unit}", min(evaluations, total - 1), total)
 
+        if is_cold():
+            self.progress(f"{name}  compiling the kernels, this once", 0, total)
         # the searches that give starts count too
         deadline = None if search.seconds is None else time.monotonic() + search.seconds
         starts, levels = self._starts(group, cube, search, deadline)

@@ -283,7 +283,8 @@ def _row(content: str, stripped: str, layout: Layout, number: re.Pattern[str]) -
         return "empty row"
     if any(c not in layout.optional for c in (*layout.use, *layout.texts) if c >= len(fields)):
         return "short row"
-    if any(fields[layout.width :]) or any(fields[c] for c in layout.blank if c < len(fields)):
+    nothing = (*EMPTY, *NOT_A_NUMBER)
+    if any(fields[layout.width :]) or any(fields[c] not in nothing for c in layout.blank if c < len(fields)):
         return "long row"
     values = [_number(fields[c], number, layout.decimal) for c in layout.use]
     if any(v is None for v in values):

@@ -34,6 +34,11 @@ import numba  # noqa: E402  (the cache folder must be set before numba is import
 from numba.extending import intrinsic  # noqa: E402
 
 
+def is_cold() -> bool:
+    """Return whether no kernel has been compiled before: the first search then takes half a minute longer."""
+    return next(Path(os.environ["NUMBA_CACHE_DIR"]).rglob("*.nbi"), None) is None
+
+
 def kernel(function: F) -> F:
     """Compile a function of arrays and floats: cached, without the GIL, division by zero as in IEEE 754."""
     compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})(function)

@@ -112,6 +112,15 @@ def test_a_nul_byte_in_a_text_is_said_among_sound_rows_as_alone() -> None:
     assert len(whole.lines) == 49
 
 
+def test_a_sign_for_no_value_in_a_column_that_is_blank_is_no_value_among_sound_rows_as_alone() -> None:
+    layout = Layout(0, ",", ".", 3, (0, 1), blank=(2,))
+    rows = [b"%d,1.5,\n" % k for k in range(50)]
+    rows[20], rows[30] = b"20,1.5,--\n", b"30,1.5,7\n"
+    whole = read_body(b"".join(rows), layout)
+    assert [(r.kind, r.line) for r in whole.refused] == [("long row", 31)] and len(whole.lines) == 49
+    assert len(read_body(rows[20], layout).lines) == 1
+
+
 def test_bulk_path_is_taken_for_a_sound_log(monkeypatch: pytest.MonkeyPatch) -> None:
     def never(*_: object) -> None:
         raise AssertionError("a sound log went line by line")

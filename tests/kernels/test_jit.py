@@ -4,8 +4,9 @@ import os
 from pathlib import Path
 
 import numpy as np
+import pytest
 
-from mrfit.kernels.jit import bits, from_bits, kernel
+from mrfit.kernels.jit import bits, from_bits, is_cold, kernel
 
 
 @kernel
@@ -30,3 +31,11 @@ def test_division_by_zero_gives_infinity_instead_of_raising() -> None:
 def test_cache_folder_is_named_after_the_sources() -> None:
     folder = Path(os.environ["NUMBA_CACHE_DIR"])
     assert folder.name.rsplit("-", 1)[1].isalnum()
+
+
+def test_a_folder_without_compiled_kernels_is_cold(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "none"))
+    assert is_cold()
+    monkeypatch.undo()
+    halve_exponent_bits(1.0)
+    assert not is_cold()
