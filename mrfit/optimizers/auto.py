@@ -29,7 +29,7 @@ SCREENED, SCREENED_EXACTLY = 8, 32
 APART = 0.15
 
 # Where no lower cost was found by so many more, the search ends without agreement.
-IDLE = 12
+IDLE = 21
 # A cost below this share of the best screened one counts as zero when costs are compared.
 ZERO = 1e-6
 
