@@ -5,10 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from mrfit.savitzky_golay import savitzky_golay
-
-
-def reversals(values: np.ndarray) -> int:
-    return int(np.sum(np.diff(np.sign(np.diff(values))) != 0))
+from tests.test_drive import reversals
 
 
 def test_local_polynomials_reproduce_cubics_up_to_the_ends() -> None:

@@ -248,7 +248,7 @@ def _weighted(
     count: int,
     every: int = 1,
 ) -> Array:
-    """Return the weighted residuals (P, M) of P responses (P, W + M) to each block; the others than every … are not."""
+    """Return weighted residuals (P, M) of rows (P, W + M): a response in every so many, its derivatives behind it."""
     factors, scatter = scales
     values, place = np.empty((count, sum(len(f) for f in factors) + 1)), 0
     values[:, -1] = 0.0

@@ -10,7 +10,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import stdtrit
 
 from mrfit import optimize
 from mrfit.fit.bootstrap import Interval
@@ -42,7 +41,6 @@ def profile_intervals(
         At this optimum.
     """
     factors = variance_factors(uncertainty, linearised)
-    quantile = float(stdtrit(max(uncertainty.degrees, 1.0), 0.975))
     # of all samples: edges fall between the samples of a folded cycle, which then costs more
     power = residual_power(uncertainty, linearised)
     moving = uncertainty.directions[:, ~uncertainty.redundant]
@@ -50,7 +48,7 @@ def profile_intervals(
     for at, k in enumerate(posed.cube.free):
         if float(np.sum(moving[at] ** 2)) < 1.0 - LEAN:
             continue
-        side = _Side(posed, point, (at, moving), quantile, power * factors[at])
+        side = _Side(posed, point, (at, moving), uncertainty.quantile, power * factors[at])
         width = uncertainty.half_width(np.eye(len(point))[at])
         step = min(width, 0.5) if 0.0 < width < np.inf else FIRST_STEP
         ends = [side.end(-step), side.end(step)]

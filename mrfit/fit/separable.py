@@ -71,9 +71,14 @@ class Projection:
         return self._solved(theta, self._with_last(self._simulated(theta, self._varied)))
 
     @property
+    def exact(self) -> bool:
+        """Whether the model has exact derivatives."""
+        return self.posed.assembly.sensitivities is not None
+
+    @property
     def simulations(self) -> int:
         """Simulations that the best linear parameters of a point take; one where derivatives are exact."""
-        return 1 if self.posed.assembly.sensitivities is not None else 1 + len(self._varied)
+        return 1 if self.exact else 1 + len(self._varied)
 
     @property
     def _varied(self) -> Index:
@@ -102,7 +107,7 @@ class Projection:
     def _simulated(self, theta: Array, places: Index) -> Array:
         """Return residuals (P, 1 + V, M) at the linear parameters' start, and one step along each of some of them."""
         start, steps = self._ranges[:2]
-        if self.posed.assembly.sensitivities is not None:
+        if self.exact:
             rows = self.posed.sensitivities(theta, self.linear[places])
             rows[:, 1:] *= steps[places, None]
             rows[:, 1:] += rows[:, :1]
@@ -152,7 +157,7 @@ class Projection:
         Simulated are all neighbours with all moving linear parameters at once, where these are few samples; else P·(V +
         1) of them for the best linear parameters, and P·F at these.
         """
-        if self.posed.assembly.sensitivities is not None:
+        if self.exact:
             solved = self.solve(points)
             rows = self.posed.sensitivities(solved.theta, self.cube.free)
             parts = np.zeros_like(solved.residuals), solved.residuals, solved.basis, solved.free
@@ -172,13 +177,13 @@ class Projection:
     def at_once(self) -> bool:
         """Whether all that the model of a point takes is simulated at once."""
         more = len(self.cube.free) * len(self._varied) * self.posed.simulated
-        return self.posed.assembly.sensitivities is None and more <= MORE_SAMPLES
+        return not self.exact and more <= MORE_SAMPLES
 
     @property
     def model_simulations(self) -> int:
         """Simulations that the model of a point takes; two where derivatives are exact."""
         own, dimension = self.simulations, len(self.cube.free)
-        if self.posed.assembly.sensitivities is not None:
+        if self.exact:
             return 2
         return own * (1 + dimension) if self.at_once else own + dimension
 
@@ -256,7 +261,7 @@ class SeparableObjective(Objective):
     @property
     def exact(self) -> bool:
         """Whether the Gauss–Newton models are free of the noise of differences."""
-        return self.projection.posed.assembly.sensitivities is not None
+        return self.projection.exact
 
     @property
     def model_simulations(self) -> int:

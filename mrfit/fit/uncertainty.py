@@ -91,6 +91,11 @@ class Uncertainty:
         return int(np.sum(~self.open))
 
     @property
+    def quantile(self) -> float:
+        """Half-width of a 95 % interval in standard deviations."""
+        return float(stdtrit(max(self.degrees, 1.0), 0.975))
+
+    @property
     def redundant(self) -> Mask:
         """Which of the open directions do not move the output at all, whatever the noise, shape (F,)."""
         largest = max(float(self.singular_values.max()), 1e-300)
@@ -110,9 +115,8 @@ class Uncertainty:
             return 0.0
         if self.null.size and float(np.sum((gradient @ self.null) ** 2)) > LEAN * norm:
             return np.inf
-        quantile = float(stdtrit(max(self.degrees, 1.0), 0.975))
         variance = float(np.dot(gradient, self.covariance @ gradient))
-        return quantile * math.sqrt(max(variance, 0.0))
+        return self.quantile * math.sqrt(max(variance, 0.0))
 
     def bounded_half_width(self, gradient: Array) -> float:
         """Return the 95 % half-width of a quantity with gradient (F,), its open directions no wider than the cube.
@@ -121,7 +125,7 @@ class Uncertainty:
         """
         leaning = (gradient @ self.null) * np.minimum(self.spreads[self.open], 1.0)
         variance = max(float(np.dot(gradient, self.covariance @ gradient)), 0.0) + float(leaning @ leaning)
-        return float(stdtrit(max(self.degrees, 1.0), 0.975)) * math.sqrt(variance)
+        return self.quantile * math.sqrt(variance)
 
 
 def sensitivities(simulate: Callable[[Array], Array], point: Array) -> Array:

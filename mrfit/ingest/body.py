@@ -18,6 +18,7 @@ EMPTY = ("", " ", "  ")
 ROW = re.compile(rb'[\s,;|"]*[+-]?[.,]?\d')
 """How a row of numbers begins, and a line of a header does not."""
 NOT_A_NUMBER = ("nan", "NaN", "NAN", "NA", "N/A", "n/a", "#N/A", "null", "NULL", "None", "--", "---")
+NO_VALUE = (*EMPTY, *NOT_A_NUMBER)
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,7 +196,7 @@ def _arrow_table(view: memoryview, delimiter: str, layout: Layout, width: int) -
             arrow.ConvertOptions(
                 column_types=types,
                 include_columns=list(types),
-                null_values=[*EMPTY, *NOT_A_NUMBER],
+                null_values=list(NO_VALUE),
                 decimal_point=layout.decimal,
             ),
         )
@@ -283,8 +284,7 @@ def _row(content: str, stripped: str, layout: Layout, number: re.Pattern[str]) -
         return "empty row"
     if any(c not in layout.optional for c in (*layout.use, *layout.texts) if c >= len(fields)):
         return "short row"
-    nothing = (*EMPTY, *NOT_A_NUMBER)
-    if any(fields[layout.width :]) or any(fields[c] not in nothing for c in layout.blank if c < len(fields)):
+    if any(fields[layout.width :]) or any(fields[c] not in NO_VALUE for c in layout.blank if c < len(fields)):
         return "long row"
     values = [_number(fields[c], number, layout.decimal) for c in layout.use]
     if any(v is None for v in values):
@@ -293,7 +293,7 @@ def _row(content: str, stripped: str, layout: Layout, number: re.Pattern[str]) -
 
 
 def _number(field_text: str, number: re.Pattern[str], decimal: str) -> float | None:
-    if field_text in EMPTY or field_text in NOT_A_NUMBER:
+    if field_text in NO_VALUE:
         return np.nan
     if not number.fullmatch(field_text):
         return None

@@ -13,6 +13,7 @@ Mask = NDArray[np.bool_]
 Model = tuple[Array, Array, Array]
 Descents = tuple[Array, Array, Array, Array, Mask]
 Trial = tuple[Array, Array]
+Decomposed = tuple[Array, Array, Array]
 
 # Singular values of the scaled Jacobian below this share of the largest are noise of the differences: no step goes
 # along their directions, so parameters the data do not determine stay where they started.
@@ -58,11 +59,12 @@ def _scaled(curvature: Array, held: Mask) -> tuple[Array, Array]:
 
 @kernel
 def _factored(scaled: Array, slope: Array, damping: float) -> tuple[Array, float]:
-    """Return x (K,) with (A + μ I) x = slope, and slopeᵀ x; by Cholesky's factors of A + μ I, μ > 0.
+    """Return x (K,) with (A + μ I) x = slope, and slopeᵀ x; by Cholesky's factors of A + μ I, μ no less than rounding.
 
     Rounding may leave A (K, K) a little short of semidefinite.
     """
     size = len(slope)
+    damping = max(damping, _ROUNDING * size)
     upper, x = scaled.copy(), slope.copy()
     for k in range(size):
         pivot = math.sqrt(max(upper[k, k], 0.0) + damping)
@@ -86,78 +88,74 @@ def _factored(scaled: Array, slope: Array, damping: float) -> tuple[Array, float
 
 
 @kernel
-def _damped_exactly(
-    gradient: Array, curvature: Array, damping: float, held: Mask, reach: float
-) -> tuple[Array, Array, float, float]:
-    """Return what ``_damped`` does where derivatives are exact: no direction is noise, so none need be found."""
-    size = len(gradient)
-    scaled, norms = _scaled(curvature, held)
-    slope, least = gradient * norms, _ROUNDING * size
-    _, attainable = _factored(scaled, slope, least)
-    step = np.zeros(size)
-    near = step
-    for attempt in range(_RAISES):
-        solved, _ = _factored(scaled, slope, max(damping, least))
-        near, longest = -norms * solved, 0.0
-        for k in range(size):
-            longest = max(longest, abs(near[k]))
-        if attempt == 0:
-            step = near
-        if longest <= reach:
-            break
-        damping = max(4.0 * damping, 1e-9)
-    return step, near, attainable, damping
+def _decomposed(gradient: Array, curvature: Array, held: Mask, exact: bool) -> Decomposed:
+    """Return the scaled model of the parameters not held, ready to be solved at any damping.
 
-
-@kernel
-def _spectrum(gradient: Array, curvature: Array, held: Mask) -> tuple[Array, Array, Array, float]:
-    """Return the scaled model of the parameters not held along its eigenvectors, and what an undamped step takes off.
-
-    The directions in the cube (K, K), one per row, the eigenvalues (K,), and the gradient along them (K,), zero for
-    those that the data do not determine.
+    Where derivatives are exact no direction is noise, so none need be found: scaled JᵀJ (K, K), inverted norms of J's
+    columns (K,), scaled gradient (K,). Else the model along its eigenvectors: their directions in the cube (K, K), one
+    per row, the eigenvalues (K,), and the gradient along them (K,), zero for those that the data do not determine.
     """
     size = len(gradient)
     scaled, norms = _scaled(curvature, held)
+    if exact:
+        return scaled, norms, gradient * norms
     values, vectors = np.linalg.eigh(scaled)
-    directions, along, attainable = np.empty((size, size)), np.zeros(size), 0.0
+    directions, along = np.empty((size, size)), np.zeros(size)
     for i in range(size):
         for k in range(size):
             directions[i, k] = vectors[k, i] * norms[k]
         if values[i] > _RANK_TOLERANCE**2 * values[size - 1]:
             for k in range(size):
                 along[i] += directions[i, k] * gradient[k]
-            attainable += along[i] * along[i] / values[i]
-    return directions, values, along, attainable
+    return directions, values, along
 
 
 @kernel
-def _damped(
-    gradient: Array, curvature: Array, damping: float, held: Mask, reach: float, exact: bool
-) -> tuple[Array, Array, float, float]:
-    """Return the damped step (K,) of the parameters not held, one short enough, what an undamped one takes off, μ.
+def _attainable(parts: Decomposed, exact: bool) -> float:
+    """Return what an undamped step takes off."""
+    matrix, values, along = parts
+    if exact:
+        _, square = _factored(matrix, along, 0.0)
+        return square
+    total = 0.0
+    for i in range(len(along)):
+        if along[i] != 0.0:
+            total += along[i] * along[i] / values[i]
+    return total
+
+
+@kernel
+def _step(parts: Decomposed, damping: float, exact: bool) -> Array:
+    """Return the damped step (K,) in the cube."""
+    matrix, values, along = parts
+    if exact:
+        solved, _ = _factored(matrix, along, damping)
+        return -values * solved
+    step = np.zeros(len(along))
+    for i in range(len(along)):
+        if along[i] != 0.0:
+            for k in range(len(along)):
+                step[k] -= matrix[i, k] * along[i] / (values[i] + damping)
+    return step
+
+
+@kernel
+def _damped(parts: Decomposed, damping: float, reach: float, exact: bool) -> tuple[Array, Array, float]:
+    """Return the damped step (K,) of the parameters not held, one short enough, and its damping.
 
     The second is the first where that is short enough, else that of the least damping μ, by fours, which makes it so.
     """
-    if exact:
-        return _damped_exactly(gradient, curvature, damping, held, reach)
-    size = len(gradient)
-    directions, values, along, attainable = _spectrum(gradient, curvature, held)
-    step = np.zeros(size)
+    step = _step(parts, damping, exact)
     near = step
-    for attempt in range(_RAISES):
-        near, longest = np.zeros(size), 0.0
-        for i in range(size):
-            if along[i] != 0.0:
-                for k in range(size):
-                    near[k] -= directions[i, k] * along[i] / (values[i] + damping)
-        for k in range(size):
+    for _ in range(_RAISES):
+        longest = 0.0
+        for k in range(len(near)):
             longest = max(longest, abs(near[k]))
-        if attempt == 0:
-            step = near
         if longest <= reach:
             break
         damping = max(4.0 * damping, 1e-9)
-    return step, near, attainable, damping
+        near = _step(parts, damping, exact)
+    return step, near, damping
 
 
 @kernel
@@ -248,7 +246,9 @@ def damped_steps(
             attainable[p] = np.inf
             continue
         reach = reaches[p]
-        step, near, attainable[p], damping = _damped(gradient, curvature, dampings[p], held, reach, exact)
+        parts = _decomposed(gradient, curvature, held, exact)
+        attainable[p] = _attainable(parts, exact)
+        step, near, damping = _damped(parts, dampings[p], reach, exact)
         safe, shift = step.copy(), np.zeros(size)
         trials[p], predicted[p] = _shortened(point, step, gradient, curvature, reach)
         trial, fall = _shortened(point, near, gradient, curvature, reach)
@@ -258,8 +258,7 @@ def damped_steps(
             if not _hold_crossing(point, safe, held, shift):
                 break
             moved, crossed = gradient + np.dot(curvature, shift), True
-            rest, _, _, _ = _damped(moved, curvature, dampings[p], held, reach, exact)
-            safe = shift + rest
+            safe = shift + _step(_decomposed(moved, curvature, held, exact), dampings[p], exact)
         other, promised = _shortened(point, safe, gradient, curvature, reach)
         if crossed and promised > fall:
             trial, fall = other, promised
@@ -282,11 +281,9 @@ def fanned_steps(points: Array, model: Model, dampings: Array, active: Index) ->
     trials, promised = np.empty((count, members, points.shape[1])), np.zeros((count, members))
     for a in range(count):
         point, gradient, curvature = points[active[a]], model[1][active[a]], model[2][active[a]]
-        scaled, norms = _scaled(curvature, _held(point, gradient))
-        slope, least = gradient * norms, _ROUNDING * len(point)
+        parts = _decomposed(gradient, curvature, _held(point, gradient), True)
         for d in range(members):
-            solved, _ = _factored(scaled, slope, max(dampings[a, d], least))
-            step = -norms * solved
+            step = _step(parts, dampings[a, d], True)
             trials[a, d], promised[a, d] = _shortened(point, step, gradient, curvature, LONGEST_STEP)
     return trials, promised
 
