@@ -211,6 +211,7 @@ def predict(
 @app.command()
 def report(
     fits: Annotated[list[str] | None, typer.Option("--fit", help="Fit to report; default: all.")] = None,
+    jobs: Jobs = CORES,
     work: Work = WORK,
     as_json: Json = False,
 ) -> None:
@@ -222,7 +223,7 @@ def report(
     from mrfit.report.stage import Settings
 
     with console.progress_bar() as progress:
-        summary = pipeline.report(work, Settings(fits=tuple(fits or ())), progress)
+        summary = pipeline.report(work, Settings(tuple(fits or ()), jobs), progress)
     return console.print_json(summary) if as_json else summaries.report(summary, work)
 
 

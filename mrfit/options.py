@@ -10,7 +10,7 @@ from mrfit.errors import ConfigError
 
 Work = Annotated[Path, typer.Option("--work", help="Workspace folder.", envvar="MRFIT_WORK")]
 Json = Annotated[bool, typer.Option("--json", help="Print a machine-readable summary, alone, to standard output.")]
-Jobs = Annotated[int, typer.Option("--jobs", "-j", min=1, help="Worker threads; does not change the result.")]
+Jobs = Annotated[int, typer.Option("--jobs", "-j", min=1, help="Workers; does not change the result.")]
 Resistance = Annotated[
     str | None,
     typer.Option("--resistance", help="Coil resistance in ohm, or 'auto' to estimate it.", metavar="OHM|auto"),

@@ -250,8 +250,8 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
         if discovery:
             summary["discovery"] = _discover(workspace, discovery, progress)
         if fits:
-            names = tuple(s.fit_name for s in fits)
-            summary["report"] = mrfit.report.stage.run(workspace, mrfit.report.stage.Settings(fits=names), progress)
+            told = mrfit.report.stage.Settings(tuple(s.fit_name for s in fits), overrides.jobs)
+            summary["report"] = mrfit.report.stage.run(workspace, told, progress)
     return summary
 
 

@@ -19,6 +19,7 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
+from mrfit.arrow import numbers, table, texts
 from mrfit.errors import DataError
 from mrfit.recording import Finding, Recording, Segment
 from mrfit.specs import Array
@@ -143,14 +144,10 @@ def write_table(path: Path, columns: Mapping[str, Array], metadata: Mapping[str,
     length = len(next(iter(columns.values()), ()))
     schema = pa.schema([(name, pa.float64()) for name in columns], dict(metadata or {}))
 
-    def slice_of(values: Array, begin: int) -> Any:
-        rows = np.ascontiguousarray(values[begin : begin + ROW_GROUP], dtype=np.float64)
-        return pa.Array.from_buffers(pa.float64(), len(rows), [None, pa.py_buffer(rows)])  # pa.array imports pandas
-
     def write(temporary: Path) -> None:
         with pq.ParquetWriter(temporary, schema, compression="zstd", use_dictionary=False) as writer:
             for begin in range(0, max(length, 1), ROW_GROUP):
-                group = [slice_of(values, begin) for values in columns.values()]
+                group = [numbers(values[begin : begin + ROW_GROUP]) for values in columns.values()]
                 writer.write_table(pa.Table.from_arrays(group, schema=schema), ROW_GROUP)
 
     write_atomic(path, write)
@@ -338,13 +335,12 @@ class Workspace:
 
     def write_segments(self, segments: Sequence[Segment], metadata: Mapping[str, str]) -> None:
         """Write the table of segments, one row each."""
-        import pyarrow as pa
         import pyarrow.parquet as pq
 
-        names = [f.name for f in fields(Segment)]
-        table = pa.table({n: [getattr(s, n) for s in segments] for n in names})
-        table = table.replace_schema_metadata(dict(metadata))
-        write_atomic(self.segments_file, lambda p: pq.write_table(table, p, compression="zstd"))
+        columns = {f.name: [getattr(s, f.name) for s in segments] for f in fields(Segment)}
+        made = {name: texts(v) if v and isinstance(v[0], str) else numbers(v) for name, v in columns.items()}
+        rows = table(made).replace_schema_metadata(dict(metadata))
+        write_atomic(self.segments_file, lambda p: pq.write_table(rows, p, compression="zstd"))
 
     def read_segments(self) -> tuple[list[Segment], dict[str, str]]:
         """Return the segments and the metadata written with them.
@@ -359,9 +355,9 @@ class Workspace:
         if not self.segments_file.is_file():
             raise DataError(f"{self.root}: no segments here; run `mrfit segment --work {self.root}` first")
         with _reading(self.segments_file, "run `mrfit segment` with the settings you want"):
-            table = pq.ParquetFile(self.segments_file).read()
-            segments = [Segment(**row) for row in table.to_pylist()]
-        return segments, {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
+            rows = pq.ParquetFile(self.segments_file).read()
+            segments = [Segment(**row) for row in rows.to_pylist()]
+        return segments, {k.decode(): v.decode() for k, v in (rows.schema.metadata or {}).items()}
 
     @property
     def latest(self) -> str:

@@ -1,21 +1,42 @@
-"""Work on many items by threads, with results in the order of the items: the number of threads does not change them."""
+"""Work on many items by several workers, with results in the order of the items: how many workers changes nothing.
 
+Threads are for what reads and unpacks files, and shares memory. Processes are for what holds the interpreter's lock
+half of its time, as fits and figures do: two threads of these take as long as one.
+"""
+
+import multiprocessing
+import os
+import signal
+import sys
+import time
+import traceback
+import warnings
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextvars import ContextVar
+from multiprocessing.connection import Connection, wait
 from threading import Event
-from typing import TypeVar
+from typing import Any, NoReturn, TypeVar, cast
+
+from mrfit.errors import MrfitError
+from mrfit.progress import Progress
 
 Item = TypeVar("Item")
 Made = TypeVar("Made")
+
+# A forked process has all that its parent has, so only results have to be sent. Elsewhere system libraries do not
+# survive a fork, and whatever makes the items would have to be sent too.
+FORKS = sys.platform == "linux"
+# Seconds between two messages of a process about its progress
+QUIET = 0.1
 
 # Set where nobody waits any more for what a worker makes
 _GIVEN_UP: ContextVar[Event | None] = ContextVar("given_up", default=None)
 
 
 def in_order(make: Callable[[Item], Made], items: Iterable[Item], jobs: int) -> Iterator[Made]:
-    """Yield what ``make`` makes of the items, in their order, at most two items per job ahead.
+    """Yield what ``make`` makes of the items by threads, in their order, at most two items per job ahead.
 
     If one fails, or the caller is interrupted, those not yet begun are not made, and those begun may ``give_up``.
     """
@@ -51,3 +72,144 @@ def give_up() -> None:
     given_up = _GIVEN_UP.get()
     if given_up is not None and given_up.is_set():
         raise KeyboardInterrupt
+
+
+def in_processes(
+    make: Callable[[Item, Progress], Made], items: Sequence[Item], jobs: int, progress: Progress
+) -> Iterator[Made]:
+    """Yield what ``make`` makes of the items by processes, in their order; by threads where the system cannot fork.
+
+    If one fails, or the caller is interrupted, the others are ended.
+
+    Parameters
+    ----------
+    make
+        Takes an item and whom to tell of its progress. What it changes besides files is lost; what it returns, and the
+        errors that it raises, are sent.
+    items
+        The items.
+    jobs
+        Most processes.
+    progress
+        Told what the items tell, in this process.
+
+    Raises
+    ------
+    MrfitError
+        If a process was killed.
+    """
+    jobs = min(jobs, len(items))
+    if jobs < 2 or not FORKS:
+        yield from in_order(lambda item: make(item, progress), items, jobs)
+        return
+    pool = _Pool(make, items, progress)
+    try:
+        pool.fork(jobs)
+        yield from pool.results()
+    finally:
+        pool.end()
+
+
+class _Pool:
+    """Forked processes, each with the end of a pipe: numbers of items go in, progress and what was made come out."""
+
+    def __init__(self, make: Callable[[Any, Progress], Any], items: Sequence[Any], progress: Progress) -> None:
+        self.make, self.items, self.progress = make, items, progress
+        self.processes: list[int] = []
+        self.pipes: list[Connection] = []
+        self.busy: list[Connection] = []
+        self.begun = 0
+        self.made: dict[int, tuple[str, Any]] = {}
+
+    def fork(self, jobs: int) -> None:
+        """Start the processes, each with its first item."""
+        for _ in range(jobs):
+            ours, theirs = multiprocessing.Pipe()
+            with warnings.catch_warnings():
+                # of other threads: that of a progress bar holds nothing that these processes ask for
+                warnings.simplefilter("ignore", DeprecationWarning)
+                process = os.fork()
+            if process == 0:
+                for pipe in [*self.pipes, ours]:
+                    # held open here, it would not tell the other processes that nobody listens any more
+                    pipe.close()
+                _serve(self.make, self.items, theirs)
+            theirs.close()
+            self.processes.append(process)
+            self.pipes.append(ours)
+            self.busy.append(ours)
+            self._begin(ours)
+
+    def results(self) -> Iterator[Any]:
+        """Yield what the processes made, in the order of the items."""
+        for number in range(len(self.items)):
+            while number not in self.made:
+                for pipe in wait(self.busy):
+                    self._hear(cast(Connection, pipe))
+            how, made = self.made.pop(number)
+            if how == "failed":
+                raise made
+            yield made
+
+    def end(self) -> None:
+        """End the processes, whatever they are at."""
+        for pipe in self.pipes:
+            pipe.close()
+        for process in self.processes:
+            os.kill(process, signal.SIGKILL)
+            os.waitpid(process, 0)
+
+    def _begin(self, pipe: Connection) -> None:
+        """Give a process its next item, if there is one."""
+        if self.begun < len(self.items):
+            pipe.send(self.begun)
+            self.begun += 1
+        else:
+            self.busy.remove(pipe)
+
+    def _hear(self, pipe: Connection) -> None:
+        try:
+            number, how, what = pipe.recv()
+        except (EOFError, ConnectionError):
+            raise MrfitError("a worker process was killed; there may be too little memory: try --jobs 1") from None
+        if how == "progress":
+            self.progress(*what)
+            return
+        self.made[number] = how, what
+        if how == "failed":
+            self.begun = len(self.items)
+        self._begin(pipe)
+
+
+def _serve(make: Callable[[Any, Progress], Any], items: Sequence[Any], pipe: Connection) -> NoReturn:
+    """Make items as they are asked for, until nobody asks any more."""
+    try:
+        # an interrupt goes to all processes of a terminal, and the parent ends this one
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        while True:
+            number = pipe.recv()
+            _make(make, items[number], number, pipe)
+    except (EOFError, ConnectionError):
+        pass
+    finally:
+        # nothing of the parent's is to be written, closed or tidied up twice
+        os._exit(0)
+
+
+def _make(make: Callable[[Any, Progress], Any], item: Any, number: int, pipe: Connection) -> None:
+    last = 0.0
+
+    def tell(what: str, done: int, total: int) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if done == total or now >= last + QUIET:
+            last = now
+            pipe.send((number, "progress", (what, done, total)))
+
+    try:
+        pipe.send((number, "made", make(item, tell)))
+    except ConnectionError:
+        raise
+    except Exception as error:
+        error.add_note(traceback.format_exc())
+        pipe.send((number, "failed", error))

@@ -1,7 +1,5 @@
 """Compare optimizers on one model: the same start points and budgets, several seeds, best, median and worst cost."""
 
-import csv
-import io
 import time
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -13,6 +11,7 @@ import mrfit.fit.stage
 from mrfit import optimize
 from mrfit.channels import unit_of
 from mrfit.compare.page import optimizers_page
+from mrfit.csv_table import csv_table
 from mrfit.errors import ConfigError
 from mrfit.fit import levels, reduced, staged
 from mrfit.fit.cube import Cube
@@ -174,10 +173,7 @@ def _median_curve(runs: list[_Run]) -> dict[str, list[float]]:
 
 
 def _write(folder: Path, summary: dict[str, Any], stable: dict[str, Any]) -> None:
-    text = io.StringIO()
-    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows({**row, "seconds": round(row["seconds"], 4)} for row in summary["rows"])
-    write_text(folder / "optimizers.csv", text.getvalue())
+    rows = ({**row, "seconds": round(row["seconds"], 4)} for row in summary["rows"])
+    write_text(folder / "optimizers.csv", csv_table(COLUMNS, rows))
     write_text(folder / "optimizers.html", optimizers_page(stable))
     write_json(folder / "optimizers.json", stable)

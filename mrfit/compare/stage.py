@@ -1,7 +1,6 @@
 """The compare stage: segments in, a table of models against conditions for each output out, best on held-out first."""
 
 import csv
-import io
 import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
@@ -11,6 +10,7 @@ from typing import Any, Literal
 import mrfit.fit.stage
 from mrfit import optimize, registry
 from mrfit.compare.page import models_page
+from mrfit.csv_table import csv_table
 from mrfit.errors import DataError, MrfitError
 from mrfit.progress import Progress, silent
 from mrfit.store import Workspace, plain, write_json, write_text
@@ -173,15 +173,12 @@ def _row(fit: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _write(folder: Path, summary: dict[str, Any], seconds: Mapping[str, float | None]) -> None:
-    text = io.StringIO()
-    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    names = {m["model"]: m["fit"] for m in summary["models"]}
+    names, rows = {m["model"]: m["fit"] for m in summary["models"]}, []
     for row in summary["metrics"]:
         spent = seconds.get(row["model"])
         shown = None if spent is None else round(spent, 3)
-        writer.writerow({**row, "seconds": shown, "fit": names[row["model"]]})
-    write_text(folder / "compare.csv", text.getvalue())
+        rows.append({**row, "seconds": shown, "fit": names[row["model"]]})
+    write_text(folder / "compare.csv", csv_table(COLUMNS, rows))
     write_text(folder / "compare.html", models_page(summary))
     write_json(folder / "compare.json", summary)
 

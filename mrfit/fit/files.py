@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 
+from mrfit.arrow import numbers, repeated, table
 from mrfit.assembly import Assembly
+from mrfit.csv_table import csv_table
 from mrfit.fit.problem import Block
 from mrfit.specs import Array
-from mrfit.store import write_atomic, write_json
+from mrfit.store import write_atomic, write_json, write_text
 
 PARAMETER_COLUMNS = ("condition", "parameter", "value", "unit", "low", "high", "at_bound", "identifiable")
 
@@ -32,7 +34,6 @@ def write_fit(
     """
     import shutil
 
-    import pandas as pd
     import pyarrow as pa
     import pyarrow.parquet as pq
 
@@ -41,11 +42,10 @@ def write_fit(
         for r in fit["results"]
         for p in [*r["parameters"], *r["derived"]]
     ]
-    parameters, metrics = pd.DataFrame(rows)[list(PARAMETER_COLUMNS)], pd.DataFrame(fit["metrics"])
     # a kill from here on must not leave the tables of one fit beside the key of another
     (folder / "fit.json").unlink(missing_ok=True)
-    write_atomic(folder / "parameters.csv", lambda p: parameters.to_csv(p, index=False))
-    write_atomic(folder / "metrics.csv", lambda p: metrics.to_csv(p, index=False))
+    write_text(folder / "parameters.csv", csv_table(PARAMETER_COLUMNS, rows))
+    write_text(folder / "metrics.csv", csv_table(list(fit["metrics"][0]), fit["metrics"]))
     residuals = pa.concat_tables([residual_table(b, s, assembly) for b, s in zip(blocks, simulated, strict=True)])
     write_atomic(folder / "residuals.parquet", lambda p: pq.write_table(residuals, p, compression="zstd"))
     write_json(folder / "fit.json", fit)
@@ -54,10 +54,9 @@ def write_fit(
 
 def residual_table(block: Block, simulated: Array, assembly: Assembly) -> Any:
     """Return a segment's measured and simulated output and the model's inputs over time, as a pyarrow table."""
-    import pyarrow as pa
-
     segment = block.segment
     names = {"condition": segment.condition, "segment": segment.id, "role": segment.role}
-    columns: dict[str, Any] = {name: pa.repeat(text, block.samples) for name, text in names.items()}
-    columns |= {"time": np.arange(block.samples) * block.dt, "measured": block.target, "simulated": simulated}
-    return pa.table(columns | {n: block.inputs(row) for row, n in enumerate(assembly.spec.inputs)})
+    columns = {"time": np.arange(block.samples) * block.dt, "measured": block.target, "simulated": simulated}
+    columns |= {n: block.inputs(row) for row, n in enumerate(assembly.spec.inputs)}
+    same = {name: repeated(text, block.samples) for name, text in names.items()}
+    return table(same | {name: numbers(values) for name, values in columns.items()})

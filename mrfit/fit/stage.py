@@ -28,7 +28,7 @@ from mrfit.progress import Progress, silent
 from mrfit.recording import NAMING, Recording, Segment
 from mrfit.specs import Array
 from mrfit.store import Workspace, fit_key, key_of, plain, read_json, write_json
-from mrfit.workers import in_order
+from mrfit.workers import in_processes
 
 SCHEMA = "mrfit/fit/1"
 
@@ -70,7 +70,7 @@ class Settings:
         ``hac``: from the Jacobian with autocorrelated noise; ``bootstrap``: refits to residuals drawn anew in blocks;
         ``profile``: how far each parameter can go while the others make up for it.
     jobs
-        Worker threads; does not change the result.
+        Worker processes; does not change the result.
     """
 
     model: str
@@ -130,9 +130,12 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     prepared = prepare(workspace, settings)
     runner = _Runner(prepared, settings, folder, key, progress)
     pieces = runner.fit_groups()
-    fit = _summary(runner, key_of(made_from[0]), pieces)
-    blocks = [b for p in pieces for b in p.group.full]
-    write_fit(folder, fit, blocks, [s for p in pieces for s in p.simulated], prepared.assembly)
+    blocks, simulated = [b for p in pieces for b in p.group.full], [s for p in pieces for s in p.simulated]
+    metrics = pieces[0].metrics
+    if len(pieces) > 1:
+        metrics = metric_rows(blocks, [f for p in pieces for f in p.group.floors], simulated, prepared.assembly)
+    fit = _summary(runner, key_of(made_from[0]), pieces, metrics)
+    write_fit(folder, fit, blocks, simulated, prepared.assembly)
     return {**plain(fit), "skipped": False}
 
 
@@ -263,8 +266,15 @@ class _Runner:
         return self.prepared.assembly
 
     def fit_groups(self) -> list[_Piece]:
-        groups = self.prepared.groups.items()
-        return list(in_order(lambda group: self._fit(*group), groups, self.settings.jobs))
+        groups, jobs, pieces = list(self.prepared.groups.items()), self.settings.jobs, []
+        if is_cold():
+            # processes side by side would each compile what the first fit compiles for all
+            self.progress("compiling the kernels, this once", 0, 1)
+            pieces.append(self._fit(*groups.pop(0)))
+            self.progress("compiling the kernels, this once", 1, 1)
+
+        rest = in_processes(lambda g, told: replace(self, progress=told)._fit(*g), groups, jobs, self.progress)
+        return [*pieces, *rest]
 
     def _fit(self, name: str, segments: list[Segment]) -> _Piece:
         settings = self.settings
@@ -306,8 +316,6 @@ class _Runner:
             unit = self.assembly.spec.output
             self.progress(f"{name}  best {cost:.3g} {unit}", min(evaluations, total - 1), total)
 
-        if is_cold():
-            self.progress(f"{name}  compiling the kernels, this once", 0, total)
         # the searches that give starts count too
         deadline = None if search.seconds is None else time.monotonic() + search.seconds
         starts, levels = self._starts(group, cube, search, deadline)
@@ -366,7 +374,7 @@ class _Runner:
         return dict(stored["found"]) if stored and stored.get("key") == self.key else None
 
 
-def _summary(runner: _Runner, data_key: str, pieces: Sequence[_Piece]) -> dict[str, Any]:
+def _summary(runner: _Runner, data_key: str, pieces: Sequence[_Piece], metrics: list[dict[str, Any]]) -> dict[str, Any]:
     settings, spec = runner.settings, runner.assembly.spec
     return {
         "schema": SCHEMA,
@@ -385,14 +393,6 @@ def _summary(runner: _Runner, data_key: str, pieces: Sequence[_Piece]) -> dict[s
         "equation": spec.equation,
         "reference": spec.reference,
         "results": [p.result for p in pieces],
-        "metrics": _all_metrics(pieces, runner.assembly),
+        "metrics": metrics,
         "warnings": runner.prepared.cautions,
     }
-
-
-def _all_metrics(pieces: Sequence[_Piece], assembly: Assembly) -> list[dict[str, Any]]:
-    if len(pieces) == 1:
-        return pieces[0].metrics
-    blocks = [b for p in pieces for b in p.group.full]
-    floors = [f for p in pieces for f in p.group.floors]
-    return metric_rows(blocks, floors, [s for p in pieces for s in p.simulated], assembly)

@@ -3,19 +3,22 @@
 matplotlib is used through Figure objects only: no window system, no pyplot state left behind.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mrfit.channels import symbol_of, unit_of
+from mrfit.progress import Progress, silent
 from mrfit.report.curves import decimate, family, prefixed, sheets, shown_cycles, worst_of_each
 from mrfit.report.numbers import SUPERSCRIPTS, in_html, percent, significant
 from mrfit.report.source import Fit, MetricRow, Result, Series
 from mrfit.report.svg import style, to_svg
 from mrfit.specs import Array
+from mrfit.workers import in_processes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -64,8 +67,29 @@ class Figure:
     narrow: bool = False
 
 
-def figures_of(fit: Fit, series: Sequence[Series]) -> list[Figure]:
-    """Return every figure of a fit.
+Drawing = Callable[[], Figure]
+"""What makes a figure, anywhere and at any time."""
+Panel = Callable[["Axes", Series, int], None]
+"""Draws one condition, in so many points a curve."""
+About = tuple[str, str, str, tuple[str, str]]
+"""Kind, title, caption and axis labels of figures."""
+
+
+def draw_all(drawings: Sequence[Drawing], jobs: int = 1, progress: Progress = silent) -> list[Figure]:
+    """Return the figures, drawn by processes side by side."""
+    import matplotlib.backends.backend_svg  # noqa: F401  (once, not in every process)
+
+    figures: list[Figure] = []
+    progress("figures", 0, len(drawings))
+    with style():
+        for figure in in_processes(lambda draw, told: draw(), drawings, jobs, silent):
+            figures.append(figure)
+            progress("figures", len(figures), len(drawings))
+    return figures
+
+
+def drawings_of(fit: Fit, series: Sequence[Series]) -> list[Drawing]:
+    """Return what makes every figure of a fit.
 
     Parameters
     ----------
@@ -74,26 +98,22 @@ def figures_of(fit: Fit, series: Sequence[Series]) -> list[Figure]:
     series
         Its measured and simulated outputs.
     """
-    with style():
-        return list(_figures(fit, series))
-
-
-def _figures(fit: Fit, series: Sequence[Series]) -> Iterator[Figure]:
+    drawings: list[Drawing] = []
     if any(m.nrmse is not None for m in fit.metrics):
-        yield error_figure(fit)
+        drawings.append(partial(error_figure, fit))
     shown = worst_of_each(series)
     for channel in LOOPS.get(fit.output, ()):
         if shown and all(channel in s.inputs for s in shown):
-            yield from loop_figures(fit, shown, channel)
+            drawings += loop_figures(fit, shown, channel)
     if shown:
-        yield from history_figures(fit, shown)
-        yield from residual_figures(fit, shown)
+        drawings += [*history_figures(fit, shown), *residual_figures(fit, shown)]
     if any(_descent(result) for result in fit.results):
-        yield convergence_figure(fit)
+        drawings.append(partial(convergence_figure, fit))
+    return drawings
 
 
-def history_figures(fit: Fit, series: Sequence[Series]) -> Iterator[Figure]:
-    """Yield measured and simulated output against time over two cycles of every condition."""
+def history_figures(fit: Fit, series: Sequence[Series]) -> list[Drawing]:
+    """Return drawings of measured and simulated output against time over two cycles of every condition."""
     cut = [s.time[shown_cycles(s)] for s in series]
     seconds, time_unit = prefixed(max(float(t[-1]) for t in cut), "s")
     factor, unit = scale_of([s.measured for s in series], fit.output)
@@ -106,11 +126,11 @@ def history_figures(fit: Fit, series: Sequence[Series]) -> Iterator[Figure]:
 
     labels = axis_label("t", time_unit, "Time"), axis_label(symbol_of(fit.output), unit, fit.output)
     caption = f"Measured and simulated {fit.output} over two cycles (the whole record where the test is not periodic)."
-    yield from _grids(fit, series, draw, ("time-history", "Time history", caption + _WORST, labels))
+    return _grids(fit, series, draw, ("time-history", "Time history", caption + _WORST, labels))
 
 
-def loop_figures(fit: Fit, series: Sequence[Series], channel: str) -> Iterator[Figure]:
-    """Yield output against one input channel over two cycles of every condition."""
+def loop_figures(fit: Fit, series: Sequence[Series], channel: str) -> list[Drawing]:
+    """Return drawings of output against one input channel over two cycles of every condition."""
     across, across_unit = scale_of([s.inputs[channel] for s in series], channel)
     factor, unit = scale_of([s.measured for s in series], fit.output)
 
@@ -124,11 +144,11 @@ def loop_figures(fit: Fit, series: Sequence[Series], channel: str) -> Iterator[F
     what = f"{fit.output}–{channel} loop".replace("_", " ")
     caption = f"Measured and simulated over two cycles.{_WORST}"
     about = (f"loop-{channel}".replace("_", "-"), what[0].upper() + what[1:], caption, labels)
-    yield from _grids(fit, series, draw, about)
+    return _grids(fit, series, draw, about)
 
 
-def residual_figures(fit: Fit, series: Sequence[Series]) -> Iterator[Figure]:
-    """Yield measured minus simulated output over the whole of every condition, with the noise floor as a band."""
+def residual_figures(fit: Fit, series: Sequence[Series]) -> list[Drawing]:
+    """Return drawings of measured minus simulated output over all of every condition; a band is the noise floor."""
     seconds, time_unit = prefixed(max(float(s.time[-1]) for s in series), "s")
     factor, unit = scale_of([s.measured - s.simulated for s in series], fit.output)
     floors = {(m.condition, m.role): m.noise_floor or 0.0 for m in fit.metrics}
@@ -143,7 +163,7 @@ def residual_figures(fit: Fit, series: Sequence[Series]) -> Iterator[Figure]:
     symbol = symbol_of(fit.output)
     labels = axis_label("t", time_unit, "Time"), axis_label(f"{symbol} − {symbol}\u0302", unit, "Residual")
     caption = "What the model leaves of the measured output; the band is ± the noise floor (RMS)."
-    yield from _grids(fit, series, draw, ("residual", "Residual", caption + _WORST, labels))
+    return _grids(fit, series, draw, ("residual", "Residual", caption + _WORST, labels))
 
 
 _MEASURED: dict[str, Any] = {"color": MEASURED, "lw": 2.4, "label": "measured", "solid_capstyle": "round"}
@@ -237,33 +257,32 @@ def _noise_ticks(axes: "Axes", rows: Sequence[MetricRow], names: Sequence[str]) 
         axes.plot(values, places, "|", ms=13, mew=2.0, color="#475569", ls="none", label="noise floor", zorder=2)
 
 
-def _grids(
-    fit: Fit,
-    series: Sequence[Series],
-    draw: Callable[["Axes", Series, int], None],
-    about: tuple[str, str, str, tuple[str, str]],
-) -> Iterator[Figure]:
-    """Yield small multiples, one panel a condition, at most 12 a figure."""
-    kind, title, caption, (across, up) = about
-    errors = {(m.condition, m.role): m.nrmse for m in fit.metrics}
+def _grids(fit: Fit, series: Sequence[Series], draw: Panel, about: About) -> list[Drawing]:
+    """Return drawings of small multiples, one panel a condition, at most 12 a figure."""
     pages = sheets(series)
-    for number, page in enumerate(pages, start=1):
-        columns = columns_of(len(page))
-        lines = -(-len(page) // columns)
-        canvas = canvas_of(WIDTH, 0.75 + (3.6 if columns == 1 else 2.9 if columns == 2 else 2.15) * lines)
-        panels = canvas.subplots(lines, columns, squeeze=False).ravel()
-        for axes, one in zip(panels, page, strict=False):
-            draw(axes, one, CURVE_POINTS if len(page) <= 2 else CURVE_POINTS // 2)
-            axes.set_title(_heading(one, errors.get((one.condition, one.role)), TITLE_WIDTHS[columns]))
-        for axes in panels[len(page) :]:
-            axes.remove()
-        canvas.supxlabel(across)
-        canvas.supylabel(up)
-        canvas.legend(*panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
-        last = _part(page, number, len(pages))
-        name = f"{fit.name}.{kind}" + (f"-{number}" if len(pages) > 1 else "")
-        alt = f"{title} of {page[0].condition}" + (f" to {page[-1].condition}" if len(page) > 1 else "")
-        yield Figure(name, title + last, caption, f"{alt}.", to_svg(canvas, f"{fit.name}: {title}{last}"))
+    return [partial(_grid, fit, page, draw, about, (number, len(pages))) for number, page in enumerate(pages, start=1)]
+
+
+def _grid(fit: Fit, page: Sequence[Series], draw: Panel, about: About, part: tuple[int, int]) -> Figure:
+    kind, title, caption, (across, up) = about
+    number, pages = part
+    errors = {(m.condition, m.role): m.nrmse for m in fit.metrics}
+    columns = columns_of(len(page))
+    lines = -(-len(page) // columns)
+    canvas = canvas_of(WIDTH, 0.75 + (3.6 if columns == 1 else 2.9 if columns == 2 else 2.15) * lines)
+    panels = canvas.subplots(lines, columns, squeeze=False).ravel()
+    for axes, one in zip(panels, page, strict=False):
+        draw(axes, one, CURVE_POINTS if len(page) <= 2 else CURVE_POINTS // 2)
+        axes.set_title(_heading(one, errors.get((one.condition, one.role)), TITLE_WIDTHS[columns]))
+    for axes in panels[len(page) :]:
+        axes.remove()
+    canvas.supxlabel(across)
+    canvas.supylabel(up)
+    canvas.legend(*panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
+    last = _part(page, number, pages)
+    name = f"{fit.name}.{kind}" + (f"-{number}" if pages > 1 else "")
+    alt = f"{title} of {page[0].condition}" + (f" to {page[-1].condition}" if len(page) > 1 else "")
+    return Figure(name, title + last, caption, f"{alt}.", to_svg(canvas, f"{fit.name}: {title}{last}"))
 
 
 def _heading(one: Series, nrmse: float | None, width: int) -> str:

@@ -3,7 +3,7 @@
 import hashlib
 import os
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -25,9 +25,12 @@ class Settings:
     ----------
     fits
         Names of fits in the order to show them; empty for all finished ones.
+    jobs
+        Worker processes; does not change the result.
     """
 
     fits: tuple[str, ...] = ()
+    jobs: int = 1
 
 
 def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
@@ -44,7 +47,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     settings
         Which to report.
     progress
-        Told of every fit drawn.
+        Told of every figure drawn.
 
     Returns
     -------
@@ -58,13 +61,13 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         If there is no fit, one is damaged, or the folder cannot be written.
     """
     names = fit_names(workspace, settings.fits)
-    key = _key(workspace, names, settings)
+    key = _key(workspace, names)
     folder = workspace.report_folder
     existing = read_json(folder / "report.json")
     if existing and existing.get("key") == key and all((folder / f).is_file() for f in existing["files"]):
         return {**existing, "index": str(folder / "index.html"), "skipped": True}
     source = read_source(workspace, tuple(names))
-    files = _render(source, progress)
+    files = _render(source, settings.jobs, progress)
     summary = {
         "schema": SCHEMA,
         "key": key,
@@ -77,20 +80,18 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     return {**summary, "index": str(folder / "index.html"), "skipped": False}
 
 
-def _key(workspace: Workspace, names: list[str], settings: Settings) -> str:
+def _key(workspace: Workspace, names: list[str]) -> str:
     """Return the key of all that goes into the report; the page's template is none of the hashed sources."""
     inputs = [page.TEMPLATE, page.STYLE, *input_files(workspace, names)]
     hashes = [(p.name, hashlib.sha256(p.read_bytes()).hexdigest()) for p in inputs]
-    return key_of(names, asdict(settings), hashes, version("matplotlib"), version("jinja2"))
+    return key_of(names, hashes, version("matplotlib"), version("jinja2"))
 
 
-def _render(source: Source, progress: Progress) -> dict[str, str]:
+def _render(source: Source, jobs: int, progress: Progress) -> dict[str, str]:
     """Return the text of every file by its path in the report's folder."""
-    drawn: dict[str, list[figures.Figure]] = {}
-    for done, fit in enumerate(source.fits):
-        progress("figures", done, len(source.fits))
-        drawn[fit.name] = figures.figures_of(fit, source.series[fit.name])
-    progress("figures", len(source.fits), len(source.fits))
+    drawings = {fit.name: figures.drawings_of(fit, source.series[fit.name]) for fit in source.fits}
+    made = iter(figures.draw_all([d for group in drawings.values() for d in group], jobs, progress))
+    drawn = {name: [next(made) for _ in group] for name, group in drawings.items()}
     files = {
         "parameters.csv": tables.parameters_csv(source.fits),
         "parameters.tex": tables.parameters_tex(source.fits),

@@ -1,9 +1,9 @@
 """Parameter and error tables: CSV with every digit, LaTeX with the digits that mean something."""
 
-import csv
-import io
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
+from mrfit.csv_table import csv_table
 from mrfit.metrics import METRICS
 from mrfit.report.numbers import (
     escape_latex,
@@ -30,19 +30,18 @@ def parameters_csv(fits: Sequence[Fit]) -> str:
     Numbers carry every digit, in SI; ``low`` and ``high`` bound the 95 % interval and are empty where the data leave
     it open.
     """
-    rows: list[list[Cell]] = [
-        [fit.name, result.condition, q.name, q.value, q.unit, q.low, q.high, q.at_bound, q.identifiable]
+    rows = (
+        {"fit": fit.name, "condition": result.condition, "parameter": q.name, **vars(q)}
         for fit in fits
         for result in fit.results
         for q in [*result.parameters, *result.derived]
-    ]
-    return _csv(("fit", *PARAMETER_COLUMNS), rows, several=len(fits) > 1)
+    )
+    return _of_fits(fits, PARAMETER_COLUMNS, rows)
 
 
 def metrics_csv(fits: Sequence[Fit]) -> str:
     """Return all errors, one row per fit, condition and role and one ``all`` row per role; units as in ``METRICS``."""
-    rows: list[list[Cell]] = [[fit.name, *metric_cells(m)] for fit in fits for m in fit.metrics]
-    return _csv(("fit", *METRIC_COLUMNS), rows, several=len(fits) > 1)
+    return _of_fits(fits, METRIC_COLUMNS, ({"fit": fit.name, **vars(m)} for fit in fits for m in fit.metrics))
 
 
 def metric_cells(row: MetricRow) -> list[Cell]:
@@ -50,13 +49,8 @@ def metric_cells(row: MetricRow) -> list[Cell]:
     return [getattr(row, name) for name in METRIC_COLUMNS]
 
 
-def _csv(header: Sequence[str], rows: Sequence[Sequence[Cell]], several: bool) -> str:
-    first = 0 if several else 1
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header[first:])
-    writer.writerows([["" if c is None else repr(c) if isinstance(c, float) else c for c in r[first:]] for r in rows])
-    return text.getvalue()
+def _of_fits(fits: Sequence[Fit], columns: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:
+    return csv_table(("fit", *columns) if len(fits) > 1 else columns, rows)
 
 
 def parameters_tex(fits: Sequence[Fit]) -> str:

@@ -4,7 +4,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from mrfit.report.figures import figures_of
+from mrfit.report.figures import draw_all, drawings_of
 from mrfit.report.source import Fit, Series, read_source
 
 
@@ -62,7 +62,7 @@ def test_long_records_are_decimated(damper):
     noise = rng.standard_normal(100_000)
     condition = fit.metrics[0].condition
     long = Series(condition, "a#0", "train", np.arange(100_000) / 1e3, noise, 0.0 * noise, {}, 0.0)
-    figures = {f.title: f for f in figures_of(fit, [long])}
+    figures = {f.title: f for f in draw_all(drawings_of(fit, [long]))}
     assert plot_points(figures["Residual"].svg) <= 2000
 
 
@@ -73,7 +73,7 @@ def test_diverged_fit_is_still_drawn(damper):
     lost = Fit.model_validate({**fit.model_dump(), "metrics": rows, "results": results})
     time = np.arange(50) / 50.0
     one = Series(rows[0].condition, "a#0", "train", time, np.sin(time), np.full(50, np.nan), {}, 0.0)
-    assert [f.title for f in figures_of(lost, [one])] == ["Time history", "Residual"]
+    assert [f.title for f in draw_all(drawings_of(lost, [one]))] == ["Time history", "Residual"]
 
 
 def test_long_names_are_broken_not_overlapped(damper):
@@ -81,7 +81,7 @@ def test_long_names_are_broken_not_overlapped(damper):
     time = np.arange(50) / 50.0
     names = [f"triangle-1.25Hz-0.02m-{k}.5A-25degC-repeat" for k in range(5)]
     many = [Series(n, f"{n}#0", "holdout", time, np.sin(time), np.sin(time), {}, 0.0) for n in names]
-    figure = next(f for f in figures_of(fit, many) if f.title == "Time history")
+    figure = next(f for f in draw_all(drawings_of(fit, many)) if f.title == "Time history")
     lines = [t for t in texts(figure.svg) if "triangle" in t or "hold-out" in t]
     assert len(lines) == 10 and max(len(t) for t in lines) <= 48
 

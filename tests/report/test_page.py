@@ -4,7 +4,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from mrfit.report.figures import figures_of
+from mrfit.report.figures import draw_all, drawings_of
 from mrfit.report.page import render
 from mrfit.report.source import read_source
 
@@ -178,8 +178,8 @@ def test_several_fits_are_compared(coil):
     source = read_source(coil[0], ())
     other = source.fits[0].model_copy(update={"name": "second"})
     both = type(source)([source.fits[0], other], source.series, source.ingest, source.flux, source.segments)
-    drawn = figures_of(source.fits[0], [])
-    page = Page(render(both, {source.fits[0].name: drawn, "second": drawn}))
+    figures = draw_all(drawings_of(source.fits[0], []))
+    page = Page(render(both, {source.fits[0].name: figures, "second": figures}))
     assert [row[0]["text"] for row in page.tables["comparison"][1:]] == [source.fits[0].name, "second"]
     ids = [v for _, name, v in page.attributes if name == "id"]
     assert len(ids) == len(set(ids))

@@ -34,20 +34,22 @@ def test_every_figure_is_xml(coil, damper):
             assert ElementTree.parse(path).getroot().tag == "{http://www.w3.org/2000/svg}svg"
 
 
-def test_same_input_gives_the_same_bytes_elsewhere(damper, tmp_path):
+@pytest.mark.parametrize("jobs", [1, 3])
+def test_same_input_gives_the_same_bytes_elsewhere_by_any_number_of_workers(damper, tmp_path, jobs):
     copy = Workspace(tmp_path / "copy")
     shutil.copytree(damper[0].root, copy.root, ignore=shutil.ignore_patterns("report"))
-    run(copy, Settings())
+    run(copy, Settings(jobs=jobs))
     assert contents(copy) == contents(damper[0])
 
 
 def test_nothing_is_done_when_nothing_changed_and_progress_is_told_when_it_has(small):
     told = []
     first = run(small, Settings(), lambda what, done, total: told.append((what, done, total)))
-    assert told == [("figures", 0, 1), ("figures", 1, 1)]
+    count = len(list((small.report_folder / "figures").iterdir()))
+    assert told == [("figures", k, count) for k in range(count + 1)]
     before = {p: p.stat().st_mtime_ns for p in small.report_folder.rglob("*")}
     again = run(small, Settings(), lambda what, done, total: told.append((what, done, total)))
-    assert (first["skipped"], again["skipped"], len(told)) == (False, True, 2)
+    assert (first["skipped"], again["skipped"], len(told)) == (False, True, count + 1)
     assert {k: v for k, v in again.items() if k != "skipped"} == {k: v for k, v in first.items() if k != "skipped"}
     assert {p: p.stat().st_mtime_ns for p in small.report_folder.rglob("*")} == before
     path = small.fit_folder("bingham.lsq.all") / "fit.json"
@@ -58,7 +60,7 @@ def test_nothing_is_done_when_nothing_changed_and_progress_is_told_when_it_has(s
 
 def test_every_input_and_lost_file_counts(damper, monkeypatch):
     workspace, summary = damper
-    monkeypatch.setattr(stage, "_render", lambda source, progress: {"index.html": "made anew"})
+    monkeypatch.setattr(stage, "_render", lambda source, jobs, progress: {"index.html": "made anew"})
     monkeypatch.setattr(stage, "publish", lambda folder, files, summary: None)
     settings = Settings()
     assert run(workspace, settings)["skipped"]
