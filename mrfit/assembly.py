@@ -50,6 +50,8 @@ class Assembly:
         The response and its exact derivatives, where the model has them.
     alone
         Whether it is a base model as it stands, without effects or dependence on current.
+    adds
+        Whether an effect adds a term to the base's output, or to the record.
     """
 
     name: str
@@ -61,6 +63,7 @@ class Assembly:
     reduced: Reduced | None = None
     sensitivities: Sensitivities | None = None
     alone: bool = False
+    adds: bool = False
 
 
 def _nothing_derived(theta: Array) -> Array:
@@ -146,7 +149,8 @@ def _with_effects(base: Assembly, modules: list[ModuleType]) -> Assembly:
         rate_independent=False,
     )
     chain = _Chain(base, spec, modules, specs)
-    return replace(base, spec=spec, simulate=chain.simulate, derived=chain.derived, start_values=chain.start_values)
+    whole = replace(base, spec=spec, simulate=chain.simulate, derived=chain.derived, start_values=chain.start_values)
+    return replace(whole, adds=any(e.slot in ("add", "record") for e in specs))
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ import time
 import traceback
 import warnings
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextvars import ContextVar
 from multiprocessing.connection import Connection, wait
@@ -76,7 +76,7 @@ def give_up() -> None:
 
 def in_processes(
     make: Callable[[Item, Progress], Made], items: Sequence[Item], jobs: int, progress: Progress
-) -> Iterator[Made]:
+) -> Generator[Made, None, None]:
     """Yield what ``make`` makes of the items by processes, in their order; by threads where the system cannot fork.
 
     If one fails, or the caller is interrupted, the others are ended.
@@ -99,7 +99,10 @@ def in_processes(
         If a process was killed.
     """
     jobs = min(jobs, len(items))
-    if jobs < 2 or not FORKS:
+    if jobs < 2:
+        yield from (make(item, progress) for item in items)
+        return
+    if not FORKS:
         yield from in_order(lambda item: make(item, progress), items, jobs)
         return
     pool = _Pool(make, items, progress)

@@ -13,7 +13,7 @@ that is left of it; standard errors count the scatter between conditions, since 
 everywhere and a shadow has not; and what an effect takes must exceed what all together leave.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from mrfit import registry
@@ -23,7 +23,6 @@ from mrfit.discover.screen import Screened, reach, screen
 from mrfit.discover.trials import HOLDOUT_CLEAR, Trial, judge, leaves_too_much, try_out
 from mrfit.progress import Progress
 from mrfit.specs import EffectSpec
-from mrfit.workers import in_order
 
 # Screened candidates that to first order take away less of the squared error than this are not refitted
 WORTH_A_REFIT = 1e-3
@@ -168,7 +167,7 @@ def _trials(
     worth = [c for c in candidates if not c.reason and c.gain > WORTH_A_REFIT][:MOST_REFITS]
     number, progress = listener
     trials: list[Trial] = []
-    for trial in _side_by_side(fitter, present, worth, verdict):
+    for trial in try_out(fitter, present, worth, verdict.base, verdict.alike):
         trials.append(trial)
         if number == 0 or trial.passes or verdict.reasons[trial.name] == UNSEEN:
             beside = f", beside {' and '.join(present.effects)}" if number else ""
@@ -178,11 +177,6 @@ def _trials(
     for candidate in candidates:
         verdict.reasons.setdefault(candidate.name, candidate.reason or UNSEEN)
     return trials
-
-
-def _side_by_side(fitter: Fitter, present: Refit, candidates: Sequence[Screened], verdict: Verdict) -> Iterator[Trial]:
-    """Yield the trial of each candidate beside the present effects, by threads: they are fits of different models."""
-    return in_order(lambda c: try_out(fitter, present, c, verdict.base, verdict.alike(c.name)), candidates, fitter.jobs)
 
 
 def aliases_of(name: str) -> set[str]:
@@ -298,7 +292,7 @@ def _choose_again(fitter: Fitter, verdict: Verdict) -> None:
             and (s.name in alike or reach([s], without, fitter.stride) > WORTH_A_DUEL)
         ]
         rivals = sorted(rivals, key=lambda s: (s.name not in alike, -s.gain))[:MOST_RIVALS]
-        trials = _side_by_side(fitter, without, rivals, verdict)
+        trials = try_out(fitter, without, rivals, verdict.base, verdict.alike)
         own = judge(name, without, verdict.final, verdict.base, verdict.alike(name))
         passing = sorted((t for t in (own, *trials) if t.passes), key=lambda t: t.fit.chi("holdout"))
         winner, equals = duel(fitter, without, passing or [own], verdict)

@@ -1,7 +1,7 @@
 """Two effects at once: each may be worth nothing before the other is there, or look like a third."""
 
 from collections.abc import Mapping, Sequence
-from itertools import combinations
+from itertools import chain, combinations
 
 from mrfit.discover.refit import Fitter, Refit
 from mrfit.discover.screen import Screened, reach
@@ -43,13 +43,13 @@ def best_pair(
     known = {s.name: s for s in screened}
     best: Refit | None = None
     promising = _promising(fitter, present, tried, screened)[:MOST_PAIRS]
-    for done, names in enumerate(promising, 1):
-        for name in names:
-            if name not in tried:
-                tried[name] = try_out(fitter, present, known[name], base)
+    lacking = [known[name] for name in dict.fromkeys(chain.from_iterable(promising)) if name not in tried]
+    tried |= {trial.name: trial for trial in try_out(fitter, present, lacking, base)}
+    values = {name: trial.fit.values for name, trial in tried.items()}
+    starts = [[values[one] | values[other], values[other] | values[one]] for one, other in promising]
+    fits = fitter.refits([([*present.effects, *names], own) for names, own in zip(promising, starts, strict=True)])
+    for done, (names, both) in enumerate(zip(promising, fits, strict=True), 1):
         one, other = (tried[n] for n in names)
-        starts = [one.fit.values | other.fit.values, other.fit.values | one.fit.values]
-        both = fitter.refit([*present.effects, *names], starts)
         if best is None or both.chi("holdout") < best.chi("holdout"):
             proven = judge(other.name, one.fit, both, base).passes and judge(one.name, other.fit, both, base).passes
             best = both if proven else best

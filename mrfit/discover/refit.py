@@ -1,6 +1,7 @@
 """Fit a base with some effects jointly, all parameters free, and say how far it is off on data it has not seen."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -19,7 +20,9 @@ from mrfit.fit.separable import projection_of
 from mrfit.fit.starts import at_scales
 from mrfit.fit.uncertainty import Uncertainty, analyse, long_run_covariance, sensitivities
 from mrfit.optimizers import auto
+from mrfit.progress import silent
 from mrfit.specs import Array, EffectSpec, Param
+from mrfit.workers import in_processes
 
 # Evaluations of a refit, for each free parameter: it starts next to its optimum
 REFIT_BUDGET = 60
@@ -122,6 +125,10 @@ class Refit:
         return theta
 
 
+Wanted = tuple[Sequence[str], Sequence[dict[str, float]]]
+"""Effects that are to be fitted together, and the start values by parameter name, see ``Fitter.refit``."""
+
+
 @dataclass(frozen=True)
 class Fitter:
     """Fits assemblies to a bench's training segments.
@@ -141,7 +148,7 @@ class Fitter:
     keep
         Called with effects and optimum after each fit.
     jobs
-        Worker threads.
+        Worker processes.
     judged
         The last fit judged of each set of effects: the same optimum is asked for again and again.
     """
@@ -174,6 +181,12 @@ class Fitter:
             self._remember((), outcome.point, outcome.cost)
         return self._judged((), assembly, cube, self.known[()])
 
+    def refits(self, wanted: Sequence[Wanted]) -> Iterator[Refit]:
+        """Yield refits one after the other, while processes make the descents of those to come."""
+        with closing(in_processes(lambda one, told: self._descent(one), wanted, self.jobs, silent)) as descents:
+            for one, found in zip(wanted, descents, strict=True):
+                yield self._refitted(one, found)
+
     def refit(self, effects: Sequence[str], starts: Sequence[dict[str, float]]) -> Refit:
         """Return the base with effects, fitted jointly from the best of several starts.
 
@@ -184,17 +197,30 @@ class Fitter:
         starts
             Start values by parameter name; parameters not named start at the SPEC's value, neutral for an effect.
         """
+        return next(self.refits([(effects, starts)]))
+
+    def _descent(self, wanted: Wanted) -> tuple[Array, float] | None:
+        """Return point and cost where the descent of a refit ends; None where an optimum is known."""
+        key, posed, points = self._started(wanted)
+        return None if key in self.known else _descended(posed, points)
+
+    def _refitted(self, wanted: Wanted, found: tuple[Array, float] | None) -> Refit:
+        key, posed, points = self._started(wanted)
+        if found is not None:
+            self._remember(key, *found)
+        elif _starts_lower(posed, points, self.known[key]):
+            # not kept for a later run: that one comes by here again
+            self.known[key] = _descended(posed, points)[0]
+        return self._judged(key, posed.assembly, posed.cube, self.known[key])
+
+    def _started(self, wanted: Wanted) -> tuple[tuple[str, ...], Posed, Array]:
+        """Return the effects in their order, the problem, and the points (P, F) to start from."""
+        effects, starts = wanted
         key = tuple(sorted(effects))
         assembly, cube = self.assembly(key), self.cube(key)
         names = [p.name for p in cube.params]
         theta = np.array([[s.get(n, p.start) for n, p in zip(names, cube.params, strict=True)] for s in starts])
-        posed, points = self._posed(assembly, cube), cube.to_points(theta)
-        if key not in self.known:
-            self._remember(key, *_descended(posed, points))
-        elif _starts_lower(posed, points, self.known[key]):
-            # not kept for a later run: that one comes by here again
-            self.known[key] = _descended(posed, points)[0]
-        return self._judged(key, assembly, cube, self.known[key])
+        return key, self._posed(assembly, cube), cube.to_points(theta)
 
     def thorough(self, found: Refit) -> Refit:
         """Return a fit searched again from many starts: a base that imitated the effect may be far off its own."""

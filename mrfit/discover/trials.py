@@ -1,11 +1,11 @@
 """One effect on trial: refitted jointly with all else, and what it has to show before it is believed."""
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from mrfit.discover.refit import Fitter, Refit, paired_z
+from mrfit.discover.refit import Fitter, Refit, Wanted, paired_z
 from mrfit.discover.screen import Screened
 
 # Standard errors from neutral: twenty candidates reach 3 by chance in 5 of 100 data sets, 4 in 1 of 1000
@@ -105,13 +105,36 @@ def judge(name: str, before: Refit, after: Refit, base: Refit, alike: Collection
     return Trial(name, after, gain, paired_z(before.holdout, after.holdout), overwhelms, needed)
 
 
-def try_out(fitter: Fitter, present: Refit, candidate: Screened, base: Refit, alike: Collection[str] = ()) -> Trial:
-    """Return the trial of a screened effect beside those of the present model."""
+def try_out(
+    fitter: Fitter,
+    present: Refit,
+    candidates: Sequence[Screened],
+    base: Refit,
+    alike: Callable[[str], Collection[str]] = lambda name: (),
+) -> Iterator[Trial]:
+    """Yield the trial of each screened effect beside those of the present model.
+
+    Parameters
+    ----------
+    fitter
+        Fits assemblies to the training segments.
+    present, base
+        The model that each is added to, and that without any effect.
+    candidates
+        The effects.
+    alike
+        Gives the effects that one is alike to, see ``judge``.
+    """
+    fits = fitter.refits([_wanted(fitter, present, c) for c in candidates])
+    for candidate, fit in zip(candidates, fits, strict=True):
+        yield judge(candidate.name, present, fit, base, alike(candidate.name))
+
+
+def _wanted(fitter: Fitter, present: Refit, candidate: Screened) -> Wanted:
     here = present.values
     # a nudge off neutral, what first order asks for, and thrice that where first order falls short
     starts = [here | _scaled(fitter, candidate, factor) for factor in (0.1, 1.0, 3.0)]
-    fit = fitter.refit([*present.effects, candidate.name], [*starts, here])
-    return judge(candidate.name, present, fit, base, alike)
+    return [*present.effects, candidate.name], [*starts, here]
 
 
 def _scaled(fitter: Fitter, candidate: Screened, factor: float) -> dict[str, float]:

@@ -291,4 +291,6 @@ def projection_of(posed: Posed) -> Projection | None:
         return None
     settled = projection.settled()
     last = settled.moving[-1:]
-    return replace(settled, complete=bool(len(last)) and projection.vanishes(last))
+    # a term that an effect adds may be silent wherever one looks for it, as an end stop beyond the stroke is
+    complete = bool(len(last)) and not posed.assembly.adds and projection.vanishes(last)
+    return replace(settled, complete=complete)

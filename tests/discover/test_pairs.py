@@ -32,7 +32,7 @@ def found_in(folder: Path, mass: float, drag: float) -> Refit | None:
     fitter = fitter_of(folder, mass, drag)
     base = fitter.first(0)
     screened = screen(fitter, base, EFFECTS)
-    trials = [try_out(fitter, base, s, base) for s in screened if s.name == "coulomb-friction"]
+    trials = list(try_out(fitter, base, [s for s in screened if s.name == "coulomb-friction"], base))
     return best_pair(fitter, base, base, (screened, trials), silent)
 
 
@@ -56,7 +56,7 @@ def test_a_rival_that_ended_in_a_local_minimum_is_fitted_again_from_where_it_sta
     fitter.known["inertia",] = cube.to_points(np.array([[poor[p.name] for p in cube.params]]))[0]
     astray = judge("inertia", base, fitter.refit(["inertia"], [poor]), base)
     screened = {s.name: s for s in screen(fitter, base, EFFECTS)}
-    other = try_out(fitter, base, screened["quadratic-drag"], base)
+    other = next(try_out(fitter, base, [screened["quadratic-drag"]], base))
     winner, equals = duel(fitter, base, [astray, other], Verdict(base, base, base))
     assert astray.fit.chi("holdout") > 1.5 > 1.1 > winner.fit.chi("holdout")
     assert (winner.name, equals) == ("inertia", ())

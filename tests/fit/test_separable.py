@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.planted import problem
-from mrfit import optimize
+from mrfit import optimize, registry
 from mrfit.assembly import assemble
 from mrfit.fit import separable
 from mrfit.fit.cube import cube_of
@@ -15,6 +15,10 @@ from mrfit.fit.problem import Posed
 from mrfit.fit.separable import Projection, SeparableObjective, projection_of
 from mrfit.specs import Array
 from tests.fit.toy import block, linear_model
+
+
+def fits(effect: str) -> bool:
+    return "force" in registry.load("effect", effect).SPEC.outputs
 
 
 def posed(model: str, conditions: int = 1) -> Posed:
@@ -95,6 +99,25 @@ def test_the_share_of_the_last_linear_parameter_is_what_the_others_leave(model: 
 def test_what_stays_without_the_linear_parameters_is_no_share_of_theirs() -> None:
     # the friction of LuGre's bristles is no linear parameter
     assert not projection(posed("lugre")).complete
+
+
+@pytest.mark.parametrize("base", ["tanh", "biviscous"])
+@pytest.mark.parametrize("effect", [e for e in registry.names("effect") if fits(e)])
+def test_residuals_are_those_of_the_whole_model_whatever_an_effect_does(base: str, effect: str) -> None:
+    """Where a projection looks what a model is like, an end stop may lie beyond the stroke."""
+    at = posed(base, 2)
+    assembly = assemble(f"{base}+{effect}")
+    inputs = len(at.assembly.spec.inputs)
+    time = np.linspace(0.0, 1.0, at.blocks[0].drive.shape[1])
+    more = {"temperature": 20.0 + 30.0 * time, "current": 1.0 + np.sin(20.0 * time)}
+    rows = [more.get(name, np.gradient(time)) for name in assembly.spec.inputs[inputs:]]
+    blocks = [replace(b, drive=np.vstack([b.drive, *rows])) for b in at.blocks]
+    whole = replace(at, blocks=blocks, assembly=assembly, cube=cube_of(assembly.spec, {}, {}, {}))
+    own = projection(whole)
+    solved = own.solve(np.random.default_rng(0).uniform(0.05, 0.95, (8, len(own.cube.free))))
+    expected = whole.of_theta(solved.theta)
+    error = np.abs(solved.residuals - expected).max(axis=1)
+    assert np.all(error <= 1e-6 * np.abs(expected).max(axis=1))
 
 
 @pytest.mark.parametrize("model", ["neural-network", "hammerstein-wiener"])
