@@ -1,6 +1,5 @@
 """The command line: parse, call one stage, print. Heavy imports stay inside commands, so that --help is quick."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -380,19 +379,8 @@ def show(
 
 
 def main() -> None:
-    """Run the command line; every error ends in one line and the right exit code, a traceback with --debug only."""
-    try:
-        code = app(standalone_mode=False) or 0
-    except KeyboardInterrupt:
-        code = console.INTERRUPTED
-    except Exception as error:
-        if "--debug" in sys.argv:
-            raise
-        text, code = console.explain(error)
-        sys.stderr.write(f"mrfit: {text}\n" if text else "")
-    if code == console.INTERRUPTED:
-        sys.stderr.write("mrfit: stopped; the same command goes on where this one was\n")
-    sys.exit(code)
+    """Run the command line."""
+    console.run(app)
 
 
 if __name__ == "__main__":

@@ -1,10 +1,11 @@
 """What a person at the terminal sees: progress bars on standard error, tables and summaries on standard output."""
 
 import json
+import signal
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, NoReturn
 
 import typer
 
@@ -100,17 +101,48 @@ def numbers(row: Mapping[str, Any], names: Sequence[str]) -> list[Any]:
     return [row.get(n) for n in names]
 
 
+def run(app: typer.Typer) -> NoReturn:
+    """Run the command line; every error ends in one line and the right exit code, a traceback with --debug only."""
+    # asked to end, end as at Ctrl-C: workers too, and the terminal as it was
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        code = app(standalone_mode=False) or 0
+    except KeyboardInterrupt:
+        code = INTERRUPTED
+    except Exception as error:
+        text, code = explain(error)
+        if "--debug" in sys.argv and not _of_usage(error) and code != INTERRUPTED:
+            raise
+        sys.stderr.write(f"mrfit: {text}\n" if text else "")
+    if code == INTERRUPTED:
+        sys.stderr.write("mrfit: stopped; the same command goes on where this one was\n")
+    sys.exit(code)
+
+
+def _of_usage(error: Exception) -> bool:
+    # typer brings a click of its own, whose usage errors have no public name
+    return hasattr(error, "format_message")
+
+
+def _interrupted(error: BaseException | None) -> bool:
+    """Return whether an error is what compiled code makes of an interrupt: a SystemError, or a chain of them."""
+    while isinstance(error, SystemError):
+        error = error.__cause__
+    return isinstance(error, KeyboardInterrupt)
+
+
 def explain(error: Exception) -> tuple[str, int]:
     """Return the one line and the exit code with which an exception ends."""
     if isinstance(error, MrfitError):
         return str(error), error.exit_code
-    if isinstance(error, typer.Abort):
+    if isinstance(error, typer.Abort) or _interrupted(error):
         return "", INTERRUPTED
-    # typer brings a click of its own, whose usage errors have no public name
-    if hasattr(error, "format_message"):
+    if _of_usage(error):
         context = getattr(error, "ctx", None)
         path = context.command_path if context else "mrfit"
-        text = error.format_message()
+        text = str(error.format_message())  # type: ignore[attr-defined]
+        if "No such option: --debug" in text:
+            return "--debug stands before the command, as in `mrfit --debug fit …`", 2
         # without arguments help was printed already
         return f"{text} (`{path} --help` shows how)" if text else "", 2
     if isinstance(error, (MemoryError, OSError)):

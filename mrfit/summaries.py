@@ -36,8 +36,18 @@ def ingest(summary: Summary, work: Path) -> None:
     for recording in summary["recordings"]:
         for finding in recording["findings"]:
             say(f"  {recording['id']}: {finding['text']}")
+    _say_unnamed([(r["id"], [c["name"] for c in r["channels"]]) for r in summary["recordings"]])
     for refused in summary["refused"]:
         say(f"  refused {refused['source']}: {refused['reason']}; {refused['remedy']}")
+
+
+def _say_unnamed(logs: Sequence[tuple[str, Sequence[str]]]) -> None:
+    """Say which logs, of these with their channels, no model can take anything of."""
+    unnamed = [log for log, channels in logs if not {*channels} & {*CHANNELS}]
+    if unnamed:
+        more = f" and {len(unnamed) - 1} more" if len(unnamed) > 1 else ""
+        text = "no channel a model takes; say in a channel map (mrfit.toml beside the logs) which column is what"
+        say(f"  {unnamed[0]}{more}: {text}")
 
 
 def copy_text(copy: Summary) -> str:
@@ -67,12 +77,7 @@ def preview(rows: Sequence[Summary]) -> None:
     for row in read:
         if row["oddities"]:
             say(f"  {row['source']}: {row['oddities']}")
-    if unnamed := [
-        r["source"] for r in read if not {c.split(" (")[0] for c in r["channels"].split(", ")} & {*CHANNELS}
-    ]:
-        more = f" and {len(unnamed) - 1} more" if len(unnamed) > 1 else ""
-        text = "no channel a model takes; say in a channel map (mrfit.toml beside the logs) which column is what"
-        say(f"  {unnamed[0]}{more}: {text}")
+    _say_unnamed([(r["source"], [c.split(" (")[0] for c in r["channels"].split(", ")]) for r in read])
     remedies: dict[str, list[Summary]] = {}
     for row in rows:
         if row["reader"] == "refused":

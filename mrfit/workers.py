@@ -4,16 +4,20 @@ Threads are for what reads and unpacks files, and shares memory. Processes are f
 half of its time, as fits and figures do: two threads of these take as long as one.
 """
 
+import ctypes
 import multiprocessing
 import os
+import pickle
 import signal
 import sys
+import threading
 import time
 import traceback
 import warnings
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
 from contextvars import ContextVar
 from multiprocessing.connection import Connection, wait
 from threading import Event
@@ -28,6 +32,9 @@ Made = TypeVar("Made")
 # A forked process has all that its parent has, so only results have to be sent. Elsewhere system libraries do not
 # survive a fork, and whatever makes the items would have to be sent too.
 FORKS = sys.platform == "linux"
+# Of prctl(2): the signal to be sent to a process when its parent ends
+PR_SET_PDEATHSIG = 1
+KILLED = "a worker process was killed; there may be too little memory: try --jobs 1"
 # Seconds between two messages of a process about its progress
 QUIET = 0.1
 
@@ -126,22 +133,18 @@ class _Pool:
 
     def fork(self, jobs: int) -> None:
         """Start the processes, each with its first item."""
-        for _ in range(jobs):
-            ours, theirs = multiprocessing.Pipe()
-            with warnings.catch_warnings():
-                # of other threads: that of a progress bar holds nothing that these processes ask for
-                warnings.simplefilter("ignore", DeprecationWarning)
-                process = os.fork()
-            if process == 0:
-                for pipe in [*self.pipes, ours]:
-                    # held open here, it would not tell the other processes that nobody listens any more
-                    pipe.close()
-                _serve(self.make, self.items, theirs)
-            theirs.close()
-            self.processes.append(process)
-            self.pipes.append(ours)
-            self.busy.append(ours)
-            self._begin(ours)
+        with _interrupts_later():
+            for _ in range(jobs):
+                ours, theirs = multiprocessing.Pipe()
+                process = _forked()
+                if process == 0:
+                    # held open here, they would not tell the other processes that nobody listens any more
+                    _serve(self.make, self.items, theirs, [*self.pipes, ours])
+                theirs.close()
+                self.processes.append(process)
+                self.pipes.append(ours)
+                self.busy.append(ours)
+                self._begin(ours)
 
     def results(self) -> Iterator[Any]:
         """Yield what the processes made, in the order of the items."""
@@ -164,17 +167,20 @@ class _Pool:
 
     def _begin(self, pipe: Connection) -> None:
         """Give a process its next item, if there is one."""
-        if self.begun < len(self.items):
-            pipe.send(self.begun)
-            self.begun += 1
-        else:
+        if self.begun == len(self.items):
             self.busy.remove(pipe)
+            return
+        try:
+            pipe.send(self.begun)
+        except OSError:
+            raise MrfitError(KILLED) from None
+        self.begun += 1
 
     def _hear(self, pipe: Connection) -> None:
         try:
             number, how, what = pipe.recv()
-        except (EOFError, ConnectionError):
-            raise MrfitError("a worker process was killed; there may be too little memory: try --jobs 1") from None
+        except (EOFError, OSError):
+            raise MrfitError(KILLED) from None
         if how == "progress":
             self.progress(*what)
             return
@@ -184,19 +190,57 @@ class _Pool:
         self._begin(pipe)
 
 
-def _serve(make: Callable[[Any, Progress], Any], items: Sequence[Any], pipe: Connection) -> NoReturn:
-    """Make items as they are asked for, until nobody asks any more."""
+@contextmanager
+def _interrupts_later() -> Iterator[None]:
+    """Hold an interrupt back: what Python itself does around a fork would swallow it."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, frame: came.append(number))
     try:
-        # an interrupt goes to all processes of a terminal, and the parent ends this one
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if came and callable(before):
+        before(came[0], None)
+
+
+def _forked() -> int:
+    """Fork, and return the new process's number, 0 in that process."""
+    with warnings.catch_warnings():
+        # of other threads, as that of a progress bar: what they may hold is not asked for, see ``_serve``
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return os.fork()
+
+
+def _serve(
+    make: Callable[[Any, Progress], Any], items: Sequence[Any], pipe: Connection, others: Sequence[Connection]
+) -> NoReturn:
+    """Make items as they are asked for, until nobody asks any more; in a forked process."""
+    try:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        # a progress bar's own streams have locks, which its thread may have held at the fork
+        sys.stdout, sys.stderr = _stream(1), _stream(2)
+        for other in others:
+            other.close()
         while True:
             number = pipe.recv()
             _make(make, items[number], number, pipe)
-    except (EOFError, ConnectionError):
+    except (EOFError, OSError):
         pass
     finally:
         # nothing of the parent's is to be written, closed or tidied up twice
         os._exit(0)
+
+
+def _stream(number: int) -> Any:
+    """Return a standard stream that keeps no lines back; None, as Python does, where it is closed."""
+    try:
+        return open(number, "w", buffering=1, closefd=False)
+    except OSError:
+        return None
 
 
 def _make(make: Callable[[Any, Progress], Any], item: Any, number: int, pipe: Connection) -> None:
@@ -210,9 +254,18 @@ def _make(make: Callable[[Any, Progress], Any], item: Any, number: int, pipe: Co
             pipe.send((number, "progress", (what, done, total)))
 
     try:
-        pipe.send((number, "made", make(item, tell)))
-    except ConnectionError:
-        raise
-    except Exception as error:
-        error.add_note(traceback.format_exc())
-        pipe.send((number, "failed", error))
+        made = pickle.dumps((number, "made", make(item, tell)))
+    except BaseException as error:
+        made = pickle.dumps((number, "failed", _sendable(error)))
+    pipe.send_bytes(made)
+
+
+def _sendable(error: BaseException) -> BaseException:
+    """Return an error with its traceback as a note; one that could not be sent as a RuntimeError that says the same."""
+    note = traceback.format_exc()
+    try:
+        pickle.loads(pickle.dumps(error))
+    except Exception:
+        error = RuntimeError(f"{type(error).__name__}: {error}")
+    error.add_note(note)
+    return error

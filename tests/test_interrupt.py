@@ -1,4 +1,4 @@
-"""Ctrl-C ends a command soon, with one line, and the same command goes on."""
+"""Ctrl-C, or being asked to end, ends a command soon, with one line, and the same command goes on."""
 
 import signal
 import subprocess
@@ -6,10 +6,16 @@ import sys
 import time
 from pathlib import Path
 
+import pytest
+
+from mrfit.console import explain
 from tests.conftest import Run
 
 
-def test_an_interrupted_search_stops_at_once_and_says_so(mrfit: Run, datasets: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("asked", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_search_stops_at_once_and_says_so(
+    asked: signal.Signals, mrfit: Run, datasets: Path, tmp_path: Path
+) -> None:
     assert mrfit("ingest", datasets / "coil" / "coil_05Hz_3A.csv").returncode == 0
     assert mrfit("segment").returncode == 0
     search = ["fit", "--model", "boucwen-flux", "--opt", "ga", "--budget", "100000000", "--stall", "1"]
@@ -18,8 +24,15 @@ def test_an_interrupted_search_stops_at_once_and_says_so(mrfit: Run, datasets: P
     )
     time.sleep(6.0)
     assert process.poll() is None
-    process.send_signal(signal.SIGINT)
+    process.send_signal(asked)
     _, errors = process.communicate(timeout=120.0)
     assert process.returncode == 130
     assert errors.decode().strip().splitlines()[-1] == "mrfit: stopped; the same command goes on where this one was"
     assert not list((tmp_path / "mrfit-work" / "fits").rglob("fit.json"))
+
+
+def test_what_compiled_code_makes_of_an_interrupt_is_one() -> None:
+    error, inner = SystemError("a kernel returned a result with an exception set"), SystemError("so did another")
+    error.__cause__, inner.__cause__ = inner, KeyboardInterrupt()
+    assert explain(error) == ("", 130)
+    assert explain(SystemError("anything else"))[1] == 1

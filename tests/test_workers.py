@@ -1,5 +1,6 @@
 """Results come in the order of the items; a failure keeps what has not begun from being made."""
 
+import io
 import os
 import signal
 import subprocess
@@ -13,7 +14,7 @@ import pytest
 
 from mrfit.errors import DataError, MrfitError
 from mrfit.progress import Progress, silent
-from mrfit.workers import FORKS, give_up, in_order, in_processes
+from mrfit.workers import FORKS, _interrupts_later, give_up, in_order, in_processes
 
 forks = pytest.mark.skipif(not FORKS, reason="no processes are forked here")
 
@@ -118,10 +119,46 @@ def test_a_failure_in_a_process_ends_the_others() -> None:
         os.waitpid(-1, os.WNOHANG)
 
 
+class OfTwo(Exception):
+    """Cannot be made again from its one text, as is done with what is sent."""
+
+    def __init__(self, what: str, row: int) -> None:
+        super().__init__(f"{what} in row {row}")
+
+
 @forks
 def test_what_cannot_be_sent_is_told() -> None:
     with pytest.raises(Exception, match="pickle"):
         list(in_processes(lambda item, told: lambda: item, range(3), 2, silent))
+
+    def fail(item: int, told: Progress) -> int:
+        raise OfTwo("no number", 3)
+
+    with pytest.raises(RuntimeError, match="OfTwo: no number in row 3") as raised:
+        list(in_processes(fail, range(3), 2, silent))
+    assert "in fail" in raised.value.__notes__[0]
+
+
+@forks
+def test_a_process_writes_to_streams_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those of a progress bar have locks, which nobody may ever let go of after a fork."""
+    ours = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", ours)
+
+    def written(item: int, told: Progress) -> bool:
+        print("", end="", file=sys.stderr)
+        return sys.stderr is not ours and sys.stdout is not None
+
+    assert all(in_processes(written, range(3), 2, silent))
+
+
+def test_an_interrupt_waits_for_the_end_of_a_fork() -> None:
+    after = []
+    with pytest.raises(KeyboardInterrupt), _interrupts_later():
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.05)
+        after.append(1)
+    assert after
 
 
 @forks
@@ -144,9 +181,7 @@ from mrfit.workers import in_processes
 
 def work(item, told):
     Path({str(tmp_path)!r}, str(os.getpid())).touch()
-    for step in range(10_000):
-        time.sleep(0.01)
-        told("work", step, 10_000)
+    time.sleep(1000.0)
 
 list(in_processes(work, range(2), 2, print))
 """

@@ -82,16 +82,19 @@ def judge(
     axes = np.eye(len(params))
     widths = np.array([uncertainty.half_width(axis) for axis in axes])
     open_names = [p.name for p, w in zip(params, widths, strict=True) if not np.isfinite(w)]
+    wide = [p.name for p, w in zip(params, widths, strict=True) if np.isfinite(w) and 2 * w > 1.0]
     loose = [p for p, w in zip(params, widths, strict=True) if np.isfinite(w) and 2 * w > LOOSE]
     fix = [params[int(k)].name for k in _pivots(uncertainty.null)]
-    sentences = [_summary(params, open_names, uncertainty)]
+    sentences = [_summary(params, open_names, uncertainty)] if open_names or not wide else []
+    if wide:
+        sentences.append(f"The interval{'s' * (len(wide) > 1)} of {_and(wide)} alone would be wider than the bounds.")
     redundant = uncertainty.directions[:, uncertainty.redundant]
     drowned = uncertainty.directions[:, uncertainty.open & ~uncertainty.redundant]
     sentences += [_redundancy(params, d) for d in sparse_directions(redundant)]
     sentences += [_drowning(params, d) for d in sparse_directions(drowned)]
     sentences += _remedies(readable, fix, params, drowned, loose, segments)
     sentences += _bounds(params, point)
-    return Verdict(tuple(open_names), tuple(p.name for p in loose), tuple(fix), tuple(sentences))
+    return Verdict((*open_names, *wide), tuple(p.name for p in loose), tuple(fix), tuple(sentences))
 
 
 def sparse_directions(null: Array) -> list[Array]:

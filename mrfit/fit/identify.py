@@ -176,6 +176,8 @@ def search_optimum(
         limits = levels.Limits(settings.budget, settings.seconds, settings.stall)
         outcome = reduced.search(posed, starts, settings.rng(group.name), limits, on_progress)
     else:
+        if settings.budget is not None:
+            starts = starts[: max(settings.budget - 1, 1)]
         objective = Objective(posed.residuals, starts[0], budget=len(starts), on_progress=on_progress, starts=starts)
         if len(starts) > 1:
             objective.costs(starts)

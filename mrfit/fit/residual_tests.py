@@ -68,7 +68,8 @@ def input_dependence(
     apart = max(1, round(max(periods, default=0.0) / (4 * LAGS)))
     reach = LAGS * apart
     usable = [k for k, u in enumerate(inputs) if len(u) > 4 * reach and np.ptp(u) > 1e-9 * np.abs(u).max()]
-    sums, variance, power, drive = np.zeros(2 * LAGS + 1), 0.0, 0.0, 0.0
+    sums, drives = np.zeros((2, 2 * LAGS + 1))
+    variance, power = 0.0, 0.0
     for k in usable:
         centred = inputs[k] - inputs[k].mean()
         residual = residuals[k] - residuals[k].mean()
@@ -79,11 +80,12 @@ def input_dependence(
         products = windows[[0, LAGS, 2 * LAGS]].T * noise[:, None]
         variance += float(np.diag(long_run_covariance(products)).max())
         power += float(residual[inner] @ residual[inner])
-        drive += float(centred[inner] @ centred[inner])
-    scale = math.sqrt(power * drive)
-    if scale == 0.0:
+        drives += np.einsum("ln,ln->l", windows, windows)
+    if power == 0.0 or not np.any(drives):
         return None
-    place = int(np.argmax(np.abs(sums)))
+    # where the input rests for as long as a window, nothing can go with it
+    scales = np.sqrt(power * np.where(drives > 0.0, drives, np.inf))
+    place = int(np.argmax(np.abs(sums / scales)))
     # window k begins k lags into the input, while the residual begins LAGS lags in
-    limit = QUANTILE * math.sqrt(variance) / scale
-    return Dependence(channel, float(sums[place] / scale), (LAGS - place) * apart, limit)
+    limit = QUANTILE * math.sqrt(variance) / scales[place]
+    return Dependence(channel, float(sums[place] / scales[place]), (LAGS - place) * apart, float(limit))

@@ -102,7 +102,8 @@ def with_intervals(rows: Sequence[dict[str, Any]], found: Mapping[str, Interval]
         if interval is None or row["fixed"]:
             changed.append(row)
         else:
-            known = interval.low is not None and interval.high is not None
+            # an end beyond the bounds is none: the other one says something nevertheless
+            known = interval.low is not None or interval.high is not None
             changed.append({**row, "low": interval.low, "high": interval.high, "identifiable": known})
     return changed
 

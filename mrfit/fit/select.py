@@ -15,6 +15,8 @@ from mrfit.recording import Recording, Segment
 LOW, MEDIUM = 0.015, 0.1
 # Logs named for one reason in a warning
 NAMED = 6
+# Conditions listed where --only names none
+LISTED = 12
 
 
 def usable(
@@ -81,7 +83,12 @@ def left_out_warnings(left_out: Sequence[Mapping[str, str]], segments: int) -> l
     return found
 
 
-def select(segments: Sequence[Segment], only: str, recordings: Mapping[str, Recording]) -> list[Segment]:
+def select(
+    segments: Sequence[Segment],
+    only: str,
+    recordings: Mapping[str, Recording],
+    roles: Sequence[str] = ("train",),
+) -> list[Segment]:
     """Return the segments a fit is limited to.
 
     Parameters
@@ -93,6 +100,8 @@ def select(segments: Sequence[Segment], only: str, recordings: Mapping[str, Reco
         high, so that ``LMH`` and ``MH`` are the data sets of preyield paper; else patterns on conditions, by commas.
     recordings
         Recordings by id.
+    roles
+        Of segments that a model can be fitted to.
 
     Raises
     ------
@@ -109,9 +118,11 @@ def select(segments: Sequence[Segment], only: str, recordings: Mapping[str, Reco
     else:
         kept = [s for s in segments if named(s.condition, only)]
         what = "patterns on conditions"
-    if not any(s.role == "train" for s in kept):
-        there = ", ".join(sorted({s.condition for s in segments if s.role == "train"})[:12])
-        raise ConfigError(f"--only {only} leaves nothing to train on; it takes {what}, and there are {there}")
+    if not any(s.role in roles for s in kept):
+        there = sorted({s.condition for s in segments if s.role in roles})
+        more = f" and {len(there) - LISTED} more" if len(there) > LISTED else ""
+        listed = ", ".join(there[:LISTED]) + more
+        raise ConfigError(f"--only {only} leaves nothing to train on; it takes {what}, and there are {listed}")
     return kept
 
 

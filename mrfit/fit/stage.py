@@ -178,11 +178,12 @@ def prepare(workspace: Workspace, settings: Settings) -> Prepared:
     segments, _ = workspace.read_segments()
     recordings = load_recordings(workspace, segments)
     asked = [s for s in segments if named(s.condition, settings.only)]
-    if not any(s.role == "train" for s in asked):
-        asked = segments  # of which ``select`` says what there is
+    # a condition by itself holds a part of its own cycles out
     roles = ("train",) if settings.per == "all" else ("train", "holdout")
+    if not any(s.role in roles for s in asked):
+        asked = segments  # of which ``select`` says what there is
     able, left_out = usable(asked, recordings, assemble(settings.model), roles)
-    chosen = select(able, settings.only, recordings)
+    chosen = select(able, settings.only, recordings, roles)
     dependence = _dependence(settings, chosen, recordings)
     assembly = assemble(settings.model, dependence)
     # parameters that depend on current take it of every log

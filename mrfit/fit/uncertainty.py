@@ -93,7 +93,7 @@ class Uncertainty:
     @property
     def quantile(self) -> float:
         """Half-width of a 95 % interval in standard deviations."""
-        return float(stdtrit(max(self.degrees, 1.0), 0.975))
+        return quantile_95(self.degrees)
 
     @property
     def redundant(self) -> Mask:
@@ -128,8 +128,16 @@ class Uncertainty:
         return self.quantile * math.sqrt(variance)
 
 
+def quantile_95(degrees: float) -> float:
+    """Return the half-width of a 95 % interval in standard deviations, of Student's t."""
+    return float(stdtrit(max(degrees, 1.0), 0.975))
+
+
 def sensitivities(simulate: Callable[[Array], Array], point: Array) -> Array:
-    """Return d(simulate)/d(point) by central differences pointing into the cube: (P, F) -> (P, N) gives (N, F)."""
+    """Return d(simulate)/d(point) by central differences pointing into the cube: (P, F) -> (P, N) gives (N, F).
+
+    Where a neighbour cannot be simulated, a column is zero: nothing is known along that parameter.
+    """
     upper = np.minimum(point + STEP, 1.0)
     lower = np.maximum(point - STEP, 0.0)
     free = len(point)
@@ -137,7 +145,10 @@ def sensitivities(simulate: Callable[[Array], Array], point: Array) -> Array:
     points[np.arange(free), np.arange(free)] = upper
     points[free + np.arange(free), np.arange(free)] = lower
     rows = simulate(points)
-    jacobian: Array = ((rows[:free] - rows[free:]) / (upper - lower)[:, None]).T
+    with np.errstate(invalid="ignore"):
+        columns = (rows[:free] - rows[free:]) / (upper - lower)[:, None]
+    columns[~np.isfinite(columns).all(axis=1)] = 0.0
+    jacobian: Array = columns.T
     return jacobian
 
 
@@ -176,7 +187,7 @@ def analyse(jacobians: Sequence[Array], residuals: Sequence[Array], periods: Seq
     inverse = np.where(usable, 1.0 / scale, 0.0)
     covariance = inverse[:, None] * gamma * inverse[None, :]
     spreads = np.where(usable, np.sqrt(np.maximum(np.diag(covariance), 0.0)), np.inf)
-    wide = 2 * 1.96 * spreads > 1.0
+    wide = 2 * quantile_95(degrees) * spreads > 1.0
     covariance[wide, :] = 0.0
     covariance[:, wide] = 0.0
     return Uncertainty(
@@ -198,14 +209,14 @@ def _score_covariance(
     out of the residuals; the degrees are those of Satterthwaite's sum.
     """
     rank = bases[0].shape[1]
-    within, folded = np.zeros((2, rank, rank))
+    within, once, folded = np.zeros((3, rank, rank))
     worth, phases = 0.0, 0.0
     for number, (basis, series) in enumerate(zip(bases, residuals, strict=True)):
         period = periods[number] if len(periods) else 0.0
         cycles = len(series) / period if period >= 1.0 else 0.0
         if cycles < 2.0:
             within += (plain := long_run_covariance(basis * series[:, None]))
-            folded += plain
+            once += plain
             worth += effective_samples(series)
             continue
         bins = phase_bins(len(series), period)
@@ -216,10 +227,11 @@ def _score_covariance(
         folded += mirror_factor(repeated) * long_run_covariance(sums, circular=True)
         worth += effective_samples(noise)
         phases += effective_samples(repeated)
-    within *= worth / max(worth - rank, 1.0)
+    wider = worth / max(worth - rank, 1.0)
+    within *= wider
     if phases == 0.0:
         return within, worth - rank
-    larger = excess(folded * phases / max(phases - rank, 1.0), within)
+    larger = excess(once * wider + folded * phases / max(phases - rank, 1.0), within)
     total = float(np.trace(within + larger))
     share = float(np.trace(larger)) / total if total > 0.0 else 0.0
     inverse_degrees = share**2 / max(phases - rank, 1.0) + (1.0 - share) ** 2 / max(worth - rank, 1.0)

@@ -215,7 +215,7 @@ def damped_steps(
     """Return trial points (P, K), the fall of the squared cost they promise (P,), and that to be had (P,).
 
     Solves (S⁻¹ JᵀJ S⁻¹ + μ I) S d = -S⁻¹ Jᵀr, S the column norms of J, without the directions in which J is rank
-    deficient, shortens d to a tenth of the cube's edge and cuts it off at the bounds. That goes far along what the data
+    deficient, shortens d to a fifth of the cube's edge and cuts it off at the bounds. That goes far along what the data
     hardly determine. Where it promises too little, the better of two others is taken: the μ raised until d is short,
     and d with those parameters at their bound that would leave the cube. The last result is the fall that an undamped
     step along the free parameters would bring if the model were linear. Where a model is not finite, the point stays,

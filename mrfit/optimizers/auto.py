@@ -227,13 +227,15 @@ def _fan(objective: Objective, front: Front, active: Index, trial: tuple[Array, 
 def _polish(objective: Objective, front: Front) -> Front:
     """Let the leader of a front go on to the objective's tolerance, and return it."""
     leader = slice(best := int(np.argmin(front.model.costs)), best + 1)
-    # slices are views: what the leader gains is the front's
+    # slices are views: the points and costs that the leader gains are the front's
     alone = Front(front.points[leader], NormalEquations(*(part[leader] for part in front.model)))
     alone.dampings = front.dampings[leader]
     last = objective.tolerance < SETTLED
     if last or (front.under_way[best] and front.model.costs[best] <= objective.best_cost):
         slow, iterations = (SLOW_POLISHED, LEADER_ITERATIONS) if last else (SLOW_SETTLED, ITERATIONS)
         _descend(objective, alone, objective.tolerance, slow, iterations)
+        front.settled[best] |= alone.settled[0]
+        front.stuck[best] |= alone.stuck[0]
     return alone
 
 

@@ -55,11 +55,12 @@ def significant(value: float | None, digits: int = 3) -> str:
 def with_interval(value: float, low: float | None, high: float | None) -> tuple[str, str, str]:
     """Return value, low and high as plain text, to the digit at which half the interval shows two significant ones.
 
-    Four significant digits where there is no interval, three each where the interval is wider than the value, and up
-    to six where it is a point.
+    Four significant digits where there is no interval, or one end of it alone, three each where the interval is wider
+    than the value, and up to six where it is a point. An end that is open is empty.
     """
     if low is None or high is None or not math.isfinite(high - low):
-        return significant(value, 4), "", ""
+        ends = [significant(end, 4) if end is not None and math.isfinite(end) else "" for end in (low, high)]
+        return significant(value, 4), ends[0], ends[1]
     half = (high - low) / 2.0
     if half <= 0.0:
         exact = f"{value:.6g}".replace("e-0", "e-").replace("e+0", "e")

@@ -161,13 +161,13 @@ def _quantity(q: Quantity) -> dict[str, Any]:
         notes.append(f"at its bound {in_html(significant(q.bound))}" if q.bound is not None else "at a bound")
     if q.fixed:
         notes.append("held fixed")
-    known = q.identifiable and not q.fixed and bool(low)
+    known = q.identifiable and not q.fixed
     return {
         "quantity": q,
         "unit": unit_html(q.unit),
         "value": number(q.value, value),
-        "low": number(q.low, low) if known else None,
-        "high": number(q.high, high) if known else None,
+        "low": number(q.low, low) if known and low else None,
+        "high": number(q.high, high) if known and high else None,
         "notes": notes,
     }
 

@@ -85,9 +85,15 @@ def _quantity_table(sets: Sequence[tuple[Result, list[Quantity]]], caption: str,
 
 
 def _long_row(q: Quantity) -> list[str]:
-    _, low, high = with_interval(q.value, q.low, q.high)
-    interval = "held fixed" if q.fixed else f"[{in_latex(low)}, {in_latex(high)}]" if low else "not determined"
+    interval = "held fixed" if q.fixed else _interval(q)
     return [symbol_latex(q.name), escape_latex(q.text), _marked(q), interval, unit_latex(q.unit) or "--"]
+
+
+def _interval(q: Quantity) -> str:
+    low, high = (in_latex(end) if end else "" for end in with_interval(q.value, q.low, q.high)[1:])
+    if low and high:
+        return f"[{low}, {high}]"
+    return f"from {low}" if low else f"up to {high}" if high else "not determined"
 
 
 def _marked(q: Quantity) -> str:

@@ -149,12 +149,13 @@ def _nothing_found(first: Detection, lacking: Sequence[str], settings: Settings)
     if lacking:
         return (
             f"{lacking[0]}; no segment in any recording: name the drive's column in the channel map, or give it with "
-            "--drive CHANNEL"
+            "`mrfit segment --drive CHANNEL`"
         )
     cycles = max(2, settings.min_cycles)
     return (
         f"{first.recording.source}: no segment in this or any other recording: looked for {cycles} steady cycles, "
-        "steps, a sweep or random excitation; log more cycles, lower --min-cycles, or give another --drive CHANNEL"
+        "steps, a sweep or random excitation; log more cycles, or try `mrfit segment` with a lower --min-cycles, or "
+        "--drive CHANNEL"
     )
 
 

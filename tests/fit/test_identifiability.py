@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mrfit.fit.identifiability import Verdict, judge, sparse_directions
-from mrfit.fit.uncertainty import analyse
+from mrfit.fit.uncertainty import Uncertainty, analyse
 from mrfit.specs import Array
 from tests.fit.toy import linear_model, segment
 
@@ -78,3 +78,21 @@ def test_sparse_directions_span_the_space_they_came_from() -> None:
     assert np.allclose(null @ (null.T @ reduced), reduced)
     assert np.linalg.matrix_rank(reduced) == 2
     assert all(np.sum(np.abs(d) < 1e-9) >= 1 for d in reduced.T)
+
+
+def test_an_interval_wider_than_the_bounds_is_said_where_no_direction_is() -> None:
+    _, cube = linear_model(*["yield"] * 2)
+    half = np.array([[1.0, 1.0], [1.0, -1.0]]) / np.sqrt(2.0)
+    spreads = np.array([0.24, 0.24])
+    found = Uncertainty(
+        covariance=half @ np.diag(2 * spreads**2) @ half.T,
+        directions=half,
+        open=np.zeros(2, dtype=bool),
+        spreads=spreads,
+        singular_values=np.ones(2),
+        degrees=1000.0,
+    )
+    said = judge(cube, np.full(2, 0.5), found, [segment(SAMPLES, 4)])
+    assert said.open == ("p0", "p1")
+    assert "all 2 parameters" not in " ".join(said.sentences)
+    assert "p0 and p1 alone would be wider than the bounds" in said.sentences[0]

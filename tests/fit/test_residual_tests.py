@@ -41,3 +41,10 @@ def test_the_lag_of_a_delayed_random_input_is_found_with_its_sign() -> None:
 
 def test_a_constant_input_has_no_verdict() -> None:
     assert input_dependence("u", [np.ones(SAMPLES)], [DRIVE], [0.0]) is None
+
+
+def test_no_correlation_exceeds_one_where_the_input_grows() -> None:
+    grows = np.linspace(0.0, 1.0, 300) ** 3 * np.sin(np.arange(300.0))
+    found = input_dependence("u", [grows], [-np.roll(grows, 20)], [0.0])
+    assert found is not None
+    assert -1.0 - 1e-9 <= found.correlation < -0.95

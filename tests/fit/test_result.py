@@ -135,8 +135,11 @@ def test_a_search_without_starts_cannot_disagree() -> None:
     assert kinds({"starts": None, "agreeing": 0}) == []
 
 
-def test_other_intervals_replace_those_there_are_and_one_open_end_leaves_a_parameter_open() -> None:
+@pytest.mark.parametrize(("low", "high", "known"), [(1.5, 2.5, True), (1.5, None, True), (None, None, False)])
+def test_other_intervals_replace_those_there_are_and_one_end_is_something(
+    low: float | None, high: float | None, known: bool
+) -> None:
     fixed = {**PARAMETER, "name": "A", "fixed": True}
-    rows = with_intervals([PARAMETER, fixed], {"n": Interval(1.5, None), "A": Interval(0.0, 1.0)})
-    assert (rows[0]["low"], rows[0]["high"], rows[0]["identifiable"]) == (1.5, None, False)
+    rows = with_intervals([PARAMETER, fixed], {"n": Interval(low, high), "A": Interval(0.0, 1.0)})
+    assert (rows[0]["low"], rows[0]["high"], rows[0]["identifiable"]) == (low, high, known)
     assert rows[1] == fixed

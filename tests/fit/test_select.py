@@ -65,3 +65,20 @@ def test_bands_of_velocity_need_a_velocity(logs: tuple[list[Segment], dict[str, 
     bare = {i: replace(r, channels={"force": r.channels["force"]}) for i, r in recordings.items()}
     with pytest.raises(DataError, match="needs velocity or displacement"):
         select(segments, "MH", bare)
+
+
+def test_a_condition_by_itself_may_be_one_held_out_of_joint_fits(
+    logs: tuple[list[Segment], dict[str, Recording]],
+) -> None:
+    segments, recordings = logs
+    held_out = [replace(s, role="holdout") for s in segments]
+    assert len(select(held_out, "H", recordings, ("train", "holdout"))) == 1
+
+
+def test_of_many_conditions_it_is_said_how_many_are_not_listed(
+    logs: tuple[list[Segment], dict[str, Recording]],
+) -> None:
+    segments, recordings = logs
+    many = [replace(segments[0], condition=f"c{k:02d}") for k in range(15)]
+    with pytest.raises(ConfigError, match="c11 and 3 more"):
+        select(many, "nosuch", recordings)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mrfit.fit.uncertainty import analyse, condensed, differing, long_run_covariance
+from mrfit.fit.uncertainty import analyse, condensed, differing, long_run_covariance, sensitivities
 from mrfit.specs import Array
 from tests.fit.toy import coloured
 
@@ -142,3 +142,32 @@ def test_a_parameter_drowned_in_noise_is_not_determined() -> None:
     assert np.isfinite(found.half_width(np.array([1.0, 0.0])))
     assert np.isinf(found.half_width(np.array([0.0, 1.0])))
     assert not found.redundant.any()
+
+
+def test_a_few_periodic_cycles_do_not_widen_what_a_long_aperiodic_record_says() -> None:
+    long, cycles, period, columns = 5000, 3, 10, 6
+    phase = 2 * np.pi * np.arange(cycles * period) / period
+    waves = np.stack([np.cos((k + 1) * phase + k) for k in range(columns)], axis=1)
+    ratios = []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        design = np.vstack([rng.standard_normal((long, columns)), waves])
+        residual = rng.standard_normal(len(design))
+        residual -= design @ np.linalg.lstsq(design, residual, rcond=None)[0]
+        parts = [slice(0, long), slice(long, None)]
+        found = analyse([10 * design[p] for p in parts], [residual[p] for p in parts], [0.0, float(period)])
+        exact = 1.96 * np.sqrt(np.diag(np.linalg.inv(design.T @ design))) / 10
+        ratios.append([found.half_width(axis) for axis in np.eye(columns)] / exact)
+    assert np.mean(ratios) == pytest.approx(1.0, abs=0.1)
+
+
+def test_nothing_is_known_along_a_parameter_whose_neighbours_diverge() -> None:
+    def simulate(points: Array) -> Array:
+        rows = points @ np.vstack([np.arange(1.0, 6.0), np.ones(5)])
+        rows[points[:, 1] > 0.5] = np.nan
+        return rows
+
+    jacobian = sensitivities(simulate, np.array([0.5, 0.5]))
+    assert jacobian[:, 0] == pytest.approx(np.arange(1.0, 6.0))
+    assert np.all(jacobian[:, 1] == 0.0)
+    assert analyse([jacobian], [np.full(5, 0.1)]).half_width(np.array([0.0, 1.0])) == np.inf
