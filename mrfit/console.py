@@ -1,6 +1,7 @@
 """What a person at the terminal sees: progress bars on standard error, tables and summaries on standard output."""
 
 import json
+import os
 import signal
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -105,6 +106,8 @@ def run(app: typer.Typer) -> NoReturn:
     """Run the command line; every error ends in one line and the right exit code, a traceback with --debug only."""
     # asked to end, end as at Ctrl-C: workers too, and the terminal as it was
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    # a closed stream is None, to which nothing can be written
+    sys.stdout, sys.stderr = sys.stdout or open(os.devnull, "w"), sys.stderr or open(os.devnull, "w")  # noqa: SIM115
     try:
         code = app(standalone_mode=False) or 0
     except KeyboardInterrupt:

@@ -175,14 +175,17 @@ def predict(
         ingested = mrfit.ingest.stage.run(logs, settings, other, progress)
         mrfit.flux.stage.run(other, _flux_to_predict(workspace, settings.resistance), progress)
         segmenting = mrfit.segment.stage.last_settings(workspace)
-        mrfit.segment.stage.run(other, replace(segmenting, holdout="none"), progress)
+        cut = mrfit.segment.stage.run(other, replace(segmenting, holdout="none"), progress)
         prediction = mrfit.fit.predict.predict(found, other)
+    oddities = [f"{r['id']}: {f['text']}" for r in ingested["recordings"] for f in r["findings"]]
     return {
         "fit": fit_name,
         "model": found["model"],
         "output": found["output"],
         "metrics": prediction.metrics,
         "used": prediction.used,
+        "conditions": {b.segment.id: b.segment.condition for b in prediction.blocks},
+        "findings": [*oddities, *cut["findings"]],
         "outdated": bool(workspace.outdated([found])),
         "refused": ingested["refused"],
         "warnings": prediction.warnings,

@@ -159,7 +159,11 @@ def predict(summary: Summary) -> None:
     """Print the errors of a prediction and whose parameters it used."""
     _errors(f"Prediction by {summary['fit']}", summary)
     for segment_id, condition in summary["used"].items():
-        say(f"  {segment_id}: parameters of {condition}")
+        own = summary["conditions"][segment_id]
+        nearest = "" if condition in ("all", own) else f", the nearest to {own} that was fitted"
+        say(f"  {segment_id}: parameters of {condition}{nearest}")
+    for finding in summary["findings"]:
+        say(f"  {finding}")
     outdated([summary["fit"]] if summary["outdated"] else [])
     _whole_warnings(summary)
     for refused in summary["refused"]:

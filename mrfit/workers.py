@@ -32,6 +32,8 @@ Made = TypeVar("Made")
 # A forked process has all that its parent has, so only results have to be sent. Elsewhere system libraries do not
 # survive a fork, and whatever makes the items would have to be sent too.
 FORKS = sys.platform == "linux"
+# What ends a command
+ENDING = (signal.SIGINT, signal.SIGTERM)
 # Of prctl(2): the signal to be sent to a process when its parent ends
 PR_SET_PDEATHSIG = 1
 KILLED = "a worker process was killed; there may be too little memory: try --jobs 1"
@@ -192,18 +194,23 @@ class _Pool:
 
 @contextmanager
 def _interrupts_later() -> Iterator[None]:
-    """Hold an interrupt back: what Python itself does around a fork would swallow it."""
+    """Hold back what ends a command: what Python itself does around a fork would swallow it."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
     came: list[int] = []
-    before = signal.signal(signal.SIGINT, lambda number, frame: came.append(number))
+    before = {one: signal.signal(one, lambda number, frame: came.append(number)) for one in ENDING}
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, before)
-    if came and callable(before):
-        before(came[0], None)
+        for one, handler in before.items():
+            signal.signal(one, handler)
+    for number in came:
+        handler = before[signal.Signals(number)]
+        if callable(handler):
+            handler(number, None)
+        elif handler == signal.SIG_DFL:
+            signal.raise_signal(number)
 
 
 def _forked() -> int:
@@ -219,7 +226,9 @@ def _serve(
 ) -> NoReturn:
     """Make items as they are asked for, until nobody asks any more; in a forked process."""
     try:
+        # an interrupt goes to all processes of a terminal, and the parent ends this one
         signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
         # a progress bar's own streams have locks, which its thread may have held at the fork
         sys.stdout, sys.stderr = _stream(1), _stream(2)

@@ -61,10 +61,19 @@ def test_every_stage_without_a_test_is_told_and_conditions_are_counted_once(
 
 def test_errors_carry_their_units(capsys: pytest.CaptureFixture[str]) -> None:
     row = {"condition": "a", "role": "predict", "samples": 9, "rmse": 3.0, "noise_floor": 1.0, "esr": 2.0}
-    told = {"fit": "f", "output": "force", "metrics": [row], "used": {}, "outdated": False, "refused": []}
+    told = {
+        "fit": "f",
+        "output": "force",
+        "metrics": [row],
+        "used": {"a#0": "sine-1A"},
+        "outdated": False,
+        "refused": [],
+    }
+    told |= {"conditions": {"a#0": "sine-2A"}, "findings": ["a: 3 gaps"]}
     summaries.predict({**told, "warnings": []})
     printed = capsys.readouterr().out
     assert all(head in printed for head in ("rmse (N)", "nrmse (1)", "noise_floor (N)", "esr (%)", "fit (%)"))
+    assert "a#0: parameters of sine-1A, the nearest to sine-2A that was fitted\n  a: 3 gaps" in printed
 
 
 def test_many_conditions_are_compared_in_tables_that_cut_no_name(

@@ -95,6 +95,7 @@ def test_a_prediction_leaves_out_what_it_cannot_simulate(tmp_path: Path, capsys:
     found = predict(fit, damper(tmp_path / "logs", {"2": "velocity"}))
     assert len(found.used) == 3 and found.warnings[0]["kind"] == "recordings-left-out"
     told = {"fit": fit["name"], "output": "force", "metrics": found.metrics, "used": found.used}
+    told |= {"conditions": {b.segment.id: b.segment.condition for b in found.blocks}, "findings": []}
     summaries.predict({**told, "outdated": False, "refused": [], "warnings": found.warnings})
     assert "warning recordings-left-out: 1 of 4 segments" in capsys.readouterr().out
     with pytest.raises(DataError, match="no velocity in this log"):
