@@ -65,11 +65,13 @@ def main() -> None:
     logs = out / "rotary-logs"
     logs.mkdir(parents=True, exist_ok=True)
     write_rotary_log(logs)
-    rotary = ("--model", "rotational-erf", "--stall", "1", "--optimizers", "mwoa,woa,ga,pso,monkey,auto")
+    optimizers = ("--optimizers", "mwoa,woa,ga,pso,monkey,auto")
+    rotary = ("--model", "rotational-erf", "--budget", "32000", "--stall", "1", *optimizers)
     narrow = ("k=-100:100", "alpha=0.01:100", "c=0.001:100", "beta=0.05:100", "gamma=-5:5", "T0=-10:10")
     compare(out / "rotary", logs, *rotary)
     compare(out / "rotary-narrow", logs, *rotary, *(word for b in narrow for word in ("--bounds", b)))
-    compare(out / "flux", COIL, "--model", "boucwen-flux", "--only", "*-1Hz-*", "--optimizers", "fmin,pso-fmin,auto")
+    flux = ("--model", "boucwen-flux", "--per", "condition", "--only", "*-1Hz-*")
+    compare(out / "flux", COIL, *flux, "--optimizers", "fmin,pso-fmin,auto")
 
 
 if __name__ == "__main__":
