@@ -21,8 +21,8 @@ THETA = np.array([[0.03, 0.12, 0.004, 1.3, -0.3]])
 def test_closed_paths_dissipate_for_every_parameter_within_the_bounds(
     corners: list[float], n: float, rho: float, turn: float
 ) -> None:
-    # Work per cycle must not be negative. After repetitions the state closes too, but for what a small loop drifts, which
-    # gives back no more than the elastic energy between the two states, turn*|z*dz|.
+    # Work per cycle must not be negative. After repetitions the state closes too, but for what a small loop drifts,
+    # which gives back no more than the elastic energy between the two states, turn*|z*dz|.
     path = np.concatenate([[0.0], np.tile(corners, 30), [corners[0]]])
     flux = np.interp(np.linspace(0, len(path) - 1, 40 * len(path)), np.arange(len(path)), path)
     last = slice(-40 * len(corners) - 1, None)
