@@ -10,8 +10,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import itertools  # noqa: E402
 import json  # noqa: E402
-import subprocess  # noqa: E402
-import sys  # noqa: E402
 import tempfile  # noqa: E402
 import time  # noqa: E402
 from collections.abc import Callable  # noqa: E402
@@ -19,6 +17,7 @@ from pathlib import Path  # noqa: E402
 
 import numpy as np  # noqa: E402
 
+from benchmarks.command import run_mrfit  # noqa: E402
 from benchmarks.planted import problem, sine_log  # noqa: E402
 from mrfit.assembly import Assembly, assemble  # noqa: E402
 from mrfit.fit.cube import Cube  # noqa: E402
@@ -219,10 +218,11 @@ def commands() -> None:
     """Print what the whole command takes by the clock on the wall, from the start of Python to the last table."""
     print("\n`mrfit fit --model tanh --per condition`, 20 000 samples each")
     with tempfile.TemporaryDirectory() as folder:
-        _mrfit(folder, "ingest", *(_written(Path(folder), number) for number in range(30)))
-        first = json.loads(_mrfit(folder, "segment", "--json"))["conditions"][0]["condition"]
+        work = Path(folder) / "work"
+        run_mrfit(work, "ingest", *(_written(Path(folder), number) for number in range(30)))
+        first = json.loads(run_mrfit(work, "segment", "--json"))["conditions"][0]["condition"]
         runs = {"one": ("1", first), "thirty": ("1", ""), "two jobs": ("2", "")}
-        seconds = {name: _command_time(folder, name, *choice) for name, choice in runs.items()}
+        seconds = {name: _command_time(work, name, *choice) for name, choice in runs.items()}
     print(f"{'one condition':46s} {seconds['one']:7.2f} s")
     print(f"{'30 conditions over one':46s} {seconds['thirty'] / seconds['one']:7.1f} (aim: <= 24)")
     print(f"{'30 conditions, --jobs 2':46s} {seconds['thirty'] / seconds['two jobs']:7.2f} times faster")
@@ -240,18 +240,13 @@ def _written(folder: Path, number: int) -> str:
     return str(path)
 
 
-def _command_time(folder: str, name: str, jobs: str, only: str) -> float:
+def _command_time(work: Path, name: str, jobs: str, only: str) -> float:
     names = (f"{name} {number}" for number in itertools.count())
     return best_time(
-        lambda: _mrfit(folder, "fit", "--model", "tanh", "--jobs", jobs, "--only", only, "--name", next(names)),
+        lambda: run_mrfit(work, "fit", "--model", "tanh", "--jobs", jobs, "--only", only, "--name", next(names)),
         3,
         time.perf_counter,
     )
-
-
-def _mrfit(folder: str, *command: str) -> str:
-    whole = [sys.executable, "-m", "mrfit.cli", *command, "--work", f"{folder}/work"]
-    return subprocess.run(whole, check=True, capture_output=True, text=True).stdout
 
 
 def main() -> None:

@@ -12,7 +12,6 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-import subprocess  # noqa: E402
 import sys  # noqa: E402
 import tempfile  # noqa: E402
 import time  # noqa: E402
@@ -22,6 +21,7 @@ from pathlib import Path  # noqa: E402
 import numpy as np  # noqa: E402
 
 import mrfit.fit.stage  # noqa: E402
+from benchmarks.command import COIL, run_mrfit  # noqa: E402
 from benchmarks.planted import problem  # noqa: E402
 from mrfit import registry  # noqa: E402
 from mrfit.assembly import Assembly, assemble  # noqa: E402
@@ -37,7 +37,6 @@ SAMPLES = 6000
 REPEATS, REPEATED = 4, 0.3
 # What plants data that models of the same output cannot follow
 RICHER = {"force": "spencer", "torque": "rotational-hybrid", "flux": "boucwen-flux+eddy-current"}
-COIL = Path(__file__).parent.parent / "datasets" / "coil"
 DAMPER = "mr_damper_utfsm"
 LOOP_MAP = '[channels]\ncurrent = {column = "CH1", unit = "A"}\nflux = {column = "CH2", unit = "Wb"}\n'
 # Workspaces: name, folder or file of logs, channel map
@@ -76,9 +75,7 @@ def measured(
     for command in (*commands, ["flux"], ["segment"]):
         if command == ["flux"] and "force" in mapping:
             continue
-        subprocess.run(
-            [sys.executable, "-m", "mrfit.cli", *command, "--work", str(folder)], check=True, capture_output=True
-        )
+        run_mrfit(folder, *command)
     for model in models:
         try:
             prepared = mrfit.fit.stage.prepare(Workspace(folder), mrfit.fit.stage.Settings(model))

@@ -8,16 +8,14 @@ are printed; its pages with the convergence curves stay in the folder.
 
 import argparse
 import csv
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.command import COIL, run_mrfit
 from mrfit.models.rotational_erf import response
 
-COIL = Path(__file__).parent.parent / "datasets" / "coil"
 # k, c, alpha, beta, gamma and offset at 1 A
 PUBLISHED = (18.07, 2.2934, 5.7412, 18.51, 0.7216, 0.0)
 # 17.65 mm at the lever are 5 degrees
@@ -39,11 +37,11 @@ def write_rotary_log(folder: Path) -> None:
 
 def compare(work: Path, logs: Path, *options: str) -> None:
     """Ingest logs, compare optimizers on them, and print the table."""
-    _mrfit(work, "ingest", str(logs))
+    run_mrfit(work, "ingest", str(logs))
     if logs == COIL:
-        _mrfit(work, "flux")
-    _mrfit(work, "segment", "--holdout", "none")
-    _mrfit(work, "compare", "--seeds", str(SEEDS), *options)
+        run_mrfit(work, "flux")
+    run_mrfit(work, "segment", "--holdout", "none")
+    run_mrfit(work, "compare", "--seeds", str(SEEDS), *options)
     print(f"\nmrfit compare --seeds {SEEDS} {' '.join(options)}\n{work / 'compare' / 'optimizers.html'}")
     with (work / "compare" / "optimizers.csv").open(encoding="utf-8") as handle:
         for row in csv.DictReader(handle):
@@ -51,10 +49,6 @@ def compare(work: Path, logs: Path, *options: str) -> None:
             print(
                 f"{row['condition']:22s} {row['optimizer']:10s} {costs} {row['unit']}  {row['evaluations']} evaluations"
             )
-
-
-def _mrfit(work: Path, *command: str) -> None:
-    subprocess.run([sys.executable, "-m", "mrfit.cli", *command, "--work", str(work)], check=True, capture_output=True)
 
 
 def main() -> None:

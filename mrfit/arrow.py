@@ -1,10 +1,12 @@
-"""Arrow columns made of buffers: pyarrow's own conversions import pandas, which takes longer than most fits."""
+"""Arrow columns made of buffers, and read from them: pyarrow's own conversions import pandas (0.2 to 0.5 s)."""
 
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+
+from mrfit.specs import Array
 
 # Rows that a repeated text is written out for
 PART = 1 << 16
@@ -17,6 +19,16 @@ def numbers(values: ArrayLike) -> Any:
     given = np.asarray(values)
     rows = np.ascontiguousarray(given, np.int64 if given.dtype.kind == "i" else np.float64)
     return pa.Array.from_buffers(pa.from_numpy_dtype(rows.dtype), len(rows), [None, pa.py_buffer(rows)])
+
+
+def floats(column: Any) -> Array:
+    """Return the values of a chunked column of float64, nan for null."""
+    chunks = []
+    for chunk in column.chunks:
+        sound = chunk.fill_null(np.nan) if chunk.null_count else chunk
+        values = np.frombuffer(sound.buffers()[1], dtype=np.float64)
+        chunks.append(values[sound.offset : sound.offset + len(sound)])
+    return np.concatenate(chunks) if chunks else np.empty(0)
 
 
 def texts(values: Sequence[str]) -> Any:

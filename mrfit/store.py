@@ -19,7 +19,7 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from mrfit.arrow import numbers, table, texts
+from mrfit.arrow import floats, numbers, table, texts
 from mrfit.errors import DataError
 from mrfit.recording import Finding, Recording, Segment
 from mrfit.specs import Array
@@ -147,7 +147,8 @@ def write_table(path: Path, columns: Mapping[str, Array], metadata: Mapping[str,
     def write(temporary: Path) -> None:
         with pq.ParquetWriter(temporary, schema, compression="zstd", use_dictionary=False) as writer:
             for begin in range(0, max(length, 1), ROW_GROUP):
-                group = [numbers(values[begin : begin + ROW_GROUP]) for values in columns.values()]
+                slices = (values[begin : begin + ROW_GROUP] for values in columns.values())
+                group = [numbers(np.asarray(rows, dtype=np.float64)) for rows in slices]
                 writer.write_table(pa.Table.from_arrays(group, schema=schema), ROW_GROUP)
 
     write_atomic(path, write)
@@ -190,15 +191,9 @@ def read_table(path: Path) -> tuple[dict[str, Array], dict[str, str]]:
     with _reading(path, "run `mrfit ingest` again"), pq.ParquetFile(path) as file:
         _check_room(path, file.metadata.num_rows, file.metadata.num_columns)
         table = file.read()
-    columns = {name: _values(table.column(name)) for name in table.column_names}
+    columns = {name: floats(table.column(name)) for name in table.column_names}
     metadata = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
     return columns, metadata
-
-
-def _values(column: Any) -> Array:
-    # frombuffer, since pyarrow's to_numpy imports pandas (0.2 s)
-    chunks = [np.frombuffer(c.buffers()[1], dtype=np.float64)[c.offset : c.offset + len(c)] for c in column.chunks]
-    return np.concatenate(chunks) if chunks else np.empty(0)
 
 
 class _Times:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mrfit.arrow import PART, numbers, repeated, table, texts
+from mrfit.arrow import PART, floats, numbers, repeated, table, texts
 
 
 @given(st.lists(st.text()))
@@ -48,3 +48,10 @@ def test_a_table_has_the_columns_by_name() -> None:
         {"a": 1.5, "b": "x"},
         {"a": 2.5, "b": "y"},
     ]
+
+
+@given(st.lists(st.lists(st.none() | st.floats(allow_nan=False), max_size=5), max_size=3))
+def test_floats_are_read_as_they_are_and_null_as_nan(chunks: list[list[float | None]]) -> None:
+    column = pa.chunked_array([pa.array([0.0, *chunk], pa.float64())[1:] for chunk in chunks], pa.float64())
+    expected = [np.nan if value is None else value for chunk in chunks for value in chunk]
+    assert np.array_equal(floats(column), np.array(expected, dtype=np.float64), equal_nan=True)

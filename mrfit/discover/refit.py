@@ -183,9 +183,10 @@ class Fitter:
 
     def refits(self, wanted: Sequence[Wanted]) -> Iterator[Refit]:
         """Yield refits one after the other, while processes make the descents of those to come."""
-        with closing(in_processes(lambda one, told: self._descent(one), wanted, self.jobs, silent)) as descents:
-            for one, found in zip(wanted, descents, strict=True):
-                yield self._refitted(one, found)
+        started = [self._started(*one) for one in wanted]
+        with closing(in_processes(lambda one, told: self._descent(*one), started, self.jobs, silent)) as descents:
+            for one, found in zip(started, descents, strict=True):
+                yield self._refitted(*one, found)
 
     def refit(self, effects: Sequence[str], starts: Sequence[dict[str, float]]) -> Refit:
         """Return the base with effects, fitted jointly from the best of several starts.
@@ -199,13 +200,11 @@ class Fitter:
         """
         return next(self.refits([(effects, starts)]))
 
-    def _descent(self, wanted: Wanted) -> tuple[Array, float] | None:
+    def _descent(self, key: tuple[str, ...], posed: Posed, points: Array) -> tuple[Array, float] | None:
         """Return point and cost where the descent of a refit ends; None where an optimum is known."""
-        key, posed, points = self._started(wanted)
         return None if key in self.known else _descended(posed, points)
 
-    def _refitted(self, wanted: Wanted, found: tuple[Array, float] | None) -> Refit:
-        key, posed, points = self._started(wanted)
+    def _refitted(self, key: tuple[str, ...], posed: Posed, points: Array, found: tuple[Array, float] | None) -> Refit:
         if found is not None:
             self._remember(key, *found)
         elif _starts_lower(posed, points, self.known[key]):
@@ -213,9 +212,10 @@ class Fitter:
             self.known[key] = _descended(posed, points)[0]
         return self._judged(key, posed.assembly, posed.cube, self.known[key])
 
-    def _started(self, wanted: Wanted) -> tuple[tuple[str, ...], Posed, Array]:
+    def _started(
+        self, effects: Sequence[str], starts: Sequence[dict[str, float]]
+    ) -> tuple[tuple[str, ...], Posed, Array]:
         """Return the effects in their order, the problem, and the points (P, F) to start from."""
-        effects, starts = wanted
         key = tuple(sorted(effects))
         assembly, cube = self.assembly(key), self.cube(key)
         names = [p.name for p in cube.params]

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mrfit.arrow import floats
 from mrfit.ingest.head import Text, feeds
 from mrfit.ingest.table import Lines, Refused
 from mrfit.specs import Array
@@ -154,7 +155,7 @@ def _in_bulk(data: Text, span: tuple[int, int], line: int, layout: Layout) -> Bo
         table = _arrow_table(view, delimiter, layout, width)
         if table is None or table.num_rows != rows:
             continue
-        numbers = {c: _floats(table.column(f"f{c}")) for c in layout.use}
+        numbers = {c: floats(table.column(f"f{c}")) for c in layout.use}
         if _any_without_number(numbers):
             continue
         texts = {c: _texts(table, f"f{c}", rows) for c in layout.texts}
@@ -213,16 +214,6 @@ def _texts(table: Any, name: str, rows: int) -> list[str]:
 def _one_blank(text: bytes) -> bytes:
     text = re.sub(rb"(?m)^[ \t]+|[ \t\r]+$", b"", text)
     return re.sub(rb"[ \t]+", BLANKS.encode(), text)
-
-
-def _floats(column: Any) -> Array:
-    # frombuffer, since pyarrow's to_numpy imports pandas (0.2 s)
-    chunks = []
-    for chunk in column.chunks:
-        sound = chunk.fill_null(np.nan) if chunk.null_count else chunk
-        values = np.frombuffer(sound.buffers()[1], dtype=np.float64)
-        chunks.append(values[sound.offset : sound.offset + len(sound)])
-    return np.concatenate(chunks) if chunks else np.empty(0)
 
 
 def number_pattern(decimal: str) -> re.Pattern[str]:
