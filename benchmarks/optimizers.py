@@ -2,7 +2,8 @@
 
 Each model meets data planted by itself, and by a richer model that it cannot follow; models of flux and current also
 ``datasets/coil``, and where MRFIT_REAL_LOGS names a folder of instrument logs, a real damper and a real transformer
-loop. All optimizers start at the same points: the model's own and those the data give. Seconds are those of the
+loop: the first and the last condition of each. All optimizers start at the same points: the model's own and those the
+data give. Seconds are those of the
 process, since the machine may be shared; of ``auto``, which takes milliseconds, the least of several runs counts. Named
 models may be ``all``, and ``auto`` always runs.
 """
@@ -29,7 +30,7 @@ from mrfit.catalog import read_catalog  # noqa: E402
 from mrfit.errors import MrfitError  # noqa: E402
 from mrfit.fit.cube import Cube  # noqa: E402
 from mrfit.fit.identify import Group, SearchSettings, build_group, search_optimum  # noqa: E402
-from mrfit.fit.starts import at_scales, data_start, to_points  # noqa: E402
+from mrfit.fit.starts import at_scales, data_starts, to_points  # noqa: E402
 from mrfit.store import Workspace  # noqa: E402
 
 SAMPLES = 6000
@@ -67,7 +68,7 @@ def planted(models: list[str]) -> Iterator[tuple[str, str, Problem]]:
 def measured(
     models: list[str], name: str, logs: Path, mapping: str, folder: Path
 ) -> Iterator[tuple[str, str, Problem]]:
-    """Yield model, name of the data and the problem for the first condition of logs, of all models that they suit."""
+    """Yield model, name of the data and the problem for the first and the last condition of logs, of all models."""
     commands: list[list[str]] = [["ingest", str(logs)]]
     if mapping:
         (folder / "map.toml").write_text(mapping)
@@ -79,11 +80,13 @@ def measured(
     for model in models:
         try:
             prepared = mrfit.fit.stage.prepare(Workspace(folder), mrfit.fit.stage.Settings(model))
-            condition, segments = next(iter(prepared.groups.items()))
-            group = build_group(condition, segments, prepared.recordings, prepared.assembly, split=True)
         except MrfitError:
             continue
-        yield model, f"{name} {condition}", (group, prepared.assembly, prepared.cube)
+        names = list(prepared.groups)
+        for condition in dict.fromkeys((names[0], names[-1])):
+            segments = prepared.groups[condition]
+            group = build_group(condition, segments, prepared.recordings, prepared.assembly, split=True)
+            yield model, f"{name} {condition}", (group, prepared.assembly, prepared.cube)
 
 
 def problems(models: list[str]) -> Iterator[tuple[str, str, Problem]]:
@@ -101,7 +104,7 @@ def race(posed: Problem, names: list[str]) -> dict[str, tuple[float, float]]:
     group, assembly, cube = posed
     base = assemble(assembly.name.partition("+")[0])
     cube = at_scales(cube, group.training, base)
-    starts = to_points(cube, [{}, data_start(group.training, base, None, ())])
+    starts = to_points(cube, [{}, *data_starts(group.training, base, None, ())])
     found = {}
     for name in names:
         settings = SearchSettings(name, 0, None, None, "none")

@@ -26,6 +26,9 @@ from mrfit.specs import Array, EffectSpec, ModelSpec, Reduced, Response, Sensiti
 SLOTS = ("input", "loop", "theta", "add", "output", "record")
 
 
+StartValues = Callable[[Array, Array, float], dict[str, float]]
+
+
 @dataclass(frozen=True, slots=True)
 class Assembly:
     """A model ready to simulate.
@@ -48,6 +51,8 @@ class Assembly:
         The model in the fewest parameters that give its responses, where these are fewer or better to search in.
     sensitivities
         The response and its exact derivatives, where the model has them.
+    far_start
+        As ``start_values``, those of another minimum than a search finds from these, where a base model knows of one.
     alone
         Whether it is a base model as it stands, without effects or dependence on current.
     adds
@@ -58,10 +63,11 @@ class Assembly:
     spec: ModelSpec
     simulate: Response
     derived: Callable[[Array], Array]
-    start_values: Callable[[Array, Array, float], dict[str, float]]
+    start_values: StartValues
     rough: Response | None = None
     reduced: Reduced | None = None
     sensitivities: Sensitivities | None = None
+    far_start: StartValues | None = None
     alone: bool = False
     adds: bool = False
 
@@ -110,7 +116,8 @@ def assemble(name: str, dependence: CurrentDependence | None = None) -> Assembly
     if effects or (dependence and dependence.varies):
         return replace(whole, rough=rough)
     reduced, sensitivities = getattr(module, "REDUCED", None), getattr(module, "sensitivities", None)
-    return replace(whole, rough=rough, reduced=reduced, sensitivities=sensitivities, alone=True)
+    far = getattr(module, "far_start", None)
+    return replace(whole, rough=rough, reduced=reduced, sensitivities=sensitivities, far_start=far, alone=True)
 
 
 def _depending(base: Assembly, dependence: CurrentDependence) -> Assembly:

@@ -83,6 +83,8 @@ class ModelSpec:
         Whether the response depends on the path of its first input only, not on time.
     derived
         What the module's ``derived(theta)`` returns, if it has one: (P, K) -> (P, D).
+    passive
+        Name, low and high of a parameter within which the model cannot give energy out, where its bounds are wider.
     """
 
     name: str
@@ -95,6 +97,7 @@ class ModelSpec:
     linear: tuple[str, ...] = ()
     rate_independent: bool = False
     derived: tuple[Derived, ...] = ()
+    passive: tuple[str, float, float] | None = None
 
     @property
     def names(self) -> tuple[str, ...]:

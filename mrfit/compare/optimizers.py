@@ -18,7 +18,7 @@ from mrfit.fit.cube import Cube
 from mrfit.fit.current import base_of
 from mrfit.fit.identify import Group, build_group, weights_of
 from mrfit.fit.problem import Posed
-from mrfit.fit.starts import at_scales
+from mrfit.fit.starts import at_scales, data_starts, to_points
 from mrfit.objective import Objective
 from mrfit.progress import Progress, silent
 from mrfit.specs import Array
@@ -43,7 +43,8 @@ class Settings:
         used.
     seeds
         Runs of each optimizer, seeds 0, 1, …. Seed 0 starts at the model's own start values, every other at a point of
-        the cube drawn at random, the same for all optimizers.
+        the cube drawn at random, the same for all optimizers; ``auto`` starts at what the data give as well, as it
+        does in a fit.
     """
 
     optimizers: tuple[str, ...]
@@ -131,7 +132,9 @@ def _one_run(
     limits = levels.Limits(fit.budget, fit.seconds, fit.stall)
     begin = time.perf_counter()
     if optimizer == "auto":
-        outcome = reduced.search(posed, start[None, :], rng, limits, lambda evaluations, cost: None)
+        given = data_starts(group.training, base_of(fit.model), prepared.dependence, dict(fit.start))
+        starts = np.vstack([start, *to_points(prepared.cube, given)])
+        outcome = reduced.search(posed, starts, rng, limits, lambda evaluations, cost: None)
     else:
         outcome = optimize.run(optimizer, Objective(posed.residuals, start, budget=0), rng, *limits)
     history = [step for link in outcome.links for step in link.history]

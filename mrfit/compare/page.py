@@ -97,7 +97,8 @@ def optimizers_page(summary: dict[str, Any]) -> str:
     settings = summary["settings"]
     words = (
         f"Model {settings['model']}, {settings['seeds']} seeds: seed 0 starts at the model's own start values, the "
-        "others at random points, the same for all. Costs are RMS errors; curves are medians over the seeds."
+        "others at random points, the same for all; auto also where the data say. Costs are RMS errors; curves are "
+        "medians over the seeds."
     )
     svg = inline(convergence(summary["curves"], unit), "o", "Median best cost against evaluations")
     caption = f"Median over the seeds of the best RMS error in {unit} found so far, against evaluations."

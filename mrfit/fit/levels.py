@@ -99,10 +99,10 @@ def search(
 def search_thinned(posed: Posed, starts: Array, run: Run) -> Coarse:
     """Return where `auto` ends on thinned data; on all of them where they are few, or nothing is to be searched."""
     budget, nowhere = _budget(posed, run), starts[:0]
-    thin, projection = thin_problem(posed, budget)
+    thin, projection = thin_problem(posed, starts, budget)
     eliminated = projection is not None and not len(projection.cube.free)
     if eliminated or 2 * thin.rows > posed.rows:
-        near = shortened(posed, posed.cube.probes(), UNCHANGED, LEADS[:1])
+        near = shortened(posed, np.vstack([posed.cube.probes(), starts]), UNCHANGED, LEADS[:1])
         objective = objective_of(near, projection, starts, run.on_progress)
         outcome = optimize.run("auto", objective, run.rng, budget, *run.limits[1:])
         return Coarse(completed(outcome, objective, whole(objective, outcome.point[None, :])), nowhere, projection)
@@ -118,11 +118,11 @@ def _budget(posed: Posed, run: Run) -> int:
     return run.limits.budget or optimize.default_budget("auto", len(posed.cube.free))
 
 
-def thin_problem(posed: Posed, budget: int) -> tuple[Posed, Projection | None]:
+def thin_problem(posed: Posed, starts: Array, budget: int) -> tuple[Posed, Projection | None]:
     """Return the problem on thinned data, simulated roughly where the model can, and which parameters are linear."""
     assembly = replace(posed.assembly, simulate=posed.assembly.rough or posed.assembly.simulate)
     thin = replace(posed, blocks=thinned(posed.blocks), assembly=assembly)
-    thin = shortened(thin, posed.cube.probes(), ROUGH, LEADS)
+    thin = shortened(thin, np.vstack([posed.cube.probes(), starts]), ROUGH, LEADS)
     projection = projection_of(thin)
     # a small budget is not enough for a point with its best linear parameters on either data
     few = projection is not None and budget < 2 * (len(projection.moving) + 1)
@@ -180,13 +180,15 @@ def whole(objective: Objective, points: Array) -> Array:
 def shortened(posed: Posed, points: Array, share: float, leads: Sequence[float]) -> Posed:
     """Return a problem without what comes so long before the first sample compared that the model forgets it.
 
-    That is, at points (P, F), leaving it out changes no residual by more than a share of the largest one.
+    That is, at those points (P, F) that can be simulated, leaving it out changes no residual by more than a share of
+    the largest one.
     """
     with np.errstate(all="ignore"):
         whole = posed.residuals(points)
-        for lead in leads:
+        finite = np.isfinite(whole).all(axis=1)
+        for lead in leads if finite.any() else ():
             short = _led(posed, lead)
-            if short.simulated < posed.simulated and _equal(whole, short.residuals(points), share):
+            if short.simulated < posed.simulated and _equal(whole[finite], short.residuals(points[finite]), share):
                 return short
     return posed
 

@@ -194,8 +194,10 @@ def _ratio(held_out: dict[str, Any], training: dict[str, Any]) -> float:
     return float(min(over_range, over_noise))
 
 
-def warnings_of(result: dict[str, Any], metrics: Sequence[dict[str, Any]]) -> list[dict[str, str]]:
-    """Return every reason to distrust a result, each with a name and one sentence."""
+def warnings_of(
+    result: dict[str, Any], metrics: Sequence[dict[str, Any]], passive: tuple[str, float, float] | None = None
+) -> list[dict[str, str]]:
+    """Return every reason to distrust a result, each with a name and one sentence; ``passive`` is the SPEC's."""
     found = []
 
     def warn(kind: str, text: str) -> None:
@@ -229,7 +231,8 @@ def warnings_of(result: dict[str, Any], metrics: Sequence[dict[str, Any]]) -> li
     if active:
         worst = min(active, key=lambda p: float(p["loop_area"]))
         place = f"{worst['condition']} (loop area {worst['loop_area']:.3g} J)"
-        warn("not-passive", f"the model gives energy out on {place}: no coil or damper can")
+        remedy = "; it cannot with --bounds {}={:g}:{:g}".format(*passive) if passive else ""
+        warn("not-passive", f"the model gives energy out on {place}: no coil or damper can{remedy}")
     apart = [r for r in result.get("repeats", []) if not r["agree"]]
     if apart:
         worst = max(apart, key=lambda r: float(r["difference"]) / float(r["moved"]))

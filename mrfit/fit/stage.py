@@ -21,7 +21,7 @@ from mrfit.fit.identify import Group, SearchSettings, build_group, search_optimu
 from mrfit.fit.problem import Posed
 from mrfit.fit.result import metric_rows, simulate_block, warnings_of
 from mrfit.fit.select import left_out_warnings, named, select, usable
-from mrfit.fit.starts import at_scales, data_start, level_fits, to_points, two_phase_start
+from mrfit.fit.starts import at_scales, data_starts, level_fits, to_points, two_phase_start
 from mrfit.fit.trust import Intervals, trust
 from mrfit.kernels.jit import is_cold
 from mrfit.progress import Progress, silent
@@ -306,7 +306,8 @@ class _Runner:
                 for b, (_, offset), floor in zip(group.full, outputs, group.floors, strict=True)
             ],
         }
-        result["warnings"] = [*warnings_of(result, metrics), *staged.warnings(found["stages"])]
+        reasons = warnings_of(result, metrics, self.assembly.spec.passive)
+        result["warnings"] = [*reasons, *staged.warnings(found["stages"])]
         return _Piece(result, group, simulated, metrics)
 
     def _search(self, group: Group, cube: Cube, search: SearchSettings) -> dict[str, Any]:
@@ -336,9 +337,9 @@ class _Runner:
         """Return start points, the user's first, and what a first phase found at each current."""
         settings, dependence = self.settings, self.prepared.dependence
         base, given = base_of(settings.model), dict(settings.start)
-        starts: list[dict[str, float]] = [{}, data_start(group.training, base, dependence, given)]
+        starts: list[dict[str, float]] = [{}, *data_starts(group.training, base, dependence, given)]
         if dependence is None:
-            return to_points(cube, starts if starts[1] else starts[:1]), None
+            return to_points(cube, starts), None
         own = {base_name(n) for n in base.spec.names}
         alone = replace(
             settings,

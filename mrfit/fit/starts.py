@@ -32,10 +32,13 @@ class Level:
     theta: Array
 
 
-def data_start(
+def data_starts(
     blocks: Sequence[Block], base: Assembly, dependence: CurrentDependence | None, given: Iterable[str]
-) -> dict[str, float]:
-    """Return the start values that the data give by characteristic points, by parameter name.
+) -> list[dict[str, float]]:
+    """Return the sets of start values that the data give by characteristic points, by parameter name; none if none.
+
+    Without dependence on current that of another minimum may come first, see ``far_start`` of the model, from the block
+    whose output has the greatest range.
 
     Parameters
     ----------
@@ -57,13 +60,16 @@ def data_start(
     levels = sorted(level for level in found if np.isfinite(level))
     medians = [{n: float(np.median([v[n] for v in found[i] if n in v])) for n in _named(found[i])} for i in levels]
     names = [n for n in base.spec.names if n not in taken and medians and all(n in m for m in medians)]
+    if not names:
+        return []
     if dependence is None:
-        return {n: medians[0][n] for n in names}
+        widest = max(blocks, key=lambda b: float(np.ptp(b.target)))
+        far = base.far_start(*_shown(widest, base)) if base.far_start else {}
+        usual = {n: medians[0][n] for n in names}
+        return [s for s in ({n: v for n, v in far.items() if n not in taken}, usual) if s]
     table = np.array([[m.get(n, base.spec.start[k]) for k, n in enumerate(base.spec.names)] for m in medians])
-    if not len(table):
-        return {}
     nodes = through(base.spec, dependence, np.array(levels), table)
-    return {n: v for n, v in zip(node_names(base, dependence), nodes.tolist(), strict=True) if base_name(n) in names}
+    return [{n: v for n, v in zip(node_names(base, dependence), nodes.tolist(), strict=True) if base_name(n) in names}]
 
 
 def at_scales(cube: Cube, blocks: Iterable[Block], base: Assembly) -> Cube:
@@ -77,8 +83,12 @@ def at_scales(cube: Cube, blocks: Iterable[Block], base: Assembly) -> Cube:
 
 
 def _start_values(block: Block, base: Assembly) -> dict[str, float]:
-    drive = np.ascontiguousarray(block.drive[: len(base.spec.inputs), block.nodes[:, 0]])
-    return base.start_values(drive, block.target, block.dt)
+    return base.start_values(*_shown(block, base))
+
+
+def _shown(block: Block, base: Assembly) -> tuple[Array, Array, float]:
+    """Return drive (C, N), output (N,) and dt of a full block as models look at them for start values."""
+    return np.ascontiguousarray(block.drive[: len(base.spec.inputs), block.nodes[:, 0]]), block.target, block.dt
 
 
 def _named(values: Iterable[Mapping[str, float]]) -> set[str]:
@@ -149,4 +159,4 @@ def two_phase_start(levels: Sequence[Level], base: Assembly, dependence: Current
 def to_points(cube: Cube, starts: Sequence[Mapping[str, float]]) -> Array:
     """Return start points (S, F) of a cube from values by name, others at the cube's own start; clipped into it."""
     theta = np.array([[s.get(p.name, p.start) for p in cube.params] for s in starts])
-    return cube.to_points(theta)
+    return cube.to_points(theta.reshape(len(starts), len(cube.params)))

@@ -18,6 +18,7 @@ beta -> s^(1-n)*beta, gamma -> s^(1-n)*gamma leave the flux as it is, and A, Lc,
 only. ``derived`` gives what remains. A coil with iron loses energy, so (1 - A)/D < 0: the amplitude is negative.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -35,7 +36,7 @@ SPEC = ModelSpec(
     inputs=("current",),
     output="flux",
     params=(
-        Param("A", "1", 0.5, 1.5, 1.2, text="share of the linear part"),
+        Param("A", "1", 0.5, 1.5, 1.2, text="share of the linear part; 1 or more where the coil loses energy"),
         Param("Lc", "H", 1e-4, 10.0, 0.02, "log", "inductance", "coil inductance"),
         Param("kappa", "1/A", 0.035, 350.0, 3.5, "log", "hysteresis", "initial slope of z"),
         Param(
@@ -47,6 +48,7 @@ SPEC = ModelSpec(
     ),
     linear=("Lc",),
     rate_independent=True,
+    passive=("A", 1.0, 1.5),
     derived=(
         Derived("slope", "H", "A*Lc: inductance where z is saturated"),
         Derived("amplitude", "Wb", "(1-A)*Lc*z_max/D: flux of the saturated z, negative where the coil loses energy"),
@@ -55,6 +57,19 @@ SPEC = ModelSpec(
         Derived("rho", "1", "(beta-gamma)/(beta+gamma): ratio that shapes the loop"),
     ),
 )
+
+# Least and greatest rho within the bounds of beta and gamma
+_KAPPA, _BETA, _GAMMA = SPEC.params[2:5]
+_LEAST = (_BETA.low - _GAMMA.high) / (_BETA.low + _GAMMA.high)
+_GREATEST = (_BETA.high - _GAMMA.low) / (_BETA.high + _GAMMA.low)
+_LOG_BOUNDS = np.log([[[getattr(SPEC.params[k], end)] for k in (2, 3, 4, 6)] for end in ("low", "high")])
+# What start values are chosen from, as shares of the greatest current: turn-overs of loops as published, turn-overs and
+# sharpness of knees; these where their error is at most so many times that of the best loop
+_LOOPS = np.geomspace(0.003, 3.0, 14)
+_KNEES = np.array([(turnover, n) for n in (2.5, 3.5, 5.0, 7.0) for turnover in np.geomspace(0.2, 0.8, 10)])
+_WORSE = 1.3
+# Samples they are simulated at: about as many, up to twice
+_SCANNED = 1024
 
 
 def response(drive: Array, theta: Array, dt: float) -> Array:
@@ -71,23 +86,69 @@ def derived(theta: Array) -> Array:
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
-    """Return values whose slope, amplitude and turn-over current fit best, those without data as published.
+    """Return values whose slope (> 0), amplitude and turn-over current fit best, those without data as published.
 
-    Of fourteen turn-over currents, that one with the least residual of a linear fit of slope (> 0), amplitude and
-    offset. n, beta/gamma and kappa are the published ones; A is 1.2, or 0.8 for a loop that gains energy.
+    n, beta/gamma and kappa are the published ones, and A is 1.2, or 0.8 for a loop that gains energy.
     """
-    n, rho = derived(SPEC.start[None, :])[0, 3:]
-    best, found = np.inf, np.empty(0)
-    for turnover in largest(drive[0]) * np.geomspace(0.003, 3.0, 14):
-        if not turnover:
-            break
-        y = bouc_wen(plain(drive[0]), np.array([[0.0, 1.0, 1.0 / turnover, n, rho]]))[0]
-        columns = np.column_stack([drive[0] / largest(drive[0]), y, np.ones_like(y)])
-        weights = np.linalg.lstsq(columns, output, rcond=1e-9)[0]
-        error = float(np.sum((output - columns @ weights) ** 2))
-        if error < best and weights[0] > 0:
-            best, found = error, np.array([weights[0] / largest(drive[0]), weights[1], 1.0 / turnover, n, rho])
-    return inside(SPEC, dict(zip(SPEC.names, _restore(found[None, :])[0].tolist(), strict=True))) if len(found) else {}
+    return _best(drive[0], output, _loops)[1]
+
+
+def far_start(drive: Array, output: Array, dt: float) -> dict[str, float]:
+    """Return values of a knee, flux that saturates on one branch as on the other; none where a loop is much nearer.
+
+    The best loop is found from almost anywhere, a knee from near it only, although it may be far the lower minimum.
+    """
+    error, found = _best(drive[0], output, _knees, rising=True)
+    return found if error < _WORSE**2 * _best(drive[0], output, _loops)[0] else {}
+
+
+def _best(
+    i: Array, flux: Array, tried: Callable[[float], Array], rising: bool = False
+) -> tuple[float, dict[str, float]]:
+    """Return squared error and values of the best of the forms tried with slope > 0, or amplitude > 0 as well."""
+    step = max(1, len(flux) // _SCANNED)
+    current = plain(i[::step])
+    scale = largest(current)
+    if not scale:
+        return np.inf, {}
+    forms = tried(scale)
+    slope, amplitude, error = _fitted_lines(current, bouc_wen(current, forms), flux[::step])
+    error = np.where((slope > 0.0) & ((amplitude > 0.0) | (not rising)), error, np.inf)
+    best = int(np.argmin(error))
+    if not np.isfinite(error[best]):
+        return np.inf, {}
+    found = _restore(np.array([[slope[best], amplitude[best], *forms[best, 2:]]]))[0]
+    return float(error[best]), inside(SPEC, dict(zip(SPEC.names, found.tolist(), strict=True)))
+
+
+def _loops(scale: float) -> Array:
+    """Return forms of ``bouc_wen`` (P, 5) with the published n and beta/gamma, for a greatest current in A."""
+    shape = derived(SPEC.start[None, :])[0, 3:]
+    return np.array([(0.0, 1.0, 1.0 / (scale * turnover), *shape) for turnover in _LOOPS])
+
+
+def _knees(scale: float) -> Array:
+    """Return forms of ``bouc_wen`` (P, 5) whose branches lie as near to each other as the bounds allow."""
+    turnover, n = _KNEES.T
+    rate = 1.0 / (scale * turnover)
+    # beta + gamma at the least kappa: gamma at its least then is the greatest ratio within all bounds
+    total = rate * (_KAPPA.low / rate) ** (1.0 - n)
+    rho = np.minimum(1.0 - 2.0 * _GAMMA.low / total, _GREATEST)
+    return np.column_stack([np.zeros_like(n), np.ones_like(n), rate, n, rho])
+
+
+def _fitted_lines(i: Array, y: Array, flux: Array) -> tuple[Array, Array, Array]:
+    """Return slope, amplitude and squared error, each (P,), of slope*i + amplitude*y + offset for each row of y (P, N).
+
+    A row that is hardly anything but a line of its own gets no amplitude.
+    """
+    i, flux, y = i - i.mean(), flux - flux.mean(), y - y.mean(axis=1, keepdims=True)
+    along, share = (y @ i) / (i @ i), (flux @ i) / (i @ i)
+    bent, left = y - along[:, None] * i, flux - share * i
+    power = np.sum(bent**2, axis=1)
+    cross = bent @ left
+    amplitude = np.divide(cross, power, out=np.zeros_like(power), where=power > 1e-9 * np.sum(y**2, axis=1))
+    return share - amplitude * along, amplitude, left @ left - amplitude * cross
 
 
 def _reduce(theta: Array) -> Array:
@@ -96,13 +157,22 @@ def _reduce(theta: Array) -> Array:
 
 
 def _restore(reduced: Array) -> Array:
-    """Return parameters with the published kappa, and A = 1.2, or 0.8 where the loop gains energy."""
+    """Return parameters with A = 1.2, or 0.8 where the loop gains energy, and kappa as published or near it.
+
+    That is, z_max is the nearest with which kappa, beta, gamma and D lie within their bounds, where that can be.
+    """
     slope, amplitude, rate, n, rho = reduced.T
-    share, z_max = np.where(amplitude < 0.0, 1.2, 0.8), SPEC.start[2] / rate
-    kappa, beta, gamma = printed_form(rate, n, rho, z_max)
-    with np.errstate(divide="ignore"):
-        divisor = (1.0 - share) * (slope / share) * z_max / amplitude
-    return np.column_stack([share, slope / share, kappa, beta, gamma, n, divisor])
+    share = np.where(amplitude < 0.0, 1.2, 0.8)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        divisor = (1.0 - share) * (slope / share) / amplitude
+        # kappa, beta, gamma and D at z_max = 1, and the power of z_max they go with
+        values = np.log([rate, *printed_form(rate, n, rho, np.ones_like(n))[1:], divisor])
+        powers = np.array([np.ones_like(n), 1.0 - n, 1.0 - n, np.ones_like(n)])
+        ends = (_LOG_BOUNDS - values) / powers
+    bounds = (powers != 0.0) & np.isfinite(values)
+    least, most = np.where(bounds, ends.min(axis=0), -np.inf), np.where(bounds, ends.max(axis=0), np.inf)
+    z_max = np.exp(np.clip(np.log(SPEC.start[2] / rate), least.max(axis=0), most.min(axis=0)))
+    return np.column_stack([share, slope / share, *printed_form(rate, n, rho, z_max), n, divisor * z_max])
 
 
 REDUCED = Reduced(
@@ -113,7 +183,7 @@ REDUCED = Reduced(
             Param("amplitude", "Wb", -10.0, 10.0, -1e-3, text="(1-A)*Lc*z_max/D"),
             Param("rate", "1/A", 0.03, 9000.0, 10.0, "log", text="kappa/z_max"),
             SPEC.params[5],
-            Param("rho", "1", -0.99998, 0.99998, -1.0 / 3.0, text="(beta-gamma)/(beta+gamma)"),
+            Param("rho", "1", _LEAST, _GREATEST, -1.0 / 3.0, text="(beta-gamma)/(beta+gamma)"),
         ),
         linear=("slope", "amplitude"),
         derived=(),

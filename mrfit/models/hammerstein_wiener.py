@@ -20,6 +20,7 @@ with temperature, poles, zeros and delay keep the values of the first.
 import numpy as np
 
 from mrfit.kernels.lti import hysteresis_filter, magnetisation_filter
+from mrfit.kernels.points import inside
 from mrfit.kernels.theta import by_blocks, columns, plain
 from mrfit.kernels.wiener import wiener
 from mrfit.models import hw_static
@@ -56,6 +57,9 @@ SPEC = ModelSpec(
     linear=hw_static.SPEC.linear,
 )
 
+# Poles and zeros of H to start from, over the frequency of the test
+_ABOUT = {"p1": 0.3, "p2": 1.0, "p3": 10.0, "p4": 100.0, "omega": 0.5}
+
 
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the force in N, shape (P, N), of velocity (m/s) and current (A), shape (2, N), sampled every dt s."""
@@ -74,6 +78,19 @@ def sensitivities(drive: Array, theta: Array, dt: float, places: Index) -> Array
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     """Return those of the static map."""
     return hw_static.start_values(drive, output, dt)
+
+
+def far_start(drive: Array, output: Array, dt: float) -> dict[str, float]:
+    """Return the same with poles and zeros of H about the frequency at which the velocity moves.
+
+    What a test shows of H lies there; that frequency is the acceleration's root mean square over the velocity's.
+    """
+    speed = float(np.std(drive[0]))
+    if not speed:
+        return {}
+    about = float(np.sqrt(np.mean(np.diff(drive[0]) ** 2))) / (dt * speed)
+    found = start_values(drive, output, dt) | {name: share * about for name, share in _ABOUT.items()}
+    return inside(SPEC, found)
 
 
 def _force(drive: Array, theta: Array, dt: float) -> Array:

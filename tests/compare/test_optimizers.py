@@ -14,6 +14,9 @@ from mrfit.assembly import assemble
 from mrfit.compare.optimizers import Settings, start_point
 from mrfit.errors import ConfigError
 from mrfit.fit.cube import cube_of
+from mrfit.fit.identify import build_group
+from mrfit.fit.problem import Posed
+from mrfit.fit.starts import data_starts, to_points
 from mrfit.models import guo
 from mrfit.store import Workspace
 from tests.fit.benches import Bench, write_workspace
@@ -61,6 +64,18 @@ def test_seeds_start_at_the_models_start_and_then_at_random_points_equal_for_all
     assert np.array_equal(start_point(cube, 0), cube.start)
     assert np.array_equal(start_point(cube, 3), start_point(cube, 3))
     assert not np.array_equal(start_point(cube, 1), start_point(cube, 2))
+
+
+def test_auto_starts_where_the_data_say_as_a_fit_does(tmp_path: Path) -> None:
+    workspace = write_workspace(tmp_path, Bench(assemble("guo"), TRUTH, 0.01, 2), ((0.5, 0.004), (2.0, 0.008)), (0.5,))
+    fit = mrfit.fit.stage.Settings(model="guo", per="all", budget=4)
+    prepared = mrfit.fit.stage.prepare(workspace, fit)
+    group = build_group("all", prepared.groups["all"], prepared.recordings, prepared.assembly, split=False)
+    posed = Posed(group.search, np.ones(len(group.search)), prepared.assembly, prepared.cube)
+    given = to_points(prepared.cube, data_starts(group.training, prepared.assembly, prepared.dependence, ()))
+    least = np.sqrt(np.mean(posed.residuals(given) ** 2, axis=1)).min()
+    rows = mrfit.compare.optimizers.run(workspace, Settings(("auto", "lsq"), fit, SEEDS))["rows"]
+    assert rows[0]["worst"] <= least * 1.01 < rows[1]["median"]
 
 
 def test_seconds_are_in_the_table_alone(compared: tuple[Workspace, dict[str, Any]]) -> None:

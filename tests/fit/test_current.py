@@ -16,7 +16,7 @@ from mrfit.errors import ConfigError, DataError
 from mrfit.fit.cube import cube_of
 from mrfit.fit.current import assembly_of, default_orders, dependence_on_current, levels_of
 from mrfit.fit.predict import predict
-from mrfit.fit.starts import data_start, to_points
+from mrfit.fit.starts import data_starts, to_points
 from mrfit.models import bingham, boucwen, polynomial, tanh
 from mrfit.recording import Recording
 from mrfit.store import Workspace, write_json
@@ -222,7 +222,7 @@ def test_data_driven_starts_leave_out_what_the_user_gave_and_stay_inside_bounds(
     group = mrfit.fit.stage.build_group(
         "all", prepared.groups["all"], prepared.recordings, prepared.assembly, split=False
     )
-    found = data_start(group.training, assemble("bingham"), prepared.dependence, ["C_inf"])
+    [found] = data_starts(group.training, assemble("bingham"), prepared.dependence, ["C_inf"])
     assert set(found) == {"fy@0A", "fy@0.5A", "fy@1A", "f0"}
     assert found["fy@1A"] == pytest.approx(1000.0, rel=0.05)
     cube = cube_of(prepared.assembly.spec, {"fy": (1.0, 500.0)}, {}, {})

@@ -73,6 +73,10 @@ def test_what_a_model_forgets_is_not_simulated() -> None:
     alone = shortened(at, at.cube.probes(), 1e-12, (0.0, 0.5))
     assert alone.simulated == at.simulated - lead
     assert alone.residuals(at.cube.probes()) == pytest.approx(at.residuals(at.cube.probes()), abs=1e-12)
+    # a point that cannot be simulated says nothing
+    lost = np.full_like(at.cube.probes(), np.nan)
+    assert shortened(at, np.vstack([lost, at.cube.probes()]), 1e-12, (0.0, 0.5)).simulated == alone.simulated
+    assert shortened(at, lost, 1e-12, (0.0, 0.5)).simulated == at.simulated
 
 
 def test_a_lead_that_a_model_remembers_stays() -> None:

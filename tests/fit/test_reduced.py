@@ -11,6 +11,8 @@ from mrfit.assembly import assemble
 from mrfit.fit import levels, reduced
 from mrfit.fit.cube import cube_of
 from mrfit.fit.problem import Posed
+from mrfit.fit.starts import data_starts, to_points
+from mrfit.models.boucwen_flux import far_start
 
 MODELS = ["boucwen", "boucwen-flux", "boucwen-mmf", "hysteretic-biviscous", "spencer", "tanh"]
 
@@ -69,6 +71,43 @@ def test_bounds_and_fixed_values_of_the_user_hold(
     values = dict(zip((p.name for p in cube.params), theta, strict=True))
     assert all(low <= values[name] <= high for name, (low, high) in bounds.items())
     assert all(values[name] == value for name, value in fixed.items())
+
+
+# Flux that saturates on one branch as on the other, and remembers where the current began
+KNEE = np.array([[0.8, 0.0167, 0.05, 3000.0, 0.6, 4.6, 0.0112]])
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_flux_that_saturates_without_a_loop_is_found_from_what_the_data_give(seed: int) -> None:
+    group, assembly, cube = problem("boucwen-flux", 1, 6000, np.random.default_rng(1))
+    block = group.search[0]
+    output = assembly.simulate(block.drive, KNEE, block.dt)
+    knee = replace(block, target=block.at_targets(output)[0], scatter=0.0)
+    at = Posed([knee], np.ones(1), assembly, cube)
+    whole = group.training[0]
+    shown = assembly.simulate(whole.drive, KNEE, whole.dt)[0, whole.nodes[:, 0]]
+    given = far_start(whole.drive[:, whole.nodes[:, 0]], shown, whole.dt)
+    starts = to_points(cube, [{}, given])
+    outcome = reduced.search(at, starts, np.random.default_rng(seed), levels.Limits(), lambda e, c: None)
+    assert outcome.cost < 1e-3 * np.ptp(output)
+
+
+def test_several_logs_start_at_another_minimum_where_the_widest_hints_at_one() -> None:
+    group, assembly, _ = problem("boucwen-flux", 1, 6000, np.random.default_rng(1))
+    small = group.training[0]
+    shown = assembly.simulate(3.0 * small.drive, KNEE, small.dt)[0, small.nodes[:, 0]]
+    wide = replace(small, drive=3.0 * small.drive, target=shown)
+    alone, both = (data_starts(blocks, assembly, None, ["n"]) for blocks in ([small], [small, small, wide]))
+    assert len(alone) == 1 and alone[0]["A"] > 1.0
+    assert [s["A"] < 1.0 for s in both] == [True, False]
+    assert all("n" not in s for s in both)
+
+
+def test_thinned_data_keep_what_a_start_remembers() -> None:
+    at = posed("boucwen-flux")
+    usual = levels.thin_problem(at, at.cube.start[None, :], 1000)[0]
+    remembering = levels.thin_problem(at, at.cube.to_points(KNEE), 1000)[0]
+    assert usual.simulated < remembering.simulated
 
 
 def test_effects_and_dependence_on_current_have_no_reduced_parameters() -> None:

@@ -131,6 +131,12 @@ def test_what_ended_a_search_is_what_to_raise(out_of_time: bool, remedy: str) ->
     assert warning["text"].endswith(f"raise {remedy}")
 
 
+def test_what_would_keep_a_model_passive_is_said_where_it_is_known() -> None:
+    active = {**SOUND, "passivity": [{"condition": "a", "loop_area": -0.1, "passive": False}]}
+    texts = [warnings_of(active, METRICS, passive)[0]["text"] for passive in (("A", 1.0, 1.5), None)]
+    assert texts[0] == f"{texts[1]}; it cannot with --bounds A=1:1.5"
+
+
 def test_a_search_without_starts_cannot_disagree() -> None:
     assert kinds({"starts": None, "agreeing": 0}) == []
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from mrfit.models.boucwen_flux import SPEC, derived, response, start_values
+from mrfit.models.boucwen_flux import REDUCED, SPEC, derived, far_start, response, start_values
 
 # Paper Tang et al. Table 3 (1 Hz): current amplitude, A, Lc, kappa, beta, gamma, n, D.
 PUBLISHED = np.array(
@@ -55,6 +55,23 @@ def test_coil_loses_energy_for_a_above_1_only(A: float, passive: bool) -> None:
     current = sine(2.0)
     flux = response(current[None], theta, 1e-3)[0]
     assert bool(np.trapezoid(current[2000:], flux[2000:]) > 0) is passive
+
+
+def test_within_its_passive_bounds_no_closed_loop_gives_energy_out() -> None:
+    name, least, most = SPEC.passive
+    rng = np.random.default_rng(0)
+    low, high = np.array([[p.low, p.high] for p in SPEC.params]).T
+    assert (low[0], high[0]) != (least, most) and SPEC.names[0] == name
+    phase = 2 * np.pi * np.arange(20 * 400) / 400
+    for _ in range(40):
+        theta = np.exp(rng.uniform(np.log(low), np.log(high), (20, 7)))
+        theta[:, 0] = rng.uniform(least, most, 20)
+        amplitude, third, bias = rng.uniform([0.05, -1, -1], [5, 1, 1])
+        current = amplitude * (np.sin(phase) + third * np.sin(3 * phase + bias) + bias)
+        cycle, flux = current[-401:], response(current[None], theta, 1e-3)[:, -401:]
+        closed = flux[np.abs(flux[:, -1] - flux[:, 0]) < 1e-6 * np.ptp(flux, axis=1)]
+        area = np.trapezoid(np.broadcast_to(cycle, closed.shape), closed, axis=1)
+        assert np.all(area > -1e-12 * np.ptp(cycle) * np.ptp(closed, axis=1))
 
 
 def test_null_directions_leave_the_flux_and_the_derived_quantities() -> None:
@@ -113,3 +130,39 @@ def test_start_values_already_describe_the_loop(amplitude: float) -> None:
     found = start_values(current, flux, 1e-3)
     again = response(current, np.array([[found[name] for name in SPEC.names]]), 1e-3)[0]
     assert np.sqrt(np.mean((again - flux) ** 2)) < 0.04 * np.ptp(flux)
+
+
+def test_far_start_describes_a_flux_that_saturates_without_a_loop() -> None:
+    current = sine(5.0)
+    flux = 0.015 * current + 0.02 * np.tanh(current / 1.8)
+    found = far_start(current[None], flux, 1e-3)
+    assert found["A"] < 1.0
+    again = response(current[None], np.array([[found[name] for name in SPEC.names]]), 1e-3)[0]
+    assert np.std(again - flux) < 0.02 * np.ptp(flux)
+
+
+def test_a_flux_that_does_not_saturate_has_no_far_start() -> None:
+    current = sine(1.0)[None]
+    theta = np.array([[1.2, 0.02, 3.5, 3.0, 6.0, 1.5, 0.05]])
+    assert far_start(current, response(current, theta, 1e-3)[0], 1e-3) == {}
+    assert far_start(np.zeros((1, 100)), np.zeros(100), 1e-3) == {}
+
+
+def test_reduced_parameters_come_back_inside_the_bounds_where_they_can() -> None:
+    low, high = np.array([[p.low, p.high] for p in SPEC.params]).T
+    # a knee takes a small kappa and D, which the published kappa does not give; so does the least n
+    knee = np.array([0.8, 0.0167, 0.05, 3000.0, 0.6, 4.6, 0.0112])
+    blunt = np.array([1.2, 0.02, 0.04, 0.3, 0.6, 1.0, 0.01])
+    inside = np.random.default_rng(1).uniform(np.log(low), np.log(high), (2000, 7))
+    theta = np.vstack([knee, blunt, np.exp(inside)])
+    theta[2:, 0] = np.where(theta[2:, 0] < 1.0, 0.8, 1.2)
+    again = REDUCED.restore(REDUCED.reduce(theta))
+    assert np.all(again >= low * (1.0 - 1e-9))
+    assert np.all(again <= high * (1.0 + 1e-9))
+    assert derived(again) == pytest.approx(derived(theta), rel=1e-6)
+
+
+def test_a_published_kappa_comes_back_as_it_is() -> None:
+    theta = PUBLISHED[:1, 1:] * np.array([1, 1, 1, 1, 1, 1, 0.01])
+    again = REDUCED.restore(REDUCED.reduce(theta))[0]
+    assert again[2] == pytest.approx(3.5)
