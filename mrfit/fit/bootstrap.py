@@ -40,6 +40,8 @@ def bootstrap_intervals(
 ) -> dict[str, Interval]:
     """Return percentile intervals of the parameters and derived quantities the data determine, by name.
 
+    An end at which the refits were held by a bound is open.
+
     Parameters
     ----------
     posed
@@ -58,7 +60,10 @@ def bootstrap_intervals(
     spec = posed.assembly.spec
     ends = np.quantile(np.hstack([values, posed.assembly.derived(values)]), [0.025, 0.975], axis=0)
     names = [*spec.names, *(d.name for d in spec.derived)]
-    return {n: Interval(float(low), float(high)) for n, low, high in zip(names, *ends, strict=True)}
+    held = np.zeros(ends.shape, dtype=bool)
+    held[:, posed.cube.free] = [np.quantile(points, 0.025, axis=0) <= 0.0, np.quantile(points, 0.975, axis=0) >= 1.0]
+    shown = [[None if h else float(e) for e, h in zip(*both, strict=True)] for both in zip(ends, held, strict=True)]
+    return {n: Interval(low, high) for n, low, high in zip(names, *shown, strict=True)}
 
 
 def replicated(

@@ -51,3 +51,18 @@ def test_intervals_of_a_linear_model_have_the_width_of_generalised_least_squares
         low, high = found[name]
         assert low < value < high
         assert (high - low) / 2 == pytest.approx(width, rel=0.3)
+
+
+def test_an_end_beyond_a_bound_is_open() -> None:
+    rng = np.random.default_rng(5)
+    drive = np.vstack([np.sin(PHASE), np.cos(PHASE)])
+    assembly, cube = linear_model("", "")
+    top = cube.params[0].high
+    measured = np.array([top, -0.2]) @ drive + 0.1 * rng.standard_normal(SAMPLES)
+    estimate = np.minimum(np.linalg.lstsq(drive.T, measured, rcond=None)[0], top)
+    point, errors = cube.to_points(estimate[None, :])[0], measured - estimate @ drive
+    uncertainty = analyse([2 * drive.T], [errors], [SAMPLES / CYCLES])
+    posed = Posed([block(drive, measured, CYCLES)], np.ones(1), assembly, cube)
+    found = bootstrap_intervals(posed, point, uncertainty, [errors], rng)
+    assert found["p0"].high is None and found["p0"].low < top
+    assert None not in found["p1"]
