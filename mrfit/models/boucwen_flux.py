@@ -108,10 +108,9 @@ def _best(
     """Return squared error and values of the best of the forms tried with slope > 0, or amplitude > 0 as well."""
     step = max(1, len(flux) // _SCANNED)
     current = plain(i[::step])
-    scale = largest(current)
-    if not scale:
+    if not np.ptp(current):
         return np.inf, {}
-    forms = tried(scale)
+    forms = tried(largest(current))
     slope, amplitude, error = _fitted_lines(current, bouc_wen(current, forms), flux[::step])
     error = np.where((slope > 0.0) & ((amplitude > 0.0) | (not rising)), error, np.inf)
     best = int(np.argmin(error))

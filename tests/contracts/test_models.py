@@ -207,8 +207,9 @@ def test_derived_quantities_have_their_shape(model: ModuleType) -> None:
     assert np.isfinite(values).all()
 
 
-def test_start_values_are_inside_the_bounds_on_any_finite_data(model: ModuleType) -> None:
-    if not hasattr(model, "start_values"):
+@pytest.mark.parametrize("kind", ["start_values", "far_start"])
+def test_start_values_are_inside_the_bounds_on_any_finite_data(model: ModuleType, kind: str) -> None:
+    if not hasattr(model, kind):
         return
     spec, rng = model.SPEC, np.random.default_rng(3)
     drive = drive_of(spec)
@@ -220,7 +221,7 @@ def test_start_values_are_inside_the_bounds_on_any_finite_data(model: ModuleType
     ]
     for inputs in (drive, np.zeros_like(drive), rng.normal(size=drive.shape), drive[:, :3]):
         for output in outputs:
-            found = model.start_values(inputs, output[: inputs.shape[1]], DT)
+            found = getattr(model, kind)(inputs, output[: inputs.shape[1]], DT)
             assert set(found) <= set(spec.names)
             for p in spec.params:
                 assert p.low <= found.get(p.name, p.start) <= p.high

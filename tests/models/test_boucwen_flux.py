@@ -145,7 +145,12 @@ def test_a_flux_that_does_not_saturate_has_no_far_start() -> None:
     current = sine(1.0)[None]
     theta = np.array([[1.2, 0.02, 3.5, 3.0, 6.0, 1.5, 0.05]])
     assert far_start(current, response(current, theta, 1e-3)[0], 1e-3) == {}
-    assert far_start(np.zeros((1, 100)), np.zeros(100), 1e-3) == {}
+
+
+@pytest.mark.parametrize("held", [0.0, 2.0])
+def test_a_current_that_does_not_move_gives_no_start_values(held: float) -> None:
+    for found in (start_values, far_start):
+        assert found(np.full((1, 100), held), np.ones(100), 1e-3) == {}
 
 
 def test_reduced_parameters_come_back_inside_the_bounds_where_they_can() -> None:
