@@ -218,7 +218,8 @@ def warnings_of(
         warn("budget-spent", f"the search used all its {spent} before it settled: raise {limit}")
     starts = result.get("starts") or []
     if len(starts) > 1 and result.get("agreeing", 0) < 2:
-        warn("starts-disagree", "no two starts ended at the least error: there may be a better one; raise --budget")
+        remedy = "raise --budget" if result["budget_spent"] else "compare with another --seed or --opt pso-fmin"
+        warn("starts-disagree", f"no two starts ended at the least error: there may be a better one; {remedy}")
     tied = [r for r in result.get("residual_tests", []) if not r["independent"]]
     if tied:
         worst = max(tied, key=lambda r: abs(float(r["correlation"])))

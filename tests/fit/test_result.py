@@ -137,6 +137,12 @@ def test_what_would_keep_a_model_passive_is_said_where_it_is_known() -> None:
     assert texts[0] == f"{texts[1]}; it cannot with --bounds A=1:1.5"
 
 
+@pytest.mark.parametrize(("spent", "remedy"), [(False, "--seed"), (True, "raise --budget")])
+def test_starts_that_disagree_ask_for_more_of_what_ran_out(spent: bool, remedy: str) -> None:
+    said = warnings_of({**SOUND, "agreeing": 1, "budget_spent": spent, "out_of_time": False}, METRICS)
+    assert remedy in next(w["text"] for w in said if w["kind"] == "starts-disagree")
+
+
 def test_a_search_without_starts_cannot_disagree() -> None:
     assert kinds({"starts": None, "agreeing": 0}) == []
 
