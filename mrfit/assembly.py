@@ -51,8 +51,8 @@ class Assembly:
         The model in the fewest parameters that give its responses, where these are fewer or better to search in.
     sensitivities
         The response and its exact derivatives, where the model has them.
-    far_start
-        As ``start_values``, those of another minimum than a search finds from these, where a base model knows of one.
+    far_starts
+        Maps the same to start values of minima that a search hardly finds from these, where a base model knows of some.
     alone
         Whether it is a base model as it stands, without effects or dependence on current.
     adds
@@ -67,7 +67,7 @@ class Assembly:
     rough: Response | None = None
     reduced: Reduced | None = None
     sensitivities: Sensitivities | None = None
-    far_start: StartValues | None = None
+    far_starts: Callable[[Array, Array, float], list[dict[str, float]]] | None = None
     alone: bool = False
     adds: bool = False
 
@@ -116,8 +116,8 @@ def assemble(name: str, dependence: CurrentDependence | None = None) -> Assembly
     if effects or (dependence and dependence.varies):
         return replace(whole, rough=rough)
     reduced, sensitivities = getattr(module, "REDUCED", None), getattr(module, "sensitivities", None)
-    far = getattr(module, "far_start", None)
-    return replace(whole, rough=rough, reduced=reduced, sensitivities=sensitivities, far_start=far, alone=True)
+    far = getattr(module, "far_starts", None)
+    return replace(whole, rough=rough, reduced=reduced, sensitivities=sensitivities, far_starts=far, alone=True)
 
 
 def _depending(base: Assembly, dependence: CurrentDependence) -> Assembly:

@@ -37,7 +37,7 @@ def data_starts(
 ) -> list[dict[str, float]]:
     """Return the sets of start values that the data give by characteristic points, by parameter name; none if none.
 
-    Without dependence on current that of another minimum may come first, see ``far_start`` of the model, from the block
+    Without dependence on current those of other minima may come first, see ``far_starts`` of the model, from the block
     whose output has the greatest range.
 
     Parameters
@@ -64,9 +64,9 @@ def data_starts(
         return []
     if dependence is None:
         widest = max(blocks, key=lambda b: float(np.ptp(b.target)))
-        far = base.far_start(*_shown(widest, base)) if base.far_start else {}
+        far = base.far_starts(*_shown(widest, base)) if base.far_starts else []
         usual = {n: medians[0][n] for n in names}
-        return [s for s in ({n: v for n, v in far.items() if n not in taken}, usual) if s]
+        return [s for s in (*({n: v for n, v in f.items() if n not in taken} for f in far), usual) if s]
     table = np.array([[m.get(n, base.spec.start[k]) for k, n in enumerate(base.spec.names)] for m in medians])
     nodes = through(base.spec, dependence, np.array(levels), table)
     return [{n: v for n, v in zip(node_names(base, dependence), nodes.tolist(), strict=True) if base_name(n) in names}]

@@ -93,13 +93,13 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     return _best(drive[0], output, _loops)[1]
 
 
-def far_start(drive: Array, output: Array, dt: float) -> dict[str, float]:
+def far_starts(drive: Array, output: Array, dt: float) -> list[dict[str, float]]:
     """Return values of a knee, flux that saturates on one branch as on the other; none where a loop is much nearer.
 
     The best loop is found from almost anywhere, a knee from near it only, although it may be far the lower minimum.
     """
     error, found = _best(drive[0], output, _knees, rising=True)
-    return found if error < _WORSE**2 * _best(drive[0], output, _loops)[0] else {}
+    return [found] if error < _WORSE**2 * _best(drive[0], output, _loops)[0] else []
 
 
 def _best(

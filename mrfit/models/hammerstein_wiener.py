@@ -80,17 +80,17 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     return hw_static.start_values(drive, output, dt)
 
 
-def far_start(drive: Array, output: Array, dt: float) -> dict[str, float]:
+def far_starts(drive: Array, output: Array, dt: float) -> list[dict[str, float]]:
     """Return the same with poles and zeros of H about the frequency at which the velocity moves.
 
     What a test shows of H lies there; that frequency is the acceleration's root mean square over the velocity's.
     """
     speed = float(np.std(drive[0]))
     if not speed:
-        return {}
+        return []
     about = float(np.sqrt(np.mean(np.diff(drive[0]) ** 2))) / (dt * speed)
     found = start_values(drive, output, dt) | {name: share * about for name, share in _ABOUT.items()}
-    return inside(SPEC, found)
+    return [inside(SPEC, found)]
 
 
 def _force(drive: Array, theta: Array, dt: float) -> Array:

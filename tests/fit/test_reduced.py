@@ -12,7 +12,7 @@ from mrfit.fit import levels, reduced
 from mrfit.fit.cube import cube_of
 from mrfit.fit.problem import Posed
 from mrfit.fit.starts import data_starts, to_points
-from mrfit.models.boucwen_flux import far_start
+from mrfit.models.boucwen_flux import far_starts
 
 MODELS = ["boucwen", "boucwen-flux", "boucwen-mmf", "hysteretic-biviscous", "spencer", "tanh"]
 
@@ -86,7 +86,7 @@ def test_flux_that_saturates_without_a_loop_is_found_from_what_the_data_give(see
     at = Posed([knee], np.ones(1), assembly, cube)
     whole = group.training[0]
     shown = assembly.simulate(whole.drive, KNEE, whole.dt)[0, whole.nodes[:, 0]]
-    given = far_start(whole.drive[:, whole.nodes[:, 0]], shown, whole.dt)
+    [given] = far_starts(whole.drive[:, whole.nodes[:, 0]], shown, whole.dt)
     starts = to_points(cube, [{}, given])
     outcome = reduced.search(at, starts, np.random.default_rng(seed), levels.Limits(), lambda e, c: None)
     assert outcome.cost < 1e-3 * np.ptp(output)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mrfit.models.hammerstein_wiener import SPEC, far_start, response, sensitivities, start_values
+from mrfit.models.hammerstein_wiener import SPEC, far_starts, response, sensitivities, start_values
 
 C_PRE, C_POST, A, B = 3e4, 1200.0, 0.02, 0.004
 THETA = SPEC.start.copy()
@@ -72,14 +72,14 @@ def test_start_values_share_out_the_yield_velocity_at_the_mean_current() -> None
 def test_far_start_spreads_poles_and_zeros_about_the_frequency_of_the_test(frequency: float) -> None:
     t = np.linspace(0, 2 / frequency, 4001)
     drive = np.stack([0.3 * np.sin(2 * np.pi * frequency * t), np.full(4001, 0.8)])
-    found = far_start(drive, static(*drive), t[1])
+    [found] = far_starts(drive, static(*drive), t[1])
     shares = np.array([found[name] for name in ("p1", "p2", "p3", "p4", "omega")]) / (2 * np.pi * frequency)
     assert shares == pytest.approx([0.3 if frequency == 3.0 else 1 / np.pi, 1.0, 10.0, 100.0, 0.5], rel=1e-3)
     assert {n: found[n] for n in ("c_pre", "c_post")}.items() <= start_values(drive, static(*drive), t[1]).items()
 
 
 def test_a_damper_at_rest_has_no_far_start() -> None:
-    assert far_start(np.stack([np.zeros(100), np.full(100, 0.8)]), np.ones(100), 1e-3) == {}
+    assert far_starts(np.stack([np.zeros(100), np.full(100, 0.8)]), np.ones(100), 1e-3) == []
 
 
 EVERY = np.arange(15)
