@@ -26,9 +26,6 @@ from mrfit.specs import Array, EffectSpec, ModelSpec, Reduced, Response, Sensiti
 SLOTS = ("input", "loop", "theta", "add", "output", "record")
 
 
-StartValues = Callable[[Array, Array, float], dict[str, float]]
-
-
 @dataclass(frozen=True, slots=True)
 class Assembly:
     """A model ready to simulate.
@@ -63,7 +60,7 @@ class Assembly:
     spec: ModelSpec
     simulate: Response
     derived: Callable[[Array], Array]
-    start_values: StartValues
+    start_values: Callable[[Array, Array, float], dict[str, float]]
     rough: Response | None = None
     reduced: Reduced | None = None
     sensitivities: Sensitivities | None = None
