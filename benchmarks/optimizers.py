@@ -3,9 +3,8 @@
 Each model meets data planted by itself, and by a richer model that it cannot follow; models of flux and current also
 ``datasets/coil``, and where MRFIT_REAL_LOGS names a folder of instrument logs, a real damper and a real transformer
 loop: the first and the last condition of each. All optimizers start at the same points: the model's own and those the
-data give. Seconds are those of the
-process, since the machine may be shared; of ``auto``, which takes milliseconds, the least of several runs counts. Named
-models may be ``all``, and ``auto`` always runs.
+data give. Seconds are those of the process, since the machine may be shared; of ``auto``, which takes milliseconds, the
+least of several runs counts. Named models may be ``all``, and ``auto`` always runs.
 """
 
 import csv

@@ -17,7 +17,7 @@ from mrfit.fit import levels
 from mrfit.fit.cube import Cube, cube_of
 from mrfit.fit.problem import Posed, differences
 from mrfit.fit.separable import projection_of
-from mrfit.fit.starts import at_scales
+from mrfit.fit.starts import at_scales, start_values_of
 from mrfit.fit.uncertainty import Uncertainty, analyse, long_run_covariance, sensitivities
 from mrfit.optimizers import auto
 from mrfit.progress import silent
@@ -251,9 +251,7 @@ class Fitter:
     def _data_driven(self, assembly: Assembly, cube: Cube) -> Array:
         rows = []
         for stretch in self.bench.of_role("train"):
-            block = stretch.block_for(assembly)
-            drive = np.ascontiguousarray(block.drive[:, block.nodes[:, 0]])
-            found = assembly.start_values(drive, block.target, block.dt)
+            found = start_values_of(stretch.block_for(assembly), assembly)
             rows.append([found.get(p.name, p.start) for p in cube.params])
         return cube.to_points(np.unique(np.array(rows), axis=0))
 

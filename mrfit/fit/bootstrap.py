@@ -23,6 +23,8 @@ from mrfit.fit.uncertainty import (
 from mrfit.specs import Array
 
 REPLICATES = 400
+# Quantiles between which 95 % of the refits end
+ENDS = (0.025, 0.975)
 # Chord steps of a refit, and most numbers of residuals held at once
 STEPS = 6
 BLOCK_NUMBERS = 1 << 22
@@ -58,10 +60,11 @@ def bootstrap_intervals(
     points = replicated(posed, point, uncertainty.directions[:, ~uncertainty.open], errors, rng)
     values = posed.cube.to_theta(points)
     spec = posed.assembly.spec
-    ends = np.quantile(np.hstack([values, posed.assembly.derived(values)]), [0.025, 0.975], axis=0)
+    ends = np.quantile(np.hstack([values, posed.assembly.derived(values)]), ENDS, axis=0)
     names = [*spec.names, *(d.name for d in spec.derived)]
+    least, most = np.quantile(points, ENDS, axis=0)
     held = np.zeros(ends.shape, dtype=bool)
-    held[:, posed.cube.free] = [np.quantile(points, 0.025, axis=0) <= 0.0, np.quantile(points, 0.975, axis=0) >= 1.0]
+    held[:, posed.cube.free] = least <= 0.0, most >= 1.0
     shown = [[None if h else float(e) for e, h in zip(*both, strict=True)] for both in zip(ends, held, strict=True)]
     return {n: Interval(low, high) for n, low, high in zip(names, *shown, strict=True)}
 

@@ -99,10 +99,11 @@ def search(
 def search_thinned(posed: Posed, starts: Array, run: Run) -> Coarse:
     """Return where `auto` ends on thinned data; on all of them where they are few, or nothing is to be searched."""
     budget, nowhere = _budget(posed, run), starts[:0]
-    thin, projection = thin_problem(posed, starts, budget)
+    seen = np.vstack([posed.cube.probes(), starts])
+    thin, projection = thin_problem(posed, seen, budget)
     eliminated = projection is not None and not len(projection.cube.free)
     if eliminated or 2 * thin.rows > posed.rows:
-        near = shortened(posed, np.vstack([posed.cube.probes(), starts]), UNCHANGED, LEADS[:1])
+        near = shortened(posed, seen, UNCHANGED, LEADS[:1])
         objective = objective_of(near, projection, starts, run.on_progress)
         outcome = optimize.run("auto", objective, run.rng, budget, *run.limits[1:])
         return Coarse(completed(outcome, objective, whole(objective, outcome.point[None, :])), nowhere, projection)
@@ -118,11 +119,14 @@ def _budget(posed: Posed, run: Run) -> int:
     return run.limits.budget or optimize.default_budget("auto", len(posed.cube.free))
 
 
-def thin_problem(posed: Posed, starts: Array, budget: int) -> tuple[Posed, Projection | None]:
-    """Return the problem on thinned data, simulated roughly where the model can, and which parameters are linear."""
+def thin_problem(posed: Posed, points: Array, budget: int) -> tuple[Posed, Projection | None]:
+    """Return the problem on thinned data, simulated roughly where the model can, and which parameters are linear.
+
+    It keeps of what comes before the first sample compared what is remembered at points (P, F).
+    """
     assembly = replace(posed.assembly, simulate=posed.assembly.rough or posed.assembly.simulate)
     thin = replace(posed, blocks=thinned(posed.blocks), assembly=assembly)
-    thin = shortened(thin, np.vstack([posed.cube.probes(), starts]), ROUGH, LEADS)
+    thin = shortened(thin, points, ROUGH, LEADS)
     projection = projection_of(thin)
     # a small budget is not enough for a point with its best linear parameters on either data
     few = projection is not None and budget < 2 * (len(projection.moving) + 1)

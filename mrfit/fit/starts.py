@@ -56,7 +56,7 @@ def data_starts(
     found: dict[float, list[dict[str, float]]] = {}
     for block in blocks:
         level = level_of(block.segment, levels) if dependence else 0.0
-        found.setdefault(level, []).append(_start_values(block, base))
+        found.setdefault(level, []).append(start_values_of(block, base))
     levels = sorted(level for level in found if np.isfinite(level))
     medians = [{n: float(np.median([v[n] for v in found[i] if n in v])) for n in _named(found[i])} for i in levels]
     names = [n for n in base.spec.names if n not in taken and medians and all(n in m for m in medians)]
@@ -77,18 +77,19 @@ def at_scales(cube: Cube, blocks: Iterable[Block], base: Assembly) -> Cube:
     fixed = [p.name for p in cube.params if p.fixed]
     if not fixed:
         return cube
-    found = [_start_values(block, base) for block in blocks]
+    found = [start_values_of(block, base) for block in blocks]
     held = {n: max(values[n] for values in found if n in values) for n in fixed if any(n in v for v in found)}
     return replace(cube, params=tuple(replace(p, start=held.get(p.name, p.start)) for p in cube.params))
 
 
-def _start_values(block: Block, base: Assembly) -> dict[str, float]:
-    return base.start_values(*_shown(block, base))
+def start_values_of(block: Block, assembly: Assembly) -> dict[str, float]:
+    """Return the start values that a full block gives, by parameter name."""
+    return assembly.start_values(*_shown(block, assembly))
 
 
-def _shown(block: Block, base: Assembly) -> tuple[Array, Array, float]:
+def _shown(block: Block, assembly: Assembly) -> tuple[Array, Array, float]:
     """Return drive (C, N), output (N,) and dt of a full block as models look at them for start values."""
-    return np.ascontiguousarray(block.drive[: len(base.spec.inputs), block.nodes[:, 0]]), block.target, block.dt
+    return np.ascontiguousarray(block.drive[: len(assembly.spec.inputs), block.nodes[:, 0]]), block.target, block.dt
 
 
 def _named(values: Iterable[Mapping[str, float]]) -> set[str]:

@@ -62,7 +62,9 @@ SPEC = ModelSpec(
 _KAPPA, _BETA, _GAMMA = SPEC.params[2:5]
 _LEAST = (_BETA.low - _GAMMA.high) / (_BETA.low + _GAMMA.high)
 _GREATEST = (_BETA.high - _GAMMA.low) / (_BETA.high + _GAMMA.low)
-_LOG_BOUNDS = np.log([[[getattr(SPEC.params[k], end)] for k in (2, 3, 4, 6)] for end in ("low", "high")])
+# Bounds of those that z_max scales: kappa, beta, gamma and D, (2, 4, 1)
+_SCALED = (_KAPPA, _BETA, _GAMMA, SPEC.params[6])
+_LOG_BOUNDS = np.log([[p.low for p in _SCALED], [p.high for p in _SCALED]])[:, :, None]
 # What start values are chosen from, as shares of the greatest current: turn-overs of loops as published, turn-overs and
 # sharpness of knees; these where their error is at most so many times that of the best loop
 _LOOPS = np.geomspace(0.003, 3.0, 14)

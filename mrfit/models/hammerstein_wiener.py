@@ -81,7 +81,7 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
 
 
 def far_starts(drive: Array, output: Array, dt: float) -> list[dict[str, float]]:
-    """Return the same with poles and zeros of H about the frequency at which the velocity moves.
+    """Return those of the static map, with poles and zeros of H about the frequency at which the velocity moves.
 
     What a test shows of H lies there; that frequency is the acceleration's root mean square over the velocity's.
     """
