@@ -6,8 +6,10 @@ A parameter p of order m is given by its values p_0 … p_m at m + 1 currents I_
 
 on a logarithmic scale where the parameter has one and does not enter linearly, so that a sharpness or an exponent
 stays positive. Forces and stiffnesses, which enter linearly, are polynomials of i as papers print them, and stay
-linear. Values at nodes have the unit, the bounds and the start value of the parameter itself, which coefficients of
-powers of i have not. Outside the tested range the current is held at its end: a polynomial says nothing there.
+linear. Either form can be asked for: ``log2`` is the exponential of a polynomial of order 2, ``plain2`` the polynomial
+itself, held within the parameter's bounds where it does not enter linearly. Values at nodes have the unit, the bounds
+and the start value of the parameter itself, which coefficients of powers of i have not. Outside the tested range the
+current is held at its end: a polynomial says nothing there.
 
 Where the fluid's yield stress turns abruptly, pieces of the range have polynomials of their own (inverse-tanh paper
 Table 3). Each has its nodes spread over its piece; neighbours written with ``:`` share the one at the break and so meet
@@ -28,9 +30,13 @@ HIGHEST = 4
 # Parameters that do not depend on the coil's field unless the user says so
 FIXED_ROLES = ("offset", "shape")
 MEETING, JUMPING = ":", "/"
+PLAIN, LOG = "plain", "log"
 
 Order = int | str
-"""Order 0 to 4, or those of pieces with the breaks in A between them: ``1:0.2:2`` meet, ``1/0.2/2`` may jump."""
+"""Order 0 to 4, or those of pieces with the breaks in A between them: ``1:0.2:2`` meet, ``1/0.2/2`` may jump.
+
+``plain`` or ``log`` before it says what is a polynomial: the parameter, or its logarithm.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,6 +140,11 @@ def base_name(name: str) -> str:
     return name.partition("@")[0]
 
 
+def form_of(order: Order) -> str:
+    """Return the form a written order asks for, ``plain`` or ``log``; empty for the parameter's own."""
+    return next((form for form in (PLAIN, LOG) if str(order).strip().startswith(form)), "")
+
+
 @cache
 def _read(order: Order) -> tuple[tuple[int, ...], tuple[float, ...], tuple[bool, ...]]:
     """Return the pieces' orders, the breaks between them in A, and whether the pieces meet there.
@@ -143,12 +154,13 @@ def _read(order: Order) -> tuple[tuple[int, ...], tuple[float, ...], tuple[bool,
     ConfigError
         If the text is not of this form, breaks do not rise, or two constants are to meet.
     """
-    tokens = re.split(f"([{MEETING}{JUMPING}])", "".join(str(order).split()))
+    tokens = re.split(f"([{MEETING}{JUMPING}])", "".join(str(order).split()).removeprefix(form_of(order)))
     written, signs = tokens[::4], tokens[1::4]
     if len(tokens) % 4 != 1 or signs != tokens[3::4] or not set(written) <= {str(k) for k in range(HIGHEST + 1)}:
         raise ConfigError(
             f"--current-order takes 0 to {HIGHEST}, or in pieces 1:0.2:2 (order 1 to 0.2 A, 2 from there, meeting) or "
-            f"1/0.2/2 (they may jump), for all or as NAME=ORDER pairs, not '{order}'"
+            f"1/0.2/2 (they may jump), with 'plain' or 'log' before it for a polynomial or the exponential of one, for "
+            f"all or as NAME=ORDER pairs, not '{order}'"
         )
     try:
         breaks = tuple(float(token) for token in tokens[2::4])
@@ -187,28 +199,33 @@ def _pieces(order: Order, low: float, high: float) -> tuple[Piece, ...]:
 def orders_of(spec: ModelSpec, text: str) -> tuple[tuple[str, Order], ...]:
     """Return the (parameter, order) pairs of a written current dependence: ``2``, or ``fy=1:0.2:2,c=1``.
 
-    A single order goes to every parameter but offsets and shapes.
+    A single order goes to every parameter but offsets and shapes, as a polynomial to those that may be negative.
 
     Raises
     ------
     ConfigError
-        If an order is not 0 to 4 or a name is not a parameter.
+        If an order is not 0 to 4, a name is not a parameter, or one that may be negative is to have a logarithm.
     """
     if "=" not in text:
         order = _order(text)
-        return tuple((p.name, order) for p in spec.params if p.role not in FIXED_ROLES and order and not p.fixed)
+        varying = [p for p in spec.params if p.role not in FIXED_ROLES and order and not p.fixed]
+        without = _order(str(order).removeprefix(LOG))
+        return tuple((p.name, order if p.low > 0.0 else without) for p in varying)
     named = {name.strip(): order for name, _, order in (item.partition("=") for item in text.split(","))}
     for name in named:
         if name not in spec.names:
             raise ConfigError(
                 f"--current-order: '{spec.name}' has no parameter '{name}'; it has {', '.join(spec.names)}"
             )
+        if form_of(named[name]) == LOG and spec.params[spec.names.index(name)].low <= 0.0:
+            raise ConfigError(f"--current-order {name}={named[name]}: {name} may be negative, so it has no logarithm")
     return tuple((n, _order(v)) for n, v in named.items() if _order(v))
 
 
 def _order(text: str) -> Order:
-    plain = "".join(text.split())
-    return plain if _read(plain)[1] else int(plain)
+    written = "".join(text.split())
+    orders, breaks, _ = _read(written)
+    return written if breaks or (orders[0] and form_of(written)) else orders[0]
 
 
 def expanded(spec: ModelSpec, dependence: CurrentDependence) -> ModelSpec:
@@ -221,9 +238,10 @@ def expanded(spec: ModelSpec, dependence: CurrentDependence) -> ModelSpec:
         params += [
             replace(p, name=f"{p.name}@{label}", text=f"{p.text} at {label.replace('A', ' A')}") for label in labels
         ] or [p]
-    linear = [q.name for q in params if base_name(q.name) in spec.linear]
+    bent = {p.name for p in spec.params if logarithmic(spec, p, orders.get(p.name, 0)) and orders.get(p.name, 0)}
+    linear = [q.name for q in params if base_name(q.name) in spec.linear and base_name(q.name) not in bent]
     coefficients = [
-        _coefficient(spec, p, piece, power, whole=len(pieces) == 1)
+        _coefficient(p, piece, power, whole=len(pieces) == 1, log=logarithmic(spec, p, orders[p.name]))
         for p in spec.params
         if orders.get(p.name, 0)
         for pieces in [dependence.pieces(orders[p.name])]
@@ -239,13 +257,14 @@ def expanded(spec: ModelSpec, dependence: CurrentDependence) -> ModelSpec:
     )
 
 
-def _logarithmic(spec: ModelSpec, param: Param) -> bool:
-    return param.scale == "log" and param.name not in spec.linear
+def logarithmic(spec: ModelSpec, param: Param, order: Order = 0) -> bool:
+    """Return whether it is the logarithm of a parameter that is a polynomial: as its order says, or by its kind."""
+    form = form_of(order)
+    return form == LOG if form else param.scale == "log" and param.name not in spec.linear
 
 
-def _coefficient(spec: ModelSpec, param: Param, piece: Piece, power: int, *, whole: bool) -> Derived:
-    logarithmic = _logarithmic(spec, param) and piece.order > 0
-    name, unit = (f"ln({param.name})", "1") if logarithmic else (param.name, param.unit)
+def _coefficient(param: Param, piece: Piece, power: int, *, whole: bool, log: bool) -> Derived:
+    name, unit = (f"ln({param.name})", "1") if log and piece.order > 0 else (param.name, param.unit)
     place = "" if whole else f"({piece.low:.4g}..{piece.high:.4g}A)"
     text = f"coefficient of i^{power} of {name}" + (f" from {piece.low:.4g} to {piece.high:.4g} A" if place else "")
     return Derived(f"{param.name}{place}.i{power}", f"{unit}/A^{power}" if power else unit, text)
@@ -278,8 +297,11 @@ def at_current(spec: ModelSpec, dependence: CurrentDependence, theta: Array, cur
         column += count(order)
         if not order:
             result[:, k] = nodes[:, 0]
-        elif _logarithmic(spec, p):
+        elif logarithmic(spec, p, order):
             result[:, k] = np.exp(_combined(np.log(nodes), bases[order]))
+        elif p.low > 0.0 and p.name not in spec.linear:
+            # between its nodes a polynomial may leave the bounds, outside which a simulation may diverge
+            result[:, k] = np.clip(_combined(nodes, bases[order]), p.low, p.high)
         else:
             result[:, k] = _combined(nodes, bases[order])
     return result[:, :, 0].copy() if constant else result
@@ -314,9 +336,9 @@ def through(spec: ModelSpec, dependence: CurrentDependence, currents: Array, the
         if not order:
             nodes.append(np.median(theta[:, k : k + 1], axis=0))
             continue
-        values = np.log(theta[:, k]) if _logarithmic(spec, p) else theta[:, k]
-        found = _nearest(dependence, order, currents, values)
-        nodes.append(np.clip(np.exp(found) if _logarithmic(spec, p) else found, p.low, p.high))
+        log = logarithmic(spec, p, order)
+        found = _nearest(dependence, order, currents, np.log(theta[:, k]) if log else theta[:, k])
+        nodes.append(np.clip(np.exp(found) if log else found, p.low, p.high))
     return np.concatenate(nodes)
 
 
@@ -343,7 +365,7 @@ def coefficients(spec: ModelSpec, dependence: CurrentDependence, theta: Array) -
         order = orders.get(p.name, 0)
         for piece in dependence.pieces(order) if order else ():
             nodes = theta[:, column + piece.columns]
-            nodes = np.log(nodes) if _logarithmic(spec, p) and piece.order else nodes
+            nodes = np.log(nodes) if logarithmic(spec, p, order) and piece.order else nodes
             powers = np.linalg.inv(np.vander(piece.nodes, increasing=True))
             columns += list((nodes @ powers.T).T)
         column += count(order)

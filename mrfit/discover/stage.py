@@ -8,15 +8,18 @@ from typing import Any
 
 import numpy as np
 
+import mrfit.fit.stage
 from mrfit.assembly import assemble
-from mrfit.dependence import CurrentDependence, orders_of
+from mrfit.dependence import CurrentDependence, base_name, orders_of
 from mrfit.discover.account import account, verdict_of
 from mrfit.discover.bench import Bench, build_bench, effects_for
 from mrfit.discover.decide import Verdict, decide
 from mrfit.discover.refit import Fitter
 from mrfit.errors import ConfigError
-from mrfit.fit.current import base_of, default_orders, dependence_on_current
-from mrfit.fit.stage import load_recordings
+from mrfit.fit.choice import Choice
+from mrfit.fit.current import base_of, default_orders, dependence_on_current, tested, to_choose
+from mrfit.fit.select import usable
+from mrfit.fit.stage import dependence_of, load_recordings
 from mrfit.progress import Progress, silent
 from mrfit.recording import Recording, Segment
 from mrfit.specs import Array
@@ -149,8 +152,8 @@ def _discovered(
     progress: Progress,
 ) -> tuple[dict[str, Any], dict[str, Array]]:
     segments, recordings = data
-    dependence = current_dependence(settings, segments, recordings)
-    fitter = _fitter(workspace, settings, dependence, data, key)
+    dependence, choice = current_dependence(settings, segments, recordings)
+    fitter = _fitter(workspace, settings, (dependence, choice), data, key)
     progress("base fit", 0, 1)
     base = fitter.first(settings.seed)
     progress("base fit", 1, 1)
@@ -164,6 +167,7 @@ def _discovered(
         "seed": settings.seed,
         "data_sha256": "",
         "current_dependence": None if dependence is None else asdict(dependence),
+        "current_choice": choice.about if choice else None,
         "key": key,
     }
     return summary, _series(fitter.bench, verdict)
@@ -171,36 +175,41 @@ def _discovered(
 
 def current_dependence(
     settings: Settings, segments: Sequence[Segment], recordings: dict[str, Recording]
-) -> CurrentDependence | None:
-    """Return how the base's parameters depend on current; a current that changes during tests counts as two levels.
+) -> tuple[CurrentDependence | None, Choice | None]:
+    """Return how the base's parameters depend on current, and how it was chosen, None where no levels were held.
 
-    The shape of a loop, as kappa, beta, gamma and n of Bouc-Wen, does not unless the user says so: it doubles the
+    It is the choice that a joint fit makes. A current that changes during tests counts as two levels. The shape of a
+    loop, as kappa, beta, gamma and n of Bouc-Wen, then does not depend on it unless the user says so: it doubles the
     search, and Spencer and others (1997) keep it too.
     """
     name = settings.model.partition("+")[0]
     spec = base_of(name).spec
+    if to_choose(name, settings.current_order, tested(segments, recordings)):
+        start = tuple((n, v) for n, v in settings.start if base_name(n) in spec.names)
+        alike = mrfit.fit.stage.Settings(name, per="all", start=start, seed=settings.seed)
+        return dependence_of(alike, usable(segments, recordings, base_of(name))[0], recordings)
     shape = [p.name for p in spec.params if p.role == "hysteresis"]
     found = dependence_on_current(name, settings.current_order, segments, recordings, shape)
     if found or settings.current_order != "auto" or spec.output == "flux" or "current" in spec.inputs:
-        return found
+        return found, None
     values = [r.channels["current"] for r in recordings.values() if "current" in r.channels]
     if not values:
-        return None
+        return None, None
     low, high = min(float(v.min()) for v in values), max(float(v.max()) for v in values)
     if high - low < 0.1:
-        return None
+        return None, None
     orders = default_orders(spec, 3, shape) or orders_of(spec, "2")
-    return CurrentDependence(orders, low, high)
+    return CurrentDependence(orders, low, high), None
 
 
 def _fitter(
     workspace: Workspace,
     settings: Settings,
-    dependence: CurrentDependence | None,
+    found: tuple[CurrentDependence | None, Choice | None],
     data: tuple[Sequence[Segment], dict[str, Recording]],
     key: str,
 ) -> Fitter:
-    segments, recordings = data
+    (segments, recordings), (dependence, choice) = data, found
     base = assemble(settings.model, dependence)
     bench = build_bench(segments, recordings, base, effects_for(base.spec.output))
     path = workspace.root / "discover" / ".partial" / "fits.json"
@@ -217,7 +226,10 @@ def _fitter(
             kept.setdefault(effects, point)
             write_json(path, {"key": key, "fits": [{"effects": list(e), "point": p} for e, p in kept.items()]})
 
-    return Fitter(bench, settings.model, dependence, dict(settings.start), known, keep, settings.jobs)
+    given = {n for n, _ in settings.start}
+    start = choice.start(base_of(settings.model)) if choice and dependence else {}
+    start = {n: v for n, v in start.items() if base_name(n) not in given} | dict(settings.start)
+    return Fitter(bench, settings.model, dependence, start, known, keep, settings.jobs)
 
 
 def _series(bench: Bench, verdict: Verdict) -> dict[str, Array]:

@@ -1,7 +1,7 @@
-"""Which parameters of a fit depend on coil current: as asked for, or by default as many as the tested levels carry."""
+"""Which parameters of a fit depend on coil current: as asked for, or by their role where no levels tell."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -19,8 +19,9 @@ SAME_LEVEL, SAME_SHARE = 0.02, 0.03
 SPIKES = 0.002
 FIFTHS = 5
 STAY = 0.05
-# Highest order of each role where the user names none: what predicted held-out conditions of a real damper at five
-# currents best. Parameters that may be negative stay constant: they couple to stroke or offset, and extrapolate badly.
+# Highest order of each role where no levels of current are held by which it could be chosen: what predicted held-out
+# conditions of a real damper at five currents best. Parameters that may be negative stay constant: they couple to
+# stroke or offset, and extrapolate badly.
 DEFAULT_ORDERS = {"yield": 2, "knee": 2, "viscous": 1, "stiffness": 1, "hysteresis": 1}
 # Coefficients without a role, as those of a polynomial in velocity, are forces
 COEFFICIENT_ORDER = 2
@@ -92,6 +93,49 @@ def _most(spec: ModelSpec, param: Param) -> int:
     return DEFAULT_ORDERS.get(param.role, 0) if param.low >= 0 else 0
 
 
+@dataclass(frozen=True)
+class Tested:
+    """Currents of training segments.
+
+    Attributes
+    ----------
+    levels
+        Currents held, in A, rising.
+    varying
+        Currents in A over each segment (N,) during which they move.
+    low, high
+        Ends in A of the range tested.
+    """
+
+    levels: list[float]
+    varying: list[Array]
+    low: float
+    high: float
+
+    @property
+    def steps(self) -> int:
+        """Return how many values of current there are to tell: levels, or parts of its range where it moves."""
+        return max(len(self.levels), _visited(self.varying, self.low, self.high))
+
+
+def tested(segments: Sequence[Segment], recordings: Mapping[str, Recording]) -> Tested:
+    """Return the currents of training segments."""
+    levels = levels_of(segments)
+    varying = [
+        recordings[s.recording].channels["current"][s.start : s.stop]
+        for s in segments
+        if s.role == "train" and "current" in recordings[s.recording].channels and not np.isfinite(s.current)
+    ]
+    ends = [*levels, *(float(end) for values in varying for end in np.quantile(values, (SPIKES, 1.0 - SPIKES)))]
+    return Tested(levels, varying, min(ends, default=0.0), max(ends, default=0.0))
+
+
+def to_choose(model: str, text: str, currents: Tested) -> bool:
+    """Return whether orders are chosen by what predicts held-out levels: none are asked for, two levels were held."""
+    spec = base_of(model).spec
+    return text == "auto" and spec.output in OUTPUTS and "current" not in spec.inputs and len(currents.levels) > 1
+
+
 def dependence_on_current(
     model: str, text: str, segments: Sequence[Segment], recordings: Mapping[str, Recording], fixed: Iterable[str]
 ) -> CurrentDependence | None:
@@ -103,7 +147,8 @@ def dependence_on_current(
         Model as written.
     text
         ``auto``, an order, or ``NAME=ORDER,…``, in pieces as ``1:0.2:2``. ``auto`` applies to models of force or torque
-        without a current of their own, where the current was held at two levels or more, or moved between them.
+        without a current of their own, where the current was held at two levels or more, or moved between them; it
+        gives each parameter the order of its role.
     segments, recordings
         What is fitted; training segments give the range of current.
     fixed
@@ -114,18 +159,12 @@ def dependence_on_current(
     DataError
         If an order asked for needs more levels of current than were tested.
     """
-    spec, levels = base_of(model).spec, levels_of(segments)
-    varying = [
-        recordings[s.recording].channels["current"][s.start : s.stop]
-        for s in segments
-        if s.role == "train" and "current" in recordings[s.recording].channels and not np.isfinite(s.current)
-    ]
-    ends = [*levels, *(float(end) for values in varying for end in np.quantile(values, (SPIKES, 1.0 - SPIKES)))]
+    spec, currents = base_of(model).spec, tested(segments, recordings)
+    levels, varying = currents.levels, currents.varying
     if text == "auto":
-        tested = max(len(levels), _visited(varying, min(ends, default=0.0), max(ends, default=0.0)))
-        if spec.output not in OUTPUTS or "current" in spec.inputs or tested < 2:
+        if spec.output not in OUTPUTS or "current" in spec.inputs or currents.steps < 2:
             return None
-        orders = default_orders(spec, tested, fixed)
+        orders = default_orders(spec, currents.steps, fixed)
     else:
         orders = () if text == "0" else orders_of(spec, text)
         most = max((count(order) for _, order in orders), default=0)
@@ -137,7 +176,7 @@ def dependence_on_current(
             )
     if not orders:
         return None
-    dependence = CurrentDependence(orders, min(ends), max(ends))
+    dependence = CurrentDependence(orders, currents.low, currents.high)
     if not varying:
         _check_pieces(dependence, levels)
     return dependence

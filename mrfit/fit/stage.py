@@ -14,8 +14,17 @@ from mrfit.assembly import Assembly, assemble
 from mrfit.dependence import CurrentDependence, base_name
 from mrfit.errors import ConfigError
 from mrfit.fit import staged
+from mrfit.fit.choice import Choice, Data, Limits, chosen_by_levels
 from mrfit.fit.cube import Cube, cube_of
-from mrfit.fit.current import as_json, base_of, checked_order, dependence_on_current
+from mrfit.fit.current import (
+    as_json,
+    base_of,
+    checked_order,
+    default_orders,
+    dependence_on_current,
+    tested,
+    to_choose,
+)
 from mrfit.fit.files import write_fit
 from mrfit.fit.identify import Group, SearchSettings, build_group, search_optimum, weights_of
 from mrfit.fit.problem import Posed
@@ -149,17 +158,20 @@ class Prepared:
         The model and its free parameters.
     dependence
         How parameters depend on current, None if they do not.
+    choice
+        How that was chosen, None where it was given.
     groups
         Segments that share one set of parameters, by the name of their result.
     recordings
         Recordings by id.
     cautions
-        Warnings on logs that were left out.
+        Warnings on logs that were left out, and on levels of current that are too few.
     """
 
     assembly: Assembly
     cube: Cube
     dependence: CurrentDependence | None
+    choice: Choice | None
     groups: dict[str, list[Segment]]
     recordings: dict[str, Recording]
     cautions: list[dict[str, str]]
@@ -184,12 +196,14 @@ def prepare(workspace: Workspace, settings: Settings) -> Prepared:
         asked = segments  # of which ``select`` says what there is
     able, left_out = usable(asked, recordings, assemble(settings.model), roles)
     chosen = select(able, settings.only, recordings, roles)
-    dependence = _dependence(settings, chosen, recordings)
+    dependence, choice = dependence_of(settings, chosen, recordings)
     assembly = assemble(settings.model, dependence)
     # parameters that depend on current take it of every log
     chosen, more = usable(chosen, recordings, assembly, roles)
     cautions = left_out_warnings([*left_out, *more], len(asked))
-    return Prepared(assembly, _cube(assembly, settings), dependence, _groups(chosen, settings), recordings, cautions)
+    cautions += choice.warnings if choice else []
+    cube, groups = _cube(assembly, settings), _groups(chosen, settings)
+    return Prepared(assembly, cube, dependence, choice, groups, recordings, cautions)
 
 
 def check(settings: Settings) -> None:
@@ -221,13 +235,47 @@ def _cube(assembly: Assembly, settings: Settings) -> Cube:
     return cube_of(assembly.spec, bounds, dict(settings.start), dict(settings.fixed))
 
 
-def _dependence(
+def dependence_of(
     settings: Settings, segments: Sequence[Segment], recordings: dict[str, Recording]
-) -> CurrentDependence | None:
+) -> tuple[CurrentDependence | None, Choice | None]:
+    """Return how a fit's parameters depend on current, and how that was chosen, None where it was not.
+
+    Raises
+    ------
+    DataError
+        If the levels of current do not carry the order asked for.
+    """
     if settings.per != "all":
-        return None
-    fixed = [n for n, _ in settings.fixed]
-    return dependence_on_current(settings.model, settings.current_order, segments, recordings, fixed)
+        return None, None
+    fixed, currents = [n for n, _ in settings.fixed], tested(segments, recordings)
+    if not to_choose(settings.model, settings.current_order, currents):
+        return dependence_on_current(settings.model, settings.current_order, segments, recordings, fixed), None
+    base, alone = base_of(settings.model), _alone(settings)
+    training = [s for s in segments if s.role == "train"]
+    group = build_group("all", training, recordings, base, split=False)
+    cube = at_scales(_cube(base, alone), group.training, base)
+    # what is given for one node of current is for a parameter that varies
+    named_so = [n for n, _, _ in settings.bounds] + [n for n, _ in (*settings.start, *settings.fixed)]
+    at_nodes = {base_name(n) for n in named_so if "@" in n}
+    kept = {n: order for n, order in default_orders(base.spec, currents.steps, fixed) if n in at_nodes}
+    weights = weights_of(group.search, group.training_floors, settings.weight)
+    data = Data(group.search, weights, np.array(group.training_floors))
+    search = SearchSettings(settings.optimizer, settings.seed, None, settings.seconds, settings.weight)
+    deadline = None if settings.seconds is None else time.monotonic() + settings.seconds
+    limits = Limits(currents.low, currents.high, search.rng("all by current"), deadline)
+    choice = chosen_by_levels(base, cube, data, kept, limits)
+    return choice.dependence, choice
+
+
+def _alone(settings: Settings) -> Settings:
+    """Return settings with what they say of the base model alone, without effects and without nodes of current."""
+    own = {base_name(n) for n in base_of(settings.model).spec.names}
+    return replace(
+        settings,
+        bounds=tuple(b for b in settings.bounds if b[0] in own),
+        start=tuple(s for s in settings.start if s[0] in own),
+        fixed=tuple(f for f in settings.fixed if f[0] in own),
+    )
 
 
 def load_recordings(workspace: Workspace, segments: Sequence[Segment]) -> dict[str, Recording]:
@@ -340,16 +388,14 @@ class _Runner:
         starts: list[dict[str, float]] = [{}, *data_starts(group.training, base, dependence, given)]
         if dependence is None:
             return to_points(cube, starts), None
-        own = {base_name(n) for n in base.spec.names}
-        alone = replace(
-            settings,
-            bounds=tuple(b for b in settings.bounds if b[0] in own),
-            start=tuple(s for s in settings.start if s[0] in own),
-            fixed=tuple(f for f in settings.fixed if f[0] in own),
-        )
-        weights = weights_of(group.search, group.training_floors, settings.weight)
-        single = at_scales(_cube(base, alone), group.training, base)
-        levels = level_fits(group.search, base, single, weights, search.rng(f"{group.name} by current"), deadline)
+        choice = self.prepared.choice
+        if choice:
+            levels = choice.fits
+            starts.append(choice.start(base))
+        else:
+            weights = weights_of(group.search, group.training_floors, settings.weight)
+            single = at_scales(_cube(base, _alone(settings)), group.training, base)
+            levels = level_fits(group.search, base, single, weights, search.rng(f"{group.name} by current"), deadline)
         starts.append(two_phase_start(levels, base, dependence))
         rows = [
             {"current": i.current, "cost": i.cost, **dict(zip(base.spec.names, i.theta.tolist(), strict=True))}
@@ -390,6 +436,7 @@ def _summary(runner: _Runner, data_key: str, pieces: Sequence[_Piece], metrics: 
         "versions": {p: version(p) for p in ("mrfit", "numpy", "scipy", "numba")},
         "settings": {k: v for k, v in asdict(settings).items() if k != "jobs"},
         "current_dependence": as_json(runner.prepared.dependence),
+        "current_choice": runner.prepared.choice.about if runner.prepared.choice else None,
         "output": spec.output,
         "inputs": list(spec.inputs),
         "equation": spec.equation,

@@ -95,6 +95,12 @@ class Result(BaseModel):
     segments: list[SegmentUse] = []
 
 
+class CurrentChoice(BaseModel):
+    """How parameters were made to depend on current, in words: how it was judged, then parameter by parameter."""
+
+    text: list[str] = []
+
+
 class MetricRow(BaseModel):
     """Errors of one condition and role, or of all conditions of a role; None where a measure is undefined."""
 
@@ -135,6 +141,7 @@ class Fit(BaseModel):
     inputs: list[str] = []
     equation: str = ""
     reference: str = ""
+    current_choice: CurrentChoice | None = None
     results: list[Result]
     metrics: list[MetricRow]
     warnings: list[Caution] = []
