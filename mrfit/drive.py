@@ -23,6 +23,8 @@ WHITE_EXCESS = 1.3
 # … or above what does not repeat between cycles, if that is at most the given share of the signal's amplitude.
 REPEAT_LIMITS = ((1.1, 0.02), (1.5, 0.01))
 FITTED_CYCLES = 4
+# Share of the range by which cycles of an exact command differ
+EXACT = 1e-5
 
 ANTIDERIVATIVES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "velocity": (("displacement", 1),),
@@ -133,27 +135,30 @@ def check_inputs(recording: Recording, segment: Segment, names: Sequence[str]) -
             _source(recording, segment, name)
 
 
-def output_floor(recording: Recording, segment: Segment, values: Array) -> float:
-    """Return the noise floor of an output over a segment, (N,), in its unit.
-
-    Cycle is compared with cycle only where every input recorded repeats with the cycle: under a current that moves on
-    its own, cycles differ without any noise, and the white noise of the output is all that can be told.
-    """
-    return floor_where(inputs_repeat(recording, segment), recording, segment, values)
-
-
-def floor_where(repeats: bool, recording: Recording, segment: Segment, values: Array) -> float:
-    """Return ``output_floor`` where it is known whether the inputs repeat, which takes smoothing all of them."""
-    frequency = segment.frequency if repeats else 0.0
-    return noise_floor(values, recording.dt, frequency, segment.cycles, trending=True)
-
-
 def inputs_repeat(recording: Recording, segment: Segment) -> bool:
-    """Return whether every input recorded repeats with the cycle of a segment."""
+    """Return whether every input recorded repeats with the cycle of a segment.
+
+    It does where its Fourier series leaves only noise, or, as a corner takes more harmonics than a series has, where
+    what differs from cycle to cycle is no more than its white noise.
+    """
     begin = max(segment.start - segment.warm_up, 0)
     windows = [recording.channels[n][begin : segment.stop] for n in FAST_INPUTS if n in recording.channels]
     frequency = _frequency(recording, segment, begin) if windows else 0.0
-    return all(_series(window, segment, recording.dt, frequency) is not None for window in windows)
+    return all(
+        _series(window, segment, recording.dt, frequency) is not None
+        or _alike(window, segment, recording.dt, frequency)
+        for window in windows
+    )
+
+
+def _alike(values: Array, segment: Segment, dt: float, frequency: float) -> bool:
+    """Tell whether what differs between the cycles of a channel is white noise, or nothing."""
+    cycles = int(len(values) * dt * frequency + 0.02)
+    if cycles < FITTED_CYCLES:
+        return False
+    skipped = _unsettled(segment, len(values))
+    differing = noise_floor(values[skipped:], dt, frequency, min(cycles, segment.cycles))
+    return bool(differing <= max(WHITE_EXCESS * noise_level(values), EXACT * float(np.ptp(values))))
 
 
 def _source(recording: Recording, segment: Segment, name: str) -> tuple[str | float, int]:

@@ -100,7 +100,7 @@ def decide(fitter: Fitter, base: Refit, effects: Sequence[EffectSpec], progress:
     """
     verdict = Verdict(base, base, base, screened=screen(fitter, base, effects))
     first = _grow(fitter, verdict, effects, progress)
-    if verdict.final.effects and leaves_too_much(base, verdict.final):
+    if verdict.final.effects and leaves_too_much(base, verdict.final, fitter.bench.most_noise("holdout")):
         _start_again(fitter, verdict, (effects, first), progress)
     verdict.proven, verdict.doubtful = verdict.final, verdict.ambiguous
     _remove_below_the_rest(fitter, verdict)
@@ -143,7 +143,7 @@ def _start_again(
     _accept(fitter, other, both)
     _choose_again(fitter, other)
     _grow(fitter, other, effects, progress)
-    if leaves_too_much(verdict.base, other.final):
+    if leaves_too_much(verdict.base, other.final, fitter.bench.most_noise("holdout")):
         return
     for name in set(verdict.final.effects) - set(other.final.effects):
         other.reasons[name] = f"it adds nothing beside {' and '.join(other.final.effects)}"

@@ -287,10 +287,10 @@ class _Runner:
         cube = at_scales(self.prepared.cube, group.training, base_of(settings.model))
         found = self._resumed(name) or self._search(group, cube, search)
         point = np.array(found["point"])
-        theta = cube.to_theta(point[None, :])[0]
-        outputs = [simulate_block(b, self.assembly, theta) for b in group.full]
-        simulated = [output for output, _ in outputs]
+        outputs = [simulate_block(b, self.assembly, cube.to_theta(point[None, :])[0]) for b in group.full]
+        simulated = [y for y, _ in outputs]
         judged = (settings.weight, settings.intervals, search.rng(f"{name} intervals"))
+        group = group.with_residual_floors(self.prepared.recordings, simulated)
         metrics = metric_rows(group.full, group.floors, simulated, self.assembly)
         result = {
             "condition": name,
@@ -302,7 +302,7 @@ class _Runner:
             **trust(group, self.assembly, cube, point, simulated, judged),
             "segments": [
                 {"id": b.segment.id, "condition": b.segment.condition, "role": b.segment.role}
-                | {"drive": b.method, "offset": offset, "noise_floor": floor}
+                | {"drive": b.method, "offset": offset, **floor.as_json()}
                 for b, (_, offset), floor in zip(group.full, outputs, group.floors, strict=True)
             ],
         }

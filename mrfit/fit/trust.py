@@ -68,7 +68,7 @@ def trust(
         "conditioning": conditioning(cube, uncertainty),
         "identifiability": list(judge(cube, point, uncertainty, segments, readable).sentences),
         "passivity": passivity_rows(group.full, simulated, assembly),
-        "repeats": repeat_rows(group.full, group.floors, simulated),
+        "repeats": repeat_rows(group.full, [f.scale for f in group.floors], simulated),
         "residual_tests": residual_rows(group, assembly, simulated),
     }
 

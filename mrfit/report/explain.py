@@ -81,7 +81,8 @@ def _left_open(found: Found) -> bool:
 
 def _gap(found: Found) -> str:
     gap = found["gap"]
-    floor = f"the noise floor is {percent(gap['noise_floor'])}"
+    known = gap["noise_floor"] is not None
+    floor = f"the noise floor is {percent(gap['noise_floor'])}" if known else "the noise floor is not known"
     if gap["before"] == gap["after"]:
         ratio = gap["before"] / gap["noise_floor"] if gap["noise_floor"] else None
         times = f"{in_html(significant(ratio))} times the noise floor" if ratio else floor
