@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.signal import butter, lfilter, sosfiltfilt
@@ -132,9 +133,7 @@ class Case:
 
     def made(self) -> tuple[Recording, Array, Array]:
         """Return the record, the noise in it (N,), and where it is measured rather than patched (N,)."""
-        rng = np.random.default_rng([self.seed, *f"{self.drive}{self.law}".encode()])
-        x = DRIVES[self.drive](rng)
-        force = LAWS[self.law](x, rng)
+        x, force = _clean(self.drive, self.law, self.seed)
         drawn = np.random.default_rng([self.seed, *f"{self.noise}{self.level}".encode()])
         measured, kept = NOISES[self.noise](force, self.level * float(np.ptp(force)), drawn)
         seen = x + DISPLACEMENT_NOISE * drawn.standard_normal(len(x))
@@ -149,6 +148,13 @@ class Case:
             units={"displacement": "m", "force": "N"},
         )
         return record, measured - force, kept
+
+
+@lru_cache(maxsize=8)
+def _clean(drive: str, law: str, seed: int) -> tuple[Array, Array]:
+    rng = np.random.default_rng([seed, *f"{drive}{law}".encode()])
+    x = DRIVES[drive](rng)
+    return x, LAWS[law](x, rng)
 
 
 def coloured(samples: int, pole: float, rng: np.random.Generator) -> Array:

@@ -136,29 +136,33 @@ def check_inputs(recording: Recording, segment: Segment, names: Sequence[str]) -
 
 
 def inputs_repeat(recording: Recording, segment: Segment) -> bool:
-    """Return whether every input recorded repeats with the cycle of a segment.
+    """Return whether every input recorded repeats with the cycle of a segment: its series leaves only noise."""
+    windows, frequency = _fast_windows(recording, segment)
+    return all(_series(window, segment, recording.dt, frequency) is not None for window in windows)
 
-    It does where its Fourier series leaves only noise, or, as a corner takes more harmonics than a series has, where
-    what differs from cycle to cycle is no more than its white noise.
+
+def cycles_agree(recording: Recording, segment: Segment) -> bool:
+    """Return whether the cycles of every input recorded differ by no more than white noise, whatever their shape.
+
+    A corner takes more harmonics than a series has, and few cycles of a sweep seem to repeat.
     """
+    windows, frequency = _fast_windows(recording, segment)
+    skipped = _unsettled(segment, len(windows[0])) if windows else 0
+    return bool(windows) and all(_agree(w[skipped:], segment.cycles, recording.dt, frequency) for w in windows)
+
+
+def _agree(values: Array, cycles: int, dt: float, frequency: float) -> bool:
+    if frequency <= 0.0 or cycles < 2:
+        return False
+    limit = max(WHITE_EXCESS * noise_level(values), EXACT * float(np.ptp(values)))
+    return noise_floor(values, dt, frequency, cycles) <= limit
+
+
+def _fast_windows(recording: Recording, segment: Segment) -> tuple[list[Array], float]:
+    """Return the recorded inputs that change within a cycle, from the lead-in on, and the fundamental in Hz."""
     begin = max(segment.start - segment.warm_up, 0)
     windows = [recording.channels[n][begin : segment.stop] for n in FAST_INPUTS if n in recording.channels]
-    frequency = _frequency(recording, segment, begin) if windows else 0.0
-    return all(
-        _series(window, segment, recording.dt, frequency) is not None
-        or _alike(window, segment, recording.dt, frequency)
-        for window in windows
-    )
-
-
-def _alike(values: Array, segment: Segment, dt: float, frequency: float) -> bool:
-    """Tell whether what differs between the cycles of a channel is white noise, or nothing."""
-    cycles = int(len(values) * dt * frequency + 0.02)
-    if cycles < FITTED_CYCLES:
-        return False
-    skipped = _unsettled(segment, len(values))
-    differing = noise_floor(values[skipped:], dt, frequency, min(cycles, segment.cycles))
-    return bool(differing <= max(WHITE_EXCESS * noise_level(values), EXACT * float(np.ptp(values))))
+    return windows, _frequency(recording, segment, begin) if windows else 0.0
 
 
 def _source(recording: Recording, segment: Segment, name: str) -> tuple[str | float, int]:

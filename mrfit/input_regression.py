@@ -9,12 +9,14 @@ of inputs tell nothing of each other's residual there.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 from scipy.signal import lfilter
 from scipy.spatial import cKDTree
 
 from mrfit.kernels.filters import play
+from mrfit.noise import noise_level, quantisation
 from mrfit.noise_floor import Mask, NoiseFloor, measured_samples, not_known
 from mrfit.specs import Array, Index
 
@@ -36,9 +38,12 @@ CREEP = 0.05
 # Columns that also grow with time, as gains drift (rate, stroke, a sign), and how many any other input scales
 DRIFTING, VARIED = (0, 3, 9), 35
 NEIGHBOURS = 10
-# Correlation of a residual with its neighbours' mean that noise does not reach by chance, standard errors of it, and
-# what is allowed at most
-CORRELATED, STANDARD_ERRORS, MOST_CORRELATED = 0.08, 2.0, 0.2
+# Correlation of a residual with its neighbours' mean that noise does not reach by chance
+CORRELATED = 0.13
+# A quieter quarter with less than this share of the RMS of the quieter half, but for chance, says that neither is quiet
+UNEVEN = 0.9
+# Fewest samples, in independent ones, that tell a power, and bounds so close that what lies between is known
+FEWEST_WORTH, CLOSE = 16, 1.3
 
 
 @dataclass(frozen=True)
@@ -76,16 +81,22 @@ def regression_floor(values: Array, motion: Motion) -> NoiseFloor:
     longer = int(BLOCK_TIMES * correlation_time(found.fitted_residual))
     if longer > found.block:
         found = _cross_validated(columns, target, min(longer, len(rows) // (2 * FOLDS)))
-    everywhere = float(np.sqrt(np.mean(found.power)))
+    high = float(np.sqrt(max(np.mean(found.power), np.mean(found.residual**2))))
     sizes = _sizes(motion, rows, target - found.fitted_residual)
-    quiet, where = _quiet(found, sizes)
-    high = max(everywhere, float(np.sqrt(np.mean(found.residual**2))))
+    quiet, where = _quiet(found, sizes, BINS // 2)
     worth = len(rows) / max(correlation_time(found.fitted_residual), 1.0)
-    allowed = min(CORRELATED + STANDARD_ERRORS * np.sqrt(2.0 / worth), MOST_CORRELATED)
-    if worth < 2 * FOLDS or _neighbours_agree(found, _states(motion, rows, target, found), where) > allowed:
-        return not_known(values, high)
     width = quiet * np.sqrt(2.0 / worth)
-    return NoiseFloor(quiet, "regression", max(quiet - 2.0 * width, 0.0), max(high, quiet + 2.0 * width))
+    even = _quiet(found, sizes, BINS // 4)[0] > quiet * (UNEVEN - np.sqrt(2.0 / worth))
+    states = _states(motion, rows, target, found)
+    if worth > FEWEST_WORTH and even and _neighbours_agree(found, states, where) < CORRELATED:
+        return NoiseFloor(quiet, "regression", max(quiet - 2.0 * width, 0.0), max(high, quiet + 2.0 * width))
+    least, rounding = noise_level(values[measured]), quantisation(values) / sqrt(12.0)
+    if 0.0 < rounding and high <= CLOSE * rounding:
+        # a regression follows rounding errors, which are a function of the output
+        return NoiseFloor(max(rounding, sqrt(rounding * high)), "regression", rounding, max(high, rounding))
+    if least < high <= CLOSE * least:
+        return NoiseFloor(sqrt(least * high), "regression", least, high)
+    return not_known(values, high)
 
 
 def library(motion: Motion, rows: Index) -> Array:
@@ -195,8 +206,8 @@ def _sizes(motion: Motion, rows: Index, fitted: Array) -> list[Array]:
     return [np.abs(motion.rate[rows]), np.abs(motion.acceleration[rows]), motion.moved[rows], np.abs(fitted)]
 
 
-def _quiet(found: _Fit, sizes: Sequence[Array]) -> tuple[float, Mask]:
-    """Return the residual's RMS in the quieter half of the bins of one size, and which samples these are (N,).
+def _quiet(found: _Fit, sizes: Sequence[Array], kept: int) -> tuple[float, Mask]:
+    """Return the residual's RMS in the quietest bins of one size, ``kept`` of them, and which samples these are (N,).
 
     Which bins are quiet is told by one half of the blocks and their power by the other, so that chance does not choose.
     """
@@ -209,7 +220,7 @@ def _quiet(found: _Fit, sizes: Sequence[Array]) -> tuple[float, Mask]:
         for half in (even, ~even):
             counts = np.maximum(np.bincount(place[half], minlength=BINS), 1)
             order = np.argsort(np.bincount(place[half], found.power[half], BINS) / counts)
-            quiet = np.isin(place, order[: BINS // 2]) & ~half
+            quiet = np.isin(place, order[:kept]) & ~half
             total += float(np.mean(found.power[quiet])) if np.any(quiet) else np.inf
             inside |= quiet
         if total < least:

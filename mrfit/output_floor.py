@@ -2,12 +2,15 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from math import sqrt
 
 import numpy as np
 
-from mrfit.drive import inputs_repeat
+from mrfit.drift import Drift, steady_drift
+from mrfit.drive import cycles_agree, inputs_repeat
+from mrfit.harmonics import harmonic_fit
 from mrfit.input_regression import Motion, regression_floor
-from mrfit.noise import TREND_CYCLES, noise_floor, noise_level
+from mrfit.noise import TREND_CYCLES, noise_floor, noise_level, quantisation
 from mrfit.noise_floor import NoiseFloor, measured_samples, not_known
 from mrfit.recording import Recording, Segment
 from mrfit.repeats import repeats_floor
@@ -55,19 +58,34 @@ def output_floors(
 def cycles_floor(recording: Recording, segment: Segment, values: Array) -> NoiseFloor | None:
     """Return the noise floor of an output (N,) from the difference of cycles; None where they cannot be compared.
 
-    Where there are too few cycles to tell a trend of the drive from noise, what a regression leaves is a check: cycles
-    of a drive that changes, as of a sweep, differ by more.
+    A steady drift is no noise. Of few cycles a trend of the drive, as of a sweep, cannot be told from noise, and at a
+    corner cycles are sampled at other places of a jump: there what a regression leaves must not be less.
     """
-    if segment.cycles < 2 or np.mean(~measured_samples(values)) > PATCHED or not inputs_repeat(recording, segment):
+    if segment.cycles < 2 or np.mean(~measured_samples(values)) > PATCHED:
         return None
-    value = noise_floor(values, recording.dt, segment.frequency, segment.cycles, trending=True)
+    repeat, agree = inputs_repeat(recording, segment), cycles_agree(recording, segment)
+    if not repeat and not agree:
+        return None
+    drift = cycles_drift(values, segment, recording.dt)
+    steady = values if drift is None else values - drift.total
+    value = noise_floor(steady, recording.dt, segment.frequency, segment.cycles, trending=True)
+    # rounding errors of a repeated output repeat
+    value = max(value, quantisation(values) / sqrt(12.0))
     width = value * np.sqrt(2.0 / max(len(values) * (1.0 - 1.0 / segment.cycles), 1.0))
     floor = NoiseFloor(value, "cycles", max(value - 2.0 * width, 0.0), value + 2.0 * width)
-    if segment.cycles < TREND_CYCLES:
-        other = _by_regression(recording, segment, values)
-        if value > SAME * other.most:
-            return other
-    return floor
+    if repeat and (agree or segment.cycles >= TREND_CYCLES):
+        return floor
+    other = _by_regression(recording, segment, values)
+    if not other.known:
+        return not_known(values, float(np.nanmin([value, other.high])))
+    return floor if value <= SAME * other.value else other
+
+
+def cycles_drift(values: Array, segment: Segment, dt: float) -> Drift | None:
+    """Return the steady drift of an output (N,) over cycles of the same drive, None where there is none."""
+    repeated = harmonic_fit(values, dt, segment.frequency, refine=False)
+    series = repeated.evaluate(np.arange(len(values), dtype=np.float64) * dt)
+    return steady_drift(values - series, series, dt, segment.cycles)
 
 
 def residual_floor(floor: NoiseFloor, recording: Recording, segment: Segment, residual: Array) -> NoiseFloor:

@@ -16,6 +16,7 @@ LAYERS = [
         "held",
         "savitzky_golay",
         "drive",
+        "drift",
         "noise_floor",
         "input_regression",
         "repeats",

@@ -15,6 +15,7 @@ from mrfit.discover.regions import Region, beyond_training, in_words, locate
 from mrfit.discover.remainder import explainable, follows_the_state, repeated_error
 from mrfit.discover.screen import cosines
 from mrfit.discover.trials import leaves_too_much
+from mrfit.drift import drift_row, steady_drift
 from mrfit.fit.result import parameter_rows
 from mrfit.specs import Array, EffectSpec
 
@@ -117,6 +118,7 @@ def account(fitter: Fitter, verdict: Verdict, outcome: Outcome) -> dict[str, Any
         "where_text": in_words(where),
         "beyond_training": beyond_training(bench),
         "gap": gap,
+        "drift": drift_rows(bench, after),
         "candidates": candidate_rows(verdict),
         "confusable": pairs,
         "cosines": cosine_table(verdict),
@@ -140,6 +142,22 @@ def account(fitter: Fitter, verdict: Verdict, outcome: Outcome) -> dict[str, Any
             for s in bench.stretches
         ],
     }
+
+
+def drift_rows(bench: Bench, fit: Refit) -> list[dict[str, Any]]:
+    """Return one row per record in which the output drifts steadily, where a fit does not explain it."""
+    rows = []
+    for role, errors in (("train", fit.train), ("holdout", fit.holdout)):
+        for stretch, error in zip(bench.of_role(role), errors, strict=True):
+            residual, segment = -error * stretch.floor, stretch.segment
+            found = steady_drift(residual, stretch.measured + error * stretch.floor, stretch.block.dt, segment.cycles)
+            row = {"level_rate": stretch.level_rate, "gain_rate": 0.0}
+            if found is not None:
+                own = drift_row(segment.condition, segment.id, found)
+                row = {"level_rate": stretch.level_rate or own["level_rate"], "gain_rate": own["gain_rate"]}
+            if any(row.values()):
+                rows.append({"condition": segment.condition, "segment": segment.id, **row})
+    return rows
 
 
 def gap_of(bench: Bench, before: Refit, after: Refit) -> dict[str, float | None]:

@@ -12,7 +12,7 @@ from mrfit.errors import DataError
 from mrfit.fit.identify import measured_output
 from mrfit.fit.problem import Block, differences, full_block
 from mrfit.noise_floor import NoiseFloor
-from mrfit.output_floor import output_floors, residual_floor, with_colour
+from mrfit.output_floor import cycles_drift, output_floors, residual_floor, with_colour
 from mrfit.recording import Recording, Segment
 from mrfit.specs import Array, EffectSpec
 
@@ -36,6 +36,8 @@ class Stretch:
         What is known of the noise floor.
     recorded
         Start of the segment in its recording, in s.
+    level_rate
+        Steady drift of the output's level whose bend was taken away, in its unit per second; 0 without one.
     """
 
     block: Block
@@ -43,6 +45,7 @@ class Stretch:
     floor: float
     noise: NoiseFloor
     recorded: float
+    level_rate: float = 0.0
 
     @property
     def segment(self) -> Segment:
@@ -131,6 +134,7 @@ def build_bench(
         _with_noise(_stretch(s, recordings[s.recording], found[s.id], common, outputs[s.id], noise), noise, span)
         for s, noise in zip(segments, floors, strict=True)
     ]
+    stretches = [_straightened(s) for s in stretches]
     return Bench(tuple(stretches), frozenset([*common, TIME]), lacking, span)
 
 
@@ -160,6 +164,15 @@ def with_residual_floors(bench: Bench, fit: Sequence[Array], recordings: Mapping
         )
         stretches.append(stretch if noise is stretch.noise else _with_noise(stretch, noise, bench.span))
     return replace(bench, stretches=tuple(stretches))
+
+
+def _straightened(stretch: Stretch) -> Stretch:
+    """Return a stretch without the bend of a drifting level, which no effect makes but several would follow."""
+    drift = cycles_drift(stretch.measured, stretch.segment, stretch.block.dt) if stretch.repeats else None
+    if drift is None or not np.any(drift.level):
+        return stretch
+    block = replace(stretch.block, target=stretch.measured - drift.bend)
+    return replace(stretch, block=block, level_rate=drift.level_rate)
 
 
 def _with_noise(stretch: Stretch, noise: NoiseFloor, span: float) -> Stretch:
