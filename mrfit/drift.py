@@ -75,13 +75,14 @@ def steady_drift(residual: Array, output: Array, dt: float, cycles: int = 0) -> 
     if last - FIRST + 1 < FEWEST_ORDERS or len(residual) < 4 * LAST:
         return None
     time = np.linspace(-1.0, 1.0, len(residual))
-    polynomials = legendre.legvander(time, last)
+    polynomials = np.asarray(legendre.legvander(time, last), dtype=np.float64)
     moving = output - output.mean()
     slope = np.asarray(np.gradient(moving), dtype=np.float64)
     slope = slope * float(np.std(moving) / max(np.std(slope), 1e-300))
     parts: list[Array] = []
     rates: list[float] = []
-    for carriers in ([np.ones(len(residual))], [moving, slope]):
+    carriers_of: tuple[list[Array], ...] = ([np.ones(len(residual))], [moving, slope])
+    for carriers in carriers_of:
         trend, factor = _trend(residual - sum(parts, np.zeros(len(residual))), carriers, polynomials)
         parts.append(trend)
         rates.append(float(np.ptp(factor) * np.sign(factor[-1] - factor[0])) / (len(residual) * dt))
@@ -142,11 +143,19 @@ def drift_words(rows: Sequence[dict[str, Any]]) -> str:
     """Return what drifts in which records in one sentence; rates are in the output's SI unit."""
     parts = []
     for name, what, unit in (("level_rate", "level", "per second"), ("gain_rate", "gain", "% per second")):
-        moving = [r for r in rows if r[name]]
+        moving = [r for r in rows if r.get(name)]
         if moving:
             worst = max(moving, key=lambda r: abs(float(r[name])))
             rate = float(worst[name]) * (100.0 if name == "gain_rate" else 1.0)
             conditions = list(dict.fromkeys(str(r["condition"]) for r in moving))
             where = ", ".join(conditions[:3]) + (f" and {len(conditions) - 3} more" * (len(conditions) > 3))
             parts.append(f"the output's {what} drifts in {where} (by up to {rate:.3g} {unit})")
+    follows = list(dict.fromkeys(str(r["follows"]) for r in rows if r.get("follows")))
+    if follows:
+        rates = [r for r in rows if r.get("follows")]
+        worst = max(rates, key=lambda r: float(r["rate"]))
+        parts.append(
+            f"what {' and '.join(follows)} would explain grows or falls with time, by up to {worst['rate']:.3g} per "
+            f"second in {worst['condition']}"
+        )
     return f"{'; '.join(parts)}: steadily within the record, which no input explains; it is not counted as noise"

@@ -20,6 +20,7 @@ from mrfit import registry
 from mrfit.discover.pairs import best_pair
 from mrfit.discover.refit import Fitter, Refit, paired_z
 from mrfit.discover.screen import Screened, reach, screen
+from mrfit.discover.steadiness import change_within_records
 from mrfit.discover.trials import HOLDOUT_CLEAR, Trial, judge, leaves_too_much, try_out
 from mrfit.progress import Progress
 from mrfit.specs import EffectSpec
@@ -104,6 +105,7 @@ def decide(fitter: Fitter, base: Refit, effects: Sequence[EffectSpec], progress:
         _start_again(fitter, verdict, (effects, first), progress)
     verdict.proven, verdict.doubtful = verdict.final, verdict.ambiguous
     _remove_below_the_rest(fitter, verdict)
+    _remove_drifting(fitter, verdict)
     for name in verdict.final.effects:
         verdict.reasons[name] = f"its parameter is {verdict.final.strength(name):.0f} standard errors from neutral"
     return verdict
@@ -302,6 +304,18 @@ def _choose_again(fitter: Fitter, verdict: Verdict) -> None:
         elif equals:
             verdict.ambiguous.append((name, *equals))
     _remove_shadows(fitter, verdict)
+
+
+def _remove_drifting(fitter: Fitter, verdict: Verdict) -> None:
+    """Take out effects that follow a drift: their strength changes within the records, which it cannot."""
+    for name in verdict.final.effects:
+        change = change_within_records(fitter, verdict.final, name)
+        if change:
+            rest = [e for e in verdict.final.effects if e != name]
+            without = fitter.refit(rest, [verdict.final.values]) if rest else verdict.base
+            _take_out(
+                verdict, name, without, f"it changes by {abs(change):.0%} in half a record: a drift, not this effect"
+            )
 
 
 def _remove_below_the_rest(fitter: Fitter, verdict: Verdict) -> None:

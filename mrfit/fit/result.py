@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from mrfit.assembly import Assembly
-from mrfit.drift import drift_words
 from mrfit.fit.bootstrap import Interval
 from mrfit.fit.cube import Cube
 from mrfit.fit.problem import Block, differences
@@ -245,8 +244,6 @@ def warnings_of(
             f"cycles by {worst['noise_floor']:.3g}: no set of parameters follows all; name in the channel map "
             "([condition]) what changed between them, as current or temperature, or do not ingest the odd one",
         )
-    if result.get("drift"):
-        warn("drift", drift_words(result["drift"]))
     by_role = {m["role"]: m for m in metrics if m["condition"] == "all"}
     if by_role["train"]["fit_percent"] <= NOTHING:
         warn(

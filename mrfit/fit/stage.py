@@ -22,7 +22,7 @@ from mrfit.fit.problem import Posed
 from mrfit.fit.result import metric_rows, simulate_block, warnings_of
 from mrfit.fit.select import left_out_warnings, named, select, usable
 from mrfit.fit.starts import at_scales, data_starts, level_fits, to_points, two_phase_start
-from mrfit.fit.trust import Intervals, trust
+from mrfit.fit.trust import Intervals, drift_warnings, trust
 from mrfit.kernels.jit import is_cold
 from mrfit.progress import Progress, silent
 from mrfit.recording import NAMING, Recording, Segment
@@ -307,7 +307,7 @@ class _Runner:
             ],
         }
         reasons = warnings_of(result, metrics, self.assembly.spec.passive)
-        result["warnings"] = [*reasons, *staged.warnings(found["stages"])]
+        result["warnings"] = [*reasons, *drift_warnings(result["drift"]), *staged.warnings(found["stages"])]
         return _Piece(result, group, simulated, metrics)
 
     def _search(self, group: Group, cube: Cube, search: SearchSettings) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 
 from mrfit.assembly import Assembly
-from mrfit.drift import drift_row, steady_drift
+from mrfit.drift import drift_row, drift_words, steady_drift
 from mrfit.fit.bootstrap import bootstrap_intervals
 from mrfit.fit.cube import Cube
 from mrfit.fit.identifiability import judge
@@ -83,6 +83,11 @@ def drift_rows(blocks: Sequence[Block], simulated: Sequence[Array]) -> list[dict
         if found is not None:
             rows.append(drift_row(block.segment.condition, block.segment.id, found))
     return rows
+
+
+def drift_warnings(rows: Sequence[dict[str, Any]]) -> list[dict[str, str]]:
+    """Return the warning on blocks whose residual drifts, if any."""
+    return [{"kind": "drift", "text": drift_words(rows)}] if rows else []
 
 
 def residual_rows(group: Group, assembly: Assembly, simulated: Sequence[Array]) -> list[dict[str, Any]]:
