@@ -118,7 +118,7 @@ def account(fitter: Fitter, verdict: Verdict, outcome: Outcome) -> dict[str, Any
         "where_text": in_words(where),
         "beyond_training": beyond_training(bench),
         "gap": gap,
-        "drift": drift_rows(bench, after),
+        "drift": drift_rows(bench, after) + verdict.drifting,
         "candidates": candidate_rows(verdict),
         "confusable": pairs,
         "cosines": cosine_table(verdict),
@@ -168,7 +168,8 @@ def gap_of(bench: Bench, before: Refit, after: Refit) -> dict[str, float | None]
     errors = [_rms(fit.holdout, floors) for fit in (before, after)]
     span = bench.span
     above = errors[0] ** 2 - floor**2
-    closed = (errors[0] ** 2 - errors[1] ** 2) / above if above > 0 else None
+    # an error below the floor by chance closes all of the gap, not more
+    closed = min((errors[0] ** 2 - errors[1] ** 2) / above, 1.0) if above > 0 else None
     known = all(s.noise.known for s in bench.of_role("holdout"))
     return {
         "noise_floor": floor / span if known else None,

@@ -15,6 +15,7 @@ everywhere and a shadow has not; and what an effect takes must exceed what all t
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from mrfit import registry
 from mrfit.discover.pairs import best_pair
@@ -65,6 +66,8 @@ class Verdict:
         Share of the squared hold-out error each took away when it was last tried.
     taken_back
         Whether none is named, since together they leave too much.
+    drifting
+        Rows of what drifts, where an effect only followed a drift.
     """
 
     base: Refit
@@ -76,6 +79,7 @@ class Verdict:
     gains: dict[str, float] = field(default_factory=dict)
     doubtful: list[tuple[str, ...]] = field(default_factory=list)
     taken_back: bool = False
+    drifting: list[dict[str, Any]] = field(default_factory=list)
 
     def alike(self, name: str) -> set[str]:
         """Return the effects whose projected sensitivity is nearly parallel to an effect's in these data."""
@@ -310,12 +314,12 @@ def _remove_drifting(fitter: Fitter, verdict: Verdict) -> None:
     """Take out effects that follow a drift: their strength changes within the records, which it cannot."""
     for name in verdict.final.effects:
         change = change_within_records(fitter, verdict.final, name)
-        if change:
+        if change is not None:
             rest = [e for e in verdict.final.effects if e != name]
             without = fitter.refit(rest, [verdict.final.values]) if rest else verdict.base
-            _take_out(
-                verdict, name, without, f"it changes by {abs(change):.0%} in half a record: a drift, not this effect"
-            )
+            verdict.drifting += change.rows
+            reason = f"it changes by {abs(change.share):.0%} in half a record: a drift, not this effect"
+            _take_out(verdict, name, without, reason)
 
 
 def _remove_below_the_rest(fitter: Fitter, verdict: Verdict) -> None:

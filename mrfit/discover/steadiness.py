@@ -30,8 +30,8 @@ class Change:
     share
         Change from the middle of a record to its end, as a share of the strength.
     rows
-        For each training record ``condition``, ``segment``, ``follows``, the effect, and ``rate``, the RMS change of the
-        output in its unit per second.
+        For each training record ``condition``, ``segment``, ``follows``, the effect, and ``rate``, the RMS change
+        of the output in its unit per second.
     """
 
     share: float
@@ -76,10 +76,10 @@ def change_within_records(fitter: Fitter, fit: Refit, effect: str) -> Change | N
 
 def _rows(fitter: Fitter, effect: str, moved: list[Array]) -> list[dict[str, Any]]:
     """Return the rows of a change that moves the output by so many noise floors (N_s,) at the end of each record."""
-    rows = []
+    rows: list[dict[str, Any]] = []
     for stretch, by in zip(fitter.bench.of_role("train"), moved, strict=True):
         half = 0.5 * stretch.segment.samples * stretch.block.dt
         rate = float(np.sqrt(np.mean(by**2))) * stretch.floor / half
-        rows.append({"condition": stretch.segment.condition, "segment": stretch.segment.id, "follows": effect})
-        rows[-1]["rate"] = rate
+        names = {"condition": stretch.segment.condition, "segment": stretch.segment.id, "follows": effect}
+        rows.append({**names, "rate": rate})
     return rows
