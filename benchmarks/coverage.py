@@ -20,6 +20,7 @@ from mrfit.fit.identify import SearchSettings, build_group, linearise, search_op
 from mrfit.fit.result import derived_rows  # noqa: E402
 from mrfit.fit.uncertainty import analyse  # noqa: E402
 from mrfit.models import boucwen_flux  # noqa: E402
+from mrfit.noise_floor import NoiseFloor  # noqa: E402
 from mrfit.recording import Recording, Segment  # noqa: E402
 from mrfit.specs import Array  # noqa: E402
 
@@ -70,7 +71,7 @@ def covered(rho: float, step: float, seeds: int) -> tuple[Array, Array]:
     hits, widths = [], []
     for seed in range(seeds):
         group = build_group("all", *reversed(logs(rho, step, np.random.default_rng(seed))), assembly, split=False)
-        group = replace(group, floors=[NOISE] * 3)
+        group = replace(group, floors=[NoiseFloor(NOISE, "cycles", NOISE, NOISE)] * 3)
         found = search_optimum(group, assembly, cube, cube.start[None, :], settings, lambda evaluations, cost: None)
         point = np.array(found["point"])
         about = linearise(group, assembly, cube, point, "none")

@@ -23,6 +23,8 @@ WHITE_EXCESS = 1.3
 # … or above what does not repeat between cycles, if that is at most the given share of the signal's amplitude.
 REPEAT_LIMITS = ((1.1, 0.02), (1.5, 0.01))
 FITTED_CYCLES = 4
+# Share of the range by which cycles of an exact command differ
+EXACT = 1e-5
 
 ANTIDERIVATIVES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "velocity": (("displacement", 1),),
@@ -133,27 +135,34 @@ def check_inputs(recording: Recording, segment: Segment, names: Sequence[str]) -
             _source(recording, segment, name)
 
 
-def output_floor(recording: Recording, segment: Segment, values: Array) -> float:
-    """Return the noise floor of an output over a segment, (N,), in its unit.
-
-    Cycle is compared with cycle only where every input recorded repeats with the cycle: under a current that moves on
-    its own, cycles differ without any noise, and the white noise of the output is all that can be told.
-    """
-    return floor_where(inputs_repeat(recording, segment), recording, segment, values)
-
-
-def floor_where(repeats: bool, recording: Recording, segment: Segment, values: Array) -> float:
-    """Return ``output_floor`` where it is known whether the inputs repeat, which takes smoothing all of them."""
-    frequency = segment.frequency if repeats else 0.0
-    return noise_floor(values, recording.dt, frequency, segment.cycles, trending=True)
-
-
 def inputs_repeat(recording: Recording, segment: Segment) -> bool:
-    """Return whether every input recorded repeats with the cycle of a segment."""
+    """Return whether every input recorded repeats with the cycle of a segment: its series leaves only noise."""
+    windows, frequency = _fast_windows(recording, segment)
+    return all(_series(window, segment, recording.dt, frequency) is not None for window in windows)
+
+
+def cycles_agree(recording: Recording, segment: Segment) -> bool:
+    """Return whether the cycles of every input recorded differ by no more than white noise, whatever their shape.
+
+    A corner takes more harmonics than a series has, and few cycles of a sweep seem to repeat.
+    """
+    windows, frequency = _fast_windows(recording, segment)
+    skipped = _unsettled(segment, len(windows[0])) if windows else 0
+    return bool(windows) and all(_agree(w[skipped:], segment.cycles, recording.dt, frequency) for w in windows)
+
+
+def _agree(values: Array, cycles: int, dt: float, frequency: float) -> bool:
+    if frequency <= 0.0 or cycles < 2:
+        return False
+    limit = max(WHITE_EXCESS * noise_level(values), EXACT * float(np.ptp(values)))
+    return noise_floor(values, dt, frequency, cycles) <= limit
+
+
+def _fast_windows(recording: Recording, segment: Segment) -> tuple[list[Array], float]:
+    """Return the recorded inputs that change within a cycle, from the lead-in on, and the fundamental in Hz."""
     begin = max(segment.start - segment.warm_up, 0)
     windows = [recording.channels[n][begin : segment.stop] for n in FAST_INPUTS if n in recording.channels]
-    frequency = _frequency(recording, segment, begin) if windows else 0.0
-    return all(_series(window, segment, recording.dt, frequency) is not None for window in windows)
+    return windows, _frequency(recording, segment, begin) if windows else 0.0
 
 
 def _source(recording: Recording, segment: Segment, name: str) -> tuple[str | float, int]:

@@ -15,6 +15,7 @@ from mrfit.discover.regions import Region, beyond_training, in_words, locate
 from mrfit.discover.remainder import explainable, follows_the_state, repeated_error
 from mrfit.discover.screen import cosines
 from mrfit.discover.trials import leaves_too_much
+from mrfit.drift import drift_row, steady_drift
 from mrfit.fit.result import parameter_rows
 from mrfit.specs import Array, EffectSpec
 
@@ -48,23 +49,40 @@ class Outcome:
 
 def verdict_of(bench: Bench, verdict: Verdict, seed: int) -> Outcome:
     """Return the verdict's word."""
-    drop_shadows(verdict)
+    noise = bench.most_noise("holdout")
+    drop_shadows(verdict, noise)
     final = verdict.final
     structure = explainable(bench, final.train, final.holdout, seed)
     if verdict.ambiguous:
         return Outcome("ambiguous", structure)
     if final.effects:
         return Outcome("named", structure)
+    if noise > 1.0:
+        return Outcome(_word(final.chi("holdout"), noise, verdict.taken_back or structure > STRUCTURE), structure)
     told = structure > STRUCTURE or verdict.taken_back or final.chi("holdout") > BEYOND_ANY_COLOUR
     left = final.chi("holdout") > CLEARLY_ABOVE and told
     left = left or repeated_error(bench, final) > FAR_ABOVE or follows_the_state(bench, final)
     return Outcome("unexplained" if left else "none", structure)
 
 
-def drop_shadows(verdict: Verdict) -> None:
-    """Take back all effects if together they leave much of the gap: what is missing then is something else."""
+def _word(chi: float, noise: float, told: bool) -> str:
+    """Return the verdict's word where the noise floor is not known: it lies between 1 and ``noise``, as the error does.
+
+    What is within the least noise is noise. What is above the most, or follows the inputs, is not. Of what is between,
+    nothing can be said.
+    """
+    if chi <= CLEARLY_ABOVE:
+        return "none"
+    return "unexplained" if told or chi > CLEARLY_ABOVE * noise else "insufficient-data"
+
+
+def drop_shadows(verdict: Verdict, noise: float = 1.0) -> None:
+    """Take back all effects if together they leave much of the gap: what is missing then is something else.
+
+    ``noise`` is the most that the noise can be, in multiples of the floor.
+    """
     proven = verdict.proven
-    if not verdict.final.effects or not leaves_too_much(verdict.base, verdict.final):
+    if not verdict.final.effects or not leaves_too_much(verdict.base, verdict.final, noise):
         return
     before, after = (fit.chi("holdout") ** 2 for fit in (verdict.base, proven))
     closed = (before - after) / (before - 1.0)
@@ -82,8 +100,8 @@ def account(fitter: Fitter, verdict: Verdict, outcome: Outcome) -> dict[str, Any
     gap = gap_of(bench, before, after)
     where = regions_of(bench, before)
     rest = regions_of(bench, after)
-    share = 1.0 - (gap["closed"] or 0.0)
-    spoken_of = share > 0.1
+    share = None if gap["noise_floor"] is None else 1.0 - (gap["closed"] or 0.0)
+    spoken_of = share is None or share > 0.1
     shapes = looks.looks(bench, after) if spoken_of else []
     pairs = confusable(verdict)
     standing = {e: group[0] for group in verdict.ambiguous for e in group}
@@ -94,11 +112,13 @@ def account(fitter: Fitter, verdict: Verdict, outcome: Outcome) -> dict[str, Any
         "effects": [effect_row(verdict, specs[e], fitter, pairs) for e in named],
         "ambiguous_set": undecided,
         "suspects": [_swapped(fitter, verdict, after, (standing[e], e)) for e in undecided] + partial + others,
-        "advice": [f"{e}: {specs[e].experiment}" for e in undecided or [row["name"] for row in partial + others]],
+        "advice": [f"{e}: {specs[e].experiment}" for e in undecided or [row["name"] for row in partial + others]]
+        + _unknown_noise(bench, outcome),
         "where": [region_row(r) for r in where[:REGIONS]],
         "where_text": in_words(where),
         "beyond_training": beyond_training(bench),
         "gap": gap,
+        "drift": drift_rows(bench, after) + verdict.drifting,
         "candidates": candidate_rows(verdict),
         "confusable": pairs,
         "cosines": cosine_table(verdict),
@@ -116,11 +136,28 @@ def account(fitter: Fitter, verdict: Verdict, outcome: Outcome) -> dict[str, Any
                 "id": s.segment.id,
                 "condition": s.segment.condition,
                 "role": s.segment.role,
-                "noise_floor": s.floor / bench.span,
+                **s.noise.as_json(),
+                "noise_floor": s.floor / bench.span if s.noise.known else None,
             }
             for s in bench.stretches
         ],
     }
+
+
+def drift_rows(bench: Bench, fit: Refit) -> list[dict[str, Any]]:
+    """Return one row per record in which the output drifts steadily, where a fit does not explain it."""
+    rows = []
+    for role, errors in (("train", fit.train), ("holdout", fit.holdout)):
+        for stretch, error in zip(bench.of_role(role), errors, strict=True):
+            residual, segment = -error * stretch.floor, stretch.segment
+            found = steady_drift(residual, stretch.measured + error * stretch.floor, stretch.block.dt, segment.cycles)
+            row = {"level_rate": stretch.level_rate, "gain_rate": 0.0}
+            if found is not None:
+                own = drift_row(segment.condition, segment.id, found)
+                row = {"level_rate": stretch.level_rate or own["level_rate"], "gain_rate": own["gain_rate"]}
+            if any(row.values()):
+                rows.append({"condition": segment.condition, "segment": segment.id, **row})
+    return rows
 
 
 def gap_of(bench: Bench, before: Refit, after: Refit) -> dict[str, float | None]:
@@ -131,8 +168,25 @@ def gap_of(bench: Bench, before: Refit, after: Refit) -> dict[str, float | None]
     errors = [_rms(fit.holdout, floors) for fit in (before, after)]
     span = bench.span
     above = errors[0] ** 2 - floor**2
-    closed = (errors[0] ** 2 - errors[1] ** 2) / above if above > 0 else None
-    return {"noise_floor": floor / span, "before": errors[0] / span, "after": errors[1] / span, "closed": closed}
+    # an error below the floor by chance closes all of the gap, not more
+    closed = min((errors[0] ** 2 - errors[1] ** 2) / above, 1.0) if above > 0 else None
+    known = all(s.noise.known for s in bench.of_role("holdout"))
+    return {
+        "noise_floor": floor / span if known else None,
+        "before": errors[0] / span,
+        "after": errors[1] / span,
+        "closed": closed if known else None,
+    }
+
+
+def _unknown_noise(bench: Bench, outcome: Outcome) -> list[str]:
+    if outcome.word != "insufficient-data":
+        return []
+    conditions = sorted({s.segment.condition for s in bench.of_role("holdout") if not s.noise.known})
+    return [
+        f"the noise floor of {', '.join(conditions)} is not known, and the error is within its bounds: log each "
+        "of these tests twice with the same drive, or some tests of ten steady cycles, to tell noise from the rest"
+    ]
 
 
 def _rms(errors: Sequence[Array], floors: Sequence[float]) -> float:

@@ -1,17 +1,18 @@
 """The data a discovery works on: every segment with all channels that some effect may need, and what errs on it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mrfit import registry
 from mrfit.assembly import Assembly
-from mrfit.drive import TIME, Drive, floor_where, inputs_repeat, smooth
+from mrfit.drive import TIME, Drive, smooth
 from mrfit.errors import DataError
 from mrfit.fit.identify import measured_output
 from mrfit.fit.problem import Block, differences, full_block
-from mrfit.noise import noise_level
+from mrfit.noise_floor import NoiseFloor
+from mrfit.output_floor import cycles_drift, output_floors, residual_floor, with_colour
 from mrfit.recording import Recording, Segment
 from mrfit.specs import Array, EffectSpec
 
@@ -30,23 +31,31 @@ class Stretch:
     names
         Channel of each row of the block's drive.
     floor
-        Noise floor of the output, in its unit.
+        Noise floor of the output, in its unit, that errors are multiples of; the least it can be where not known.
+    noise
+        What is known of the noise floor.
     recorded
         Start of the segment in its recording, in s.
-    repeats
-        Whether every recorded input repeats with the cycle, so that cycle can be compared with cycle.
+    level_rate
+        Steady drift of the output's level whose bend was taken away, in its unit per second; 0 without one.
     """
 
     block: Block
     names: tuple[str, ...]
     floor: float
+    noise: NoiseFloor
     recorded: float
-    repeats: bool = False
+    level_rate: float = 0.0
 
     @property
     def segment(self) -> Segment:
         """The segment."""
         return self.block.segment
+
+    @property
+    def repeats(self) -> bool:
+        """Whether every recorded input repeats with the cycle, so that cycle was compared with cycle."""
+        return self.noise.method == "cycles"
 
     @property
     def measured(self) -> Array:
@@ -88,6 +97,12 @@ class Bench:
         """Return the segments that are fitted (``train``) or held out (``holdout``)."""
         return [s for s in self.stretches if s.segment.role == role]
 
+    def most_noise(self, role: str) -> float:
+        """Return the most that the noise of a role can be, in multiples of its floors: 1 where these are known."""
+        stretches = self.of_role(role)
+        shares = [1.0 if s.noise.known else max(s.noise.most / s.floor, 1.0) ** 2 for s in stretches]
+        return float(np.sqrt(np.average(shares, weights=[s.segment.samples for s in stretches])))
+
     def errors(self, assembly: Assembly, theta: Array, role: str) -> list[Array]:
         """Return (simulated − measured) / noise floor of each segment of a role, (P, N_s) each, for theta (P, K)."""
         return [differences(s.block_for(assembly), assembly, theta) / s.floor for s in self.of_role(role)]
@@ -114,28 +129,54 @@ def build_bench(
     span = float(np.ptp(np.concatenate([outputs[s.id][s.start : s.stop] for s in segments])))
     if span == 0.0:
         raise DataError(f"the {base.spec.output} is the same in every sample: there is no error to explain")
-    floors = noise_floors(segments, recordings, {s.id: outputs[s.id][s.start : s.stop] for s in segments})
+    floors = noise_floors(segments, recordings, [outputs[s.id][s.start : s.stop] for s in segments])
     stretches = [
-        _stretch(s, recordings[s.recording], found[s.id], common, outputs[s.id], floors[s.id]) for s in segments
+        _with_noise(_stretch(s, recordings[s.recording], found[s.id], common, outputs[s.id], noise), noise, span)
+        for s, noise in zip(segments, floors, strict=True)
     ]
-    stretches = [replace(s, floor=max(s.floor, LEAST_FLOOR * span)) for s in stretches]
+    stretches = [_straightened(s) for s in stretches]
     return Bench(tuple(stretches), frozenset([*common, TIME]), lacking, span)
 
 
 def noise_floors(
-    segments: Sequence[Segment], recordings: dict[str, Recording], outputs: dict[str, Array]
-) -> dict[str, tuple[float, bool]]:
-    """Return the noise floor of every segment's output (N,) by its id, and whether cycles were compared for it.
+    segments: Sequence[Segment], recordings: Mapping[str, Recording], outputs: Sequence[Array]
+) -> list[NoiseFloor]:
+    """Return the noise floor of every segment's output (N,); records without cycles take the colour of those with."""
+    return with_colour(output_floors(segments, recordings, outputs), outputs)
 
-    Without cycles to compare, high frequencies tell the noise, and coloured noise is underestimated by them. Records
-    of one instrument share the noise's colour, so it is taken from those that have cycles.
+
+def with_residual_floors(bench: Bench, fit: Sequence[Array], recordings: Mapping[str, Recording]) -> Bench:
+    """Return a bench in which floors that were not known are those of a fit's residual, where that tells them.
+
+    Parameters
+    ----------
+    bench
+        The data.
+    fit
+        Errors of a fit in multiples of the noise floor, one (N_s,) for each stretch of the bench.
+    recordings
+        Recordings by id.
     """
-    white = {s.id: noise_level(outputs[s.id]) for s in segments}
-    repeats = {s.id: s.cycles > 1 and inputs_repeat(recordings[s.recording], s) for s in segments}
-    floors = {s.id: floor_where(repeats[s.id], recordings[s.recording], s, outputs[s.id]) for s in segments}
-    colours = [floors[i] / white[i] for i in floors if repeats[i] and white[i] > 0.0]
-    colour = max(float(np.median(colours)), 1.0) if colours else 1.0
-    return {i: (floors[i] if repeats[i] else colour * floors[i], repeats[i]) for i in floors}
+    stretches = []
+    for stretch, error in zip(bench.stretches, fit, strict=True):
+        noise = residual_floor(
+            stretch.noise, recordings[stretch.segment.recording], stretch.segment, error * stretch.floor
+        )
+        stretches.append(stretch if noise is stretch.noise else _with_noise(stretch, noise, bench.span))
+    return replace(bench, stretches=tuple(stretches))
+
+
+def _straightened(stretch: Stretch) -> Stretch:
+    """Return a stretch without the bend of a drifting level, which no effect makes but several would follow."""
+    drift = cycles_drift(stretch.measured, stretch.segment, stretch.block.dt) if stretch.repeats else None
+    if drift is None or not np.any(drift.level):
+        return stretch
+    block = replace(stretch.block, target=stretch.measured - drift.bend)
+    return replace(stretch, block=block, level_rate=drift.level_rate)
+
+
+def _with_noise(stretch: Stretch, noise: NoiseFloor, span: float) -> Stretch:
+    return replace(stretch, noise=noise, floor=max(noise.scale, LEAST_FLOOR * span))
 
 
 # Looked at when the error is located, whether or not the model needs them
@@ -176,7 +217,7 @@ def _stretch(
     found: _Found,
     names: Sequence[str],
     output: Array,
-    noise: tuple[float, bool],
+    noise: NoiseFloor,
 ) -> Stretch:
     drives = [found.drives[n] for n in names if n != TIME]
     fits = [f for d in drives if d.fits for f in d.fits]
@@ -189,13 +230,12 @@ def _stretch(
     block = full_block(segment, joined, measured)
     first = int(block.nodes[0, 0])
     time = (np.arange(block.drive.shape[1], dtype=np.float64) - first + segment.start) * recording.dt
-    floor, repeats = noise
     return Stretch(
         block=replace(block, drive=np.vstack([block.drive, time])),
         names=(*(n for n in names if n != TIME), TIME),
-        floor=floor,
+        floor=noise.scale,
+        noise=noise,
         recorded=segment.start * recording.dt,
-        repeats=repeats,
     )
 
 

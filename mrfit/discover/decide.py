@@ -15,11 +15,13 @@ everywhere and a shadow has not; and what an effect takes must exceed what all t
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from mrfit import registry
 from mrfit.discover.pairs import best_pair
 from mrfit.discover.refit import Fitter, Refit, paired_z
 from mrfit.discover.screen import Screened, reach, screen
+from mrfit.discover.steadiness import change_within_records
 from mrfit.discover.trials import HOLDOUT_CLEAR, Trial, judge, leaves_too_much, try_out
 from mrfit.progress import Progress
 from mrfit.specs import EffectSpec
@@ -64,6 +66,8 @@ class Verdict:
         Share of the squared hold-out error each took away when it was last tried.
     taken_back
         Whether none is named, since together they leave too much.
+    drifting
+        Rows of what drifts, where an effect only followed a drift.
     """
 
     base: Refit
@@ -75,6 +79,7 @@ class Verdict:
     gains: dict[str, float] = field(default_factory=dict)
     doubtful: list[tuple[str, ...]] = field(default_factory=list)
     taken_back: bool = False
+    drifting: list[dict[str, Any]] = field(default_factory=list)
 
     def alike(self, name: str) -> set[str]:
         """Return the effects whose projected sensitivity is nearly parallel to an effect's in these data."""
@@ -100,10 +105,11 @@ def decide(fitter: Fitter, base: Refit, effects: Sequence[EffectSpec], progress:
     """
     verdict = Verdict(base, base, base, screened=screen(fitter, base, effects))
     first = _grow(fitter, verdict, effects, progress)
-    if verdict.final.effects and leaves_too_much(base, verdict.final):
+    if verdict.final.effects and leaves_too_much(base, verdict.final, fitter.bench.most_noise("holdout")):
         _start_again(fitter, verdict, (effects, first), progress)
     verdict.proven, verdict.doubtful = verdict.final, verdict.ambiguous
     _remove_below_the_rest(fitter, verdict)
+    _remove_drifting(fitter, verdict)
     for name in verdict.final.effects:
         verdict.reasons[name] = f"its parameter is {verdict.final.strength(name):.0f} standard errors from neutral"
     return verdict
@@ -143,7 +149,7 @@ def _start_again(
     _accept(fitter, other, both)
     _choose_again(fitter, other)
     _grow(fitter, other, effects, progress)
-    if leaves_too_much(verdict.base, other.final):
+    if leaves_too_much(verdict.base, other.final, fitter.bench.most_noise("holdout")):
         return
     for name in set(verdict.final.effects) - set(other.final.effects):
         other.reasons[name] = f"it adds nothing beside {' and '.join(other.final.effects)}"
@@ -302,6 +308,18 @@ def _choose_again(fitter: Fitter, verdict: Verdict) -> None:
         elif equals:
             verdict.ambiguous.append((name, *equals))
     _remove_shadows(fitter, verdict)
+
+
+def _remove_drifting(fitter: Fitter, verdict: Verdict) -> None:
+    """Take out effects that follow a drift: their strength changes within the records, which it cannot."""
+    for name in verdict.final.effects:
+        change = change_within_records(fitter, verdict.final, name)
+        if change is not None:
+            rest = [e for e in verdict.final.effects if e != name]
+            without = fitter.refit(rest, [verdict.final.values]) if rest else verdict.base
+            verdict.drifting += change.rows
+            reason = f"it changes by {abs(change.share):.0%} in half a record: a drift, not this effect"
+            _take_out(verdict, name, without, reason)
 
 
 def _remove_below_the_rest(fitter: Fitter, verdict: Verdict) -> None:

@@ -94,6 +94,11 @@ class Refit:
         neutral = self.cube.to_points(self._neutral_theta(effect))[0]
         return max(self._strength(at, neutral[at]) for at in self._moving(effect))
 
+    def distances(self, effect: str) -> dict[int, float]:
+        """Return the distance from neutral in the cube of an effect's strengths, by their places in the point."""
+        neutral = self.cube.to_points(self._neutral_theta(effect))[0]
+        return {at: float(self.point[at] - neutral[at]) for at in self._moving(effect)}
+
     def _strength(self, at: int, neutral: float) -> float:
         width = self.uncertainty.bounded_half_width(np.eye(len(self.point))[at])
         return float(1.96 * abs(self.point[at] - neutral) / width) if width > 0.0 else 0.0

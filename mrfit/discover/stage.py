@@ -2,7 +2,7 @@
 
 import shutil
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from threading import Lock
 from typing import Any
 
@@ -12,9 +12,9 @@ import mrfit.fit.stage
 from mrfit.assembly import assemble
 from mrfit.dependence import CurrentDependence, base_name, orders_of
 from mrfit.discover.account import account, verdict_of
-from mrfit.discover.bench import Bench, build_bench, effects_for
+from mrfit.discover.bench import Bench, build_bench, effects_for, with_residual_floors
 from mrfit.discover.decide import Verdict, decide
-from mrfit.discover.refit import Fitter
+from mrfit.discover.refit import Fitter, Refit
 from mrfit.errors import ConfigError
 from mrfit.fit.choice import Choice
 from mrfit.fit.current import base_of, default_orders, dependence_on_current, tested, to_choose
@@ -156,6 +156,9 @@ def _discovered(
     fitter = _fitter(workspace, settings, (dependence, choice), data, key)
     progress("base fit", 0, 1)
     base = fitter.first(settings.seed)
+    if any(not s.noise.known for s in fitter.bench.stretches):
+        fitter = _with_residual_floors(fitter, base, recordings)
+        base = fitter.first(settings.seed)
     progress("base fit", 1, 1)
     effects = [e for e in effects_for(base.assembly.spec.output) if e.name not in settings.model.split("+")]
     verdict = decide(fitter, base, effects, progress)
@@ -171,6 +174,16 @@ def _discovered(
         "key": key,
     }
     return summary, _series(fitter.bench, verdict)
+
+
+def _with_residual_floors(fitter: Fitter, base: Refit, recordings: dict[str, Recording]) -> Fitter:
+    """Return the fitter with the noise floors that the base's residual tells; its own fit has to be made again."""
+    errors = {role: iter(found) for role, found in (("train", base.train), ("holdout", base.holdout))}
+    bench = with_residual_floors(
+        fitter.bench, [next(errors[s.segment.role]) for s in fitter.bench.stretches], recordings
+    )
+    known = {effects: point for effects, point in fitter.known.items() if effects}
+    return replace(fitter, bench=bench, known=known, judged={})
 
 
 def current_dependence(

@@ -148,8 +148,11 @@ def _scaled(fitter: Fitter, candidate: Screened, factor: float) -> dict[str, flo
     return values
 
 
-def leaves_too_much(base: Refit, final: Refit) -> bool:
-    """Return whether all effects together leave so much of the base's gap that something else must be missing."""
+def leaves_too_much(base: Refit, final: Refit, noise: float = 1.0) -> bool:
+    """Return whether all effects together leave so much of the base's gap that something else must be missing.
+
+    ``noise`` is the most that the noise can be, in multiples of the floor.
+    """
     before, after = (fit.chi("holdout") ** 2 for fit in (base, final))
-    allowed = LEFT_IN_SIGHT if after > IN_SIGHT**2 else LEFT_BY_SHADOWS
-    return before > 1.0 and after - 1.0 > allowed * (before - 1.0)
+    allowed = LEFT_IN_SIGHT if after > (IN_SIGHT * noise) ** 2 else LEFT_BY_SHADOWS
+    return before > noise**2 and after - noise**2 > allowed * (before - noise**2)

@@ -1,6 +1,6 @@
 """Fit one group of segments: search over the folded data, then judge on every sample."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -8,13 +8,15 @@ import numpy as np
 
 from mrfit import optimize
 from mrfit.assembly import Assembly
-from mrfit.drive import output_floor, smooth
+from mrfit.drive import smooth
 from mrfit.errors import DataError
 from mrfit.fit import levels, reduced
 from mrfit.fit.cube import Cube
 from mrfit.fit.problem import AHEAD_CYCLES, Block, Posed, differences, folded_block, full_block
 from mrfit.fit.uncertainty import Linearised, condensed, sensitivities
+from mrfit.noise_floor import NoiseFloor
 from mrfit.objective import Objective
+from mrfit.output_floor import output_floors, residual_floor
 from mrfit.recording import Recording, Segment
 from mrfit.specs import Array
 
@@ -35,13 +37,13 @@ class Group:
     full
         Full blocks of all segments, training and hold-out.
     floors
-        Noise floor of each full block, in the output's unit.
+        Noise floor of each full block.
     """
 
     name: str
     search: list[Block]
     full: list[Block]
-    floors: list[float]
+    floors: list[NoiseFloor]
 
     @property
     def training(self) -> list[Block]:
@@ -50,8 +52,16 @@ class Group:
 
     @property
     def training_floors(self) -> list[float]:
-        """Noise floors of the blocks that are fitted."""
-        return [f for b, f in zip(self.full, self.floors, strict=True) if b.segment.role == "train"]
+        """Noise floors of the blocks that are fitted, in the output's unit; the least each can be where not known."""
+        return [f.scale for b, f in zip(self.full, self.floors, strict=True) if b.segment.role == "train"]
+
+    def with_residual_floors(self, recordings: Mapping[str, Recording], simulated: Sequence[Array]) -> "Group":
+        """Return the group with floors that were not known as the residual of the simulated outputs tells them."""
+        known = [
+            residual_floor(floor, recordings[b.segment.recording], b.segment, b.target - y)
+            for floor, b, y in zip(self.floors, self.full, simulated, strict=True)
+        ]
+        return replace(self, floors=known)
 
 
 def split_cycles(segment: Segment, dt: float) -> list[Segment]:
@@ -97,10 +107,10 @@ def build_group(
         If a recording lacks the model's output or an input, or no training segment is left.
     """
     search, full, floors = [], [], []
-    for segment in segments:
+    outputs = [measured_output(recordings[s.recording], assembly) for s in segments]
+    found = output_floors(segments, recordings, [y[s.start : s.stop] for s, y in zip(segments, outputs, strict=True)])
+    for segment, output, floor in zip(segments, outputs, found, strict=True):
         recording = recordings[segment.recording]
-        output = measured_output(recording, assembly)
-        floor = output_floor(recording, segment, output[segment.start : segment.stop])
         for part in split_cycles(segment, recording.dt) if split else [segment]:
             drive = smooth(recording, part, assembly.spec.inputs)
             values = output[part.start : part.stop]

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from mrfit.assembly import Assembly
-from mrfit.drive import output_floor, smooth
+from mrfit.drive import smooth
 from mrfit.errors import DataError
 from mrfit.fit.current import assembly_of
 from mrfit.fit.identify import measured_output
@@ -15,6 +15,7 @@ from mrfit.fit.problem import Block, full_block
 from mrfit.fit.result import metric_rows, simulate_block
 from mrfit.fit.select import left_out_warnings, usable
 from mrfit.fit.stage import load_recordings
+from mrfit.output_floor import output_floors
 from mrfit.recording import Segment
 from mrfit.specs import Array
 from mrfit.store import Workspace, read_json
@@ -83,7 +84,7 @@ def predict(fit: dict[str, Any], logs: Workspace) -> Prediction:
     found, _ = logs.read_segments()
     recordings = load_recordings(logs, found)
     segments, left_out = usable(found, recordings, assembly)
-    blocks, floors, simulated, used = [], [], [], {}
+    blocks, outputs, simulated, used = [], [], [], {}
     for segment in segments:
         recording = recordings[segment.recording]
         output = measured_output(recording, assembly)[segment.start : segment.stop]
@@ -92,8 +93,9 @@ def predict(fit: dict[str, Any], logs: Workspace) -> Prediction:
         part = replace(segment, role="predict")
         block = full_block(part, smooth(recording, part, assembly.spec.inputs), output)
         blocks.append(block)
-        floors.append(output_floor(recording, segment, output))
+        outputs.append(output)
         simulated.append(simulate_block(block, assembly, theta_of(assembly, result))[0])
+    floors = output_floors(segments, recordings, outputs)
     metrics = metric_rows(blocks, floors, simulated, assembly)
     return Prediction(metrics, used, blocks, simulated, left_out_warnings(left_out, len(found)))
 

@@ -11,6 +11,7 @@ from mrfit.fit.cube import Cube
 from mrfit.fit.problem import Block, differences
 from mrfit.fit.uncertainty import Uncertainty, sensitivities
 from mrfit.metrics import absorbed_energy, error_metrics
+from mrfit.noise_floor import NoiseFloor
 from mrfit.specs import Array
 
 AT_BOUND = 1e-4
@@ -148,7 +149,7 @@ def simulate_block(block: Block, assembly: Assembly, theta: Array) -> tuple[Arra
 
 
 def metric_rows(
-    blocks: Sequence[Block], floors: Sequence[float], simulated: Sequence[Array], assembly: Assembly
+    blocks: Sequence[Block], floors: Sequence[NoiseFloor], simulated: Sequence[Array], assembly: Assembly
 ) -> list[dict[str, Any]]:
     """Return one row of errors per condition and role, and one ``all`` row per role."""
     rows = []
@@ -164,7 +165,7 @@ def metric_rows(
             drive = np.concatenate(known) if len(known) == len(members) else None
             starts = np.cumsum([0, *(blocks[k].samples for k in members[:-1])]).tolist()
             errors = error_metrics(measured, np.concatenate([simulated[k] for k in members]), drive, starts)
-            power = sum(blocks[k].samples * floors[k] ** 2 for k in members) / len(measured)
+            power = sum(blocks[k].samples * floors[k].value ** 2 for k in members) / len(measured)
             rows.append({"condition": condition, "role": role, "samples": len(measured), **errors})
             rows[-1]["noise_floor"] = float(np.sqrt(power))
     return rows

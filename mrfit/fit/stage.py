@@ -31,7 +31,7 @@ from mrfit.fit.problem import Posed
 from mrfit.fit.result import metric_rows, simulate_block, warnings_of
 from mrfit.fit.select import left_out_warnings, named, select, usable
 from mrfit.fit.starts import at_scales, data_starts, level_fits, to_points, two_phase_start
-from mrfit.fit.trust import Intervals, trust
+from mrfit.fit.trust import Intervals, drift_warnings, trust
 from mrfit.kernels.jit import is_cold
 from mrfit.progress import Progress, silent
 from mrfit.recording import NAMING, Recording, Segment
@@ -335,10 +335,10 @@ class _Runner:
         cube = at_scales(self.prepared.cube, group.training, base_of(settings.model))
         found = self._resumed(name) or self._search(group, cube, search)
         point = np.array(found["point"])
-        theta = cube.to_theta(point[None, :])[0]
-        outputs = [simulate_block(b, self.assembly, theta) for b in group.full]
-        simulated = [output for output, _ in outputs]
+        outputs = [simulate_block(b, self.assembly, cube.to_theta(point[None, :])[0]) for b in group.full]
+        simulated = [y for y, _ in outputs]
         judged = (settings.weight, settings.intervals, search.rng(f"{name} intervals"))
+        group = group.with_residual_floors(self.prepared.recordings, simulated)
         metrics = metric_rows(group.full, group.floors, simulated, self.assembly)
         result = {
             "condition": name,
@@ -350,12 +350,12 @@ class _Runner:
             **trust(group, self.assembly, cube, point, simulated, judged),
             "segments": [
                 {"id": b.segment.id, "condition": b.segment.condition, "role": b.segment.role}
-                | {"drive": b.method, "offset": offset, "noise_floor": floor}
+                | {"drive": b.method, "offset": offset, **floor.as_json()}
                 for b, (_, offset), floor in zip(group.full, outputs, group.floors, strict=True)
             ],
         }
         reasons = warnings_of(result, metrics, self.assembly.spec.passive)
-        result["warnings"] = [*reasons, *staged.warnings(found["stages"])]
+        result["warnings"] = [*reasons, *drift_warnings(result["drift"]), *staged.warnings(found["stages"])]
         return _Piece(result, group, simulated, metrics)
 
     def _search(self, group: Group, cube: Cube, search: SearchSettings) -> dict[str, Any]:

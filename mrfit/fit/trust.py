@@ -7,11 +7,12 @@ from typing import Any, Literal
 import numpy as np
 
 from mrfit.assembly import Assembly
+from mrfit.drift import drift_row, drift_words, steady_drift
 from mrfit.fit.bootstrap import bootstrap_intervals
 from mrfit.fit.cube import Cube
 from mrfit.fit.identifiability import judge
 from mrfit.fit.identify import Group, linearise, weights_of
-from mrfit.fit.problem import Posed
+from mrfit.fit.problem import Block, Posed
 from mrfit.fit.profile import profile_intervals
 from mrfit.fit.repeats import repeat_rows
 from mrfit.fit.residual_tests import input_dependence
@@ -68,9 +69,25 @@ def trust(
         "conditioning": conditioning(cube, uncertainty),
         "identifiability": list(judge(cube, point, uncertainty, segments, readable).sentences),
         "passivity": passivity_rows(group.full, simulated, assembly),
-        "repeats": repeat_rows(group.full, group.floors, simulated),
+        "drift": drift_rows(group.full, simulated),
+        "repeats": repeat_rows(group.full, [f.scale for f in group.floors], simulated),
         "residual_tests": residual_rows(group, assembly, simulated),
     }
+
+
+def drift_rows(blocks: Sequence[Block], simulated: Sequence[Array]) -> list[dict[str, Any]]:
+    """Return one row per block whose residual drifts steadily: what the output's level and gain do with time."""
+    rows = []
+    for block, output in zip(blocks, simulated, strict=True):
+        found = steady_drift(block.target - output, output, block.dt, block.segment.cycles)
+        if found is not None:
+            rows.append(drift_row(block.segment.condition, block.segment.id, found))
+    return rows
+
+
+def drift_warnings(rows: Sequence[dict[str, Any]]) -> list[dict[str, str]]:
+    """Return the warning on blocks whose residual drifts, if any."""
+    return [{"kind": "drift", "text": drift_words(rows)}] if rows else []
 
 
 def residual_rows(group: Group, assembly: Assembly, simulated: Sequence[Array]) -> list[dict[str, Any]]:

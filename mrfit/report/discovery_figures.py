@@ -163,11 +163,15 @@ def error_figure(discovery: Discovery) -> Figure:
     axes.hlines(places, after, before, color="#cbd5e1", lw=1.4, zorder=1)
     axes.plot(before, places, "o", ms=6.5, color=BEFORE, ls="none", label="before", zorder=3)
     axes.plot(after, places, "o", ms=6.5, mfc="white", mec=AFTER, mew=1.6, ls="none", label="after", zorder=3)
-    axes.plot(floors, places, "|", ms=13, mew=2.0, color="#475569", ls="none", label="noise floor", zorder=2)
+    seen = [(floor, place) for floor, place in zip(floors, places, strict=True) if floor > 0.0]
+    if seen:
+        axes.plot(
+            *zip(*seen, strict=True), "|", ms=13, mew=2.0, color="#475569", ls="none", label="noise floor", zorder=2
+        )
     names = [f"{parts[0].segment.condition} ({role})" for role, parts in rows]
     axes.set(xlabel="NRMSE (% of the range over all conditions)", yticks=places, yticklabels=names)
     axes.set_ylim(len(rows) - 0.4, -0.6)
-    if max(before) > 10.0 * min([*after, *floors]) > 0.0:
+    if max(before) > 10.0 * min([*after, *(floor for floor, _ in seen)]) > 0.0:
         axes.set_xscale("log")
         plain_log(axes)
     else:
@@ -197,7 +201,8 @@ def residual_figure(discovery: Discovery, shown: Sequence[Part]) -> Figure:
 
     def draw(axes: "Axes", part: Part) -> None:
         window = _window(part)
-        axes.axhspan(-factor * part.floor, factor * part.floor, color=BAND, lw=0, label="± noise floor")
+        if part.floor > 0.0:
+            axes.axhspan(-factor * part.floor, factor * part.floor, color=BAND, lw=0, label="± noise floor")
         for values, look in ((part.before, _BEFORE), (part.after, _AFTER)):
             at = decimate(values[window], POINTS)
             axes.plot(seconds * part.time[window][at], factor * values[window][at], **look)

@@ -137,7 +137,7 @@ def read_discovery(workspace: Workspace) -> Discovery:
     segments = {s.id: s for s in workspace.read_segments()[0]}
     if any(one["id"] not in segments for one in listed):
         raise DataError(f"{workspace.root}: the segments have changed since; run `mrfit discover` again")
-    used = [(segments[one["id"]], float(one.get("noise_floor", 0.0))) for one in listed]
+    used = [(segments[one["id"]], float(one.get("noise_floor") or 0.0)) for one in listed]
     parts = _parts(workspace, columns, used, LOOPS.get(output, ()))
     return Discovery(found, sorted(parts, key=lambda p: natural(p.segment.condition)), output)
 

@@ -3,6 +3,7 @@
 from typing import Any
 
 from mrfit import registry
+from mrfit.drift import drift_words
 from mrfit.report.curves import prefixed
 from mrfit.report.numbers import in_html, percent, significant, with_interval
 
@@ -38,8 +39,9 @@ def effect_words(name: str) -> str:
 
 def sentences(found: Found) -> list[str]:
     """Return the explanation: where the error sat, what the gap was and is, and what remains unexplained."""
+    drift = [_sentence(drift_words(found["drift"]))] if found.get("drift") else []
     if found["verdict"] == "insufficient-data":
-        return [_sentence(text) for text in found["advice"]]
+        return [_sentence(text) for text in found["advice"]] + drift
     said = [_sentence(text) for text in found.get("where_text", [])[:1]]
     said.append(_gap(found))
     rest = found["unexplained"]
@@ -52,7 +54,7 @@ def sentences(found: Found) -> list[str]:
         said += [_sentence(text) for text in found.get("beyond_training", [])]
     if found["verdict"] == "unexplained" and found.get("suspects"):
         said.append(_partial(found))
-    return said
+    return said + drift
 
 
 def _partial(found: Found) -> str:
@@ -81,7 +83,8 @@ def _left_open(found: Found) -> bool:
 
 def _gap(found: Found) -> str:
     gap = found["gap"]
-    floor = f"the noise floor is {percent(gap['noise_floor'])}"
+    known = gap["noise_floor"] is not None
+    floor = f"the noise floor is {percent(gap['noise_floor'])}" if known else "the noise floor is not known"
     if gap["before"] == gap["after"]:
         ratio = gap["before"] / gap["noise_floor"] if gap["noise_floor"] else None
         times = f"{in_html(significant(ratio))} times the noise floor" if ratio else floor

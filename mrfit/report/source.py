@@ -72,6 +72,8 @@ class SegmentUse(BaseModel):
     drive: str = ""
     offset: float | None = None
     noise_floor: float | None = None
+    noise_floor_method: str = ""
+    noise_floor_bounds: tuple[float | None, float | None] = (None, None)
 
 
 class Result(BaseModel):

@@ -42,7 +42,7 @@ def _error(fit: Fit, row: MetricRow, where: str, conditions: int) -> str:
     data = f"{where} data ({_count(conditions, 'condition')})"
     text = f"On {data} the error is {amount} RMS, {percent(row.nrmse)} of the range"
     if not row.noise_floor:
-        return text + "."
+        return f"{text}; the noise floor is not known."
     ratio = row.rmse / row.noise_floor
     if ratio <= WITHIN_NOISE:
         return f"{text}, {in_html(significant(ratio))} times the noise floor: what is left is noise."
