@@ -10,6 +10,7 @@ import numpy as np
 
 from mrfit.arrow import floats
 from mrfit.ingest.head import Text, feeds
+from mrfit.ingest.printed import Digits
 from mrfit.ingest.table import Lines, Refused
 from mrfit.specs import Array
 
@@ -66,7 +67,7 @@ class Layout:
 class Body:
     """Rows of a text log: numbers and texts by column, their line numbers, and the rows left out.
 
-    ``open_line`` is the number of the last line if it has no line end and is shorter than the one before, as if it had
+    ``digits`` says how columns are printed, ``comments`` gives the line numbers of comments. ``open_line`` is the number of the last line if it has no line end and is shorter than the one before, as if it had
     been cut; else 0.
     """
 
@@ -75,6 +76,8 @@ class Body:
     texts: dict[int, list[str]] = field(default_factory=dict)
     refused: list[Refused] = field(default_factory=list)
     open_line: int = 0
+    digits: dict[int, Digits | None] = field(default_factory=dict)
+    comments: list[int] = field(default_factory=list)
 
 
 def ends_open(data: Text, before: int = 0) -> bool:

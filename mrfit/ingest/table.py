@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mrfit.ingest.channel_map import Rules
 from mrfit.ingest.head import Head
+from mrfit.ingest.printed import Digits
 from mrfit.recording import Finding
 from mrfit.specs import Array
 
@@ -73,12 +74,15 @@ class Column:
         Numbers as the file has them, shape (N,); nan where a field is empty.
     index
         Place in the file, counted from 0.
+    digits
+        How a text log prints them, where that is the same throughout.
     """
 
     name: str
     unit: str | None
     values: Array
     index: int
+    digits: Digits | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,6 +169,8 @@ class Table:
         Number of the last line if it looks cut off, else 0.
     condition
         What the header says of the test, in SI.
+    comments
+        Line numbers of comments among the rows.
     findings, history
         Oddities met, and steps taken, while reading.
     """
@@ -178,6 +184,7 @@ class Table:
     breaks: tuple[int, ...] = ()
     stated_rows: float | None = None
     open_line: int = 0
+    comments: tuple[int, ...] = ()
     condition: Mapping[str, float] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
     history: tuple[str, ...] = ()
