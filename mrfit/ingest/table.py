@@ -166,7 +166,7 @@ class Table:
     stated_rows
         Number of rows the header states, or None.
     open_line
-        Number of the last line if it looks cut off, else 0.
+        Number of the last line if it was left out because the file ends inside its last number, else 0.
     condition
         What the header says of the test, in SI.
     comments
@@ -196,13 +196,17 @@ class Table:
 
 
 def with_end(table: Table) -> Table:
-    """Say what is odd about the end of a table: a last line cut off, another number of rows than the header states."""
+    """Say what stands among the rows and at their end: comments, a last line cut off, more or fewer rows than stated."""
     findings = list(table.findings)
     if table.open_line:
-        text = f"line {table.open_line}, the last, has no line end and is shorter than the one before"
-        findings.append(Finding("last-line-open", "", None, f"{text}: it may be cut off"))
+        text = f"line {table.open_line}, the last, has no line end and its last number may be cut off"
+        findings.append(Finding("last-line-open", "", None, f"{text}: left out"))
+    if table.comments:
+        are = "comment lines stand" if len(table.comments) > 1 else "comment line stands"
+        text = f"{len(table.comments)} {are} among the rows, the first in line {min(table.comments)}"
+        findings.append(Finding("comments", "", None, text))
     rows = table.rows + len(table.refused)
     if table.stated_rows is not None and int(table.stated_rows) != rows:
         text = f"the header states {int(table.stated_rows)} rows but the file has {rows}"
         findings.append(Finding("record-length", "", None, text))
-    return replace(table, findings=tuple(findings), open_line=0, stated_rows=None)
+    return replace(table, findings=tuple(findings), open_line=0, comments=(), stated_rows=None)

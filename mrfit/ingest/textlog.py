@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mrfit.ingest import units
-from mrfit.ingest.body import Body, Layout, ends_open, number_pattern, read_body, split
+from mrfit.ingest.body import Body, Layout, is_cut, number_pattern, read_body, split
 from mrfit.ingest.head import Head, Text, body_view, feeds
 from mrfit.ingest.printed import Digits, digits_of
 from mrfit.ingest.refusal import Refusal, excerpt
@@ -104,11 +104,22 @@ def body_of(source: Source, layout: Layout, data: Text | None = None) -> Body:
     encoding = "utf-8" if source.head.encoding.startswith("utf-16") else source.head.encoding
     body = read_body(data, layout, encoding, 1 if block is None else block.line)
     body.digits = _digits(source.head, layout)
+    if (block is None or block.last) and is_cut(data, layout, encoding, block.before if block else 0):
+        _leave_out_last(body, (block.line if block else 1) + feeds(data, 0, len(data)))
     if block is None:
         check_rows(source.head, len(body.lines), body.refused)
-    if (block is None or block.last) and ends_open(data, block.before if block else 0):
-        body.open_line = (block.line if block else 1) + feeds(data, 0, len(data))
     return body
+
+
+def _leave_out_last(body: Body, line: int) -> None:
+    """Refuse the last row, if it was kept, since its last number is cut."""
+    if not len(body.lines) or body.lines[-1] != line:
+        return
+    body.open_line = line
+    body.lines = body.lines[:-1]
+    body.numbers = {c: v[:-1] for c, v in body.numbers.items()}
+    body.texts = {c: t[:-1] for c, t in body.texts.items()}
+    body.refused.append(Refused("cut-off row", line))
 
 
 def _digits(head: Head, layout: Layout) -> dict[int, Digits | None]:

@@ -200,9 +200,7 @@ def test_print_step_follows_a_change_of_format() -> None:
     gap=st.sampled_from([0, 1000]),
     offset=st.integers(-4000, 4000),
 )
-def test_gaps_do_not_depend_on_the_unit_of_time(
-    decade: int, digit: int, lost: set[int], gap: int, offset: int
-) -> None:
+def test_gaps_do_not_depend_on_the_unit_of_time(decade: int, digit: int, lost: set[int], gap: int, offset: int) -> None:
     """The same losses give the same samples whether the interval is 10 ps or 800 s."""
     keep = np.setdiff1d(np.arange(3000), np.array(sorted(lost), dtype=int))
     keep[keep > 1500] += gap
@@ -238,10 +236,10 @@ def test_a_clock_that_ticks_coarsely_is_no_loss_of_samples() -> None:
 
 
 def test_times_that_span_far_more_samples_than_rows_are_refused_before_memory_is_taken() -> None:
-    """Printed to 1 s first and to 10 ns then: the jump of 1 s is no gap of the first, and a hundred million samples."""
-    time = np.concatenate([np.zeros(256), np.ones(256), 1.0 + np.arange(2000) * 1e-8])
-    with pytest.raises(TimeFault, match="span"):
-        time_base(time, None)
+    """Rows of 1 s before rows of 10 ns, the interval that the header states: 51 thousand million samples."""
+    time = np.concatenate([np.arange(512.0), 511.0 + np.arange(1, 4000) * 1e-8])
+    with pytest.raises(TimeFault, match="4511 rows span 5.11e[+]10 samples"):
+        time_base(time, 1e-8)
 
 
 @pytest.mark.parametrize("rows", [513, 1025, 1600])

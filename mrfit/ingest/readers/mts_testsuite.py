@@ -86,6 +86,7 @@ def _appended(first: Table, second: Table) -> Table:
         time=_chained(first.time, second.time),
         lines=np.concatenate([first.lines, second.lines + shift]),
         refused=(*first.refused, *refused),
+        comments=(*first.comments, *(line + shift for line in second.comments)),
         findings=(*first.findings, *second.findings),
     )
 
