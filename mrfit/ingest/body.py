@@ -89,8 +89,8 @@ class Body:
 def is_cut(data: Text, layout: Layout, encoding: str = "utf-8", before: int = 0) -> bool:
     """Whether the file ends inside the last number of its last row, or may do so.
 
-    A number with the decimals that all others of its column have is whole. Where they vary, one shorter than the longest
-    of them may be cut; ``before`` is the length of the line above, for a last line that stands alone in ``data``.
+    A number with the decimals that all others of its column have is whole. Where they vary, one shorter than the
+    longest may be cut; ``before`` is the length of the line above, for a last line that stands alone in ``data``.
     """
     if not data or data[-1:] in b"\r\n \t\x1a":
         return False

@@ -148,6 +148,9 @@ def _time_unit(time: Column, rules: Rules) -> tuple[str, list[Finding]]:
     rule = rules.time
     if rule is not None and rule.unit is not None and str(rule.column).lower() in (time.name.lower(), str(time.index)):
         return rule.unit, []
+    if time.unit and not units.known(time.unit):
+        text = f"'{time.name}' is in the unknown unit '{time.unit}': taken as s; a channel map can say another"
+        return "s", [Finding("unit-assumed", "", None, text)]
     if time.unit or rule is not None or time.name.lower() in ("second", "seconds", "sec"):
         return time.unit or "s", []
     text = f"the file gives '{time.name}' no unit: taken as s; a channel map can say another"

@@ -196,7 +196,7 @@ class Table:
 
 
 def with_end(table: Table) -> Table:
-    """Say what stands among the rows and at their end: comments, a last line cut off, more or fewer rows than stated."""
+    """Say what stands among the rows and at their end: comments, a cut last line, another number than stated."""
     findings = list(table.findings)
     if table.open_line:
         text = f"line {table.open_line}, the last, has no line end and its last number may be cut off"

@@ -115,7 +115,7 @@ def time_base(
     elif not irregular:
         counted = whole is not None
         longest = clock.part(slice(*max(runs, key=lambda r: r[1] - r[0])))
-        base.dt = _interval(longest, step, stated, base) if whole is None else _counted_interval(longest, whole)
+        base.dt = _interval(longest, step, stated, base, counted)
     for (begin, end), said in zip(runs, _cut_findings(time, runs, cuts), strict=True):
         piece = _piece(clock.part(slice(begin, end)), begin, base.dt, irregular, counted)
         base.pieces.append(replace(piece, findings=(*said, *piece.findings)))
@@ -139,15 +139,6 @@ def _whole_step(time: Array, cuts: list[int]) -> float | None:
         return None
     single = _mean_of(np.asarray(s < 1.5 * step, dtype=np.float64) for s in _inner_steps(time, cuts))
     return step if single >= 1.0 - MISSING_AT_MOST else None
-
-
-def _counted_interval(clock: Clock, step: float) -> float:
-    """Return the interval fitted to times whose samples can be counted."""
-    if len(clock.time) < 2:
-        return step
-    numbers = places(clock, step, counted=True)
-    slope, _, off = line(numbers, clock.time)
-    return _shortest_decimal(slope, slope * _uncertainty(off / slope, int(numbers[-1])))
 
 
 def _even_base(time: Array, stated: float | None) -> TimeBase | None:
@@ -281,9 +272,9 @@ def _runs(time: Array, cuts: list[int], gap: float) -> list[tuple[int, int]]:
     return list(zip(edges[:-1], edges[1:], strict=True))
 
 
-def _interval(clock: Clock, step: float, stated: float | None, base: TimeBase) -> float:
+def _interval(clock: Clock, step: float, stated: float | None, base: TimeBase, counted: bool) -> float:
     """Return the sample interval: the stated one if the times of the longest run bear it out, else the fit over it."""
-    fitted, off, longest = _fit(clock, step)
+    fitted, off, longest = _fit(clock, step, counted)
     coarse = series.extremes(clock.printed)[1]
     if stated is not None:
         if abs(stated / fitted - 1.0) * longest <= 2.0 * off + 0.5 or abs(stated / fitted - 1.0) < 1e-6:
@@ -296,14 +287,16 @@ def _interval(clock: Clock, step: float, stated: float | None, base: TimeBase) -
     return _shortest_decimal(fitted, fitted * _uncertainty(off, longest))
 
 
-def _fit(clock: Clock, step: float) -> tuple[float, float, int]:
+def _fit(clock: Clock, step: float, counted: bool) -> tuple[float, float, int]:
     """Return interval, largest departure from the grid in samples, and number of samples of a run."""
     time = clock.time
     if len(time) < 2:
         return step, 0.0, 1
-    numbers = places(clock, step)
+    numbers = places(clock, step, counted)
     rows = slice(*_unbroken(numbers))
-    if 4 * (rows.stop - rows.start) > len(numbers):  # after a gap the clock may stand in between two samples
+    if not counted and 4 * (rows.stop - rows.start) > len(
+        numbers
+    ):  # after a gap the clock may stand in between two samples
         numbers, time = series.part(numbers, rows), series.part(time, rows)
     slope, _, off = line(numbers, time)
     if slope <= 0.0:
