@@ -278,7 +278,8 @@ def _is_unit_row(rows: list[list[str]]) -> bool:
     above = [c for c in rows[-2] if c] if len(rows) > 1 else []
     if len(above) < len(filled) or not _is_name_row(rows[-2]):
         return False
-    if any(_is_recognised(c) and not k for c, k in zip(filled, known, strict=True)):
+    # pulses/turn has a unit behind its stroke, but is no name
+    if any(_is_recognised(c) and "/" not in c and not k for c, k in zip(filled, known, strict=True)):
         return False
     return 2 * sum(known) >= len(filled) or any(known) and any(_is_recognised(c) for c in above)
 
