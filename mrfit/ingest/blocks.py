@@ -188,6 +188,7 @@ def _merged(old: Table, new: Table) -> Table:
     return replace(
         old,
         breaks=(*old.breaks, *new.breaks),
+        comments=(*old.comments, *new.comments),
         findings=tuple(dict.fromkeys((*old.findings, *new.findings))),
         open_line=new.open_line,
         stated_rows=old.stated_rows if new.stated_rows is not None else None,

@@ -10,16 +10,23 @@ import numpy as np
 
 from mrfit.arrow import floats
 from mrfit.ingest.head import Text, feeds
+from mrfit.ingest.printed import Digits, digits_of
 from mrfit.ingest.table import Lines, Refused
 from mrfit.specs import Array
 
 LINE_BY_LINE_BYTES = 8192
+TAIL = 16384
+"""Bytes at the end of a log by which its last number is judged."""
 BLANKS = "\x1f"  # stands for a run of blanks while pyarrow splits
 EMPTY = ("", " ", "  ")
 ROW = re.compile(rb'[\s,;|"]*[+-]?[.,]?\d')
 """How a row of numbers begins, and a line of a header does not."""
+ALL_DIGITS = 15
+"""Significant digits of a double."""
 NOT_A_NUMBER = ("nan", "NaN", "NAN", "NA", "N/A", "n/a", "#N/A", "null", "NULL", "None", "--", "---")
 NO_VALUE = (*EMPTY, *NOT_A_NUMBER)
+SHEET_ERRORS = ("#REF!", "#DIV/0!", "#VALUE!", "#NUM!", "#NAME?", "#NULL!", "#SPILL!", "#CALC!")
+"""What a spreadsheet writes in place of a number that it cannot compute."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,8 +73,8 @@ class Layout:
 class Body:
     """Rows of a text log: numbers and texts by column, their line numbers, and the rows left out.
 
-    ``open_line`` is the number of the last line if it has no line end and is shorter than the one before, as if it had
-    been cut; else 0.
+    ``digits`` says how columns are printed, ``comments`` gives the line numbers of comments. ``open_line`` is the
+    number of the last line if it was left out because the file ends inside its last number; else 0.
     """
 
     numbers: dict[int, Array]
@@ -75,23 +82,49 @@ class Body:
     texts: dict[int, list[str]] = field(default_factory=dict)
     refused: list[Refused] = field(default_factory=list)
     open_line: int = 0
+    digits: dict[int, Digits | None] = field(default_factory=dict)
+    comments: list[int] = field(default_factory=list)
 
 
-def ends_open(data: Text, before: int = 0) -> bool:
-    """Whether the last line lacks its line end and is shorter than the one before (if not in ``data``, so long)."""
-    if not data or data[-1:] in b"\r\n":
+def is_cut(data: Text, layout: Layout, encoding: str = "utf-8", before: int = 0) -> bool:
+    """Whether the file ends inside the last number of its last row, or may do so.
+
+    A number with the decimals that all others of its column have is whole. Where they vary, one shorter than the
+    longest may be cut; ``before`` is the length of the line above, for a last line that stands alone in ``data``.
+    """
+    if not data or data[-1:] in b"\r\n \t\x1a":
         return False
-    feed = data.rfind(b"\n")
-    if feed >= 0:
-        end = feed - (data[feed - 1 : feed] == b"\r")
-        before = end - data.rfind(b"\n", 0, feed) - 1
-    return len(data) - feed - 1 < before
+    *above, last = data[-TAIL:].decode(encoding, errors="replace").split("\n")
+    column = max(layout.use, default=0)
+    fields = split(last, layout.delimiter)
+    if len(fields) != column + 1:
+        return False
+    if last.count('"') % 2:
+        return True
+    number = number_pattern(layout.decimal)
+    rows = [split(line, layout.delimiter) for line in above[len(data) > TAIL :]]
+    others = [r[column] for r in rows if column < len(r) and number.fullmatch(r[column])]
+    if not others:
+        return len(last) < before
+    form = digits_of(others)
+    digits = re.sub(r"\D", "", fields[column]).lstrip("0")
+    if len(digits) >= ALL_DIGITS and not any("e" in o.lower() for o in others):
+        return False  # what may be missing does not change the number
+    if form is None or form.decimals == 0:
+        return len(fields[column]) < max(len(o) for o in others)
+    own = digits_of([fields[column]])
+    same_power = not form.scientific or _power_length(fields[column]) in {_power_length(o) for o in others}
+    return own is None or own.decimals < form.decimals or own.scientific != form.scientific or not same_power
+
+
+def _power_length(text: str) -> int:
+    return len(text) - max(text.rfind("e"), text.rfind("E"))
 
 
 def read_body(data: Text, layout: Layout, encoding: str = "utf-8", line: int = 1) -> Body:
     """Return the rows of a text log, or of a part of it that begins with line number ``line``.
 
-    Every line after ``layout.skip`` that is neither blank nor a comment is a row, kept or refused.
+    Every line after ``layout.skip`` that is not blank is a row, kept or refused, or a comment, which is counted.
     """
     skip = max(0, layout.skip + 1 - line)
     start = _offset(data, skip)
@@ -104,6 +137,7 @@ def read_body(data: Text, layout: Layout, encoding: str = "utf-8", line: int = 1
         np.concatenate([p.lines for p in parts] or [np.empty(0, np.int64)]),
         {c: [t for p in parts for t in p.texts[c]] for c in layout.texts},
         [r for p in parts for r in p.refused],
+        comments=[k for p in parts for k in p.comments],
     )
 
 
@@ -241,16 +275,20 @@ def _line_by_line(text: bytes, line: int, layout: Layout, encoding: str) -> Body
     texts: list[list[str]] = []
     lines: list[int] = []
     refused: list[Refused] = []
+    comments: list[int] = []
     number = number_pattern(layout.decimal)
     raw_lines = text.removesuffix(b"\n").split(b"\n")
     for place, raw in enumerate(raw_lines, start=line):
         content = raw.decode(encoding, errors="replace").rstrip("\r\x1a")  # a DOS end mark
         stripped = content.strip()
-        if not stripped or (layout.comment and stripped[0] in layout.comment):
+        if not stripped:
             continue
         row = _row(content, stripped, layout, number)
         if isinstance(row, str):
-            refused.append(Refused(row, place))
+            if layout.comment and stripped[0] in layout.comment and not _is_damaged_row(content, layout, number):
+                comments.append(place)
+            else:
+                refused.append(Refused(row, place))
             continue
         kept.append(row[0])
         texts.append(row[1])
@@ -261,7 +299,17 @@ def _line_by_line(text: bytes, line: int, layout: Layout, encoding: str) -> Body
         np.array(lines, dtype=np.int64),
         {c: [t[k] for t in texts] for k, c in enumerate(layout.texts)},
         refused,
+        comments=comments,
     )
+
+
+def _is_damaged_row(content: str, layout: Layout, number: re.Pattern[str]) -> bool:
+    """Whether a line that begins as a comment does is a row with an unreadable first field."""
+    fields = split(content, layout.delimiter)
+    if content.strip() in layout.header or not max(layout.use, default=0) < len(fields) <= layout.width:
+        return content.strip() in layout.header
+    others = [fields[c] for c in layout.use if c > 0]
+    return fields[0] in SHEET_ERRORS or any(others) and all(f in NO_VALUE or number.fullmatch(f) for f in others)
 
 
 def _row(content: str, stripped: str, layout: Layout, number: re.Pattern[str]) -> tuple[list[float], list[str]] | str:

@@ -36,6 +36,16 @@ class Origin:
     rules: Rules
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Times:
+    """Times of all rows in s, the interval stated by map or header, the unit of the last digit, what was assumed."""
+
+    values: Array
+    stated: float | None
+    printed: float | None = None
+    assumed: tuple[Finding, ...] = ()
+
+
 @dataclass(slots=True)
 class Rows:
     """Named signals and times of the rows still kept, where runs begin, and the rows refused so far."""
@@ -87,16 +97,15 @@ def build(table: Table, origin: Origin) -> list[Recording]:
     signals, findings = name_signals(table.columns, origin.rules, origin.path)
     if not signals:
         raise Refusal(origin.path, "no channel beside the time", "export at least one signal")
-    time, stated, assumed = _times(table, origin)
-    rows = Rows(signals, time, table.lines, table.breaks, Lost(table.refused))
+    times = _times(table, origin)
+    rows = Rows(signals, times.values, table.lines, table.breaks, Lost(table.refused))
     _refuse_missing(rows, origin)
-    base = _base(rows, stated, origin)
-    findings = [*table.findings, *assumed, *findings, *rows.findings, *_refused_findings(rows), *base.findings]
+    base = _base(rows, times, origin)
+    findings = [*table.findings, *times.assumed, *findings, *rows.findings, *_refused_findings(rows), *base.findings]
     return _recordings(rows, base, findings, table, origin)
 
 
-def _times(table: Table, origin: Origin) -> tuple[Array, float | None, list[Finding]]:
-    """Return the times of all rows in s, the interval stated by map or header, and what was assumed."""
+def _times(table: Table, origin: Origin) -> Times:
     stated = origin.rules.dt or table.dt
     if table.time is not None:
         text, assumed = _time_unit(table.time, origin.rules)
@@ -105,7 +114,8 @@ def _times(table: Table, origin: Origin) -> tuple[Array, float | None, list[Find
             raise Refusal(origin.path, f"time column '{table.time.name}' is in '{text}'", remedy)
         scale = units.to_unit(text, "s").scale
         times = table.time.values
-        return (times if scale == 1.0 else series.mapped(lambda t: t * scale, times)), stated, assumed
+        values = times if scale == 1.0 else series.mapped(lambda t: t * scale, times)
+        return Times(values, stated, _last_digit(table.time, scale), tuple(assumed))
     if stated is None:
         unclear = "".join(f"; {f.text}" for f in table.findings if f.kind == "rate-unclear")
         raise Refusal(
@@ -114,7 +124,16 @@ def _times(table: Table, origin: Origin) -> tuple[Array, float | None, list[Find
             f"write rate = HZ, or time = COLUMN, in a channel map ({FILE_NAME} beside the log, or --map)",
         )
     number = _counted(table.lines, Lost(table.refused))
-    return series.mapped(lambda n: table.start + n * stated, number), stated, []
+    return Times(series.mapped(lambda n: table.start + n * stated, number), stated)
+
+
+def _last_digit(time: Column, scale: float) -> float | None:
+    """Return the unit of the last digit of most times, in s, where the text shows it."""
+    if time.digits is None:
+        return None
+    some = np.abs(series.thinned(time.values, max(1, len(time.values) // series.CHUNK)))
+    some = some[np.isfinite(some)]
+    return time.digits.step(float(np.median(some))) * scale if len(some) else None
 
 
 def _counted(lines: Lines, refused: Lost) -> Array:
@@ -129,6 +148,9 @@ def _time_unit(time: Column, rules: Rules) -> tuple[str, list[Finding]]:
     rule = rules.time
     if rule is not None and rule.unit is not None and str(rule.column).lower() in (time.name.lower(), str(time.index)):
         return rule.unit, []
+    if time.unit and not units.known(time.unit):
+        text = f"'{time.name}' is in the unknown unit '{time.unit}': taken as s; a channel map can say another"
+        return "s", [Finding("unit-assumed", "", None, text)]
     if time.unit or rule is not None or time.name.lower() in ("second", "seconds", "sec"):
         return time.unit or "s", []
     text = f"the file gives '{time.name}' no unit: taken as s; a channel map can say another"
@@ -189,15 +211,15 @@ def _refused_findings(rows: Rows) -> list[Finding]:
     return [Finding("refused-rows", "", None, f"rows left out: {_summary(rows.refused)}")]
 
 
-def _base(rows: Rows, stated: float | None, origin: Origin) -> TimeBase:
+def _base(rows: Rows, times: Times, origin: Origin) -> TimeBase:
     try:
         again = repeated(rows.time, rows.breaks)
-        if len(again) and coarse(rows.time):
+        if len(again) and coarse(rows.time, times.printed):
             before = [_values_at(s.values, again - 1) for s in rows.signals]
             same = [_values_at(s.values, again) == b for s, b in zip(rows.signals, before, strict=True)]
             again = again[np.logical_and.reduce(same)]
         rows.drop(again, ["repeated time"] * len(again))
-        base = time_base(rows.time, stated, rows.breaks, rows.number)
+        base = time_base(rows.time, times.stated, rows.breaks, rows.number, times.printed)
     except TimeFault as fault:
         raise Refusal(
             origin.path,

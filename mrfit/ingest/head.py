@@ -73,7 +73,7 @@ def open_head(path: Path) -> Head:
     _check_content(path, raw)
     encoding = encoding_of(raw)
     text = decode(raw, encoding) if encoding else ""
-    lines = text.split("\n")
+    lines = text.replace("\0", "").split("\n")  # of the body, lines with a NUL byte are refused
     if size > len(raw) and len(lines) > 1:
         lines.pop()  # cut off at 64 KiB
     return Head(path, size, raw, encoding, tuple(lines) if encoding else ())

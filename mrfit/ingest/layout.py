@@ -2,11 +2,11 @@
 
 import re
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mrfit.channels import CHANNELS
 from mrfit.ingest import units
-from mrfit.ingest.body import EMPTY, NOT_A_NUMBER, number_pattern, split
+from mrfit.ingest.body import EMPTY, NO_VALUE, NOT_A_NUMBER, number_pattern, split
 from mrfit.ingest.head import Head
 from mrfit.ingest.refusal import Refusal, excerpt
 
@@ -16,6 +16,13 @@ SAMPLE = 200
 STAMP = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?")
 CLOCK = re.compile(r"(\d{1,2}):([0-5]\d):([0-5]\d(?:[.,]\d+)?)")
 DATE = re.compile(r"\d{4}[-/.]\d\d?[-/.]\d\d?|\d\d?[-/.]\d\d?[-/.](?:\d\d)?\d\d")
+MARK = re.compile(
+    r"[+-]?(?:OL|O\.L\.?|0L|OVLD|OVL|OVFL|OFL|(?:OVER|UNDER)(?:[ -]?(?:LOAD|RANGE|FLOW))?|ERR|ERROR|OPEN|FAULT|INVALID)"
+    r"|[+-]?1\.#\w+|#[A-Z0-9/]+[!?]|#N/?[AV]|\*+|#+|\?+|-+",
+    re.IGNORECASE,
+)
+"""What instruments and spreadsheets print in place of a number."""
+SEPARATOR = re.compile(r"[-=_+]{3,}")
 TIME_NAMES = {
     *("time", "t", "zeit", "tiempo", "temps", "tempo", "sec", "second", "seconds", "timestamp", "elapsed time", "tout"),
     *("running time", "x-axis", "x_value", "elapsed", "time stamp", "total time", "test time", "relative time"),
@@ -108,38 +115,132 @@ def _first_row(lines: tuple[str, ...], delimiter: str, decimal: str, width: int)
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """Names and unit texts of the columns; ``names`` is empty where the file has no header row."""
+    """The header of a text log.
+
+    Attributes
+    ----------
+    names, units
+        Of the columns; ``names`` is empty where the file has no header row.
+    rows
+        Its name row and unit row, by which a repeated header is known.
+    first
+        Line (from 0) of the first row, readable or not.
+    short
+        Whether it has one name fewer than the rows have columns.
+    """
 
     names: tuple[str, ...]
     units: tuple[str | None, ...]
     rows: frozenset[str]
+    first: int
+    short: bool = False
 
 
 def find_header(head: Head, grid: Grid, start: int = 0) -> Header:
     """Return the name row and unit row above the first data row."""
-    above = [line for line in head.lines[start : grid.first] if line.strip()]
-    cells = [(line, _cells(line, grid)) for line in above]
-    fitting = [(line, c) for line, c in cells if _covers(c, grid.width)]
+    cells = [(k, _cells(head.lines[k], grid)) for k in range(start, grid.first) if head.lines[k].strip()]
+    fitting = [(k, c) for k, c in cells if _covers(c, grid.width) and not all(SEPARATOR.fullmatch(f) for f in c)]
+    first = grid.first
+    times = Counter(tuple(c) for _, c in fitting)
+    while fitting and _is_unreadable(fitting, times):
+        first = fitting.pop()[0]
     unit_row: list[str] | None = None
     rows = []
-    if fitting and _is_unit_row(fitting[-1][1]) and (len(fitting) > 1 or not _is_name_row(fitting[-1][1])):
-        line, unit_row = fitting.pop()
-        rows.append(line.strip())
+    if fitting and _is_unit_row([c for _, c in fitting]) and (len(fitting) > 1 or not _is_name_row(fitting[-1][1])):
+        place, unit_row = fitting.pop()
+        rows.append(head.lines[place].strip())
     if not fitting or not _is_name_row(fitting[-1][1]):
-        return Header((), (), frozenset(rows))
-    line, names = fitting[-1]
-    rows.append(line.strip())
-    return _header(names, unit_row, grid.width, frozenset(rows))
+        return Header((), (), frozenset(rows), first)
+    place, names = fitting[-1]
+    rows.append(head.lines[place].strip())
+    short = len(names) == grid.width - 1 and _last_is_filled(head, grid)
+    if unit_row is not None and len(unit_row) < min(len(names), grid.width):
+        unit_row = None  # whose units they are cannot be told
+    return _header(names, unit_row, grid.width, Header((), (), frozenset(rows), first, short))
 
 
-def _header(names: list[str], unit_row: list[str] | None, width: int, rows: frozenset[str]) -> Header:
+def _last_is_filled(head: Head, grid: Grid) -> bool:
+    """Whether most of the first rows have something in their last column."""
+    rows = [split(line, grid.delimiter) for line in head.lines[grid.first : grid.first + SAMPLE] if line.strip()]
+    filled = sum(len(r) >= grid.width and r[grid.width - 1] not in EMPTY for r in rows)
+    return 2 * filled > len(rows)
+
+
+def _is_unreadable(fitting: list[tuple[int, list[str]]], times: Counter[tuple[str, ...]]) -> bool:
+    """Whether the last of the lines above the first row of numbers is a row that cannot be read, and no header.
+
+    It begins with a number, or holds nothing but marks, or stands there several times, or below the names it has
+    a number. ``times`` says how often each stands there.
+    """
+    place, cells = fitting[-1]
+    filled = [c for c in cells if c]
+    marked = [bool(MARK.fullmatch(c)) or c in NOT_A_NUMBER for c in filled]
+    counted = [_is_number(c) for c in filled]
+    if not filled or all(marked) or (counted[0] or marked[0]) and len(filled) > 1:
+        return bool(filled)
+    others = [(k, c) for k, c in fitting if c != cells]
+    if not others or not _is_name_row(others[-1][1]):
+        return False
+    line, above = others[-1]
+    if any(counted):
+        return line == place - 1 and (any(_is_recognised(c) for c in above) or all(units.known(c) for c in above))
+    return times[tuple(cells)] > 1 and any(times[tuple(c)] == 1 for _, c in others)
+
+
+def _is_number(text: str) -> bool:
+    return any(number_pattern(mark).fullmatch(text) for mark in ".,")
+
+
+def _is_recognised(cell: str) -> bool:
+    """Whether a cell is a known name, or a name with its unit."""
+    name, unit = name_and_unit(cell)
+    return unit is not None or len(name) > 1 and _is_alias(name)
+
+
+def _header(names: list[str], unit_row: list[str] | None, width: int, found: Header) -> Header:
     parsed = [name_and_unit(n) for n in _padded(names, width)]
     written = [u.strip("[](){} ") or None for u in _padded(unit_row, width)] if unit_row else [None] * width
-    return Header(
-        tuple(name for name, _ in parsed),
-        tuple(w if w is not None else unit for w, (_, unit) in zip(written, parsed, strict=True)),
-        rows,
-    )
+    units_of = tuple(w if w is not None else unit for w, (_, unit) in zip(written, parsed, strict=True))
+    return replace(found, names=tuple(name for name, _ in parsed), units=units_of)
+
+
+@dataclass(frozen=True, slots=True)
+class TwoRows:
+    """A row of names above a row of units: their cells, and the lines (from 0) of the units and of the first row."""
+
+    names: list[str]
+    units: list[str]
+    unit_row: int
+    first: int
+
+
+def two_rows(head: Head, delimiter: str = "\t") -> TwoRows | None:
+    """Return names and units that stand, one above the other, over the first row of as many numbers.
+
+    Blank lines may stand between. What the words are does not matter.
+    """
+    above: list[tuple[int, list[str]]] = []
+    first: int | None = None
+    for place, line in enumerate(head.lines):
+        cells = _trimmed(split(line, delimiter))
+        if not cells:
+            continue
+        complete = len(above) == 2 and all(len(c) == len(cells) > 1 and _is_name_row(c) for _, c in above)
+        numbers = [_is_number(c) for c in cells]
+        if complete and (any(numbers) or all(MARK.fullmatch(c) for c in cells)):
+            first = place if first is None else first  # it may be damaged
+            if all(n or c in NO_VALUE for n, c in zip(numbers, cells, strict=True)) and any(numbers):
+                (_, names), (unit_row, written) = above
+                return TwoRows(names, written, unit_row, first)
+            continue
+        above, first = [*above[-1:], (place, cells)], None
+    return None
+
+
+def _trimmed(cells: list[str]) -> list[str]:
+    while cells and not cells[-1]:
+        cells = cells[:-1]
+    return cells
 
 
 def _padded(fields: list[str], width: int) -> list[str]:
@@ -165,10 +266,22 @@ def _covers(cells: list[str], width: int) -> bool:
     return filled <= width and len(cells) >= width - 1 and filled >= max(1, width - 1 if width > 1 else 1) - (width > 3)
 
 
-def _is_unit_row(cells: list[str]) -> bool:
-    filled = [c for c in cells if c]
-    bracketed = all(re.fullmatch(r"[\[({].*[\])}]", c) for c in filled)
-    return bool(filled) and (bracketed or all(units.known(c) for c in filled))
+def _is_unit_row(rows: list[list[str]]) -> bool:
+    """Whether the last of the rows above the numbers holds units.
+
+    They are in brackets or known; or half of them are known, or those of a known name above, and none is a name.
+    """
+    filled = [c for c in rows[-1] if c]
+    known = [units.known(c) for c in filled]
+    if not filled or all(re.fullmatch(r"[\[({].*[\])}]", c) for c in filled) or all(known):
+        return bool(filled)
+    above = [c for c in rows[-2] if c] if len(rows) > 1 else []
+    if len(above) < len(filled) or not _is_name_row(rows[-2]):
+        return False
+    # pulses/turn has a unit behind its stroke, but is no name
+    if any(_is_recognised(c) and "/" not in c and not k for c, k in zip(filled, known, strict=True)):
+        return False
+    return 2 * sum(known) >= len(filled) or any(known) and any(_is_recognised(c) for c in above)
 
 
 def _is_name_row(cells: list[str]) -> bool:

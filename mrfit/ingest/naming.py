@@ -34,15 +34,18 @@ def name_signals(columns: tuple[Column, ...], rules: Rules, path: str) -> tuple[
     Raises
     ------
     Refusal
-        If the map names a column that is not there, or a unit is unknown or of the wrong kind.
+        If the map names a column that is not there, or a unit of the map is unknown or of the wrong kind.
     ConfigError
         If the map makes two channels of one column.
     """
     there = [c for c in columns if c.name.lower() not in {i.lower() for i in rules.ignore}]
     signals: list[Signal] = []
     mapped: dict[int, str] = {}
+    findings: list[Finding] = []
     for name, rule in rules.channels.items():
         column = pick(there, rule.column, path, rules.where)
+        if rule.unit is None and rule.scale == 1.0 and not _is_known(column):
+            continue
         if other := mapped.get(column.index):
             what = (
                 f"'channels.{other}' and 'channels.{name}' both name column '{column.name or column.index}' of {path}"
@@ -51,14 +54,16 @@ def name_signals(columns: tuple[Column, ...], rules: Rules, path: str) -> tuple[
         mapped[column.index] = name
         signals.append(_mapped(name, rule, column, path))
     left = [c for c in there if c.index not in mapped]
-    findings: list[Finding] = []
     claims = _claims(left, {s.name for s in signals}, findings)
     taken = {s.name for s in signals} | set(claims.values()) | {"time"}
     for column in left:
         claimed = claims.get(id(column))
         name = claimed or _own_name(column, taken)
         taken.add(name)
-        signals.append(_unmapped(name, column, path))
+        signals.append(_unmapped(name, column))
+    if odd := [f"'{c.name or c.index}' in '{c.unit}'" for c in left if not _is_known(c)]:
+        remedy = "kept as printed; write the unit in a channel map"
+        findings.append(Finding("unknown-unit", "", None, f"no known unit: {', '.join(odd)}: {remedy}"))
     for unit, what in (("g", "standard gravity, not gram"), ("G", "gauss, not gravity")):
         if meant := [f"'{c.name}'" for c in columns if c.unit is not None and c.unit.strip() == unit]:
             text = f"{', '.join(meant)}: the unit {unit} is taken as {what}"
@@ -113,11 +118,13 @@ def _conversion(name: str, unit: str, target: str, path: str) -> units.Conversio
     return units.to_unit(unit, target)
 
 
-def _unmapped(name: str, column: Column, path: str) -> Signal:
-    if column.unit is None:
+def _is_known(column: Column) -> bool:
+    return column.unit is None or units.known(column.unit)
+
+
+def _unmapped(name: str, column: Column) -> Signal:
+    if column.unit is None or not units.known(column.unit):
         return Signal(name, unit_of(name), column.values, column.index)
-    if not units.known(column.unit):
-        _conversion(column.name or name, column.unit, "", path)
     target = unit_of(name)
     conversion = units.to_unit(column.unit, target) if target else units.to_si(column.unit)
 

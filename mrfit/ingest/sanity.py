@@ -15,6 +15,9 @@ CLIPPED_SHARE = 0.005
 OFFSET_SHARE = 0.25
 RIPPLE = 0.02
 """A swing of less than this share of its mean is ripple on a held level."""
+OUTLIER = 1000.0
+"""So many times as far from the median as all others lie no samples of a switching spike, but garbled numbers do."""
+FEW_OUTLIERS = 3
 ALTERNATING = ("displacement", "velocity", "force", "current", "voltage", "flux", "angle", "torque")
 ELECTRICAL = ("current", "voltage")
 
@@ -66,6 +69,9 @@ def _channel(name: str, values: Array, dt: float, about_zero: Set[str]) -> Itera
         yield Finding("constant", name, 0.0, f"{name} is {low:.6g} all along")
         return
     few = series.thinned(values, max(1, len(values) // 20000))
+    if outlier := _outlier(name, values, float(np.median(few)), dt):
+        yield outlier  # its size hides all else
+        return
     levels = len(np.unique(few))
     if levels <= LEVELS_OF_A_DEAD_CHANNEL and len(values) >= 100 and _flickers(few):
         yield Finding("dead", name, 0.0, f"{name} flickers between {levels} levels only, from {low:.6g} to {high:.6g}")
@@ -74,6 +80,29 @@ def _channel(name: str, values: Array, dt: float, about_zero: Set[str]) -> Itera
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     if name in about_zero and abs(middle) > OFFSET_SHARE * half and not _held(values, half / abs(middle)):
         yield Finding("offset", name, None, f"{name} swings by ±{half:.4g} about {middle:.4g}, not about zero")
+
+
+def _outlier(name: str, values: Array, middle: float, dt: float) -> Finding | None:
+    """Say which one to three samples lie out of all proportion to the others, if any do."""
+    rows, far = np.empty(0, dtype=np.int64), np.empty(0)
+    for (begin, _), (some,) in zip(series.spans(len(values)), series.chunks(values), strict=True):
+        away = np.abs(some - middle)
+        count = min(FEW_OUTLIERS + 1, len(away))
+        top = np.argpartition(away, -count)[-count:]
+        rows, far = np.append(rows, begin + top), np.append(far, away[top])
+        order = np.argsort(-far, kind="stable")[: FEW_OUTLIERS + 1]
+        rows, far = rows[order], far[order]
+    usual = np.maximum(far, abs(middle))
+    alone = [n for n in range(1, len(far)) if usual[n] > 0.0 and far[n - 1] > OUTLIER * usual[n]]
+    if not alone or len(values) < 16:
+        return None
+    first = int(rows[: alone[-1]].min())
+    are = "samples lie" if alone[-1] > 1 else "sample lies"
+    text = (
+        f"{alone[-1]} {are} {far[alone[-1] - 1] / usual[alone[-1]]:.2g} times as far from the median of {name} as all "
+        f"others, the first is {values[first]:.6g} at {first * dt:.6g} s: a garbled number or an overflow"
+    )
+    return Finding("outlier", name, first * dt, text)
 
 
 def _held(values: Array, swing: float) -> bool:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mrfit.ingest.channel_map import Rules
 from mrfit.ingest.head import Head
+from mrfit.ingest.printed import Digits
 from mrfit.recording import Finding
 from mrfit.specs import Array
 
@@ -73,12 +74,15 @@ class Column:
         Numbers as the file has them, shape (N,); nan where a field is empty.
     index
         Place in the file, counted from 0.
+    digits
+        How a text log prints them, where that is the same throughout.
     """
 
     name: str
     unit: str | None
     values: Array
     index: int
+    digits: Digits | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,9 +166,11 @@ class Table:
     stated_rows
         Number of rows the header states, or None.
     open_line
-        Number of the last line if it looks cut off, else 0.
+        Number of the last line if it was left out because the file ends inside its last number, else 0.
     condition
         What the header says of the test, in SI.
+    comments
+        Line numbers of comments among the rows.
     findings, history
         Oddities met, and steps taken, while reading.
     """
@@ -178,6 +184,7 @@ class Table:
     breaks: tuple[int, ...] = ()
     stated_rows: float | None = None
     open_line: int = 0
+    comments: tuple[int, ...] = ()
     condition: Mapping[str, float] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
     history: tuple[str, ...] = ()
@@ -189,13 +196,17 @@ class Table:
 
 
 def with_end(table: Table) -> Table:
-    """Say what is odd about the end of a table: a last line cut off, another number of rows than the header states."""
+    """Say what stands among the rows and at their end: comments, a cut last line, another number than stated."""
     findings = list(table.findings)
     if table.open_line:
-        text = f"line {table.open_line}, the last, has no line end and is shorter than the one before"
-        findings.append(Finding("last-line-open", "", None, f"{text}: it may be cut off"))
+        text = f"line {table.open_line}, the last, has no line end and its last number may be cut off"
+        findings.append(Finding("last-line-open", "", None, f"{text}: left out"))
+    if table.comments:
+        are = "comment lines stand" if len(table.comments) > 1 else "comment line stands"
+        text = f"{len(table.comments)} {are} among the rows, the first in line {min(table.comments)}"
+        findings.append(Finding("comments", "", None, text))
     rows = table.rows + len(table.refused)
     if table.stated_rows is not None and int(table.stated_rows) != rows:
         text = f"the header states {int(table.stated_rows)} rows but the file has {rows}"
         findings.append(Finding("record-length", "", None, text))
-    return replace(table, findings=tuple(findings), open_line=0, stated_rows=None)
+    return replace(table, findings=tuple(findings), open_line=0, comments=(), stated_rows=None)

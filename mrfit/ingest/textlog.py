@@ -6,10 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mrfit.ingest import units
-from mrfit.ingest.body import Body, Layout, ends_open, read_body, split
+from mrfit.ingest.body import Body, Layout, is_cut, number_pattern, read_body, split
 from mrfit.ingest.head import Head, Text, body_view, feeds
+from mrfit.ingest.printed import Digits, digits_of
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Refused, Source, Table
+
+DIGIT_ROWS = 256
+"""Rows by which it is seen how columns are printed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,11 +103,32 @@ def body_of(source: Source, layout: Layout, data: Text | None = None) -> Body:
     # ``body_bytes`` gives UTF-16 as UTF-8
     encoding = "utf-8" if source.head.encoding.startswith("utf-16") else source.head.encoding
     body = read_body(data, layout, encoding, 1 if block is None else block.line)
+    body.digits = _digits(source.head, layout)
+    if (block is None or block.last) and is_cut(data, layout, encoding, block.before if block else 0):
+        _leave_out_last(body, (block.line if block else 1) + feeds(data, 0, len(data)))
     if block is None:
         check_rows(source.head, len(body.lines), body.refused)
-    if (block is None or block.last) and ends_open(data, block.before if block else 0):
-        body.open_line = (block.line if block else 1) + feeds(data, 0, len(data))
     return body
+
+
+def _leave_out_last(body: Body, line: int) -> None:
+    """Refuse the last row, if it was kept, since its last number is cut."""
+    if not len(body.lines) or body.lines[-1] != line:
+        return
+    body.open_line = line
+    body.lines = body.lines[:-1]
+    body.numbers = {c: v[:-1] for c, v in body.numbers.items()}
+    body.texts = {c: t[:-1] for c, t in body.texts.items()}
+    body.refused.append(Refused("cut-off row", line))
+
+
+def _digits(head: Head, layout: Layout) -> dict[int, Digits | None]:
+    """Return how the columns are printed, seen in some rows of the head."""
+    lines = head.lines[layout.skip :]
+    rows = [split(line, layout.delimiter) for line in lines[:: max(1, len(lines) // DIGIT_ROWS)]]
+    number = number_pattern(layout.decimal)
+    full = [r for r in rows if all(c < len(r) and number.fullmatch(r[c]) for c in layout.use)]
+    return {c: digits_of([r[c] for r in full]) for c in layout.use}
 
 
 def check_rows(head: Head, rows: int, refused: Sequence[Refused]) -> None:
@@ -117,8 +142,17 @@ def check_rows(head: Head, rows: int, refused: Sequence[Refused]) -> None:
 def table_of(body: Body, fields: Sequence[Field], time: Field | None = None) -> Table:
     """Return the table of rows already read."""
     columns = tuple(Column(f.name, f.unit, body.numbers[f.index], f.index) for f in fields)
-    clock = Column(time.name, time.unit, body.numbers[time.index], time.index) if time else None
-    return Table(columns, body.lines, time=clock, refused=tuple(body.refused), open_line=body.open_line)
+    clock = None
+    if time:
+        clock = Column(time.name, time.unit, body.numbers[time.index], time.index, body.digits.get(time.index))
+    return Table(
+        columns,
+        body.lines,
+        time=clock,
+        refused=tuple(body.refused),
+        open_line=body.open_line,
+        comments=tuple(body.comments),
+    )
 
 
 def side_by_side(tables: Sequence[Table]) -> Table | None:

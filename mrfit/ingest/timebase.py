@@ -18,7 +18,11 @@ IRREGULAR_GAP = 20.0
 """In an unevenly sampled record, a step this many times the median splits it."""
 
 COUNTED = 0.01
-"""Largest departure of a step from whole stated intervals, in samples, where steps are counted, not measured."""
+"""Largest departure of a step from whole intervals, in samples, where steps are counted, not measured."""
+FINE = 0.01
+"""Times printed to this share of the interval, or finer, show every missing sample."""
+MISSING_AT_MOST = 0.1
+"""Largest share of steps over missing samples where nothing but the print tells them from a slower clock."""
 
 SAID_ONE_BY_ONE = 3
 """More cuts of one kind than this are said in one line."""
@@ -66,7 +70,13 @@ class TimeBase:
     findings: list[Finding] = field(default_factory=list)
 
 
-def time_base(time: Array, stated: float | None, breaks: tuple[int, ...] = (), number: Array | None = None) -> TimeBase:
+def time_base(
+    time: Array,
+    stated: float | None,
+    breaks: tuple[int, ...] = (),
+    number: Array | None = None,
+    printed: float | None = None,
+) -> TimeBase:
     """Return the uniform base of times in s.
 
     Parameters
@@ -79,16 +89,20 @@ def time_base(time: Array, stated: float | None, breaks: tuple[int, ...] = (), n
         Rows at which the instrument began a new run.
     number
         The rows counted with those that were refused in between, shape (N,); None where there were none.
+    printed
+        Unit of the last digit in s, where the text shows it; the numbers alone do not show final zeros.
 
     Raises
     ------
     TimeFault
-        If the times run backwards again and again, or do not move.
+        If the times run backwards again and again, do not move, or span many more samples than there are rows.
     """
     if not breaks and (even := _even_base(time, stated)):
         return even
     cuts = _cuts(time, breaks)
     step = _typical_step(time, cuts)
+    whole = _whole_step(time, cuts) if printed is not None and printed <= FINE * step else None
+    step = step if whole is None else whole
     clock = Clock(time, print_step(time), series.ordinals(len(time)) if number is None else number)
     coarsest = series.extremes(clock.printed)[1]
     irregular = _irregular(time, cuts, step, coarsest)
@@ -99,7 +113,9 @@ def time_base(time: Array, stated: float | None, breaks: tuple[int, ...] = (), n
     if stated is not None and counted:
         base.dt = stated
     elif not irregular:
-        base.dt = _interval(clock.part(slice(*max(runs, key=lambda r: r[1] - r[0]))), step, stated, base)
+        counted = whole is not None
+        longest = clock.part(slice(*max(runs, key=lambda r: r[1] - r[0])))
+        base.dt = _interval(longest, step, stated, base, counted)
     for (begin, end), said in zip(runs, _cut_findings(time, runs, cuts), strict=True):
         piece = _piece(clock.part(slice(begin, end)), begin, base.dt, irregular, counted)
         base.pieces.append(replace(piece, findings=(*said, *piece.findings)))
@@ -114,6 +130,15 @@ def _counted(time: Array, cuts: list[int], step: float, stated: float) -> bool:
         bool(np.all(np.abs(s / stated - np.maximum(np.round(s / stated), 1.0)) < COUNTED))
         for s in _inner_steps(time, cuts)
     )
+
+
+def _whole_step(time: Array, cuts: list[int]) -> float | None:
+    """Return the step of which all steps are whole multiples, and nearly all one; None if there is none."""
+    step = float(np.median(_some_steps(time, cuts)))
+    if step <= 0.0 or not _counted(time, cuts, step, step):
+        return None
+    single = _mean_of(np.asarray(s < 1.5 * step, dtype=np.float64) for s in _inner_steps(time, cuts))
+    return step if single >= 1.0 - MISSING_AT_MOST else None
 
 
 def _even_base(time: Array, stated: float | None) -> TimeBase | None:
@@ -141,9 +166,11 @@ def _uncertainty(off: float, rows: int) -> float:
     return max((0.1 * off + 1e-9) / max(rows, 1), min(0.02 / max(rows, 1), 1e-7))
 
 
-def coarse(time: Array) -> bool:
-    """Whether times are printed so coarsely that two rows may show the same one."""
+def coarse(time: Array, printed: float | None = None) -> bool:
+    """Whether times are printed so coarsely that two rows may show the same one; ``printed`` as for ``time_base``."""
     typical = float(np.median(np.abs(_some_steps(time, []))))
+    if printed is not None and printed <= FINE * typical:
+        return False
     return series.extremes(print_step(time))[1] > 0.5 * typical
 
 
@@ -245,9 +272,9 @@ def _runs(time: Array, cuts: list[int], gap: float) -> list[tuple[int, int]]:
     return list(zip(edges[:-1], edges[1:], strict=True))
 
 
-def _interval(clock: Clock, step: float, stated: float | None, base: TimeBase) -> float:
+def _interval(clock: Clock, step: float, stated: float | None, base: TimeBase, counted: bool) -> float:
     """Return the sample interval: the stated one if the times of the longest run bear it out, else the fit over it."""
-    fitted, off, longest = _fit(clock, step)
+    fitted, off, longest = _fit(clock, step, counted)
     coarse = series.extremes(clock.printed)[1]
     if stated is not None:
         if abs(stated / fitted - 1.0) * longest <= 2.0 * off + 0.5 or abs(stated / fitted - 1.0) < 1e-6:
@@ -260,14 +287,16 @@ def _interval(clock: Clock, step: float, stated: float | None, base: TimeBase) -
     return _shortest_decimal(fitted, fitted * _uncertainty(off, longest))
 
 
-def _fit(clock: Clock, step: float) -> tuple[float, float, int]:
+def _fit(clock: Clock, step: float, counted: bool) -> tuple[float, float, int]:
     """Return interval, largest departure from the grid in samples, and number of samples of a run."""
     time = clock.time
     if len(time) < 2:
         return step, 0.0, 1
-    numbers = places(clock, step)
+    numbers = places(clock, step, counted)
     rows = slice(*_unbroken(numbers))
-    if 4 * (rows.stop - rows.start) > len(numbers):  # after a gap the clock may stand in between two samples
+    if not counted and 4 * (rows.stop - rows.start) > len(
+        numbers
+    ):  # after a gap the clock may stand in between two samples
         numbers, time = series.part(numbers, rows), series.part(time, rows)
     slope, _, off = line(numbers, time)
     if slope <= 0.0:
@@ -297,20 +326,33 @@ def _piece(run: Clock, first: int, dt: float, irregular: bool, counted: bool) ->
     if len(time) < 2:
         return Piece(rows, start)
     if irregular:
+        _check_length((float(time[-1]) - start) / dt, run, first, dt)
         return _resampled(rows, time, dt, "irregular")
     numbers = places(run, dt, counted)
     off = series.mapped(lambda t, p: (t - start) / dt - p, time, numbers)
     middle = 0.5 * sum(series.extremes(off))
     if series.count(lambda o, p: np.abs(o - middle) > TOLERANCE + 0.6 * p / dt, off, run.printed):
+        _check_length((float(time[-1]) - start) / dt, run, first, dt)
         return _resampled(rows, time, dt, "jittering")
     missing = int(numbers[-1]) + 1 - len(numbers)
     if missing == 0:
         return Piece(rows, start)
+    _check_length(float(numbers[-1]), run, first, dt)
     at = float(time[_first(numbers, lambda step: step > 1.0) - 1])
     are = "samples are missing and were" if missing > 1 else "sample is missing and was"
     text = f"{missing} {are} interpolated, the first after {at:.6g} s"
     finding = Finding("dropped-samples", "", at - start, text)
     return Piece(rows, start, numbers, (finding,), (f"interpolated {missing} missing samples",))
+
+
+def _check_length(last: float, run: Clock, first: int, dt: float) -> None:
+    """Refuse times that span so many samples that a time must be wrong, before memory is taken for them."""
+    rows = len(run.time)
+    if last <= IRREGULAR_GAP * rows:
+        return
+    widest = max((float(step.max()), k + 1 + int(np.argmax(step))) for k, step in series.steps(run.time))
+    text = f"{rows} rows span {last:.3g} samples of {dt:.3g} s: the time steps by {widest[0]:.3g} s"
+    raise TimeFault(text, first + widest[1])
 
 
 def _resampled(rows: slice, time: Array, dt: float, what: str) -> Piece:

@@ -6,7 +6,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from mrfit.ingest import body
-from mrfit.ingest.body import Layout, ends_open, read_body, split
+from mrfit.ingest.body import Layout, is_cut, read_body, split
 
 COMMA = Layout(1, ",", ".", 3, (0, 1, 2))
 FIELD = st.one_of(
@@ -129,11 +129,48 @@ def test_bulk_path_is_taken_for_a_sound_log(monkeypatch: pytest.MonkeyPatch) -> 
     assert len(read_body(b"t,a,b\r\n" + b"0.1,2,3\r\n" * 5000, COMMA).lines) == 5000
 
 
+TWO = Layout(0, ",", ".", 2, (0, 1))
+
+
 @pytest.mark.parametrize(
-    ("data", "open_end"), [(b"1,2\n3,4\n", False), (b"1,2\n3,4", False), (b"1,22\n3,4", True), (b"", False)]
+    ("data", "cut"),
+    [
+        ("1,2\n3,4\n", False),
+        ("1,2.50\n3,4.25", False),  # all its decimals are there
+        ("1,12.50\n3,4.25", False),  # and the line may be shorter than the one before
+        ("1,2.50\n3,14.2", True),
+        ("1,2.50\n3,14", True),
+        ("1,-2.5E-03\n3,4.2E-03", False),
+        ("1,-2.5E-03\n3,4.2E-0", True),
+        ("1,-2.5E-03\n3,4.2", True),
+        ("1,2.5\n3,4.25", False),  # decimals vary: as long as the longest
+        ("1,2.125\n1,2.5\n3,4.25", True),
+        ("1,2.1234567890123456\n3,0.412345678901234", False),  # the digits of a double
+        ("1,2.1234567890123456e-05\n3,0.412345678901234", True),
+        ("1,200\n3,14", True),
+        ("1,200\n3,140", False),
+        ("1,200\n3", False),  # a short row, refused as such
+        ('1,"2.5"\n3,"2.5', True),
+        ("", False),
+    ],
 )
-def test_a_cut_last_line_is_noticed(data: bytes, open_end: bool) -> None:
-    assert ends_open(data) is open_end
+def test_a_file_that_ends_inside_its_last_number(data: str, cut: bool) -> None:
+    for end in ("\n", "\r\n"):
+        assert is_cut(("t,a\n" + data).replace("\n", end).encode(), TWO) is cut
+
+
+def test_a_delimiter_behind_the_last_number_says_that_it_is_whole() -> None:
+    layout = Layout(0, ",", ".", 3, (0, 1), blank=(2,))
+    assert not is_cut(b"1,2.50,\n3,4.2,", layout) and is_cut(b"1,2.50,\n3,4.2", layout)
+
+
+def test_no_line_is_lost_uncounted() -> None:
+    """A row whose first field is unreadable is no comment, whatever sign it begins with."""
+    rows = ["0.0,1.5", "#REF!,1.5", "#DIV/0!,2.5", "%,1.5", "! 0.5,1.5", "#REF!,#REF!", "#N/A,1.5", "# pump on", "! 5"]
+    read = read_body("\n".join([*rows, "%", "1.0,2.5"]).encode(), Layout(0, ",", ".", 2, (0, 1), comment="#%!"))
+    assert read.lines.tolist() == [1, 7, 11]
+    assert [(r.kind, r.line) for r in read.refused] == [("not a number", k) for k in (2, 3, 4, 5, 6)]
+    assert read.comments == [8, 9, 10]
 
 
 def test_split_survives_a_stray_quote() -> None:

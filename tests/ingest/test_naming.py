@@ -87,11 +87,18 @@ def test_maps_that_do_not_fit_are_refused(rule: ChannelRule, message: str) -> No
     assert message in str(error.value)
 
 
-def test_unknown_unit_is_refused_with_the_line_to_write() -> None:
-    with pytest.raises(Refusal, match="blurbs") as error:
-        name_signals(_columns(("Load", "blurbs")), Rules(), "log.csv")
-    assert "[channels] Load = {column = …, unit" in error.value.remedy
-    assert 'ignore = ["Load"]' in error.value.remedy
+def test_a_column_of_unknown_unit_is_kept_as_printed_and_said() -> None:
+    signals, findings = name_signals(_columns(("Load", "blurbs"), ("Coil", "mA")), Rules(), "log.csv")
+    assert [(s.name, s.unit, s.values[1]) for s in signals] == [("load", "", 1.0), ("current", "A", 2e-3)]
+    (said,) = [f for f in findings if f.kind == "unknown-unit"]
+    assert "'Load' in 'blurbs': kept as printed; write the unit in a channel map" in said.text
+
+
+def test_a_map_that_leaves_an_unknown_unit_to_the_file_makes_no_channel_of_it() -> None:
+    rules = Rules("mrfit.toml", channels={"force": ChannelRule(column="Load"), "current": ChannelRule(column="Coil")})
+    signals, findings = name_signals(_columns(("Load", "blurbs"), ("Coil", "mA")), rules, "log.csv")
+    assert [s.name for s in signals] == ["load", "current"]
+    assert [f.kind for f in findings] == ["unknown-unit"]
 
 
 def test_wrong_dimension_is_refused_but_a_transducer_signal_is_not() -> None:

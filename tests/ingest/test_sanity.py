@@ -123,3 +123,35 @@ def test_a_recording_of_a_chunk_or_less_is_not_shortened() -> None:
     short = shortened(record)
     np.testing.assert_array_equal(short.channels["ch1"], SINE)
     assert shortening(record, short) == []
+
+
+def _spoilt(values: Array, samples: dict[int, float]) -> Array:
+    spoilt = values.copy()
+    for place, value in samples.items():
+        spoilt[place] = value
+    return spoilt
+
+
+@pytest.mark.parametrize("samples", [{1234: 1e12}, {1234: -4e4}, {50: 1e12, 51: 1e12, 3999: -1e9}])
+@pytest.mark.parametrize("values", [SINE, 24.0 + 0.01 * SINE, np.full(len(T), 5.0)])
+def test_samples_out_of_all_proportion_are_said(values: Array, samples: dict[int, float]) -> None:
+    record = Recording("a", "a.csv", "", "delimited", DT, 0.0, {"ch1": _spoilt(values, samples)}, {"ch1": "V"})
+    (finding,) = channel_findings(record)
+    assert (finding.kind, finding.at) == ("outlier", pytest.approx(min(samples) * DT))
+    assert finding.text.startswith(f"{len(samples)} sample")
+
+
+def test_spikes_of_switching_and_pulses_are_no_outliers() -> None:
+    """A coil switched off kicks back, once or at every edge; a trigger is one sample long."""
+    noise = np.random.default_rng(0).normal(0.0, 0.01, len(T))
+    every = _spoilt(12.0 * np.sign(SINE) + noise, dict.fromkeys(range(99, 4000, 100), 400.0))
+    once = _spoilt(0.1 * SINE + noise, {2000: 60.0, 2001: -25.0})
+    trigger = _spoilt(np.zeros(len(T)), {100: 5.0})
+    tails = np.random.default_rng(1).standard_t(2.0, len(T))
+    for values in (every, once, trigger, tails):
+        assert "outlier" not in {kind for kind, _ in _kinds(ch1=values)}
+
+
+def test_an_outlier_late_in_a_long_recording_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(series, "CHUNK", 700)
+    assert _kinds(ch1=_spoilt(SINE, {3501: 1e12})) == [("outlier", "ch1")]

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mrfit.ingest.printed import print_step
+from mrfit.ingest.printed import Digits, digits_of, print_step
 from mrfit.ingest.timebase import TimeFault, on_grid, repeated, time_base
 
 
@@ -190,3 +190,72 @@ def test_print_step_follows_a_change_of_format() -> None:
     assert steps[0] == pytest.approx(1e-4)
     assert steps[-1] == pytest.approx(1e-4)
     assert print_step(np.random.default_rng(0).random(600))[:].max() == 0.0
+
+
+@settings(max_examples=80, deadline=None)
+@given(
+    decade=st.integers(-11, 2),
+    digit=st.sampled_from([1, 2, 4, 5, 8]),
+    lost=st.sets(st.integers(5, 2990), max_size=4),
+    gap=st.sampled_from([0, 1000]),
+    offset=st.integers(-4000, 4000),
+)
+def test_gaps_do_not_depend_on_the_unit_of_time(decade: int, digit: int, lost: set[int], gap: int, offset: int) -> None:
+    """The same losses give the same samples whether the interval is 10 ps or 800 s."""
+    keep = np.setdiff1d(np.arange(3000), np.array(sorted(lost), dtype=int))
+    keep[keep > 1500] += gap
+    step = digit * 10.0**decade
+    time = np.array([float(f"{(k + offset) * digit}e{decade}") for k in keep])  # as a parser reads it
+    base = time_base(time, None)
+    assert base.dt == pytest.approx(step, rel=1e-9)
+    assert len(base.pieces) == 1 + bool(gap)
+    for piece in base.pieces:
+        rows = keep[piece.rows]
+        place = np.arange(len(rows)) if piece.position is None else np.asarray(piece.position[:])
+        np.testing.assert_allclose(place, rows - rows[0], atol=1e-6)
+        assert piece.start == pytest.approx((rows[0] + offset) * step, abs=1e-6 * step)
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1e-3, 1.0])
+def test_samples_lost_evenly_show_where_times_have_more_digits_than_they_need(unit: float) -> None:
+    """Every 60th row is missing: by the numbers alone that is a clock slower by 1.7 %; its text has 9 digits more."""
+    keep = np.delete(np.arange(3000), np.arange(9, 3000, 60))
+    base = time_base(keep * unit, None, printed=1e-9 * unit)
+    (piece,) = base.pieces
+    assert base.dt == pytest.approx(unit, rel=1e-12) and base.findings == []
+    assert [f.text.split()[0] for f in piece.findings] == ["50"]
+    np.testing.assert_allclose(np.asarray(piece.position[:]), keep)
+
+
+def test_a_clock_that_ticks_coarsely_is_no_loss_of_samples() -> None:
+    """Ticks of 1 ms printed to the microsecond: one step in five is double, the rate is 833 Hz."""
+    time = np.floor(np.arange(4000) * 1.2) * 1e-3
+    base = time_base(time, None, printed=1e-6)
+    assert base.dt == pytest.approx(1.2e-3, rel=1e-6)
+    assert [p.position for p in base.pieces] == [None]
+
+
+def test_times_that_span_far_more_samples_than_rows_are_refused_before_memory_is_taken() -> None:
+    """Rows of 1 s before rows of 10 ns, the interval that the header states: 51 thousand million samples."""
+    time = np.concatenate([np.arange(512.0), 511.0 + np.arange(1, 4000) * 1e-8])
+    with pytest.raises(TimeFault, match="4511 rows span 5.11e[+]10 samples"):
+        time_base(time, 1e-8)
+
+
+@pytest.mark.parametrize("rows", [513, 1025, 1600])
+@pytest.mark.parametrize("step", [1.25e-9, 2e-3, 1.25e-3, 0.125])
+def test_print_step_is_the_last_digit_whatever_the_scale(rows: int, step: float) -> None:
+    """Every eighth row of 0.125 s ends in whole seconds, and so may the last row by itself."""
+    last = 10.0 ** np.floor(np.log10(step) + 1e-9)
+    while round(step / last, 6) % 1:
+        last /= 10.0
+    time = np.array([float(f"{k * step:.15g}") for k in range(1 - rows, 1)])
+    np.testing.assert_allclose(print_step(time)[:], last, rtol=1e-9)
+
+
+def test_digits_are_read_off_the_text() -> None:
+    assert digits_of(["0.001000", "-12.002000", "3,000000"]) == Digits(6, False)
+    assert digits_of(["1.000E-09", "-2.500E+02"]) == Digits(3, True)
+    assert digits_of(["0.1", "0.25"]) is None and digits_of(["1.0", "1.0E-1"]) is None and digits_of(["x"]) is None
+    assert Digits(3, True).step(2.5e-7) == pytest.approx(1e-10)
+    assert Digits(6, False).step(2.5e4) == pytest.approx(1e-6)

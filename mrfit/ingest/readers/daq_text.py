@@ -1,19 +1,22 @@
 """DAQami and TracerDAQ text logs: ``Header Size:`` lines, time stamps, pauses told in an Events field."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 
-from mrfit.ingest.body import Layout, split
+from mrfit.ingest.body import Body, Layout, number_pattern, split
 from mrfit.ingest.head import Head
 from mrfit.ingest.rate import with_rate
-from mrfit.ingest.refusal import Refusal
-from mrfit.ingest.table import Column, Source, Table
-from mrfit.ingest.textlog import Field, body_of, positive, table_of
+from mrfit.ingest.refusal import Refusal, excerpt
+from mrfit.ingest.table import Column, Refused, Source, Table
+from mrfit.ingest.textlog import Field, body_of, positive, table_of, text_of
 from mrfit.specs import Array, ReaderSpec
 
 SPEC = ReaderSpec("daq-text", "DAQami/TracerDAQ text log")
 STAMP_FORMS = ("%m/%d/%Y %I:%M:%S.%f %p", "%d/%m/%Y %I:%M:%S.%f %p", "%m/%d/%Y %H:%M:%S.%f", "%d/%m/%Y %H:%M:%S.%f")
+BETWEEN = re.compile(rb",[ \t]+")
+SAMPLE = 400
 # Least share of stamps of one form, and the rows from which it has to be met further down in a log
 READABLE, MANY = 0.9, 100
 
@@ -47,8 +50,13 @@ def read(source: Source) -> list[Table]:
     texts = (stamp,) if event is None else (stamp, event)
     optional = () if event is None else (event,)
     header = frozenset(line.strip() for line in head.lines[: row + 1])
-    layout = Layout(row + 1, ",", ".", len(names), tuple(channels), texts, optional, header=header)
-    body = body_of(source, layout)
+    comma = _has_decimal_commas(head, row, (stamp, event), channels)
+    marks = (";", ",") if comma else (",", ".")
+    layout = Layout(row + 1, *marks, len(names), tuple(channels), texts, optional, header=header)
+    data = BETWEEN.sub(b";", text_of(source)[:]) if comma else None
+    body = body_of(source, layout, data)
+    if event is not None:
+        _refuse_numbers(body, event)
     original = split(head.lines[row], ",")
     table = table_of(body, [Field(original[k], None, k) for k in channels])
     time = Column("Date/Time", "s", _seconds(source, body.texts[stamp]), stamp)
@@ -57,6 +65,49 @@ def read(source: Source) -> list[Table]:
     table = with_rate(replace(table, time=time, breaks=breaks), head.lines[:row])
     count = [line.partition(":")[2].strip() for line in head.lines[:row] if line.lower().startswith("sample count")]
     return [replace(table, stated_rows=positive(count))]
+
+
+def _has_decimal_commas(head: Head, row: int, others: tuple[int, int | None], channels: list[int]) -> bool:
+    """Whether numbers have decimal commas: fields are then told by the blank behind the comma that parts them.
+
+    Raises
+    ------
+    Refusal
+        If they have, and no such blank tells where a number ends.
+    """
+    stamp, event = others
+    lines = [line for line in head.lines[row + 1 :] if line.strip()][:SAMPLE]
+    apart = [[f.strip() for f in re.split(r",[ \t]+", line.strip())] for line in lines]
+    number = number_pattern(",")
+    paired = [r for r in apart if len(r) > max(channels, default=0) and all(number.fullmatch(r[c]) for c in channels)]
+    if 2 * sum(any("," in r[c] for c in channels) for r in paired) > len(lines):
+        return True
+    fields = [split(line, ",") for line in lines]
+    behind = [f[stamp + 1 :] for f in fields]
+    twice = [
+        b
+        for b in behind
+        if len(b) >= 2 * len(channels) and all(re.fullmatch(r"[+-]?\d+", x) for x in b[: 2 * len(channels)])
+    ]
+    if event is not None and 2 * len(twice) > len(lines):
+        what = f"decimal commas, or twice as many columns as it names (line {row + 2}: '{excerpt(lines[0])}')"
+        raise Refusal(head.path, what, "set the logger to decimal points, or to another delimiter, and export it again")
+    return False
+
+
+def _refuse_numbers(body: Body, event: int) -> None:
+    """Refuse rows with a number for an event: a decimal comma has made one field into two."""
+    number = number_pattern(".")
+    odd = [k for k, text in enumerate(body.texts[event]) if number.fullmatch(text)]
+    if not odd:
+        return
+    body.refused = sorted(
+        [*body.refused, *(Refused("number for an event", int(body.lines[k])) for k in odd)], key=lambda r: r.line
+    )
+    body.lines = np.delete(body.lines, odd)
+    body.numbers = {c: np.delete(v, odd) for c, v in body.numbers.items()}
+    gone = set(odd)
+    body.texts = {c: [t for k, t in enumerate(texts) if k not in gone] for c, texts in body.texts.items()}
 
 
 def _begins(event: str | None) -> bool:

@@ -3,6 +3,7 @@
 The reader for files that no other claims. It refuses to guess: without a header it needs a channel map.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -11,7 +12,8 @@ import numpy as np
 from mrfit.ingest import units
 from mrfit.ingest.body import EMPTY, NOT_A_NUMBER, Layout, number_pattern, split
 from mrfit.ingest.channel_map import FILE_NAME
-from mrfit.ingest.head import Head
+from mrfit.ingest.decimal_comma import pairs_in, with_points
+from mrfit.ingest.head import Head, Text
 from mrfit.ingest.layout import CLOCK, COMMENTS, SAMPLE, STAMP, TIME_NAMES, Grid, Header, find_grid, find_header
 from mrfit.ingest.rate import interval, with_rate
 from mrfit.ingest.refusal import Refusal, excerpt
@@ -23,7 +25,11 @@ from mrfit.specs import ReaderSpec
 
 SPEC = ReaderSpec("delimited", "delimited text with a header, or with a channel map")
 RATE_NAMES = ("fs", "rate", "sample rate", "samplerate", "sampling rate", "sample_rate")
+AXIS = re.compile(r"x|x[ _-]?(?:axis|achse|value|wert)?", re.IGNORECASE)
+SCOPE_CHANNEL = re.compile(r"(?:ch|chan|channel|kanal|canal|voie|c|math|m)[ _.-]*[0-9a-d]", re.IGNORECASE)
 SPARSE = 0.05
+COUNTED = 0.95
+"""Least share of the first rows that a column must number to be no channel."""
 
 
 def sniff(head: Head) -> bool:
@@ -39,13 +45,45 @@ def read(source: Source) -> list[Table]:
     Refusal
         If there are no rows of numbers, or neither header nor channel map says what they are.
     """
+    data: Text | None = None
+    said: list[Finding] = []
+    if width := pairs_in(source.head):
+        source, data = with_points(source, width)
+        text = "commas part the fields and stand for the decimal point: every second field is read as decimals"
+        said.append(Finding("decimal-comma", "", None, text))
     head = source.head
     grid = find_grid(head)
     header = find_header(head, grid)
+    if header.short:
+        header = _with_row_numbers(source, grid, header)
+        said.append(Finding("no-channel", "", None, "column 0 has no name and numbers the rows: it is no channel"))
     if not header.names:
         _need_map(source, grid)
-        header = Header(("",) * grid.width, (None,) * grid.width, header.rows)
-    return [read_grid(source, grid, header)]
+        header = replace(header, names=("",) * grid.width, units=(None,) * grid.width)
+    table = read_grid(source, grid, header, data)
+    return [replace(table, findings=(*table.findings, *said))]
+
+
+def _with_row_numbers(source: Source, grid: Grid, header: Header) -> Header:
+    """Return a header that lacks one name with the names of all columns but the first, as R's write.table means it.
+
+    Raises
+    ------
+    Refusal
+        If the first column does not number the rows.
+    """
+    texts = [r[0] for r in _sample_rows(source.head, grid)]
+    counts = np.array([int(t) for t in texts if re.fullmatch(r"\d{1,15}", t)])
+    numbered = len(counts) > max(1, COUNTED * len(texts)) and np.mean(np.diff(counts[:SAMPLE]) == 1) > COUNTED
+    number = number_pattern(grid.decimal)
+    if not numbered and sum(bool(number.fullmatch(t)) for t in texts) > 0.5 * len(texts):
+        raise Refusal(
+            source.head.path,
+            f"its header has {grid.width - 1} names ({', '.join(n or '-' for n in header.names[:-1])}) "
+            f"for {grid.width} columns",
+            "write the missing name into its header, or delete the header and write a channel map by place",
+        )
+    return replace(header, names=("", *header.names[:-1]), units=(None, *header.units[:-1]), short=True)
 
 
 def _need_map(source: Source, grid: Grid) -> None:
@@ -74,10 +112,11 @@ def _rises_evenly(head: Head, grid: Grid) -> bool:
     return bool(np.all(steps > 0.0) and np.ptp(steps) < 0.1 * np.mean(steps))
 
 
-def read_grid(source: Source, grid: Grid, header: Header) -> Table:
-    """Return the table of a text log whose layout and header are known."""
+def read_grid(source: Source, grid: Grid, header: Header, data: Text | None = None) -> Table:
+    """Return the table of a text log whose layout and header are known; ``data`` is its text where it was rewritten."""
     head = source.head
     kinds = _kinds(head, grid)
+    kinds[0] = "text" if header.short else kinds[0]
     numeric = [k for k, kind in enumerate(kinds) if kind == "number"]
     stamps = [k for k, kind in enumerate(kinds) if kind == "stamp"]
     time = _time_column(source, header, numeric, stamps)
@@ -85,9 +124,9 @@ def read_grid(source: Source, grid: Grid, header: Header) -> Table:
     texts = (time,) if time is not None and time in stamps else ()
     comment = "" if head.lines[grid.first].strip()[:1] in COMMENTS else COMMENTS
     layout = Layout(
-        grid.first, grid.delimiter, grid.decimal, grid.width, tuple(numeric), texts, (), blank, header.rows, comment
+        header.first, grid.delimiter, grid.decimal, grid.width, tuple(numeric), texts, (), blank, header.rows, comment
     )
-    body = body_of(source, layout)
+    body = body_of(source, layout, data)
     fields = [Field(header.names[k], header.units[k], k) for k in numeric if k != time]
     clock = Field(header.names[time], header.units[time], time) if time in numeric else None
     table = table_of(body, fields, clock)
@@ -140,11 +179,20 @@ def _time_column(source: Source, header: Header, numeric: Sequence[int], stamps:
         raise Refusal(source.head.path, what, f"correct time = … in {source.rules.where}")
     timed = [k for k in numeric if header.units[k] is not None and units.compatible(header.units[k] or "", "s")]
     named = [k for k in numeric if header.names[k].strip().lower() in TIME_NAMES]
-    named = [k for k in named if header.units[k] is None or k in timed]
+    named = [k for k in named if k in timed or not units.known(header.units[k] or "?")]
+    if not named and not timed and not stamps and (axis := _scope_axis(source.head, header, numeric)) is not None:
+        return axis
     for choice in (named, timed, stamps):
         if len(choice) == 1 or (choice and choice is not timed):
             return choice[0]
     return None
+
+
+def _scope_axis(head: Head, header: Header, numeric: Sequence[int]) -> int | None:
+    """Return the column called X beside the channels of an oscilloscope, which is its time."""
+    axes = [k for k in numeric if AXIS.fullmatch(header.names[k]) and header.units[k] is None]
+    others = [header.names[k] for k in numeric if k not in axes]
+    return axes[0] if len(axes) == 1 and others and all(SCOPE_CHANNEL.fullmatch(n) for n in others) else None
 
 
 def _with_stamps(table: Table, name: str, texts: list[str], index: int, source: Source) -> Table:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mrfit.ingest import units
 from mrfit.ingest.body import ROW, Body, Layout, number_pattern, split
 from mrfit.ingest.head import Head
 from mrfit.ingest.layout import name_and_unit
@@ -38,13 +39,14 @@ def read(source: Source) -> list[Table]:
     Raises
     ------
     Refusal
-        If there is no ``X_Value`` row, or neither times nor Delta_X.
+        If there is no ``X_Value`` row, it names more or fewer channels than there are, or neither times nor Delta_X.
     """
     head = source.head
     segment = _segment(head)
     comment = [k for k, n in enumerate(segment.names) if n.lower() == "comment"]
     clocks = [k for k, n in enumerate(segment.names) if n.lower() == "x_value"]
     signals = [k for k, n in enumerate(segment.names) if k not in (*comment, *clocks)]
+    _check_names(segment, len(signals), head)
     filled = _filled_clocks(head, segment, clocks)
     data, heads = _without_headers(source, segment)
     decimal = _decimal(head, segment)
@@ -72,6 +74,14 @@ def _segment(head: Head) -> Segment:
     while names and not names[-1]:
         names = names[:-1]
     return Segment(delimiter, row, names, meta)
+
+
+def _check_names(segment: Segment, names: int, head: Head) -> None:
+    """Refuse a name row that does not name as many channels as the header counts."""
+    count = units.quantity(next(iter(segment.meta.get("channels", [])), ""))
+    if count is not None and count[0] != names:
+        remedy = "write the missing name into its X_Value row, or export the log again"
+        raise Refusal(head.path, f"its header counts {count[0]:g} channels but names {names}", remedy)
 
 
 def _field(segment: Segment, column: int, place: int) -> Field:

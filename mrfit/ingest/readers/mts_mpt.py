@@ -3,15 +3,17 @@
 from dataclasses import replace
 
 from mrfit.ingest import units
-from mrfit.ingest.body import ROW, Layout, number_pattern, split
+from mrfit.ingest.body import ROW, Layout, split
 from mrfit.ingest.head import Head
-from mrfit.ingest.layout import TIME_NAMES
+from mrfit.ingest.layout import TIME_NAMES, TwoRows, two_rows
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
 from mrfit.ingest.textlog import Field, body_of, table_of, text_of
 from mrfit.specs import ReaderSpec
 
 SPEC = ReaderSpec("mts-mpt", "MTS 793 MultiPurpose TestWare text")
+ROWS = 50
+BLANK = b" \t\r\0"
 DECIMAL_PLACE = 5  # MTS793|MPT|ENU|1|2|.|/|:|…
 
 
@@ -26,73 +28,53 @@ def read(source: Source) -> list[Table]:
     Raises
     ------
     Refusal
-        If no name row and unit row stand above numbers.
+        If no name row and unit row stand above numbers, or no column is a time.
     """
     head = source.head
-    row = _unit_line(head)
-    if row is None:
+    header = two_rows(head)
+    if header is None:
         raise Refusal(head.path, "no unit row above its numbers", "export the log again")
-    names, written = _cells(head.lines[row - 1]), _cells(head.lines[row])
+    names, written = header.names, header.units
     time = next((k for k, n in enumerate(names) if n.lower() in TIME_NAMES), None)
     time = time if time is not None else next((k for k, u in enumerate(written) if units.compatible(u, "s")), None)
-    if len(names) != len(written) or time is None:
-        raise Refusal(head.path, f"its {len(names)} names and {len(written)} units do not fit", "export the log again")
-    data, heads = _without_headers(source, row)
-    width = len(split(head.lines[row + 1], "\t"))
-    layout = Layout(0, "\t", _decimal(head, row + 1), width, tuple(range(len(names))), comment="")
+    if time is None:
+        shown = ", ".join(f"'{n}'" for n in names)
+        raise Refusal(head.path, f"none of its columns is a time ({shown})", "export the log again with its time")
+    data, heads = _without_headers(source, header)
+    width = len(split(head.lines[header.first], "\t"))
+    layout = Layout(0, "\t", _decimal(head, header.first), width, tuple(range(len(names))), comment="")
     body = body_of(source, layout, data)
     fields = [Field(names[k], written[k], k) for k in range(len(names))]
     table = table_of(body, [f for f in fields if f.index != time], fields[time])
     return [replace(table, breaks=heads)]
 
 
-def _cells(line: str) -> list[str]:
-    cells = split(line, "\t")
-    while cells and not cells[-1]:
-        cells.pop()
-    return cells
-
-
-def _unit_line(head: Head) -> int | None:
-    """Return the first line of units that stands above a line of as many numbers."""
-    for place in range(1, len(head.lines) - 1):
-        cells = _cells(head.lines[place])
-        if len(cells) < 2 or not all(units.known(c) for c in cells):
-            continue
-        below = _cells(head.lines[place + 1])
-        if len(below) == len(cells) and all(_numeric(b) for b in below):
-            return place
-    return None
-
-
-def _numeric(text: str) -> bool:
-    return bool(number_pattern(".").fullmatch(text) or number_pattern(",").fullmatch(text))
-
-
 def _decimal(head: Head, row: int) -> str:
-    """Return the decimal mark the first line states; if it is masked, the one the numbers have."""
+    """Return the decimal mark that the first rows have; if they have none, the one the first line states."""
+    shown = {mark for line in head.lines[row : row + ROWS] for mark in ".," if mark in line}
     stated = head.lines[0].split("|")
-    if len(stated) > DECIMAL_PLACE and stated[DECIMAL_PLACE] in (".", ","):
+    if len(shown) != 1 and len(stated) > DECIMAL_PLACE and stated[DECIMAL_PLACE] in (".", ","):
         return stated[DECIMAL_PLACE]
-    return "," if any("," in c for c in _cells(head.lines[row])) else "."
+    return "," if shown == {","} else "."
 
 
-def _without_headers(source: Source, row: int) -> tuple[bytes, tuple[int, ...]]:
+def _without_headers(source: Source, header: TwoRows) -> tuple[bytes, tuple[int, ...]]:
     """Return the data with every header line blanked, and the line numbers of the unit rows.
 
-    The first header ends with line ``row``; a later one is all between a blank line and the unit row that is no data.
+    The first header ends above its first row; a later one is all between a blank line and the unit row that is no data.
     """
     head, first = source.head, source.block.line if source.block else 1
     encoding = "utf-8" if head.encoding.startswith("utf-16") else head.encoding
-    unit_row = head.lines[row].encode(encoding, "replace").strip()
+    unit_row = head.lines[header.unit_row].encode(encoding, "replace").strip()
     lines = text_of(source)[:].split(b"\n")
-    top = max(0, row + 2 - first)
+    top = max(0, header.first + 1 - first)
     lines[:top] = [b""] * len(lines[:top])
     heads: list[int] = []
     begin: int | None = None
     for place, line in enumerate(lines[top:], start=top):
-        stripped = line.strip()
+        stripped = line.strip(BLANK)
         if not stripped:
+            lines[place] = b""
             begin = place if begin is None else begin
         elif begin is not None and stripped == unit_row:
             lines[begin : place + 1] = [b""] * (place + 1 - begin)

@@ -9,10 +9,10 @@ import numpy as np
 from mrfit.ingest import units
 from mrfit.ingest.body import Layout
 from mrfit.ingest.head import Head
-from mrfit.ingest.layout import find_grid
+from mrfit.ingest.layout import TIME_NAMES, find_grid, two_rows
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.ingest.textlog import Field, check_width, fields_at, read_table
+from mrfit.ingest.textlog import Field, check_width, read_table
 from mrfit.specs import ReaderSpec
 
 SPEC = ReaderSpec("mts-testsuite", "MTS TestSuite text export")
@@ -38,13 +38,14 @@ def read(source: Source) -> list[Table]:
         If its name row and unit row do not fit, or no column is a time.
     """
     head = source.head
-    row = next((k for k in range(1, min(40, len(head.lines))) if _is_unit_row(head, k)), None)
-    if row is None:
+    found = two_rows(head)
+    if found is None:
         raise Refusal(head.path, "no unit row below its column names", "export the log again")
-    names, written = fields_at(head, row - 1, "\t"), fields_at(head, row, "\t")
-    if len(names) != len(written):
-        raise Refusal(head.path, f"{len(names)} names but {len(written)} units", "export the log again")
-    time = next(k for k, u in enumerate(written) if units.compatible(u, "s"))
+    names, written, row = found.names, found.units, found.first - 1
+    time = next((k for k, u in enumerate(written) if units.compatible(u, "s")), None)
+    time = time if time is not None else next((k for k, n in enumerate(names) if n.lower() in TIME_NAMES), None)
+    if time is None:
+        raise Refusal(head.path, f"none of its columns is a time ({', '.join(names)})", "export the log again")
     decimal = find_grid(head, row + 1).decimal
     width = check_width(head, row + 1, "\t", len(names))
     fields = [Field(n, u, k) for k, (n, u) in enumerate(zip(names, written, strict=True))]
@@ -52,11 +53,6 @@ def read(source: Source) -> list[Table]:
     columns = tuple(range(len(names)))
     layout = Layout(row + 1, "\t", decimal, width, columns, blank=tuple(range(len(names), width)), header=header)
     return [read_table(source, layout, [f for f in fields if f.index != time], fields[time])]
-
-
-def _is_unit_row(head: Head, line: int) -> bool:
-    cells = fields_at(head, line, "\t")
-    return len(cells) > 1 and all(units.known(c) for c in cells) and any(units.compatible(c, "s") for c in cells)
 
 
 def join(tables: Sequence[Table]) -> list[Table]:
@@ -86,6 +82,7 @@ def _appended(first: Table, second: Table) -> Table:
         time=_chained(first.time, second.time),
         lines=np.concatenate([first.lines, second.lines + shift]),
         refused=(*first.refused, *refused),
+        comments=(*first.comments, *(line + shift for line in second.comments)),
         findings=(*first.findings, *second.findings),
     )
 

@@ -57,6 +57,9 @@ def read(source: Source) -> list[Table]:
     columns = check_width(head, grid.first, grid.delimiter, grid.width)
     timed = _rises(head, grid.first, grid.delimiter, resolution[0])
     names = re.findall(r"C\d+W\d+", settings.get("Source", "")) or [f"CH{k + 1}" for k in range(columns)]
+    if columns - timed > len(names):
+        what = f"its settings file names {len(names)} channels ({', '.join(names)}) for {columns - timed} columns"
+        raise Refusal(head.path, what, "check its decimal mark, and export both files of the record again")
     fields = [Field(names[k] if k < len(names) else f"CH{k + 1}", "V", k + timed) for k in range(columns - timed)]
     layout = Layout(grid.first, grid.delimiter, grid.decimal, columns, tuple(range(columns)))
     table = read_table(source, layout, fields, Field("time", "s", 0) if timed else None)
