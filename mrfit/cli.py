@@ -22,6 +22,7 @@ from mrfit.options import (
     Json,
     Logs,
     Map,
+    MaxMemory,
     Only,
     Pattern,
     Resistance,
@@ -67,6 +68,7 @@ def ingest(
     resistance: Resistance = None,
     pattern: Pattern = None,
     preview: Annotated[bool, typer.Option("--preview", help="Show what would be read; write nothing.")] = False,
+    max_memory: MaxMemory = None,
     jobs: Jobs = CORES,
     work: Work = WORK,
     as_json: Json = False,
@@ -76,10 +78,12 @@ def ingest(
     Example: mrfit ingest datasets/coil/*.csv
     """
     from mrfit import pipeline, summaries
+    from mrfit.ingest.memory import size_of
     from mrfit.ingest.stage import Settings
     from mrfit.ingest.stage import preview as preview_logs
 
-    settings = Settings(map=map_file, resistance=ohms(resistance), pattern=pattern, jobs=jobs)
+    most = size_of(max_memory) if max_memory else None
+    settings = Settings(map_file, ohms(resistance), pattern, jobs, max_memory=most)
     if preview:
         rows = preview_logs(logs, settings)
         return console.print_json(rows) if as_json else summaries.preview(rows)

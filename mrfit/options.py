@@ -26,6 +26,15 @@ Pattern = Annotated[
     ),
 ]
 Logs = Annotated[list[Path], typer.Argument(help="Log files, or folders of them.", show_default=False)]
+MaxMemory = Annotated[
+    str | None,
+    typer.Option(
+        "--max-memory",
+        help="Most memory that a log may take once unpacked, as 500MB or 2GB; default: half of what is free.",
+        metavar="SIZE",
+        show_default=False,
+    ),
+]
 CurrentOrder = Annotated[
     str,
     typer.Option(

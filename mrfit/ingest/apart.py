@@ -8,9 +8,11 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from typing import IO, Any
 
 from mrfit import registry
+from mrfit.ingest.memory import held_to, out_of_memory
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
 
@@ -19,8 +21,10 @@ SECONDS = 600.0
 
 
 def read_tables(reader: str, source: Source) -> list[Table]:
-    """Return what a reader makes of a file, in this process."""
-    tables: list[Table] = registry.load("reader", reader).read(source)
+    """Return what a reader makes of a file, in this process, which may take ``source.memory`` for it."""
+    module = registry.load("reader", reader)
+    with held_to(source.memory):
+        tables: list[Table] = module.read(source)
     return tables
 
 
@@ -121,11 +125,14 @@ def read_apart(reader: str, source: Source, seconds: float = SECONDS) -> list[Ta
     Raises
     ------
     Refusal
-        If the reader refuses the file, or its library crashes on it or does not come to an end.
+        If the reader refuses the file, or its library crashes on it, does not come to an end or asks for more memory
+        than the file may take.
     """
-    path, remedy = source.head.path, "copy or save it again"
+    path, remedy, limit = source.head.path, "copy or save it again", source.room().limit
     try:
-        tables: list[Table] = _worker.call(seconds, read_tables, reader, source)
+        tables: list[Table] = _worker.call(seconds, read_tables, reader, replace(source, memory=limit))
+    except MemoryError:
+        raise out_of_memory(path, limit) from None
     except EOFError:
         raise Refusal(path, f"damaged: the {reader} library crashes on it", remedy) from None
     except TimeoutError:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from mrfit.ingest.layout import TIME_NAMES, name_and_unit
+from mrfit.ingest.memory import Room
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.recording import Finding
@@ -30,17 +31,25 @@ class Arrays:
         Name -> unit text.
     scalars
         Name -> single numbers.
+    outside
+        Names of arrays that the file says lie in another one, which is not opened.
+    room
+        Asked before numbers are kept.
     """
 
     signals: dict[str, Array] = field(default_factory=dict)
     units: dict[str, str] = field(default_factory=dict)
     scalars: dict[str, float] = field(default_factory=dict)
+    outside: list[str] = field(default_factory=list)
+    room: Room | None = None
 
     def add(self, name: str, value: Any, unit: str = "") -> None:
         """Take a numeric array: a vector as it is, a matrix column by column, one number as a scalar."""
         array = np.asarray(value)
         if array.dtype.kind not in "fiub" or array.ndim > 2 or array.size == 0:
             return
+        if self.room:
+            self.room.take(array.size)
         array = array.astype(np.float64)
         if array.size == 1:
             self.scalars[name] = float(array.reshape(()))
@@ -67,6 +76,8 @@ def tables_of(arrays: Arrays, source: Source) -> list[Table]:
     Refusal
         If there is no array of two numbers.
     """
+    if arrays.outside and len(arrays.signals) < 2:
+        raise Refusal(source.head.path, _elsewhere(arrays), "copy the numbers into the file (`h5repack` does)")
     if not arrays.signals:
         raise Refusal(source.head.path, "no numeric array of two or more numbers", "save the signals as vectors")
     order = {name: k for k, name in enumerate(arrays.signals)}
@@ -78,8 +89,16 @@ def tables_of(arrays: Arrays, source: Source) -> list[Table]:
     timed = [size for size, names in groups.items() if times[size] and len(times[size]) < len(names)]
     chosen = timed or list(groups)
     left = [name for size in groups if size not in chosen for name in groups[size]]
-    findings = (_left_out(left, arrays),) if left else ()
+    findings: tuple[Finding, ...] = (_left_out(left, arrays),) if left else ()
+    if arrays.outside:
+        findings += (Finding("not-read", "", None, f"{_elsewhere(arrays)}: left out"),)
     return [_table(groups[s], times[s], arrays, order, findings) for s in sorted(chosen, reverse=True)]
+
+
+def _elsewhere(arrays: Arrays) -> str:
+    shown = ", ".join(f"'{n}'" for n in arrays.outside[:5])
+    more = f" and {len(arrays.outside) - 5} more" if len(arrays.outside) > 5 else ""
+    return f"the numbers of {shown}{more} lie in other files, which are not opened"
 
 
 def _left_out(names: Sequence[str], arrays: Arrays) -> Finding:

@@ -4,8 +4,10 @@ from pathlib import Path
 
 from mrfit import registry
 from mrfit.ingest.head import Head, open_head
-from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.refusal import Refusal, in_unicode
 
+LONGEST_STEM = 200
+"""Bytes of a log's name: a file system takes 255, and recordings of a log have numbers and endings behind its name."""
 FALLBACK = "delimited"
 """The reader for text that no instrument's reader claims."""
 
@@ -22,9 +24,13 @@ def reader_of(head: Head) -> str:
     Raises
     ------
     Refusal
-        If no reader knows it.
+        If no reader knows it, or more than one.
     """
     claimed = claims(head)
+    if len(claimed) > 1:
+        names = " and ".join(claimed)
+        remedy = "remove the header lines that are another instrument's, or export the log as plain CSV"
+        raise Refusal(head.path, f"it has the marks of more than one format ({names})", remedy)
     if claimed:
         return claimed[0]
     if not head.encoding:
@@ -59,6 +65,8 @@ def expand(paths: list[Path]) -> list[tuple[Path, Path]]:
     """
     files: dict[Path, Path] = {}
     for path in paths:
+        if not _exists(path):
+            raise Refusal(path, "no such file", "check the path and its spelling")
         if path.is_dir():
             found = sorted(path.rglob("*"))
             made = {p.parent for p in found if p.name == "ingest.json" and (p.parent / "recordings").is_dir()}
@@ -67,11 +75,16 @@ def expand(paths: list[Path]) -> list[tuple[Path, Path]]:
                 raise Refusal(path, "no log in this folder", "name a folder with logs, or the logs themselves")
             for file in inside:
                 files.setdefault(file, path)
-        elif path.exists():
-            files.setdefault(path, path.parent)
         else:
-            raise Refusal(path, "no such file", "check the path and its spelling")
+            files.setdefault(path, path.parent)
     return list(files.items())
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError:  # a name that is too long
+        return False
 
 
 def _is_log(path: Path, root: Path) -> bool:
@@ -80,6 +93,19 @@ def _is_log(path: Path, root: Path) -> bool:
 
 
 def look(path: Path) -> tuple[Head, str]:
-    """Return the beginning of a file and its reader's name."""
+    """Return the beginning of a file and its reader's name.
+
+    Raises
+    ------
+    Refusal
+        If recordings cannot be named after it, it is no file, or no reader knows it.
+    """
+    if in_unicode(path) != str(path):
+        raise Refusal(path, "its path is not UTF-8", "rename it")
+    if len(path.stem.encode()) > LONGEST_STEM:
+        text = f"its name is {len(path.stem.encode())} bytes long, and recordings are named after logs"
+        raise Refusal(path, text, f"rename it to {LONGEST_STEM} or fewer")
+    if path.exists() and not path.is_file():
+        raise Refusal(path, "no plain file", "copy its content into one")
     head = open_head(path)
     return head, reader_of(head)

@@ -8,16 +8,17 @@ from pathlib import Path
 from types import ModuleType
 
 from mrfit import registry
+from mrfit.errors import MrfitError
 from mrfit.ingest.apart import read_apart
 from mrfit.ingest.blocks import Gathered, Watch, text_blocks
 from mrfit.ingest.build import Origin, build
 from mrfit.ingest.channel_map import Rules
 from mrfit.ingest.head import open_head
+from mrfit.ingest.memory import out_of_memory, shown
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table, with_end
 from mrfit.progress import Progress, silent
 from mrfit.recording import Recording
-from mrfit.store import free_memory
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,11 +33,14 @@ class Item:
         Registry name.
     rules
         What the channel map says of it.
+    memory
+        Most bytes of memory that each file may take once unpacked; None for half of what is free.
     """
 
     files: tuple[tuple[Path, str], ...]
     reader: str
     rules: Rules
+    memory: float | None = None
 
     @property
     def source(self) -> str:
@@ -65,7 +69,10 @@ BLOCK = 8 << 20
 BLOCKS_IN_MEMORY = 8
 """A log of more blocks than this is read block by block."""
 MEMORY_FOR_A_BYTE = 6
-"""Bytes of memory that reading one byte of a log as a whole takes, at most."""
+"""Bytes of memory that reading one byte of a text log as a whole takes, at most."""
+
+OWN_FAULT = "a fault of mrfit's own in the reader"
+"""How the refusal begins of a log on which something failed that no reader expects."""
 
 _one_at_a_time = threading.Lock()
 
@@ -137,38 +144,58 @@ def read_item(item: Item, pieces: Pieces | None = None) -> Outcome:
     refusals: list[Refusal] = []
     for path, digest in item.files:
         try:
-            source = Source(open_head(path), item.rules)
+            source = Source(open_head(path), item.rules, memory=item.memory)
             if pieces and len(item.files) == 1 and _is_long(module, source, pieces.block):
                 with _one_at_a_time:
                     tables = _in_blocks(module, source, digest, pieces)
             else:
                 tables += _whole(module, item.reader, source)
             names.append(path.name)
-        except Refusal as refusal:
-            refusals.append(refusal)
-    if len(names) > 1:
-        tables = [_with_history(t, f"joined {', '.join(names)}") for t in module.join(tables)]
+        except Exception as error:
+            refusals.append(_refusal_of(error, path, item))
     try:
+        if len(names) > 1:
+            tables = [_with_history(t, f"joined {', '.join(names)}") for t in module.join(tables)]
         recordings = _recordings(tables, item)
-    except Refusal as refusal:
-        return Outcome(item, (), (*refusals, refusal))
+    except Exception as error:
+        return Outcome(item, (), (*refusals, _refusal_of(error, item.files[0][0], item)))
     return Outcome(item, tuple(recordings), tuple(refusals))
 
 
+def _refusal_of(error: Exception, path: Path, item: Item) -> Refusal:
+    """Return the refusal of a log on which something failed, so that the logs beside it are read all the same.
+
+    Raises
+    ------
+    MrfitError
+        If the fault is not the log's, as that of a full disk.
+    """
+    if isinstance(error, Refusal):
+        return error
+    if isinstance(error, (MrfitError, SystemError)):  # compiled code makes a SystemError of an interrupt
+        raise error
+    if isinstance(error, MemoryError):
+        return out_of_memory(path, Source(open_head(path), item.rules, memory=item.memory).room().limit)
+    what = f"{OWN_FAULT} {item.reader} ({type(error).__name__}: {(str(error).splitlines() or [''])[0]})"
+    refusal = Refusal(path, what, "report it with the file; `mrfit --debug ingest` of it alone shows where")
+    refusal.__cause__ = error
+    return refusal
+
+
 def _whole(module: ModuleType, reader: str, source: Source) -> list[Table]:
-    _check_memory(source)
-    tables = read_apart(reader, source) if getattr(module, "FRAGILE", False) else module.read(source)
+    if getattr(module, "FRAGILE", False):
+        tables = read_apart(reader, source)
+    else:
+        _check_memory(source)
+        tables = module.read(source)
     return [with_end(t) for t in tables]
 
 
 def _check_memory(source: Source) -> None:
-    """Refuse a file that would not fit into memory, rather than be ended by the operating system."""
-    size, free = source.head.size, free_memory()
-    if source.block is None and size > BLOCKS_IN_MEMORY * BLOCK and MEMORY_FOR_A_BYTE * size > free:
-        needed = MEMORY_FOR_A_BYTE * size
-        text = f"its {size / 1e9:.1f} GB need up to {needed / 1e9:.1f} GB of memory and {free / 1e9:.1f} GB are free"
-        remedy = "export it as one CSV or Parquet file, which are read in pieces, or cut it into shorter logs"
-        raise Refusal(source.head.path, text, remedy)
+    """Refuse a text log that would not fit into memory, rather than be ended by the operating system."""
+    size = source.head.size
+    if source.head.encoding and source.block is None:
+        source.room().hold(f"its {shown(size)} are read as a whole", MEMORY_FOR_A_BYTE * size)
 
 
 def _is_long(module: ModuleType, source: Source, block: int) -> bool:
@@ -209,14 +236,14 @@ def look_into(item: Item, block: int = BLOCK) -> tuple[Outcome, float]:
     """Return what the first block of a long log says, and how many times longer the log is; 1 if all was read."""
     module = registry.load("reader", item.reader)
     try:
-        source = Source(open_head(item.files[0][0]), item.rules)
+        source = Source(open_head(item.files[0][0]), item.rules, memory=item.memory)
         if len(item.files) > 1 or not _is_long(module, source, block):
             return read_item(item), 1.0
         part, tables = next(_blocks(module, source, block, lambda _: None))
         recordings = _recordings([replace(t, stated_rows=None) for t in tables], item)
         return Outcome(item, tuple(recordings), ()), _times_longer(module, part, tables)
-    except Refusal as refusal:
-        return Outcome(item, (), (refusal,)), 1.0
+    except Exception as error:
+        return Outcome(item, (), (_refusal_of(error, item.files[0][0], item),)), 1.0
 
 
 def _times_longer(module: ModuleType, part: Source, tables: list[Table]) -> float:

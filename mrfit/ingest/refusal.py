@@ -1,5 +1,6 @@
 """The error of a log that cannot be read, with its remedy apart, as ingest.json lists it."""
 
+from os import fsencode
 from pathlib import Path
 
 from mrfit.errors import DataError
@@ -22,12 +23,30 @@ class Refusal(DataError):
 
     def __init__(self, path: Path | str, reason: str, remedy: str) -> None:
         reason, remedy = excerpt(reason, LONGEST), excerpt(remedy, LONGEST)  # a damaged file's text may be anything
-        super().__init__(f"{path}: {reason}; {remedy}")
-        self.path, self.reason, self.remedy = str(path), reason, remedy
+        self.path, self.reason, self.remedy = in_unicode(path), reason, remedy
+        super().__init__(f"{excerpt(self.path, 10 * LONGEST)}: {reason}; {remedy}")
 
     def __reduce__(self) -> tuple[type["Refusal"], tuple[str, str, str]]:
         """Pickle by the three parts, so that it can leave a worker process."""
-        return Refusal, (self.path, self.reason, self.remedy)
+        return type(self), (self.path, self.reason, self.remedy)
+
+
+class Passing(Refusal):
+    """A log that cannot be used here and now, and is looked at again the next time: it may be sound."""
+
+
+def damaged(path: Path, kind: str, error: Exception, remedy: str = "copy it again") -> Refusal:
+    """Return the refusal of a file on which a library raised whatever it met."""
+    if isinstance(error, Refusal):
+        return error
+    if isinstance(error, MemoryError):
+        raise error  # who set the limit knows what it is
+    return Refusal(path, f"damaged {kind} ({(str(error).splitlines() or ['unreadable'])[0]})", remedy)
+
+
+def in_unicode(path: Path | str) -> str:
+    r"""Return a path as text that can be written: bytes that are no UTF-8 as ``\xe9``."""
+    return fsencode(path).decode("utf-8", "backslashreplace")
 
 
 def excerpt(line: str, length: int = 60) -> str:

@@ -15,7 +15,7 @@ from mrfit.ingest.copies import part_copies
 from mrfit.ingest.dispatch import expand, look, part_of
 from mrfit.ingest.earlier import Earlier
 from mrfit.ingest.reading import BLOCK, Item, Outcome, Pieces, hash_of, look_into, read_item
-from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.refusal import Passing, Refusal
 from mrfit.progress import Progress, silent
 from mrfit.recording import Recording
 from mrfit.store import Workspace, key_of, read_json, recording_id, write_json
@@ -39,6 +39,8 @@ class Settings:
     block
         Bytes of a log read at once; a log of more than eight blocks is read block by block, its numbers kept on disk in
         the workspace meanwhile, and gives what it would give if read as a whole.
+    max_memory
+        Most bytes of memory that a file may take once unpacked; None for half of what is free.
     """
 
     map: Path | None = None
@@ -46,6 +48,7 @@ class Settings:
     pattern: str | None = None
     jobs: int = 2
     block: int = BLOCK
+    max_memory: float | None = None
 
 
 def run(paths: Sequence[Path], settings: Settings, workspace: Workspace, progress: Progress = silent) -> dict[str, Any]:
@@ -204,7 +207,7 @@ def plan_items(
         groups.setdefault(f"{reader}:{group}", []).append((file, digest))
         readers[f"{reader}:{group}"] = reader
         rules.setdefault(f"{reader}:{group}", maps.rules(file, root))
-    items = [Item(tuple(sorted(files)), readers[g], rules[g]) for g, files in groups.items()]
+    items = [Item(tuple(sorted(files)), readers[g], rules[g], settings.max_memory) for g, files in groups.items()]
     return [(item, key_of([d for _, d in item.files], item.reader, asdict(item.rules))) for item in items], refusals
 
 
@@ -276,7 +279,8 @@ def _read_all(
         if outcome.recordings or not before.ids(source):
             taken -= {i.lower() for i in before.ids(source)}
             staged.recordings[source] = []
-            staged.keys[source] = keys[outcome.item.source]
+            if not any(isinstance(r, Passing) for r in outcome.refusals):
+                staged.keys[source] = keys[outcome.item.source]
         for recording in _named(outcome, source, taken):
             staging.write_recording(recording)
             staged.recordings[source].append(recording.about())

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from mrfit.ingest.channel_map import Rules
 from mrfit.ingest.head import Head
 from mrfit.ingest.printed import Digits
+from mrfit.ingest.memory import Room
 from mrfit.recording import Finding
 from mrfit.specs import Array
 
@@ -52,12 +53,19 @@ class Source:
         The part of it to read; None for all of it.
     carry
         What a reader that is given block after block must remember from the first on.
+    memory
+        Most bytes of memory it may take once unpacked; None for half of what is free.
     """
 
     head: Head
     rules: Rules
     block: Block | None = None
     carry: dict[str, Any] = field(default_factory=dict)
+    memory: float | None = None
+
+    def room(self) -> Room:
+        """Return the memory that the file may take."""
+        return Room(self.head.path, self.memory)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

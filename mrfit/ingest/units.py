@@ -1,5 +1,6 @@
 """Units as laboratories write them, to SI; the only place that knows pint."""
 
+import math
 import re
 from dataclasses import dataclass
 from functools import cache
@@ -90,6 +91,14 @@ CASE_SENSITIVE = {
 TEMPERATURES = ("degC", "degF")
 SI = ("m", "s", "A", "V", "N", "Wb", "Pa", "m/s", "m/s^2", "K", "N*m", "ohm", "H", "T", "W", "Hz", "kg", "m^3", "A/m")
 ANGLES = re.compile(r"rad|deg|°|rpm|rev|turn", re.IGNORECASE)
+LONGEST = 24
+POWER = r"(?:(?:\*\*|\^)-?\d\d?(?:\.\d)?)?"
+FACTOR = re.compile(rf"(?:1|[A-Za-z°%Ωµ_][A-Za-z0-9°%Ωµ._-]*){POWER}")
+"""A factor of a unit: one, or a word; perhaps to a power of two digits."""
+BRACKET = re.compile(rf"\(([^()]*)\){POWER}")
+OPERATOR = re.compile(r" *(\*\*|[*/^]) *")
+BETWEEN = re.compile(r"(?<!\*)\*(?!\*)|[/ ]")
+WORDS_OF_POWER = re.compile(r"\b(?:squared?|sq|cubed|cubic)\b", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,13 +136,35 @@ def known(text: str) -> bool:
     unit = spelled(text)
     if unit == "1" or unit in SI or unit in TEMPERATURES:
         return True
-    if not re.fullmatch(r"[A-Za-z°%Ωµ0-9/*^.() _-]{1,24}", unit) or unit[:1].isdigit():
+    if not _is_plain(unit):
         return False
     try:
-        _registry().Unit(unit)
+        registry = _registry()
+        registry.Unit(unit)
+        size = float(registry.Quantity(1.0, unit).to_base_units().magnitude)
     except Exception:  # pint raises whatever its tokenizer meets
         return False
-    return True
+    return math.isfinite(size)
+
+
+def _is_plain(unit: str) -> bool:
+    """Whether a text is built as a unit is: a few factors, each to a small power.
+
+    pint works out whatever it is given, and a power of powers has more digits than there is time to make.
+    """
+    if len(unit) > LONGEST or unit[:1].isdigit() or len(WORDS_OF_POWER.findall(unit)) > 1:
+        return False
+    unit, powers = OPERATOR.sub(r"\1", unit), 0
+    while match := BRACKET.search(unit):
+        powers += not match[0].endswith(")")
+        if powers > 1 or not _is_product(match[1]):
+            return False
+        unit = f"{unit[: match.start()]}x{unit[match.end() :]}"
+    return _is_product(unit)
+
+
+def _is_product(text: str) -> bool:
+    return all(FACTOR.fullmatch(factor) for factor in BETWEEN.split(text))
 
 
 @cache

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from mrfit import registry
 from mrfit.errors import DataError
-from mrfit.ingest import reading, series
+from mrfit.ingest import memory, reading, series
 from mrfit.ingest.channel_map import Rules
 from mrfit.ingest.reading import Item, Pieces, read_item
 from mrfit.ingest.stage import Settings, preview, run
@@ -205,13 +205,14 @@ def test_preview_of_a_long_table(tmp_path: Path) -> None:
 def test_what_cannot_be_read_in_blocks_and_would_not_fit_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    _, path = sample("matlab", tmp_path)
-    monkeypatch.setattr(reading, "BLOCK", 10)
-    monkeypatch.setattr(reading, "free_memory", lambda: 5.0 * path.stat().st_size)
-    with pytest.raises(DataError, match=r"memory and 0.0 GB are free; export it as one CSV or Parquet file"):
-        run([path], Settings(block=10), Workspace(tmp_path / "w"))
-    monkeypatch.setattr(reading, "free_memory", lambda: 7.0 * path.stat().st_size)
-    assert run([path], Settings(block=10), Workspace(tmp_path / "w"))["added"]
+    truth, _ = sample("tektronix-tds", tmp_path)
+    paths = [truth.write(tmp_path, f"F0004CH{k}.CSV") for k in (1, 2)]
+    size = len(truth.data)
+    monkeypatch.setattr(memory, "free_memory", lambda: 11.0 * size)  # a half of it may be taken
+    with pytest.raises(DataError, match=r"are read as a whole: about .* MB of memory are needed, and it may take"):
+        run(paths, Settings(), Workspace(tmp_path / "w"))
+    monkeypatch.setattr(memory, "free_memory", lambda: 13.0 * size)
+    assert run(paths, Settings(), Workspace(tmp_path / "w"))["added"]
 
 
 def test_free_memory_is_that_of_this_machine() -> None:

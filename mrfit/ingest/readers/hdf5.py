@@ -23,4 +23,4 @@ def read(source: Source) -> list[Table]:
     Refusal
         If h5py is missing, the file is damaged, or it holds no vectors.
     """
-    return tables_of(hdf_arrays(source.head.path), source)
+    return tables_of(hdf_arrays(source.head.path, source.room()), source)

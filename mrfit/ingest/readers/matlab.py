@@ -1,9 +1,11 @@
 """MATLAB MAT-files: version 5 (scipy) and 7.3 (h5py), plain variables, structs, cells, and dSPACE's captures."""
 
+import struct
 import warnings
+import zlib
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -11,7 +13,8 @@ from mrfit.ingest.arrays import WIDEST, Arrays, tables_of
 from mrfit.ingest.dspace import captures_of
 from mrfit.ingest.hdf import matlab_variables
 from mrfit.ingest.head import Head
-from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.memory import Room
+from mrfit.ingest.refusal import damaged
 from mrfit.ingest.table import Source, Table
 from mrfit.recording import Finding
 from mrfit.specs import ReaderSpec
@@ -19,6 +22,12 @@ from mrfit.specs import ReaderSpec
 SPEC = ReaderSpec("matlab", "MATLAB MAT-file")
 FRAGILE = True  # read in a process of its own: the library crashes on some damaged files
 DEEPEST = 6
+HEADER = 128
+"""Bytes before the first element of a version 5 file; the last two say the order of bytes."""
+COMPRESSED = 15
+"""Type of an element that is another one, deflated."""
+PIECE = 1 << 20
+"""Bytes unpacked at once where they are only counted."""
 
 
 def sniff(head: Head) -> bool:
@@ -36,10 +45,11 @@ def read(source: Source) -> list[Table]:
     Refusal
         If the file is damaged or holds no vectors.
     """
-    path = source.head.path
+    path, room = source.head.path, source.room()
     seven = source.head.raw.startswith(b"MATLAB 7.3")
-    found = _Found(Arrays(), [])
-    for name, value in (matlab_variables(path) if seven else _variables(path)).items():
+    found = _Found(Arrays(room=room), [])
+    variables, found.arrays.outside = matlab_variables(path, room) if seven else (_variables(path, room), [])
+    for name, value in variables.items():
         if not name.startswith("__"):
             _take(found, name, value, DEEPEST)
     tables = [table for arrays in found.captures for table in tables_of(arrays, source)]
@@ -59,16 +69,42 @@ class _Found:
     captures: list[Arrays]
 
 
-def _variables(path: Path) -> dict[str, Any]:
+def _variables(path: Path, room: Room) -> dict[str, Any]:
     from scipy.io import loadmat
 
     try:
+        room.hold("its variables unpack to arrays", 2.0 * unpacked_size(path, 4.0 * room.limit))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a variable that stands twice, an unknown opaque class
             return dict(loadmat(path, struct_as_record=False, squeeze_me=True))
     except Exception as error:  # scipy raises whatever it met in a damaged file
-        text = (str(error).splitlines() or ["unreadable"])[0]
-        raise Refusal(path, f"damaged MAT-file ({text})", "save it again, as version 7 or 7.3") from None
+        raise damaged(path, "MAT-file", error, "save it again, as version 7 or 7.3") from None
+
+
+def unpacked_size(path: Path, enough: float) -> float:
+    """Return the bytes that the elements of a version 5 file unpack to, counted no further than to ``enough``."""
+    total = 0.0
+    with path.open("rb") as handle:
+        order = ">" if handle.read(HEADER)[-2:] == b"MI" else "<"
+        while total <= enough and len(tag := handle.read(8)) == 8:
+            kind, size = struct.unpack(f"{order}2I", tag)
+            if kind == COMPRESSED:
+                total += _inflated_size(handle, size, enough - total)
+            else:
+                total += size
+                handle.seek(size, 1)
+    return total
+
+
+def _inflated_size(handle: BinaryIO, size: int, enough: float) -> float:
+    """Return the bytes that the ``size`` deflated ones at hand unpack to."""
+    stream, total, end = zlib.decompressobj(), 0.0, handle.tell() + size
+    while total <= enough and not stream.eof and (raw := handle.read(min(PIECE, end - handle.tell()))):
+        while raw and total <= enough:
+            total += len(stream.decompress(raw, PIECE))
+            raw = stream.unconsumed_tail
+    handle.seek(end)
+    return total
 
 
 def _take(found: _Found, name: str, value: Any, depth: int) -> None:
@@ -84,7 +120,7 @@ def _take(found: _Found, name: str, value: Any, depth: int) -> None:
     if depth == 0:
         return
     if {"X", "Y"} <= set(fields):
-        found.captures += captures_of(value)
+        found.captures += captures_of(value, found.arrays.room)
         return
     for field in fields:
         _take(found, f"{name}.{field}", getattr(value, field), depth - 1)

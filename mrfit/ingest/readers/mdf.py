@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mrfit.ingest.head import Head
-from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.refusal import Refusal, damaged
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.specs import ReaderSpec
 
@@ -43,10 +43,10 @@ def read(source: Source) -> list[Table]:
     try:
         with warnings.catch_warnings(), path.open("rb") as handle, asammdf.MDF(handle) as mdf:
             warnings.simplefilter("ignore")
+            source.room().expect(sum(g.channel_group.cycles_nr * len(g.channels) for g in mdf.groups))
             tables = list(_tables(mdf))
     except Exception as error:  # asammdf raises whatever it met in a damaged file
-        text = (str(error).splitlines() or ["unreadable"])[0]
-        raise Refusal(path, f"damaged MDF ({text})", "copy it again") from None
+        raise damaged(path, "MDF", error) from None
     if not tables:
         raise Refusal(path, "no channel of two or more numbers", "check what the recorder wrote")
     return tables

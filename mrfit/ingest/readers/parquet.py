@@ -1,23 +1,33 @@
 """Parquet: recordings of mrfit's own workspaces, and any table with a time column."""
 
 import json
-from collections.abc import Iterator
+import math
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mrfit.arrow import floats
 from mrfit.ingest import units
 from mrfit.ingest.channel_map import TimeRule
 from mrfit.ingest.head import Head
 from mrfit.ingest.layout import TIME_NAMES, name_and_unit
-from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.refusal import Refusal, damaged, excerpt
 from mrfit.ingest.table import Column, Source, Table
+from mrfit.recording import Finding
 from mrfit.specs import Array, ReaderSpec
 
 SPEC = ReaderSpec("parquet", "Apache Parquet")
+BUFFER = 1 << 20
+SINCE_1970 = {"ns": 1e9, "us": 1e6, "ms": 1e3}
+"""Units in which computers count time since 1970, per second."""
+EPOCH = (0.3e9, 4.1e9)
+"""Seconds since 1970 of the years 1979 to 2099."""
+EXACT = 2**53
+"""From here on not every whole number is a float."""
 NOTHING = ("no numeric column with two rows", "write the log as float columns beside a time column")
 
 
@@ -34,16 +44,22 @@ def read(source: Source) -> list[Table]:
     Refusal
         If the file is damaged or holds no numbers.
     """
-    import pyarrow.parquet as pq
+    rows, columns = extent(source)
+    source.room().expect(rows * columns)
+    tables = [table for part in read_blocks(source, 8 * rows * max(columns, 1)) for table in part]
+    return [_joined(tables)]
 
-    path = source.head.path
-    try:
-        columns, rows, about = _content(pq.read_table(path), source.carry)
-    except Exception as error:  # pyarrow raises whatever it met in a damaged file
-        raise _damaged(path, error) from None
-    if not columns or rows < 2:
-        raise Refusal(path, NOTHING[0], NOTHING[1])
-    return [_table(columns, rows, about, source.rules.time)]
+
+def _joined(tables: list[Table]) -> Table:
+    """Return the tables of all row groups as one."""
+    first = tables[0]
+
+    def whole(parts: list[Column]) -> Column:
+        return replace(parts[0], values=np.concatenate([p.values for p in parts]))
+
+    columns = tuple(whole([t.columns[k] for t in tables]) for k in range(len(first.columns)))
+    time = whole([t.time for t in tables if t.time]) if first.time else None
+    return replace(first, columns=columns, time=time, lines=np.concatenate([t.lines for t in tables]))
 
 
 def read_blocks(source: Source, size: int) -> Iterator[list[Table]]:
@@ -66,88 +82,160 @@ def read_blocks(source: Source, size: int) -> Iterator[list[Table]]:
 
 
 def extent(source: Source) -> tuple[int, int]:
-    """Return the numbers of rows and columns the file states.
+    """Return the numbers of rows, and of columns that are read, which the file states.
 
     Raises
     ------
     Refusal
         If it is damaged.
     """
+    with _opened(source) as (file, names):
+        return int(file.metadata.num_rows), len(names)
+
+
+@contextmanager
+def _opened(source: Source) -> Iterator[tuple[Any, list[str]]]:
+    """Give the file and the names of the columns that are read: numbers and times.
+
+    The others, texts above all, are left packed: a few bytes may stand for as many texts as there are rows.
+    """
+    import pyarrow as pa
     import pyarrow.parquet as pq
 
+    path = source.head.path
     try:
-        with pq.ParquetFile(source.head.path) as file:
-            return int(file.metadata.num_rows), len(file.schema_arrow)
-    except Exception as error:  # pyarrow raises whatever it met in a damaged file
-        raise _damaged(source.head.path, error) from None
+        with pq.ParquetFile(path, buffer_size=BUFFER) as file:
+            yield file, list(dict.fromkeys(f.name for f in file.schema_arrow if _is_number(f.type)))
+    except (OSError, ValueError, RecursionError, pa.ArrowException) as error:
+        raise damaged(path, "Parquet", error) from None
 
 
 def _parts(source: Source, size: int) -> Iterator[tuple[list[Column], int, dict[str, Any]]]:
     import pyarrow as pa
-    import pyarrow.parquet as pq
 
-    try:
-        with pq.ParquetFile(source.head.path, buffer_size=1 << 20) as file:
-            rows = max(1, size // (8 * max(1, len(file.schema_arrow))))
-            for batch in file.iter_batches(rows, use_threads=False):
-                yield _content(pa.Table.from_batches([batch]), source.carry)
-    except Exception as error:  # pyarrow raises whatever it met in a damaged file
-        raise _damaged(source.head.path, error) from None
-
-
-def _damaged(path: Path, error: Exception) -> Refusal:
-    text = (str(error).splitlines() or ["unreadable"])[0]
-    return Refusal(path, f"damaged Parquet ({text})", "copy it again")
+    with _opened(source) as (file, names):
+        rows = max(1, size // (8 * max(1, len(names))))
+        # a name may stand twice, and the second be a column of texts
+        places = [k for k, f in enumerate(file.schema_arrow) if f.name in names]
+        for group in range(file.num_row_groups):  # asked for all, pyarrow opens all at once, each with its buffers
+            for batch in file.iter_batches(rows, [group], names, use_threads=False):
+                yield _content(pa.Table.from_batches([batch]), places, source)
 
 
-def _content(table: Any, carry: dict[str, Any]) -> tuple[list[Column], int, dict[str, Any]]:
+def _is_number(kind: Any) -> bool:
     import pyarrow as pa
 
-    about = _about(table.schema.metadata or {})
-    written = {c["name"]: c["unit"] for c in about.get("channels", [])}
+    plain = pa.types.is_floating(kind) or pa.types.is_integer(kind) or pa.types.is_decimal(kind)
+    return bool(plain or pa.types.is_timestamp(kind) or pa.types.is_duration(kind))
+
+
+def _content(table: Any, places: list[int], source: Source) -> tuple[list[Column], int, dict[str, Any]]:
+    import pyarrow as pa
+
+    about = _about(table.schema.metadata or {}, source.head.path)
+    written = {c["name"]: c["unit"] for c in about["channels"]}
     columns = []
-    for place, field in enumerate(table.schema):
+    for column, field, place in zip(table.columns, table.schema, places, strict=True):
+        if not _is_number(field.type):
+            continue
         name, unit = name_and_unit(field.name)
-        unit = "s" if pa.types.is_timestamp(field.type) else unit
-        unit = (field.metadata or {}).get(b"unit", b"").decode() or written.get(field.name) or unit
-        values = _numbers(table.column(place), field.type, carry, place)
-        if values is not None:
-            columns.append(Column(name, unit, values, place))
+        stated = (field.metadata or {}).get(b"unit", b"").decode(errors="replace")
+        unit = stated or written.get(field.name) or unit
+        carry = source.carry
+        if pa.types.is_timestamp(field.type):
+            values, unit = _from_first(column.cast(pa.timestamp("ns")).cast(pa.int64()), carry, place, 1e9), "s"
+        elif pa.types.is_duration(field.type):
+            values, unit = _floats(column.cast(pa.duration("ns")).cast(pa.int64())) / 1e9, "s"
+        elif pa.types.is_integer(field.type) and _tells_time(name, unit):
+            values, counted = _counted_time(column.cast(pa.int64()), unit, carry, place)
+            if counted != unit:
+                text = f"the file gives '{name}' no unit: taken as {counted} since 1970, and given from its first value"
+                about["findings"].append(Finding("unit-assumed", "", None, text))
+            unit = counted
+        else:
+            values = _floats(column)
+        columns.append(Column(name, unit, values, place))
     return columns, table.num_rows, about
 
 
-def _about(metadata: dict[bytes, bytes]) -> dict[str, Any]:
-    try:
-        about = json.loads(metadata.get(b"mrfit", b"{}"))
-    except ValueError:
-        return {}
-    return about if isinstance(about, dict) else {}
+def _tells_time(name: str, unit: str | None) -> bool:
+    return units.compatible(unit, "s") if unit else name.lower() in TIME_NAMES
 
 
-def _numbers(column: Any, kind: Any, carry: dict[str, Any], place: int) -> Array | None:
+def _counted_time(column: Any, unit: str | None, carry: dict[str, Any], place: int) -> tuple[Array, str | None]:
+    """Return whole-numbered times and their unit.
+
+    Counted since 1970, as computers keep time, they are given from the first on. Where no unit is stated, the first
+    tells it: of this century's times no two units share a number.
+    """
+    key = f"unit {place}"
+    if key not in carry:
+        known = column.drop_null()
+        first = known[0].as_py() if len(known) else 0
+        named = [u for u, per_second in SINCE_1970.items() if EPOCH[0] * per_second <= first < EPOCH[1] * per_second]
+        if len(known):
+            carry[key] = unit or (named[0] if named else None), bool(named and not unit) or abs(first) > EXACT
+    found, since = carry.get(key, (unit, False))
+    return (_from_first(column, carry, place, 1.0) if since else _floats(column)), found
+
+
+def _from_first(whole: Any, carry: dict[str, Any], place: int, per_unit: float) -> Array:
+    """Return times from the first on, taken off while they are whole: a float of 1.7e18 has steps of 256."""
+    import pyarrow.compute as pc
+
+    key, known = f"first {place}", whole.drop_null()
+    if key not in carry and len(known):
+        carry[key] = known[0]
+    return _floats(pc.subtract(whole, carry[key]) if key in carry else whole) / per_unit
+
+
+def _floats(column: Any) -> Array:
     import pyarrow as pa
 
-    if pa.types.is_timestamp(kind):
-        return _seconds(column.cast(pa.timestamp("ns")).cast(pa.int64()), carry, f"first {place}")
-    if pa.types.is_boolean(kind) or not (pa.types.is_floating(kind) or pa.types.is_integer(kind)):
-        return None
-    return _plain(column.cast(pa.float64()).fill_null(np.nan), np.float64)
+    # whole numbers beyond 2^53 become the nearest float, as all others do
+    return floats(column.cast(pa.float64(), safe=False))
 
 
-def _seconds(nanoseconds: Any, carry: dict[str, Any], key: str) -> Array:
-    """Return seconds from the first stamp, taken off while they are whole: a float of 1.7e18 has steps of 256."""
-    empty = np.array(nanoseconds.is_null().to_pylist(), dtype=bool)
-    whole = _plain(nanoseconds.fill_null(0), np.int64)
-    if key not in carry and not empty.all():
-        carry[key] = whole[~empty][0]
-    return np.where(empty, np.nan, (whole - carry.get(key, 0)) / 1e9)
+def _about(metadata: dict[bytes, bytes], path: Path) -> dict[str, Any]:
+    """Return what mrfit wrote beside the columns: channels, interval, start, condition.
+
+    Raises
+    ------
+    Refusal
+        If something in it is not as mrfit writes it.
+    """
+    try:
+        about = json.loads(metadata.get(b"mrfit", b"{}"))
+    except (ValueError, RecursionError):
+        about = None
+    found = about if isinstance(about, dict) else {"mrfit": about}
+    told = {"channels": [], "condition": {}, "start": 0.0} | found
+    for key, is_sound in SOUND.items():
+        if key in told and not is_sound(told[key]):
+            shown = json.dumps(told[key], default=str)
+            text = f"its 'mrfit' metadata is not as mrfit writes it ({key}: {excerpt(shown)})"
+            raise Refusal(path, text, "write the table without it, or ingest the log itself")
+    return told | {"given": bool(found), "findings": []}
 
 
-def _plain(column: Any, kind: type) -> NDArray[Any]:
-    parts: list[NDArray[Any]] = [
-        np.frombuffer(c.buffers()[1], kind)[c.offset : c.offset + len(c)] for c in column.chunks
-    ]
-    return np.concatenate(parts) if parts else np.empty(0, kind)
+def _is_number_written(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _are_channels(value: object) -> bool:
+    return isinstance(value, list) and all(
+        isinstance(c, dict) and isinstance(c.get("name"), str) and isinstance(c.get("unit"), str) for c in value
+    )
+
+
+SOUND: dict[str, Callable[[Any], bool]] = {
+    "mrfit": lambda _: False,
+    "channels": _are_channels,
+    "condition": lambda value: isinstance(value, dict),
+    "start": _is_number_written,
+    "dt": lambda value: _is_number_written(value) and value > 0.0,
+}
+"""What each of these keys must be."""
 
 
 def _time(columns: list[Column], rule: TimeRule | None) -> Column | None:
@@ -161,9 +249,10 @@ def _time(columns: list[Column], rule: TimeRule | None) -> Column | None:
 
 def _table(columns: list[Column], rows: int, about: dict[str, Any], rule: TimeRule | None) -> Table:
     time = _time(columns, rule)
-    table = Table(tuple(c for c in columns if c is not time), np.arange(1, rows + 1), time=time)
-    if not about:
+    others = tuple(c for c in columns if c is not time)
+    table = Table(others, np.arange(1, rows + 1), time=time, findings=tuple(about["findings"]))
+    if not about["given"]:
         return table
-    condition = {k: v for k, v in about.get("condition", {}).items() if isinstance(v, float)}
-    clock = time and replace(time, unit="s", values=time.values + about.get("start", 0.0))
+    condition = {k: v for k, v in about["condition"].items() if isinstance(v, float)}
+    clock = time and replace(time, unit="s", values=time.values + about["start"])
     return replace(table, time=clock, dt=about.get("dt"), condition=condition)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from mrfit.ingest import units
-from mrfit.ingest.body import Layout, split
+from mrfit.ingest.body import ROW, Layout, split
 from mrfit.ingest.head import Head
 from mrfit.ingest.layout import find_grid
 from mrfit.ingest.refusal import Refusal
@@ -18,12 +18,14 @@ from mrfit.specs import ReaderSpec
 
 SPEC = ReaderSpec("rohde-schwarz", "Rohde & Schwarz RTO/RTP waveform CSV with its settings file")
 PROPERTY = re.compile(r'Name="(\w+)"[^>]*?\bValue="([^"]*)"|^(\w+):([^:\r\n]*):', re.MULTILINE)
+LONGEST_SETTINGS = 1 << 18
 NEEDED = ("Resolution", "XStart")
 
 
 def sniff(head: Head) -> bool:
-    """Whether the file's name ends in ``.Wfm.csv`` and its settings file is there."""
-    return bool(head.encoding) and _settings(head.path) is not None
+    """Whether the file's name ends in ``.Wfm.csv``, its settings file is there, and it begins with bare numbers."""
+    first = next((line for line in head.lines if line.strip()), "")
+    return bool(ROW.match(first.encode())) and _settings(head.path) is not None
 
 
 def _settings(path: Path) -> dict[str, str] | None:
@@ -33,7 +35,9 @@ def _settings(path: Path) -> dict[str, str] | None:
     for ending in (".csv", ".CSV", ".bin", ".xml"):
         beside = path.with_name(match[1] + ending)
         if beside.is_file():
-            found = PROPERTY.findall(beside.read_bytes()[:262144].decode("utf-8", errors="replace"))
+            with beside.open("rb") as handle:
+                text = handle.read(LONGEST_SETTINGS).decode("utf-8", errors="replace")
+            found = PROPERTY.findall(text)
             settings = {a or c: (b or d).strip() for a, b, c, d in found}
             if all(units.quantity(settings.get(key, "")) for key in NEEDED):
                 return settings

@@ -10,7 +10,8 @@ import numpy as np
 from mrfit.ingest import units
 from mrfit.ingest.head import Head
 from mrfit.ingest.layout import TIME_NAMES, name_and_unit
-from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.memory import Room
+from mrfit.ingest.refusal import Refusal, damaged
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.specs import ReaderSpec
 
@@ -37,7 +38,7 @@ def read(source: Source) -> list[Table]:
     """
     path = source.head.path
     tables = []
-    groups = _groups(path)
+    groups = _groups(path, source.room())
     begins = [c.began for channels in groups for c in channels if c.began is not None]
     for channels in groups:
         by_clock: dict[tuple[int, float, float], list[_Channel]] = {}
@@ -62,7 +63,7 @@ class _Channel:
     stamped: bool
 
 
-def _groups(path: Path) -> list[list[_Channel]]:
+def _groups(path: Path, room: Room) -> list[list[_Channel]]:
     try:
         import nptdms
     except ImportError:
@@ -70,6 +71,8 @@ def _groups(path: Path) -> list[list[_Channel]]:
     groups = []
     index = 0
     try:
+        with nptdms.TdmsFile.read_metadata(path) as about:
+            room.expect(sum(len(channel) for group in about.groups() for channel in group.channels()))
         for group in nptdms.TdmsFile.read(path).groups():
             channels = []
             for channel in group.channels():
@@ -79,8 +82,7 @@ def _groups(path: Path) -> list[list[_Channel]]:
                 index += 1
             groups.append(channels)
     except Exception as error:  # npTDMS raises whatever it met in a damaged file
-        text = (str(error).splitlines() or ["unreadable"])[0]
-        raise Refusal(path, f"damaged TDMS ({text})", "copy it again") from None
+        raise damaged(path, "TDMS", error) from None
     return groups
 
 
