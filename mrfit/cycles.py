@@ -91,6 +91,22 @@ def turning_points(values: Array, swing: float) -> Indices:
     return kept
 
 
+def without_small_swings(values: Array, swing: float) -> Array:
+    """Return a signal (N,) that is monotone between the ends of swings of at least ``swing``: no other reversals."""
+    signs = np.sign(np.diff(values))
+    moves = np.flatnonzero(signs)
+    turns = moves[1:][signs[moves[1:]] != signs[moves[:-1]]]
+    points = np.unique(np.concatenate([[0], turning_points(values, swing), [len(values) - 1]]))
+    inside = np.searchsorted(turns, points[1:]) - np.searchsorted(turns, points[:-1], side="right")
+    found = values.copy()
+    for k in np.flatnonzero(inside > 0):
+        branch = values[points[k] : points[k + 1] + 1]
+        sign = 1.0 if branch[-1] >= branch[0] else -1.0
+        above, below = np.maximum.accumulate(sign * branch), np.minimum.accumulate(sign * branch[::-1])[::-1]
+        found[points[k] : points[k + 1] + 1] = sign * (above + below) / 2.0
+    return found
+
+
 def steady_stretches(
     values: Array, dt: float, levels: Sequence[Array] = (), min_cycles: int = 2, tolerance: float = TOLERANCE
 ) -> list[Stretch]:

@@ -10,12 +10,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mrfit.corners import find_corners
 from mrfit.errors import DataError
 from mrfit.harmonics import HarmonicFit, harmonic_fit, synthesis
 from mrfit.held import at_levels
-from mrfit.noise import noise_floor, noise_level
+from mrfit.noise import noise_floor, noise_level, white_part
 from mrfit.recording import FLUX_RESISTANCE, Recording, Segment
-from mrfit.savitzky_golay import NARROWEST, POLYNOMIAL_ORDER, savitzky_golay
+from mrfit.savitzky_golay import NARROWEST, POLYNOMIAL_ORDER, Smoother
 from mrfit.specs import Array
 
 # A series is taken where what it leaves is noise: at most this much above the channel's own white noise …
@@ -25,6 +26,8 @@ REPEAT_LIMITS = ((1.1, 0.02), (1.5, 0.01))
 FITTED_CYCLES = 4
 # Share of the range by which cycles of an exact command differ
 EXACT = 1e-5
+# A series of fewer harmonics than this has no corners
+RINGING = 3
 
 ANTIDERIVATIVES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "velocity": (("displacement", 1),),
@@ -100,13 +103,14 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
     sources = {name: _source(recording, segment, name) for name in names if name != TIME}
     frequency = _frequency(recording, segment, begin)
     smoothed: dict[tuple[str, int], _Channel] = {}
-    series: dict[str, HarmonicFit | None] = {}
+    smoothers: dict[str, HarmonicFit | Smoother] = {}
     for source, derivative in sources.values():
         if isinstance(source, str) and (source, derivative) not in smoothed:
             window = recording.channels[source][begin : segment.stop]
-            if source not in series:
-                series[source] = _series(window, segment, recording.dt, frequency)
-            smoothed[source, derivative] = _smoothed(window, segment, recording.dt, series[source], derivative)
+            if source not in smoothers:
+                found = _series(window, segment, recording.dt, frequency)
+                smoothers[source] = _without_corners(found, window) or _local(window, segment)
+            smoothed[source, derivative] = _smoothed(window, recording.dt, smoothers[source], derivative)
             if source in LEVELS and smoothed[source, derivative].fit is None:
                 smoothed[source, derivative] = _held(window, smoothed[source, derivative])
     count = segment.stop - begin
@@ -215,21 +219,33 @@ def _series(values: Array, segment: Segment, dt: float, frequency: float) -> Har
     return fit.shifted(-skipped * dt) if _leaves_noise(fit, values[skipped:], dt) else None
 
 
-def _smoothed(values: Array, segment: Segment, dt: float, series: HarmonicFit | None, derivative: int) -> _Channel:
-    if series is not None:
+def _without_corners(series: HarmonicFit | None, values: Array) -> HarmonicFit | None:
+    """Return a series unless its signal has corners, at which a series rings within the noise and its slope beyond."""
+    if series is None or series.harmonics < RINGING:
+        return series
+    return None if len(find_corners(values, white_part(values))) else series
+
+
+def _local(values: Array, segment: Segment) -> Smoother:
+    if len(values) < NARROWEST:
+        raise DataError(f"segment {segment.id} has {len(values)} samples, too few to smooth; use a longer log")
+    return Smoother(values)
+
+
+def _smoothed(values: Array, dt: float, smoother: HarmonicFit | Smoother, derivative: int) -> _Channel:
+    if isinstance(smoother, HarmonicFit):
+        series = smoother
         rates = series.coefficients * (2j * np.pi * np.arange(series.harmonics + 1) * series.frequency) ** derivative
         text = f"harmonic fit, {series.harmonics} harmonic{'s' * (series.harmonics != 1)} of {series.frequency:.5g} Hz"
         signal = synthesis(rates, 2 * np.pi * series.frequency * dt, len(values))
         return _Channel(signal, text, series.residual, replace(series, coefficients=rates))
-    if len(values) < NARROWEST:
-        raise DataError(f"segment {segment.id} has {len(values)} samples, too few to smooth; use a longer log")
-    local = savitzky_golay(values, dt)
+    found = smoother.smoothed(derivative)
     text = "as recorded"
-    if local.widest > 1 or derivative:
-        window = max(local.window, 1 if local.widest > 1 and not derivative else NARROWEST)
-        windows = f"{window}" if local.widest <= window else f"{window} to {local.widest}"
+    if found.widest > 1:
+        windows = f"{found.window}" if found.widest <= found.window else f"{found.window} to {found.widest}"
         text = f"savitzky-golay, window {windows} samples, order {POLYNOMIAL_ORDER}"
-    return _Channel((local.values, local.first, local.second)[derivative], text, local.residual, None)
+        text += f", {smoother.corners} corner{'s' * (smoother.corners != 1)} kept" if smoother.corners else ""
+    return _Channel(found.values / dt**derivative, text, smoother.residual, None)
 
 
 def _held(values: Array, channel: _Channel) -> _Channel:

@@ -18,6 +18,8 @@ HELD_LEVELS, HELD_SAMPLES = 16, 10
 TREND_CYCLES = 4
 # Cycles and trends over few of them are not quite orthogonal
 TREND_PASSES = 3
+# Share of a spectrum (2·sin(ω/2))⁻⁴ that differences of order 8 over one and over two samples let through
+FALLING = (comb(12, 6) / comb(16, 8), 0.3077748916)
 
 
 def noise_level(values: Array) -> float:
@@ -117,3 +119,27 @@ def _trend(residual: Array, time: Array, frequency: float) -> tuple[Array, int]:
     # a cycle times the time is nearly orthogonal to all that repeats, and its mean product with the time is the cycle
     growth = harmonic_fit(residual * since, float(time[1]), frequency, refine=False)
     return since * growth.evaluate(time), growth.harmonics
+
+
+def white_part(values: Array) -> float:
+    """Return the rms of a channel's white noise, less what is a rough signal's own, or its quantisation.
+
+    ``noise_level`` takes a spectrum that falls by 12 dB per octave up to the Nyquist frequency, as after a filter of
+    second order, for noise. White noise is as strong at half the Nyquist frequency; differences over two samples
+    measure it there.
+
+    Parameters
+    ----------
+    values
+        Channel (N,), in any unit; 0 is returned for fewer than 3 samples.
+    """
+    level, order = noise_level(values), DIFFERENCE_ORDERS[-1]
+    grid = quantisation(values) / sqrt(12.0)
+    if len(values) <= 4 * order or level <= grid:
+        return level
+    difference = values
+    for _ in range(order):
+        difference = difference[2:] - difference[:-2]
+    middle = float(NORMAL_MEDIAN * np.median(np.abs(difference)) / np.sqrt(comb(2 * order, order)))
+    falling = max(middle**2 - level**2, 0.0) / (FALLING[1] - FALLING[0])
+    return max(sqrt(max(level**2 - FALLING[0] * falling, 0.0)), grid)
