@@ -1,8 +1,9 @@
 """The one smoother and differentiator: what drives a model, freed of noise.
 
 Every wiggle of a noisy input is a reversal to a rate-independent model, and biases its hysteresis at an error that
-looks perfect. Periodic channels are replaced by their Fourier series, others by local polynomials
-(``savitzky_golay``); derivatives come from the same series or the same polynomials.
+looks perfect. Periodic channels are replaced by their Fourier series, those whose cycles differ a little by a series
+with slowly moving amplitude and timing (``modulation``), others by local polynomials (``savitzky_golay``); derivatives
+come from the same series or the same polynomials.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,6 +14,7 @@ import numpy as np
 from mrfit.errors import DataError
 from mrfit.harmonics import HarmonicFit, harmonic_fit, synthesis
 from mrfit.held import at_levels
+from mrfit.modulation import ModulatedSeries, modulated_series, modulation
 from mrfit.noise import noise_floor, noise_level
 from mrfit.recording import FLUX_RESISTANCE, Recording, Segment
 from mrfit.savitzky_golay import NARROWEST, POLYNOMIAL_ORDER, savitzky_golay
@@ -23,6 +25,11 @@ WHITE_EXCESS = 1.3
 # … or above what does not repeat between cycles, if that is at most the given share of the signal's amplitude.
 REPEAT_LIMITS = ((1.1, 0.02), (1.5, 0.01))
 FITTED_CYCLES = 4
+# Chance by which noise may pass for cycles that differ; where a modulated series leaves white noise of a residual that
+# was many times that, coloured noise it cannot be
+CHANCE, CHANCE_IF_WHITE, MANY = 1e-4, 0.05, 2.0
+# A modulated series is taken where it leaves no more than this above the channel's own white noise
+MODULATED_EXCESS = 1.1
 
 ANTIDERIVATIVES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "velocity": (("displacement", 1),),
@@ -76,9 +83,10 @@ class _Channel:
 def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Drive:
     """Return the smoothed inputs of a model over ``[segment.start − segment.warm_up, segment.stop)``.
 
-    A channel of a periodic segment becomes its Fourier series if what that leaves is noise, any other a local
-    polynomial. Velocities and accelerations that were not recorded are derivatives of the recorded stroke or angle; a
-    current or a temperature that was not recorded is constant at the level that the segment or the condition gives.
+    A channel of a periodic segment becomes its Fourier series if what that leaves is noise, a modulated series if
+    cycles differ by more than noise and that follows them, any other a local polynomial. Velocities and accelerations
+    that were not recorded are derivatives of the recorded stroke or angle; a current or a temperature that was not
+    recorded is constant at the level that the segment or the condition gives.
 
     Parameters
     ----------
@@ -98,7 +106,7 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
     sources = {name: _source(recording, segment, name) for name in names if name != TIME}
     frequency = _frequency(recording, segment, begin)
     smoothed: dict[tuple[str, int], _Channel] = {}
-    series: dict[str, HarmonicFit | None] = {}
+    series: dict[str, HarmonicFit | ModulatedSeries | None] = {}
     for source, derivative in sources.values():
         if isinstance(source, str) and (source, derivative) not in smoothed:
             window = recording.channels[source][begin : segment.stop]
@@ -153,7 +161,8 @@ def inputs_repeat(recording: Recording, segment: Segment) -> bool:
     begin = max(segment.start - segment.warm_up, 0)
     windows = [recording.channels[n][begin : segment.stop] for n in FAST_INPUTS if n in recording.channels]
     frequency = _frequency(recording, segment, begin) if windows else 0.0
-    return all(_series(window, segment, recording.dt, frequency) is not None for window in windows)
+    found = (_series(window, segment, recording.dt, frequency) for window in windows)
+    return all(isinstance(series, HarmonicFit) for series in found)
 
 
 def _source(recording: Recording, segment: Segment, name: str) -> tuple[str | float, int]:
@@ -196,22 +205,37 @@ def _unsettled(segment: Segment, samples: int) -> int:
     return samples - segment.samples if segment.cycles >= FITTED_CYCLES else 0
 
 
-def _series(values: Array, segment: Segment, dt: float, frequency: float) -> HarmonicFit | None:
-    """Return the Fourier series of a channel from its first sample on, None where it leaves more than noise."""
+def _series(values: Array, segment: Segment, dt: float, frequency: float) -> HarmonicFit | ModulatedSeries | None:
+    """Return the Fourier series of a channel from its first sample on, modulated where its cycles do not repeat.
+
+    None where either leaves more than noise.
+    """
     if frequency <= 0.0:
         return None
     skipped = _unsettled(segment, len(values))
     fit = harmonic_fit(values[skipped:], dt, frequency, refine=False)
     fit = replace(fit, frequency=frequency)
-    return fit.shifted(-skipped * dt) if _leaves_noise(fit, values[skipped:], dt) else None
+    whole = fit.shifted(-skipped * dt)
+    chance = modulation(values[skipped:], fit, dt)
+    if chance < CHANCE_IF_WHITE:
+        series, white = modulated_series(values, whole, dt), noise_level(values)
+        follows = series.residual <= MODULATED_EXCESS * white
+        if chance < CHANCE or (follows and fit.residual > MANY * white):
+            return series if follows else None
+    return whole if _leaves_noise(fit, values[skipped:], dt) else None
 
 
-def _smoothed(values: Array, segment: Segment, dt: float, series: HarmonicFit | None, derivative: int) -> _Channel:
-    if series is not None:
+def _smoothed(
+    values: Array, segment: Segment, dt: float, series: HarmonicFit | ModulatedSeries | None, derivative: int
+) -> _Channel:
+    if isinstance(series, HarmonicFit):
         rates = series.coefficients * (2j * np.pi * np.arange(series.harmonics + 1) * series.frequency) ** derivative
         text = f"harmonic fit, {series.harmonics} harmonic{'s' * (series.harmonics != 1)} of {series.frequency:.5g} Hz"
         signal = synthesis(rates, 2 * np.pi * series.frequency * dt, len(values))
         return _Channel(signal, text, series.residual, replace(series, coefficients=rates))
+    if series is not None:
+        text = f"modulated harmonic fit, amplitude and timing differ by {100 * series.depth:.2g} %"
+        return _Channel(series.derivatives[derivative], text, series.residual, None)
     if len(values) < NARROWEST:
         raise DataError(f"segment {segment.id} has {len(values)} samples, too few to smooth; use a longer log")
     local = savitzky_golay(values, dt)
