@@ -113,7 +113,7 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
             if source not in series:
                 series[source] = _series(window, segment, recording.dt, frequency)
             smoothed[source, derivative] = _smoothed(window, segment, recording.dt, series[source], derivative)
-            if source in LEVELS and smoothed[source, derivative].fit is None:
+            if source in LEVELS and series[source] is None:
                 smoothed[source, derivative] = _held(window, smoothed[source, derivative])
     count = segment.stop - begin
     channels = {

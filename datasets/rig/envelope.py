@@ -36,7 +36,9 @@ def envelope(kind: str, depth: float, cycles: float, rng: np.random.Generator) -
         return lambda at, order: (order == 0) + depth * rate**order * np.sin(rate * at + phase + order * np.pi / 2)
     if kind == "ramp":
         return lambda at, order: (
-            1.0 + depth * (2.0 * at / cycles - 1.0) if order == 0 else np.full_like(at, 2.0 * depth / cycles * (order < 2))
+            1.0 + depth * (2.0 * at / cycles - 1.0)
+            if order == 0
+            else np.full_like(at, 2.0 * depth / cycles * (order < 2))
         )
     count = int(np.ceil(cycles)) + 1
     level = np.repeat(1.0 + depth * rng.uniform(-1.0, 1.0, count), 2)
