@@ -1,8 +1,9 @@
 """The one smoother and differentiator: what drives a model, freed of noise.
 
 Every wiggle of a noisy input is a reversal to a rate-independent model, and biases its hysteresis at an error that
-looks perfect. Periodic channels are replaced by their Fourier series, others by local polynomials
-(``savitzky_golay``); derivatives come from the same series or the same polynomials.
+looks perfect. Periodic channels are replaced by their Fourier series, those whose cycles differ a little by a series
+with slowly moving amplitude and timing (``modulation``), others by local polynomials (``savitzky_golay``); derivatives
+come from the same series or the same polynomials.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,6 +15,7 @@ from mrfit.corners import find_corners
 from mrfit.errors import DataError
 from mrfit.harmonics import HarmonicFit, harmonic_fit, synthesis
 from mrfit.held import at_levels
+from mrfit.modulation import ModulatedSeries, modulated_series, modulation
 from mrfit.noise import noise_floor, noise_level, white_part
 from mrfit.recording import FLUX_RESISTANCE, Recording, Segment
 from mrfit.savitzky_golay import NARROWEST, POLYNOMIAL_ORDER, Smoother
@@ -28,6 +30,11 @@ FITTED_CYCLES = 4
 EXACT = 1e-5
 # A series of fewer harmonics than this has no corners
 RINGING = 3
+# Chance by which noise may pass for cycles that differ; where a modulated series leaves white noise of a residual that
+# was many times that, coloured noise it cannot be
+CHANCE, CHANCE_IF_WHITE, MANY = 1e-4, 0.05, 2.0
+# A modulated series is taken where it leaves no more than this above the channel's own white noise
+MODULATED_EXCESS = 1.1
 
 ANTIDERIVATIVES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "velocity": (("displacement", 1),),
@@ -81,9 +88,10 @@ class _Channel:
 def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Drive:
     """Return the smoothed inputs of a model over ``[segment.start − segment.warm_up, segment.stop)``.
 
-    A channel of a periodic segment becomes its Fourier series if what that leaves is noise, any other a local
-    polynomial. Velocities and accelerations that were not recorded are derivatives of the recorded stroke or angle; a
-    current or a temperature that was not recorded is constant at the level that the segment or the condition gives.
+    A channel of a periodic segment becomes its Fourier series if what that leaves is noise, a modulated series if
+    cycles differ by more than noise and that follows them, any other a local polynomial. Velocities and accelerations
+    that were not recorded are derivatives of the recorded stroke or angle; a current or a temperature that was not
+    recorded is constant at the level that the segment or the condition gives.
 
     Parameters
     ----------
@@ -103,7 +111,7 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
     sources = {name: _source(recording, segment, name) for name in names if name != TIME}
     frequency = _frequency(recording, segment, begin)
     smoothed: dict[tuple[str, int], _Channel] = {}
-    smoothers: dict[str, HarmonicFit | Smoother] = {}
+    smoothers: dict[str, HarmonicFit | ModulatedSeries | Smoother] = {}
     for source, derivative in sources.values():
         if isinstance(source, str) and (source, derivative) not in smoothed:
             window = recording.channels[source][begin : segment.stop]
@@ -111,7 +119,7 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
                 found = _series(window, segment, recording.dt, frequency)
                 smoothers[source] = _without_corners(found, window) or _local(window, segment)
             smoothed[source, derivative] = _smoothed(window, recording.dt, smoothers[source], derivative)
-            if source in LEVELS and smoothed[source, derivative].fit is None:
+            if source in LEVELS and isinstance(smoothers[source], Smoother):
                 smoothed[source, derivative] = _held(window, smoothed[source, derivative])
     count = segment.stop - begin
     channels = {
@@ -142,7 +150,8 @@ def check_inputs(recording: Recording, segment: Segment, names: Sequence[str]) -
 def inputs_repeat(recording: Recording, segment: Segment) -> bool:
     """Return whether every input recorded repeats with the cycle of a segment: its series leaves only noise."""
     windows, frequency = _fast_windows(recording, segment)
-    return all(_series(window, segment, recording.dt, frequency) is not None for window in windows)
+    found = (_series(window, segment, recording.dt, frequency) for window in windows)
+    return all(isinstance(series, HarmonicFit) for series in found)
 
 
 def cycles_agree(recording: Recording, segment: Segment) -> bool:
@@ -209,19 +218,31 @@ def _unsettled(segment: Segment, samples: int) -> int:
     return samples - segment.samples if segment.cycles >= FITTED_CYCLES else 0
 
 
-def _series(values: Array, segment: Segment, dt: float, frequency: float) -> HarmonicFit | None:
-    """Return the Fourier series of a channel from its first sample on, None where it leaves more than noise."""
+def _series(values: Array, segment: Segment, dt: float, frequency: float) -> HarmonicFit | ModulatedSeries | None:
+    """Return the Fourier series of a channel from its first sample on, modulated where its cycles do not repeat.
+
+    None where either leaves more than noise.
+    """
     if frequency <= 0.0:
         return None
     skipped = _unsettled(segment, len(values))
     fit = harmonic_fit(values[skipped:], dt, frequency, refine=False)
     fit = replace(fit, frequency=frequency)
-    return fit.shifted(-skipped * dt) if _leaves_noise(fit, values[skipped:], dt) else None
+    whole = fit.shifted(-skipped * dt)
+    chance = modulation(values[skipped:], fit, dt)
+    if chance < CHANCE_IF_WHITE:
+        series, white = modulated_series(values, whole, dt), noise_level(values)
+        follows = series.residual <= MODULATED_EXCESS * white
+        if chance < CHANCE or (follows and fit.residual > MANY * white):
+            return series if follows else None
+    return whole if _leaves_noise(fit, values[skipped:], dt) else None
 
 
-def _without_corners(series: HarmonicFit | None, values: Array) -> HarmonicFit | None:
+def _without_corners(
+    series: HarmonicFit | ModulatedSeries | None, values: Array
+) -> HarmonicFit | ModulatedSeries | None:
     """Return a series unless its signal has corners, at which a series rings within the noise and its slope beyond."""
-    if series is None or series.harmonics < RINGING:
+    if series is None or (isinstance(series, HarmonicFit) and series.harmonics < RINGING):
         return series
     return None if len(find_corners(values, white_part(values))) else series
 
@@ -232,13 +253,18 @@ def _local(values: Array, segment: Segment) -> Smoother:
     return Smoother(values)
 
 
-def _smoothed(values: Array, dt: float, smoother: HarmonicFit | Smoother, derivative: int) -> _Channel:
+def _smoothed(
+    values: Array, dt: float, smoother: HarmonicFit | ModulatedSeries | Smoother, derivative: int
+) -> _Channel:
     if isinstance(smoother, HarmonicFit):
         series = smoother
         rates = series.coefficients * (2j * np.pi * np.arange(series.harmonics + 1) * series.frequency) ** derivative
         text = f"harmonic fit, {series.harmonics} harmonic{'s' * (series.harmonics != 1)} of {series.frequency:.5g} Hz"
         signal = synthesis(rates, 2 * np.pi * series.frequency * dt, len(values))
         return _Channel(signal, text, series.residual, replace(series, coefficients=rates))
+    if isinstance(smoother, ModulatedSeries):
+        text = f"modulated harmonic fit, amplitude and timing differ by {100 * smoother.depth:.2g} %"
+        return _Channel(smoother.derivatives[derivative], text, smoother.residual, None)
     found = smoother.smoothed(derivative)
     text = "as recorded"
     if found.widest > 1:

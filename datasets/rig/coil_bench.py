@@ -10,6 +10,7 @@ from datasets.rig import coil as stop_coil
 from datasets.rig import flux_coil
 from datasets.rig import noise as noises
 from datasets.rig.coil import Coil, CoilRun
+from datasets.rig.envelope import Envelope
 from datasets.rig.flux_coil import FluxCoil
 from datasets.rig.scope import LEVELS_PER_DIVISION, Probe, acquire, vertical_scale, write
 from datasets.rig.stop import Array
@@ -27,12 +28,16 @@ NOMINAL_INDUCTANCE = 0.018
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """One log: ``sine`` or ``square`` voltage, frequency in Hz, nominal current amplitude in A, repeat."""
+    """One log: ``sine`` or ``square`` voltage, frequency in Hz, nominal current amplitude in A, repeat.
+
+    ``envelope`` is the factor on the voltage's amplitude over the cycles.
+    """
 
     shape: str
     frequency: float
     amplitude: float
     repeat: int = 0
+    envelope: Envelope | None = None
 
     @property
     def name(self) -> str:
@@ -79,6 +84,7 @@ def run(coil: FluxCoil | Coil, magnitudes: Mapping[str, float], drives: list[Dri
     shapes = {"sine": np.sin(phase), "square": np.tanh(np.sin(phase) / 0.3)}
     impedance = np.hypot(coil.resistance + coil.output_resistance, 2 * np.pi * frequency * NOMINAL_INDUCTANCE)
     emf = np.array([d.amplitude * z * shapes[d.shape] for d, z in zip(drives, impedance, strict=True)])
+    emf = emf * [d.envelope(phase / (2 * np.pi), 0) if d.envelope else np.ones_like(phase) for d in drives]
     step = 1.0 / (frequency * PER_PERIOD * OVERSAMPLING)
     true = _solved(coil, magnitudes, emf, step)
     seen = _clamp(true.current, magnitudes, step)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from datasets.rig.damper import Motion
+from datasets.rig.envelope import Envelope
 from datasets.rig.stop import Array
 
 RATE = 500.0
@@ -17,12 +18,16 @@ WARM_OIL = 25.0
 
 @dataclass(frozen=True, slots=True)
 class Programme:
-    """One log of the damper: amplitudes (m), frequencies (Hz), phases (rad) of the motion; current and oil."""
+    """One log of the damper: amplitudes (m), frequencies (Hz), phases (rad) of the motion; current and oil.
+
+    ``envelope`` is the factor on the motion over the cycles of its first frequency.
+    """
 
     name: str
     motion: tuple[Array, Array, Array]
     current: Callable[[Array], Array]
     oil: float
+    envelope: Envelope | None = None
 
 
 def sine(frequency: float, amplitude: float, phase: float = 0.0) -> tuple[Array, Array, Array]:
@@ -91,9 +96,19 @@ def motion_of(tests: list[Programme]) -> Motion:
             position[row] += amplitude * np.sin(w * time + phase)
             speed[row] += amplitude * w * np.cos(w * time + phase)
             acceleration[row] -= amplitude * w**2 * np.sin(w * time + phase)
+        if test.envelope is not None:
+            rows = position[row], speed[row], acceleration[row]
+            position[row], speed[row], acceleration[row] = _modulated(rows, test.envelope, test.motion[1][0], time)
     current = np.array([test.current(time) for test in tests])
     oil = np.array([test.oil for test in tests])
     return Motion(1.0 / (RATE * OVERSAMPLING), position, speed, acceleration, current, oil)
+
+
+def _modulated(motion: tuple[Array, Array, Array], envelope: Envelope, frequency: float, time: Array) -> list[Array]:
+    """Return position, speed and acceleration times an envelope, by the product rule."""
+    x, v, a = motion
+    m, rate, bend = (frequency**order * envelope(frequency * time, order) for order in range(3))
+    return [m * x, m * v + rate * x, m * a + 2 * rate * v + bend * x]
 
 
 def rich(rng: np.random.Generator) -> list[Programme]:

@@ -9,6 +9,7 @@ from mrfit.assembly import Assembly
 from mrfit.fit.bootstrap import Interval
 from mrfit.fit.cube import Cube
 from mrfit.fit.problem import Block, differences
+from mrfit.fit.residual_tests import ALL
 from mrfit.fit.uncertainty import Uncertainty, sensitivities
 from mrfit.metrics import absorbed_energy, error_metrics
 from mrfit.noise_floor import NoiseFloor
@@ -195,6 +196,19 @@ def _ratio(held_out: dict[str, Any], training: dict[str, Any]) -> float:
     return float(min(over_range, over_noise))
 
 
+def _tied(row: Mapping[str, Any]) -> str:
+    """Return what to say of an input that the residual goes with, and of the condition where it does so most."""
+    where = ""
+    if row["condition"] == ALL:
+        where = f", over all {row['conditions']} conditions together"
+    elif row["conditions"] > 1:
+        where = f" in {row['dependent']} of {row['conditions']} conditions, most on {row['condition']}"
+    return (
+        f"the residual goes with {row['channel']}{where} (correlation {row['correlation']:.2f} at {row['lag']} "
+        f"samples, by chance {row['limit']:.2f}): the model leaves out something this input does"
+    )
+
+
 def warnings_of(
     result: dict[str, Any], metrics: Sequence[dict[str, Any]], passive: tuple[str, float, float] | None = None
 ) -> list[dict[str, str]]:
@@ -223,12 +237,7 @@ def warnings_of(
         warn("starts-disagree", f"no two starts ended at the least error: there may be a better one; {remedy}")
     tied = [r for r in result.get("residual_tests", []) if not r["independent"]]
     if tied:
-        worst = max(tied, key=lambda r: abs(float(r["correlation"])))
-        warn(
-            "input-residual",
-            f"the residual goes with {worst['channel']} (correlation {worst['correlation']:.2f} at {worst['lag']} "
-            f"samples, by chance {worst['limit']:.2f}): the model leaves out something this input does",
-        )
+        warn("input-residual", _tied(max(tied, key=lambda r: abs(float(r["correlation"])))))
     active = [p for p in result["passivity"] if not p["passive"]]
     if active:
         worst = min(active, key=lambda p: float(p["loop_area"]))

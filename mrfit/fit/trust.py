@@ -15,7 +15,7 @@ from mrfit.fit.identify import Group, linearise, weights_of
 from mrfit.fit.problem import Block, Posed
 from mrfit.fit.profile import profile_intervals
 from mrfit.fit.repeats import repeat_rows
-from mrfit.fit.residual_tests import input_dependence
+from mrfit.fit.residual_tests import input_dependence, varies
 from mrfit.fit.result import conditioning, derived_rows, parameter_rows, passivity_rows, with_intervals
 from mrfit.fit.uncertainty import analyse
 from mrfit.specs import Array
@@ -91,13 +91,16 @@ def drift_warnings(rows: Sequence[dict[str, Any]]) -> list[dict[str, str]]:
 
 
 def residual_rows(group: Group, assembly: Assembly, simulated: Sequence[Array]) -> list[dict[str, Any]]:
-    """Return one row per input of the model: how the training residual goes with it."""
+    """Return one row per input of the model: how the training residual goes with it, and in which condition most."""
     pairs = [(b, y) for b, y in zip(group.full, simulated, strict=True) if b.segment.role == "train"]
     residuals = [b.target - y for b, y in pairs]
     periods = [b.period for b, _ in pairs]
+    conditions = [b.segment.condition for b, _ in pairs]
+    inputs = {name: [b.inputs(place) for b, _ in pairs] for place, name in enumerate(assembly.spec.inputs)}
+    moving = {name: values for name, values in inputs.items() if any(varies(u) for u in values)}
     rows = []
-    for place, name in enumerate(assembly.spec.inputs):
-        found = input_dependence(name, [b.inputs(place) for b, _ in pairs], residuals, periods)
+    for name, values in moving.items():
+        found = input_dependence(name, values, residuals, periods, conditions, len(moving))
         if found is not None:
             rows.append({**asdict(found), "independent": found.independent})
     return rows

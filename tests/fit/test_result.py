@@ -13,6 +13,16 @@ from mrfit.fit.uncertainty import Uncertainty
 from mrfit.specs import Derived, ModelSpec, Param
 
 PARAMETER = {"name": "n", "at_bound": False, "identifiable": True, "fixed": False, "low": 1.0, "high": 2.0}
+TESTED = {
+    "channel": "current",
+    "condition": "a",
+    "correlation": 0.1,
+    "lag": 3,
+    "limit": 0.2,
+    "dependent": 0,
+    "conditions": 1,
+    "independent": True,
+}
 SOUND: dict[str, Any] = {
     "parameters": [PARAMETER],
     "derived": [],
@@ -23,7 +33,7 @@ SOUND: dict[str, Any] = {
     "starts": [1.0, 1.0],
     "agreeing": 2,
     "passivity": [{"condition": "a", "loop_area": 0.1, "passive": True}],
-    "residual_tests": [{"channel": "current", "correlation": 0.1, "lag": 0, "limit": 0.2, "independent": True}],
+    "residual_tests": [TESTED],
 }
 METRICS = [
     {"condition": "all", "role": "train", "nrmse": 0.01, "rmse": 3.0, "noise_floor": 1.0, "fit_percent": 96.0},
@@ -67,6 +77,22 @@ def test_a_sound_result_has_no_warning() -> None:
 )
 def test_each_fault_has_its_warning(change: dict[str, Any], kind: str) -> None:
     assert kinds(change) == [kind]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"dependent": 1}, "goes with current (correlation 0.90 at 3 samples, by chance 0.20): the model"),
+        ({"dependent": 2, "conditions": 5}, "goes with current in 2 of 5 conditions, most on a (correlation 0.90"),
+        ({"conditions": 5, "condition": "all"}, "goes with current, over all 5 conditions together (correlation 0.90"),
+    ],
+)
+def test_the_condition_in_which_the_residual_goes_most_with_an_input_is_said(
+    change: dict[str, Any], words: str
+) -> None:
+    row = {**TESTED, "correlation": 0.9, "independent": False, **change}
+    (warning,) = warnings_of({**SOUND, "residual_tests": [row]}, METRICS)
+    assert words in warning["text"]
 
 
 def test_an_error_that_grows_on_held_out_data_is_a_warning() -> None:
