@@ -16,7 +16,7 @@ from mrfit.discover.decide import Verdict, decide
 from mrfit.discover.refit import Fitter
 from mrfit.errors import ConfigError
 from mrfit.fit.current import base_of, default_orders, dependence_on_current
-from mrfit.fit.stage import load_recordings
+from mrfit.fit.select import load_recordings
 from mrfit.progress import Progress, silent
 from mrfit.recording import Recording, Segment
 from mrfit.specs import Array
