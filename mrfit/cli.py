@@ -24,6 +24,7 @@ from mrfit.options import (
     Map,
     MaxMemory,
     Only,
+    OptSet,
     Pattern,
     Resistance,
     Seconds,
@@ -33,6 +34,7 @@ from mrfit.options import (
     Weight,
     Work,
     choice,
+    constants,
     limits,
     numbers,
     ohms,
@@ -140,6 +142,7 @@ def segment(
 def fit(
     model: Annotated[str, typer.Option(help="Model; `mrfit list models` shows all.")],
     opt: Annotated[str, typer.Option(help="Optimizer or chain, as in pso-fmin.")] = "auto",
+    opt_set: OptSet = None,
     per: Annotated[str, typer.Option(help="Parameters per condition, or one set for all.")] = "condition",
     name: Annotated[str, typer.Option(help="Name of the fit; default MODEL.OPT.", show_default=False)] = "",
     seed: Seed = 0,
@@ -168,6 +171,7 @@ def fit(
     settings = Settings(
         model=model,
         optimizer=opt,
+        options=constants(opt_set),
         per=choice("--per", per, ("condition", "all")),  # type: ignore[arg-type]
         name=name,
         seed=seed,
@@ -294,6 +298,7 @@ def compare(
     model: Annotated[str, typer.Option(help="Model on which optimizers are compared.", show_default=False)] = "",
     seeds: Annotated[int, typer.Option(min=1, help="Runs of each optimizer, from different starts.")] = 5,
     opt: Annotated[str, typer.Option(help="Optimizer with which models are compared.")] = "auto",
+    opt_set: OptSet = None,
     per: Annotated[str, typer.Option(help="Parameters per condition, or one set for all.")] = "all",
     seed: Seed = 0,
     budget: Budget = None,
@@ -315,9 +320,9 @@ def compare(
     """
     from mrfit import pipeline, summaries
 
-    options = {"budget": budget, "seconds": seconds, "current_order": current_order, "only": only, "jobs": jobs}
+    options: dict[str, object] = {"options": constants(opt_set), "stall": stall}
+    options |= {"budget": budget, "seconds": seconds, "current_order": current_order, "only": only, "jobs": jobs}
     options |= {"per": choice("--per", per, ("condition", "all")), "weight": choice("--weight", weight, WEIGHTS)}
-    options |= {"stall": stall}
     if bool(models) == bool(optimizers) or bool(optimizers) != bool(model):
         raise ConfigError("compare takes --models NAMES, or --optimizers NAMES together with --model NAME")
     own = {"bounds": limits(bounds), "start": numbers("--start", start), "fixed": numbers("--fix", fix)}

@@ -46,6 +46,7 @@ class FitSection(_Section):
 
     model: str
     opt: str = "auto"
+    opt_set: dict[str, float | dict[str, float]] = {}
     per: Literal["condition", "all"] = "condition"
     name: str = ""
     seed: Seed = 0
@@ -59,6 +60,12 @@ class FitSection(_Section):
     current_order: str | int = "auto"
     only: str = ""
     intervals: Intervals = "hac"
+
+    @property
+    def options(self) -> tuple[tuple[str, float], ...]:
+        """Options of the optimizers; ``mwoa.b = 1.2`` is a table in a table for TOML."""
+        tables = ((n, v if isinstance(v, dict) else {"": v}) for n, v in self.opt_set.items())
+        return tuple((f"{name}.{own}".rstrip("."), value) for name, table in tables for own, value in table.items())
 
 
 class DiscoverSection(_Section):

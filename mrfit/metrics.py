@@ -43,7 +43,7 @@ METRICS: tuple[Metric, ...] = (
     Metric("rmse", "RMSE", "y", "√(mean (y − ŷ)²)", "standard"),
     Metric("mse", "MSE", "y^2", "mean (y − ŷ)²", "MRF rotational stiffness device, eq. 4"),
     Metric("nrmse", "NRMSE", "1", "RMSE / (max y − min y)", "preyield and postyield modelling, section 4"),
-    Metric("esr", "ESR", "%", "100 · Σ(y − ŷ)² / Σy²", "Savaia et al., Hammerstein–Wiener, figure 16"),
+    Metric("esr", "ESR", "%", "100 · Σ(y − ŷ)² / Σ(y − ȳ)²", "Savaia et al., figure 16, after Savaresi et al. (2005)"),
     Metric("relative_rmse", "relative RMSE", "1", "RMSE / √(mean y²)", "explicit inverse model (tanh), RMSE tables"),
     Metric("err_peak", "peak error", "1", "RMSE / max |y|", "explicit inverse model (tanh), eq. 12"),
     Metric("err_energy", "energy error", "1", "|E − Ê| / |E|", "explicit inverse model (tanh), eq. 13"),
@@ -69,7 +69,7 @@ def error_metrics(
     Returns
     -------
     dict
-        Keys and units as in ``METRICS``. nan where undefined: ``nrmse`` and ``fit_percent`` of a constant y, ``esr``,
+        Keys and units as in ``METRICS``. nan where undefined: ``nrmse``, ``esr`` and ``fit_percent`` of a constant y,
         ``relative_rmse`` and ``err_peak`` of y = 0, ``err_energy`` without drive or without energy. A simulation that
         is not finite makes all of them nan.
 
@@ -88,17 +88,18 @@ def error_metrics(
     rmse = float(np.sqrt(mse))
     rms = float(np.sqrt(np.mean(y**2)))
     spread = float(np.ptp(y))
+    deviation = float(np.std(y)) if spread > 0.0 else 0.0
     actual = absorbed_energy(y, drive, starts) if drive is not None else np.nan
     predicted = absorbed_energy(y_hat, drive, starts) if drive is not None and finite else np.nan
     return {
         "rmse": rmse,
         "mse": mse,
         "nrmse": _ratio(rmse, spread),
-        "esr": 100.0 * _ratio(mse, rms**2),
+        "esr": 100.0 * _ratio(mse, deviation**2),
         "relative_rmse": _ratio(rmse, rms),
         "err_peak": _ratio(rmse, float(np.max(np.abs(y)))),
         "err_energy": _ratio(abs(actual - predicted), abs(actual)),
-        "fit_percent": 100.0 * (1.0 - _ratio(rmse, float(np.std(y)) if spread > 0.0 else 0.0)),
+        "fit_percent": 100.0 * (1.0 - _ratio(rmse, deviation)),
     }
 
 

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -54,6 +54,49 @@ class NormalEquations(NamedTuple):
     curvatures: Array
 
 
+class Coordinates(Protocol):
+    """The free parameters in physical units, as optimizers see them that work in the parameters themselves."""
+
+    @property
+    def low(self) -> Array:
+        """Lower bounds, shape (K,)."""
+
+    @property
+    def high(self) -> Array:
+        """Upper bounds, shape (K,)."""
+
+    def to_values(self, points: Array) -> Array:
+        """Map points (P, K) of the cube to values (P, K)."""
+
+    def to_points(self, values: Array) -> Array:
+        """Map values (P, K) to points (P, K) of the cube."""
+
+
+@dataclass(frozen=True)
+class CubeCoordinates:
+    """The unit cube itself, of K parameters."""
+
+    dimension: int
+
+    @property
+    def low(self) -> Array:
+        """Zeros, shape (K,)."""
+        return np.zeros(self.dimension)
+
+    @property
+    def high(self) -> Array:
+        """Ones, shape (K,)."""
+        return np.ones(self.dimension)
+
+    def to_values(self, points: Array) -> Array:
+        """Return the points as they are."""
+        return points
+
+    def to_points(self, values: Array) -> Array:
+        """Return the values as they are."""
+        return values
+
+
 @dataclass
 class Objective:
     """Root-mean-square cost over the unit cube.
@@ -77,6 +120,8 @@ class Objective:
         Share of the squared cost that a local optimizer may leave where it can choose.
     deadline
         Reading of ``time.monotonic()`` at which the search ends, or None; the first batch is always evaluated.
+    coordinates
+        The parameters in physical units, for optimizers that ask for them; None where the cube is all there is.
 
     Attributes
     ----------
@@ -104,6 +149,7 @@ class Objective:
     patience: int | None = None
     tolerance: float = 1e-9
     deadline: float | None = None
+    coordinates: Coordinates | None = None
     evaluations: int = 0
     nonfinite: int = 0
     first_nonfinite: Array | None = None
@@ -273,6 +319,52 @@ class Objective:
             self._gained = (self.evaluations, self.best_cost)
         elif self.patience is not None and self.evaluations - since >= self.patience:
             raise Stalled
+
+
+class InParameters:
+    """An objective as an optimizer sees it that works in the parameters themselves.
+
+    Costs, budget and best point are the objective's; only the coordinates differ.
+
+    Attributes
+    ----------
+    low, high
+        Bounds (K,) of the parameters, in physical units.
+    """
+
+    def __init__(self, objective: Objective) -> None:
+        self._objective = objective
+        self._coordinates = objective.coordinates or CubeCoordinates(objective.dimension)
+        self.low, self.high = self._coordinates.low, self._coordinates.high
+
+    @property
+    def dimension(self) -> int:
+        """Number of free parameters K."""
+        return self._objective.dimension
+
+    @property
+    def remaining(self) -> int:
+        """Parameter vectors whose cost the evaluations left allow."""
+        return self._objective.remaining
+
+    @property
+    def best_cost(self) -> float:
+        """The least cost so far."""
+        return self._objective.best_cost
+
+    @property
+    def best_values(self) -> Array:
+        """Where it is, shape (K,)."""
+        values: Array = self._coordinates.to_values(self._objective.best_point[None, :])[0]
+        return values
+
+    def anywhere(self, count: int, rng: np.random.Generator) -> Array:
+        """Return parameter vectors (P, K) drawn evenly from the cube, over decades where bounds span some."""
+        return self._coordinates.to_values(rng.random((count, self.dimension)))
+
+    def costs(self, values: Array) -> Array:
+        """Return the RMS residual of every parameter vector, (P, K) -> (P,), see ``Objective.costs``."""
+        return self._objective.costs(self._coordinates.to_points(values))
 
 
 def _products(rows: Array, costs: Array, steps: Array) -> tuple[Array, Array]:

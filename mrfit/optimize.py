@@ -1,6 +1,7 @@
 """Run an optimizer or a chain of them on an Objective: who gets which share of the budget, and why each one stopped."""
 
 import time
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -8,8 +9,8 @@ import numpy as np
 
 from mrfit import registry
 from mrfit.errors import ConfigError
-from mrfit.objective import BudgetSpent, Descent, Objective, Stalled, TimeSpent
-from mrfit.specs import Array, OptimizerSpec
+from mrfit.objective import BudgetSpent, Descent, InParameters, Objective, Stalled, TimeSpent
+from mrfit.specs import Array, OptimizerSpec, Option
 
 # A global search ends when this share of its evaluations has passed without progress, unless told otherwise.
 PATIENCE = 0.5
@@ -26,7 +27,7 @@ class Link:
     name
         Registry name.
     kind
-        ``global`` or ``local``.
+        ``global``, ``local`` or ``start``.
     allowed, evaluations
         Evaluations it might use, and used.
     cost
@@ -37,16 +38,31 @@ class Link:
         The same in words.
     history
         (evaluations of the whole chain, best cost) after every batch, from the link's first to its last.
+    preliminary
+        Whether these costs are another problem's: that of thinned data, or of bounds wider than the model's.
     """
 
     name: str
-    kind: Literal["global", "local"]
+    kind: Literal["global", "local", "start"]
     allowed: int
     evaluations: int
     cost: float
     ending: Ending
     reason: str
     history: tuple[tuple[int, float], ...]
+    preliminary: bool = False
+
+
+# What the user gives for options: name, or OPTIMIZER.NAME, and value
+Given = tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Tuned:
+    """An optimizer or a chain as written, with what the user gives for its options."""
+
+    name: str
+    given: Given = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,20 +109,58 @@ def chain(name: str) -> list[str]:
     Raises
     ------
     ConfigError
-        If a part is empty or no such optimizer exists.
+        If a part is empty, no such optimizer exists, or one that can only begin a chain stands later in it.
     """
     parts = name.split("-")
     if not all(parts):
         known = ", ".join(registry.names("optimizer"))
         raise ConfigError(f"optimizer chain '{name}' has an empty part: write names joined by single hyphens ({known})")
-    for part in parts:
-        registry.load("optimizer", part)
+    for place, part in enumerate(parts):
+        if _spec(part).kind == "start" and place:
+            raise ConfigError(f"optimizer chain '{name}': {part} is a start, not a search: write it first")
     return parts
 
 
-def default_budget(name: str, dimension: int) -> int:
+def check_options(parts: Sequence[str], given: Iterable[tuple[str, float]]) -> None:
+    """Check what the user gives for options of several optimizers.
+
+    Raises
+    ------
+    ConfigError
+        If none of the optimizers has an option of the name, or its value is not allowed.
+    """
+    for name, value in given:
+        owner, dot, own = name.rpartition(".")
+        if dot and owner not in parts:
+            raise ConfigError(f"--opt-set {name}: '{owner}' does not take part; {' and '.join(parts)} do")
+        found = [o for part in parts if owner in ("", part) for o in _spec(part).options if o.name == own]
+        if not found:
+            known = dict.fromkeys(o.name for part in parts for o in _spec(part).options)
+            there = f"they are {', '.join(known)}" if known else "it has none"
+            raise ConfigError(f"--opt-set {name}: no option of {', '.join(dict.fromkeys(parts))}; {there}")
+        for option in found:
+            _check_value(option, value)
+
+
+def _check_value(option: Option, value: float) -> None:
+    if option.whole and value != round(value):
+        raise ConfigError(f"--opt-set {option.name}={value:g}: takes whole numbers")
+    if not option.low <= value <= option.high:
+        raise ConfigError(f"--opt-set {option.name}={value:g}: takes {option.low:g} to {option.high:g}")
+
+
+def options_of(part: str, given: Iterable[tuple[str, float]]) -> dict[str, float]:
+    """Return the value of every option of one optimizer; what names the optimizer goes before what does not."""
+    defaults = _spec(part).defaults
+    own = sorted(((name, value) for name, value in given), key=lambda pair: "." in pair[0])
+    found = {n.removeprefix(f"{part}."): v for n, v in own}
+    return defaults | {n: v for n, v in found.items() if n in defaults}
+
+
+def default_budget(chosen: str | Tuned, dimension: int) -> int:
     """Return the evaluations a chain asks for at this dimension."""
-    return sum(int(registry.load("optimizer", part).SPEC.budget(dimension)) for part in chain(name))
+    tuned = _tuned(chosen)
+    return sum(_wanted(part, tuned.given, dimension) for part in chain(tuned.name))
 
 
 def seconds_left(deadline: float | None) -> float | None:
@@ -115,7 +169,7 @@ def seconds_left(deadline: float | None) -> float | None:
 
 
 def run(
-    name: str,
+    chosen: str | Tuned,
     objective: Objective,
     rng: np.random.Generator,
     budget: int | None = None,
@@ -126,8 +180,8 @@ def run(
 
     Parameters
     ----------
-    name
-        Registry name, or several joined by hyphens (``pso-fmin``).
+    chosen
+        Registry name, or several joined by hyphens (``pso-fmin``), and what is given for their options.
     objective
         What to minimise; its budget, patience and deadline are set here.
     rng
@@ -145,7 +199,7 @@ def run(
     ConfigError
         If an optimizer is unknown, or a limit is not positive.
     """
-    names = chain(name)
+    tuned, names = _tuned(chosen), chain(_tuned(chosen).name)
     if budget is not None and budget < 1:
         raise ConfigError(f"a budget of {budget} evaluations allows no fit; give at least 1")
     if seconds is not None and not seconds > 0:
@@ -155,15 +209,16 @@ def run(
     objective.deadline = None if seconds is None else time.monotonic() + seconds
     total = None if budget is None else objective.evaluations + budget
     links: list[Link] = []
-    wanted = [_wanted(part, objective) for part in names]
+    wanted = [_wanted(part, tuned.given, objective.dimension) for part in names]
     for position, part in enumerate(names):
-        share = wanted[position] / sum(wanted[position:])
-        allowed = wanted[position] if total is None else round((total - objective.evaluations) * share)
-        links.append(_run_link(part, objective, rng, allowed, stall))
+        asked = sum(wanted[position:])
+        left = asked if total is None else total - objective.evaluations
+        allowed = min(max(round(left * (wanted[position] / asked)), 1), left)
+        links.append(_run_link(Tuned(part, tuned.given), objective, rng, allowed, stall))
         if links[-1].ending == "time":
             break
     return Outcome(
-        name=name,
+        name=tuned.name,
         point=objective.best_point.copy(),
         cost=objective.best_cost,
         evaluations=objective.evaluations,
@@ -175,14 +230,22 @@ def run(
     )
 
 
-def _wanted(name: str, objective: Objective) -> int:
+def _tuned(chosen: str | Tuned) -> Tuned:
+    return Tuned(chosen) if isinstance(chosen, str) else chosen
+
+
+def _spec(name: str) -> OptimizerSpec:
     spec: OptimizerSpec = registry.load("optimizer", name).SPEC
-    return spec.budget(objective.dimension)
+    return spec
 
 
-def _run_link(name: str, objective: Objective, rng: np.random.Generator, allowed: int, stall: float) -> Link:
-    module = registry.load("optimizer", name)
-    spec: OptimizerSpec = module.SPEC
+def _wanted(name: str, given: Given, dimension: int) -> int:
+    return _spec(name).budget(dimension, options_of(name, given))
+
+
+def _run_link(tuned: Tuned, objective: Objective, rng: np.random.Generator, allowed: int, stall: float) -> Link:
+    module, spec = registry.load("optimizer", tuned.name), _spec(tuned.name)
+    seen = InParameters(objective) if spec.coordinates == "parameters" else objective
     before, batches = objective.evaluations, len(objective.history)
     objective.budget = before + allowed
     objective.patience = max(1, round(stall * allowed)) if spec.kind == "global" else None
@@ -190,7 +253,7 @@ def _run_link(name: str, objective: Objective, rng: np.random.Generator, allowed
     objective.verdict = ""
     ending: Ending
     try:
-        module.minimise(objective, rng)
+        module.minimise(seen, rng, options_of(tuned.name, tuned.given))
         ending = "budget" if not objective.verdict and not objective.remaining else "finished"
         reason = objective.verdict or f"its {allowed} evaluations are done"
     except TimeSpent:
@@ -200,7 +263,7 @@ def _run_link(name: str, objective: Objective, rng: np.random.Generator, allowed
     except BudgetSpent:
         ending, reason = "budget", f"budget of {allowed} evaluations spent"
     return Link(
-        name=name,
+        name=tuned.name,
         kind=spec.kind,
         allowed=allowed,
         evaluations=objective.evaluations - before,

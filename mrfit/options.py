@@ -54,6 +54,14 @@ Weight = Annotated[str, typer.Option("--weight", help="none; floor: conditions b
 Bounds = Annotated[list[str] | None, typer.Option("--bounds", metavar="NAME=LOW:HIGH", help="Change bounds.")]
 Start = Annotated[list[str] | None, typer.Option("--start", metavar="NAME=VALUE", help="Change a start value.")]
 Fix = Annotated[list[str] | None, typer.Option("--fix", metavar="NAME=VALUE", help="Hold a parameter.")]
+OptSet = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--opt-set",
+        metavar="NAME=VALUE,…",
+        help="Constants of the optimizers, as b=1.2,population=40, of one by mwoa.b=1.2; `mrfit show mwoa` lists them.",
+    ),
+]
 Only = Annotated[str, typer.Option(help="Segments by peak velocity or by condition.", metavar="LMH|MH|PATTERN")]
 DataSet = Annotated[str, typer.Argument(help="Data set to fetch; without it all are listed.", show_default=False)]
 Folder = Annotated[Path | None, typer.Option("--to", help="Folder for the files; default: one of the set's name.")]
@@ -127,6 +135,17 @@ def numbers(option: str, items: list[str] | None) -> tuple[tuple[str, float], ..
         If an item has no equals sign, or no number.
     """
     return tuple((name, number(option, value)) for name, value in pairs(option, items))
+
+
+def constants(items: list[str] | None) -> tuple[tuple[str, float], ...]:
+    """Return the NAME=VALUE,… items of ``--opt-set`` with their numbers.
+
+    Raises
+    ------
+    ConfigError
+        If one has no equals sign, or no number.
+    """
+    return numbers("--opt-set", [one for item in items or [] for one in item.split(",")])
 
 
 def limits(items: list[str] | None) -> tuple[tuple[str, float, float], ...]:

@@ -299,6 +299,7 @@ def _fit_settings(section: FitSection, jobs: int) -> mrfit.fit.stage.Settings:
     return mrfit.fit.stage.Settings(
         model=section.model,
         optimizer=section.opt,
+        options=section.options,
         per=section.per,
         name=section.name,
         seed=section.seed,

@@ -1,6 +1,6 @@
 """What a registry entry says about itself: parameters, models, optimizers, readers."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -186,9 +186,13 @@ class EffectSpec:
     Beside it the module holds the function of its slot, θ the effect's own parameters, Q of them:
 
     - ``input``: ``transform(channels {name: (N,)}, theta (Q,), dt) -> {name: (N,)}``, the channels it changes;
+    - ``loop``: ``closed(simulate, channel (N,), theta (Q,), dt) -> (N,)``, the output where its first input depends on
+      it; ``simulate(channel (N,)) -> (N,)`` is the model inside the loop;
     - ``theta``: ``factors(channels, theta (P, Q), dt) -> {role: (P, N) or (P, 1)}``, factors on parameters of a role;
     - ``add``: ``term(channels, theta (P, Q), dt) -> (P, N)``, added to the output;
-    - ``output``: ``shape(output (P, N), channels, theta (P, Q), dt) -> (P, N)``.
+    - ``output``: ``shape(output (P, N), channels, theta (P, Q), dt) -> (P, N)``;
+    - ``record``: ``error(channels, theta (P, Q), dt) -> (P, N)``, added to the output by the instruments that record
+      it. An effect of the slot ``input`` may have it too.
 
     Attributes
     ----------
@@ -229,8 +233,38 @@ class EffectSpec:
 
 
 @dataclass(frozen=True, slots=True)
+class Option:
+    """A constant of an optimizer that the user may change.
+
+    Attributes
+    ----------
+    name
+        Symbol as in the cited source (``b``, ``N_d``), or a plain word.
+    default
+        Value where the user names none.
+    low, high
+        What it may be, both included.
+    text
+        What it means, in a few words.
+    whole
+        Whether it is a whole number.
+    """
+
+    name: str
+    default: float
+    low: float
+    high: float
+    text: str
+    whole: bool = False
+
+
+Options = Mapping[str, float]
+"""The value of every option of an optimizer, by name."""
+
+
+@dataclass(frozen=True, slots=True)
 class OptimizerSpec:
-    """An optimizer's self-description, beside its ``minimise(objective, rng)``.
+    """An optimizer's self-description, beside its ``minimise(objective, rng, options)``.
 
     Attributes
     ----------
@@ -241,16 +275,30 @@ class OptimizerSpec:
     reference
         Where the algorithm comes from.
     kind
-        ``global`` searches the whole cube, ``local`` refines from the objective's best point.
+        ``global`` searches the whole cube, ``local`` refines from the objective's best point, ``start`` takes what the
+        data give as it is and can only begin a chain.
     budget
-        Evaluations (simulated parameter vectors) it asks for when the user names none, as a function of the dimension.
+        Evaluations (simulated parameter vectors) it asks for when the user names none, as a function of the dimension
+        and its options.
+    options
+        What the user may change of it.
+    coordinates
+        ``parameters`` where its moves depend on where the origin lies: it then sees the parameters themselves, in
+        physical units; all others see the unit cube.
     """
 
     name: str
     title: str
     reference: str
-    kind: Literal["global", "local"]
-    budget: Callable[[int], int]
+    kind: Literal["global", "local", "start"]
+    budget: Callable[[int, Options], int]
+    options: tuple[Option, ...] = ()
+    coordinates: Literal["cube", "parameters"] = "cube"
+
+    @property
+    def defaults(self) -> dict[str, float]:
+        """The value of every option where the user names none."""
+        return {o.name: o.default for o in self.options}
 
 
 @dataclass(frozen=True, slots=True)

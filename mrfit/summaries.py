@@ -370,6 +370,10 @@ def show(found: Summary) -> None:
                 say(f"  {param['name']} is held at what the logs give, not fitted; --bounds or --start frees it")
         for quantity in found.get("derived", ()):
             say(f"  derived: {quantity['name']} ({quantity['unit']}) {quantity['text']}")
+    if found.get("options"):
+        names = ["name", "default", "low", "high", "text"]
+        columns = ["option", "default", "least", "most", "meaning"]
+        print_table("Options: --opt-set NAME=VALUE", columns, [numbers(o, names) for o in found["options"]])
     if found.get("aliases"):
         say(f"Mistaken for: {', '.join(found['aliases'])}")
     if found.get("experiment"):

@@ -57,6 +57,14 @@ def test_stall_reaches_the_fit(tmp_path: Path) -> None:
     assert pipeline._fit_settings(read_pipeline(path).fit[0], 1).stall == 0.2
 
 
+@pytest.mark.parametrize("written", ["mwoa.b = 0.7", '"mwoa.b" = 0.7', "mwoa = {b = 0.7}"])
+def test_options_of_optimizers_reach_the_fit(written: str, tmp_path: Path) -> None:
+    path = tmp_path / "p.toml"
+    path.write_text(f"{HEAD}[[fit]]\nmodel = 'bingham'\nopt = 'mwoa'\n[fit.opt_set]\npopulation = 12\n{written}\n")
+    settings = pipeline._fit_settings(read_pipeline(path).fit[0], 1)
+    assert settings.options == (("population", 12.0), ("mwoa.b", 0.7))
+
+
 def test_logs_are_found_beside_the_file_whatever_its_folder_is_called(tmp_path: Path) -> None:
     folder = tmp_path / "pl [2023]"
     (folder / "sub").mkdir(parents=True)

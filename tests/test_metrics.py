@@ -48,6 +48,13 @@ def test_predicting_the_mean_fits_zero_percent():
     assert error_metrics(y, np.full_like(y, y.mean()))["fit_percent"] == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("offset", [0.0, -20.0, 1e3])
+def test_error_to_signal_ratio_is_one_of_variances_so_that_an_offset_does_not_count_as_signal(offset):
+    y = np.cos(PHASE) + offset
+    assert error_metrics(y, np.full_like(y, y.mean()))["esr"] == pytest.approx(100.0)
+    assert error_metrics(y, y - 0.1 * np.cos(PHASE))["esr"] == pytest.approx(1.0)
+
+
 @given(PAIRS, st.floats(1e-3, 1e3))
 def test_changing_the_unit_leaves_dimensionless_measures_alone(pair, factor):
     y, simulated = pair
@@ -64,7 +71,8 @@ def test_peak_error_never_exceeds_relative_error(pair):
     assert metrics["rmse"] == pytest.approx(math.sqrt(metrics["mse"]))
     if np.any(pair[0]):
         assert metrics["err_peak"] <= metrics["relative_rmse"] * (1.0 + 1e-12)
-        assert metrics["esr"] == pytest.approx(100.0 * metrics["relative_rmse"] ** 2, rel=1e-9)
+        if np.ptp(pair[0]):
+            assert metrics["esr"] == pytest.approx(100.0 * (1.0 - metrics["fit_percent"] / 100.0) ** 2, rel=1e-6)
 
 
 @given(PAIRS, st.randoms(use_true_random=False))
@@ -79,7 +87,7 @@ def test_undefined_measures_are_nan_not_infinite():
     zero = error_metrics(np.zeros(5), np.ones(5))
     assert all(math.isnan(zero[k]) for k in ("nrmse", "esr", "relative_rmse", "err_peak", "err_energy", "fit_percent"))
     constant = error_metrics(np.full(5, 0.1), np.ones(5), drive=np.zeros(5))
-    assert [k for k, v in constant.items() if math.isnan(v)] == ["nrmse", "err_energy", "fit_percent"]
+    assert [k for k, v in constant.items() if math.isnan(v)] == ["nrmse", "esr", "err_energy", "fit_percent"]
 
 
 def test_diverged_simulation_has_no_number():

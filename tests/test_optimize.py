@@ -1,3 +1,5 @@
+import re
+
 import numpy as np
 import pytest
 
@@ -31,14 +33,14 @@ def test_chain_hands_the_best_point_on():
 
 def test_links_take_what_their_specs_ask_for():
     outcome = run("pso-fmin")
-    asked = [registry.load("optimizer", name).SPEC.budget(2) for name in ("pso", "fmin")]
+    asked = [optimize.default_budget(name, 2) for name in ("pso", "fmin")]
     assert [link.allowed for link in outcome.links] == asked
 
 
 def test_total_budget_is_shared_in_proportion_and_kept():
     outcome = run("pso-woa-fmin", budget=3000)
     pso, woa, fmin = outcome.links
-    asked = {name: registry.load("optimizer", name).SPEC.budget(2) for name in ("pso", "woa", "fmin")}
+    asked = {name: optimize.default_budget(name, 2) for name in ("pso", "woa", "fmin")}
     assert pso.allowed == round(3000 * asked["pso"] / sum(asked.values()))
     assert woa.allowed / pso.allowed == pytest.approx(asked["woa"] / asked["pso"], rel=0.02)
     assert fmin.allowed == 3000 - pso.evaluations - woa.evaluations
@@ -112,7 +114,8 @@ def test_limits_that_allow_nothing_are_refused(limits, shown):
 
 
 def test_every_registered_optimizer_makes_a_chain():
-    name = "-".join(registry.names("optimizer"))
+    # what takes a start as it is can only begin one
+    name = "-".join(sorted(registry.names("optimizer"), key=lambda n: n != "points"))
     outcome = run(name, budget=20_000)
     assert len(outcome.links) == len(registry.names("optimizer"))
     assert outcome.evaluations <= 20_000
@@ -131,3 +134,43 @@ def test_a_share_that_is_none_is_refused(stall):
     objective = Objective(lambda points: points, np.array([0.3]), 0)
     with pytest.raises(ConfigError, match="--stall"):
         optimize.run("pso", objective, np.random.default_rng(0), stall=stall)
+
+
+def test_points_can_only_begin_a_chain():
+    assert optimize.chain("points-lsq") == ["points", "lsq"]
+    with pytest.raises(ConfigError, match="points is a start, not a search: write it first"):
+        optimize.chain("lsq-points")
+
+
+def test_options_go_to_every_optimizer_that_has_them_and_to_one_that_is_named():
+    given = (("mwoa.b", 0.7), ("b", 2.0), ("population", 12.0))
+    assert optimize.options_of("woa", given) == {"b": 2.0, "population": 12.0, "iterations": 800}
+    assert optimize.options_of("mwoa", given)["b"] == 0.7
+    assert optimize.options_of("pso", given)["population"] == 12.0
+    assert optimize.options_of("lsq", given) == {}
+    assert optimize.default_budget(optimize.Tuned("woa-lsq", given), 3) == 12 * 800 + 200 * 4
+
+
+@pytest.mark.parametrize(
+    ("parts", "given", "message"),
+    [
+        (["woa"], ("c1_0", 1.0), "--opt-set c1_0: no option of woa; they are b, population, iterations"),
+        (["lsq"], ("b", 1.0), "--opt-set b: no option of lsq; it has none"),
+        (["woa", "lsq"], ("mwoa.b", 1.0), "'mwoa' does not take part; woa and lsq do"),
+        (["mwoa"], ("population", 12.5), "population=12.5: takes whole numbers"),
+        (["mwoa"], ("population", 0.0), "population=0: takes 1 to 10000"),
+        (["pso"], ("v_max", 2.0), "v_max=2: takes 1e-06 to 1"),
+    ],
+)
+def test_a_wrong_option_is_told_with_those_there_are(parts, given, message):
+    with pytest.raises(ConfigError, match=re.escape(message)):
+        optimize.check_options(parts, [given])
+
+
+def test_options_change_how_many_are_simulated_side_by_side():
+    batches = []
+    objective = Objective(lambda p: (batches.append(len(p)), p - 0.3)[1], np.array([0.5, 0.5]), 0)
+    optimize.run(
+        optimize.Tuned("mwoa", (("population", 7.0), ("iterations", 5.0))), objective, np.random.default_rng(0)
+    )
+    assert batches == [7] * 5

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from mrfit.errors import ConfigError
-from mrfit.options import limits
+from mrfit.options import constants, limits
 from tests.conftest import Run
 
 
@@ -18,6 +18,19 @@ def test_bounds_are_two_numbers() -> None:
 def test_bounds_without_a_colon_are_shown_their_form() -> None:
     with pytest.raises(ConfigError, match="takes NAME=LOW:HIGH, not 'A=2'"):
         limits(["A=2"])
+
+
+def test_constants_of_optimizers_stand_in_one_option_or_in_several() -> None:
+    wanted = (("b", 1.2), ("population", 40.0), ("mwoa.N_d", 20.0))
+    assert (
+        constants(["b=1.2,population=40", "mwoa.N_d=20"]) == constants(["b=1.2, population=40 ,mwoa.N_d=20"]) == wanted
+    )
+    assert constants(None) == ()
+    for wrong in ("b", "b=", "b=1.2,"):
+        with pytest.raises(ConfigError, match="--opt-set takes NAME=VALUE"):
+            constants([wrong])
+    with pytest.raises(ConfigError, match="--opt-set: 'x' is not a number"):
+        constants(["b=x"])
 
 
 @pytest.mark.parametrize("command", ["ingest", "predict"])
@@ -34,3 +47,9 @@ def test_blas_has_one_thread_unless_the_user_says_otherwise(given: dict[str, str
     rest = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
     ended = subprocess.run([sys.executable, "-c", code], env=rest | given, capture_output=True, text=True, check=True)
     assert ended.stdout.split() == ["False", used]
+
+
+def test_a_wrong_option_ends_before_any_data_are_touched(mrfit: Run) -> None:
+    done = mrfit("fit", "--model", "bingham", "--opt", "mwoa-lsq", "--opt-set", "N_D=3")
+    line = "mrfit: --opt-set N_D: no option of mwoa, lsq; they are b, population, iterations, N_d, M\n"
+    assert (done.returncode, done.stderr) == (2, line)

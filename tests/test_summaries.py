@@ -87,3 +87,13 @@ def test_many_conditions_are_compared_in_tables_that_cut_no_name(
     printed = capsys.readouterr().out
     assert all(c in printed for c in conditions)
     assert printed.count("bingham") == 1 + printed.count("NRMSE of force in percent")
+
+
+@pytest.mark.parametrize(("name", "told"), [("mwoa", ("--opt-set", "N_d", "1.2", "antibodies")), ("lsq", ())])
+def test_options_of_an_optimizer_are_shown(
+    name: str, told: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    summaries.show(summaries.item(name))
+    printed = capsys.readouterr().out
+    assert all(word in printed for word in told)
+    assert ("--opt-set" in printed) == bool(told)

@@ -14,12 +14,13 @@ from mrfit.compare.page import optimizers_page
 from mrfit.csv_table import csv_table
 from mrfit.errors import ConfigError
 from mrfit.fit import levels, reduced, staged
-from mrfit.fit.cube import Cube
+from mrfit.fit.cube import Cube, FreeParameters
 from mrfit.fit.current import base_of
 from mrfit.fit.identify import Group, build_group, weights_of
 from mrfit.fit.problem import Posed
-from mrfit.fit.starts import at_scales, data_starts, to_points
+from mrfit.fit.starts import at_scales, characteristic_points, data_starts, to_points
 from mrfit.objective import Objective
+from mrfit.optimizers import points
 from mrfit.progress import Progress, silent
 from mrfit.specs import Array
 from mrfit.store import Workspace, plain, write_json, write_text
@@ -39,12 +40,12 @@ class Settings:
     optimizers
         Optimizers or chains, as in ``pso-fmin``.
     fit
-        What they fit: model, ``per``, bounds, weight, budget, … as in the fit stage; its optimizer and seed are not
-        used.
+        What they fit: model, ``per``, bounds, weight, budget, options, … as in the fit stage; its optimizer and seed
+        are not used. An option goes to every optimizer that has one of the name.
     seeds
         Runs of each optimizer, seeds 0, 1, …. Seed 0 starts at the model's own start values, every other at a point of
         the cube drawn at random, the same for all optimizers; ``auto`` starts at what the data give as well, as it
-        does in a fit.
+        does in a fit, and ``points`` there only.
     """
 
     optimizers: tuple[str, ...]
@@ -60,7 +61,9 @@ def check(settings: Settings) -> None:
     ConfigError
         If a model or an optimizer is unknown, or there is no seed to run.
     """
-    mrfit.fit.stage.check(settings.fit)
+    mrfit.fit.stage.check(replace(settings.fit, options=()))
+    parts = [part for name in settings.optimizers for part in optimize.chain(name)]
+    optimize.check_options(list(dict.fromkeys(parts)), settings.fit.options)
     for name in settings.optimizers:
         if staged.NAME in optimize.chain(name):
             raise ConfigError(f"'{name}' begins with stages, not with a start: `mrfit compare --models … --opt {name}`")
@@ -130,14 +133,18 @@ def _one_run(
     posed, start = Posed(group.search, weights, prepared.assembly, prepared.cube), start_point(prepared.cube, seed)
     rng = np.random.default_rng([seed, *group.name.encode()])
     limits = levels.Limits(fit.budget, fit.seconds, fit.stall)
+    given = group.training, base_of(fit.model), prepared.dependence, dict(fit.start)
     begin = time.perf_counter()
     if optimizer == "auto":
-        given = data_starts(group.training, base_of(fit.model), prepared.dependence, dict(fit.start))
-        starts = np.vstack([start, *to_points(prepared.cube, given)])
+        starts = np.vstack([start, *to_points(prepared.cube, data_starts(*given))])
         outcome = reduced.search(posed, starts, rng, limits, lambda evaluations, cost: None)
     else:
-        outcome = optimize.run(optimizer, Objective(posed.residuals, start, budget=0), rng, *limits)
-    history = [step for link in outcome.links for step in link.history]
+        if optimize.chain(optimizer)[0] == points.NAME:
+            start = characteristic_points(prepared.cube, *given)[0]
+        objective = Objective(posed.residuals, start, budget=0, coordinates=FreeParameters(prepared.cube))
+        outcome = optimize.run(optimize.Tuned(optimizer, fit.options), objective, rng, *limits)
+    # costs of another problem than that of all optimizers are not shown beside theirs
+    history = [step for link in outcome.links if not link.preliminary for step in link.history]
     return _Run(outcome.cost, outcome.evaluations, time.perf_counter() - begin, history)
 
 

@@ -16,7 +16,19 @@ from mrfit.progress import Progress, silent
 from mrfit.store import Workspace, plain, write_json, write_text
 
 SCHEMA = "mrfit/compare/1"
-COLUMNS = ("model", "condition", "role", "samples", "rmse", "nrmse", "fit_percent", "noise_floor", "seconds", "fit")
+COLUMNS = (
+    "model",
+    "condition",
+    "role",
+    "samples",
+    "rmse",
+    "nrmse",
+    "esr",
+    "fit_percent",
+    "noise_floor",
+    "seconds",
+    "fit",
+)
 ROLES = ("holdout", "train")
 
 
@@ -28,7 +40,7 @@ class Settings:
     ----------
     models
         Models as written; ``("all",)`` for every one there is.
-    optimizer, per, seed, budget, seconds, stall, weight, current_order, only
+    optimizer, options, per, seed, budget, seconds, stall, weight, current_order, only
         As in the fit stage, the same for all.
     jobs
         Worker threads of each fit; fits run one after the other, so that their times can be compared.
@@ -36,6 +48,7 @@ class Settings:
 
     models: tuple[str, ...] = ("all",)
     optimizer: str = "auto"
+    options: optimize.Given = ()
     per: Literal["condition", "all"] = "all"
     seed: int = 0
     budget: int | None = None
@@ -147,7 +160,7 @@ def _summary(settings: Settings, fits: list[dict[str, Any]], left_out: list[dict
         "settings": {k: v for k, v in asdict(settings).items() if k != "jobs"},
         "models": [_row(fit) for fit in fits],
         "metrics": [
-            {"model": fit["model"], **{k: m[k] for k in COLUMNS[1:8]}}
+            {"model": fit["model"], **{k: m[k] for k in COLUMNS[1:-2]}}
             for fit in fits
             for m in sorted(fit["metrics"], key=lambda m: (ROLES.index(m["role"]), m["condition"] != "all"))
         ],

@@ -13,7 +13,7 @@ from mrfit.discover.decide import Verdict
 from mrfit.discover.refit import Fitter, Refit
 from mrfit.discover.regions import Region, beyond_training, in_words, locate
 from mrfit.discover.remainder import explainable, follows_the_state, repeated_error
-from mrfit.discover.screen import cosines
+from mrfit.discover.screen import ALIKE, cosines
 from mrfit.discover.trials import leaves_too_much
 from mrfit.drift import drift_row, steady_drift
 from mrfit.fit.result import parameter_rows
@@ -26,8 +26,6 @@ FAR_ABOVE = 2.0
 CLEARLY_ABOVE = 1.25
 STRUCTURE = 0.15
 BEYOND_ANY_COLOUR = 8.0
-# Effects whose projected sensitivities are this parallel could take each other's place
-CONFUSABLE = 0.9
 REGIONS = 8
 
 
@@ -291,11 +289,11 @@ def confusable(verdict: Verdict) -> list[dict[str, Any]]:
         {"pair": sorted([seen[a].name, seen[b].name]), "cosine": float(matrix[a, b])}
         for a in range(len(seen))
         for b in range(a)
-        if abs(matrix[a, b]) > CONFUSABLE
+        if abs(matrix[a, b]) > ALIKE
     ]
 
 
 def cosine_table(verdict: Verdict) -> dict[str, Any]:
-    """Return the matrix of cosines between the projected sensitivities of all effects the data can show."""
+    """Return the cosines between the projected sensitivities of all effects the data can show, and which are alike."""
     seen = sorted((s for s in verdict.screened if len(s.direction)), key=lambda s: s.name)
-    return {"names": [s.name for s in seen], "matrix": cosines(seen).tolist()}
+    return {"names": [s.name for s in seen], "matrix": cosines(seen).tolist(), "alike": ALIKE}

@@ -20,7 +20,7 @@ from typing import Any
 from mrfit import registry
 from mrfit.discover.pairs import best_pair
 from mrfit.discover.refit import Fitter, Refit, paired_z
-from mrfit.discover.screen import Screened, reach, screen
+from mrfit.discover.screen import ALIKE, Screened, reach, screen
 from mrfit.discover.steadiness import change_within_records
 from mrfit.discover.trials import HOLDOUT_CLEAR, Trial, judge, leaves_too_much, try_out
 from mrfit.progress import Progress
@@ -28,8 +28,6 @@ from mrfit.specs import EffectSpec
 
 # Screened candidates that to first order take away less of the squared error than this are not refitted
 WORTH_A_REFIT = 1e-3
-# Cosine between projected sensitivities from which a wrong form of one effect may well look like the other
-ALIKE = 0.8
 # A rival that leaves so many times what the winner leaves, and significantly more, is not its equal
 FAR_BEHIND = 2.0
 # What an effect takes must be more than this times what all together leave
@@ -37,8 +35,8 @@ ABOVE_THE_REST = 0.5
 MOST_REFITS = 7
 MOST_ROUNDS = 4
 UNSEEN = "its sensitivity is not in the error"
-# A rival that leaves at most this much more of the gap is looked at
-RIVAL = 0.35
+# A rival that takes away at least this share of the squared error that the winner takes away is looked at
+RIVAL_TAKES = 0.35
 # Rivals that an effect has to face again once others are beside it
 MOST_RIVALS = 4
 # An effect that is not known to be mistaken for another faces it only if it could take this share of what is left then
@@ -256,7 +254,7 @@ def _started_from(fitter: Fitter, present: Refit, both: Refit, trial: Trial, ver
 def _comparable(present: Refit, winner: Trial, rival: Trial) -> bool:
     before = present.chi("holdout") ** 2
     best, other = before - winner.fit.chi("holdout") ** 2, before - rival.fit.chi("holdout") ** 2
-    return other > RIVAL * best
+    return other > RIVAL_TAKES * best
 
 
 def _far_behind(winner: Trial, rival: Trial) -> bool:

@@ -37,7 +37,7 @@ WORTH_POLISHING, ROUGH = 2.0, 3e-4
 # Multiples of the noise floor at which nothing is left to be searched for
 NOISE = 1.05
 # A shape parameter this near an end of its range says no more than that it is large, or small
-AT_BOUND = 0.05
+END_OF_RANGE = 0.05
 # Bounds of a shape parameter that is a share
 SHARE = (0.0, 1.0)
 
@@ -120,7 +120,7 @@ class Refit:
         common = {p.name for p in _params(rival)}
         shapes = [p for p in _params(effect) if p.role == "shape" and p.name not in common]
         places = [float(self.point[self._place(effect, p)]) for p in shapes if (p.low, p.high) != SHARE]
-        return sum(min(at, 1.0 - at) < AT_BOUND for at in places)
+        return sum(min(at, 1.0 - at) < END_OF_RANGE for at in places)
 
     def _neutral_theta(self, effect: str) -> Array:
         theta = self.theta[None, :].copy()

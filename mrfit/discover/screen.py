@@ -22,6 +22,8 @@ SHAPES = 5
 SIGNED_SHAPES = (0.02, 0.1, 0.5)
 # First step away from neutral, as a share of the parameter's range
 STEP = 1e-4
+# Cosine between projected sensitivities from which a wrong form of one effect may well look like the other
+ALIKE = 0.8
 
 
 @dataclass(frozen=True)

@@ -76,6 +76,36 @@ class Cube:
         return (float(np.log(p.low)), float(np.log(p.high))) if p.scale == "log" else (p.low, p.high)
 
 
+@dataclass(frozen=True)
+class FreeParameters:
+    """The free parameters of a cube as coordinates of their own: in SI units, none of them logarithmic."""
+
+    cube: Cube
+
+    @property
+    def low(self) -> Array:
+        """Lower bounds, shape (F,)."""
+        bounds: Array = self.cube.map[2][2]
+        return bounds
+
+    @property
+    def high(self) -> Array:
+        """Upper bounds, shape (F,)."""
+        bounds: Array = self.cube.map[2][3]
+        return bounds
+
+    def to_values(self, points: Array) -> Array:
+        """Map points (P, F) of the cube to the parameters' values (P, F)."""
+        values: Array = self.cube.to_theta(points)[:, self.cube.free]
+        return values
+
+    def to_points(self, values: Array) -> Array:
+        """Map the parameters' values (P, F) to points (P, F) of the cube."""
+        theta = np.empty((len(values), len(self.cube.params)))
+        theta[:, self.cube.free] = values
+        return self.cube.to_points(theta)
+
+
 def cube_of(
     spec: ModelSpec,
     bounds: Mapping[str, tuple[float, float]],

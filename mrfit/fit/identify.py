@@ -11,7 +11,7 @@ from mrfit.assembly import Assembly
 from mrfit.drive import smooth
 from mrfit.errors import DataError
 from mrfit.fit import levels, reduced
-from mrfit.fit.cube import Cube
+from mrfit.fit.cube import Cube, FreeParameters
 from mrfit.fit.problem import AHEAD_CYCLES, Block, Posed, differences, folded_block, full_block
 from mrfit.fit.uncertainty import Linearised, condensed, sensitivities
 from mrfit.noise_floor import NoiseFloor
@@ -20,7 +20,8 @@ from mrfit.output_floor import output_floors, residual_floor
 from mrfit.recording import Recording, Segment
 from mrfit.specs import Array
 
-HOLDOUT_SHARE = 3
+# One in so many cycles, or samples where there are none, is held out of a condition by itself
+ONE_HELD_OUT_IN = 3
 UNCERTAINTY_SAMPLES = 100_000
 
 
@@ -70,10 +71,10 @@ def split_cycles(segment: Segment, dt: float) -> list[Segment]:
     A segment with fewer than three cycles is training altogether.
     """
     if segment.cycles:
-        held = segment.cycles // HOLDOUT_SHARE
+        held = segment.cycles // ONE_HELD_OUT_IN
         cut = segment.stop - int(round(held / (segment.frequency * dt)))
     else:
-        held = segment.samples // HOLDOUT_SHARE
+        held = segment.samples // ONE_HELD_OUT_IN
         cut = segment.stop - held
     if held < 1:
         return [replace(segment, role="train")]
@@ -188,12 +189,14 @@ def search_optimum(
     else:
         if settings.budget is not None:
             starts = starts[: max(settings.budget - 1, 1)]
-        objective = Objective(posed.residuals, starts[0], budget=len(starts), on_progress=on_progress, starts=starts)
+        objective = Objective(
+            posed.residuals, starts[0], len(starts), on_progress, starts, coordinates=FreeParameters(cube)
+        )
         if len(starts) > 1:
             objective.costs(starts)
         budget = None if settings.budget is None else max(settings.budget - objective.evaluations, 1)
         rng, more = settings.rng(group.name), (budget, settings.seconds, settings.stall)
-        outcome = optimize.run(settings.optimizer, objective, rng, *more)
+        outcome = optimize.run(settings.tuned, objective, rng, *more)
     if not np.isfinite(outcome.cost):
         point = starts[0] if outcome.first_nonfinite is None else outcome.first_nonfinite
         theta = cube.to_theta(point[None, :])[0]
@@ -222,6 +225,7 @@ def _ended(outcome: optimize.Outcome, cube: Cube) -> dict[str, Any]:
         "nonfinite": outcome.nonfinite,
         "first_nonfinite": first,
         "history": [list(step) for link in outcome.links for step in link.history],
+        "preliminary": sum(len(link.history) for link in outcome.links if link.preliminary),
         "starts": [d.cost for d in outcome.descents] or None,
         "agreeing": outcome.agreeing,
     }
@@ -229,7 +233,7 @@ def _ended(outcome: optimize.Outcome, cube: Cube) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class SearchSettings:
-    """How to search: optimizer chain, seed, budget in evaluations and in seconds, weighting of conditions, patience."""
+    """How to search: optimizer chain, seed, budget in evaluations and in seconds, weighting, patience, options."""
 
     optimizer: str
     seed: int
@@ -237,6 +241,12 @@ class SearchSettings:
     seconds: float | None
     weight: str
     stall: float = optimize.PATIENCE
+    options: optimize.Given = ()
+
+    @property
+    def tuned(self) -> optimize.Tuned:
+        """The optimizer with its options."""
+        return optimize.Tuned(self.optimizer, self.options)
 
     def rng(self, group: str) -> np.random.Generator:
         """Return the generator of one group: the same whatever else is fitted, and by however many workers."""

@@ -27,7 +27,7 @@ TRIED = 4
 FAITHFUL = (0.5, 1.1)
 # Descents on thinned data that ended no more than this share above the best, and so far apart along some axis of the
 # cube, may be better on all data
-RIVAL, APART = 0.3, 0.02
+WORTH_TRYING, APART = 0.3, 0.02
 # Shares of what comes before the first sample compared that may be enough
 LEADS = (0.0, 0.0625, 0.5)
 # Share of the largest residual by which leaving out the rest may change any: bit by bit, on thinned data, at an optimum
@@ -228,7 +228,7 @@ def _apart(outcome: optimize.Outcome) -> list[Array]:
     """Return the best descents that settled little above the least cost, at points of their own."""
     chosen = [outcome.point]
     for descent in outcome.descents:
-        near = descent.settled and descent.cost < outcome.cost * (1.0 + RIVAL)
+        near = descent.settled and descent.cost < outcome.cost * (1.0 + WORTH_TRYING)
         if near and len(chosen) < TRIED and min(np.abs(descent.point - p).max() for p in chosen) > APART:
             chosen.append(descent.point)
     return chosen
@@ -265,7 +265,7 @@ def _joined(first: optimize.Outcome, fine: Objective, last: optimize.Outcome | N
         evaluations=first.evaluations + fine.evaluations,
         nonfinite=first.nonfinite + fine.nonfinite,
         first_nonfinite=fine.first_nonfinite if first.first_nonfinite is None else first.first_nonfinite,
-        links=(*first.links, link),
+        links=(*(replace(before, preliminary=True) for before in first.links), link),
         descents=last.descents if last and last.descents else first.descents,
         agreeing=last.agreeing if last and last.descents else first.agreeing,
     )

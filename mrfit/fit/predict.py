@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 
 from mrfit.assembly import Assembly
+from mrfit.channels import unit_of
 from mrfit.drive import smooth
 from mrfit.errors import DataError
 from mrfit.fit.current import assembly_of
 from mrfit.fit.identify import measured_output
 from mrfit.fit.problem import Block, full_block
 from mrfit.fit.result import metric_rows, simulate_block
-from mrfit.fit.select import left_out_warnings, usable
-from mrfit.fit.stage import load_recordings
+from mrfit.fit.select import left_out_warnings, load_recordings, usable
 from mrfit.output_floor import output_floors
 from mrfit.recording import Segment
 from mrfit.specs import Array
@@ -22,6 +22,8 @@ from mrfit.store import Workspace, read_json
 
 # What a fit.json must hold for a prediction
 NEEDED = {"name", "model", "output", "key", "settings", "results"}
+# Share within which quantities of two conditions are the same
+SAME = 0.01
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,7 @@ class Prediction:
     blocks, simulated
         The segments' blocks and the simulated outputs, for tables and figures.
     warnings
-        On logs that were left out.
+        On logs that were left out, and on conditions whose parameters are another's.
     """
 
     metrics: list[dict[str, Any]]
@@ -85,11 +87,14 @@ def predict(fit: dict[str, Any], logs: Workspace) -> Prediction:
     recordings = load_recordings(logs, found)
     segments, left_out = usable(found, recordings, assembly)
     blocks, outputs, simulated, used = [], [], [], {}
+    borrowed: dict[str, dict[str, str]] = {}
     for segment in segments:
         recording = recordings[segment.recording]
         output = measured_output(recording, assembly)[segment.start : segment.stop]
         result = closest_result(fit["results"], segment)
         used[segment.id] = str(result["condition"])
+        if result["condition"] not in ("all", segment.condition):
+            borrowed.setdefault(segment.condition, _borrowed(result, segment))
         part = replace(segment, role="predict")
         block = full_block(part, smooth(recording, part, assembly.spec.inputs), output)
         blocks.append(block)
@@ -97,7 +102,8 @@ def predict(fit: dict[str, Any], logs: Workspace) -> Prediction:
         simulated.append(simulate_block(block, assembly, theta_of(assembly, result))[0])
     floors = output_floors(segments, recordings, outputs)
     metrics = metric_rows(blocks, floors, simulated, assembly)
-    return Prediction(metrics, used, blocks, simulated, left_out_warnings(left_out, len(found)))
+    warnings = [*left_out_warnings(left_out, len(found)), *borrowed.values()]
+    return Prediction(metrics, used, blocks, simulated, warnings)
 
 
 def theta_of(assembly: Assembly, result: dict[str, Any]) -> Array:
@@ -124,3 +130,35 @@ def closest_result(results: Sequence[dict[str, Any]], segment: Segment) -> dict[
         return float(np.hypot(*logs) + abs(levels[0] - levels[1]))
 
     return min(results, key=distance)
+
+
+def _borrowed(result: dict[str, Any], segment: Segment) -> dict[str, str]:
+    """Return the warning that a segment is predicted by another condition's parameters, and how far off that is."""
+    at, unit = result["at"], unit_of(segment.drive)
+    current = segment.current if np.isfinite(segment.current) else None
+    pairs = [
+        ("frequency", at["frequency"], segment.frequency, "Hz"),
+        ("amplitude", at["amplitude"], segment.amplitude, unit),
+        # in a test of a coil the current is the drive, whose level the amplitude is
+        *([("current", at["current"], current, "A")] if segment.drive != "current" else []),
+    ]
+    known = [(name, there, here, unit) for name, there, here, unit in pairs if there is not None or here is not None]
+    apart = [
+        f"{name} {_value(there, unit)} instead of {_value(here, unit)}{_share(there, here)}"
+        for name, there, here, unit in known
+        if there is None or here is None or not np.isclose(there, here, rtol=SAME, atol=1e-9)
+    ]
+    how = "; ".join(apart) or "the same in frequency, amplitude and current"
+    return {
+        "kind": "nearest-set",
+        "text": f"{segment.condition} was not fitted: its parameters are those of {result['condition']}, the nearest "
+        f"({how}); only a fit with --per all says how they go on",
+    }
+
+
+def _value(value: float | None, unit: str) -> str:
+    return "a moving one" if value is None else f"{value:.4g} {unit}"
+
+
+def _share(there: float | None, here: float | None) -> str:
+    return "" if not there or not here else f" ({100.0 * (there / here - 1.0):+.0f} %)"

@@ -201,9 +201,15 @@ def differences(block: Block, assembly: Assembly, theta: Array) -> Array:
 
     The unknown constant of a flux record is removed: it is the mean difference, since that is what least squares gives.
     """
-    delta = np.empty((len(theta), len(block.target)))
     with np.errstate(all="ignore"):
-        _compare(block, assembly, assembly.simulate(block.drive, theta, block.dt), np.ones(len(block.target)), 1, delta)
+        return differences_of(block, assembly, assembly.simulate(block.drive, theta, block.dt))
+
+
+def differences_of(block: Block, assembly: Assembly, simulated: Array) -> Array:
+    """Return the same of outputs that are simulated already, (P, W + M) -> (P, B)."""
+    delta = np.empty((len(simulated), len(block.target)))
+    with np.errstate(all="ignore"):
+        _compare(block, assembly, simulated, np.ones(len(block.target)), 1, delta)
     return delta
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from mrfit.assembly import Assembly
 from mrfit.fit.bootstrap import Interval
 from mrfit.fit.cube import Cube
-from mrfit.fit.problem import Block, differences
+from mrfit.fit.problem import Block, differences_of
 from mrfit.fit.residual_tests import ALL
 from mrfit.fit.uncertainty import Uncertainty, sensitivities
 from mrfit.metrics import absorbed_energy, error_metrics
@@ -143,10 +143,10 @@ def work_drive(block: Block, assembly: Assembly) -> Array | None:
 
 def simulate_block(block: Block, assembly: Assembly, theta: Array) -> tuple[Array, float]:
     """Return the output at the targets (N,), the record's unknown constant included, and that constant."""
-    delta = differences(block, assembly, theta[None, :])[0]
-    raw = block.at_targets(assembly.simulate(block.drive, theta[None, :], block.dt))[0]
-    simulated = block.target + delta
-    return simulated, float(np.mean(simulated - raw))
+    with np.errstate(all="ignore"):
+        outputs = assembly.simulate(block.drive, theta[None, :], block.dt)
+        simulated: Array = block.target + differences_of(block, assembly, outputs)[0]
+        return simulated, float(np.mean(simulated - block.at_targets(outputs)[0]))
 
 
 def metric_rows(

@@ -29,10 +29,11 @@ from mrfit.fit.files import write_fit
 from mrfit.fit.identify import Group, SearchSettings, build_group, search_optimum, weights_of
 from mrfit.fit.problem import Posed
 from mrfit.fit.result import metric_rows, simulate_block, warnings_of
-from mrfit.fit.select import left_out_warnings, named, select, usable
-from mrfit.fit.starts import at_scales, data_starts, level_fits, to_points, two_phase_start
+from mrfit.fit.select import left_out_warnings, load_recordings, named, select, usable
+from mrfit.fit.starts import at_scales, characteristic_points, data_starts, level_fits, to_points, two_phase_start
 from mrfit.fit.trust import Intervals, drift_warnings, trust
 from mrfit.kernels.jit import is_cold
+from mrfit.optimizers import points
 from mrfit.progress import Progress, silent
 from mrfit.recording import NAMING, Recording, Segment
 from mrfit.specs import Array
@@ -52,6 +53,8 @@ class Settings:
         Model as written on the command line.
     optimizer
         Optimizer chain, as in ``pso-fmin``.
+    options
+        The user's changes to the optimizers' options: name, or OPTIMIZER.NAME, and value.
     per
         ``condition``: one set of parameters for each condition, its last third of cycles held out; ``all``: one set for
         all training conditions, whole conditions held out.
@@ -84,6 +87,7 @@ class Settings:
 
     model: str
     optimizer: str = "auto"
+    options: optimize.Given = ()
     per: Literal["condition", "all"] = "condition"
     name: str = ""
     seed: int = 0
@@ -215,7 +219,7 @@ def check(settings: Settings) -> None:
         If a model, optimizer or parameter name, a bound, an order or the fit's name is wrong.
     """
     assembly = assemble(settings.model)
-    optimize.chain(settings.optimizer)
+    optimize.check_options(optimize.chain(settings.optimizer), settings.options)
     staged.check_staged(settings.model, settings.optimizer, settings.per)
     checked_order(settings.model, settings.current_order, settings.per)
     if "/" in settings.fit_name or settings.fit_name.startswith("."):
@@ -278,11 +282,6 @@ def _alone(settings: Settings) -> Settings:
     )
 
 
-def load_recordings(workspace: Workspace, segments: Sequence[Segment]) -> dict[str, Recording]:
-    """Return the recordings the segments point into, with flux where the flux stage has run."""
-    return {i: workspace.read_recording(i, workspace.latest) for i in dict.fromkeys(s.recording for s in segments)}
-
-
 def _groups(segments: Sequence[Segment], settings: Settings) -> dict[str, list[Segment]]:
     if settings.per == "all":
         return {"all": list(segments)}
@@ -321,7 +320,6 @@ class _Runner:
             self.progress("compiling the kernels, this once", 0, 1)
             pieces.append(self._fit(*groups.pop(0)))
             self.progress("compiling the kernels, this once", 1, 1)
-
         rest = in_processes(lambda g, told: replace(self, progress=told)._fit(*g), groups, jobs, self.progress)
         return [*pieces, *rest]
 
@@ -330,7 +328,7 @@ class _Runner:
         # where a part of each test is held out already, no third of its cycles is
         split = settings.per == "condition" and len({s.role for s in segments}) == 1
         group = build_group(name, segments, self.prepared.recordings, self.assembly, split)
-        limits = (settings.budget, settings.seconds, settings.weight, settings.stall)
+        limits = (settings.budget, settings.seconds, settings.weight, settings.stall, settings.options)
         search = SearchSettings(settings.optimizer, settings.seed, *limits)
         cube = at_scales(self.prepared.cube, group.training, base_of(settings.model))
         found = self._resumed(name) or self._search(group, cube, search)
@@ -345,8 +343,8 @@ class _Runner:
             "conditions": list(dict.fromkeys(b.segment.condition for b in group.full)),
             "at": {k: getattr(group.full[0].segment, k) for k in NAMING},
             **{k: found[k] for k in ("cost", "evaluations", "budget", "budget_spent", "out_of_time", "stopped")},
-            **{k: found[k] for k in ("nonfinite", "history", "starts", "agreeing", "first_nonfinite")},
-            **{k: found[k] for k in ("per_current", "stages")},
+            **{k: found[k] for k in ("nonfinite", "history", "preliminary", "starts", "agreeing")},
+            **{k: found[k] for k in ("first_nonfinite", "per_current", "stages")},
             **trust(group, self.assembly, cube, point, simulated, judged),
             "segments": [
                 {"id": b.segment.id, "condition": b.segment.condition, "role": b.segment.role}
@@ -355,12 +353,13 @@ class _Runner:
             ],
         }
         reasons = warnings_of(result, metrics, self.assembly.spec.passive)
-        result["warnings"] = [*reasons, *drift_warnings(result["drift"]), *staged.warnings(found["stages"])]
+        said = [*drift_warnings(result["drift"]), *staged.warnings(found["stages"])]
+        result["warnings"] = [*reasons, *said, *points.warnings(settings.optimizer)]
         return _Piece(result, group, simulated, metrics)
 
     def _search(self, group: Group, cube: Cube, search: SearchSettings) -> dict[str, Any]:
         name = group.name
-        total = search.budget or optimize.default_budget(search.optimizer, len(cube.free))
+        total = search.budget or optimize.default_budget(search.tuned, len(cube.free))
 
         def told(evaluations: int, cost: float) -> None:
             unit = self.assembly.spec.output
@@ -385,6 +384,8 @@ class _Runner:
         """Return start points, the user's first, and what a first phase found at each current."""
         settings, dependence = self.settings, self.prepared.dependence
         base, given = base_of(settings.model), dict(settings.start)
+        if optimize.chain(settings.optimizer)[0] == points.NAME:
+            return characteristic_points(cube, group.training, base, dependence, given), None
         starts: list[dict[str, float]] = [{}, *data_starts(group.training, base, dependence, given)]
         if dependence is None:
             return to_points(cube, starts), None

@@ -13,6 +13,7 @@ import numpy as np
 from mrfit import optimize
 from mrfit.assembly import Assembly
 from mrfit.dependence import CurrentDependence, base_name, expanded, through
+from mrfit.errors import ConfigError
 from mrfit.fit.cube import Cube
 from mrfit.fit.current import level_of, levels_of
 from mrfit.fit.problem import Block, residual_function
@@ -21,6 +22,8 @@ from mrfit.specs import Array
 
 # Evaluations of the first phase: at the first current, and at each of the others, which start from their neighbour
 FIRST_LEVEL, OTHER_LEVELS = 200, 60
+# Parameters that a message names
+NAMED = 6
 
 
 @dataclass(frozen=True)
@@ -70,6 +73,35 @@ def data_starts(
     table = np.array([[m.get(n, base.spec.start[k]) for k, n in enumerate(base.spec.names)] for m in medians])
     nodes = through(base.spec, dependence, np.array(levels), table)
     return [{n: v for n, v in zip(node_names(base, dependence), nodes.tolist(), strict=True) if base_name(n) in names}]
+
+
+def characteristic_points(
+    cube: Cube,
+    blocks: Sequence[Block],
+    base: Assembly,
+    dependence: CurrentDependence | None,
+    given: Iterable[str],
+) -> Array:
+    """Return the start point (1, F) that the data give by characteristic points alone, for ``--opt points``.
+
+    Parameters are as in ``data_starts``; those in ``given`` keep the user's start value.
+
+    Raises
+    ------
+    ConfigError
+        If the points leave a free parameter open.
+    """
+    taken = {base_name(name) for name in given}
+    found = data_starts(blocks, base, dependence, taken)[-1:]
+    free = [cube.params[int(k)].name for k in cube.free]
+    missing = [n for n in free if base_name(n) not in taken and not any(n in values for values in found)]
+    if missing:
+        more = f" and {len(missing) - NAMED} more" if missing[NAMED:] else ""
+        raise ConfigError(
+            f"--opt points: the characteristic points of '{base.name}' leave {', '.join(missing[:NAMED])}{more} open; "
+            "give them by --start or --fix, or choose another optimizer"
+        )
+    return to_points(cube, found or [{}])
 
 
 def at_scales(cube: Cube, blocks: Iterable[Block], base: Assembly) -> Cube:

@@ -1,12 +1,14 @@
 """Nonlinear biviscous: a stiff damper before yield, a soft one after it.
 
-    F = f0 + C0*v                                      for |v| < vy
-    F = f0 + fy*sign(v) + C_inf*(v - vy*sign(v))       for |v| >= vy,    fy = C0*vy
+    F = f0 + C0*v                    for |v| < vy
+    F = f0 + fy*sign(v) + C_inf*v    for |v| >= vy,    C0*vy = fy + C_inf*vy
 
-v velocity (m/s), F force (N), f0 offset of the gas accumulator (N), fy yield force (N), vy yield velocity (m/s), C_inf
-post-yield damping (N*s/m). The pre-yield damping C0 = fy/vy (N*s/m) follows from continuity and is reported as derived.
+v velocity (m/s), F force (N), f0 offset of the gas accumulator (N), fy yield force (N), where the post-yield line meets
+the ordinate, vy yield velocity (m/s), C_inf post-yield damping (N*s/m). The pre-yield damping C0 = fy/vy + C_inf
+(N*s/m) follows from continuity and is reported as derived.
 
-Source: preyield paper eq. 3; published values in its Tables 1-2.
+Source: preyield paper eq. 3 with fy as its Figure 4 and its Tables 1-2 have it. The equation as printed has the force
+at yield for fy, fy = C0*vy, which the tables do not obey; the 1.8 and 4.1 mm/s of their rows MH stand for 18 and 41.
 """
 
 import numpy as np
@@ -18,8 +20,8 @@ from mrfit.specs import Array, Derived, ModelSpec, Param
 SPEC = ModelSpec(
     name="biviscous",
     title="Nonlinear biviscous",
-    equation="F = f0 + C0*v for |v|<vy, else f0 + fy*sign(v) + C_inf*(v - vy*sign(v));  C0 = fy/vy",
-    reference="preyield paper eq. 3",
+    equation="F = f0 + C0*v for |v|<vy, else f0 + fy*sign(v) + C_inf*v;  C0 = fy/vy + C_inf",
+    reference="preyield paper eq. 3, fy as in its Figure 4 and Tables 1-2",
     inputs=("velocity",),
     output="force",
     params=(
@@ -29,7 +31,7 @@ SPEC = ModelSpec(
         Param("f0", "N", -1e5, 1e5, 0.0, "linear", "offset", "offset of the gas accumulator"),
     ),
     linear=("fy", "C_inf", "f0"),
-    derived=(Derived("C0", "N*s/m", "fy/vy: pre-yield damping"),),
+    derived=(Derived("C0", "N*s/m", "fy/vy + C_inf: pre-yield damping"),),
 )
 
 
@@ -40,15 +42,14 @@ def response(drive: Array, theta: Array, dt: float) -> Array:
 
 def derived(theta: Array) -> Array:
     """Return the pre-yield damping C0 in N*s/m, shape (P, 1)."""
-    return theta[:, :1] / theta[:, 2:3]
+    return theta[:, :1] / theta[:, 2:3] + theta[:, 1:2]
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     """Return the line through the faster half of the samples and the velocity at which the slow ones reach it."""
-    return inside(SPEC, {**post_yield_line(drive[0], output), "vy": yield_velocity(drive[0], output)})
+    return inside(SPEC, {**post_yield_line(drive[0], output), "vy": 2.0 * yield_velocity(drive[0], output)})
 
 
 def _force(v: Array, fy: Array, c_inf: Array, vy: Array, f0: Array) -> Array:
-    pre_yield = np.clip(v, -vy, vy)
-    force: Array = f0 + fy / vy * pre_yield + c_inf * (v - pre_yield)
+    force: Array = f0 + fy * np.clip(v / vy, -1.0, 1.0) + c_inf * v
     return force

@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 from mrfit.kernels.descent import FIRST_RAISE, LONGEST_STEP, damped_steps, fanned_steps, keep_better
 from mrfit.kernels.ending import AGREEMENT_RTOL, RIVAL, decided, enough, going_on
 from mrfit.objective import BudgetSpent, Descent, NormalEquations, Objective, Stalled
-from mrfit.specs import Array, Index, OptimizerSpec
+from mrfit.specs import Array, Index, OptimizerSpec, Options
 
 SPEC = OptimizerSpec(
     name="auto",
     title="Multi-start bounded Levenberg-Marquardt, all starts side by side, until several agree",
     reference="Levenberg (1944), Marquardt (1963); stop: Bates and Watts (1981); starts: McKay and others (1979)",
     kind="global",
-    budget=lambda dimension: 1000 * (dimension + 1),
+    budget=lambda dimension, options: 1000 * (dimension + 1),
 )
 
 Mask = NDArray[np.bool_]
@@ -91,7 +91,7 @@ class Front:
         return ~(self.settled | self.stuck | self.given_up)
 
 
-def minimise(objective: Objective, rng: np.random.Generator) -> None:
+def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> None:
     """Minimise from the given starts and well-spread ones, wave by wave, until three descents agree.
 
     Of many, two are enough; where the least cost stays as it is for many more, the search ends without agreement.

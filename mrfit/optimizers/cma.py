@@ -3,7 +3,7 @@
 import numpy as np
 
 from mrfit.objective import Objective
-from mrfit.specs import Array, OptimizerSpec
+from mrfit.specs import Array, OptimizerSpec, Options
 
 FIRST_SPREAD = 0.25
 # Costs are told relative to the first finite one, so that the tolerances mean the same for every unit.
@@ -16,11 +16,11 @@ SPEC = OptimizerSpec(
     title="Covariance matrix adaptation, restarted with doubled populations",
     reference="Hansen and Ostermeier (2001); Auger and Hansen (2005); library `cma`",
     kind="global",
-    budget=lambda dimension: 2000 * (dimension + 3),
+    budget=lambda dimension, options: 2000 * (dimension + 3),
 )
 
 
-def minimise(objective: Objective, rng: np.random.Generator) -> None:
+def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> None:
     """Run CMA-ES from the best point known, then from random points with twice the population each time.
 
     Ends after the first restart that brings no gain. Populations are simulated in one batch.

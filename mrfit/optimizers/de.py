@@ -5,10 +5,8 @@ from typing import Any
 import numpy as np
 
 from mrfit.objective import Objective
-from mrfit.specs import Array, OptimizerSpec
+from mrfit.specs import Array, OptimizerSpec, Option, Options
 
-POPULATION = 40
-GENERATIONS = 800
 # The least population scipy takes.
 SMALLEST = 5
 TOLERANCE = 1e-8
@@ -18,12 +16,16 @@ SPEC = OptimizerSpec(
     title="Differential evolution (best/1/bin, dithered)",
     reference="Storn and Price (1997); scipy.optimize.differential_evolution",
     kind="global",
-    budget=lambda dimension: POPULATION * GENERATIONS,
+    budget=lambda dimension, options: int(options["population"] * options["iterations"]),
+    options=(
+        Option("population", 40, 5, 10_000, "points that evolve, simulated side by side", whole=True),
+        Option("iterations", 800, 1, 1_000_000, "generations, where --budget does not say it", whole=True),
+    ),
 )
 
 
-def minimise(objective: Objective, rng: np.random.Generator) -> None:
-    """Evolve 40 points by scipy's differential evolution, each generation simulated in one batch.
+def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> None:
+    """Evolve points by scipy's differential evolution, each generation simulated in one batch.
 
     Ends when the costs of the population agree within 1e-8. One point starts at the best known, the others anywhere.
     """
@@ -32,7 +34,7 @@ def minimise(objective: Objective, rng: np.random.Generator) -> None:
     def costs(columns: Array, /) -> Any:
         return objective.costs(columns.T)
 
-    count = max(SMALLEST, min(POPULATION, objective.remaining))
+    count = max(SMALLEST, min(int(options["population"]), objective.remaining))
     points = rng.random((count, objective.dimension))
     points[0] = objective.best_point
     result = differential_evolution(

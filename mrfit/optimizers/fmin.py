@@ -3,21 +3,21 @@
 import numpy as np
 
 from mrfit.objective import Objective
-from mrfit.specs import Array, OptimizerSpec
+from mrfit.specs import Array, OptimizerSpec, Options
 
 SPEC = OptimizerSpec(
     name="fmin",
     title="Sequential quadratic programming within bounds",
     reference="Tang et al. eq. 11 (fmincon's part); scipy.optimize SLSQP: Kraft (1988)",
     kind="local",
-    budget=lambda dimension: 200 * (dimension + 1),
+    budget=lambda dimension, options: 200 * (dimension + 1),
 )
 
 MAX_ITERATIONS = 10**6
 TOLERANCE = 1e-12
 
 
-def minimise(objective: Objective, rng: np.random.Generator) -> None:
+def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> None:
     """Refine the best point known by sequential quadratic programming on the mean square error.
 
     min f(x) with 0 <= x <= 1; each gradient 2 Jᵀr/M comes from one batched simulation of K + 1 points. f is scaled to 1

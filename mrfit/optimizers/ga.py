@@ -5,10 +5,8 @@ import math
 import numpy as np
 
 from mrfit.objective import Objective
-from mrfit.specs import Array, OptimizerSpec
+from mrfit.specs import Array, OptimizerSpec, Option, Options
 
-POPULATION = 40
-GENERATIONS = 800
 ELITE = 2
 CROSSOVER_SHARE = 0.8
 BLEND = 0.5
@@ -20,17 +18,21 @@ SPEC = OptimizerSpec(
     title="Real-coded genetic algorithm: tournaments, blend crossover, shrinking mutation, elite",
     reference="rotary-stiffness paper §5.1 compares with it; blend crossover of Eshelman and Schaffer (1993)",
     kind="global",
-    budget=lambda dimension: POPULATION * GENERATIONS,
+    budget=lambda dimension, options: int(options["population"] * options["iterations"]),
+    options=(
+        Option("population", 40, 1, 10_000, "points that are bred, simulated side by side", whole=True),
+        Option("iterations", 800, 1, 1_000_000, "generations, where --budget does not say it", whole=True),
+    ),
 )
 
 
-def minimise(objective: Objective, rng: np.random.Generator) -> None:
-    """Breed 40 points until the budget is spent, each generation simulated in one batch.
+def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> None:
+    """Breed points until the budget is spent, each generation simulated in one batch.
 
     Parents win tournaments of two; 80 % of the children blend two parents (BLX-0.5), the others copy one; every
     component mutates with probability 1/K by a normal step that shrinks over the run; the best two survive.
     """
-    count = max(1, min(POPULATION, objective.remaining))
+    count = max(1, min(int(options["population"]), objective.remaining))
     generations = math.ceil(objective.remaining / count)
     points = rng.random((count, objective.dimension))
     points[0] = objective.best_point

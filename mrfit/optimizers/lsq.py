@@ -3,14 +3,14 @@
 import numpy as np
 
 from mrfit.objective import Objective
-from mrfit.specs import OptimizerSpec
+from mrfit.specs import OptimizerSpec, Options
 
 SPEC = OptimizerSpec(
     name="lsq",
     title="Trust-region reflective least squares within bounds",
     reference="preyield paper §3; scipy.optimize.least_squares: Branch, Coleman and Li (1999)",
     kind="local",
-    budget=lambda dimension: 200 * (dimension + 1),
+    budget=lambda dimension, options: 200 * (dimension + 1),
 )
 
 # scipy keeps its iterates inside the bounds; a start nearer to one than 1e-10 it would move to a point not tried.
@@ -18,7 +18,7 @@ MARGIN = 1e-9
 TOLERANCE = 1e-10
 
 
-def minimise(objective: Objective, rng: np.random.Generator) -> None:
+def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> None:
     """Refine the best point known by scipy's trust-region reflective method; each Jacobian is one batched simulation.
 
     The random generator is not used.

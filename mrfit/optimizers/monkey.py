@@ -3,10 +3,8 @@
 import numpy as np
 
 from mrfit.objective import Objective
-from mrfit.specs import Array, OptimizerSpec
+from mrfit.specs import Array, OptimizerSpec, Option, Options
 
-MONKEYS = 40
-ITERATIONS = 800
 CLIMB_STEPS = 20
 # Step length of the climb at the first and the last evaluation, as a share of the cube's edge.
 CLIMB_STEP = (0.04, 5e-5)
@@ -19,19 +17,23 @@ SPEC = OptimizerSpec(
     title="Monkey algorithm: climb, watch and jump, somersault",
     reference="rotary-stiffness paper §5.1 compares with it; Zhao and Tang (2008)",
     kind="global",
-    budget=lambda dimension: MONKEYS * ITERATIONS,
+    budget=lambda dimension, options: int(options["population"] * options["iterations"]),
+    options=(
+        Option("population", 40, 1, 10_000, "monkeys, simulated side by side", whole=True),
+        Option("iterations", 800, 1, 1_000_000, "evaluations of each, where --budget does not say it", whole=True),
+    ),
 )
 
 
-def minimise(objective: Objective, rng: np.random.Generator) -> None:
-    """Let 40 monkeys climb, watch and jump, climb, and somersault, until the budget is spent.
+def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> None:
+    """Let the monkeys climb, watch and jump, climb, and somersault, until the budget is spent.
 
     All monkeys are simulated together at every step; the climb's step shrinks geometrically with the budget used.
 
     Source: Zhao and Tang (2008).
     """
     allowed = max(objective.remaining, 1)
-    monkeys = rng.random((max(1, min(MONKEYS, objective.remaining)), objective.dimension))
+    monkeys = rng.random((max(1, min(int(options["population"]), objective.remaining)), objective.dimension))
     monkeys[0] = objective.best_point
     objective.costs(monkeys)
     first, last = CLIMB_STEP

@@ -4,14 +4,11 @@ import math
 
 import numpy as np
 
-from mrfit.objective import Objective
-from mrfit.optimizers.woa import ITERATIONS, WHALES, first_swarm, swim
-from mrfit.specs import Array, OptimizerSpec
+from mrfit.objective import InParameters
+from mrfit.optimizers.woa import B_TEXT, ITERATIONS, POPULATION, first_swarm, swim
+from mrfit.specs import Array, OptimizerSpec, Option, Options
 
-SPIRAL_SHAPE = 1.2
-IDLE_ITERATIONS = 30
-ANTIBODIES = 10
-# Standard deviation of a clone about its antibody, as a share of the cube's edge; the paper gives none.
+# Standard deviation of a clone about its antibody, as a share of the bounds; the paper gives none.
 MUTATION = 0.05
 
 SPEC = OptimizerSpec(
@@ -19,45 +16,65 @@ SPEC = OptimizerSpec(
     title="Modified whale optimization: sigmoid coefficient and immune operation",
     reference="rotary-stiffness paper eqs 7-18",
     kind="global",
-    budget=lambda dimension: WHALES * ITERATIONS,
+    budget=lambda dimension, options: int(options["population"] * options["iterations"]),
+    options=(
+        Option("b", 1.2, 0.0, 10.0, B_TEXT),
+        POPULATION,
+        ITERATIONS,
+        Option("N_d", 30, 1, 1_000_000, "iterations without a gain before the immune operation", whole=True),
+        Option("M", 10, 1, 10_000, "antibodies of the immune operation, at most half the whales", whole=True),
+    ),
+    coordinates="parameters",
 )
 
 
-def minimise(objective: Objective, rng: np.random.Generator) -> None:
-    """Move 40 whales until the budget is spent, a = 2 exp(-10 (n/N)⁴); stir them after 30 iterations without a gain.
+def minimise(objective: InParameters, rng: np.random.Generator, options: Options) -> None:
+    """Move the whales until the budget is spent, a = 2 exp(-10 (n/N)⁴); stir them after N_d iterations without a gain.
 
     Source: rotary-stiffness paper §4.2 and 4.3.
     """
-    whales = first_swarm(objective, rng)
+    whales = first_swarm(objective, int(options["population"]), rng)
     iterations = math.ceil(objective.remaining / len(whales))
+    spread = MUTATION * (objective.high - objective.low)
     idle = 0
     for iteration in range(iterations):
         before = objective.best_cost
         costs = objective.costs(whales)
         idle = 0 if objective.best_cost < before else idle + 1
-        if idle >= IDLE_ITERATIONS:
-            whales, idle = immune_operation(whales, costs, rng), 0
+        if idle >= options["N_d"]:
+            whales, idle = immune_operation(whales, costs, int(options["M"]), spread, rng), 0
         coefficient = 2.0 * math.exp(-10.0 * (iteration / iterations) ** 4)
-        whales = swim(whales, objective.best_point, coefficient, SPIRAL_SHAPE, rng)
+        moved = swim(whales, objective.best_values, coefficient, options["b"], rng)
+        whales = np.clip(moved, objective.low, objective.high)
 
 
-def immune_operation(whales: Array, costs: Array, rng: np.random.Generator) -> Array:
+def immune_operation(whales: Array, costs: Array, most: int, spread: Array, rng: np.random.Generator) -> Array:
     """Return the swarm (P, K) with its worst whales replaced by mutated clones of selected antibodies.
 
-    Antibodies are the best whales, at most 10 and at most half the swarm; as many of the worst are replaced. A clone's
+    Antibodies are the best whales, at most M and at most half the swarm; as many of the worst are replaced. A clone's
     antibody is drawn with the probability of `selection_probabilities`.
+
+    Parameters
+    ----------
+    whales, costs
+        Positions (P, K) and their costs (P,).
+    most
+        M.
+    spread
+        Standard deviation (K,) of a clone about its antibody.
+    rng
+        Source of randomness.
 
     Source: rotary-stiffness paper §4.3 step 7.
     """
     order = np.argsort(costs, kind="stable")
-    count = min(ANTIBODIES, len(whales) // 2)
+    count = min(most, len(whales) // 2)
     if not count:
         return whales
     antibodies = order[:count]
     chosen = rng.choice(antibodies, size=count, p=selection_probabilities(costs[antibodies]))
     stirred = whales.copy()
-    mutation = MUTATION * rng.standard_normal((count, whales.shape[1]))
-    stirred[order[-count:]] = np.clip(whales[chosen] + mutation, 0.0, 1.0)
+    stirred[order[-count:]] = whales[chosen] + spread * rng.standard_normal((count, whales.shape[1]))
     return stirred
 
 

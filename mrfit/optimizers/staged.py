@@ -4,7 +4,7 @@ import numpy as np
 
 from mrfit.objective import Objective
 from mrfit.optimizers import lsq
-from mrfit.specs import OptimizerSpec
+from mrfit.specs import OptimizerSpec, Options
 
 SPEC = OptimizerSpec(
     name="staged",
@@ -15,6 +15,6 @@ SPEC = OptimizerSpec(
 )
 
 
-def minimise(objective: Objective, rng: np.random.Generator) -> None:
+def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> None:
     """Refine the best point known, to which the fit stage has added the end of the model's stages, by ``lsq``."""
-    lsq.minimise(objective, rng)
+    lsq.minimise(objective, rng, options)

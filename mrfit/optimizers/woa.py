@@ -4,43 +4,49 @@ import math
 
 import numpy as np
 
-from mrfit.objective import Objective
-from mrfit.specs import Array, OptimizerSpec
+from mrfit.objective import InParameters
+from mrfit.specs import Array, OptimizerSpec, Option, Options
 
-WHALES = 40
-ITERATIONS = 800
-SPIRAL_SHAPE = 1.0
+POPULATION = Option("population", 40, 1, 10_000, "whales, simulated side by side", whole=True)
+ITERATIONS = Option("iterations", 800, 1, 1_000_000, "times they move, where --budget does not say it", whole=True)
+B_TEXT = "shape of the logarithmic spiral, eq. 11"
 
 SPEC = OptimizerSpec(
     name="woa",
     title="Whale optimization with linearly falling coefficient",
     reference="rotary-stiffness paper eqs 7-14; Mirjalili and Lewis (2016)",
     kind="global",
-    budget=lambda dimension: WHALES * ITERATIONS,
+    budget=lambda dimension, options: int(options["population"] * options["iterations"]),
+    options=(Option("b", 1.0, 0.0, 10.0, B_TEXT), POPULATION, ITERATIONS),
+    # C X pulls towards the origin: in the cube that would be every lower bound
+    coordinates="parameters",
 )
 
 
-def minimise(objective: Objective, rng: np.random.Generator) -> None:
-    """Move 40 whales until the budget is spent, a = 2 (1 - n/N) in eq. 9; see `swim`.
+def minimise(objective: InParameters, rng: np.random.Generator, options: Options) -> None:
+    """Move the whales until the budget is spent, a = 2 (1 - n/N) in eq. 9; see `swim`.
 
     Source: rotary-stiffness paper §4.1.
     """
-    whales = first_swarm(objective, rng)
+    whales = first_swarm(objective, int(options["population"]), rng)
     iterations = math.ceil(objective.remaining / len(whales))
     for iteration in range(iterations):
         objective.costs(whales)
-        whales = swim(whales, objective.best_point, 2.0 * (1.0 - iteration / iterations), SPIRAL_SHAPE, rng)
+        coefficient = 2.0 * (1.0 - iteration / iterations)
+        moved = swim(whales, objective.best_values, coefficient, options["b"], rng)
+        whales = np.clip(moved, objective.low, objective.high)
 
 
-def first_swarm(objective: Objective, rng: np.random.Generator) -> Array:
-    """Return the first positions (P, K): one whale at the best point known, the others anywhere in the cube."""
-    whales = rng.random((max(1, min(WHALES, objective.remaining)), objective.dimension))
-    whales[0] = objective.best_point
+def first_swarm(objective: InParameters, population: int, rng: np.random.Generator) -> Array:
+    """Return the first parameter vectors (P, K): one whale at the best known, the others anywhere."""
+    count = max(1, min(population, objective.remaining))
+    whales = objective.anywhere(count, rng)
+    whales[0] = objective.best_values
     return whales
 
 
 def swim(whales: Array, prey: Array, coefficient: float, spiral_shape: float, rng: np.random.Generator) -> Array:
-    """Return the next positions of a swarm, (P, K) -> (P, K), clipped into the cube.
+    """Return the next positions of a swarm, (P, K) -> (P, K), not held within bounds.
 
     With A = 2 a r - a and C = 2 r: half of the whales follow the spiral X' = |X_opt - X| e^(b l) cos(2π l) + X_opt, l
     uniform in (-1, 1); the others X' = X_ref - A |C X_ref - X|, where X_ref is the prey if |A| < 1 and another whale
@@ -69,5 +75,5 @@ def swim(whales: Array, prey: Array, coefficient: float, spiral_shape: float, rn
     encircling = reference - reach * np.abs(weights * reference - whales)
     turns = rng.uniform(-1.0, 1.0, (count, 1))
     spiral = np.abs(prey - whales) * np.exp(spiral_shape * turns) * np.cos(2.0 * np.pi * turns) + prey
-    moved: Array = np.clip(np.where(rng.random((count, 1)) < 0.5, encircling, spiral), 0.0, 1.0)
+    moved: Array = np.where(rng.random((count, 1)) < 0.5, encircling, spiral)
     return moved

@@ -20,7 +20,6 @@ from mrfit.store import Workspace, key_of, write_text
 TEMPLATE = Path(__file__).with_name("discovery.html.jinja")
 UNJUDGED = "cannot be judged"
 # Cosine above which two effects could nearly take each other's place
-ALIKE = 0.9
 
 
 def run(workspace: Workspace, progress: Progress = silent) -> dict[str, Any]:
@@ -119,18 +118,19 @@ def _candidate(row: dict[str, Any]) -> dict[str, Any]:
 def confusion(found: dict[str, Any]) -> dict[str, Any]:
     """Return the cosines between what the effects judged do, as rows of a lower triangle, and which were not judged.
 
-    A cell is its text and whether the two are alike, which they are above 0.9.
+    A cell is its text and whether the two are alike, which they are above what the discovery took for it.
     """
     table = found.get("cosines") or {"names": [], "matrix": []}
-    names, matrix = table["names"], table["matrix"]
+    names, matrix, alike = table["names"], table["matrix"], table.get("alike", 1.0)
     rows = [
-        {"name": name, "cells": [(in_html(f"{c:.3f}"), abs(c) > ALIKE) for c in matrix[k][:k]]}
+        {"name": name, "cells": [(in_html(f"{c:.3f}"), abs(c) > alike) for c in matrix[k][:k]]}
         for k, name in enumerate(names)
     ]
     return {
         "names": names,
+        "alike": f"{alike:g}",
         "rows": rows,
-        "alone": [n for k, n in enumerate(names) if sum(abs(c) > ALIKE for c in matrix[k]) == 1],
+        "alone": [n for k, n in enumerate(names) if all(abs(c) <= alike for j, c in enumerate(matrix[k]) if j != k)],
         "unjudged": [(c["name"], c["reason"]) for c in found["candidates"] if c["reason"].startswith(UNJUDGED)],
     }
 

@@ -5,12 +5,9 @@ from typing import Any
 from mrfit import registry
 from mrfit.drift import drift_words
 from mrfit.report.curves import prefixed
-from mrfit.report.numbers import in_html, percent, significant, with_interval
+from mrfit.report.numbers import WITHIN_NOISE, in_html, percent, significant, with_interval
 
 Found = dict[str, Any]
-
-# An error within this factor of the noise floor is the noise's
-WITHIN_NOISE = 1.1
 
 
 def headline(found: Found) -> str:

@@ -107,7 +107,7 @@ def drawings_of(fit: Fit, series: Sequence[Series]) -> list[Drawing]:
             drawings += loop_figures(fit, shown, channel)
     if shown:
         drawings += [*history_figures(fit, shown), *residual_figures(fit, shown)]
-    if any(_descent(result) for result in fit.results):
+    if any(len(_descent(result)[1]) for result in fit.results):
         drawings.append(partial(convergence_figure, fit))
     return drawings
 
@@ -172,23 +172,24 @@ _WORST = " Percentages are NRMSE. Of repeated segments the one with the largest 
 
 
 def convergence_figure(fit: Fit) -> Figure:
-    """Return the best cost found against the evaluations spent, one line per set of parameters, both logarithmic."""
+    """Return the best cost found against the evaluations spent, one line per set of parameters, both logarithmic.
+
+    Costs of a search on thinned data, which are another problem's, are dashed.
+    """
     canvas = canvas_of(WIDTH * 0.75, 3.8)
     axes = canvas.subplots()
-    curves = {r.condition: np.array(_descent(r)) for r in fit.results if _descent(r)}
+    curves = {r.condition: _descent(r)[1] for r in fit.results if len(_descent(r)[1])}
+    before = {r.condition: _descent(r)[0] for r in fit.results if len(_descent(r)[1]) and len(_descent(r)[0])}
     factor, unit = prefixed(float(np.exp(np.mean([np.log(c[[0, -1], 1]) for c in curves.values()]))), fit.unit)
     few = len(curves) <= len(PALETTE)
+    lines = []
     for k, (condition, curve) in enumerate(curves.items()):
-        at = decimate(np.log(curve[:, 1]), CURVE_POINTS)
-        look: dict[str, Any] = {
-            "color": PALETTE[k] if few else QUIET,
-            "lw": 1.3,
-            "marker": "o",
-            "ms": 3.5,
-            "markevery": [-1],
-        }
-        axes.step(curve[at, 0], factor * curve[at, 1], where="post", label=condition, **look)
-    named = list(axes.lines) if few else _extremes(axes, [float(c[-1, 1]) for c in curves.values()])
+        colour = PALETTE[k] if few else QUIET
+        end: dict[str, Any] = {"lw": 1.3, "marker": "o", "ms": 3.5, "markevery": [-1], "label": condition}
+        lines.append(_steps(axes, curve, factor, {"color": colour, **end}))
+        if condition in before:
+            _steps(axes, before[condition], factor, {"color": colour, "lw": 0.9, "ls": (0, (3, 2))})
+    named = lines if few else _extremes(lines, [float(c[-1, 1]) for c in curves.values()])
     axes.set(xscale="log", yscale="log", xlabel="Evaluations (simulated parameter vectors)")
     axes.set_ylabel(f"Best cost, RMS ({unit})" if unit else "Best cost, RMS")
     plain_log(axes)
@@ -198,24 +199,35 @@ def convergence_figure(fit: Fit) -> Figure:
         f"{c} {in_html(significant(factor * float(v[-1, 1])))} {unit}" for c, v in list(curves.items())[:12]
     )
     caption = f"Best cost against evaluations of {fit.optimizer}; the cost is the RMS residual over the training data."
+    if before:
+        caption += " Dashed: the search before on thinned data, whose cost is another."
     alt = f"Convergence of {fit.optimizer}; costs reached: {ends}{' …' if len(curves) > 12 else ''}."
     svg = to_svg(canvas, f"{fit.name}: convergence")
     return Figure(f"{fit.name}.convergence", "Convergence", caption, alt, svg, narrow=True)
 
 
-def _descent(result: Result) -> list[tuple[float, float]]:
-    """Return (evaluations, best cost) from the first finite cost on."""
-    return [(n, c) for n, c in result.history if c is not None and c > 0.0 and n > 0.0]
+def _steps(axes: "Axes", curve: Array, factor: float, look: dict[str, Any]) -> "Line2D":
+    at = decimate(np.log(curve[:, 1]), CURVE_POINTS)
+    return axes.step(curve[at, 0], factor * curve[at, 1], where="post", **look)[0]
 
 
-def _extremes(axes: "Axes", ends: Sequence[float]) -> list["Line2D"]:
+def _descent(result: Result) -> tuple[Array, Array]:
+    """Return (evaluations, best cost), (N, 2), of the search on thinned data and of that on all, finite costs only."""
+    first, last = result.history[: result.preliminary], result.history[result.preliminary :]
+    curves = [np.array([(n, c) for n, c in part if c and n], dtype=float).reshape(-1, 2) for part in (first, last)]
+    for curve in curves:
+        curve[:, 1] = np.minimum.accumulate(curve[:, 1])
+    return curves[0], curves[1]
+
+
+def _extremes(lines: Sequence["Line2D"], ends: Sequence[float]) -> list["Line2D"]:
     """Colour the lines that end highest and lowest and return them with one that stands for the quiet others."""
     extremes = {int(np.argmax(ends)): SIMULATED, int(np.argmin(ends)): HOLDOUT}
     for k, colour in extremes.items():
-        axes.lines[k].set(color=colour, lw=1.8, zorder=3)
-    other = next(line for k, line in enumerate(axes.lines) if k not in extremes)
+        lines[k].set(color=colour, lw=1.8, zorder=3)
+    other = next(line for k, line in enumerate(lines) if k not in extremes)
     other.set_label("all others")
-    return [*(axes.lines[k] for k in extremes), other]
+    return [*(lines[k] for k in extremes), other]
 
 
 def error_figure(fit: Fit) -> Figure:

@@ -10,6 +10,8 @@ import re
 SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 GREEK = "alpha beta gamma delta epsilon zeta eta theta kappa lambda mu nu xi rho sigma tau phi chi psi omega".split()
 MISSING = "–"
+# An error within this factor of the noise floor is the noise's
+WITHIN_NOISE = 1.1
 
 _LATEX = {
     "\\": r"\textbackslash{}",

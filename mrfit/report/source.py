@@ -87,6 +87,7 @@ class Result(BaseModel):
     stopped: str = ""
     nonfinite: int = 0
     history: list[tuple[float, float | None]] = []
+    preliminary: int = 0
     starts: list[float | None] | None = None
     parameters: list[Quantity]
     derived: list[Quantity] = []

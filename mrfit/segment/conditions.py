@@ -16,7 +16,8 @@ SAME_FREQUENCY, SAME_AMPLITUDE, SAME_LEVEL, SAME_TEMPERATURE = 0.03, 0.05, 0.03,
 LEAST_CURRENT = 0.02
 # A stated value names a condition if the data agree with it within this share.
 STATED = 0.25
-HOLDOUT_SHARE = 0.25
+# Share of the conditions that is held out
+CONDITIONS_HELD_OUT = 0.25
 FEWEST_FOR_HOLDOUT = 4
 BIAS = 0.1
 ROUNDED = 0.02
@@ -310,7 +311,7 @@ def _auto(segments: Sequence[Segment], conditions: Sequence[str]) -> set[str]:
     chosen: list[int] = []
     # every kind of test that has two conditions is represented before any has two
     wanted = [k for k in sorted(room) if room[k] > 0]
-    share = max(round(HOLDOUT_SHARE * len(conditions)), min(len(wanted), len(conditions) // 2))
+    share = max(round(CONDITIONS_HELD_OUT * len(conditions)), min(len(wanted), len(conditions) // 2))
     while len(chosen) < share:
         open_ = [i for i in range(len(conditions)) if i not in chosen and room[kinds[i]] > 0]
         if not open_:

@@ -59,6 +59,25 @@ def test_curves_fall_and_end_at_the_median_cost(compared: tuple[Workspace, dict[
         assert curve["cost"][-1] == pytest.approx(medians[curve["optimizer"]])
 
 
+def test_curves_hold_no_cost_on_thinned_data(tmp_path: Path) -> None:
+    workspace = write_workspace(tmp_path, Bench(assemble("guo"), TRUTH, 0.01, 2), ((0.5, 0.004), (2.0, 0.008)), (0.5,))
+    fit = mrfit.fit.stage.Settings(model="guo", per="all")
+    (curve,) = mrfit.compare.optimizers.run(workspace, Settings(("auto",), fit, SEEDS))["curves"]
+    assert np.all(np.diff(curve["cost"]) <= 0)
+
+
+def test_options_go_to_the_optimizers_that_have_them(tmp_path: Path) -> None:
+    workspace = write_workspace(tmp_path, Bench(assemble("guo"), TRUTH, 0.01, 2), ((0.5, 0.004), (2.0, 0.008)), (0.5,))
+    given = (("population", 5.0), ("iterations", 4.0), ("mwoa.iterations", 6.0))
+    fit = mrfit.fit.stage.Settings(model="guo", per="all", stall=1.0, options=given)
+    found = mrfit.compare.optimizers.run(workspace, Settings(("woa", "mwoa", "lsq"), fit, 2))
+    assert [r["evaluations"] for r in found["rows"][:2]] == [20, 30]
+    assert found["settings"]["options"] == [list(pair) for pair in given]
+    wrong = mrfit.fit.stage.Settings(model="guo", per="all", options=(("N_d", 5.0),))
+    with pytest.raises(ConfigError, match="no option of woa, lsq; they are b, population, iterations"):
+        mrfit.compare.optimizers.run(workspace, Settings(("woa", "lsq"), wrong, 2))
+
+
 def test_seeds_start_at_the_models_start_and_then_at_random_points_equal_for_all() -> None:
     cube = cube_of(guo.SPEC, {}, {}, {})
     assert np.array_equal(start_point(cube, 0), cube.start)

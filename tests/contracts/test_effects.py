@@ -110,6 +110,11 @@ def test_module_has_the_function_of_its_slot_and_no_other(effect: ModuleType) ->
     assert [f for f in FUNCTIONS.values() if hasattr(effect, f)] in allowed
 
 
+def test_every_slot_and_its_function_are_documented() -> None:
+    told = " ".join((EffectSpec.__doc__ or "").split())
+    assert [slot for slot in SLOTS if f"- ``{slot}``: ``{FUNCTIONS[slot]}(" not in told] == []
+
+
 def test_experiment_says_which_test_tells_it_from_what_it_is_mistaken_for(effect: ModuleType) -> None:
     assert effect.SPEC.aliases
     assert len(effect.SPEC.experiment.split()) >= 12

@@ -15,6 +15,7 @@ SAMPLES = 600
 DT = 2e-3
 ROLES = {"yield", "knee", "viscous", "stiffness", "hysteresis", "offset", "inductance", ""}
 NAMES = registry.names("model")
+SPECS = {name: registry.load("model", name).SPEC for name in NAMES}
 
 
 @pytest.fixture(params=NAMES)
@@ -162,10 +163,10 @@ def test_finite_difference_jacobian_is_consistent(model: ModuleType) -> None:
         assert np.sqrt(np.mean((wide - narrow) ** 2)) <= 0.02 * np.sqrt(np.mean(wide**2)) + floor, p.name
 
 
-def test_linear_parameters_are_jointly_affine(model: ModuleType) -> None:
+@pytest.mark.parametrize("name", [n for n in NAMES if SPECS[n].linear])
+def test_linear_parameters_are_jointly_affine(name: str) -> None:
+    model = registry.load("model", name)
     spec = model.SPEC
-    if not spec.linear:
-        return
     columns = [spec.names.index(name) for name in spec.linear]
     ends = theta_of(spec, 3, spread=0.5)[1:]
     ends[1, [k for k in range(len(spec.names)) if k not in columns]] = np.delete(ends[0], columns)
@@ -174,10 +175,12 @@ def test_linear_parameters_are_jointly_affine(model: ModuleType) -> None:
     assert np.abs(rows[1] - 0.7 * rows[0] - 0.3 * rows[2]).max() <= 1e-10 * np.abs(rows).max()
 
 
-def test_parameters_may_vary_along_the_samples(model: ModuleType) -> None:
+@pytest.mark.parametrize(
+    "name", [n for n in NAMES if SPECS[n].output in ("force", "torque") and "current" not in SPECS[n].inputs]
+)
+def test_parameters_may_vary_along_the_samples(name: str) -> None:
+    model = registry.load("model", name)
     spec = model.SPEC
-    if spec.output not in ("force", "torque") or "current" in spec.inputs:
-        return
     drive, theta = drive_of(spec), theta_of(spec, 3)
     constant = model.response(drive, theta, DT)
     held = np.repeat(theta[:, :, None], SAMPLES, axis=2)
@@ -190,27 +193,32 @@ def test_parameters_may_vary_along_the_samples(model: ModuleType) -> None:
     assert not np.array_equal(varied[after], constant[after])
 
 
-def test_rate_independent_models_follow_the_path_only(model: ModuleType) -> None:
-    if not model.SPEC.rate_independent:
-        return
+@pytest.mark.parametrize("name", [n for n in NAMES if SPECS[n].rate_independent])
+def test_rate_independent_models_follow_the_path_only(name: str) -> None:
+    model = registry.load("model", name)
     drive, theta = drive_of(model.SPEC), theta_of(model.SPEC, 3)
     slow = model.response(np.repeat(drive, 2, axis=1), theta, 10 * DT)[:, ::2]
     assert np.abs(slow - model.response(drive, theta, DT)).max() <= 1e-12 * np.abs(slow).max()
 
 
-def test_derived_quantities_have_their_shape(model: ModuleType) -> None:
-    if not model.SPEC.derived:
-        assert not hasattr(model, "derived")
-        return
+def test_a_model_has_a_function_of_derived_quantities_if_it_names_some(model: ModuleType) -> None:
+    assert hasattr(model, "derived") == bool(model.SPEC.derived)
+
+
+@pytest.mark.parametrize("name", [n for n in NAMES if SPECS[n].derived])
+def test_derived_quantities_have_their_shape(name: str) -> None:
+    model = registry.load("model", name)
     values = model.derived(theta_of(model.SPEC, 4))
     assert values.shape == (4, len(model.SPEC.derived))
     assert np.isfinite(values).all()
 
 
-@pytest.mark.parametrize("kind", ["start_values", "far_starts"])
-def test_start_values_are_inside_the_bounds_on_any_finite_data(model: ModuleType, kind: str) -> None:
-    if not hasattr(model, kind):
-        return
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [(n, k) for n in NAMES for k in ("start_values", "far_starts") if hasattr(registry.load("model", n), k)],
+)
+def test_start_values_are_inside_the_bounds_on_any_finite_data(name: str, kind: str) -> None:
+    model = registry.load("model", name)
     spec, rng = model.SPEC, np.random.default_rng(3)
     drive = drive_of(spec)
     outputs = [

@@ -9,7 +9,10 @@ from mrfit import optimize, registry
 from mrfit.objective import Objective
 
 OPTIMIZERS = registry.names("optimizer")
+KINDS = {name: registry.load("optimizer", name).SPEC.kind for name in OPTIMIZERS}
 every_optimizer = pytest.mark.parametrize("name", OPTIMIZERS)
+every_search = pytest.mark.parametrize("name", [name for name in OPTIMIZERS if KINDS[name] != "start"])
+every_global_search = pytest.mark.parametrize("name", [name for name in OPTIMIZERS if KINDS[name] == "global"])
 
 
 def quadratic(target):
@@ -44,8 +47,23 @@ def test_spec_is_complete(name):
     spec = registry.load("optimizer", name).SPEC
     assert spec.name == name and "-" not in name
     assert spec.title and spec.reference
-    assert spec.kind in ("global", "local")
-    assert 0 < spec.budget(1) <= spec.budget(20) < 1_000_000
+    assert spec.kind in ("global", "local", "start")
+    assert 0 < spec.budget(1, spec.defaults) <= spec.budget(20, spec.defaults) < 1_000_000
+    for option in spec.options:
+        assert option.low <= option.default <= option.high and option.text
+        assert "." not in option.name and "=" not in option.name
+
+
+@every_optimizer
+def test_options_at_their_bounds_still_search_within_the_cube_and_the_budget(name):
+    spec = registry.load("optimizer", name).SPEC
+    for option in spec.options:
+        for value in (option.low, option.high):
+            objective = Objective(quadratic(np.full(3, 0.6)), np.full(3, 0.5), 0)
+            tuned = optimize.Tuned(name, ((option.name, value),))
+            outcome = optimize.run(tuned, objective, np.random.default_rng(0), budget=200)
+            assert np.isfinite(outcome.cost) and outcome.evaluations <= 200, option.name
+            assert outcome.point.min() >= 0.0 and outcome.point.max() <= 1.0
 
 
 @every_optimizer
@@ -65,11 +83,9 @@ def test_budget_is_never_exceeded_and_every_evaluation_counted(name, budget):
     assert outcome.links[0].evaluations == outcome.evaluations
 
 
-@every_optimizer
+@every_global_search
 @pytest.mark.parametrize("budget", [40, 203])
 def test_global_search_uses_its_whole_budget_on_a_problem_that_needs_more(name, budget):
-    if registry.load("optimizer", name).SPEC.kind == "local":
-        return
     directions = 60.0 * np.random.default_rng(1).standard_normal((4, 30))
 
     def rugged(points):
@@ -101,8 +117,7 @@ def test_same_seed_gives_the_same_bytes_and_global_random_state_is_untouched(nam
 def test_another_seed_searches_elsewhere(name):
     first = np.vstack(run(name, rosenbrock, [0.2, 0.7], budget=100, seed=5)[1])
     second = np.vstack(run(name, rosenbrock, [0.2, 0.7], budget=100, seed=6)[1])
-    is_global = registry.load("optimizer", name).SPEC.kind == "global"
-    assert np.array_equal(first, second) != is_global
+    assert np.array_equal(first, second) != (KINDS[name] == "global")
 
 
 @every_optimizer
@@ -124,7 +139,7 @@ def test_best_so_far_falls_monotonously_and_belongs_to_the_point(name):
     assert outcome.cost == np.sqrt(np.mean(rosenbrock(outcome.point[None, :]) ** 2))
 
 
-@every_optimizer
+@every_search
 @pytest.mark.parametrize("bad", [np.nan, np.inf, 1e200])
 def test_simulations_that_diverge_in_a_part_of_the_cube_cost_only_themselves(name, bad):
     def residuals(points):
@@ -134,7 +149,7 @@ def test_simulations_that_diverge_in_a_part_of_the_cube_cost_only_themselves(nam
 
     outcome, _ = run(name, residuals, [0.6, 0.6], budget=4000)
     assert outcome.cost < 1e-2
-    if registry.load("optimizer", name).SPEC.kind == "global":
+    if KINDS[name] == "global":
         assert outcome.nonfinite > 0
         assert outcome.first_nonfinite[0] > 0.62
 
@@ -158,7 +173,7 @@ def test_flat_objective_ends_quietly(name):
     assert np.isfinite(outcome.point).all()
 
 
-@every_optimizer
+@every_search
 @pytest.mark.parametrize(("dimension", "share"), [(1, 1e-4), (20, 0.1)])
 def test_quadratic_is_minimised_in_one_and_twenty_dimensions(name, dimension, share):
     target = np.linspace(0.3, 0.6, dimension)
@@ -171,14 +186,14 @@ def test_quadratic_is_minimised_in_one_and_twenty_dimensions(name, dimension, sh
         assert outcome.point == pytest.approx(target, abs=1e-3)
 
 
-@every_optimizer
+@every_search
 def test_curved_valley_is_followed_to_its_end(name):
     outcome, _ = run(name, rosenbrock, [0.2, 0.75], budget=16000)
     assert outcome.cost < 0.05
     assert outcome.point == pytest.approx([0.75, 0.75], abs=0.01)
 
 
-@every_optimizer
+@every_search
 def test_minimum_on_the_boundary_is_reached(name):
     outcome, _ = run(name, quadratic(np.array([1.4, 0.4, -0.5])), [0.5, 0.5, 0.5], budget=16000)
     assert outcome.point == pytest.approx([1.0, 0.4, 0.0], abs=5e-3)

@@ -1,7 +1,11 @@
 """Effects that together leave too much are not named, and all that had proof are said to take part."""
 
-from mrfit.discover.account import drop_shadows
+import numpy as np
+import pytest
+
+from mrfit.discover.account import confusable, cosine_table, drop_shadows
 from mrfit.discover.decide import Verdict
+from mrfit.discover.screen import Screened
 from tests.discover.test_trials import fitted
 
 
@@ -22,3 +26,16 @@ def test_effects_that_leave_little_stay() -> None:
     drop_shadows(verdict)
     assert not verdict.taken_back
     assert verdict.final is both
+
+
+@pytest.mark.parametrize(("cosine", "alike"), [(0.75, False), (0.85, True), (-0.85, True), (0.95, True)])
+def test_what_the_decision_takes_for_alike_is_told_as_confusable_and_marked_in_the_table(
+    cosine: float, alike: bool
+) -> None:
+    directions = np.array([[1.0, 0.0], [cosine, np.sqrt(1.0 - cosine**2)]])
+    screened = [Screened(n, direction=d) for n, d in zip(("delay", "inertia"), directions, strict=True)]
+    verdict = Verdict(fitted((), 10.0), fitted((), 10.0), fitted((), 10.0), screened=screened)
+    table = cosine_table(verdict)
+    assert (verdict.alike("delay") == {"inertia"}) == alike
+    assert bool(confusable(verdict)) == alike
+    assert (abs(table["matrix"][0][1]) > table["alike"]) == alike

@@ -12,7 +12,7 @@ from mrfit.discover.pairs import best_pair
 from mrfit.discover.refit import Fitter, Refit
 from mrfit.discover.screen import screen
 from mrfit.discover.trials import judge, try_out
-from mrfit.fit.stage import load_recordings
+from mrfit.fit.select import load_recordings
 from mrfit.progress import silent
 from tests.discover.studies import workspace
 

@@ -10,7 +10,7 @@ import pytest
 from mrfit.assembly import assemble
 from mrfit.discover.stage import Settings, _fitter, run
 from mrfit.errors import ConfigError, DataError
-from mrfit.fit.stage import load_recordings
+from mrfit.fit.select import load_recordings
 from tests.discover.studies import GAS_COLUMN, TESTS, workspace
 
 

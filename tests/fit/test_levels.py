@@ -124,6 +124,15 @@ def test_evaluations_in_the_history_rise_over_both_searches() -> None:
     assert counts[-1] == outcome.evaluations
 
 
+@pytest.mark.parametrize("model", ["guo", "boucwen-flux", "tanh"])
+def test_costs_on_thinned_data_are_marked_and_those_on_all_data_only_fall(model: str) -> None:
+    first, last = found(posed(model)).links
+    assert (first.preliminary, last.preliminary) == (True, False)
+    costs = [cost for _, cost in last.history]
+    # where the lead before the samples is made longer once more, the same cost comes back to 1e-7
+    assert all(b <= a * (1.0 + 1e-6) for a, b in zip(costs, costs[1:], strict=False))
+
+
 def test_refinement_ends_at_a_minimum_and_says_so() -> None:
     def bowl(points: Array) -> Array:
         return np.column_stack([points[:, 0] - 0.3, np.sin(points[:, 1] - 0.6), np.full(len(points), 0.1)])

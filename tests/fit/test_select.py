@@ -41,6 +41,27 @@ def test_segments_fall_into_the_bands_of_paper_003(logs: tuple[list[Segment], di
 
 
 @pytest.mark.parametrize(
+    ("frequency", "amplitude", "band"),
+    [
+        (0.5, 0.004, "L"),  # the three tests that preyield paper shows as low, medium and high: 12.6, 100.5, 201 mm/s
+        (4.0, 0.004, "M"),
+        (2.0, 0.016, "H"),
+        (1.0, 0.016, "M"),  # 100.5 mm/s again
+        (2.0, 0.012, "H"),  # the next of its grid: 150.8 mm/s
+        (4.0, 0.0044, "H"),  # 110.6 mm/s
+        (0.1, 0.0264, "M"),  # 16.6 mm/s
+    ],
+)
+def test_the_tests_of_the_paper_fall_into_the_band_it_names(
+    frequency: float, amplitude: float, band: str, tmp_path: Path
+) -> None:
+    bench = Bench(assemble("bingham"), np.array([300.0, 900.0, 0.0]), 0.01, 1)
+    workspace = write_workspace(tmp_path, bench, ((frequency, amplitude),), (0.5,))
+    segment = workspace.read_segments()[0][0]
+    assert speed_class(segment, workspace.read_recording(segment.recording)) == band
+
+
+@pytest.mark.parametrize(
     ("only", "count"), [("", 3), ("LMH", 3), ("MH", 2), ("L", 1), ("sine-1Hz*", 1), ("*2Hz*,*1Hz*", 2)]
 )
 def test_a_fit_is_limited_to_what_is_asked_for(

@@ -39,6 +39,6 @@ def test_best_two_survive():
         return points - [0.31, 0.62]
 
     objective = Objective(residuals, np.array([0.5, 0.5]), 40 * 20)
-    ga.minimise(objective, np.random.default_rng(0))
+    ga.minimise(objective, np.random.default_rng(0), ga.SPEC.defaults)
     assert [len(b) for b in batches] == [40] * 20
     assert objective.best_cost < 0.02

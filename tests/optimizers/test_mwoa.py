@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from mrfit import optimize
 from mrfit.objective import Objective
 from mrfit.optimizers import mwoa
 
@@ -23,23 +24,33 @@ def test_infinite_costs_count_as_the_largest_finite_one():
 def test_immune_operation_replaces_the_worst_by_clones_of_the_best():
     rng = np.random.default_rng(0)
     whales, costs = rng.random((40, 3)), np.arange(40.0)[::-1].copy()
-    stirred = mwoa.immune_operation(whales, costs, rng)
+    stirred = mwoa.immune_operation(whales, costs, 10, np.full(3, 0.05), rng)
     assert np.array_equal(stirred[10:], whales[10:])
     best = whales[30:]
     for clone in stirred[:10]:
-        assert np.linalg.norm(best - clone, axis=1).min() < 6 * mwoa.MUTATION
-    assert stirred.min() >= 0.0
-    assert stirred.max() <= 1.0
+        assert np.linalg.norm(best - clone, axis=1).min() < 6 * 0.05
 
 
 def test_a_single_whale_is_left_alone():
     whale = np.array([[0.2, 0.3]])
-    assert np.array_equal(mwoa.immune_operation(whale, np.array([1.0]), np.random.default_rng(0)), whale)
+    assert np.array_equal(
+        mwoa.immune_operation(whale, np.array([1.0]), 10, np.full(2, 0.05), np.random.default_rng(0)), whale
+    )
 
 
-def test_immune_operation_comes_after_thirty_idle_iterations(monkeypatch):
+@pytest.mark.parametrize(("given", "count"), [((), 3), ((("N_d", 9.0),), 11)])
+def test_immune_operation_comes_after_idle_iterations(given, count, monkeypatch):
     called = []
-    monkeypatch.setattr(mwoa, "immune_operation", lambda whales, costs, rng: (called.append(1), whales)[1])
-    objective = Objective(lambda p: np.ones((len(p), 2)), np.array([0.5, 0.5]), 40 * 100)
-    mwoa.minimise(objective, np.random.default_rng(0))
-    assert len(called) == 3
+    monkeypatch.setattr(mwoa, "immune_operation", lambda whales, *rest: (called.append(1), whales)[1])
+    objective = Objective(lambda p: np.ones((len(p), 2)), np.array([0.5, 0.5]), 0)
+    optimize.run(optimize.Tuned("mwoa", given), objective, np.random.default_rng(0), budget=40 * 100, stall=1.0)
+    assert len(called) == count
+
+
+@pytest.mark.parametrize(("given", "count"), [((), 10), ((("M", 3.0),), 3), ((("M", 30.0),), 20)])
+def test_as_many_are_replaced_as_there_are_antibodies(given, count):
+    options = mwoa.SPEC.defaults | dict(given)
+    rng = np.random.default_rng(0)
+    whales, costs = rng.random((40, 3)), np.arange(40.0)
+    stirred = mwoa.immune_operation(whales, costs, int(options["M"]), np.full(3, 0.05), rng)
+    assert np.any(stirred != whales, axis=1).sum() == count

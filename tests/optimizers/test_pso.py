@@ -14,17 +14,17 @@ def search(residuals, start, budget, seed=0):
 
     objective = Objective(recorded, np.array(start), budget)
     try:
-        pso.minimise(objective, np.random.default_rng(seed))
+        pso.minimise(objective, np.random.default_rng(seed), pso.SPEC.defaults)
     except BudgetSpent:
         pass
     return objective, batches
 
 
 def test_coefficients_run_from_the_first_to_the_last_value():
-    assert pso.coefficients(0.0) == (pso.INERTIA[0], pso.COGNITIVE[0], pso.SOCIAL[0])
-    assert pso.coefficients(1.0) == pytest.approx((pso.INERTIA[1], pso.COGNITIVE[1], pso.SOCIAL[1]))
-    middle = [(a + b) / 2 for a, b in (pso.INERTIA, pso.COGNITIVE, pso.SOCIAL)]
-    assert pso.coefficients(0.5) == pytest.approx(middle)
+    options = pso.SPEC.defaults | {"w_max": 0.8, "w_min": 0.2, "c1_0": 2.0, "c1_end": 1.0, "c2_0": 0.4, "c2_end": 3.4}
+    assert pso.coefficients(options, 0.0) == pytest.approx((0.8, 2.0, 0.4))
+    assert pso.coefficients(options, 1.0) == pytest.approx((0.2, 1.0, 3.4))
+    assert pso.coefficients(options, 0.5) == pytest.approx((0.5, 1.5, 1.9))
 
 
 def test_whole_swarm_is_one_batch_and_starts_at_the_start():
@@ -36,7 +36,7 @@ def test_whole_swarm_is_one_batch_and_starts_at_the_start():
 def test_no_particle_moves_faster_than_the_limit():
     _, batches = search(lambda p: p - 0.3, [0.8, 0.9], 2000)
     steps = np.abs(np.diff(np.stack(batches), axis=0))
-    assert steps.max() <= pso.SPEED_LIMIT + 1e-12
+    assert steps.max() <= pso.SPEC.defaults["v_max"] + 1e-12
 
 
 def test_swarm_contracts_onto_the_minimum():

@@ -62,6 +62,7 @@ FOUND = {
     "cosines": {
         "names": ["eddy-current", "probe-skew", "saturation"],
         "matrix": [[1.0, 0.9973, -0.21], [0.9973, 1.0, 0.04], [-0.21, 0.04, 1.0]],
+        "alike": 0.8,
     },
     "unexplained": {"share_of_gap": 0.0024, "predictable": 0.0, "where": [], "text": []},
     "augmented_model": "boucwen-flux+eddy-current",
@@ -218,6 +219,14 @@ def test_matrix_holds_every_cosine_and_marks_the_pairs_that_are_alike(page, text
     assert '<td class="high">0.997</td>' in text and text.count('class="high"') == 1
     assert "Told apart from every other: saturation." in text
     assert "<strong>integrator-offset</strong>: cannot be judged: no integrator" in text
+
+
+@pytest.mark.parametrize(("limit", "marked", "alone"), [(0.8, 1, []), (0.9, 0, ["delay", "inertia"])])
+def test_pairs_are_marked_from_the_cosine_on_that_the_discovery_took_for_alike(limit, marked, alone):
+    table = {"names": ["delay", "inertia"], "matrix": [[1.0, -0.85], [-0.85, 1.0]], "alike": limit}
+    found = discovery.confusion({"cosines": table, "candidates": []})
+    assert sum(alike for row in found["rows"] for _, alike in row["cells"]) == marked
+    assert (found["alone"], found["alike"]) == (alone, f"{limit:g}")
 
 
 def test_text_from_the_discovery_is_not_taken_for_markup(text):

@@ -76,6 +76,24 @@ def test_diverged_fit_is_still_drawn(damper):
     assert [f.title for f in draw_all(drawings_of(lost, [one]))] == ["Time history", "Residual"]
 
 
+@pytest.mark.parametrize("thinned", [0, 3])
+def test_best_cost_only_falls_and_that_on_thinned_data_is_a_line_of_its_own(damper, thinned, monkeypatch):
+    from mrfit.report import figures
+
+    fit = read_source(damper[0], ()).fits[0]
+    # on thinned data the cost was lower; on all of them a point tried twice costs the same but for rounding
+    history = [(10.0, None), (20.0, 5.0), (40.0, 2.0), (60.0, 3.0), (80.0, 2.5), (90.0, 2.5 + 1e-12)]
+    changed = {"history": history, "preliminary": thinned}
+    results = [r.model_copy(update=changed) for r in fit.results]
+    drawn = []
+    monkeypatch.setattr(figures, "to_svg", lambda canvas, title: drawn.append(canvas) or "<svg/>")
+    figure = figures.convergence_figure(fit.model_copy(update={"results": results}))
+    curves = [line.get_ydata() for line in drawn[0].axes[0].lines]
+    assert all(np.all(np.diff(curve) <= 0.0) for curve in curves)
+    assert len(curves) == len(results) * (2 if thinned else 1)
+    assert ("thinned data" in figure.caption) == bool(thinned)
+
+
 def test_long_names_are_broken_not_overlapped(damper):
     fit = read_source(damper[0], ()).fits[0]
     time = np.arange(50) / 50.0
