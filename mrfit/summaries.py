@@ -256,6 +256,8 @@ def discover(summary: Summary, work: Path) -> None:
 
 def advise(summary: Summary) -> None:
     """Print which tests would settle what a discovery left open."""
+    if summary.get("outdated"):
+        say("  warning outdated: made from older data, or by another mrfit, than are here now: discover again")
     if not summary["advice"]:
         say(f"Nothing to settle: the last discovery on {summary['base_model']} ended with '{summary['verdict']}'.")
         return
