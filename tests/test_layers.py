@@ -7,7 +7,19 @@ import mrfit.store
 
 PACKAGE = Path(mrfit.store.__file__).parent
 LAYERS = [
-    {"errors", "channels", "specs", "kernels", "objective", "progress", "metrics", "workers", "csv_table", "arrow"},
+    {
+        "errors",
+        "faults",
+        "channels",
+        "specs",
+        "kernels",
+        "objective",
+        "progress",
+        "metrics",
+        "workers",
+        "csv_table",
+        "arrow",
+    },
     {"recording", "registry", "keys", "store"},
     {"harmonics", "noise", "cycles", "held", "savitzky_golay", "drive", "optimize"},
     {"ingest", "flux", "segment", "models", "effects", "optimizers"},

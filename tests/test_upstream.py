@@ -14,7 +14,7 @@ import mrfit.flux.stage
 import mrfit.ingest.stage
 import mrfit.report.stage
 import mrfit.segment.stage
-from mrfit import pipeline
+from mrfit import pipeline, summaries
 from mrfit.ingest.readers import delimited
 from mrfit.keys import discovery_key, fit_key
 from mrfit.progress import silent
@@ -229,3 +229,27 @@ def test_a_unit_mended_in_the_map_gives_other_parameters(tmp_path: Path) -> None
         return {p["name"]: p["value"] for p in found["fits"][0]["results"][0]["parameters"]}["a1"]
 
     assert slope(second) == pytest.approx(1000.0 * slope(first), rel=1e-6)
+
+
+def test_a_resistance_given_with_a_fit_is_said_to_stay(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "logs").mkdir()
+    log(tmp_path / "logs" / "t.csv", ["current", "voltage"])
+    made = Study(tmp_path / "logs", tmp_path / "w")
+    made.map({}, "resistance = 2.0")
+    made.ingest()
+    settings = mrfit.fit.stage.Settings("boucwen-flux", "lsq", per="all", budget=20, seconds=0.5)
+
+    def said(resistance: float | None) -> str:
+        summaries.fit(pipeline.fit(made.work, settings, resistance, silent), made.work)
+        return "".join(line for line in capsys.readouterr().out.splitlines() if "coil resistance" in line)
+
+    pipeline.segment(made.work, HELD, silent)
+    assert said(None) == ""
+    assert (
+        said(2.5).strip()
+        == "coil resistance 2.5 Ω, kept for later commands of this workspace; `mrfit flux` sets it anew"
+    )
+    assert said(None).strip().startswith("coil resistance 2.5 Ω, as an earlier command of this workspace was told;")
+    pipeline.flux(made.work, mrfit.flux.stage.Settings(), silent)
+    assert said(None) == ""
+    assert Workspace(made.work).read_recording("t", "flux").condition["flux_resistance"] == 2.0
