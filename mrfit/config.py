@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from mrfit.errors import ConfigError
+from mrfit.faults import plain_fault
 from mrfit.fit.trust import Intervals
 from mrfit.optimize import PATIENCE
 
@@ -116,13 +117,9 @@ def read_pipeline(path: Path) -> PipelineFile:
     Raises
     ------
     ConfigError
-        If a key is unknown or a value is of the wrong kind; the message names the key.
+        If a key is unknown or a value is of the wrong kind; the message names the key and what it takes.
     """
     try:
         return PipelineFile.model_validate(read_toml(path))
     except ValidationError as error:
-        first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"])
-        if not key:
-            raise ConfigError(f"{path}: {first['msg'].removeprefix('Value error, ')}") from error
-        raise ConfigError(f"{path}: {key}: {first['msg'].lower()} (got {str(first['input'])[:60]!r})") from error
+        raise ConfigError(f"{path}: {plain_fault(error, PipelineFile)}") from error

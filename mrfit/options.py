@@ -13,7 +13,11 @@ Json = Annotated[bool, typer.Option("--json", help="Print a machine-readable sum
 Jobs = Annotated[int, typer.Option("--jobs", "-j", min=1, help="Workers; does not change the result.")]
 Resistance = Annotated[
     str | None,
-    typer.Option("--resistance", help="Coil resistance in ohm, or 'auto' to estimate it.", metavar="OHM|auto"),
+    typer.Option(
+        "--resistance",
+        help="Coil resistance in ohm, or 'auto' to estimate it; later commands of the workspace keep it.",
+        metavar="OHM|auto",
+    ),
 ]
 Map = Annotated[Path | None, typer.Option("--map", help="Channel map (TOML); default: mrfit.toml beside the log.")]
 Pattern = Annotated[

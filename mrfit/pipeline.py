@@ -72,8 +72,8 @@ def fit(work: Path, settings: mrfit.fit.stage.Settings, resistance: float | str 
     workspace = Workspace(work)
     mrfit.fit.stage.check(settings)
     with workspace.locked():
-        _segments_as_before(workspace, resistance, progress)
-        return mrfit.fit.stage.run(workspace, settings, progress)
+        notes = _segments_as_before(workspace, resistance, progress)
+        return {**mrfit.fit.stage.run(workspace, settings, progress), "notes": notes}
 
 
 def discover(
@@ -83,8 +83,8 @@ def discover(
     workspace = Workspace(work)
     _check_discovery(settings)
     with workspace.locked():
-        _segments_as_before(workspace, resistance, progress)
-        return _discover(workspace, settings, progress)
+        notes = _segments_as_before(workspace, resistance, progress)
+        return {**_discover(workspace, settings, progress), "notes": notes}
 
 
 def _check_discovery(settings: mrfit.discover.stage.Settings) -> None:
@@ -120,8 +120,8 @@ def compare_models(work: Path, models: Sequence[str], options: dict[str, Any], p
     mrfit.compare.stage.check(settings)
     workspace = Workspace(work)
     with workspace.locked():
-        _segments_as_before(workspace, None, progress)
-        return mrfit.compare.stage.run(workspace, settings, progress)
+        notes = _segments_as_before(workspace, None, progress)
+        return {**mrfit.compare.stage.run(workspace, settings, progress), "notes": notes}
 
 
 def compare_optimizers(
@@ -135,24 +135,37 @@ def compare_optimizers(
     mrfit.compare.optimizers.check(settings)
     workspace = Workspace(work)
     with workspace.locked():
-        _segments_as_before(workspace, None, progress)
-        return mrfit.compare.optimizers.run(workspace, settings, progress)
+        notes = _segments_as_before(workspace, None, progress)
+        return {**mrfit.compare.optimizers.run(workspace, settings, progress), "notes": notes}
 
 
-def _segments_as_before(workspace: Workspace, resistance: float | str | None, progress: Progress) -> None:
+def _segments_as_before(workspace: Workspace, resistance: float | str | None, progress: Progress) -> list[str]:
+    """Run flux and segment where they are due, with the settings they last had; return what is to be told of these.
+
+    A resistance given now becomes the workspace's: all its fits are made from one flux linkage, and a command without
+    it that went back to another one would make them outdated.
+    """
     import mrfit.segment.stage
 
-    _flux_as_before(workspace, resistance, progress)
+    notes = _flux_as_before(workspace, resistance, progress)
     mrfit.segment.stage.run(workspace, mrfit.segment.stage.last_settings(workspace), progress)
+    return notes
 
 
-def _flux_as_before(workspace: Workspace, resistance: float | str | None, progress: Progress) -> None:
+def _flux_as_before(workspace: Workspace, resistance: float | str | None, progress: Progress) -> list[str]:
     import mrfit.flux.stage
 
     settings = mrfit.flux.stage.last_settings(workspace)
     if resistance is not None:
         settings = replace(settings, resistance=resistance)
-    mrfit.flux.stage.run(workspace, settings, progress)
+    integrated = mrfit.flux.stage.run(workspace, settings, progress)["resistance"] is not None
+    if settings.resistance is None or not integrated:
+        return []
+    auto = settings.resistance == "auto"
+    what = "coil resistance: estimated" if auto else f"coil resistance {settings.resistance} Ω"
+    if resistance is None:
+        return [f"{what}, as an earlier command of this workspace was told; `mrfit flux` sets it anew"]
+    return [f"{what}, kept for later commands of this workspace; `mrfit flux` sets it anew"]
 
 
 def predict(

@@ -9,11 +9,9 @@ import json
 import math
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, fields
-from functools import cache
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -21,6 +19,7 @@ import numpy as np
 
 from mrfit.arrow import floats, numbers, table, texts
 from mrfit.errors import DataError
+from mrfit.keys import content_of, fit_key, flux_key, segment_key
 from mrfit.recording import Finding, Recording, Segment
 from mrfit.specs import Array
 
@@ -28,23 +27,10 @@ T = TypeVar("T")
 LOCK_SECONDS = 600.0
 ROW_GROUP = 1 << 20
 """Rows of a table written together."""
+CONTENT = "mrfit.content"
+"""Name in a recording's metadata of the hash of its content."""
 COPIES = 3
 """How many times the numbers of a table are in memory while it is used."""
-
-
-@cache
-def code_version() -> str:
-    """Return a hash over the package's sources, so that results of other code are never taken for this one's."""
-    digest = hashlib.sha256(version("mrfit").encode())
-    for source in sorted(Path(__file__).parent.rglob("*.py")):
-        digest.update(source.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def key_of(*parts: object) -> str:
-    """Return a hash of JSON-able inputs and settings together with the code version."""
-    text = json.dumps([code_version(), *parts], sort_keys=True, default=str)
-    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def plain(value: object) -> Any:
@@ -128,15 +114,26 @@ def _reading(path: Path, remedy: str) -> Iterator[None]:
         raise DataError(f"{path}: missing, damaged or another mrfit's: cannot be read ({reason}); {remedy}") from error
 
 
-def fit_key(settings: Mapping[str, Any], made_from: tuple[object, object]) -> str:
-    """Return the key of a fit of these settings to what ``Workspace.made_from`` gives; ``jobs`` changes nothing."""
-    return key_of({k: v for k, v in settings.items() if k != "jobs"}, *made_from)
-
-
-def write_table(path: Path, columns: Mapping[str, Array], metadata: Mapping[str, str] | None = None) -> None:
+def write_table(
+    path: Path,
+    columns: Mapping[str, Array],
+    metadata: Mapping[str, str] | None = None,
+    more: Callable[[dict[str, str]], Mapping[str, str]] | None = None,
+) -> None:
     """Write equal-length float64 columns as Parquet (zstd), atomically and one row group at a time.
 
-    Columns are asked for their length and for slices only, so that they may be longer than memory.
+    Columns are asked for their length and for slices only, once, so that they may be longer than memory.
+
+    Parameters
+    ----------
+    path
+        The file.
+    columns
+        Columns by name.
+    metadata
+        Texts kept with them.
+    more
+        Gives further metadata once all is written, by the columns' SHA-256.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -145,11 +142,16 @@ def write_table(path: Path, columns: Mapping[str, Array], metadata: Mapping[str,
     schema = pa.schema([(name, pa.float64()) for name in columns], dict(metadata or {}))
 
     def write(temporary: Path) -> None:
+        digests = {name: hashlib.sha256() for name in columns}
         with pq.ParquetWriter(temporary, schema, compression="zstd", use_dictionary=False) as writer:
             for begin in range(0, max(length, 1), ROW_GROUP):
                 slices = (values[begin : begin + ROW_GROUP] for values in columns.values())
-                group = [numbers(np.asarray(rows, dtype=np.float64)) for rows in slices]
-                writer.write_table(pa.Table.from_arrays(group, schema=schema), ROW_GROUP)
+                group = [np.ascontiguousarray(rows, dtype=np.float64) for rows in slices]
+                for digest, rows in zip(digests.values(), group, strict=True):
+                    digest.update(rows.data)
+                writer.write_table(pa.Table.from_arrays([numbers(rows) for rows in group], schema=schema), ROW_GROUP)
+            if more:
+                writer.add_key_value_metadata(dict(more({n: d.hexdigest() for n, d in digests.items()})))
 
     write_atomic(path, write)
 
@@ -191,9 +193,9 @@ def read_table(path: Path) -> tuple[dict[str, Array], dict[str, str]]:
     with _reading(path, "run `mrfit ingest` again"), pq.ParquetFile(path) as file:
         _check_room(path, file.metadata.num_rows, file.metadata.num_columns)
         table = file.read()
+        metadata = file.metadata.metadata or {}
     columns = {name: floats(table.column(name)) for name in table.column_names}
-    metadata = {k.decode(): v.decode() for k, v in (table.schema.metadata or {}).items()}
-    return columns, metadata
+    return columns, {k.decode(): v.decode(errors="replace") for k, v in metadata.items()}
 
 
 class _Times:
@@ -305,7 +307,38 @@ class Workspace:
         """Write a recording: samples as columns beside ``time``, everything else as metadata."""
         time = cast(Array, _Times(recording.samples, recording.dt))
         metadata = {"mrfit": json.dumps(plain(recording.about()), ensure_ascii=False)}
-        write_table(self.recording_file(recording.id, stage), {"time": time, **recording.channels}, metadata)
+        write_table(
+            self.recording_file(recording.id, stage),
+            {"time": time, **recording.channels},
+            metadata,
+            lambda digests: {CONTENT: content_of(recording, digests)},
+        )
+
+    def content(self, identifier: str, stage: str = "recordings") -> str:
+        """Return the hash of a recording's content, written with it (see ``content_of``).
+
+        Raises
+        ------
+        DataError
+            If its file is missing or damaged, or of an mrfit that wrote none.
+        """
+        import pyarrow.parquet as pq
+
+        path = self.recording_file(identifier, stage)
+        with _reading(path, "run `mrfit ingest` on its log again"):
+            metadata = pq.read_metadata(path).metadata or {}
+            if CONTENT.encode() not in metadata:
+                raise ValueError("an older mrfit's, without a hash of its content")
+        return str(metadata[CONTENT.encode()].decode())
+
+    def contents(self, identifiers: Iterable[str], stage: str = "recordings") -> dict[str, str]:
+        """Return the hashes of recordings' contents by id."""
+        return {i: self.content(i, stage) for i in sorted(set(identifiers))}
+
+    @property
+    def identifiers(self) -> list[str]:
+        """Ids of the recordings that ingest left."""
+        return [r["id"] for r in self.ingest_summary()["recordings"]]
 
     def read_recording(self, identifier: str, stage: str = "recordings") -> Recording:
         """Return a recording as ``stage`` left it.
@@ -359,22 +392,33 @@ class Workspace:
         """Stage whose recordings are the latest: ``flux`` where it has run."""
         return "flux" if self.flux_json.is_file() else "recordings"
 
-    def made_from(self, segments: Sequence[Segment]) -> tuple[dict[str, tuple[str, list[str]]], list[dict[str, Any]]]:
-        """Return what results depend on: each log's hash and what was done to it, by recording; the segments."""
-        import pyarrow.parquet as pq
+    def made_from(self, segments: Sequence[Segment]) -> tuple[dict[str, str], list[dict[str, Any]]]:
+        """Return what results depend on: the content of the segments' recordings by id, and the segments."""
+        return self.contents((s.recording for s in segments), self.latest), [asdict(s) for s in segments]
 
-        files = {s.recording: self.recording_file(s.recording, self.latest) for s in segments}
-        with _reading(self.root / self.latest, "run `mrfit ingest` again"):
-            about = {i: json.loads(pq.read_metadata(p).metadata[b"mrfit"]) for i, p in sorted(files.items())}
-        return {i: (a["sha256"], a["history"]) for i, a in about.items()}, [asdict(s) for s in segments]
+    def outdated(self, fits: Sequence[Mapping[str, Any]], key: Callable[..., str] = fit_key) -> list[str]:
+        """Return the names of fits that other data than are here now, or another mrfit, made, by their fit.json.
 
-    def outdated(self, fits: Sequence[Mapping[str, Any]]) -> list[str]:
-        """Return the names of fits that other data than are here now, or another mrfit, made, by their fit.json."""
+        ``key`` computes what their keys would be now.
+        """
         try:
-            here = self.made_from(self.read_segments()[0])
+            segments, metadata = self.read_segments()
+            here = self.made_from(segments)
+            if self._behind(metadata):
+                return [f["name"] for f in fits]
         except DataError:
             return [f["name"] for f in fits]
-        return [f["name"] for f in fits if f["key"] != fit_key(f["settings"], here)]
+        return [f["name"] for f in fits if f["key"] != key(f["settings"], *here)]
+
+    def _behind(self, metadata: Mapping[str, str]) -> bool:
+        """Return whether flux or segments are of other recordings than ingest left, or made by another mrfit."""
+        if not self.ingest_json.is_file():
+            return False
+        flux, cut = read_json(self.flux_json) or {}, json.loads(metadata.get("mrfit", "{}"))
+        # what has no key does not say what it was made from
+        if "key" in flux and flux["key"] != flux_key(flux["settings"], self.contents(self.identifiers)):
+            return True
+        return "key" in cut and cut["key"] != segment_key(cut["settings"], self.contents(self.identifiers, self.latest))
 
     def fit_names(self) -> list[str]:
         """Return the names of all finished fits, sorted."""

@@ -107,6 +107,11 @@ def segment(summary: Summary, work: Path) -> None:
         say(f"  {finding}")
 
 
+def _notes(summary: Summary) -> None:
+    for note in summary.get("notes", ()):
+        say(f"  {note}")
+
+
 def fit(summary: Summary, work: Path) -> None:
     """Print a fit's errors, its parameters (in full for one to three results) and the reasons to distrust it."""
     title = f"Fit {summary['name']}: {summary['model']} by {summary['optimizer']}, seed {summary['seed']}"
@@ -125,6 +130,7 @@ def fit(summary: Summary, work: Path) -> None:
         say(f"  {sentence}")
     if len(summary["results"]) > 3:
         say(f"All {len(summary['results'])} sets of parameters: {work}/fits/{summary['name']}/parameters.csv")
+    _notes(summary)
     warnings(summary)
 
 
@@ -196,6 +202,7 @@ def compare_models(summary: Summary, work: Path) -> None:
             for some in _side_by_side(list(there)):
                 errors = [[m["model"], *(_percent(found.get((m["model"], role, c))) for c in some)] for m in models]
                 print_table(f"NRMSE of {output} in percent, {role}", ("model", *some), errors)
+    _notes(summary)
     for which, text in together(summary["warnings"], "text"):
         say(f"  warning recordings-left-out: {which}: {text}")
     for which, reason in together(summary["left_out"], "reason"):
@@ -223,6 +230,7 @@ def compare_optimizers(summary: Summary, work: Path) -> None:
     settings = summary["settings"]
     title = f"Optimizers on {settings['model']}, {settings['seeds']} seeds: RMS error"
     print_table(title, names, [numbers(r, names) for r in summary["rows"]])
+    _notes(summary)
     _whole_warnings(summary)
     say(f"Files: {work / 'compare'}/optimizers.html, optimizers.csv, optimizers.json")
 
@@ -232,6 +240,7 @@ def discover(summary: Summary, work: Path) -> None:
     from mrfit.report.explain import headline, next_step, parameter_rows, sentences
 
     say(f"{headline(summary)}{_state(summary)}")
+    _notes(summary)
     for line in sentences(summary):
         say(f"  {line}")
     for line in summary.get("where_text", [])[1:]:
@@ -258,6 +267,8 @@ def discover(summary: Summary, work: Path) -> None:
 
 def advise(summary: Summary) -> None:
     """Print which tests would settle what a discovery left open."""
+    if summary.get("outdated"):
+        say("  warning outdated: made from older data, or by another mrfit, than are here now: discover again")
     if not summary["advice"]:
         say(f"Nothing to settle: the last discovery on {summary['base_model']} ended with '{summary['verdict']}'.")
         return

@@ -1,8 +1,10 @@
 """The workspace gives back what was put in, and a failed write leaves what was there."""
 
+import json
 import os
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,8 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mrfit.errors import DataError
+from mrfit.keys import fit_key
 from mrfit.recording import Finding, Recording, Segment
-from mrfit.store import Workspace, fit_key, read_json, recording_id, write_atomic, write_json, write_table
+from mrfit.store import Workspace, read_json, recording_id, write_atomic, write_json, write_table
 
 
 def a_recording() -> Recording:
@@ -39,6 +42,61 @@ def test_a_recording_comes_back_as_it_was(tmp_path: Path) -> None:
     back = workspace.read_recording("log-1")
     assert back.about() == recording.about()
     assert all(np.array_equal(back.channels[n], v) for n, v in recording.channels.items())
+
+
+CHANGES: dict[str, dict[str, Any]] = {
+    "one sample": {"channels": {"current": np.array([*np.linspace(0, 1, 7)[:6], 1.0 + 1e-15]), "ch2": np.arange(7.0)}},
+    "samples exchanged": {"channels": {"current": np.arange(7.0), "ch2": np.linspace(0, 1, 7)}},
+    "a name": {"channels": {"current": np.linspace(0, 1, 7), "ch3": np.arange(7.0)}},
+    "one fewer": {"channels": {"current": np.linspace(0, 1, 7)}},
+    "unit": {"units": {"current": "mA", "ch2": "V"}},
+    "dt": {"dt": 1.0000001e-4},
+    "condition": {"condition": {"frequency": 5.5}},
+    "another condition": {"condition": {"frequency": 5.0, "current": 1.0}},
+    "wording": {"wording": {"frequency": "5Hz"}},
+}
+
+
+@pytest.mark.parametrize("what", CHANGES)
+def test_what_later_stages_compute_with_is_in_the_hash_of_the_content(what: str, tmp_path: Path) -> None:
+    workspace, recording = Workspace(tmp_path), a_recording()
+    workspace.write_recording(recording)
+    before = workspace.content("log-1")
+    workspace.write_recording(replace(recording, **CHANGES[what]))
+    assert workspace.content("log-1") != before
+    workspace.write_recording(recording)
+    assert workspace.content("log-1") == before
+
+
+@pytest.mark.parametrize(
+    "about",
+    [
+        {"source": "b.csv"},
+        {"sha256": "0" * 64},
+        {"reader": "keysight"},
+        {"start": 3.0},
+        {"columns": {"current": 4, "ch2": 5}},
+        {"rows_refused": 0},
+        {"findings": ()},
+        {"history": ("read by keysight",)},
+    ],
+)
+def test_where_a_recording_came_from_is_not_in_the_hash_of_its_content(about: dict[str, Any], tmp_path: Path) -> None:
+    workspace, recording = Workspace(tmp_path), a_recording()
+    workspace.write_recording(recording)
+    before = workspace.content("log-1")
+    workspace.write_recording(replace(recording, **about))
+    assert workspace.content("log-1") == before
+    assert workspace.read_recording("log-1").about() == replace(recording, **about).about()
+
+
+def test_a_recording_without_a_hash_of_its_content_is_refused_in_one_line(tmp_path: Path) -> None:
+    workspace, recording = Workspace(tmp_path), a_recording()
+    metadata = {"mrfit": json.dumps(recording.about())}
+    write_table(workspace.recording_file("log-1"), {"time": np.arange(7.0), **recording.channels}, metadata)
+    with pytest.raises(DataError, match=r"log-1\.parquet: .*older mrfit.*run `mrfit ingest` on its log again") as error:
+        workspace.contents(["log-1"])
+    assert "\n" not in str(error.value)
 
 
 def test_segments_come_back_as_they_were(tmp_path: Path) -> None:
@@ -92,13 +150,15 @@ def test_a_fit_is_outdated_once_its_data_or_segments_change(tmp_path: Path) -> N
     workspace.write_recording(recording)
     workspace.write_segments([row], {})
     settings, made_from = {"model": "bingham", "seed": 1}, workspace.made_from([row])
-    fit = {"name": "x", "settings": settings, "key": fit_key(settings, made_from)}
+    fit = {"name": "x", "settings": settings, "key": fit_key(settings, *made_from)}
     assert workspace.outdated([fit]) == []
-    assert fit_key({**settings, "jobs": 3}, made_from) == fit["key"]
+    assert fit_key({**settings, "jobs": 3}, *made_from) == fit["key"]
     workspace.write_segments([replace(row, role="holdout")], {})
     assert workspace.outdated([fit]) == ["x"]
     workspace.write_segments([row], {})
-    workspace.write_recording(replace(recording, history=("flux with R = 3",)))
+    workspace.write_recording(replace(recording, history=("read again",), source="elsewhere.csv", findings=()))
+    assert workspace.outdated([fit]) == []
+    workspace.write_recording(replace(recording, channels={**recording.channels, "current": np.zeros(7)}))
     assert workspace.outdated([fit]) == ["x"]
     workspace.recording_file("log-1").unlink()
     assert workspace.outdated([fit]) == ["x"]

@@ -14,7 +14,8 @@ from typing import Any
 
 from benchmarks.discovery.protocol import Case
 from datasets.rig.case import make
-from mrfit.store import code_version, write_text
+from mrfit.keys import code_version
+from mrfit.store import write_text
 
 TIME_LIMIT = 1800
 MRFIT = Path(sys.executable).with_name("mrfit")

@@ -20,10 +20,11 @@ from mrfit.fit.choice import Choice
 from mrfit.fit.current import base_of, default_orders, dependence_on_current, tested, to_choose
 from mrfit.fit.select import load_recordings, usable
 from mrfit.fit.stage import dependence_of
+from mrfit.keys import digest_of, discovery_key
 from mrfit.progress import Progress, silent
 from mrfit.recording import Recording, Segment
 from mrfit.specs import Array
-from mrfit.store import Workspace, key_of, plain, read_json, write_json, write_table, write_text
+from mrfit.store import Workspace, plain, read_json, write_json, write_table, write_text
 
 SCHEMA = "mrfit/discovery/1"
 FEWEST_TRAINING = 2
@@ -84,19 +85,20 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         raise ConfigError(f"model '{settings.model}' has no parameter '{unknown[0]}'; it has {', '.join(names)}")
     segments, _ = workspace.read_segments()
     data, rows = workspace.made_from(segments)
-    key = key_of("discover", {**asdict(settings), "jobs": 0}, data, rows)
+    key = discovery_key(asdict(settings), data, rows)
     folder = workspace.root / "discover"
     existing = read_json(folder / "discovery.json")
     if existing and existing.get("key") == key:
         return {**existing, "skipped": True}
     lacking = too_little(segments)
     if lacking:
-        summary = insufficient(settings, lacking, key, key_of(data))
+        summary = insufficient(settings, lacking, key, digest_of(data))
         series: dict[str, Array] = {}
     else:
         recordings = load_recordings(workspace, segments)
         summary, series = _discovered(workspace, settings, (segments, recordings), key, progress)
-        summary["data_sha256"] = key_of(data)
+        summary["data_sha256"] = digest_of(data)
+    summary["settings"] = {k: v for k, v in asdict(settings).items() if k != "jobs"}
     # a kill from here on must not leave the files of one discovery beside the key of another
     for name in ("discovery.json", "residuals.parquet"):
         (folder / name).unlink(missing_ok=True)

@@ -33,11 +33,12 @@ from mrfit.fit.select import left_out_warnings, load_recordings, named, select, 
 from mrfit.fit.starts import at_scales, characteristic_points, data_starts, level_fits, to_points, two_phase_start
 from mrfit.fit.trust import Intervals, drift_warnings, trust
 from mrfit.kernels.jit import is_cold
+from mrfit.keys import digest_of, fit_key
 from mrfit.optimizers import points
 from mrfit.progress import Progress, silent
 from mrfit.recording import NAMING, Recording, Segment
 from mrfit.specs import Array
-from mrfit.store import Workspace, fit_key, key_of, plain, read_json, write_json
+from mrfit.store import Workspace, plain, read_json, write_json
 from mrfit.workers import in_processes
 
 SCHEMA = "mrfit/fit/1"
@@ -134,8 +135,8 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         If the recordings lack what the model needs or every simulation diverges.
     """
     check(settings)
-    made_from = workspace.made_from(workspace.read_segments()[0])
-    key = fit_key(asdict(settings), made_from)
+    contents, cut = workspace.made_from(workspace.read_segments()[0])
+    key = fit_key(asdict(settings), contents, cut)
     folder = workspace.fit_folder(settings.fit_name)
     existing = read_json(folder / "fit.json")
     if existing and existing.get("key") == key:
@@ -147,7 +148,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     metrics = pieces[0].metrics
     if len(pieces) > 1:
         metrics = metric_rows(blocks, [f for p in pieces for f in p.group.floors], simulated, prepared.assembly)
-    fit = _summary(runner, key_of(made_from[0]), pieces, metrics)
+    fit = _summary(runner, digest_of(contents), pieces, metrics)
     write_fit(folder, fit, blocks, simulated, prepared.assembly)
     return {**plain(fit), "skipped": False}
 
@@ -416,7 +417,7 @@ class _Runner:
         return np.vstack([starts, cube.to_points(found.theta[None, :])]), found.stages
 
     def _partial(self, name: str) -> Path:
-        return self.folder / ".partial" / f"{key_of(name)[:24]}.json"
+        return self.folder / ".partial" / f"{digest_of(name)[:24]}.json"
 
     def _resumed(self, name: str) -> dict[str, Any] | None:
         stored = read_json(self._partial(name))

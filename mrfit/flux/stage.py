@@ -19,10 +19,11 @@ from mrfit.errors import ConfigError, DataError
 from mrfit.flux.integral import Drift, integrate, remove_drift
 from mrfit.flux.losses import Loop, Separation, estimate_resistance, loop_of, separate
 from mrfit.flux.plateau import resistance_of_plateaus, steady_blocks
+from mrfit.keys import flux_key
 from mrfit.progress import Progress, silent
 from mrfit.recording import FLUX_RESISTANCE, Recording
 from mrfit.specs import Array
-from mrfit.store import Workspace, key_of, plain, read_json, stored_settings, write_atomic, write_json
+from mrfit.store import Workspace, plain, read_json, stored_settings, write_atomic, write_json
 
 DRIFTS = ("cycle", "linear", "none")
 RULES = ("trapezoid", "simpson")
@@ -88,9 +89,8 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         If nothing has been ingested, or the resistance cannot be found.
     """
     _check(settings)
-    ingested = workspace.ingest_summary()
-    identifiers = [r["id"] for r in ingested["recordings"]]
-    key = key_of(STAGE, asdict(settings), [[r["id"], r] for r in ingested["recordings"]])
+    identifiers = workspace.identifiers
+    key = flux_key(asdict(settings), workspace.contents(identifiers))
     existing = read_json(workspace.flux_json)
     complete = all(workspace.recording_file(i, STAGE).is_file() for i in identifiers)
     if existing and existing.get("key") == key and complete:

@@ -3,9 +3,9 @@
 from collections.abc import Iterable
 from os import getcwd
 from os import path as os_path
-from pathlib import Path
 from typing import Any
 
+from mrfit.errors import DataError
 from mrfit.ingest.reading import Item
 from mrfit.ingest.refusal import Refusal
 from mrfit.store import Workspace, read_json
@@ -67,7 +67,15 @@ class Earlier:
         source = self.source(item)
         if self.keys.get(source) != key:
             return False
-        return all(_is_whole(self.workspace.recording_file(i)) for i in self.ids(source))
+        return all(self._is_whole(i) for i in self.ids(source))
+
+    def _is_whole(self, identifier: str) -> bool:
+        """Tell whether a recording is there to its end, where Parquet keeps its directory and the content's hash."""
+        try:
+            self.workspace.content(identifier)
+        except DataError:
+            return False
+        return True
 
     def reason(self, source: str, sha256: str, key: str) -> str:
         """Return why a source with recordings has been read again."""
@@ -86,14 +94,3 @@ class Earlier:
         """Whether all of these are known."""
         known = {(r["source"], r["reason"]) for r in self.summary["refused"]}
         return all((self.name(r.path), r.reason) in known for r in refusals)
-
-
-def _is_whole(path: Path) -> bool:
-    """Tell whether a recording is there to its end, where Parquet keeps its directory."""
-    import pyarrow.parquet as pq
-
-    try:
-        pq.read_metadata(path)
-    except (OSError, ValueError):  # pyarrow's own errors are ValueErrors
-        return False
-    return True

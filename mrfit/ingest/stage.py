@@ -16,9 +16,10 @@ from mrfit.ingest.dispatch import expand, look, part_of
 from mrfit.ingest.earlier import Earlier
 from mrfit.ingest.reading import BLOCK, Item, Outcome, Pieces, hash_of, look_into, read_item
 from mrfit.ingest.refusal import Passing, Refusal
+from mrfit.keys import key_of
 from mrfit.progress import Progress, silent
 from mrfit.recording import Recording
-from mrfit.store import Workspace, key_of, read_json, recording_id, write_json
+from mrfit.store import Workspace, read_json, recording_id, write_json
 from mrfit.workers import in_order
 
 
@@ -208,7 +209,12 @@ def plan_items(
         readers[f"{reader}:{group}"] = reader
         rules.setdefault(f"{reader}:{group}", maps.rules(file, root))
     items = [Item(tuple(sorted(files)), readers[g], rules[g], settings.max_memory) for g, files in groups.items()]
-    return [(item, key_of([d for _, d in item.files], item.reader, asdict(item.rules))) for item in items], refusals
+    return [(item, _key(item)) for item in items], refusals
+
+
+def _key(item: Item) -> str:
+    """Return the key of all that determines the recordings of an item."""
+    return key_of([d for _, d in item.files], item.reader, asdict(item.rules), stage="ingest")
 
 
 def _check_settings(settings: Settings) -> None:
@@ -337,7 +343,7 @@ def _commit(
         "refused": sorted(refused, key=lambda r: r["source"]),
         "copies": copies,
         "sources": dict(sorted(keys.items())),
-        "key": key_of(sorted(keys.items())),
+        "key": key_of(sorted(keys.items()), stage="ingest"),
         **before.base_of([*keys, *(r["source"] for r in (*refused, *copies))]),
     }
     write_json(workspace.ingest_json, summary)

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from mrfit import registry
+from mrfit.keys import discovery_key, key_of
 from mrfit.progress import Progress, silent
 from mrfit.report import page
 from mrfit.report.curves import prefixed
@@ -15,7 +16,7 @@ from mrfit.report.explain import closed_share, effect_words, headline, next_step
 from mrfit.report.numbers import in_html, percent, significant
 from mrfit.report.page import number, template_of
 from mrfit.report.svg import inline
-from mrfit.store import Workspace, key_of, write_text
+from mrfit.store import Workspace, write_text
 
 TEMPLATE = Path(__file__).with_name("discovery.html.jinja")
 UNJUDGED = "cannot be judged"
@@ -54,7 +55,7 @@ def run(workspace: Workspace, progress: Progress = silent) -> dict[str, Any]:
 
 
 def advice(workspace: Workspace) -> dict[str, Any]:
-    """Return the last discovery's verdict and which tests would settle what it left open.
+    """Return the last discovery's verdict, which tests would settle what it left open, and whether it is ``outdated``.
 
     Raises
     ------
@@ -62,7 +63,8 @@ def advice(workspace: Workspace) -> dict[str, Any]:
         If there is no discovery.
     """
     found = read_found(workspace)
-    return {k: found[k] for k in ("base_model", "verdict", "ambiguous_set", "advice")}
+    outdated = bool(workspace.outdated([{**found, "name": ""}], discovery_key)) if "settings" in found else False
+    return {k: found[k] for k in ("base_model", "verdict", "ambiguous_set", "advice")} | {"outdated": outdated}
 
 
 def _key(workspace: Workspace) -> str:

@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from mrfit.errors import DataError
+from mrfit.keys import key_of
 from mrfit.progress import Progress, silent
 from mrfit.report import figures, page, tables
 from mrfit.report.source import Source, fit_names, input_files, read_source
-from mrfit.store import Workspace, key_of, read_json, write_json
+from mrfit.store import Workspace, read_json, write_json
 
 SCHEMA = "mrfit/report/1"
 

@@ -6,11 +6,12 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from mrfit.errors import ConfigError, DataError
+from mrfit.keys import segment_key
 from mrfit.progress import Progress, silent
 from mrfit.recording import Segment
 from mrfit.segment.conditions import assign_roles, hold_out_after, name_conditions
 from mrfit.segment.detect import Detection, detect, drive_channel
-from mrfit.store import Workspace, key_of, plain, read_json, stored_settings
+from mrfit.store import Workspace, plain, stored_settings
 
 METADATA = "mrfit"
 
@@ -66,14 +67,12 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         If nothing has been ingested or no segment is found.
     """
     _check(settings)
-    ingested = workspace.ingest_summary()
-    flux = read_json(workspace.flux_json)
-    key = key_of("segment", asdict(settings), flux["key"] if flux else [[r["id"], r] for r in ingested["recordings"]])
+    identifiers = sorted(workspace.identifiers)
+    key = segment_key(asdict(settings), workspace.contents(identifiers, workspace.latest))
     existing = _stored(workspace)
     if existing and existing.get("key") == key:
         return {**existing, "skipped": True}
-    identifiers = sorted(r["id"] for r in ingested["recordings"])
-    detections = _detections(workspace, identifiers, "flux" if flux else "recordings", settings, progress)
+    detections = _detections(workspace, identifiers, workspace.latest, settings, progress)
     found = [s for d in detections for s in d.segments]
     stated = {d.recording.id: d.recording.condition for d in detections}
     wording = {d.recording.id: d.recording.wording for d in detections}

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from mrfit.errors import DataError
+from mrfit.keys import fit_key
 from mrfit.recording import Recording
 from mrfit.report import stage
 from mrfit.report.stage import Settings, publish, run
-from mrfit.store import Workspace, fit_key, write_json
+from mrfit.store import Workspace, write_json
 
 
 def contents(workspace: Workspace) -> dict[str, bytes]:
@@ -126,7 +127,7 @@ def test_fit_made_from_other_data_is_said_to_be(small):
     fit = json.loads(path.read_text())
     for recording in {s.recording for s in small.read_segments()[0]}:
         small.write_recording(Recording(recording, "", "a", "none", 1e-3, 0.0, {"force": np.zeros(3)}, {}))
-    write_json(path, {**fit, "key": fit_key(fit["settings"], small.made_from(small.read_segments()[0]))})
+    write_json(path, {**fit, "key": fit_key(fit["settings"], *small.made_from(small.read_segments()[0]))})
     said = "Made from older data: fit again"
     assert run(small, Settings())["outdated"] == []
     assert said not in (small.report_folder / "index.html").read_text(encoding="utf-8")

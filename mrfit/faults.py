@@ -1,0 +1,130 @@
+"""What pydantic finds wrong with a file, in one plain sentence: which key, what it takes, what stands there."""
+
+import re
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel, ValidationError
+
+# What pydantic puts into a path for the members of a union
+_MEMBER = re.compile(
+    r"(float|int|str|bool|none|date|is-instance.*|[a-z-]*(constrained|literal|list|dict|tuple|function|lax|json)\b.*)"
+)
+_TAKES = {
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "finite_number": "a finite number",
+    "int_type": "a whole number",
+    "int_parsing": "a whole number",
+    "int_from_float": "a whole number",
+    "int_parsing_size": "a smaller whole number",
+    "string_type": "text",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
+    "list_type": "a list",
+    "tuple_type": "a list",
+    "dict_type": "a table",
+    "model_type": "a table",
+    "model_attributes_type": "a table",
+    "mapping_type": "a table",
+    "none_required": "nothing",
+}
+_LIMITS = {
+    "greater_than": ("above", "gt"),
+    "greater_than_equal": ("at least", "ge"),
+    "less_than": ("below", "lt"),
+    "less_than_equal": ("at most", "le"),
+}
+
+
+def plain_fault(error: "ValidationError", model: "type[BaseModel] | None" = None) -> str:
+    """Return the first fault of a file in words: its key, and what is allowed there.
+
+    Parameters
+    ----------
+    error
+        What pydantic raised.
+    model
+        What the file was read as, for the keys that are known where one is not.
+    """
+    faults = error.errors(include_url=False)
+    unknown = next((f for f in faults if f["type"] == "extra_forbidden"), None)
+    if unknown is not None:
+        return _unknown(unknown["loc"], model)
+    path = _path(faults[0]["loc"])
+    # a union fails once for each of its members
+    same: list[Mapping[str, Any]] = [f for f in faults if _path(f["loc"]) == path]
+    first = same[0]
+    if first["type"] in ("too_short", "too_long", "missing") and isinstance(first["loc"][-1], int):
+        return f"{_key(path[:-1])} has too few values"
+    if first["type"] == "missing":
+        return f"{_key(path)} is missing"
+    if first["type"] in ("too_short", "too_long"):
+        return f"{_key(path)} has too {'few' if first['type'] == 'too_short' else 'many'} values"
+    if first["type"] == "list_type" and isinstance(first["input"], dict):
+        return f"{_key(path)} is one table; write [[{_key(path)}]] for each of several"
+    takes = list(dict.fromkeys(filter(None, map(_takes, same))))
+    if not takes:
+        text = str(first["msg"]).removeprefix("Value error, ")
+        return f"{_key(path)}: {text}" if path else text
+    return f"{_key(path)} takes {' or '.join(takes)}, not {_shown(first['input'])}"
+
+
+def _takes(fault: Mapping[str, Any]) -> str:
+    """Return what a value should have been, as in ``a number above 0``."""
+    kind, context = fault["type"], fault.get("ctx", {})
+    if kind == "literal_error":
+        return str(context["expected"])
+    if kind in _LIMITS:
+        words, name = _LIMITS[kind]
+        return f"a number {words} {context[name]:g}"
+    return _TAKES.get(kind, "")
+
+
+def _path(loc: Sequence[str | int]) -> tuple[str | int, ...]:
+    """Return a path without the members of unions at its end."""
+    parts = list(loc)
+    while len(parts) > 1 and isinstance(parts[-1], str) and _MEMBER.fullmatch(parts[-1]):
+        parts.pop()
+    return tuple(parts)
+
+
+def _key(path: Sequence[str | int]) -> str:
+    """Return a path as a reader of TOML finds it: ``[flux] rule``, ``[[fit]] 2: bounds.n``, tables counted from 1."""
+    if not path:
+        return "the file"
+    if len(path) == 1:
+        return str(path[0])
+    table, *rest = path
+    if isinstance(rest[0], int):
+        number, *rest = rest
+        head = f"[[{table}]] {int(number) + 1}"
+        return f"{head}: {'.'.join(map(str, rest))}" if rest else head
+    return f"[{table}] {'.'.join(map(str, rest))}"
+
+
+def _unknown(path: Sequence[str | int], model: "type[BaseModel] | None") -> str:
+    known = _known(path[:-1], model)
+    near = get_close_matches(str(path[-1]), known, n=1)
+    hint = f"; did you mean '{near[0]}'?" if near else f"; it may be one of {', '.join(known)}" if known else ""
+    return f"{_key(path)} is no key mrfit knows{hint}"
+
+
+def _known(path: Sequence[str | int], model: "type[BaseModel] | None") -> list[str]:
+    """Return the keys of the table at a path."""
+    from typing import get_args
+
+    for part in path:
+        if model is None or isinstance(part, int):
+            continue
+        kind: Any = model.model_fields[part].annotation
+        model = next((k for k in (kind, *get_args(kind)) if hasattr(k, "model_fields")), None)
+    return list(model.model_fields) if model else []
+
+
+def _shown(value: object) -> str:
+    text = repr(value) if isinstance(value, str) else str(value)
+    text = {"True": "true", "False": "false", "None": "nothing"}.get(text, text)
+    return text if len(text) <= 60 else text[:57] + "…"
