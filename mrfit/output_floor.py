@@ -14,7 +14,7 @@ from mrfit.noise import TREND_CYCLES, noise_floor, noise_level, quantisation
 from mrfit.noise_floor import NoiseFloor, measured_samples, not_known
 from mrfit.recording import Recording, Segment
 from mrfit.repeats import repeats_floor
-from mrfit.savitzky_golay import NARROWEST, savitzky_golay
+from mrfit.savitzky_golay import NARROWEST, Smoother
 from mrfit.specs import Array
 
 # More samples than this share filled in: cycles are not compared, as what was filled in would count as noise
@@ -144,17 +144,16 @@ def motion_of(recording: Recording, segment: Segment) -> Motion | None:
     if not moving or segment.stop - begin < NARROWEST:
         return None
     name = moving[0]
-    local = savitzky_golay(channels[name], recording.dt)
-    if DRIVING[name] == 0:
-        parts = (local.values, local.first, local.second)
-    else:
-        stroke = np.cumsum(local.values - local.values.mean()) * recording.dt
-        parts = (stroke, local.values, local.first)
+    local = Smoother(channels[name])
+    orders = range(3 if DRIVING[name] == 0 else 2)
+    parts = [local.smoothed(order).values / recording.dt**order for order in orders]
+    if DRIVING[name] == 1:
+        parts.insert(0, np.cumsum(parts[0] - parts[0].mean()) * recording.dt)
     others = []
     for other in ("current", "temperature"):
         values = recording.channels.get(other)
         if other != name and values is not None and _varies(values[window]):
-            others.append(savitzky_golay(values[window], recording.dt).values[kept])
+            others.append(Smoother(values[window]).smoothed(0).values[kept])
     moved, rate, acceleration = (part[kept] for part in parts)
     return Motion(moved, rate, acceleration, others, recording.dt)
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from mrfit.ingest.channel_map import Rules
 from mrfit.ingest.head import Head
-from mrfit.ingest.printed import Digits
 from mrfit.ingest.memory import Room
+from mrfit.ingest.printed import Digits
 from mrfit.recording import Finding
 from mrfit.specs import Array
 
