@@ -242,7 +242,7 @@ def _fitter(
             write_json(path, {"key": key, "fits": [{"effects": list(e), "point": p} for e, p in kept.items()]})
 
     given = {n for n, _ in settings.start}
-    start = choice.start(base_of(settings.model)) if choice and dependence else {}
+    start = choice.start(base_of(settings.model)) if choice and dependence and not choice.by_role else {}
     start = {n: v for n, v in start.items() if base_name(n) not in given} | dict(settings.start)
     return Fitter(bench, settings.model, dependence, start, known, keep, settings.jobs)
 

@@ -28,8 +28,9 @@ from mrfit.specs import Array, Index, ModelSpec
 STEPS, DAMPING = 3, 1e-9
 # Shares of a step that are tried one after the other
 SHARES = (1.0, 0.25)
-# Share of the cube per standard error with which levels are drawn together, and how many times
-DRAWN, PASSES = 0.1, 2
+# Bounds in the cube of a parameter's spread over levels, and how many times levels are drawn together
+NARROWEST, WIDEST = 0.003, 0.1
+PASSES = 5
 # Samples that what the model itself leaves of one condition is worth: the branches of a cycle, on each of which it errs
 # in its own way
 STROKE = 4.0
@@ -161,7 +162,8 @@ def tests_about(spec: ModelSpec, cube: Cube, fits: Sequence[Level], posed: Seque
         The problem at each.
     """
     theta, bent = np.array([f.theta for f in fits]), _bent(spec, cube)
-    centre = np.median(cube.to_points(theta), axis=0)
+    points = cube.to_points(theta)
+    centre, spread = np.median(points, axis=0), _spread(points)
     alone = [(k, one) for k, own in enumerate(posed) for one in own.by_condition()]
     factors, targets, squares, worths, excesses = [], [], [], [], []
     for k, one in alone:
@@ -180,8 +182,8 @@ def tests_about(spec: ModelSpec, cube: Cube, fits: Sequence[Level], posed: Seque
         excesses.append(one.excess(rows))
     for at in theta:
         point, coordinates, slopes = _about(cube, at, bent)
-        factors.append(np.diag(1.0 / (DRAWN * slopes)))
-        targets.append(factors[-1] @ coordinates - (point - centre) / DRAWN)
+        factors.append(np.diag(1.0 / (spread * slopes)))
+        targets.append(factors[-1] @ coordinates - (point - centre) / spread)
     return Tests(
         spec,
         cube,
@@ -206,21 +208,21 @@ def _about(cube: Cube, theta: Array, bent: Mask) -> tuple[Array, Array, Array]:
 
 
 def drawn_together(cube: Cube, fits: Sequence[Level], posed: Sequence[Posing], rng: np.random.Generator) -> list[Level]:
-    """Return fits at single currents among which parameters differ no more than the data want.
+    """Return fits at single currents among which as few parameters differ as the data allow.
 
     Where the data leave a direction open, as a change of scale of z is in a Bouc-Wen element, each level's fit ends
-    anywhere along it, and no law of current goes through such ends. Every level is fitted again from its optimum, a
-    penalty drawing all to one point, their median: one standard error of the residuals for each ``DRAWN`` of the cube.
+    anywhere along it, and no law of current goes through such ends. Every level is fitted again from its optimum with a
+    penalty on the way from the levels' median, in units of the parameter's own spread: what varies anyway may do so at
+    little cost, and what does not need to vary stops.
     """
     fits = list(fits)
-    for _ in range(PASSES):
+    for turn in range(PASSES):
         points = cube.to_points(np.array([f.theta for f in fits]))
-        centre = np.median(points, axis=0)
+        centre, spread = np.median(points, axis=0), np.full(points.shape[1], WIDEST) if not turn else _spread(points)
         for k, (at, point) in enumerate(zip(posed, points, strict=True)):
             own = at.posed
             rows = own.residuals(point[None, :])[0, :-1]
-            weight = float(np.sqrt(rows @ rows / at.worth(rows))) / DRAWN
-
+            weight = np.sqrt(float(rows @ rows) / at.worth(rows)) / spread
             objective = Objective(_drawn(own, centre, weight), point, budget=1)
             objective.costs(point[None, :])
             outcome = optimize.run("lsq", objective, rng, OTHER_LEVELS * (len(point) + 1))
@@ -230,7 +232,13 @@ def drawn_together(cube: Cube, fits: Sequence[Level], posed: Sequence[Posing], r
     return fits
 
 
-def _drawn(posed: Posed, centre: Array, weight: float) -> Callable[[Array], Array]:
+def _spread(points: Array) -> Array:
+    """Return the spread of each parameter over levels (L, F) of the cube, no less and no more than counts."""
+    spread: Array = np.clip(np.std(points, axis=0), NARROWEST, WIDEST)
+    return spread
+
+
+def _drawn(posed: Posed, centre: Array, weight: Array) -> Callable[[Array], Array]:
     """Return a problem's residuals with those of a penalty on the way from a point (F,) of the cube."""
     return lambda points: np.hstack([posed.residuals(points), weight * (points - centre)])
 

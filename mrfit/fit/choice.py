@@ -7,7 +7,8 @@ as long as that lowers the cost. Of laws whose error is within one standard erro
 taken (Breiman and others 1984).
 
 Where the fits at single currents leave much more than noise, samples are no independent evidence: the orders of the
-parameters' roles are changed only where the error left out falls by more than its standard error over conditions.
+parameters' roles are changed only where the error left out falls by a third, and by three standard errors over
+conditions.
 
 Where three levels or fewer leave nothing to hold out, the levels' own fits decide, each coefficient at twice the cost.
 """
@@ -28,6 +29,7 @@ from mrfit.fit.cube import Cube
 from mrfit.fit.current import default_orders, level_of, levels_of
 from mrfit.fit.problem import Block, Posed
 from mrfit.fit.starts import Level, level_fits, node_names
+from mrfit.kernels.cube import Mask
 from mrfit.specs import Array, Index, Param
 
 # Fewest levels at which those between the ends are held out
@@ -36,6 +38,10 @@ FEWEST_LEVELS = 4
 HELD_OUT_COST, FITTED_COST = 1.0, 2.0
 # Error that the fits at single currents leave, as a multiple of the noise floor, above which it is the model's own
 OWN_ERROR = 1.5
+# Standard errors by which another order has to be better there, and the ratio of errors: of many tried one is by chance
+CLEAR, MUCH = 3.0, 1.5
+# Share of the conditions of the level tested under most that another level has to have to say so
+SEEN = 0.5
 # Most folds in which conditions are left out
 MOST_ROUNDS = 4
 # Error at a level, as a multiple of what its own fit leaves, up to which a simpler law may be worse than the best
@@ -100,6 +106,8 @@ class Choice:
         The base model's fit at each level, rising.
     theta
         Parameters of the laws that fit all levels best, (L, K) at the levels' currents.
+    by_role
+        Whether all orders are those of the parameters' roles.
     """
 
     dependence: CurrentDependence | None
@@ -107,6 +115,7 @@ class Choice:
     warnings: list[dict[str, str]]
     fits: list[Level]
     theta: Array
+    by_role: bool
 
     def start(self, base: Assembly) -> dict[str, float]:
         """Return the parameters at the nodes, by name, of the laws that fit all levels best."""
@@ -264,10 +273,23 @@ class _Search:
         return state
 
     def _clearly(self, state: State, than: State) -> bool:
-        """Return whether a state's deviance is lower than another's by more than its standard error over conditions."""
-        gain = self.scores[than].deviances - self.scores[state].deviances
-        spread = np.sqrt(len(gain)) * float(np.std(gain, ddof=1)) if len(gain) > 1 else np.inf
-        return bool(gain.sum() > spread)
+        """Return whether a state's error is much lower than another's, by several standard errors over conditions."""
+        gain = (self.scores[than].deviances - self.scores[state].deviances)[self._speaks]
+        if len(gain) < 2 or not np.all(np.isfinite(gain)):
+            return False
+        spread = np.sqrt(len(gain)) * float(np.std(gain, ddof=1))
+        ratio = float(np.mean(0.5 * gain / self._worth[self._speaks]))
+        return bool(gain.sum() > CLEAR * spread and ratio > np.log(MUCH))
+
+    @cached_property
+    def _speaks(self) -> Mask:
+        """Which deviances are of levels tested under no fewer than half as many conditions as any other.
+
+        Of a wrong model a level's one stroke gives parameters that are right for this stroke alone.
+        """
+        conditions = np.bincount(self.tests.places)
+        speaks: Mask = conditions[self.tests.places[self._judged]] >= SEEN * conditions.max()
+        return speaks
 
     def simplest(self, best: State) -> State:
         """Return the simplest state found by lowering orders whose error is within a standard error of the best."""
@@ -346,8 +368,8 @@ def chosen_by_levels(base: Assembly, cube: Cube, data: Data, kept: dict[str, Ord
             f"every simulation of '{base.name}' diverged at all currents but one: narrow --bounds, or give "
             "--current-order"
         )
-    fits = drawn_together(cube, fits, posed, limits.rng)
-    return choose(tests_about(base.spec, cube, fits, posed), fits, kept, (limits.low, limits.high))
+    together = drawn_together(cube, fits, posed, limits.rng)
+    return choose(tests_about(base.spec, cube, together, posed), fits, kept, (limits.low, limits.high))
 
 
 def choose(tests: Tests, fits: list[Level], kept: dict[str, Order], ends: tuple[float, float]) -> Choice:
@@ -358,7 +380,7 @@ def choose(tests: Tests, fits: list[Level], kept: dict[str, Order], ends: tuple[
     tests
         The base model about its optimum at two currents or more.
     fits
-        These optima.
+        The base model's fit at each level, as it ended.
     kept
         Orders of parameters that are not chosen, by name.
     ends
@@ -379,7 +401,8 @@ def choose(tests: Tests, fits: list[Level], kept: dict[str, Order], ends: tuple[
     named = tuple((p.name, orders[p.name]) for p in tests.spec.params if orders.get(p.name))
     theta = search.fitted(state).parameters(tests.currents)
     about, warnings = _about(search, state, params)
-    return Choice(CurrentDependence(named, *ends) if named else None, about, warnings, fits, theta)
+    by_role = dict(named) == {n: min(order, search.highest) for n, order in usual.items()}
+    return Choice(CurrentDependence(named, *ends) if named else None, about, warnings, fits, theta, by_role)
 
 
 def _groups(params: Sequence[Param], chosen: Sequence[int]) -> list[list[int]]:

@@ -393,7 +393,7 @@ class _Runner:
         choice = self.prepared.choice
         if choice:
             levels = choice.fits
-            starts.append(choice.start(base))
+            starts += [] if choice.by_role else [choice.start(base)]
         else:
             weights = weights_of(group.search, group.training_floors, settings.weight)
             single = at_scales(_cube(base, _alone(settings)), group.training, base)
