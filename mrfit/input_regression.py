@@ -36,12 +36,16 @@ BINS = 8
 # Rate, as a share of the highest, at which a specimen hardly moves
 CREEP = 0.05
 # Columns that also grow with time, as gains drift (rate, stroke, a sign), and how many any other input scales
-DRIFTING, VARIED = (0, 3, 9), 35
+DRIFTING, VARIED, LATE = (0, 3, 9), 35, 13
+# Seconds by which an output may follow another input late
+LATENESS = (0.003, 0.01, 0.03, 0.1)
 NEIGHBOURS = 10
 # Correlation of a residual with its neighbours' mean that noise does not reach by chance
 CORRELATED = 0.13
 # A quieter quarter with less than this share of the RMS of the quieter half, but for chance, says that neither is quiet
 UNEVEN = 0.9
+# Nor is a half believed where all samples together have so many times its RMS: the library follows too little
+MOSTLY = 1.5
 # Fewest samples, in independent ones, that tell a power, and bounds so close that what lies between is known
 FEWEST_WORTH, CLOSE = 16, 1.3
 
@@ -88,6 +92,7 @@ def regression_floor(values: Array, motion: Motion) -> NoiseFloor:
     width = quiet * np.sqrt(2.0 / worth)
     even = _quiet(found, sizes, BINS // 4)[0] > quiet * (UNEVEN - np.sqrt(2.0 / worth))
     states = _states(motion, rows, target, found)
+    even = even and high <= MOSTLY * quiet
     if worth > FEWEST_WORTH and even and _neighbours_agree(found, states, where) < CORRELATED:
         return NoiseFloor(quiet, "regression", max(quiet - 2.0 * width, 0.0), max(high, quiet + 2.0 * width))
     least, rounding = noise_level(values[measured]), quantisation(values) / sqrt(12.0)
@@ -119,8 +124,11 @@ def library(motion: Motion, rows: Index) -> Array:
     parts = [found, np.ones_like(time), time, time * found[:, list(DRIFTING)]]
     for other in motion.others:
         level = _scaled(other)
-        for factor in (level, level**2, _lagged(level, LAGS[-1] * turn, motion.dt) - level):
+        for factor in (level, level**2):
             parts += [factor[rows, None], factor[rows, None] * found[:, :VARIED]]
+        # what follows an input late does so at its own pace
+        for late in _late(level, motion.dt):
+            parts += [late[rows, None], late[rows, None] * found[:, :LATE]]
     return np.hstack(parts)
 
 
@@ -159,6 +167,11 @@ def _scaled(values: Array) -> Array:
     values = values - values.mean()
     scaled: Array = values / max(float(np.quantile(np.abs(values), 0.99)), 1e-300)
     return scaled
+
+
+def _late(level: Array, dt: float) -> list[Array]:
+    """Return by how much an input's value lags behind it with several time constants, (N,) each."""
+    return [_lagged(level, seconds, dt) - level for seconds in LATENESS]
 
 
 def _stop(moved: Array, half_width: float) -> Array:
@@ -203,7 +216,10 @@ def _cross_validated(columns: Array, target: Array, block: int) -> _Fit:
 
 def _sizes(motion: Motion, rows: Index, fitted: Array) -> list[Array]:
     """Return by what the samples are sorted into bins."""
-    return [np.abs(motion.rate[rows]), np.abs(motion.acceleration[rows]), motion.moved[rows], np.abs(fitted)]
+    sizes = [np.abs(motion.rate[rows]), np.abs(motion.acceleration[rows]), motion.moved[rows], np.abs(fitted)]
+    for other in motion.others:
+        sizes += [other[rows], np.abs(_late(_scaled(other), motion.dt)[1][rows])]
+    return sizes
 
 
 def _quiet(found: _Fit, sizes: Sequence[Array], kept: int) -> tuple[float, Mask]:
@@ -234,8 +250,10 @@ def _states(motion: Motion, rows: Index, target: Array, found: _Fit) -> tuple[Ar
     moved, r, turn = _scaled(motion.moved), _scaled(motion.rate), 1.0 / _bandwidth(motion)
     more = [np.tanh(2.0 * r), motion.acceleration, *(_stop(moved, PLAYS[k]) for k in (2, 4, 6))]
     more += [_lagged(r, share * turn, motion.dt) for share in LAGS[1::2]]
-    few = [fitted, r[rows], *(o[rows] for o in motion.others)]
-    wide = [fitted, *(m[rows] for m in more), *(o[rows] for o in motion.others)]
+    others = [o[rows] for o in motion.others]
+    late = [_late(_scaled(o), motion.dt)[k][rows] for o in motion.others for k in (0, 2)]
+    few = [fitted, r[rows], *others, *late]
+    wide = [fitted, *(m[rows] for m in more), *others, *late]
     return _unit(few), _unit(wide)
 
 

@@ -91,15 +91,17 @@ def cycles_drift(values: Array, segment: Segment, dt: float) -> Drift | None:
 def residual_floor(floor: NoiseFloor, recording: Recording, segment: Segment, residual: Array) -> NoiseFloor:
     """Return a floor that is not known as that of a model's residual (N,), if a regression of it on the inputs tells.
 
-    A model's residual holds the same noise as the output, and less else that a regression could miss.
+    A model's residual holds the same noise as the output, and less else that a regression could miss. So a floor by
+    regression that is above the residual is none.
     """
-    if floor.known:
+    error = float(np.sqrt(np.mean(residual**2)))
+    if floor.known and not (floor.method == "regression" and floor.value > SAME * error):
         return floor
     found = _by_regression(recording, segment, residual)
     if found.known:
         return found
-    highs = [high for high in (floor.high, found.high) if np.isfinite(high)]
-    return replace(floor, high=min(highs, default=float("nan")))
+    highs = [high for high in (floor.high, found.high, error) if np.isfinite(high)]
+    return NoiseFloor(float("nan"), "not known", min(floor.low, found.low, min(highs)), min(highs))
 
 
 def with_colour(floors: Sequence[NoiseFloor], outputs: Sequence[Array]) -> list[NoiseFloor]:

@@ -38,7 +38,7 @@ def test_error_above_the_noise_floor_is_not_excused(fits):
 def test_missing_hold_out_and_noise_floor_are_said(fits):
     said = verdict(with_metrics(fits[1], metric("all", "train", 2.0), metric("a", "train", 2.0)))
     assert said == [
-        "On training data (1 condition) the error is 2.00 N RMS, 20.0 % of the range.",
+        "On training data (1 condition) the error is 2.00 N RMS, 20.0 % of the range; the noise floor is not known.",
         "Nothing was held out: how the model does on data it has not seen is not known.",
     ]
 
