@@ -16,12 +16,14 @@ SAMPLE = 200
 STAMP = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?")
 CLOCK = re.compile(r"(\d{1,2}):([0-5]\d):([0-5]\d(?:[.,]\d+)?)")
 DATE = re.compile(r"\d{4}[-/.]\d\d?[-/.]\d\d?|\d\d?[-/.]\d\d?[-/.](?:\d\d)?\d\d")
-MARK = re.compile(
-    r"[+-]?(?:OL|O\.L\.?|0L|OVLD|OVL|OVFL|OFL|(?:OVER|UNDER)(?:[ -]?(?:LOAD|RANGE|FLOW))?|ERR|ERROR|OPEN|FAULT|INVALID)"
-    r"|[+-]?1\.#\w+|#[A-Z0-9/]+[!?]|#N/?[AV]|\*+|#+|\?+|-+",
+OVERLOAD = re.compile(
+    r"[+-]?(?:OL|O\.L\.?|0L|OVLD|OVL|OVFL|OFL|(?:OVER|UNDER)[ -]?(?:LOAD|RANGE|FLOW))"
+    r"|[+-]?1\.#\w+|#[A-Z0-9/]+[!?]|#N/?[AV]",
     re.IGNORECASE,
 )
-"""What instruments and spreadsheets print in place of a number."""
+"""What instruments and spreadsheets print in place of a number, and is no name."""
+MARK = re.compile(rf"{OVERLOAD.pattern}|ERR|ERROR|OPEN|FAULT|INVALID|BAD|\*{{2,}}|#{{3,}}|\?+", re.IGNORECASE)
+"""What may be printed so."""
 SEPARATOR = re.compile(r"[-=_+]{3,}")
 TIME_NAMES = {
     *("time", "t", "zeit", "tiempo", "temps", "tempo", "sec", "second", "seconds", "timestamp", "elapsed time", "tout"),
@@ -169,14 +171,14 @@ def _last_is_filled(head: Head, grid: Grid) -> bool:
 def _is_unreadable(fitting: list[tuple[int, list[str]]], times: Counter[tuple[str, ...]]) -> bool:
     """Whether the last of the lines above the first row of numbers is a row that cannot be read, and no header.
 
-    It begins with a number, or holds nothing but marks, or stands there several times, or below the names it has
-    a number. ``times`` says how often each stands there.
+    It begins with a number, or has a mark of overload or nothing but marks, or stands there several times, or below
+    the names it has a number. ``times`` says how often each stands there.
     """
     place, cells = fitting[-1]
     filled = [c for c in cells if c]
     marked = [bool(MARK.fullmatch(c)) or c in NOT_A_NUMBER for c in filled]
     counted = [_is_number(c) for c in filled]
-    if not filled or all(marked) or (counted[0] or marked[0]) and len(filled) > 1:
+    if not filled or all(marked) or any(OVERLOAD.fullmatch(c) for c in filled) or counted[0] and len(filled) > 1:
         return bool(filled)
     others = [(k, c) for k, c in fitting if c != cells]
     if not others or not _is_name_row(others[-1][1]):

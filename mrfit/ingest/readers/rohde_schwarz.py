@@ -65,7 +65,7 @@ def read(source: Source) -> list[Table]:
         what = f"its settings file names {len(names)} channels ({', '.join(names)}) for {columns - timed} columns"
         raise Refusal(head.path, what, "check its decimal mark, and export both files of the record again")
     fields = [Field(names[k] if k < len(names) else f"CH{k + 1}", "V", k + timed) for k in range(columns - timed)]
-    layout = Layout(grid.first, grid.delimiter, grid.decimal, columns, tuple(range(columns)))
+    layout = Layout(0, grid.delimiter, grid.decimal, columns, tuple(range(columns)))
     table = read_table(source, layout, fields, Field("time", "s", 0) if timed else None)
     length = units.quantity(settings.get("RecordLength", ""))
     table = replace(table, stated_rows=length[0] if length else None)

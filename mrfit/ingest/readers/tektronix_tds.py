@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from mrfit.ingest.body import Layout, number_pattern, split
 from mrfit.ingest.head import Head
+from mrfit.ingest.layout import OVERLOAD
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
 from mrfit.ingest.textlog import Field, meta_of, positive, read_table, side_by_side
@@ -26,7 +27,9 @@ def _first_row(head: Head) -> int | None:
     number = number_pattern(".")
     for place, line in enumerate(head.lines[:3]):
         fields = split(line, ",")
-        if fields[0].lower() == "record length" and len(fields) > VALUE and number.fullmatch(fields[VALUE]):
+        if fields[0].lower() != "record length" or len(fields) <= VALUE:
+            continue
+        if number.fullmatch(fields[TIME]) or OVERLOAD.fullmatch(fields[VALUE]):
             return place
     return None
 
