@@ -64,8 +64,14 @@ class NoiseFloor:
 
 def not_known(values: Array, high: float = float("nan")) -> NoiseFloor:
     """Return the floor of an output (N,) of which only the white part, the least there can be, is seen."""
-    least = noise_level(values[measured_samples(values)])
+    least = white_noise(values)
     return NoiseFloor(float("nan"), "not known", min(least, high) if np.isfinite(high) else least, high)
+
+
+def white_noise(values: Array) -> float:
+    """Return the RMS of the white noise of a channel (N,) where it was measured; 0 where hardly anything was."""
+    measured = values[measured_samples(values)]
+    return noise_level(measured) if len(measured) > PATCH_SAMPLES else 0.0
 
 
 def measured_samples(values: Array) -> Mask:

@@ -11,7 +11,7 @@ from mrfit.drive import cycles_agree, inputs_repeat
 from mrfit.harmonics import harmonic_fit
 from mrfit.input_regression import Motion, regression_floor
 from mrfit.noise import TREND_CYCLES, noise_floor, noise_level, quantisation
-from mrfit.noise_floor import NoiseFloor, measured_samples, not_known
+from mrfit.noise_floor import NoiseFloor, measured_samples, not_known, white_noise
 from mrfit.recording import Recording, Segment
 from mrfit.repeats import repeats_floor
 from mrfit.savitzky_golay import NARROWEST, Smoother
@@ -114,7 +114,7 @@ def with_colour(floors: Sequence[NoiseFloor], outputs: Sequence[Array]) -> list[
     floors, outputs
         Noise floor and output (N,) of every segment.
     """
-    white = [noise_level(y[measured_samples(y)]) for y in outputs]
+    white = [white_noise(y) for y in outputs]
     colours = [f.value / w for f, w in zip(floors, white, strict=True) if f.method == "cycles" and w > 0.0]
     if not colours:
         return list(floors)

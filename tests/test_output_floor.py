@@ -185,3 +185,9 @@ def test_rounding_that_repeats_with_the_cycle_is_noise() -> None:
     values = step * np.round(force(x) / step)
     found = floor_of(x + 1e-6 * rng_of(18).standard_normal(SAMPLES), values, 11, 1.0)
     assert found.value >= 0.99 * step / np.sqrt(12.0)
+
+
+def test_an_output_that_was_filled_in_throughout_has_no_known_floor() -> None:
+    x = random_stroke(19)
+    found = floor_of(x, np.linspace(-1.0, 1.0, SAMPLES))
+    assert not found.known and found.scale == 0.0 and found.most == np.inf
