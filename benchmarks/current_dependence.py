@@ -43,7 +43,7 @@ MODELS: Mapping[str, tuple[tuple[str, float], tuple[str, float], tuple[str, floa
     "rotational-erf": (("alpha", 4.0), ("c", 1.0), ("k", 30.0)),
 }
 Law = Callable[[float], float]
-# Per law of the yield force, as a multiple of its scale: the law, and what --current-order says, empty for no polynomial
+# Laws of the yield force, as multiples of its scale, and what --current-order says: nothing of a constant
 LAWS: Mapping[str, tuple[Law, str]] = {
     "constant": (lambda i: 1.0, ""),
     "parabola": (lambda i: 0.2 + 3.0 * i - 1.2 * i * i, "plain2"),
