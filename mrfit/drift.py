@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
-from scipy.stats import f as f_distribution
+from scipy.special import fdtri
 
 from mrfit.specs import Array
 
@@ -110,7 +110,7 @@ def _trend(residual: Array, carriers: list[Array], polynomials: Array) -> tuple[
     trend = columns @ chosen
     left = float(np.std(residual - trend))
     # either of two orders may be the drift's
-    limit = f_distribution.isf(CHANCE / 2.0, count, degrees)
+    limit = fdtri(count, degrees, 1.0 - CHANCE / 2.0)
     if score <= limit or float(np.std(trend)) <= VISIBLE * left:
         return none, none
     return trend, polynomials @ (kept * coefficients[:orders])

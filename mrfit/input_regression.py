@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from math import sqrt
 
 import numpy as np
-from scipy.signal import lfilter
-from scipy.spatial import cKDTree
 
 from mrfit.kernels.filters import play
 from mrfit.noise import noise_level, quantisation
@@ -188,6 +186,8 @@ def _bandwidth(motion: Motion) -> float:
 
 
 def _lagged(signal: Array, seconds: float, dt: float) -> Array:
+    from scipy.signal import lfilter
+
     keep = float(np.exp(-dt / seconds))
     lagged: Array = lfilter([1.0 - keep], [1.0, -keep], signal, zi=[keep * signal[0]])[0]
     return lagged
@@ -263,6 +263,8 @@ def _unit(columns: Sequence[Array]) -> Array:
 
 def _neighbours_agree(found: _Fit, spaces: Sequence[Array], where: Mask) -> float:
     """Return the largest correlation of residuals with those of their neighbours in other folds, at some samples."""
+    from scipy.spatial import cKDTree
+
     agreement, fold, residual = 0.0, found.fold, found.residual
     for space in spaces:
         mean = np.zeros(len(residual))

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.signal import correlate
 
 from mrfit.drive import FAST_INPUTS
 from mrfit.noise import noise_level
@@ -78,6 +77,8 @@ def _difference(
 
 def _shift(a: Array, b: Array) -> int:
     """Return by how many samples b has to be moved to lie on a."""
+    from scipy.signal import correlate
+
     product = correlate(a - a.mean(), b - b.mean(), method="fft")
     return int(np.argmax(product)) - (len(b) - 1)
 

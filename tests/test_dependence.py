@@ -228,3 +228,35 @@ def test_one_current_is_refused_with_the_remedy() -> None:
 def test_a_break_outside_the_tested_range_is_refused() -> None:
     with pytest.raises(DataError, match="fy=1:2:1: 2 A is not inside the tested range, 0 to 1 A"):
         CurrentDependence((("fy", "1:2:1"),), 0.0, 1.0)
+
+
+def test_either_form_can_be_asked_for_and_keeps_a_parameter_inside_its_bounds() -> None:
+    current = np.linspace(0.0, 2.0, 41)
+    theta = np.array([[100.0, 400.0, 1600.0, 50.0, 0.5, 50.0, 0.0, 1000.0, 0.0, 0.0]])
+    forms = CurrentDependence((("fy", "log2"), ("a1", "plain2")), 0.0, 2.0)
+    found = at_current(tanh.SPEC, forms, theta, current)[0]
+    assert found[0] == pytest.approx(100.0 * 4.0**current)
+    # the parabola through 50, 0.5 and 50 stays at its least value 0.5, the bound
+    assert found[1] == pytest.approx(np.maximum(0.5 + 49.5 * (current - 1.0) ** 2, 0.5))
+    dipping = at_current(tanh.SPEC, forms, np.array([[*theta[0, :3], 50.0, 0.5, 0.6, *theta[0, 6:]]]), current)[0, 1]
+    assert dipping.min() == 0.5
+    shown = [d.name for d in expanded(tanh.SPEC, forms).derived]
+    assert shown == ["ln(fy).i0", "ln(fy).i1", "ln(fy).i2", "a1.i0", "a1.i1", "a1.i2"]
+    assert expanded(tanh.SPEC, forms).linear == ("c", "k", "f0")
+    nodes = through(tanh.SPEC, forms, current, found.T)
+    assert nodes[:6] == pytest.approx(theta[0, :6], rel=1e-6)
+    assert coefficients(tanh.SPEC, forms, theta)[0, :3] == pytest.approx([np.log(100.0), np.log(4.0), 0.0], abs=1e-12)
+
+
+def test_forms_are_written_before_the_order() -> None:
+    assert orders_of(tanh.SPEC, "fy=log2,c=plain1:0.5:2,k=plain1") == (
+        ("fy", "log2"),
+        ("c", "plain1:0.5:2"),
+        ("k", "plain1"),
+    )
+    assert dict(orders_of(tanh.SPEC, "log1")) == {"fy": "log1", "a1": "log1", "a2": 1, "c": "log1", "k": 1}
+    assert orders_of(tanh.SPEC, "fy=log0") == ()
+    with pytest.raises(ConfigError, match="k may be negative, so it has no logarithm"):
+        orders_of(tanh.SPEC, "k=log1")
+    with pytest.raises(ConfigError, match="'plain' or 'log' before it"):
+        orders_of(tanh.SPEC, "fy=exp2")

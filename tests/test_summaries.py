@@ -59,6 +59,15 @@ def test_every_stage_without_a_test_is_told_and_conditions_are_counted_once(
     assert capsys.readouterr().out == "  warning at-bound: a (and 1 more condition): n ended at a bound\n"
 
 
+def test_a_fit_tells_what_was_chosen_and_rejected_of_laws_of_current(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = {"name": "f", "model": "tanh", "optimizer": "auto", "seed": 0, "skipped": False, "output": "force"}
+    told |= {"metrics": [], "results": [], "warnings": [], "current_choice": {"text": ["fy: order 2; rejected log2"]}}
+    summaries.fit(told, tmp_path)
+    assert "  fy: order 2; rejected log2\n" in capsys.readouterr().out
+
+
 def test_errors_carry_their_units(capsys: pytest.CaptureFixture[str]) -> None:
     row = {"condition": "a", "role": "predict", "samples": 9, "rmse": 3.0, "noise_floor": 1.0, "esr": 2.0}
     told = {

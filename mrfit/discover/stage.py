@@ -155,7 +155,7 @@ def _discovered(
 ) -> tuple[dict[str, Any], dict[str, Array]]:
     segments, recordings = data
     dependence, choice = current_dependence(settings, segments, recordings)
-    fitter = _fitter(workspace, settings, (dependence, choice), data, key)
+    fitter = _fitter(workspace, _started(settings, choice), dependence, data, key)
     progress("base fit", 0, 1)
     base = fitter.first(settings.seed)
     if any(not s.noise.known for s in fitter.bench.stretches):
@@ -217,14 +217,23 @@ def current_dependence(
     return CurrentDependence(orders, low, high), None
 
 
+def _started(settings: Settings, choice: Choice | None) -> Settings:
+    """Return settings with the laws of current that were chosen as start values, where the user gave none."""
+    if choice is None or choice.dependence is None or choice.by_role:
+        return settings
+    given = {n for n, _ in settings.start}
+    found = choice.start(base_of(settings.model)).items()
+    return replace(settings, start=(*((n, v) for n, v in found if base_name(n) not in given), *settings.start))
+
+
 def _fitter(
     workspace: Workspace,
     settings: Settings,
-    found: tuple[CurrentDependence | None, Choice | None],
+    dependence: CurrentDependence | None,
     data: tuple[Sequence[Segment], dict[str, Recording]],
     key: str,
 ) -> Fitter:
-    (segments, recordings), (dependence, choice) = data, found
+    segments, recordings = data
     base = assemble(settings.model, dependence)
     bench = build_bench(segments, recordings, base, effects_for(base.spec.output))
     path = workspace.root / "discover" / ".partial" / "fits.json"
@@ -241,10 +250,7 @@ def _fitter(
             kept.setdefault(effects, point)
             write_json(path, {"key": key, "fits": [{"effects": list(e), "point": p} for e, p in kept.items()]})
 
-    given = {n for n, _ in settings.start}
-    start = choice.start(base_of(settings.model)) if choice and dependence and not choice.by_role else {}
-    start = {n: v for n, v in start.items() if base_name(n) not in given} | dict(settings.start)
-    return Fitter(bench, settings.model, dependence, start, known, keep, settings.jobs)
+    return Fitter(bench, settings.model, dependence, dict(settings.start), known, keep, settings.jobs)
 
 
 def _series(bench: Bench, verdict: Verdict) -> dict[str, Array]:

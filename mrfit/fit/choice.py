@@ -433,8 +433,10 @@ def _about(search: _Search, state: State, params: Sequence[Param]) -> tuple[dict
         rejected = [{**_row(s[group]), "error": _mean(search.errors(s))} for s in others]
         names = [params[m].name for m in search.groups[group]]
         rows.append({"names": names, **_row(law), "error": _mean(errors), "rejected": rejected})
-        shown = ", ".join(f"{_short(r)} {r['error']:.3g}" for r in rejected[:TOLD])
-        text.append(f"{_span(names)}: {_words(law)}, {_mean(errors):.3g}" + (f"; rejected {shown}" if shown else ""))
+        shown = ", ".join(f"{_short(r)} {_shown(r['error'])}" for r in rejected[:TOLD])
+        text.append(
+            f"{_span(names)}: {_words(law)}, {_shown(_mean(errors))}" + (f"; rejected {shown}" if shown else "")
+        )
     about = {
         "judged_by": "held-out currents" if search.held_out else "fitted currents",
         "currents": currents.tolist(),
@@ -479,6 +481,10 @@ def _mean(errors: Array) -> float:
     """Return the mean of errors on a logarithmic scale."""
     with np.errstate(over="ignore"):
         return float(np.exp(np.nanmean(np.log(errors))))
+
+
+def _shown(error: float) -> str:
+    return f"{error:.2f}" if error < 9.995 else f"{error:.3g}"
 
 
 def _words(law: Law) -> str:

@@ -7,10 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import mrfit.segment.stage
 from mrfit.assembly import assemble
 from mrfit.discover.stage import Settings, _fitter, run
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.select import load_recordings
+from mrfit.recording import Recording
+from mrfit.store import Workspace, write_json
 from tests.discover.studies import GAS_COLUMN, TESTS, workspace
 
 
@@ -135,3 +138,34 @@ def test_a_dead_load_cell_is_no_case_for_discovery(tmp_path: Path) -> None:
 def test_a_start_value_of_no_parameter_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="no parameter 'fz'"):
         run(workspace(tmp_path), Settings("tanh", start=(("fz", 1.0),)))
+
+
+def a_spencer(folder: Path, noise: float = 2.0) -> Workspace:
+    """Sines at five currents on a complete Spencer damper whose yield force is a plain parabola of current."""
+    base, rng, made, about = assemble("spencer"), np.random.default_rng(11), Workspace(folder), []
+    for current in (0.0, 0.5, 1.0, 1.5, 2.0):
+        values = {"alpha": 100.0 + 1500.0 * current - 330.0 * current**2, "C_inf": 2000.0 + 1000.0 * current}
+        theta = np.array([[values.get(p.name, p.start) for p in base.spec.params]])
+        for frequency, stroke in ((1.0, 0.005), (2.0, 0.01), (4.0, 0.008)):
+            omega, count = 2 * np.pi * frequency, 6 * 250
+            t = np.arange(-250, count) / (250 * frequency)
+            drive = np.stack([stroke * np.sin(omega * t), stroke * omega * np.cos(omega * t)])
+            force = base.simulate(drive, theta, t[1] - t[0])[0, 250:]
+            name = f"{frequency:g}Hz-{1e3 * stroke:g}mm-{current:g}A"
+            channels = {"displacement": drive[0, 250:], "force": force + noise * rng.standard_normal(count)}
+            channels |= {"velocity": drive[1, 250:], "current": np.full(count, current)}
+            record = Recording(name, f"{name}.csv", name, "none", t[1] - t[0], 0.0, channels, {})
+            made.write_recording(record)
+            about.append(record.about())
+    write_json(made.ingest_json, {"recordings": about, "refused": []})
+    mrfit.segment.stage.run(made, mrfit.segment.stage.Settings())
+    return made
+
+
+@pytest.mark.slow
+def test_a_yield_force_that_is_a_plain_parabola_of_current_is_no_missing_effect(tmp_path: Path) -> None:
+    study = a_spencer(tmp_path)
+    found = run(study, Settings("spencer"))
+    assert dict(found["current_dependence"]["orders"])["alpha"] == "plain2"
+    assert found["verdict"] == "none" and found["effects"] == []
+    assert found["gap"]["before"] == pytest.approx(found["gap"]["noise_floor"], rel=0.1)

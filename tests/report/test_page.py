@@ -6,7 +6,7 @@ import pytest
 
 from mrfit.report.figures import draw_all, drawings_of
 from mrfit.report.page import render
-from mrfit.report.source import read_source
+from mrfit.report.source import CurrentChoice, read_source
 
 VOID = {"meta", "br", "link", "img", "hr", "input"}
 
@@ -202,6 +202,15 @@ def test_every_choice_of_the_user_is_on_the_page(small, settings, text):
     page = render(source, {source.fits[0].name: []})
     assert ("<dt>Settings</dt>" in page) == bool(text)
     assert f"<dt>Settings</dt><dd>{text}</dd>" in page or not text
+
+
+def test_what_was_chosen_and_rejected_of_laws_of_current_is_on_the_page(small):
+    source = read_source(small, ())
+    assert "Dependence on current" not in render(source, {source.fits[0].name: []})
+    told = ["law of current by the error", "fy: polynomial of order 2, 1.01; rejected plain1 4.02 <b>"]
+    source.fits[0] = source.fits[0].model_copy(update={"current_choice": CurrentChoice(text=told)})
+    page = render(source, {source.fits[0].name: []})
+    assert "<li>fy: polynomial of order 2, 1.01; rejected plain1 4.02 &lt;b&gt;</li>" in page
 
 
 def test_findings_of_the_flux_are_on_the_page(small):
