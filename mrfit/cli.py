@@ -84,7 +84,7 @@ def ingest(
     from mrfit.ingest.stage import Settings
     from mrfit.ingest.stage import preview as preview_logs
 
-    most = size_of(max_memory) if max_memory else None
+    most = None if max_memory is None else size_of(max_memory)
     settings = Settings(map_file, ohms(resistance), pattern, jobs, max_memory=most)
     if preview:
         rows = preview_logs(logs, settings)

@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from mrfit.ingest import series
 from mrfit.ingest.layout import TIME_NAMES, name_and_unit
 from mrfit.ingest.memory import Room
 from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.shelf import Shelf
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.recording import Finding
 from mrfit.specs import Array
@@ -34,7 +36,9 @@ class Arrays:
     outside
         Names of arrays that the file says lie in another one, which is not opened.
     room
-        Asked before numbers are kept.
+        Asked before numbers are kept in memory.
+    shelf
+        Where long arrays are put instead.
     """
 
     signals: dict[str, Array] = field(default_factory=dict)
@@ -42,30 +46,70 @@ class Arrays:
     scalars: dict[str, float] = field(default_factory=dict)
     outside: list[str] = field(default_factory=list)
     room: Room | None = None
+    shelf: Shelf | None = None
 
     def add(self, name: str, value: Any, unit: str = "") -> None:
         """Take a numeric array: a vector as it is, a matrix column by column, one number as a scalar."""
-        array = np.asarray(value)
+        array = value if isinstance(value, Packed) else np.asarray(value)
         if array.dtype.kind not in "fiub" or array.ndim > 2 or array.size == 0:
             return
-        if self.room:
-            self.room.take(array.size)
-        array = array.astype(np.float64)
         if array.size == 1:
-            self.scalars[name] = float(array.reshape(()))
-            return
-        if array.ndim == 2 and 1 not in array.shape:
+            self.scalars[name] = float(np.asarray(value).reshape(()))
+        elif array.ndim < 2 or 1 in array.shape:
+            self._add([name], array.reshape(-1, 1), unit)
+        elif min(array.shape) <= WIDEST:
             array = array if array.shape[0] >= array.shape[1] else array.T
-            if array.shape[1] <= WIDEST:
-                for k in range(array.shape[1]):
-                    self._add(f"{name}[{k}]", array[:, k], unit)
-            return
-        self._add(name, array.ravel(), unit)
+            self._add([f"{name}[{k}]" for k in range(array.shape[1])], array, unit)
 
-    def _add(self, name: str, values: Array, unit: str) -> None:
-        self.signals[name] = np.ascontiguousarray(values)
+    def another(self) -> "Arrays":
+        """Return an empty set whose numbers are kept in the same places."""
+        return Arrays(room=self.room, shelf=self.shelf)
+
+    def _add(self, names: list[str], array: Any, unit: str) -> None:
+        """Take the columns of an array of shape (N, number of names)."""
+        length = array.shape[0]
+        if self.shelf and self.shelf.takes(length):
+            columns = self.shelf.put(array, length, len(names))
+        else:
+            if self.room:
+                self.room.take(length * len(names))
+            whole = np.array(array[0:length], dtype=np.float64)
+            columns = [np.ascontiguousarray(whole[:, k]) for k in range(len(names))]
+        self.signals.update(zip(names, columns, strict=True))
         if unit:
-            self.units[name] = unit
+            self.units.update(dict.fromkeys(names, unit))
+
+
+class Packed:
+    """A numeric array that still lies in its file, of which rows are read by slices.
+
+    Parameters
+    ----------
+    dataset
+        What gives ``dataset[begin:end]``, and ``dataset[:, begin:end]`` if it has two axes.
+    shape
+        Its shape, as it is to be seen.
+    flipped
+        Whether the rows lie along the dataset's last axis.
+    """
+
+    def __init__(self, dataset: Any, shape: tuple[int, ...], flipped: bool = False) -> None:
+        self.dataset, self.shape, self.flipped = dataset, shape, flipped
+        self.dtype, self.ndim, self.size = dataset.dtype, len(shape), int(np.prod(shape))
+
+    @property
+    def T(self) -> "Packed":  # noqa: N802 (as numpy has it)
+        """The array with rows and columns exchanged."""
+        return Packed(self.dataset, self.shape[::-1], not self.flipped)
+
+    def reshape(self, rows: int, columns: int) -> "Packed":
+        """Return a vector as one column, of shape (N, 1)."""
+        lengths = self.dataset.shape
+        return Packed(self.dataset, (self.size, 1), len(lengths) > 1 and lengths[0] == 1)
+
+    def __getitem__(self, rows: slice) -> Array:
+        part = self.dataset[:, rows].T if self.flipped and len(self.dataset.shape) > 1 else self.dataset[rows]
+        return np.asarray(part).reshape(-1, self.shape[1])
 
 
 def tables_of(arrays: Arrays, source: Source) -> list[Table]:
@@ -111,8 +155,16 @@ def _time(names: list[str], arrays: Arrays, wanted: str | int | None, order: Map
     if wanted is not None:
         return [n for n in names if n == wanted or order[n] == wanted]
     called = [n for n in names if name_and_unit(n.rpartition(".")[2])[0].lower() in TIME_NAMES]
-    steps = {n: np.diff(arrays.signals[n]) for n in called}
-    return [n for n in called if np.count_nonzero(steps[n] > 0.0) > 10 * np.count_nonzero(steps[n] < 0.0)]
+    return [n for n in called if _rises(arrays.signals[n])]
+
+
+def _rises(values: Array) -> bool:
+    up = sum(int(np.count_nonzero(step > 0.0)) for _, step in series.steps(values))
+    return up > 10 * sum(int(np.count_nonzero(step < 0.0)) for _, step in series.steps(values))
+
+
+def _equal(one: Array, two: Array) -> bool:
+    return all(np.array_equal(a, b, equal_nan=True) for a, b in series.chunks(one, two))
 
 
 def _table(
@@ -120,10 +172,10 @@ def _table(
 ) -> Table:
     columns = {n: _column(n, arrays, order[n]) for n in names}
     rows = len(arrays.signals[names[0]])
-    copies = {n for n in times if np.array_equal(arrays.signals[n], arrays.signals[times[0]], equal_nan=True)}
+    copies = {n for n in times if _equal(arrays.signals[n], arrays.signals[times[0]])}
     return Table(
         tuple(columns[n] for n in names if n not in copies),
-        np.arange(1, rows + 1, dtype=np.int64),
+        series.counted(rows, series.in_memory(arrays.signals[names[0]])),
         time=columns[times[0]] if times else None,
         dt=None if times else _stated(arrays.scalars),
         findings=findings,

@@ -6,20 +6,20 @@ from typing import Any
 import numpy as np
 
 from mrfit.ingest.arrays import Arrays
-from mrfit.ingest.memory import Room
 
 PORT = re.compile(r"(In|Out|Input|Output|Value)\d*", re.IGNORECASE)
 
 
-def captures_of(value: Any, room: Room | None = None) -> list[Arrays]:
+def captures_of(value: Any, like: Arrays) -> list[Arrays]:
     """Return the arrays of a capture, one set for each time axis that signals belong to.
 
     ``X(k).Data`` is a time axis in s. ``Y(i)`` has ``Name`` (a path through the model), ``Data``, often ``Unit``, and
     says its axis by ``XIndex`` (from 1) or ``Raster``; where it says neither, the axis of its length is meant. Where
-    no axis holds data, ``Capture.SamplingPeriod`` times ``Capture.Downsampling`` is the interval.
+    no axis holds data, ``Capture.SamplingPeriod`` times ``Capture.Downsampling`` is the interval. Numbers are kept as
+    ``like`` keeps them.
     """
     axes = [x for x in np.atleast_1d(value.X) if np.size(getattr(x, "Data", ())) > 1]
-    sets = [Arrays(room=room) for _ in axes] or [Arrays(room=room)]
+    sets = [like.another() for _ in axes] or [like.another()]
     for axis, arrays in zip(axes, sets, strict=False):
         arrays.add("time", axis.Data, "s")
     if not axes and (interval := _interval(getattr(value, "Capture", None))):

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from mrfit.ingest.arrays import WIDEST, Arrays
-from mrfit.ingest.memory import Room
+from mrfit.ingest.arrays import WIDEST, Arrays, Packed
 from mrfit.ingest.refusal import Refusal, damaged
+from mrfit.ingest.shelf import Shelf, check_disk
 
 UNIT_KEYS = ("unit", "units", "Unit", "Units")
 DEEPEST = 6
@@ -20,22 +20,21 @@ MOST_VALUES = 20_000
 """References that are followed: those of a few arrays, each to the next, may be more than there is time for."""
 
 
-def hdf_arrays(path: Path, room: Room) -> Arrays:
-    """Return the numeric datasets of a file, by their path with dots, and numeric attributes as scalars.
+def hdf_arrays(path: Path, arrays: Arrays) -> Arrays:
+    """Return ``arrays`` with the numeric datasets of a file, by their path with dots, and its attributes as scalars.
 
     Nothing outside the file is opened: neither links nor datasets that lead there.
 
     Raises
     ------
     Refusal
-        If h5py is not installed, the file is damaged, or its datasets need more memory than there is ``room`` for.
+        If h5py is not installed, the file is damaged, or its datasets need more memory or disk than there is.
     """
-    arrays = Arrays(room=room)
     with _opened(path) as file:
         found: list[tuple[str, Any]] = []
         file.visititems(lambda name, item: found.append((name, item)))
         arrays.outside = _links_outside(file, [file, *(item for _, item in found)])
-        _expect(room, [item for name, item in found if not _is_matlabs(name)])
+        _expect(path, arrays, [item for name, item in found if not _is_matlabs(name)])
         _attributes(arrays, "", file.attrs)
         for name, item in found:
             if not _is_matlabs(name):
@@ -43,8 +42,9 @@ def hdf_arrays(path: Path, room: Room) -> Arrays:
     return arrays
 
 
-def matlab_variables(path: Path, room: Room) -> tuple[dict[str, Any], list[str]]:
-    """Return the variables of a MATLAB 7.3 file, and the names of those that lie in other files.
+@contextmanager
+def matlab_variables(path: Path, arrays: Arrays) -> Iterator[dict[str, Any]]:
+    """Give the variables of a MATLAB 7.3 file while it is open; say in ``arrays`` which lie in other files.
 
     Variables are arrays, texts, structs, and object arrays for cells and struct arrays. MATLAB keeps the elements of
     cells and struct arrays in ``#refs#`` and points to them; the fields of a struct array have no ``MATLAB_class`` of
@@ -53,17 +53,17 @@ def matlab_variables(path: Path, room: Room) -> tuple[dict[str, Any], list[str]]
     Raises
     ------
     Refusal
-        If h5py is not installed, the file is damaged, its arrays need more memory than there is ``room`` for, or its
-        references are too many to follow.
+        If h5py is not installed, the file is damaged, its arrays need more memory or disk than there is, or it holds
+        too many references to follow.
     """
     with _opened(path) as file:
         items: list[Any] = []
         file.visititems(lambda _, item: items.append(item))
-        _expect(room, items)
-        outside = _links_outside(file, [file, *items])
-        walk = _Walk(file, path)
+        _expect(path, arrays, items)
+        arrays.outside = _links_outside(file, [file, *items])
+        walk = _Walk(file, path, arrays)
         names = [n for n in file if not n.startswith("#") and _is_inside(file, n)]
-        return {name: walk.value(file[name], DEEPEST) for name in names}, [n.strip("/") for n in outside]
+        yield {name: walk.value(file[name], DEEPEST) for name in names}
 
 
 @contextmanager
@@ -118,13 +118,28 @@ def _may_be_signals(item: Any) -> bool:
     return shape is not None and (len(shape) < 2 or len(shape) == 2 and min(shape) <= WIDEST)
 
 
-def _expect(room: Room, items: list[Any]) -> None:
+def _expect(path: Path, arrays: Arrays, items: list[Any]) -> None:
     """Check that there is room for the numbers of these objects, and to unpack each of their chunks."""
     sets = [item for item in items if hasattr(item, "shape") and _may_be_signals(item)]
-    room.expect(sum(math.prod(item.shape) * len(item.dtype.names or "1") for item in sets))
-    for item in sets:
-        chunk = 2.0 * math.prod(item.chunks or ()) * item.dtype.itemsize
-        room.hold(f"'{item.name.strip('/')}' is packed in pieces", chunk)
+    long = [item for item in sets if _is_long(item, arrays.shelf)]
+    if arrays.shelf:
+        check_disk(path, sum(math.prod(item.shape) for item in long), arrays.shelf.folder)
+    if room := arrays.room:
+        short = [item for item in sets if not _is_long(item, arrays.shelf)]
+        room.expect(sum(math.prod(item.shape) * len(item.dtype.names or "1") for item in short))
+        for item in sets:
+            chunk = 2.0 * math.prod(item.chunks or (0,)) * item.dtype.itemsize
+            room.hold(f"'{item.name.strip('/')}' is packed in pieces", chunk)
+
+
+def _is_long(item: Any, shelf: Shelf | None) -> bool:
+    """Whether the numbers of a dataset are put on the disk rather than held in memory."""
+    return bool(shelf and item.dtype.kind in "fiub" and item.shape and shelf.takes(max(item.shape)))
+
+
+def _values(item: Any, shelf: Shelf | None) -> Any:
+    """Return the numbers of a dataset, or what reads them slice by slice if it is long."""
+    return Packed(item, item.shape) if _is_long(item, shelf) else np.asarray(item)
 
 
 @dataclass
@@ -133,6 +148,7 @@ class _Walk:
 
     file: Any
     path: Path
+    arrays: Arrays
     values: int = 0
     above: list[int] = field(default_factory=list)
     known: dict[int, Any] = field(default_factory=dict)
@@ -164,9 +180,9 @@ class _Walk:
             pointers = np.asarray(item).T.ravel()[:WIDEST]
             return _objects([self.value(self.file[p], depth - 1) for p in pointers if p])
         if place not in self.known:
-            self.known[place] = np.asarray(item)
+            self.known[place] = _values(item, self.arrays.shelf)
         values = self.known[place]
-        if item.attrs.get("MATLAB_class") == b"char":
+        if item.attrs.get("MATLAB_class") == b"char" and not isinstance(values, Packed):
             return "".join(chr(c) for c in values.T.ravel())
         return values.T
 
@@ -203,7 +219,7 @@ def _visit(arrays: Arrays, name: str, item: Any) -> None:
                 arrays.add(f"{dotted}.{column}", np.asarray(item[column]))
         if item.dtype.kind in "fiu":
             unit = next((_text(item.attrs[k]) for k in UNIT_KEYS if k in item.attrs), "")
-            arrays.add(dotted, np.asarray(item), unit)
+            arrays.add(dotted, _values(item, arrays.shelf), unit)
     _attributes(arrays, dotted, item.attrs)
 
 

@@ -16,6 +16,7 @@ from mrfit.ingest.channel_map import Rules
 from mrfit.ingest.head import open_head
 from mrfit.ingest.memory import out_of_memory, shown
 from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.shelf import Shelf, check_disk
 from mrfit.ingest.table import Source, Table, with_end
 from mrfit.progress import Progress, silent
 from mrfit.recording import Recording
@@ -144,7 +145,8 @@ def read_item(item: Item, pieces: Pieces | None = None) -> Outcome:
     refusals: list[Refusal] = []
     for path, digest in item.files:
         try:
-            source = Source(open_head(path), item.rules, memory=item.memory)
+            shelf = Shelf(_place(pieces, path).absolute(), BLOCKS_IN_MEMORY * pieces.block) if pieces else None
+            source = Source(open_head(path), item.rules, memory=item.memory, shelf=shelf)
             if pieces and len(item.files) == 1 and _is_long(module, source, pieces.block):
                 with _one_at_a_time:
                     tables = _in_blocks(module, source, digest, pieces)
@@ -221,7 +223,9 @@ def _in_blocks(module: ModuleType, source: Source, digest: str, pieces: Pieces) 
     path = source.head.path
     read, watch = _watched(path, "reading", pieces.progress)
     rows = 0 if source.head.encoding else module.extent(source)[0]
-    with Gathered(pieces.folder / hashlib.sha256(str(path).encode()).hexdigest()[:16]) as gathered:
+    if not source.head.encoding:
+        check_disk(path, rows * (module.extent(source)[1] + 1), pieces.folder)
+    with Gathered(_place(pieces, path)) as gathered:
         for part, tables in _blocks(module, source, pieces.block, watch):
             gathered.add(tables, part)
             if rows:
@@ -244,6 +248,11 @@ def look_into(item: Item, block: int = BLOCK) -> tuple[Outcome, float]:
         return Outcome(item, tuple(recordings), ()), _times_longer(module, part, tables)
     except Exception as error:
         return Outcome(item, (), (_refusal_of(error, item.files[0][0], item),)), 1.0
+
+
+def _place(pieces: Pieces, path: Path) -> Path:
+    """Return the folder in which the numbers of one log lie meanwhile."""
+    return pieces.folder / hashlib.sha256(str(path).encode()).hexdigest()[:16]
 
 
 def _times_longer(module: ModuleType, part: Source, tables: list[Table]) -> float:

@@ -3,7 +3,7 @@
 from os import fsencode
 from pathlib import Path
 
-from mrfit.errors import DataError
+from mrfit.errors import DataError, MrfitError
 
 LONGEST = 400
 
@@ -37,10 +37,8 @@ class Passing(Refusal):
 
 def damaged(path: Path, kind: str, error: Exception, remedy: str = "copy it again") -> Refusal:
     """Return the refusal of a file on which a library raised whatever it met."""
-    if isinstance(error, Refusal):
-        return error
-    if isinstance(error, MemoryError):
-        raise error  # who set the limit knows what it is
+    if isinstance(error, (MrfitError, MemoryError)):
+        raise error  # no fault of the library's; who set a limit to memory knows what it is
     return Refusal(path, f"damaged {kind} ({(str(error).splitlines() or ['unreadable'])[0]})", remedy)
 
 

@@ -46,13 +46,57 @@ class Series:
         return self.read(place, place + 1)[0]
 
 
+class Stored(Series):
+    """A column that lies in a file of bare numbers; it can be sent to another process.
+
+    Parameters
+    ----------
+    path
+        The file.
+    length
+        Number of values N.
+    kind
+        Their type.
+    """
+
+    def __init__(self, path: Path, length: int, kind: type = np.float64) -> None:
+        size = np.dtype(kind).itemsize
+        super().__init__(length, lambda a, b: np.fromfile(path, kind, b - a, offset=a * size))
+        self.given = path, length, kind
+
+    def __reduce__(self) -> tuple[type["Stored"], tuple[Path, int, type]]:
+        """Pickle by what it was made of."""
+        return Stored, self.given
+
+
+class Counted(Series):
+    """Whole numbers 1, 2, …, N; they can be sent to another process.
+
+    Parameters
+    ----------
+    length
+        How many.
+    """
+
+    def __init__(self, length: int) -> None:
+        super().__init__(length, lambda a, b: np.arange(a + 1, b + 1, dtype=np.int64))
+
+    def __reduce__(self) -> tuple[type["Counted"], tuple[int]]:
+        """Pickle by what it was made of."""
+        return Counted, (self.length,)
+
+
+def counted(length: int, in_memory: bool) -> Values:
+    """Return 1 … N, in memory or computed where they are asked for."""
+    return np.arange(1, length + 1, dtype=np.int64) if in_memory else cast(Values, Counted(length))
+
+
 def stored(path: Path, length: int, kind: type = np.float64) -> Values:
     """Return a column that lies in a file of bare numbers.
 
     It stands for an array wherever only slices, single values and the length are asked for.
     """
-    size = np.dtype(kind).itemsize
-    return _column(length, lambda a, b: np.fromfile(path, kind, b - a, offset=a * size))
+    return cast(Values, Stored(path, length, kind))
 
 
 def _column(length: int, read: Callable[[int, int], Any]) -> Values:

@@ -11,6 +11,7 @@ from mrfit.ingest.channel_map import Rules
 from mrfit.ingest.head import Head
 from mrfit.ingest.memory import Room
 from mrfit.ingest.printed import Digits
+from mrfit.ingest.shelf import Shelf
 from mrfit.recording import Finding
 from mrfit.specs import Array
 
@@ -55,6 +56,8 @@ class Source:
         What a reader that is given block after block must remember from the first on.
     memory
         Most bytes of memory it may take once unpacked; None for half of what is free.
+    shelf
+        Where a reader may put long arrays; None keeps them in memory.
     """
 
     head: Head
@@ -62,6 +65,7 @@ class Source:
     block: Block | None = None
     carry: dict[str, Any] = field(default_factory=dict)
     memory: float | None = None
+    shelf: Shelf | None = None
 
     def room(self) -> Room:
         """Return the memory that the file may take."""

@@ -62,6 +62,44 @@ def test_no_other_reader_claims_the_file(name: str, tmp_path: Path) -> None:
     assert reader_of(open_head(path)) == name
 
 
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("other", sorted({*WRITERS} - {FALLBACK}))
+def test_each_reader_sees_its_own_marks_only(name: str, other: str, tmp_path: Path) -> None:
+    """All readers by all samples, also under the name that the instrument of another sample gives."""
+    _, path = sample(name, tmp_path / "own")
+    assert registry.load("reader", other).sniff(open_head(path)) is (name == other)
+    if not OWN_NAME & {name, other}:
+        truth, _ = sample(name, tmp_path)
+        renamed = truth.write(tmp_path, WRITERS[other]().name)
+        assert claims(open_head(renamed)) == ([] if name == FALLBACK else [name])
+
+
+BOTH = {
+    ("siglent", "gwinstek"): "Memory Length,3,\nSource,CH1\nSecond,Volt\n0,1\n1,2\nWaveform Data,\n",
+    ("picoscope", "digilent"): "#Digilent WaveForms\n(s),(V)\n\n0,1\n1,2\n2,3\n",
+}
+
+
+@pytest.mark.parametrize("names", BOTH)
+def test_a_file_with_the_marks_of_two_formats_is_refused_with_both_names(
+    names: tuple[str, str], tmp_path: Path
+) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(BOTH[names])
+    assert claims(open_head(path)) == sorted(names)
+    with pytest.raises(DataError, match=f"marks of more than one format .{' and '.join(sorted(names))}."):
+        reader_of(open_head(path))
+
+
+@pytest.mark.parametrize("name", sorted(set(NAMES) - OWN_NAME - {FALLBACK}))
+def test_a_header_counts_for_more_than_a_file_name(name: str, tmp_path: Path) -> None:
+    """A name as Rohde & Schwarz gives it, with its settings beside, is no evidence against another's header."""
+    truth, _ = sample("rohde-schwarz", tmp_path)
+    path = tmp_path / truth.name
+    path.write_bytes(WRITERS[name]().data)
+    assert claims(open_head(path)) == [name]
+
+
 @pytest.mark.parametrize("other", ["renamed.bin", "extensionless", "UPPER.TXT"])
 @pytest.mark.parametrize("name", sorted(set(NAMES) - OWN_NAME))
 def test_file_name_does_not_matter(name: str, other: str, tmp_path: Path) -> None:

@@ -3,8 +3,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from mrfit.ingest.arrays import Arrays
 from mrfit.ingest.hdf import hdf_arrays
-from mrfit.ingest.memory import Room
 
 
 def test_datasets_attributes_and_what_is_left_out(tmp_path: Path) -> None:
@@ -15,7 +15,7 @@ def test_datasets_attributes_and_what_is_left_out(tmp_path: Path) -> None:
         file["rig/force"].attrs["unit"] = b"kN"
         file["#refs#/x"] = np.arange(5.0)
         file["names"] = np.array([b"a", b"b"])
-    arrays = hdf_arrays(path, Room(path))
+    arrays = hdf_arrays(path, Arrays())
     assert list(arrays.signals) == ["rig.force"]
     assert arrays.units == {"rig.force": "kN"}
     assert arrays.scalars == {".fs": 100.0}

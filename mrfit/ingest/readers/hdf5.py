@@ -1,6 +1,6 @@
 """HDF5: numeric datasets, their ``unit`` attributes, and a rate from an attribute or a time vector."""
 
-from mrfit.ingest.arrays import tables_of
+from mrfit.ingest.arrays import Arrays, tables_of
 from mrfit.ingest.hdf import hdf_arrays
 from mrfit.ingest.head import Head
 from mrfit.ingest.table import Source, Table
@@ -23,4 +23,4 @@ def read(source: Source) -> list[Table]:
     Refusal
         If h5py is missing, the file is damaged, or it holds no vectors.
     """
-    return tables_of(hdf_arrays(source.head.path, source.room()), source)
+    return tables_of(hdf_arrays(source.head.path, Arrays(room=source.room(), shelf=source.shelf)), source)

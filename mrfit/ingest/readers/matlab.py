@@ -1,9 +1,12 @@
 """MATLAB MAT-files: version 5 (scipy) and 7.3 (h5py), plain variables, structs, cells, and dSPACE's captures."""
 
+import math
 import struct
 import warnings
 import zlib
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -13,8 +16,8 @@ from mrfit.ingest.arrays import WIDEST, Arrays, tables_of
 from mrfit.ingest.dspace import captures_of
 from mrfit.ingest.hdf import matlab_variables
 from mrfit.ingest.head import Head
-from mrfit.ingest.memory import Room
 from mrfit.ingest.refusal import damaged
+from mrfit.ingest.shelf import Shelf, check_disk
 from mrfit.ingest.table import Source, Table
 from mrfit.recording import Finding
 from mrfit.specs import ReaderSpec
@@ -26,6 +29,7 @@ HEADER = 128
 """Bytes before the first element of a version 5 file; the last two say the order of bytes."""
 COMPRESSED = 15
 """Type of an element that is another one, deflated."""
+NUMERIC = ("double", "single", "int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "logical")
 PIECE = 1 << 20
 """Bytes unpacked at once where they are only counted."""
 
@@ -45,13 +49,16 @@ def read(source: Source) -> list[Table]:
     Refusal
         If the file is damaged or holds no vectors.
     """
-    path, room = source.head.path, source.room()
-    seven = source.head.raw.startswith(b"MATLAB 7.3")
-    found = _Found(Arrays(room=room), [])
-    variables, found.arrays.outside = matlab_variables(path, room) if seven else (_variables(path, room), [])
-    for name, value in variables.items():
-        if not name.startswith("__"):
-            _take(found, name, value, DEEPEST)
+    path = source.head.path
+    found = _Found(Arrays(room=source.room(), shelf=source.shelf), [])
+    if source.head.raw.startswith(b"MATLAB 7.3"):
+        with matlab_variables(path, found.arrays) as variables:
+            for name, value in variables.items():
+                _take(found, name, value, DEEPEST)
+    else:
+        for variables in _variables(path, source):
+            for name, value in variables.items():
+                _take(found, name, value, DEEPEST)
     tables = [table for arrays in found.captures for table in tables_of(arrays, source)]
     if not tables:
         return tables_of(found.arrays, source)
@@ -69,31 +76,57 @@ class _Found:
     captures: list[Arrays]
 
 
-def _variables(path: Path, room: Room) -> dict[str, Any]:
-    from scipy.io import loadmat
+def _variables(path: Path, source: Source) -> Iterator[dict[str, Any]]:
+    """Yield the variables in the order of the file, long ones one by one, so that each is put away before the next."""
+    from scipy.io import loadmat, whosmat
 
+    room = source.room()
     try:
-        room.hold("its variables unpack to arrays", 2.0 * unpacked_size(path, 4.0 * room.limit))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a variable that stands twice, an unknown opaque class
-            return dict(loadmat(path, struct_as_record=False, squeeze_me=True))
+            sizes = unpacked_sizes(path, 4.0 * room.limit)
+            long = _long_ones(path, source.shelf, sizes)
+            together = sum(sizes) - sum(long.values())
+            room.hold("its variables unpack to arrays", 2.0 * max([together, *long.values()]))
+            load = partial(loadmat, path, struct_as_record=False, squeeze_me=True)
+            if not long:
+                yield load()
+                return
+            order = [name for name, _, _ in whosmat(path)]
+            others = load(variable_names=[n for n in order if n not in long])
+            for name in order:
+                yield load(variable_names=[name]) if name in long else {name: others[name]}
     except Exception as error:  # scipy raises whatever it met in a damaged file
         raise damaged(path, "MAT-file", error, "save it again, as version 7 or 7.3") from None
 
 
-def unpacked_size(path: Path, enough: float) -> float:
-    """Return the bytes that the elements of a version 5 file unpack to, counted no further than to ``enough``."""
-    total = 0.0
+def _long_ones(path: Path, shelf: Shelf | None, sizes: list[float]) -> dict[str, float]:
+    """Return the numeric variables that are put on the disk rather than held in memory, with their bytes."""
+    if shelf is None or max(sizes, default=0.0) <= shelf.above:
+        return {}
+    from scipy.io import whosmat
+
+    about = whosmat(path)
+    if len(about) != len(sizes) or len({name for name, _, _ in about}) < len(about):
+        return {}
+    long = {n: math.prod(shape) for n, shape, kind in about if kind in NUMERIC and shelf.takes(max(shape, default=0))}
+    check_disk(path, sum(long.values()), shelf.folder)
+    return {name: size for (name, _, _), size in zip(about, sizes, strict=True) if name in long}
+
+
+def unpacked_sizes(path: Path, enough: float) -> list[float]:
+    """Return the bytes that each element of a version 5 file unpacks to, counted until they are ``enough`` together."""
+    sizes: list[float] = []
     with path.open("rb") as handle:
         order = ">" if handle.read(HEADER)[-2:] == b"MI" else "<"
-        while total <= enough and len(tag := handle.read(8)) == 8:
+        while sum(sizes) <= enough and len(tag := handle.read(8)) == 8:
             kind, size = struct.unpack(f"{order}2I", tag)
             if kind == COMPRESSED:
-                total += _inflated_size(handle, size, enough - total)
+                sizes.append(_inflated_size(handle, size, enough - sum(sizes)))
             else:
-                total += size
+                sizes.append(float(size))
                 handle.seek(size, 1)
-    return total
+    return sizes
 
 
 def _inflated_size(handle: BinaryIO, size: int, enough: float) -> float:
@@ -120,7 +153,7 @@ def _take(found: _Found, name: str, value: Any, depth: int) -> None:
     if depth == 0:
         return
     if {"X", "Y"} <= set(fields):
-        found.captures += captures_of(value, found.arrays.room)
+        found.captures += captures_of(value, found.arrays)
         return
     for field in fields:
         _take(found, f"{name}.{field}", getattr(value, field), depth - 1)

@@ -7,8 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from mrfit.ingest import series
 from mrfit.ingest.head import Head
 from mrfit.ingest.refusal import Refusal, damaged
+from mrfit.ingest.shelf import Shelf
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.specs import ReaderSpec
 
@@ -43,8 +45,8 @@ def read(source: Source) -> list[Table]:
     try:
         with warnings.catch_warnings(), path.open("rb") as handle, asammdf.MDF(handle) as mdf:
             warnings.simplefilter("ignore")
-            source.room().expect(sum(g.channel_group.cycles_nr * len(g.channels) for g in mdf.groups))
-            tables = list(_tables(mdf))
+            source.room().expect(sum(_unpacked(group, source.shelf) for group in mdf.groups))
+            tables = list(_tables(mdf, source.shelf))
     except Exception as error:  # asammdf raises whatever it met in a damaged file
         raise damaged(path, "MDF", error) from None
     if not tables:
@@ -57,7 +59,13 @@ def _close_quietly(mdf: Any) -> None:
         mdf.close()
 
 
-def _tables(mdf: Any) -> Iterator[Table]:
+def _unpacked(group: Any, shelf: Shelf | None) -> float:
+    """Return how many numbers of a group are in memory together: of one that is put on the disk, three channels'."""
+    rows = float(group.channel_group.cycles_nr)
+    return rows * (3 if shelf and shelf.takes(int(rows)) else len(group.channels))
+
+
+def _tables(mdf: Any, shelf: Shelf | None) -> Iterator[Table]:
     """Yield one table for every channel group; where its master is no time (an angle, an index), it has none."""
     index = 0
     for number, group in enumerate(mdf.groups):
@@ -74,8 +82,10 @@ def _tables(mdf: Any) -> Iterator[Table]:
             values = values.astype(np.float64)
             if signal.invalidation_bits is not None:
                 values[np.asarray(signal.invalidation_bits, dtype=bool)] = np.nan
-            columns.append(Column(signal.name, signal.unit or None, values, index - 1))
+            kept = shelf.kept(values) if shelf else values
+            columns.append(Column(signal.name, signal.unit or None, kept, index - 1))
             times = np.asarray(signal.timestamps, dtype=np.float64)
         if columns and times is not None and len(times) > 1:
-            clock = Column("time", "s", times, -1) if timed else None
-            yield Table(tuple(columns), np.arange(1, len(times) + 1, dtype=np.int64), time=clock)
+            clock = Column("time", "s", shelf.kept(times) if shelf else times, -1) if timed else None
+            lines = series.counted(len(times), series.in_memory(columns[0].values))
+            yield Table(tuple(columns), lines, time=clock)

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from mrfit.ingest import units
+from mrfit.ingest import series, units
 from mrfit.ingest.head import Head
 from mrfit.ingest.layout import TIME_NAMES, name_and_unit
-from mrfit.ingest.memory import Room
 from mrfit.ingest.refusal import Refusal, damaged
+from mrfit.ingest.shelf import Shelf, check_disk
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.specs import ReaderSpec
 
@@ -38,7 +38,7 @@ def read(source: Source) -> list[Table]:
     """
     path = source.head.path
     tables = []
-    groups = _groups(path, source.room())
+    groups = _groups(path, source)
     begins = [c.began for channels in groups for c in channels if c.began is not None]
     for channels in groups:
         by_clock: dict[tuple[int, float, float], list[_Channel]] = {}
@@ -63,7 +63,7 @@ class _Channel:
     stamped: bool
 
 
-def _groups(path: Path, room: Room) -> list[list[_Channel]]:
+def _groups(path: Path, source: Source) -> list[list[_Channel]]:
     try:
         import nptdms
     except ImportError:
@@ -71,22 +71,31 @@ def _groups(path: Path, room: Room) -> list[list[_Channel]]:
     groups = []
     index = 0
     try:
-        with nptdms.TdmsFile.read_metadata(path) as about:
-            room.expect(sum(len(channel) for group in about.groups() for channel in group.channels()))
-        for group in nptdms.TdmsFile.read(path).groups():
-            channels = []
-            for channel in group.channels():
-                values = np.asarray(channel[:])
-                if values.dtype.kind in "fiuM":
-                    channels.append(_described(channel, values, index))
-                index += 1
-            groups.append(channels)
+        with nptdms.TdmsFile.open(path) as file:
+            _expect(path, [len(channel) for group in file.groups() for channel in group.channels()], source)
+            for group in file.groups():
+                channels = []
+                for channel in group.channels():
+                    values = np.asarray(channel[:])
+                    if values.dtype.kind in "fiuM":
+                        channels.append(_described(channel, values, index, source.shelf))
+                    index += 1
+                groups.append(channels)
     except Exception as error:  # npTDMS raises whatever it met in a damaged file
         raise damaged(path, "TDMS", error) from None
     return groups
 
 
-def _described(channel: Any, values: Any, index: int) -> _Channel:
+def _expect(path: Path, lengths: list[int], source: Source) -> None:
+    """Check that there is room for channels of these lengths: of those put on the disk, for one after the other."""
+    room, shelf = source.room(), source.shelf
+    long = [length for length in lengths if shelf and shelf.takes(length)]
+    room.expect(sum(lengths) - sum(long) + max(long, default=0))
+    if shelf:
+        check_disk(path, sum(long), shelf.folder)
+
+
+def _described(channel: Any, values: Any, index: int, shelf: Shelf | None) -> _Channel:
     name, bracketed = name_and_unit(channel.name)
     about = channel.properties
     unit = next((str(about[k]) for k in UNIT_KEYS if about.get(k)), None) or bracketed
@@ -96,8 +105,9 @@ def _described(channel: Any, values: Any, index: int) -> _Channel:
     axis = str(about.get("wf_xunit_string") or "s")
     timed = units.known(axis) and units.compatible(axis, "s")  # the x axis of a spectrum is a frequency
     began = about.get("wf_start_time") if timed else None
+    numbers = values.astype(np.float64)
     return _Channel(
-        Column(name, unit, values.astype(np.float64), index),
+        Column(name, unit, shelf.kept(numbers) if shelf else numbers, index),
         float(about.get("wf_increment", 0.0)) if timed else 0.0,
         float(about.get("wf_start_offset", 0.0)) if timed else 0.0,
         np.datetime64(began) if isinstance(began, (np.datetime64, datetime)) else None,
@@ -112,7 +122,7 @@ def _table(channels: list[_Channel], rows: int, increment: float, offset: float)
     time = times[0] if times and increment <= 0.0 else None
     return Table(
         tuple(c.column for c in channels if c.column is not time),
-        np.arange(1, rows + 1, dtype=np.int64),
+        series.counted(rows, series.in_memory(channels[0].column.values)),
         time=time,
         dt=increment if increment > 0.0 else None,
         start=offset,
