@@ -146,6 +146,7 @@ def find_header(head: Head, grid: Grid, start: int = 0) -> Header:
     times = Counter(tuple(c) for _, c in fitting)
     while fitting and _is_unreadable(fitting, times):
         first = fitting.pop()[0]
+    first = _first_of_rows(dict(cells), first)
     unit_row: list[str] | None = None
     rows = []
     if fitting and _is_unit_row([c for _, c in fitting]) and (len(fitting) > 1 or not _is_name_row(fitting[-1][1])):
@@ -159,6 +160,13 @@ def find_header(head: Head, grid: Grid, start: int = 0) -> Header:
     if unit_row is not None and len(unit_row) < min(len(names), grid.width):
         unit_row = None  # whose units they are cannot be told
     return _header(names, unit_row, grid.width, Header((), (), frozenset(rows), first, short))
+
+
+def _first_of_rows(cells: dict[int, list[str]], first: int) -> int:
+    """Return the line of the first row, too long or too short ones counted, that begin with a number."""
+    while first - 1 in cells and _is_number(cells[first - 1][0]):
+        first -= 1
+    return first
 
 
 def _last_is_filled(head: Head, grid: Grid) -> bool:

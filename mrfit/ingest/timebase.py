@@ -21,7 +21,7 @@ COUNTED = 0.01
 """Largest departure of a step from whole intervals, in samples, where steps are counted, not measured."""
 FINE = 0.01
 """Times printed to this share of the interval, or finer, show every missing sample."""
-MISSING_AT_MOST = 0.1
+MISSING_AT_MOST = 0.15
 """Largest share of steps over missing samples where nothing but the print tells them from a slower clock."""
 
 SAID_ONE_BY_ONE = 3

@@ -26,7 +26,7 @@ from mrfit.errors import DataError
 from mrfit.ingest.stage import Settings
 from mrfit.recording import Recording
 from tests.ingest.examining import examine
-from tests.ingest.samples import DT, ROWS, RS_SETTINGS, START, WRITERS
+from tests.ingest.samples import DT, ROWS, RS_SETTINGS, START, WRITERS, Sample, signals, table
 
 HANG = 30
 """Seconds one mutant may take."""
@@ -55,8 +55,6 @@ class Mutant:
         Rows that must be counted as kept, refused or comments; None where that is not known.
     timed
         Whether samples are known by their printed times; else by their order.
-    said
-        Findings of which one must be there, if anything is read.
     start, dt
         Time of sample 0, and the interval, in s.
     relative
@@ -71,7 +69,6 @@ class Mutant:
     units: dict[str, str]
     rows: int | None = None
     timed: bool = True
-    said: frozenset[str] = frozenset()
     start: float = START
     dt: float = DT
     beside: dict[str, bytes] = field(default_factory=dict)
@@ -110,9 +107,10 @@ def judge(mutant: Mutant, recordings: list[Recording], refusals: list[str]) -> l
     if not recordings:
         return faults + ([] if refusals else ["neither read nor refused"])
     kinds = {f.kind for r in recordings for f in r.findings}
-    if mutant.said and not kinds & mutant.said:
-        faults.append(f"none of {sorted(mutant.said)} is said")
     faults += _uncounted(mutant, recordings)
+    faults += [fault for record in recordings for fault in _unsaid(record)]
+    if kinds & REBUILT:
+        return faults  # said
     readings = [[f for r in recordings for f in _changed(mutant, r, *clock)] for clock in _clocks(mutant, recordings)]
     return faults + min(readings, key=len)
 
@@ -124,6 +122,14 @@ def _clocks(mutant: Mutant, recordings: list[Recording]) -> list[tuple[int, floa
     return [(number, unit) for number in first for unit in ([1.0, 1e3] if guessed else [1.0])]
 
 
+def _unsaid(record: Recording) -> list[str]:
+    """Return the channels of which up to three samples are out of all proportion and no finding says so."""
+    said = {f.channel for f in record.findings if f.kind == "outlier"}
+    sizes = {name: np.abs(values[:]) for name, values in record.channels.items() if name not in said}
+    odd = [n for n, size in sizes.items() if 0 < np.sum(size > HUGE) <= 3 and len(size) >= 16]
+    return [f"{name} has a sample of {sizes[name].max():g} and no finding says so" for name in odd]
+
+
 def _uncounted(mutant: Mutant, recordings: list[Recording]) -> list[str]:
     comments = [f.text for r in recordings for f in r.findings if f.kind == "comments"]
     counted = sum(r.rows_kept + r.rows_refused for r in recordings) + sum(int(c.split()[0]) for c in comments)
@@ -133,9 +139,6 @@ def _uncounted(mutant: Mutant, recordings: list[Recording]) -> list[str]:
 
 
 def _changed(mutant: Mutant, record: Recording, first: int, unit: float) -> list[str]:
-    kinds = {f.kind for f in record.findings}
-    if kinds & REBUILT:
-        return []  # said
     start, dt = record.start / unit, record.dt / unit
     numbers = np.round(first + (start - mutant.start + np.arange(record.samples) * dt) / mutant.dt, 6)
     if np.max(np.abs(numbers - np.round(numbers))) > 0.01:
@@ -205,12 +208,44 @@ class Draft:
     rows: list[Row]
     end: str
     closed: bool = True
-    said: set[str] = field(default_factory=set)
 
 
+def _nanoseconds() -> Sample:
+    """A fast scope's log: no time has a digit above 1e-6 s."""
+    _, one, two = signals()
+    rows = "".join(f"{k:d}.000E-09,{a:.4f},{b:.4f}\n" for k, (a, b) in enumerate(zip(one, two, strict=True)))
+    text = "time [s],voltage [V],current [A]\n" + rows
+    channels, units = {"voltage": one, "current": two}, {"voltage": "V", "current": "A"}
+    return Sample("log.csv", text.encode(), channels, units, dt=1e-9, start=0.0)
+
+
+def _semicolons() -> Sample:
+    """A German logger's log: names above units, decimal commas."""
+    _, one, two = signals()
+    text = "Prüfer;N. N.;\n\nZeit;Kraft;Weg\ns;kN;mm\n\n" + table(";", ",", "\r\n")
+    channels, units = {"force": one * 1e3, "displacement": two * 1e-3}, {"force": "N", "displacement": "m"}
+    return Sample("log.csv", text.replace("\r\n", "\n").replace("\n", "\r\n").encode(), channels, units)
+
+
+def _blanks() -> Sample:
+    """Columns apart by blanks, the time last."""
+    _, one, two = signals()
+    rows = [f"{a:11.4f} {b:11.4f} {START + k * DT:11.6f}\n" for k, (a, b) in enumerate(zip(one, two, strict=True))]
+    text = "# a rig\n    force_kN   position_mm   time_s\n" + "".join(rows)
+    channels, units = {"force": one * 1e3, "displacement": two * 1e-3}, {"force": "N", "displacement": "m"}
+    return Sample("log.txt", text.encode(), channels, units)
+
+
+TEXT_WRITERS: dict[str, Callable[[], Sample]] = {
+    **{name: write for name, write in WRITERS.items() if name not in ("parquet", "matlab", "hdf5", "tdms", "mdf")},
+    **{"delimited-ns": _nanoseconds, "delimited-semicolon": _semicolons, "delimited-blanks": _blanks},
+}
 NUMBERS = {mark: re.compile(rf"[+-]?\d+(?:\{mark}\d+)?(?:[eE][+-]?\d+)?") for mark in ".,"}
 UNITS_IN_HEAD = {
     "delimited": r"\[(\w+)\]",
+    "delimited-ns": r"\[(\w+)\]",
+    "delimited-semicolon": r"\b(s|kN|mm)\b",
+    "delimited-blanks": r"_(kN|mm)\b",
     "tektronix-mso": r"Vertical Units,(V)",
     "tektronix-tds": r"(?!)",
     "rigol": r"(Volt)",
@@ -226,15 +261,25 @@ UNITS_IN_HEAD = {
 }
 UNTIMED = ("rohde-schwarz", "labview-lvm")
 """Here a row that vanished without a trace cannot be missed: samples are known by their order."""
-COMMA_DECIMALS = ("labview-lvm", "leybold-cassy")
-DELIMITERS = {"leybold-cassy": "\t", "mts-mpt": "\t", "mts-testsuite": "\t", "labview-lvm": "\t"}
+COMMA_DECIMALS = ("labview-lvm", "leybold-cassy", "delimited-semicolon")
+DELIMITERS = {
+    "delimited-semicolon": ";",
+    "delimited-blanks": " ",
+    "leybold-cassy": "\t",
+    "mts-mpt": "\t",
+    "mts-testsuite": "\t",
+    "labview-lvm": "\t",
+}
+VALUE_LAST = sorted(set(TEXT_WRITERS) - {"delimited-blanks", "mts-testsuite", "daq-text"})
+"""Here the last number of a row is the value of the last channel."""
+HUGE = 1e8
 HEADERS_AMID_ROWS = ("labview-lvm", "mts-mpt")
 UNKNOWN = ("qzx", "deg_Q", "kgq", "zoll", "%FS")
 
 
 def draft_of(reader: str) -> Draft:
     """Return the sample of a reader as a draft."""
-    sample = WRITERS[reader]()
+    sample = TEXT_WRITERS[reader]()
     text = sample.data.decode("utf-8")
     end = next(e for e in ("\r\r\n", "\r\n", "\n") if e in text)
     lines = text.removesuffix(end).split(end)
@@ -309,7 +354,7 @@ def first_field(draft: Draft, rng: random.Random) -> None:
 
 
 def overload_first(draft: Draft, rng: random.Random) -> None:
-    whole = rng.random() < 0.5
+    whole = rng.random() < 0.5 and draft.reader != "tektronix-tds"  # its settings stand beside the first rows
     for row in draft.rows[: rng.randint(1, 30)]:
         numbers = list(number_of(draft).finditer(row.text))
         for match in reversed(numbers if whole else numbers[-2:]):
@@ -392,10 +437,23 @@ def one_name_fewer(draft: Draft, rng: random.Random) -> None:
         draft.head = draft.end.join(lines)
 
 
+def huge_number(draft: Draft, rng: random.Random) -> None:
+    """Let the last value of a row be 1e12 as printed: it is a number, and must be said."""
+    row = draft.rows[rng.choice(sound_rows(draft))]
+    numbers = list(number_of(draft).finditer(row.text))
+    if draft.reader not in VALUE_LAST or not numbers or row.number is None:
+        return
+    name, value = list(row.allowed.items())[-1]
+    printed = _printed(draft.reader)[row.number][-1]
+    if printed and value:
+        row.text = row.text[: numbers[-1].start()] + "1000000000000" + row.text[numbers[-1].end() :]
+        row.allowed = {**row.allowed, name: value / printed * 1e12}
+
+
 MUTATIONS: list[Callable[[Draft, random.Random], None]] = [
     *(drop_rows, drop_block, drop_every, garble_cell, replace_cell, first_field, overload_first, unknown_unit),
     *(blank_lines, nul_bytes, swap_marks, swap_one_mark, cut_end, double_rows, repeated_header, comment, long_rows),
-    *(swap_rows, one_name_fewer),
+    *(swap_rows, one_name_fewer, huge_number),
 ]
 
 
@@ -416,18 +474,20 @@ def text_mutant(reader: str, rng: random.Random, mutations: list[Callable[[Draft
         allowed[number] = row.allowed
         printed[number] = _printed(reader)[row.number]
     body = draft.end.join(row.text for row in draft.rows) + (draft.end if draft.closed else "")
+    sample = TEXT_WRITERS[reader]()
     return Mutant(
         label=f"{reader} {' '.join(m.__name__ for m in mutations)}",
-        file=WRITERS[reader]().name,
+        file=sample.name,
         data=(draft.head + body).encode(),
         allowed=allowed,
         printed=printed,
-        units=WRITERS[reader]().units,
+        units=sample.units,
         rows=len(counted),
         timed=not untimed,
-        start=WRITERS[reader]().start,
-        relative=reader == "daq-text",
+        start=sample.start,
+        dt=sample.dt,
         beside={"RefCurve.csv": RS_SETTINGS.encode()} if reader == "rohde-schwarz" else {},
+        relative=reader == "daq-text",
     )
 
 
@@ -446,8 +506,7 @@ def _random_text_mutant(reader: str) -> Callable[[random.Random], Mutant]:
     return make
 
 
-TEXT_READERS = sorted(set(WRITERS) - {"parquet", "matlab", "hdf5", "tdms", "mdf"})
-for _reader in TEXT_READERS:
+for _reader in TEXT_WRITERS:
     register(_reader, _random_text_mutant(_reader))
 
 

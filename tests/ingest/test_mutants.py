@@ -1,0 +1,78 @@
+"""Damaged logs are read as their bytes say, or their rows are counted as refused: no value changes in silence."""
+
+import random
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from mrfit.ingest.stage import Settings
+from tests.ingest.examining import examine
+from tests.ingest.mutants import MUTATIONS, SUBJECTS, TEXT_WRITERS, campaign, judge, read, text_mutant
+
+QUICK = 12
+WHOLE_CAMPAIGN = 50_000
+MEMORY = 1024
+"""MB that reading mutants may take at most."""
+
+
+@pytest.mark.parametrize("reader", sorted(TEXT_WRITERS))
+@settings(max_examples=15, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@given(mutations=st.lists(st.sampled_from(MUTATIONS), max_size=3), seed=st.integers(0, 2**32))
+def test_no_mutation_changes_a_value_in_silence(reader: str, mutations: list, seed: int) -> None:
+    mutant = text_mutant(reader, random.Random(seed), mutations)
+    recordings, refusals = read(mutant)
+    assert not judge(mutant, recordings, refusals)
+    assert mutations or recordings  # a sound log is read
+
+
+@pytest.mark.parametrize("name", sorted(set(SUBJECTS) - set(TEXT_WRITERS)))
+def test_first_mutants_of_other_formats(name: str) -> None:
+    assert not campaign(name, 0, QUICK).faults
+
+
+def _spoilt(tmp_path: Path, spoil: str) -> list[str]:
+    """Return what the oracle says of a sound reading that is spoilt afterwards."""
+    mutant = text_mutant("delimited", random.Random(0), [])
+    (tmp_path / mutant.file).write_bytes(mutant.data)
+    (record,), _ = examine([tmp_path / mutant.file], Settings(jobs=1))
+    current = record.channels["current"].copy()
+    if spoil == "one value":
+        current[100] += 1e-4
+    elif spoil == "shifted":
+        current = np.roll(current, 1)
+    elif spoil == "sign":
+        current = -current
+    elif spoil == "huge":
+        current[7] = 1e12
+    changes = {"stretched": {"dt": record.dt * 1.016}, "one row less": {"rows_kept": record.rows_kept - 1}}
+    channels = {**record.channels, "current": current}
+    if spoil == "exchanged":
+        channels = {"current": record.channels["flux"], "flux": record.channels["current"]}
+    return judge(mutant, [replace(record, channels=channels, **changes.get(spoil, {}))], [])
+
+
+@pytest.mark.parametrize(
+    "spoil", ["one value", "shifted", "sign", "huge", "stretched", "one row less", "exchanged", "nothing"]
+)
+def test_the_oracle_sees_what_is_wrong(spoil: str, tmp_path: Path) -> None:
+    assert bool(_spoilt(tmp_path, spoil)) == (spoil != "nothing")
+
+
+@pytest.mark.slow
+def test_fifty_thousand_mutants(capsys: pytest.CaptureFixture[str]) -> None:
+    """No traceback, no hang, no gigabyte, no silent change, over all formats; prints what became of them."""
+    each = -(-WHOLE_CAMPAIGN // len(SUBJECTS))
+    tallies = {name: campaign(name, 0, each) for name in sorted(SUBJECTS)}
+    with capsys.disabled():
+        print()
+        for name, tally in tallies.items():
+            print(tally.line(name))
+        print(
+            f"{sum(t.number for t in tallies.values())} mutants, {sum(len(t.faults) for t in tallies.values())} faults"
+        )
+    assert not [fault for tally in tallies.values() for fault in tally.faults][:20]
+    assert max(tally.peak for tally in tallies.values()) < MEMORY
