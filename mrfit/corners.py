@@ -18,13 +18,16 @@ COEFFICIENTS = 6
 FREEDOM = WINDOW - COEFFICIENTS
 # Residual power in shares of the noise's by which two parabolas must fit better, about one chance in 10⁹ …
 EVIDENCE = 45.0
-# … by which a quintic must, on a finer level, for the corner to be rounded …
-ROUNDED = 25.0
+# … by which a quintic must, on a finer level, or a corner rounded within so many samples, for the corner to be none …
+ROUNDED = 20.0
+ROUNDINGS = (2, 4, 8)
 # … and the most that parabolas may leave per degree of freedom, unless a quintic leaves so many times more
 EXPLAINED, OVERWHELMING = 2.0, 30.0
-# In this share of places no corner is near. A level does not resolve the signal if a quintic leaves so many times the
-# noise's power there.
-USUAL, ROUGH = 0.25, 2.0
+# In this share of short windows there is no corner. A level does not resolve the signal if a parabola leaves so many
+# times the noise's power there.
+USUAL, ROUGH = 0.25, 1.5
+# Quartile of χ² with SIDE − 3 degrees of freedom
+USUAL_BY_CHANCE = 5.899
 # Tested at all only where a kink or a step explains this much
 CANDIDATE = 30.0
 # Rounding errors in shares of a signal's range
@@ -53,7 +56,7 @@ def find_corners(values: Array, noise: float) -> Indices:
     while len(values) // block >= 2 * WINDOW and span > 0.0:
         levels.append(_Level(values, block, max(noise / np.sqrt(block), ROUNDING * span)))
         fresh = levels[-1].corners(found)
-        fresh = fresh[_sharp(levels[:-1], fresh)]
+        fresh = fresh[_sharp(levels, fresh)]
         if block > 1:
             fresh = np.array([_placed(values, int(at), block) for at in fresh], dtype=np.int64)
         found = np.unique(np.concatenate([found, fresh]))
@@ -68,11 +71,11 @@ class _Level:
         count = len(values) // block
         self.block = block
         self.values = values[: count * block].reshape(count, block).mean(axis=1) if block > 1 else values
-        step = max(1, (count - WINDOW) // GRID)
-        across = self.residuals(np.arange(SIDE, count - SIDE + 1, step))[1]
-        usual = float(np.quantile(across, USUAL)) / FREEDOM
+        step = max(1, (count - SIDE) // GRID)
+        halves = np.lib.stride_tricks.sliding_window_view(self.values, SIDE)[::step]
+        usual = float(np.quantile(_left(halves - halves[:, :1], HALF), USUAL)) / USUAL_BY_CHANCE
         self.power = max(noise**2, usual)
-        # where a quintic leaves more than noise, this level does not resolve the signal
+        # where a parabola leaves more than noise, this level does not resolve the signal
         self.rough = usual > ROUGH * noise**2
 
     def residuals(self, places: Indices) -> tuple[Array, Array]:
@@ -80,6 +83,13 @@ class _Level:
         windows = np.lib.stride_tricks.sliding_window_view(self.values, WINDOW)[places - SIDE]
         windows = windows - windows.mean(axis=1, keepdims=True)
         return _left(windows, SPLIT), _left(windows, SMOOTH)
+
+    def rounding(self, places: Indices) -> Array:
+        """Return the power (C,) of what two parabolas leave about places (C,) that a bend explains, but no corner."""
+        windows = np.lib.stride_tricks.sliding_window_view(self.values, WINDOW)[places - SIDE]
+        windows = windows - windows.mean(axis=1, keepdims=True)
+        explained: Array = np.max((windows @ BENDS) ** 2, axis=1)
+        return explained
 
     def corners(self, known: Indices) -> Indices:
         """Return the samples of the whole signal at which corners show, clear of those known."""
@@ -118,13 +128,14 @@ class _Level:
 
 
 def _sharp(levels: list[_Level], corners: Indices) -> NDArray[np.bool_]:
-    """Return which corners no finer level shows to be rounded."""
+    """Return which corners neither their own level nor a finer one shows to be rounded."""
     sharp = np.ones(len(corners), dtype=bool)
-    for level in levels:
+    for level in levels if len(corners) else []:
         places = corners // level.block
-        if len(places) and len(level.values) >= WINDOW:
-            apart, across = level.residuals(np.clip(places, SIDE, len(level.values) - SIDE))
-            sharp &= apart - across <= ROUNDED * level.power
+        apart, across = level.residuals(np.clip(places, SIDE, len(level.values) - SIDE))
+        near = np.clip(places[:, None] + np.arange(-1, 2), SIDE, len(level.values) - SIDE)
+        bend = level.rounding(near.reshape(-1)).reshape(near.shape).min(axis=1)
+        sharp &= (apart - across <= ROUNDED * level.power) & (bend <= ROUNDED * level.power)
     return sharp
 
 
@@ -186,4 +197,8 @@ SMOOTH = _orthonormal(np.vander(OFFSETS, COEFFICIENTS, increasing=True))
 SPLIT = _orthonormal(
     np.concatenate([np.vander(OFFSETS, 3, increasing=True) * (side * OFFSETS > 0)[:, None] for side in (-1, 1)], axis=1)
 )
+HALF = _orthonormal(np.vander(np.arange(SIDE) / SIDE, 3, increasing=True))
 KINK, STEP = _beyond_cubic(np.abs(OFFSETS)), _beyond_cubic(np.sign(OFFSETS))
+BENDS = np.stack([np.maximum(1.0 - np.abs(OFFSETS) * SIDE / width, 0.0) ** 2 for width in ROUNDINGS], axis=1)
+BENDS = BENDS - SPLIT @ (SPLIT.T @ BENDS)
+BENDS = BENDS / np.linalg.norm(BENDS, axis=0)

@@ -2,8 +2,8 @@
 
 Every wiggle of a noisy input is a reversal to a rate-independent model, and biases its hysteresis at an error that
 looks perfect. Periodic channels are replaced by their Fourier series, those whose cycles differ a little by a series
-with slowly moving amplitude and timing (``modulation``), others by local polynomials (``savitzky_golay``); derivatives
-come from the same series or the same polynomials.
+with slowly moving amplitude and timing (``modulation``), others by local polynomials (``savitzky_golay``) that end at
+corners; derivatives come from the same series or the same polynomials.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,12 +11,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.corners import find_corners
 from mrfit.errors import DataError
 from mrfit.harmonics import HarmonicFit, harmonic_fit, synthesis
 from mrfit.held import at_levels
 from mrfit.modulation import ModulatedSeries, modulated_series, modulation
-from mrfit.noise import noise_floor, noise_level, white_part
+from mrfit.noise import noise_floor, noise_level
 from mrfit.recording import FLUX_RESISTANCE, Recording, Segment
 from mrfit.savitzky_golay import NARROWEST, POLYNOMIAL_ORDER, Smoother
 from mrfit.specs import Array
@@ -117,7 +116,7 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
             window = recording.channels[source][begin : segment.stop]
             if source not in smoothers:
                 found = _series(window, segment, recording.dt, frequency)
-                smoothers[source] = _without_corners(found, window) or _local(window, segment)
+                smoothers[source] = _smoother(window, segment, recording.dt, found)
             smoothed[source, derivative] = _smoothed(window, recording.dt, smoothers[source], derivative)
             if source in LEVELS and isinstance(smoothers[source], Smoother):
                 smoothed[source, derivative] = _held(window, smoothed[source, derivative])
@@ -238,19 +237,31 @@ def _series(values: Array, segment: Segment, dt: float, frequency: float) -> Har
     return whole if _leaves_noise(fit, values[skipped:], dt) else None
 
 
-def _without_corners(
-    series: HarmonicFit | ModulatedSeries | None, values: Array
-) -> HarmonicFit | ModulatedSeries | None:
-    """Return a series unless its signal has corners, at which a series rings within the noise and its slope beyond."""
-    if series is None or (isinstance(series, HarmonicFit) and series.harmonics < RINGING):
-        return series
-    return None if len(find_corners(values, white_part(values))) else series
+def _smoother(
+    values: Array, segment: Segment, dt: float, series: HarmonicFit | ModulatedSeries | None
+) -> HarmonicFit | ModulatedSeries | Smoother:
+    """Return a channel's series, or local polynomials where there is none or where it rings.
 
-
-def _local(values: Array, segment: Segment) -> Smoother:
-    if len(values) < NARROWEST:
+    At corners a series rings within the noise, but its slope rings beyond. Where local polynomials that end at the
+    corners come closer to the samples, beside the corners and overall, the corners are sharp and all of them known.
+    """
+    if series is None and len(values) < NARROWEST:
         raise DataError(f"segment {segment.id} has {len(values)} samples, too few to smooth; use a longer log")
-    return Smoother(values)
+    if isinstance(series, HarmonicFit) and series.harmonics < RINGING:
+        return series
+    local = Smoother(values)
+    if series is None:
+        return local
+    near = local.near_corners()
+    if not near.any():
+        return series
+    if isinstance(series, HarmonicFit):
+        by_series = synthesis(series.coefficients, 2 * np.pi * series.frequency * dt, len(values))
+    else:
+        by_series = series.derivatives[0]
+    left = np.stack([(values - found) ** 2 for found in (by_series, local.smoothed(0).values)])
+    nearer = all(part[1] < part[0] for part in (left[:, near].sum(axis=1), left.sum(axis=1)))
+    return local if nearer else series
 
 
 def _smoothed(

@@ -14,6 +14,8 @@ UNIQUE_SAMPLES = 20_000
 STAYING = 0.1
 # So few levels, each left no sooner than after so many samples, are commands that are held and not an amplitude grid
 HELD_LEVELS, HELD_SAMPLES = 16, 10
+# Share of the samples on ramps at which a computed ramp may bend
+RAMP_BENDS = 0.1
 # Fewest cycles over which a trend from cycle to cycle can be told from noise
 TREND_CYCLES = 4
 # Cycles and trends over few of them are not quite orthogonal
@@ -50,6 +52,7 @@ def quantisation(values: Array) -> float:
 
     Where hardly any sample equals the one before, quantisation is white noise and ``noise_level`` sees it as such. A
     few levels, each of them held, are exact, as those of a commanded current: a measured one flickers between levels.
+    So are ramps whose steps are all alike, as those of a computed trapezoid: a rounded one waits for its next level.
     """
     if np.mean(values[1:] == values[:-1]) < STAYING:
         return 0.0
@@ -62,6 +65,9 @@ def quantisation(values: Array) -> float:
     steps = np.diff(levels)
     steps = steps[steps > 1e-9 * (levels[-1] - levels[0])]
     step = float(np.min(steps))
+    moves, bends = (float(np.mean(np.abs(np.diff(values, order)) > step / 2)) for order in (1, 2))
+    if bends < RAMP_BENDS * moves:
+        return 0.0
     # On a grid every distance between levels is a whole number of steps.
     off_grid = np.abs(steps / step - np.round(steps / step))
     return step if np.max(off_grid) < 0.05 else 0.0

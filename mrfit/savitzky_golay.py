@@ -11,7 +11,7 @@ from math import factorial
 import numpy as np
 from numpy.typing import NDArray
 
-from mrfit.corners import Indices, find_corners
+from mrfit.corners import SIDE, Indices, find_corners
 from mrfit.cycles import without_small_swings
 from mrfit.kernels.windows import moving_mean
 from mrfit.noise import white_part
@@ -163,14 +163,24 @@ class Smoother:
     """
 
     def __init__(self, values: Array, noise: float | None = None) -> None:
-        self.values = values
-        level = white_part(values) if noise is None else noise
+        self.values, self.noise = values, noise
+        self.level = white_part(values) if noise is None else noise
         self.offset, self.span = float(values.mean()), float(np.ptp(values))
-        self.pieces = Pieces.between(find_corners(values, level), len(values))
+        self.pieces = Pieces.between(find_corners(values, self.level), len(values))
         self.corners = len(self.pieces.starts) - 1
-        self.power = np.full(len(_windows(len(values), 0)), level**2)
-        if noise is None:
-            self.power = _coloured(values - self.offset, self.pieces.starts, self.power)
+
+    @cached_property
+    def power(self) -> Array:
+        """The noise's power as each of the windows sees it, (W,)."""
+        white = np.full(len(_windows(len(self.values), 0)), self.level**2)
+        return white if self.noise is not None else _coloured(self.values - self.offset, self.pieces.starts, white)
+
+    def near_corners(self) -> NDArray[np.bool_]:
+        """Return which samples (N,) lie near a corner."""
+        near = np.zeros(len(self.values), dtype=bool)
+        for offset in range(-SIDE, SIDE):
+            near[self.pieces.starts[1:] + offset] = True
+        return near
 
     def smoothed(self, derivative: int) -> Mixture:
         """Return the channel (order 0) or a derivative of order 1 or 2 per sample."""

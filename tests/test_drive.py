@@ -143,3 +143,74 @@ def test_the_resistance_of_a_reconstructed_flux_is_an_input_and_none_for_a_measu
         log = recording(1e-3, condition, current=values)
         drive = smooth(log, segment(100, 400, 100, 0.0, 0), ("flux_resistance",))
         assert np.array_equal(drive.values[0], np.full(400, expected))
+
+
+def trapezoid(t: np.ndarray, ramp: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return a trapezoid of 0.8 Hz and amplitude 1 and its slope; it is a triangle for a ramp of half a cycle."""
+    part = (0.8 * t + 0.137) % 1.0
+    half, sign = part % 0.5, np.where(part < 0.5, 1.0, -1.0)
+    return sign * np.where(half < ramp, 2 * half / ramp - 1, 1.0), sign * np.where(half < ramp, 1.6 / ramp, 0.0)
+
+
+@pytest.mark.parametrize("ramp", [0.5, 0.2])
+@pytest.mark.parametrize("noise", [0.0, 1e-3, 1e-2])
+@pytest.mark.parametrize("periodic", [True, False])
+def test_velocity_keeps_the_corners_of_triangles_and_trapezoids(ramp: float, noise: float, periodic: bool) -> None:
+    t = np.arange(10_000) / 1000
+    clean, slope = trapezoid(t, ramp)
+    log = recording(1e-3, displacement=clean + noise * np.random.default_rng(5).standard_normal(len(t)))
+    part = segment(0, len(t), 0, 0.8 if periodic else 0.0, 8 if periodic else 0, "displacement")
+    drive = smooth(log, part, ("displacement", "velocity"))
+    assert np.std(drive.values[1] - slope) < (1e-9 if noise == 0.0 else 0.08) * np.std(slope)
+    assert np.std(drive.values[0] - clean) <= noise / 5
+    wiggles = reversals(drive.values[0][np.concatenate([[True], np.diff(drive.values[0]) != 0])])
+    assert wiggles <= 18
+
+
+def test_a_smooth_periodic_drive_of_many_harmonics_keeps_its_series() -> None:
+    t = np.arange(10_000) / 1000
+    clean = np.tanh(np.sin(2 * np.pi * 0.8 * t) / 0.3)
+    log = recording(1e-3, displacement=clean + 0.01 * np.random.default_rng(6).standard_normal(len(t)))
+    drive = smooth(log, segment(0, len(t), 0, 0.8, 8, "displacement"), ("displacement", "velocity"))
+    assert drive.fits is not None and drive.fits[0].harmonics > 3
+
+
+def test_velocity_of_a_rounded_trapezoid_is_local_where_it_bends_and_wide_where_it_rests() -> None:
+    t = np.arange(10_000) / 1000
+    clean, _ = trapezoid(t, 0.2)
+    rounded = np.convolve(np.pad(clean, 50, "edge"), np.hanning(101) / np.hanning(101).sum(), mode="valid")
+    slope = np.gradient(rounded, 1e-3)
+    log = recording(1e-3, displacement=rounded + 1e-3 * np.random.default_rng(7).standard_normal(len(t)))
+    drive = smooth(log, segment(0, len(t), 0, 0.0, 0, "displacement"), ("velocity",))
+    assert np.std((drive.values[0] - slope)[100:-100]) < 0.02 * np.std(slope)
+
+
+def test_velocity_is_not_driven_by_noise_that_is_not_white() -> None:
+    rng = np.random.default_rng(8)
+    t = np.arange(20_000) / 1000
+    arm = np.zeros(len(t))
+    for k in range(1, len(t)):
+        arm[k] = 0.9 * arm[k - 1] + rng.standard_normal()
+    clean = np.sin(8.2 * t) + 0.4 * np.sin(13.7 * t)
+    log = recording(1e-3, displacement=clean + 0.002 * arm / np.std(arm))
+    drive = smooth(log, segment(0, len(t), 0, 0.0, 0, "displacement"), ("displacement", "velocity"))
+    slope = 8.2 * np.cos(8.2 * t) + 0.4 * 13.7 * np.cos(13.7 * t)
+    assert np.std(drive.values[1] - slope) < 0.02 * np.std(slope)
+    assert reversals(drive.values[0]) == reversals(clean)
+
+
+def test_a_rough_road_without_noise_is_left_as_recorded() -> None:
+    from scipy.signal import butter, sosfilt
+
+    road = sosfilt(butter(2, [1, 12], "band", fs=1000, output="sos"), np.random.default_rng(9).standard_normal(20_000))
+    log = recording(1e-3, displacement=road)
+    drive = smooth(log, segment(0, len(road), 0, 0.0, 0, "displacement"), ("displacement", "velocity"))
+    assert np.array_equal(drive.values[0], road)
+    assert np.std((drive.values[1] - np.gradient(road, 1e-3))[5:-5]) < 0.08 * np.std(drive.values[1])
+
+
+def test_a_recorded_velocity_is_taken_rather_than_derived() -> None:
+    t = np.arange(4000) / 1000
+    log = recording(1e-3, displacement=np.sin(7 * t), velocity=np.cos(2 * np.pi * t))
+    drive = smooth(log, segment(0, 4000, 0, 1.0, 4, "velocity"), ("velocity",))
+    assert drive.values[0] == pytest.approx(np.cos(2 * np.pi * t), abs=1e-8)

@@ -27,6 +27,7 @@ LAYERS = [
         "cycles",
         "held",
         "corners",
+        "pieces",
         "modulation",
         "savitzky_golay",
         "drive",
