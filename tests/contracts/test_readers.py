@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from mrfit import registry
+from mrfit.errors import DataError
 from mrfit.ingest.dispatch import FALLBACK, claims, reader_of
 from mrfit.ingest.head import open_head
 from mrfit.ingest.stage import Settings
