@@ -4,6 +4,7 @@ import atexit
 import contextlib
 import os
 import pickle
+import signal
 import subprocess
 import sys
 import threading
@@ -16,8 +17,9 @@ from mrfit.ingest.memory import held_to, out_of_memory
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
 
-SECONDS = 600.0
-"""Longest time a file may take."""
+SECONDS = 25.0
+SECONDS_FOR_A_MEGABYTE = 5.0
+"""A file may take so long, and so much longer for each megabyte: libraries go round in circles on damaged files."""
 
 
 def read_tables(reader: str, source: Source) -> list[Table]:
@@ -53,7 +55,7 @@ class Worker:
             watch.start()
             try:
                 assert process.stdin and process.stdout
-                _send(process.stdin, (function, arguments))
+                _send(process.stdin, (seconds, function, arguments))
                 sound, result = pickle.load(process.stdout)
             except (EOFError, OSError, pickle.UnpicklingError):
                 _end(process)
@@ -105,21 +107,29 @@ def serve() -> None:
     os.dup2(2, 1)  # what a library prints must not get between the answers
     while True:
         try:
-            function, arguments = pickle.load(sys.stdin.buffer)
+            seconds, function, arguments = pickle.load(sys.stdin.buffer)
         except EOFError:
             return
+        _end_after(seconds + 1.0)
         try:
             answer = (True, function(*arguments))
         except Exception as error:  # handed to the caller, whatever it is
             answer = (False, error)
+        _end_after(0.0)
         _send(answers, answer)
+
+
+def _end_after(seconds: float) -> None:
+    """Let the system end this process, should the caller be gone by then; 0 takes that back."""
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_REAL, seconds)
 
 
 _worker = Worker()
 atexit.register(_worker.close)
 
 
-def read_apart(reader: str, source: Source, seconds: float = SECONDS) -> list[Table]:
+def read_apart(reader: str, source: Source, seconds: float | None = None) -> list[Table]:
     """Return what a reader makes of a file, read in the worker process.
 
     Raises
@@ -129,6 +139,8 @@ def read_apart(reader: str, source: Source, seconds: float = SECONDS) -> list[Ta
         than the file may take.
     """
     path, remedy, limit = source.head.path, "copy or save it again", source.room().limit
+    if seconds is None:
+        seconds = SECONDS + SECONDS_FOR_A_MEGABYTE * source.head.size / 1e6
     try:
         tables: list[Table] = _worker.call(seconds, read_tables, reader, replace(source, memory=limit))
     except MemoryError:
@@ -136,7 +148,7 @@ def read_apart(reader: str, source: Source, seconds: float = SECONDS) -> list[Ta
     except EOFError:
         raise Refusal(path, f"damaged: the {reader} library crashes on it", remedy) from None
     except TimeoutError:
-        raise Refusal(path, f"damaged: reading it takes more than {seconds:g} s", remedy) from None
+        raise Refusal(path, f"damaged: reading it takes more than {seconds:.0f} s", remedy) from None
     return tables
 
 

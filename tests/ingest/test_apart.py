@@ -1,8 +1,11 @@
 """What a library does to its own process must not reach ours."""
 
 import os
+import signal
+import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,6 +15,7 @@ from mrfit.ingest.channel_map import Rules
 from mrfit.ingest.head import open_head
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source
+from tests.conftest import ROOT
 from tests.ingest.samples import sample
 
 
@@ -43,12 +47,54 @@ def test_a_crash_is_one_refusal_and_the_next_file_is_read(source: Source, monkey
     assert len(apart.read_apart("matlab", source)) == 1
 
 
+def test_a_small_file_may_take_less_than_half_a_minute(source: Source, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A long one longer: an hour at 10 kHz has 300 MB, and takes a slow machine minutes."""
+    allowed = []
+    monkeypatch.setattr(apart._worker, "call", lambda seconds, *_: allowed.append(seconds) or [])
+    apart.read_apart("matlab", source)
+    apart.read_apart("matlab", replace(source, head=replace(source.head, size=300_000_000)))
+    assert allowed[0] < 26.0 and allowed[1] > 600.0
+
+
 def test_a_hang_ends(source: Source, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
         patch.setattr(apart, "read_tables", hang)
         with pytest.raises(Refusal, match="takes more than 3 s"):
             apart.read_apart("matlab", source, seconds=3.0)
     assert len(apart.read_apart("matlab", source)) == 1
+
+
+STUCK = """
+import os, signal, sys, threading, time
+from mrfit.ingest import apart
+from tests.ingest.test_apart import spin
+worker = apart.Worker()
+threading.Thread(target=worker.call, args=(2.0, spin), daemon=True).start()
+while worker.process is None:
+    time.sleep(0.01)
+print(worker.process.pid, flush=True)
+time.sleep(1.0)
+assert worker.process.poll() is None
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def spin() -> None:
+    while True:
+        pass
+
+
+def test_a_stuck_library_ends_though_its_command_was_killed() -> None:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    killed = subprocess.run([sys.executable, "-c", STUCK], capture_output=True, text=True, env=environment)
+    assert killed.returncode == -signal.SIGKILL
+    worker = Path(f"/proc/{killed.stdout.strip()}")
+    for _ in range(100):
+        if not worker.exists() or "Z" in worker.joinpath("stat").read_text().split()[2]:
+            return
+        time.sleep(0.1)
+    os.kill(int(killed.stdout), signal.SIGKILL)
+    raise AssertionError("it goes on")
 
 
 @pytest.mark.parametrize(("reader", "library"), [("hdf5", "h5py"), ("tdms", "nptdms"), ("mdf", "asammdf")])

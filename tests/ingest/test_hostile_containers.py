@@ -106,6 +106,17 @@ def greedy(reader: str, source: Source) -> None:
         np.ones(20_000_000)
 
 
+def test_a_library_that_goes_round_in_circles_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A text of varying length of which HDF5 follows the address for ever."""
+    monkeypatch.setattr(apart, "SECONDS", 4.0)
+    (tmp_path / "good.csv").write_text(GOOD)
+    (tmp_path / "loop.h5").write_bytes((HOSTILE / "loop.h5").read_bytes())
+    summary = run([tmp_path], Settings(), Workspace(tmp_path / "w"))
+    assert [Path(s).name for s in summary["added"]] == ["good.csv"]
+    (refused,) = summary["refused"]
+    assert refused["reason"] == "damaged: reading it takes more than 4 s"
+
+
 def test_a_dataset_whose_numbers_lie_in_another_file_is_not_opened(tmp_path: Path) -> None:
     with pytest.raises(Refusal, match="the numbers of 'force' lie in other files, which are not opened"):
         read(HOSTILE / "leak.h5")

@@ -1,6 +1,8 @@
 import math
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from mrfit.ingest import units
 
@@ -94,3 +96,45 @@ def test_quantities_with_units() -> None:
     assert units.quantity("CH1") is None
     assert units.seconds("4 us") == pytest.approx(4e-6)
     assert units.seconds("4 V") is None
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["N**9**9**9", "N^9^9^9", "((m^9)^9)^9", "(m^9)^9**9", "m^999", "N*9**9**9", "m^(9**9**9)", "m squared cubed"]
+    + ["Qm^99", "m//s", "m^", "^2", "m**", "m)/s", "m/()", "N[0]"],
+)
+def test_what_is_not_built_as_a_unit_never_reaches_pint(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """pint works out a power of powers, which has more digits than there is time to make."""
+    if text != "Qm^99":  # built as a unit is, but beyond all numbers
+        monkeypatch.setattr(units, "_registry", lambda: pytest.fail("pint was asked"))
+    units.known.cache_clear()
+    assert not units.known(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "scale"),
+    [
+        ("kg*m**2/s**3", "W", 1.0),
+        ("kg m^2 s^-2", "N*m", 1.0),
+        ("m ^ 2 / s ^ 2", "m^2/s^2", 1.0),
+        ("V/Hz^0.5", "", 1.0),
+        ("cubic meter", "m^3", 1.0),
+        ("mm squared", "m^2", 1e-6),
+        ("N s/m", "kg/s", 1.0),
+    ],
+)
+def test_units_of_several_factors_are_read_as_before(text: str, unit: str, scale: float) -> None:
+    assert units.known(text)
+    found = units.to_si(text)
+    assert found.scale == pytest.approx(scale)
+    assert not unit or found.unit.replace(" ", "") in (unit, unit.replace("N*m", "J"))
+
+
+PIECES = ["m", "s", "N", "kV", "/", "*", "**", "^", " ", "(", ")", "1", "2", "9", "-", ".5", "squared", "é", "\0", "%"]
+
+
+@settings(max_examples=300, deadline=2000)
+@given(st.lists(st.sampled_from(PIECES), max_size=12).map("".join))
+def test_any_text_is_a_unit_or_none_soon(text: str) -> None:
+    if units.known(text):
+        assert math.isfinite(units.to_si(text).scale)
