@@ -18,8 +18,9 @@ from mrfit.discover.refit import Fitter
 from mrfit.errors import ConfigError
 from mrfit.fit.choice import Choice
 from mrfit.fit.current import base_of, default_orders, dependence_on_current, tested, to_choose
+from mrfit.fit.laws_of_current import dependence_of
 from mrfit.fit.select import usable
-from mrfit.fit.stage import dependence_of, load_recordings
+from mrfit.fit.stage import load_recordings
 from mrfit.progress import Progress, silent
 from mrfit.recording import Recording, Segment
 from mrfit.specs import Array
