@@ -18,8 +18,8 @@ from mrfit.discover.refit import Fitter, Refit
 from mrfit.errors import ConfigError
 from mrfit.fit.choice import Choice
 from mrfit.fit.current import base_of, default_orders, dependence_on_current, tested, to_choose
+from mrfit.fit.laws_of_current import dependence_of
 from mrfit.fit.select import load_recordings, usable
-from mrfit.fit.stage import dependence_of
 from mrfit.keys import digest_of, discovery_key
 from mrfit.progress import Progress, silent
 from mrfit.recording import Recording, Segment

@@ -34,6 +34,8 @@ PASSES = 5
 # Samples that what the model itself leaves of one condition is worth: the branches of a cycle, on each of which it errs
 # in its own way
 STROKE = 4.0
+# Share of the output's deviation below which no error is the model's own, however little noise there is
+SMALL = 1e-3
 # Least share of a block's sum of squares that counts as left over: below it is rounding
 ROUNDING = 1e-16
 
@@ -65,9 +67,10 @@ class Posing:
         return [self.part([k for k, c in enumerate(conditions) if c == one]) for one in dict.fromkeys(conditions)]
 
     def excess(self, rows: Array) -> float:
-        """Return the RMS of residuals (M,) as a multiple of the noise floor."""
+        """Return the RMS of residuals (M,) as a multiple of the noise floor, or of what counts as noise."""
         blocks, posed = self.posed.blocks, self.posed
-        noise = sum(len(b.target) * (w * f) ** 2 for b, w, f in zip(blocks, posed.weights, self.floors, strict=True))
+        floors = [max(f, SMALL * float(np.std(b.target))) for b, f in zip(blocks, self.floors, strict=True)]
+        noise = sum(len(b.target) * (w * f) ** 2 for b, w, f in zip(blocks, posed.weights, floors, strict=True))
         return float(np.sqrt(float(rows @ rows) * posed.samples / posed.rows / max(noise, 1e-300)))
 
     def worth(self, rows: Array) -> float:

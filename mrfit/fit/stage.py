@@ -14,19 +14,12 @@ from mrfit.assembly import Assembly, assemble
 from mrfit.dependence import CurrentDependence, base_name
 from mrfit.errors import ConfigError
 from mrfit.fit import staged
-from mrfit.fit.choice import Choice, Data, Limits, chosen_by_levels
+from mrfit.fit.choice import Choice
 from mrfit.fit.cube import Cube, cube_of
-from mrfit.fit.current import (
-    as_json,
-    base_of,
-    checked_order,
-    default_orders,
-    dependence_on_current,
-    tested,
-    to_choose,
-)
+from mrfit.fit.current import as_json, base_of, checked_order
 from mrfit.fit.files import write_fit
 from mrfit.fit.identify import Group, SearchSettings, build_group, search_optimum, weights_of
+from mrfit.fit.laws_of_current import base_cube, dependence_of
 from mrfit.fit.problem import Posed
 from mrfit.fit.result import metric_rows, simulate_block, warnings_of
 from mrfit.fit.select import left_out_warnings, load_recordings, named, select, usable
@@ -240,49 +233,6 @@ def _cube(assembly: Assembly, settings: Settings) -> Cube:
     return cube_of(assembly.spec, bounds, dict(settings.start), dict(settings.fixed))
 
 
-def dependence_of(
-    settings: Settings, segments: Sequence[Segment], recordings: dict[str, Recording]
-) -> tuple[CurrentDependence | None, Choice | None]:
-    """Return how a fit's parameters depend on current, and how that was chosen, None where it was not.
-
-    Raises
-    ------
-    DataError
-        If the levels of current do not carry the order asked for.
-    """
-    if settings.per != "all":
-        return None, None
-    fixed, currents = [n for n, _ in settings.fixed], tested(segments, recordings)
-    if not to_choose(settings.model, settings.current_order, currents):
-        return dependence_on_current(settings.model, settings.current_order, segments, recordings, fixed), None
-    base, alone = base_of(settings.model), _alone(settings)
-    training = [s for s in segments if s.role == "train"]
-    group = build_group("all", training, recordings, base, split=False)
-    cube = at_scales(_cube(base, alone), group.training, base)
-    # what is given for one node of current is for a parameter that varies
-    named_so = [n for n, _, _ in settings.bounds] + [n for n, _ in (*settings.start, *settings.fixed)]
-    at_nodes = {base_name(n) for n in named_so if "@" in n}
-    kept = {n: order for n, order in default_orders(base.spec, currents.steps, fixed) if n in at_nodes}
-    weights = weights_of(group.search, group.training_floors, settings.weight)
-    data = Data(group.search, weights, np.array(group.training_floors))
-    search = SearchSettings(settings.optimizer, settings.seed, None, settings.seconds, settings.weight)
-    deadline = None if settings.seconds is None else time.monotonic() + settings.seconds
-    limits = Limits(currents.low, currents.high, search.rng("all by current"), deadline)
-    choice = chosen_by_levels(base, cube, data, kept, limits)
-    return choice.dependence, choice
-
-
-def _alone(settings: Settings) -> Settings:
-    """Return settings with what they say of the base model alone, without effects and without nodes of current."""
-    own = {base_name(n) for n in base_of(settings.model).spec.names}
-    return replace(
-        settings,
-        bounds=tuple(b for b in settings.bounds if b[0] in own),
-        start=tuple(s for s in settings.start if s[0] in own),
-        fixed=tuple(f for f in settings.fixed if f[0] in own),
-    )
-
-
 def _groups(segments: Sequence[Segment], settings: Settings) -> dict[str, list[Segment]]:
     if settings.per == "all":
         return {"all": list(segments)}
@@ -396,7 +346,7 @@ class _Runner:
             starts += [] if choice.by_role else [choice.start(base)]
         else:
             weights = weights_of(group.search, group.training_floors, settings.weight)
-            single = at_scales(_cube(base, _alone(settings)), group.training, base)
+            single = at_scales(base_cube(settings), group.training, base)
             levels = level_fits(group.search, base, single, weights, search.rng(f"{group.name} by current"), deadline)
         starts.append(two_phase_start(levels, base, dependence))
         rows = [

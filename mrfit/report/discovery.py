@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from mrfit import registry
+from mrfit.dependence import form_of
 from mrfit.keys import discovery_key, key_of
 from mrfit.progress import Progress, silent
 from mrfit.report import page
@@ -169,5 +170,11 @@ def _dependence(dependence: dict[str, Any] | None) -> str:
         return ""
     orders = dependence["orders"]
     items = orders.items() if isinstance(orders, dict) else orders
-    varied = ", ".join(f"{name} of order {order}" for name, order in items if order)
+    varied = ", ".join(f"{name} of order {_order(order)}" for name, order in items if order)
     return f"{varied}, {in_html(significant(dependence['low']))} to {in_html(significant(dependence['high']))} A"
+
+
+def _order(order: int | str) -> str:
+    """Return an order in words, the form it was chosen in behind it: ``2 (log)``."""
+    form = form_of(order)
+    return f"{str(order).removeprefix(form)} ({form})" if form else str(order)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import mrfit.fit.stage
 from mrfit.assembly import assemble
-from mrfit.fit.choice import folds_of
+from mrfit.fit.law_search import folds_of
 from mrfit.recording import Recording
 from mrfit.specs import Array
 from mrfit.store import Workspace, plain
@@ -179,7 +179,7 @@ def test_a_base_that_lacks_something_keeps_the_orders_of_its_roles_but_for_what_
 ) -> None:
     """An inertia is missing, so that no fit comes near the noise; the stiffness still turns its sign."""
     workspace, noise = planted(
-        tmp_path, "rotational-erf", rotary, ROTARY, lambda channels: 0.01 * channels["angular_acceleration"]
+        tmp_path, "rotational-erf", rotary, ROTARY, lambda channels: 0.05 * channels["angular_acceleration"]
     )
     fit = fitted(workspace, "rotational-erf")
     by_role = fitted(workspace, "rotational-erf", "c=1,alpha=2,beta=2")

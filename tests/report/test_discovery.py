@@ -344,6 +344,11 @@ def test_the_command_that_goes_on_keeps_the_dependence_on_current():
     assert next_step(found) == "mrfit fit --model tanh+current-lag --current-order fy=2,c=1 --per all"
 
 
+def test_a_form_that_was_chosen_is_in_words_on_the_page():
+    told = discovery._dependence({"orders": [["fy", 2], ["alpha", "plain2"], ["c", "log1"]], "low": 0.0, "high": 2.0})
+    assert told == "fy of order 2, alpha of order 2 (plain), c of order 1 (log), 0 to 2 A"
+
+
 def test_parameters_are_read_in_a_fitting_unit_and_an_open_interval_is_said():
     shown = parameter_rows(EFFECT)[0]
     assert (shown["value"], shown["interval"]) == ("2.100 ms", "2.050 to 2.150 ms")
