@@ -9,7 +9,7 @@ PACKAGE = Path(mrfit.store.__file__).parent
 LAYERS = [
     {"errors", "channels", "specs", "kernels", "objective", "progress", "metrics", "workers", "csv_table", "arrow"},
     {"recording", "registry", "store"},
-    {"harmonics", "noise", "cycles", "held", "savitzky_golay", "drive", "optimize"},
+    {"harmonics", "noise", "cycles", "held", "modulation", "savitzky_golay", "drive", "optimize"},
     {"ingest", "flux", "segment", "models", "effects", "optimizers"},
     {"dependence", "assembly"},
     {"fit"},
