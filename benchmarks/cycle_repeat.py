@@ -132,7 +132,7 @@ def fitted(source: Path, test: Test, logs: Path, work: Path, truth: Truth) -> di
     held = [r["low"] <= truth.values[r["name"]] <= r["high"] for r in known]
     return {
         "error": total["rmse"] / truth.noise,
-        "floor": total["noise_floor"] / truth.noise,
+        "floor": float("nan") if total["noise_floor"] is None else total["noise_floor"] / truth.noise,
         "worst": max(off, default=float("nan")),
         "held": float(sum(held)),
         "known": float(len(held)),
@@ -175,7 +175,8 @@ def table(rows: Sequence[tuple[Test, str, dict[str, Any]]], sources: Sequence[st
             found = [f for t, name, f in rows if (t.rig, t.kind, t.depth, name) == (rig, kind, depth, source)]
             middle = {k: median(f[k] for f in found) for k in ("error", "floor", "worst", "seconds")}
             held, known = (int(sum(f[k] for f in found)) for k in ("held", "known"))
-            cells += [f"{middle['error']:.2f}", f"{middle['floor']:.2f}", f"{middle['worst']:.2f}", f"{held}/{known}"]
+            own = f"{middle['floor']:.2f}" if np.isfinite(middle["floor"]) else "not known"
+            cells += [f"{middle['error']:.2f}", own, f"{middle['worst']:.2f}", f"{held}/{known}"]
             cells += [f"{middle['seconds']:.1f}", next((f["verdict"] for f in found if "verdict" in f), "")]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"

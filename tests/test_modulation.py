@@ -71,7 +71,7 @@ def test_an_amplitude_that_differs_is_seen_and_followed(kind: str, depth: float,
         series = modulated_series(values, harmonic_fit(values, DT, 1.0, refine=False), DT)
         # a series of the whole record errs by 0.6 to 13 times the noise
         assert np.std(series.derivatives[0] - clean) < 0.55 * size
-        assert series.residual == pytest.approx(size, rel=0.08)
+        assert series.residual == pytest.approx(size, rel=0.12)
 
 
 def test_timing_that_differs_is_seen_and_followed_too() -> None:
