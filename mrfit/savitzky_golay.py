@@ -244,7 +244,7 @@ def _coloured(values: Array, starts: Indices, power: Array) -> Array:
     sample, span = values[kept], float(np.ptp(values))
     seen, last, noisy = power.copy(), 0, False
     windows = _windows(int(pieces.lengths.max()) // 4, 0)
-    before = applied = windows[0].applied(sample, pieces, 0)
+    before = narrow = windows[0].applied(sample, pieces, 0)
     for number, window in enumerate(windows[1:], start=1):
         long = pieces.spread(pieces.lengths >= window.width)
         wide = window.applied(sample, pieces, 0)
@@ -256,7 +256,7 @@ def _coloured(values: Array, starts: Indices, power: Array) -> Array:
         slow = number > 1 and seen[number] <= SLOWLY * seen[number - 1]
         last = number if slow and noisy else last
         noisy = slow
-        before, applied = applied, wide
+        before, narrow = narrow, wide
     seen[last + 1 :] = seen[last]
     return np.maximum(seen, power) if last else power
 
@@ -278,7 +278,8 @@ def _difference(
     difference[margin : window.width - margin] -= narrower.kernel(derivative)
     apart = float(difference @ difference)
     # The one polynomial at an end is fitted with equal weights: what it shares with any other is its own variance.
-    expected = np.where(variance == float(inner @ inner), apart, np.maximum(larger - variance, apart))
+    inside = np.abs(variance - float(inner @ inner)) <= 1e-12 * variance
+    expected = np.where(inside, apart, np.maximum(larger - variance, apart))
     found = pieces.moving_mean((estimate - finer) ** 2 / expected, window.half)
     return found, _freedom(difference / np.sqrt(apart), 2 * window.half + 1)
 
