@@ -16,9 +16,9 @@ NEWTON = 3
 
 
 def lowest_polynomials(
-    values: Array, starts: Index, stops: Index, noise: float, derivative: int, otherwise: Array
-) -> tuple[Array, int]:
-    """Return a signal or its derivative per sample, (N,), from polynomials where these leave noise, and the longest.
+    values: Array, starts: Index, stops: Index, noise: float, derivative: int
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the polynomials or their derivative per sample, (N,), and for which pieces (P,) they leave noise.
 
     The degree minimises the Bayesian information criterion; the polynomial stands if the means of its residual over 16
     parts of the piece are noise too. Two polynomials that cross at their corner meet there.
@@ -33,17 +33,12 @@ def lowest_polynomials(
         Rms of the white noise.
     derivative
         Order of the derivative.
-    otherwise
-        What is returned where no polynomial fits, (N,).
     """
     lengths = stops - starts
     coefficients = _fitted(values, starts, lengths, noise)
     stands = _leaves_noise(values - _evaluated(coefficients, starts, lengths, starts, 0), starts, lengths, noise)
     met = _meeting(coefficients, starts, lengths, stands, noise)
-    shared = np.diff(np.concatenate([met, [len(values)]]))
-    found = _evaluated(coefficients, starts, lengths, met, derivative)
-    longest = int(np.max(lengths[stands], initial=0))
-    return np.where(np.repeat(stands, shared), found, otherwise), longest
+    return _evaluated(coefficients, starts, lengths, met, derivative), stands
 
 
 def _fitted(values: Array, starts: Index, lengths: Index, noise: float) -> Array:

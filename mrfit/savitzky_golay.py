@@ -15,7 +15,7 @@ from mrfit.corners import SIDE, Indices, find_corners
 from mrfit.cycles import without_small_swings
 from mrfit.kernels.windows import moving_mean
 from mrfit.noise import white_part
-from mrfit.pieces import lowest_polynomials
+from mrfit.pieces import HIGHEST, lowest_polynomials
 from mrfit.specs import Array
 
 POLYNOMIAL_ORDER = 3
@@ -184,26 +184,46 @@ class Smoother:
 
     def smoothed(self, derivative: int) -> Mixture:
         """Return the channel (order 0) or a derivative of order 1 or 2 per sample."""
+        return self._smoothed(derivative) if derivative else self._undifferentiated
+
+    def _smoothed(self, derivative: int) -> Mixture:
         noisy = bool(self.power.max() > (NEGLIGIBLE * self.span) ** 2)
         if not noisy and not derivative:
             return Mixture(self.values, np.zeros(len(self.values)), 1, 1)
-        windows = _windows(int(self.pieces.lengths.max()), derivative)[: None if noisy else 1]
-        centred = self.values - self.offset
-        found = _Ladder(centred, self.pieces, derivative, self.power).climbed(windows)
-        if noisy and len(self.pieces.starts) > 1:
-            level = float(np.sqrt(self.power[-1]))
-            starts, stops = self.pieces.starts, self.pieces.stops
-            found.values, longest = lowest_polynomials(centred, starts, stops, level, derivative, found.values)
-            found.widest = max(found.widest, longest)
+        found, whole = self._polynomials(derivative, noisy)
+        rest = ~self.pieces.spread(whole)
+        if rest.any():
+            lengths = self.pieces.lengths[~whole]
+            pieces = Pieces(np.cumsum(lengths) - lengths, np.cumsum(lengths))
+            windows = _windows(int(lengths.max()), derivative)[: None if noisy else 1]
+            local = _Ladder((self.values - self.offset)[rest], pieces, derivative, self.power).climbed(windows)
+            found.values[rest], found.variance[rest] = local.values, local.variance
+            found.window, found.widest = min(found.window, local.window), max(found.widest, local.widest)
         if noisy and not derivative:
             swing = SWING * float(np.sqrt(np.median(found.variance)))
             found.values = without_small_swings(found.values, swing) + self.offset
         return found
 
+    def _polynomials(self, derivative: int, noisy: bool) -> tuple[Mixture, NDArray[np.bool_]]:
+        """Return the pieces that are one polynomial each, and which of the pieces (P,) are."""
+        pieces, samples = self.pieces, len(self.values)
+        whole = np.zeros(len(pieces.starts), dtype=bool)
+        if not noisy or not self.corners:
+            return Mixture(np.empty(samples), np.empty(samples), samples, 1), whole
+        power, centred = float(self.power[-1]), self.values - self.offset
+        values, whole = lowest_polynomials(centred, pieces.starts, pieces.stops, np.sqrt(power), derivative)
+        lengths = pieces.lengths[whole] if whole.any() else np.array([samples])
+        variance = pieces.spread(power * (HIGHEST + 1) / pieces.lengths)
+        return Mixture(values, variance, int(lengths.min()), int(lengths.max()) if whole.any() else 1), whole
+
     @cached_property
     def residual(self) -> float:
         """Rms of the recorded less the smoothed channel."""
-        return float(np.sqrt(np.mean((self.values - self.smoothed(0).values) ** 2)))
+        return float(np.sqrt(np.mean((self.values - self._undifferentiated.values) ** 2)))
+
+    @cached_property
+    def _undifferentiated(self) -> Mixture:
+        return self._smoothed(0)
 
 
 def _coloured(values: Array, starts: Indices, power: Array) -> Array:
@@ -224,7 +244,7 @@ def _coloured(values: Array, starts: Indices, power: Array) -> Array:
     sample, span = values[kept], float(np.ptp(values))
     seen, last, noisy = power.copy(), 0, False
     windows = _windows(int(pieces.lengths.max()) // 4, 0)
-    before = applied = windows[0].applied(sample, pieces, 0)
+    before = narrow = windows[0].applied(sample, pieces, 0)
     for number, window in enumerate(windows[1:], start=1):
         long = pieces.spread(pieces.lengths >= window.width)
         wide = window.applied(sample, pieces, 0)
@@ -236,7 +256,7 @@ def _coloured(values: Array, starts: Indices, power: Array) -> Array:
         slow = number > 1 and seen[number] <= SLOWLY * seen[number - 1]
         last = number if slow and noisy else last
         noisy = slow
-        before, applied = applied, wide
+        before, narrow = narrow, wide
     seen[last + 1 :] = seen[last]
     return np.maximum(seen, power) if last else power
 
@@ -258,7 +278,8 @@ def _difference(
     difference[margin : window.width - margin] -= narrower.kernel(derivative)
     apart = float(difference @ difference)
     # The one polynomial at an end is fitted with equal weights: what it shares with any other is its own variance.
-    expected = np.where(variance == float(inner @ inner), apart, np.maximum(larger - variance, apart))
+    inside = np.abs(variance - float(inner @ inner)) <= 1e-12 * variance
+    expected = np.where(inside, apart, np.maximum(larger - variance, apart))
     found = pieces.moving_mean((estimate - finer) ** 2 / expected, window.half)
     return found, _freedom(difference / np.sqrt(apart), 2 * window.half + 1)
 
