@@ -12,7 +12,7 @@ import numpy as np
 
 from mrfit.errors import DataError
 from mrfit.ingest import series
-from mrfit.ingest.body import ROW
+from mrfit.ingest.body import ROW, TAIL
 from mrfit.ingest.head import Head, plain_feeds
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Block, Column, Lost, Source, Table
@@ -34,7 +34,7 @@ def text_blocks(head: Head, size: int, watch: Watch) -> Iterator[Block]:
         If no line ends for many megabytes.
     """
     plain = _Normaliser(head.encoding)
-    pending, line, before = b"", 1, 0
+    pending, line, before = b"", 1, b""
     with head.path.open("rb") as handle:
         raw = handle.read(size)
         while raw:
@@ -48,8 +48,7 @@ def text_blocks(head: Head, size: int, watch: Watch) -> Iterator[Block]:
                     raise Refusal(head.path, f"no line end in {len(pending) // MIB} MB", "check what wrote it")
                 continue
             block = Block(pending[:end], line, not raw, before)
-            feed = block.data[:-1].rfind(b"\n")
-            before = len(block.data[feed + 1 :].rstrip(b"\r\n"))
+            before = (before + block.data)[-TAIL:]
             line += block.data.count(b"\n")
             pending = pending[end:]
             yield block

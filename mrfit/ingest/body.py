@@ -86,15 +86,16 @@ class Body:
     comments: list[int] = field(default_factory=list)
 
 
-def is_cut(data: Text, layout: Layout, encoding: str = "utf-8", before: int = 0) -> bool:
+def is_cut(data: Text, layout: Layout, encoding: str = "utf-8", before: bytes = b"") -> bool:
     """Whether the file ends inside the last number of its last row, or may do so.
 
     A number with the decimals that all others of its column have is whole. Where they vary, one shorter than the
-    longest may be cut; ``before`` is the length of the line above, for a last line that stands alone in ``data``.
+    longest may be cut. ``before`` is what stands above ``data``.
     """
     if not data or data[-1:] in b"\r\n \t\x1a":
         return False
-    *above, last = data[-TAIL:].decode(encoding, errors="replace").split("\n")
+    tail = (before + data[-TAIL:])[-TAIL:]
+    *above, last = tail.decode(encoding, errors="replace").split("\n")
     column = max(layout.use, default=0)
     fields = split(last, layout.delimiter)
     if len(fields) != column + 1:
@@ -102,10 +103,10 @@ def is_cut(data: Text, layout: Layout, encoding: str = "utf-8", before: int = 0)
     if last.count('"') % 2:
         return True
     number = number_pattern(layout.decimal)
-    rows = [split(line, layout.delimiter) for line in above[len(data) > TAIL :]]
+    rows = [split(line, layout.delimiter) for line in above[len(tail) >= TAIL :]]
     others = [r[column] for r in rows if column < len(r) and number.fullmatch(r[column])]
     if not others:
-        return len(last) < before
+        return False
     form = digits_of(others)
     digits = re.sub(r"\D", "", fields[column]).lstrip("0")
     if len(digits) >= ALL_DIGITS and not any("e" in o.lower() for o in others):

@@ -156,6 +156,9 @@ def find_header(head: Head, grid: Grid, start: int = 0) -> Header:
         return Header((), (), frozenset(rows), first)
     place, names = fitting[-1]
     rows.append(head.lines[place].strip())
+    earlier = next(k for k, c in fitting if c == names)
+    if any(earlier < k < place and _begins_row(c) for k, c in cells):
+        first = earlier + len(rows)  # a header repeated among rows that cannot be read
     short = len(names) == grid.width - 1 and _last_is_filled(head, grid)
     if unit_row is not None and len(unit_row) < min(len(names), grid.width):
         unit_row = None  # whose units they are cannot be told
@@ -164,9 +167,14 @@ def find_header(head: Head, grid: Grid, start: int = 0) -> Header:
 
 def _first_of_rows(cells: dict[int, list[str]], first: int) -> int:
     """Return the line of the first row, too long or too short ones counted, that begin with a number."""
-    while first - 1 in cells and _is_number(cells[first - 1][0]):
+    while first - 1 in cells and _begins_row(cells[first - 1]):
         first -= 1
     return first
+
+
+def _begins_row(cells: list[str]) -> bool:
+    filled = [c for c in cells if c]
+    return bool(filled) and (_is_number(filled[0]) or any(OVERLOAD.fullmatch(c) for c in filled))
 
 
 def _last_is_filled(head: Head, grid: Grid) -> bool:
@@ -194,6 +202,8 @@ def _is_unreadable(fitting: list[tuple[int, list[str]]], times: Counter[tuple[st
     line, above = others[-1]
     if any(counted):
         return line == place - 1 and (any(_is_recognised(c) for c in above) or all(units.known(c) for c in above))
+    if any(_is_recognised(c) for c in filled) or all(units.known(c) for c in filled):
+        return False  # a header given twice
     return times[tuple(cells)] > 1 and any(times[tuple(c)] == 1 for _, c in others)
 
 

@@ -31,13 +31,13 @@ class Block:
     last
         Whether the file ends with it.
     before
-        Length of the line before it.
+        The last lines before it, at least those of a few kilobytes.
     """
 
     data: bytes
     line: int = 1
     last: bool = True
-    before: int = 0
+    before: bytes = b""
 
 
 @dataclass(frozen=True, slots=True)

@@ -104,7 +104,7 @@ def body_of(source: Source, layout: Layout, data: Text | None = None) -> Body:
     encoding = "utf-8" if source.head.encoding.startswith("utf-16") else source.head.encoding
     body = read_body(data, layout, encoding, 1 if block is None else block.line)
     body.digits = _digits(source.head, layout)
-    if (block is None or block.last) and is_cut(data, layout, encoding, block.before if block else 0):
+    if (block is None or block.last) and is_cut(data, layout, encoding, block.before if block else b""):
         _leave_out_last(body, (block.line if block else 1) + feeds(data, 0, len(data)))
     if block is None:
         check_rows(source.head, len(body.lines), body.refused)

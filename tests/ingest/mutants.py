@@ -17,7 +17,6 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -190,13 +189,18 @@ def _on_lines(values: np.ndarray, kept: np.ndarray) -> bool:
 
 @dataclass
 class Row:
-    """A line of a draft: its sample number, what it allows, whether it counts as a row, and stands for a sample."""
+    """A line of a draft: its sample number, what it allows and prints, and what became of it.
+
+    ``counts`` says that it is a row, ``sample`` that it stands for a sample, ``spoilt`` that a number is unreadable.
+    """
 
     text: str
     number: int | None = None
     allowed: dict[str, float] = field(default_factory=dict)
+    printed: tuple[float, ...] = ()
     counts: bool = True
     sample: bool = True
+    spoilt: bool = False
 
 
 @dataclass
@@ -284,10 +288,12 @@ def draft_of(reader: str) -> Draft:
     end = next(e for e in ("\r\r\n", "\r\n", "\n") if e in text)
     lines = text.removesuffix(end).split(end)
     head = "".join(line + end for line in lines[:-ROWS])
-    rows = []
+    draft = Draft(reader, head, [], end)
     for k, line in enumerate(lines[-ROWS:]):
-        rows.append(Row(line, k, {name: float(values[k]) for name, values in sample.channels.items()}))
-    return Draft(reader, head, rows, end)
+        allowed = {name: float(values[k]) for name, values in sample.channels.items()}
+        printed = tuple(float(n.replace(",", ".")) for n in number_of(draft).findall(line))
+        draft.rows.append(Row(line, k, allowed, printed))
+    return draft
 
 
 def mark_of(draft: Draft) -> str:
@@ -300,7 +306,7 @@ def sound_rows(draft: Draft) -> list[int]:
 
 def _spoil(row: Row, text: str) -> None:
     """Replace the text of a row in which a number is unreadable now."""
-    row.text, row.counts = text, bool(text.strip())
+    row.text, row.counts, row.spoilt = text, bool(text.strip()), True
 
 
 def number_of(draft: Draft) -> re.Pattern[str]:
@@ -316,7 +322,8 @@ def _pick(draft: Draft, rng: random.Random, most: int = 4) -> list[Row]:
     there = sound_rows(draft)
     early = there[:3]
     chosen = {rng.choice(early if rng.random() < 0.2 else there) for _ in range(rng.randint(1, most))}
-    return [draft.rows[k] for k in sorted(chosen)]
+    # damage upon damage may make a sound row with other numbers, which no reader can know
+    return [row for row in (draft.rows[k] for k in sorted(chosen)) if not row.spoilt]
 
 
 def drop_rows(draft: Draft, rng: random.Random) -> None:
@@ -441,13 +448,16 @@ def huge_number(draft: Draft, rng: random.Random) -> None:
     """Let the last value of a row be 1e12 as printed: it is a number, and must be said."""
     row = draft.rows[rng.choice(sound_rows(draft))]
     numbers = list(number_of(draft).finditer(row.text))
-    if draft.reader not in VALUE_LAST or not numbers or row.number is None:
+    if draft.reader not in VALUE_LAST or not numbers or row.spoilt or not row.printed:
+        return
+    if sum(other.number == row.number for other in draft.rows) > 1:
         return
     name, value = list(row.allowed.items())[-1]
-    printed = _printed(draft.reader)[row.number][-1]
+    printed = row.printed[-1]
     if printed and value:
         row.text = row.text[: numbers[-1].start()] + "1000000000000" + row.text[numbers[-1].end() :]
         row.allowed = {**row.allowed, name: value / printed * 1e12}
+        row.printed = (*row.printed[:-1], 1e12)
 
 
 MUTATIONS: list[Callable[[Draft, random.Random], None]] = [
@@ -472,7 +482,7 @@ def text_mutant(reader: str, rng: random.Random, mutations: list[Callable[[Draft
         if number is None or row.number is None:
             continue
         allowed[number] = row.allowed
-        printed[number] = _printed(reader)[row.number]
+        printed[number] = row.printed
     body = draft.end.join(row.text for row in draft.rows) + (draft.end if draft.closed else "")
     sample = TEXT_WRITERS[reader]()
     return Mutant(
@@ -489,14 +499,6 @@ def text_mutant(reader: str, rng: random.Random, mutations: list[Callable[[Draft
         beside={"RefCurve.csv": RS_SETTINGS.encode()} if reader == "rohde-schwarz" else {},
         relative=reader == "daq-text",
     )
-
-
-@cache
-def _printed(reader: str) -> list[tuple[float, ...]]:
-    """Return the numbers of the rows of the undamaged sample."""
-    draft = draft_of(reader)
-    number = number_of(draft)
-    return [tuple(float(n.replace(",", ".")) for n in number.findall(row.text)) for row in draft.rows]
 
 
 def _random_text_mutant(reader: str) -> Callable[[random.Random], Mutant]:

@@ -159,6 +159,12 @@ def test_a_file_that_ends_inside_its_last_number(data: str, cut: bool) -> None:
         assert is_cut(("t,a\n" + data).replace("\n", end).encode(), TWO) is cut
 
 
+def test_a_last_line_by_itself_is_judged_by_those_before() -> None:
+    assert is_cut(b"3,14.2", TWO, before=b"1,2.50\n2,3.25\n") and not is_cut(
+        b"3,14.25", TWO, before=b"1,2.50\n2,3.25\n"
+    )
+
+
 def test_a_delimiter_behind_the_last_number_says_that_it_is_whole() -> None:
     layout = Layout(0, ",", ".", 3, (0, 1), blank=(2,))
     assert not is_cut(b"1,2.50,\n3,4.2,", layout) and is_cut(b"1,2.50,\n3,4.2", layout)

@@ -180,3 +180,16 @@ def test_a_number_out_of_all_proportion_is_said(read_log: ReadLog) -> None:
     rows[50] = "0.050,1e12"
     (record,) = read_log("\n".join(["time (s),voltage (V)", *rows, ""]))
     assert record.rows_kept == 100 and "the first is 1e+12 at 0.05 s" in _said(record)["outlier"]
+
+
+def test_a_header_repeated_among_unreadable_first_rows_is_counted_with_them(read_log: ReadLog) -> None:
+    rows = "".join(f"{k * 1e-3:.3f},{np.sin(k / 9):.4f}\n" for k in range(100))
+    header = "time,voltage\ns,V\n"
+    (record,) = read_log(header + "OL,OL\n" * 5 + header + "OL,OL\n" * 3 + rows)
+    assert (record.rows_kept, record.rows_refused) == (100, 10)
+
+
+def test_a_header_given_twice_is_a_header(read_log: ReadLog) -> None:
+    rows = "".join(f"{k * 1e-3:.3f},{np.sin(k / 9):.4f}\n" for k in range(100))
+    (record,) = read_log("Operator,Bob\ntime,voltage\ns,V\n\ntime,voltage\ns,V\n" + rows)
+    assert (record.rows_kept, record.rows_refused, list(record.channels)) == (100, 0, ["voltage"])
