@@ -20,7 +20,7 @@ LAYERS = [
         "csv_table",
         "arrow",
     },
-    {"recording", "registry", "keys", "store"},
+    {"recording", "registry", "keys", "schemas", "store"},
     {"harmonics", "noise", "cycles", "held", "savitzky_golay", "drive", "optimize"},
     {"ingest", "flux", "segment", "models", "effects", "optimizers"},
     {"dependence", "assembly"},

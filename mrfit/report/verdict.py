@@ -4,7 +4,7 @@ from typing import Any
 
 from mrfit.report.curves import prefixed
 from mrfit.report.numbers import in_html, natural, percent, significant
-from mrfit.report.source import Fit, MetricRow
+from mrfit.schemas.fit import Fit, MetricRow
 
 # An error within this factor of the noise floor is the noise's.
 WITHIN_NOISE = 1.1
