@@ -30,6 +30,7 @@ _TAKES = {
     "model_attributes_type": "a table",
     "mapping_type": "a table",
     "none_required": "nothing",
+    "string_pattern_mismatch": "a plain name of letters, digits, . _ and -",
 }
 _LIMITS = {
     "greater_than": ("above", "gt"),
@@ -47,29 +48,30 @@ def plain_fault(error: "ValidationError", model: "type[BaseModel] | None" = None
     error
         What pydantic raised.
     model
-        What the file was read as, for the keys that are known where one is not.
+        What a TOML file was read as, for the keys that are known where one is not; None for JSON.
     """
     faults = error.errors(include_url=False)
     unknown = next((f for f in faults if f["type"] == "extra_forbidden"), None)
     if unknown is not None:
         return _unknown(unknown["loc"], model)
+    key = _toml_key if model else _json_key
     path = _path(faults[0]["loc"])
     # a union fails once for each of its members
     same: list[Mapping[str, Any]] = [f for f in faults if _path(f["loc"]) == path]
     first = same[0]
     if first["type"] in ("too_short", "too_long", "missing") and isinstance(first["loc"][-1], int):
-        return f"{_key(path[:-1])} has too few values"
+        return f"{key(path[:-1])} has too few values"
     if first["type"] == "missing":
-        return f"{_key(path)} is missing"
+        return f"{key(path)} is missing"
     if first["type"] in ("too_short", "too_long"):
-        return f"{_key(path)} has too {'few' if first['type'] == 'too_short' else 'many'} values"
+        return f"{key(path)} has too {'few' if first['type'] == 'too_short' else 'many'} values"
     if first["type"] == "list_type" and isinstance(first["input"], dict):
-        return f"{_key(path)} is one table; write [[{_key(path)}]] for each of several"
+        return f"{key(path)} is one table; write [[{key(path)}]] for each of several"
     takes = list(dict.fromkeys(filter(None, map(_takes, same))))
     if not takes:
         text = str(first["msg"]).removeprefix("Value error, ")
-        return f"{_key(path)}: {text}" if path else text
-    return f"{_key(path)} takes {' or '.join(takes)}, not {_shown(first['input'])}"
+        return f"{key(path)}: {text}" if path else text[:1].lower() + text[1:]
+    return f"{key(path)} takes {' or '.join(takes)}, not {_shown(first['input'])}"
 
 
 def _takes(fault: Mapping[str, Any]) -> str:
@@ -91,7 +93,7 @@ def _path(loc: Sequence[str | int]) -> tuple[str | int, ...]:
     return tuple(parts)
 
 
-def _key(path: Sequence[str | int]) -> str:
+def _toml_key(path: Sequence[str | int]) -> str:
     """Return a path as a reader of TOML finds it: ``[flux] rule``, ``[[fit]] 2: bounds.n``, tables counted from 1."""
     if not path:
         return "the file"
@@ -105,11 +107,18 @@ def _key(path: Sequence[str | int]) -> str:
     return f"[{table}] {'.'.join(map(str, rest))}"
 
 
+def _json_key(path: Sequence[str | int]) -> str:
+    """Return a path as programs write it: ``recordings[0].dt``."""
+    text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
+    return text.removeprefix(".") or "the file"
+
+
 def _unknown(path: Sequence[str | int], model: "type[BaseModel] | None") -> str:
     known = _known(path[:-1], model)
     near = get_close_matches(str(path[-1]), known, n=1)
     hint = f"; did you mean '{near[0]}'?" if near else f"; it may be one of {', '.join(known)}" if known else ""
-    return f"{_key(path)} is no key mrfit knows{hint}"
+    key = _toml_key if model else _json_key
+    return f"{key(path)} is no key mrfit knows{hint}"
 
 
 def _known(path: Sequence[str | int], model: "type[BaseModel] | None") -> list[str]:

@@ -16,7 +16,7 @@ from mrfit.recording import Recording
 
 # Top-level modules that show results or call stages, and change none
 CALLERS = {"catalog", "cli", "config", "console", "options", "pipeline", "summaries"}
-# Packages whose code each stage uses, beside the other top-level modules; tests/test_keys.py follows the imports
+# Packages whose code each stage uses, beside the other top-level modules and schemas/; tests follow the imports
 _FITTING = ("fit", "models", "effects", "optimizers", "kernels")
 PACKAGES: dict[str, tuple[str, ...]] = {
     "ingest": ("ingest",),
@@ -33,7 +33,7 @@ def sources(stage: str = "") -> list[Path]:
     if not stage:
         return sorted(package.rglob("*.py"))
     shared = [p for p in package.glob("*.py") if p.stem not in CALLERS]
-    return sorted([*shared, *(p for folder in PACKAGES[stage] for p in (package / folder).rglob("*.py"))])
+    return sorted([*shared, *(p for folder in (*PACKAGES[stage], "schemas") for p in (package / folder).rglob("*.py"))])
 
 
 @cache

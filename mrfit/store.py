@@ -13,17 +13,31 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, cast
 
 import numpy as np
 
 from mrfit.arrow import floats, numbers, table, texts
-from mrfit.errors import DataError
+from mrfit.errors import ConfigError, DataError
+from mrfit.faults import plain_fault
 from mrfit.keys import content_of, fit_key, flux_key, segment_key
 from mrfit.recording import Finding, Recording, Segment
+from mrfit.schemas.reading import as_json, content, parsed
+from mrfit.schemas.stages import RECORDING, About, FluxFile, IngestFile, SegmentRow, SegmentsFile
 from mrfit.specs import Array
 
-T = TypeVar("T")
+IDENTIFIER = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]*")
+"""Ids of recordings, which name files."""
+NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._+-]*")
+"""Names of fits, which name folders and stand in tables."""
+LONGEST_NAME = 200
+"""Characters of a fit's name; file systems take 255 bytes."""
+FOLDERS = ("recordings", "flux", "fits", "report", "discover", "compare")
+"""Folders of a workspace."""
+TEMPORARY = re.compile(r"\..+\.\d+\.tmp")
+"""Names of files not yet written whole."""
+OWN = (".ingest.json.", ".flux.json.", ".segments.parquet.")
+"""Beginnings of such names in the workspace itself, where files of others may lie."""
 LOCK_SECONDS = 600.0
 ROW_GROUP = 1 << 20
 """Rows of a table written together."""
@@ -48,6 +62,22 @@ def plain(value: object) -> Any:
     return value
 
 
+def check_name(name: str) -> None:
+    """Refuse a name of a fit that would not be a plain name of a folder.
+
+    Raises
+    ------
+    ConfigError
+        If it is not one.
+    """
+    if not NAME.fullmatch(name) or len(name) > LONGEST_NAME:
+        shown = name if len(name) <= 60 else name[:57] + "…"
+        raise ConfigError(
+            f"'{shown}' cannot name a fit: give up to {LONGEST_NAME} letters, digits, . _ - and +, the first a letter, "
+            "a digit or _"
+        )
+
+
 def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
     """Call ``write`` with a temporary name beside ``path``, flush to disk, rename.
 
@@ -59,6 +89,7 @@ def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
     temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        temporary.unlink(missing_ok=True)  # a link of this name would be followed
         write(temporary)
         with temporary.open("rb") as handle:
             os.fsync(handle.fileno())
@@ -83,33 +114,21 @@ def write_json(path: Path, value: object) -> None:
 def read_json(path: Path) -> Any:
     """Return the content of a JSON file, or None if there is no such file or it cannot be parsed."""
     try:
-        return json.loads(path.read_text())
-    except (OSError, ValueError):
+        return json.loads(path.read_bytes())
+    except (OSError, ValueError, RecursionError):
         return None
 
 
-def stored_settings(kind: type[T], path: Path, summary: Mapping[str, Any] | None, command: str) -> T:
-    """Return the settings in a stage's ``summary``, or defaults where ``path``, which ``command`` writes, is not there.
-
-    Raises
-    ------
-    DataError
-        If the file is damaged or another version's: defaults in place of what the user had chosen would go unnoticed.
-    """
-    if not path.exists():
-        return kind()
-    with _reading(path, f"run `{command}` with the settings you want"):
-        if summary is None:
-            raise ValueError("no settings in it")
-        return kind(**summary["settings"])
+# What reading a table that somebody has edited may raise; pyarrow's own errors are among these
+_UNREADABLE = (OSError, TypeError, LookupError, ValueError, ArithmeticError, NotImplementedError, AttributeError)
 
 
 @contextmanager
-def _reading(path: Path, remedy: str) -> Iterator[None]:
-    """Say which file cannot be read and what to do; pyarrow's own errors are ValueErrors."""
+def reading(path: Path, remedy: str) -> Iterator[None]:
+    """Say which file cannot be read and what to do."""
     try:
         yield
-    except (OSError, TypeError, KeyError, ValueError) as error:
+    except _UNREADABLE as error:
         reason = str(error).partition("\n")[0]
         raise DataError(f"{path}: missing, damaged or another mrfit's: cannot be read ({reason}); {remedy}") from error
 
@@ -190,12 +209,16 @@ def read_table(path: Path) -> tuple[dict[str, Array], dict[str, str]]:
     import pyarrow.parquet as pq
 
     # read_table would import data sets and pandas (0.3 s)
-    with _reading(path, "run `mrfit ingest` again"), pq.ParquetFile(path) as file:
+    with reading(path, "run `mrfit ingest` again"), pq.ParquetFile(path) as file:
         _check_room(path, file.metadata.num_rows, file.metadata.num_columns)
         table = file.read()
-        metadata = file.metadata.metadata or {}
-    columns = {name: floats(table.column(name)) for name in table.column_names}
-    return columns, {k.decode(): v.decode(errors="replace") for k, v in metadata.items()}
+        metadata = file.metadata.metadata
+        columns = {name: floats(table.column(name)) for name in table.column_names}
+    return columns, _decoded(metadata)
+
+
+def _decoded(metadata: Mapping[bytes, bytes] | None) -> dict[str, str]:
+    return {k.decode(errors="replace"): v.decode(errors="replace") for k, v in (metadata or {}).items()}
 
 
 class _Times:
@@ -240,7 +263,14 @@ class Workspace:
         return self.root / "segments.parquet"
 
     def fit_folder(self, name: str) -> Path:
-        """Return the folder of the named fit."""
+        """Return the folder of the named fit.
+
+        Raises
+        ------
+        ConfigError
+            If the name is no plain one.
+        """
+        check_name(name)
         return self.root / "fits" / name
 
     @property
@@ -263,6 +293,8 @@ class Workspace:
         lock = FileLock(self.root / ".lock", timeout=LOCK_SECONDS)
         try:
             self.root.mkdir(parents=True, exist_ok=True)
+            if (self.root / ".lock").is_symlink():
+                raise DataError(f"{self.root / '.lock'}: a symbolic link, which mrfit does not follow; remove it")
             if not os.access(self.root, os.W_OK):
                 raise PermissionError(13, "Permission denied")
             lock.acquire()
@@ -272,13 +304,28 @@ class Workspace:
             text = error.strerror or error
             raise DataError(f"{self.root}: cannot write here ({text}); choose another --work folder") from error
         try:
-            for left in self.root.rglob(".*.tmp"):
-                left.unlink(missing_ok=True)  # of a command that was killed: whoever writes holds the lock
+            self._refuse_links()
+            self._clean()
             yield
         finally:
             lock.release()
             if not existed:
                 self._forget_if_empty()
+
+    def _refuse_links(self) -> None:
+        """Refuse a workspace with folders that lead elsewhere: what is written into them would land there."""
+        inside = [self.root / name for name in FOLDERS]
+        inside += [f for name in FOLDERS for f in (self.root / name).rglob("*") if not f.is_file()]
+        for folder in inside:
+            if folder.is_symlink():
+                raise DataError(f"{folder}: a symbolic link, which mrfit does not follow to write; put a folder there")
+
+    def _clean(self) -> None:
+        """Remove what a killed command left half written; whoever writes holds the lock."""
+        for folder in (self.root, *(self.root / name for name in FOLDERS)):
+            for left in folder.glob(".*.tmp") if folder == self.root else folder.rglob(".*.tmp"):
+                if TEMPORARY.fullmatch(left.name) and (folder != self.root or left.name.startswith(OWN)):
+                    left.unlink(missing_ok=True)
 
     def _forget_if_empty(self) -> None:
         """Remove a workspace folder that a failing command made and put nothing into."""
@@ -292,21 +339,39 @@ class Workspace:
         Raises
         ------
         DataError
-            If nothing has been ingested.
+            If nothing has been ingested, or the file is damaged.
         """
-        summary = read_json(self.ingest_json)
-        if not summary or not summary.get("recordings"):
+        summary = self.ingest_file()
+        if not summary or not summary["recordings"]:
             raise DataError(f"{self.root}: nothing ingested here; run `mrfit ingest LOGS… --work {self.root}` first")
-        return cast(dict[str, Any], summary)
+        return summary
+
+    def ingest_file(self) -> dict[str, Any] | None:
+        """Return ingest.json, None if there is none."""
+        return content(self.ingest_json, IngestFile, f"delete {self.root} and ingest the logs again")
+
+    def flux_file(self) -> dict[str, Any] | None:
+        """Return flux.json, None if there is none."""
+        remedy = f"run `mrfit flux --work {self.root}` with the settings you want"
+        return content(self.flux_json, FluxFile, remedy)
 
     def recording_file(self, identifier: str, stage: str = "recordings") -> Path:
-        """Return the Parquet file of a recording as ``stage`` (``recordings`` or ``flux``) left it."""
+        """Return the Parquet file of a recording as ``stage`` (``recordings`` or ``flux``) left it.
+
+        Raises
+        ------
+        DataError
+            If the id is no plain name: what a file of the workspace says must not lead out of it.
+        """
+        if not IDENTIFIER.fullmatch(identifier):
+            raise DataError(f"{self.root}: '{identifier}' is no id of a recording; ingest the logs again")
         return self.root / stage / f"{identifier}.parquet"
 
     def write_recording(self, recording: Recording, stage: str = "recordings") -> None:
         """Write a recording: samples as columns beside ``time``, everything else as metadata."""
         time = cast(Array, _Times(recording.samples, recording.dt))
-        metadata = {"mrfit": json.dumps(plain(recording.about()), ensure_ascii=False)}
+        about = json.dumps({"schema": RECORDING, **plain(recording.about())}, ensure_ascii=False)
+        metadata = {"mrfit": about}
         write_table(
             self.recording_file(recording.id, stage),
             {"time": time, **recording.channels},
@@ -325,7 +390,7 @@ class Workspace:
         import pyarrow.parquet as pq
 
         path = self.recording_file(identifier, stage)
-        with _reading(path, "run `mrfit ingest` on its log again"):
+        with reading(path, "run `mrfit ingest` on its log again"):
             metadata = pq.read_metadata(path).metadata or {}
             if CONTENT.encode() not in metadata:
                 raise ValueError("an older mrfit's, without a hash of its content")
@@ -348,17 +413,21 @@ class Workspace:
         DataError
             If its file is missing or damaged.
         """
-        columns, metadata = read_table(self.recording_file(identifier, stage))
-        about = json.loads(metadata["mrfit"])
-        columns.pop("time")
+        path, remedy = self.recording_file(identifier, stage), "run `mrfit ingest` on its log again"
+        columns, metadata = read_table(path)
+        text = metadata.get("mrfit", "")
+        about = as_json(text, parsed(path, text, About, remedy))
+        columns.pop("time", None)
+        if [c["name"] for c in about["channels"]] != list(columns):
+            raise DataError(f"{path}: damaged: its channels are not those it names; {remedy}")
         return Recording(
             channels=columns,
             units={c["name"]: c["unit"] for c in about["channels"]},
             columns={c["name"]: c["column"] for c in about["channels"] if c["column"] is not None},
-            findings=tuple(Finding(**f) for f in about["findings"]),
+            findings=tuple(Finding(**{f.name: one[f.name] for f in fields(Finding)}) for one in about["findings"]),
             history=tuple(about["history"]),
             **{k: about[k] for k in ("id", "source", "sha256", "reader", "dt", "start", "rows_kept", "rows_refused")},
-            **{k: about.get(k, {}) for k in ("condition", "wording")},
+            **{k: about[k] for k in ("condition", "wording")},
         )
 
     def write_segments(self, segments: Sequence[Segment], metadata: Mapping[str, str]) -> None:
@@ -382,10 +451,30 @@ class Workspace:
 
         if not self.segments_file.is_file():
             raise DataError(f"{self.root}: no segments here; run `mrfit segment --work {self.root}` first")
-        with _reading(self.segments_file, "run `mrfit segment` with the settings you want"):
+        remedy = "run `mrfit segment` with the settings you want"
+        with reading(self.segments_file, remedy):
             rows = pq.ParquetFile(self.segments_file).read()
-            segments = [Segment(**row) for row in rows.to_pylist()]
-        return segments, {k.decode(): v.decode() for k, v in (rows.schema.metadata or {}).items()}
+            found = rows.to_pylist()
+        try:
+            for row in found:
+                SegmentRow.model_validate(row)
+        except ValueError as error:
+            fault = plain_fault(error)  # type: ignore[arg-type]
+            raise DataError(f"{self.segments_file}: damaged, or another mrfit's: {fault}; {remedy}") from error
+        return [Segment(**row) for row in found], _decoded(rows.schema.metadata)
+
+    def segments_summary(self) -> dict[str, Any] | None:
+        """Return the summary written with the segments, None if they are not there or without one."""
+        import pyarrow.parquet as pq
+
+        if not self.segments_file.exists():
+            return None
+        remedy = f"run `mrfit segment --work {self.root}` with the settings you want"
+        with reading(self.segments_file, remedy):
+            text = (pq.read_metadata(self.segments_file).metadata or {}).get(b"mrfit")
+        if text is None:
+            return None
+        return as_json(text, parsed(self.segments_file, text, SegmentsFile, remedy))
 
     @property
     def latest(self) -> str:
@@ -402,27 +491,26 @@ class Workspace:
         ``key`` computes what their keys would be now.
         """
         try:
-            segments, metadata = self.read_segments()
-            here = self.made_from(segments)
-            if self._behind(metadata):
+            here = self.made_from(self.read_segments()[0])
+            if self._behind():
                 return [f["name"] for f in fits]
         except DataError:
             return [f["name"] for f in fits]
         return [f["name"] for f in fits if f["key"] != key(f["settings"], *here)]
 
-    def _behind(self, metadata: Mapping[str, str]) -> bool:
+    def _behind(self) -> bool:
         """Return whether flux or segments are of other recordings than ingest left, or made by another mrfit."""
         if not self.ingest_json.is_file():
             return False
-        flux, cut = read_json(self.flux_json) or {}, json.loads(metadata.get("mrfit", "{}"))
+        flux, cut = self.flux_file() or {}, self.segments_summary() or {}
         # what has no key does not say what it was made from
         if "key" in flux and flux["key"] != flux_key(flux["settings"], self.contents(self.identifiers)):
             return True
         return "key" in cut and cut["key"] != segment_key(cut["settings"], self.contents(self.identifiers, self.latest))
 
     def fit_names(self) -> list[str]:
-        """Return the names of all finished fits, sorted."""
-        return sorted(p.parent.name for p in self.root.glob("fits/*/fit.json"))
+        """Return the names of all finished fits, sorted; folders that no fit could be named by are none."""
+        return sorted(p.parent.name for p in self.root.glob("fits/*/fit.json") if NAME.fullmatch(p.parent.name))
 
 
 def recording_id(source: Path, taken: set[str]) -> str:

@@ -135,7 +135,7 @@ class _Pool:
 
     def fork(self, jobs: int) -> None:
         """Start the processes, each with its first item."""
-        with _interrupts_later():
+        with interrupts_later():
             for _ in range(jobs):
                 ours, theirs = multiprocessing.Pipe()
                 process = _forked()
@@ -193,8 +193,8 @@ class _Pool:
 
 
 @contextmanager
-def _interrupts_later() -> Iterator[None]:
-    """Hold back what ends a command: what Python itself does around a fork would swallow it."""
+def interrupts_later() -> Iterator[None]:
+    """Hold back what ends a command: what Python itself does around a fork, or LLVM while it compiles, swallows it."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

@@ -20,7 +20,7 @@ LAYERS = [
         "csv_table",
         "arrow",
     },
-    {"recording", "registry", "keys", "store"},
+    {"recording", "registry", "keys", "schemas", "store"},
     {
         "harmonics",
         "noise",

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mrfit.errors import DataError
+from mrfit.errors import ConfigError, DataError
 from mrfit.keys import fit_key
 from mrfit.recording import Finding, Recording, Segment
 from mrfit.store import Workspace, read_json, recording_id, write_atomic, write_json, write_table
@@ -182,3 +182,98 @@ def test_identifiers_are_unique_and_safe_on_any_file_system(names: list[str]) ->
     made = [recording_id(Path("/logs") / (n.replace("/", "_").replace("\0", "_") + ".csv"), taken) for n in names]
     assert len({m.lower() for m in made}) == len(made)
     assert all(m and not set(m) & set('/\\:*?"<>| ') for m in made)
+
+
+@pytest.mark.parametrize("identifier", ["../outside", "/etc/x", "a/b", "..", ".hidden", "", "a\0b", "a b"])
+def test_an_id_that_is_no_plain_name_leads_nowhere(identifier: str, tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="is no id of a recording"):
+        Workspace(tmp_path).recording_file(identifier)
+    with pytest.raises(ConfigError, match="cannot name a fit"):
+        Workspace(tmp_path).fit_folder(identifier)
+
+
+@pytest.mark.parametrize("name", ["boucwen+delay.pso-fmin.all", "a", "_x", "9.5"])
+def test_plain_names_name_recordings_and_fits(name: str, tmp_path: Path) -> None:
+    assert Workspace(tmp_path).fit_folder(name) == tmp_path / "fits" / name
+    if "+" not in name:
+        assert Workspace(tmp_path).recording_file(name) == tmp_path / "recordings" / f"{name}.parquet"
+
+
+def test_ingest_removes_no_file_outside_the_workspace(tmp_path: Path) -> None:
+    from mrfit import pipeline
+    from mrfit.ingest.stage import Settings
+    from mrfit.progress import silent
+
+    log, outside = tmp_path / "log.csv", tmp_path / "outside.parquet"
+    rows = "\n".join(f"{k / 100},{k % 7}" for k in range(300))
+    log.write_text(f"time,force\n{rows}\n")
+    outside.write_text("precious")
+    pipeline.ingest(tmp_path / "w", [log], Settings(), silent)
+    file = tmp_path / "w" / "ingest.json"
+    content = json.loads(file.read_text())
+    content["recordings"][0]["id"] = "../../outside"
+    file.write_text(json.dumps(content))
+    log.write_text(f"time,force\n{rows}\n3.0,1\n")
+    with pytest.raises(DataError, match=r"ingest\.json: damaged.*recordings\[0\]\.id takes a plain name"):
+        pipeline.ingest(tmp_path / "w", [log], Settings(), silent)
+    assert outside.read_text() == "precious"
+
+
+PLACES = ("recordings", "flux", "fits", "fits/x", "report", "report/figures", "discover", "compare")
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_a_folder_that_is_a_link_is_not_written_into(place: str, tmp_path: Path) -> None:
+    workspace, elsewhere = Workspace(tmp_path / "w"), tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / ".a.json.7.tmp").write_text("another's")
+    (workspace.root / place).parent.mkdir(parents=True)
+    (workspace.root / place).symlink_to(elsewhere)
+    with pytest.raises(DataError, match=f"{place}: a symbolic link, which mrfit does not follow"), workspace.locked():
+        raise AssertionError("the command began")
+    assert [p.name for p in elsewhere.iterdir()] == [".a.json.7.tmp"]
+
+
+def test_a_lock_that_is_a_link_is_refused_and_its_target_stays(tmp_path: Path) -> None:
+    (tmp_path / "w").mkdir()
+    (tmp_path / "precious").write_text("text")
+    (tmp_path / "w" / ".lock").symlink_to(tmp_path / "precious")
+    with pytest.raises(DataError, match=r"\.lock: a symbolic link"), Workspace(tmp_path / "w").locked():
+        raise AssertionError("the command began")
+    assert (tmp_path / "precious").read_text() == "text"
+
+
+def test_a_workspace_that_is_a_link_itself_and_links_to_files_are_followed_to_read_only(tmp_path: Path) -> None:
+    (tmp_path / "there").mkdir()
+    (tmp_path / "w").symlink_to(tmp_path / "there")
+    workspace = Workspace(tmp_path / "w")
+    (tmp_path / "kept.json").write_text('{"old": 1}')
+    (tmp_path / "there" / "flux.json").symlink_to(tmp_path / "kept.json")
+    temporary = tmp_path / "there" / f".flux.json.{os.getpid()}.tmp"
+    temporary.symlink_to(tmp_path / "victim")
+    with workspace.locked():
+        write_json(workspace.flux_json, {"new": 1})
+    assert json.loads((tmp_path / "kept.json").read_text()) == {"old": 1}
+    assert json.loads(workspace.flux_json.read_text()) == {"new": 1} and not workspace.flux_json.is_symlink()
+    assert not (tmp_path / "victim").exists()
+
+
+def test_only_temporary_files_of_mrfit_are_cleaned(tmp_path: Path) -> None:
+    workspace = Workspace(tmp_path)
+    ours = (".ingest.json.12.tmp", ".segments.parquet.3.tmp", "recordings/.a.parquet.7.tmp", "report/a/.a.svg.1.tmp")
+    others = (".notes.tmp", ".plan.12.tmp", "logs/.a.csv.7.tmp", "recordings/.mine.tmp", "recordings/a.7.tmp")
+    for name in (*ours, *others):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text("text")
+    with workspace.locked():
+        assert not [n for n in ours if (tmp_path / n).exists()]
+        assert [n for n in others if (tmp_path / n).exists()] == list(others)
+
+
+def test_folders_of_others_beside_those_of_a_stage_stay(tmp_path: Path) -> None:
+    from mrfit.ingest.stage import _staging
+
+    for name in (".ingest-notes", ".ingest-12"):
+        (tmp_path / name).mkdir()
+    with _staging(Workspace(tmp_path)):
+        assert (tmp_path / ".ingest-notes").is_dir() and not (tmp_path / ".ingest-12").exists()

@@ -14,7 +14,7 @@ import pytest
 
 from mrfit.errors import DataError, MrfitError
 from mrfit.progress import Progress, silent
-from mrfit.workers import FORKS, _interrupts_later, give_up, in_order, in_processes
+from mrfit.workers import FORKS, give_up, in_order, in_processes, interrupts_later
 
 forks = pytest.mark.skipif(not FORKS, reason="no processes are forked here")
 
@@ -154,7 +154,7 @@ def test_a_process_writes_to_streams_of_its_own(monkeypatch: pytest.MonkeyPatch)
 
 def test_an_interrupt_waits_for_the_end_of_a_fork() -> None:
     after = []
-    with pytest.raises(KeyboardInterrupt), _interrupts_later():
+    with pytest.raises(KeyboardInterrupt), interrupts_later():
         os.kill(os.getpid(), signal.SIGINT)
         time.sleep(0.05)
         after.append(1)

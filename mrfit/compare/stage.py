@@ -1,6 +1,7 @@
 """The compare stage: segments in, a table of models against conditions for each output out, best on held-out first."""
 
 import csv
+import re
 import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
@@ -63,7 +64,7 @@ class Settings:
         """Return the settings of one model's fit."""
         shared = {k: v for k, v in asdict(self).items() if k != "models"}
         name = f"{model}.{self.optimizer}" + (".all" if self.per == "all" else "") + (f".{self.only}" * bool(self.only))
-        return mrfit.fit.stage.Settings(model=model, name=name.replace("/", "_"), **shared)
+        return mrfit.fit.stage.Settings(model=model, name=re.sub(r"[^A-Za-z0-9._+-]+", "_", name), **shared)
 
     @property
     def names(self) -> list[str]:
@@ -200,6 +201,9 @@ def _earlier_seconds(path: Path) -> dict[tuple[str, str], float]:
     """Return the times of fits that an earlier comparison made, by model and name of the fit."""
     if not path.is_file():
         return {}
-    with path.open(encoding="utf-8", newline="") as handle:
-        rows = list(csv.DictReader(handle))
-    return {(r["model"], r["fit"]): float(r["seconds"]) for r in rows if r.get("seconds") and r.get("fit")}
+    try:
+        with path.open(encoding="utf-8", newline="") as handle:
+            rows = list(csv.DictReader(handle))
+        return {(r["model"], r["fit"]): float(r["seconds"]) for r in rows if r.get("seconds") and r.get("fit")}
+    except (OSError, ValueError, KeyError, csv.Error):
+        return {}  # edited by others: times are for information only

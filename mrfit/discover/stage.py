@@ -23,8 +23,10 @@ from mrfit.fit.select import load_recordings, usable
 from mrfit.keys import digest_of, discovery_key
 from mrfit.progress import Progress, silent
 from mrfit.recording import Recording, Segment
+from mrfit.schemas.discovery import DiscoveryFile, PartialDiscovery
+from mrfit.schemas.reading import made
 from mrfit.specs import Array
-from mrfit.store import Workspace, plain, read_json, write_json, write_table, write_text
+from mrfit.store import Workspace, plain, write_json, write_table, write_text
 
 SCHEMA = "mrfit/discovery/1"
 FEWEST_TRAINING = 2
@@ -87,7 +89,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     data, rows = workspace.made_from(segments)
     key = discovery_key(asdict(settings), data, rows)
     folder = workspace.root / "discover"
-    existing = read_json(folder / "discovery.json")
+    existing = made(folder / "discovery.json", DiscoveryFile)
     if existing and existing.get("key") == key:
         return {**existing, "skipped": True}
     lacking = too_little(segments)
@@ -237,7 +239,7 @@ def _fitter(
     base = assemble(settings.model, dependence)
     bench = build_bench(segments, recordings, base, effects_for(base.spec.output))
     path = workspace.root / "discover" / ".partial" / "fits.json"
-    stored = read_json(path) or {}
+    stored = made(path, PartialDiscovery) or {}
     known = {}
     if stored.get("key") == key:
         known = {tuple(f["effects"]): np.array(f["point"]) for f in stored["fits"]}

@@ -17,11 +17,11 @@ from mrfit.fit.result import metric_rows, simulate_block
 from mrfit.fit.select import left_out_warnings, load_recordings, usable
 from mrfit.output_floor import output_floors
 from mrfit.recording import Segment
+from mrfit.schemas.fit import Fit
+from mrfit.schemas.reading import content
 from mrfit.specs import Array
-from mrfit.store import Workspace, read_json
+from mrfit.store import Workspace
 
-# What a fit.json must hold for a prediction
-NEEDED = {"name", "model", "output", "key", "settings", "results"}
 # Share within which quantities of two conditions are the same
 SAME = 0.01
 
@@ -57,14 +57,15 @@ def read_fit(workspace: Workspace, name: str) -> dict[str, Any]:
     DataError
         If there is no such fit, when the message lists those there are, or its file is damaged.
     """
-    path = workspace.fit_folder(name) / "fit.json"
-    fit = read_json(path)
-    if path.exists() and not (isinstance(fit, dict) and NEEDED <= fit.keys() and fit["results"]):
-        raise DataError(f"{path}: damaged, or another mrfit's; delete it and run `mrfit fit` again")
-    if not fit:
+    path, remedy = workspace.fit_folder(name) / "fit.json", "delete it and run `mrfit fit` again"
+    fit = content(path, Fit, remedy)
+    if fit is None:
         there = ", ".join(workspace.fit_names()) or "none yet; run `mrfit fit` first"
         raise DataError(f"{workspace.root}: no fit named '{name}' (there are: {there})")
-    return dict(fit)
+    names = set(assembly_of(fit).spec.names)
+    if not fit["results"] or any(names - {p["name"] for p in r["parameters"]} for r in fit["results"]):
+        raise DataError(f"{path}: damaged, or another mrfit's: not all parameters are in it; {remedy}")
+    return fit
 
 
 def predict(fit: dict[str, Any], logs: Workspace) -> Prediction:
@@ -123,7 +124,7 @@ def closest_result(results: Sequence[dict[str, Any]], segment: Segment) -> dict[
             return result
 
     def distance(result: dict[str, Any]) -> float:
-        at = result["at"]
+        at = {"frequency": None, "amplitude": None, "current": None, **result.get("at", {})}
         pairs = [(at["frequency"], segment.frequency), (at["amplitude"], segment.amplitude)]
         logs = [np.log(max(a or 0.0, 1e-12) / max(b, 1e-12)) for a, b in pairs]
         levels = [at["current"] or 0.0, segment.current if np.isfinite(segment.current) else 0.0]

@@ -25,7 +25,11 @@ LISTED = 12
 
 def load_recordings(workspace: Workspace, segments: Sequence[Segment]) -> dict[str, Recording]:
     """Return the recordings the segments point into, with flux where the flux stage has run."""
-    return {i: workspace.read_recording(i, workspace.latest) for i in dict.fromkeys(s.recording for s in segments)}
+    found = {i: workspace.read_recording(i, workspace.latest) for i in dict.fromkeys(s.recording for s in segments)}
+    beyond = next((s.id for s in segments if s.stop > found[s.recording].samples), None)
+    if beyond is not None:
+        raise DataError(f"{workspace.segments_file}: '{beyond}' ends after its recording; run `mrfit segment` again")
+    return found
 
 
 def usable(

@@ -12,7 +12,6 @@ import numpy as np
 from mrfit import optimize
 from mrfit.assembly import Assembly, assemble
 from mrfit.dependence import CurrentDependence, base_name
-from mrfit.errors import ConfigError
 from mrfit.fit import staged
 from mrfit.fit.choice import Choice
 from mrfit.fit.cube import Cube, cube_of
@@ -30,8 +29,10 @@ from mrfit.keys import digest_of, fit_key
 from mrfit.optimizers import points
 from mrfit.progress import Progress, silent
 from mrfit.recording import NAMING, Recording, Segment
+from mrfit.schemas.fit import Fit, PartialFit
+from mrfit.schemas.reading import made
 from mrfit.specs import Array
-from mrfit.store import Workspace, plain, read_json, write_json
+from mrfit.store import Workspace, check_name, plain, write_json
 from mrfit.workers import in_processes
 
 SCHEMA = "mrfit/fit/1"
@@ -131,7 +132,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     contents, cut = workspace.made_from(workspace.read_segments()[0])
     key = fit_key(asdict(settings), contents, cut)
     folder = workspace.fit_folder(settings.fit_name)
-    existing = read_json(folder / "fit.json")
+    existing = made(folder / "fit.json", Fit)
     if existing and existing.get("key") == key:
         return {**existing, "skipped": True}
     prepared = prepare(workspace, settings)
@@ -216,8 +217,7 @@ def check(settings: Settings) -> None:
     optimize.check_options(optimize.chain(settings.optimizer), settings.options)
     staged.check_staged(settings.model, settings.optimizer, settings.per)
     checked_order(settings.model, settings.current_order, settings.per)
-    if "/" in settings.fit_name or settings.fit_name.startswith("."):
-        raise ConfigError(f"'{settings.fit_name}' cannot name a fit: it names a folder, so no slash and no leading dot")
+    check_name(settings.fit_name)
     # which nodes of current there are is known with the data only
     plain_names = replace(
         settings,
@@ -282,7 +282,7 @@ class _Runner:
         limits = (settings.budget, settings.seconds, settings.weight, settings.stall, settings.options)
         search = SearchSettings(settings.optimizer, settings.seed, *limits)
         cube = at_scales(self.prepared.cube, group.training, base_of(settings.model))
-        found = self._resumed(name) or self._search(group, cube, search)
+        found = self._resumed(name, len(cube.free)) or self._search(group, cube, search)
         point = np.array(found["point"])
         outputs = [simulate_block(b, self.assembly, cube.to_theta(point[None, :])[0]) for b in group.full]
         simulated = [y for y, _ in outputs]
@@ -369,9 +369,10 @@ class _Runner:
     def _partial(self, name: str) -> Path:
         return self.folder / ".partial" / f"{digest_of(name)[:24]}.json"
 
-    def _resumed(self, name: str) -> dict[str, Any] | None:
-        stored = read_json(self._partial(name))
-        return dict(stored["found"]) if stored and stored.get("key") == self.key else None
+    def _resumed(self, name: str, free: int) -> dict[str, Any] | None:
+        stored = made(self._partial(name), PartialFit)
+        whole = stored is not None and stored["key"] == self.key and len(stored["found"]["point"]) == free
+        return dict(stored["found"]) if stored and whole else None
 
 
 def _summary(runner: _Runner, data_key: str, pieces: Sequence[_Piece], metrics: list[dict[str, Any]]) -> dict[str, Any]:

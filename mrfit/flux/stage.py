@@ -22,8 +22,10 @@ from mrfit.flux.plateau import resistance_of_plateaus, steady_blocks
 from mrfit.keys import flux_key
 from mrfit.progress import Progress, silent
 from mrfit.recording import FLUX_RESISTANCE, Recording
+from mrfit.schemas.reading import made
+from mrfit.schemas.stages import FLUX, FluxFile
 from mrfit.specs import Array
-from mrfit.store import Workspace, plain, read_json, stored_settings, write_atomic, write_json
+from mrfit.store import Workspace, plain, write_atomic, write_json
 
 DRIFTS = ("cycle", "linear", "none")
 RULES = ("trapezoid", "simpson")
@@ -91,7 +93,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     _check(settings)
     identifiers = workspace.identifiers
     key = flux_key(asdict(settings), workspace.contents(identifiers))
-    existing = read_json(workspace.flux_json)
+    existing = made(workspace.flux_json, FluxFile)
     complete = all(workspace.recording_file(i, STAGE).is_file() for i in identifiers)
     if existing and existing.get("key") == key and complete:
         return {**existing, "skipped": True}
@@ -109,13 +111,13 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
 
 def last_settings(workspace: Workspace) -> Settings:
     """Return the settings of the workspace's last flux run, or the defaults."""
-    path = workspace.flux_json
-    return stored_settings(Settings, path, read_json(path), f"mrfit flux --work {workspace.root}")
+    stored = workspace.flux_file()
+    return Settings(**stored["settings"]) if stored else Settings()
 
 
 def last_resistance(workspace: Workspace) -> float | None:
     """Return the coil resistance in Ω of the workspace's last flux run (the median, if recordings differ), or None."""
-    value = (read_json(workspace.flux_json) or {}).get("resistance")
+    value = (workspace.flux_file() or {}).get("resistance")
     return None if value is None else float(value)
 
 
@@ -213,7 +215,8 @@ def _replacing(workspace: Workspace) -> Iterator[str]:
     The summary loses its key first: after a kill between the two the stage is run again, with the settings it holds.
     """
     for stale in workspace.root.glob(f".{STAGE}-*"):
-        shutil.rmtree(stale, ignore_errors=True)
+        if stale.name.removeprefix(f".{STAGE}-").isdecimal():
+            shutil.rmtree(stale, ignore_errors=True)
     staging = f".{STAGE}-{os.getpid()}"
     folder, target = workspace.root / staging, workspace.root / STAGE
     try:
@@ -225,7 +228,7 @@ def _replacing(workspace: Workspace) -> Iterator[str]:
 
 def _move(workspace: Workspace, folder: Any, target: Any) -> None:
     try:
-        if existing := read_json(workspace.flux_json):
+        if existing := made(workspace.flux_json, FluxFile):
             write_json(workspace.flux_json, {**existing, "key": ""})
         shutil.rmtree(target, ignore_errors=True)
         folder.replace(target)
@@ -312,6 +315,7 @@ def _summary(
     values = {i: r.value for i, r in resistances.items()}
     separations = separate([loop for a in analysed for loop in a.loops], values)
     return {
+        "schema": FLUX,
         "key": key,
         "settings": asdict(settings),
         "resistance": float(np.median(list(values.values()))) if values else None,

@@ -8,7 +8,7 @@ from typing import Any
 from mrfit.errors import DataError
 from mrfit.ingest.reading import Item
 from mrfit.ingest.refusal import Refusal
-from mrfit.store import Workspace, read_json
+from mrfit.store import Workspace
 
 
 class Earlier:
@@ -32,7 +32,7 @@ class Earlier:
 
     def __init__(self, workspace: Workspace) -> None:
         self.workspace = workspace
-        self.summary: dict[str, Any] = read_json(workspace.ingest_json) or {"recordings": [], "refused": []}
+        self.summary: dict[str, Any] = workspace.ingest_file() or {"recordings": [], "refused": []}
         self.keys: dict[str, str] = self.summary.get("sources", {})
         root = os_path.abspath(workspace.root)
         self.base = os_path.normpath(os_path.join(root, self.summary.get("base", os_path.relpath(getcwd(), root))))

@@ -19,6 +19,7 @@ from mrfit.ingest.refusal import Passing, Refusal
 from mrfit.keys import key_of
 from mrfit.progress import Progress, silent
 from mrfit.recording import Recording
+from mrfit.schemas.stages import INGEST
 from mrfit.store import Workspace, read_json, recording_id, write_json
 from mrfit.workers import in_order
 
@@ -104,7 +105,8 @@ def _staging(workspace: Workspace) -> Iterator[Workspace]:
     """Give a folder inside the workspace to write in, and leave no trace of it."""
     new = not workspace.root.exists()
     for left in workspace.root.glob(".ingest-*"):
-        shutil.rmtree(left, ignore_errors=True)  # of a run that was killed
+        if left.name.removeprefix(".ingest-").isdecimal():
+            shutil.rmtree(left, ignore_errors=True)  # of a run that was killed
     staging = Workspace(workspace.root / f".ingest-{getpid()}")
     try:
         staging.root.mkdir(parents=True)
@@ -339,6 +341,7 @@ def _commit(
     unheld = {r["source"] for r in refused if not before.ids(r["source"])} - set(staged.recordings)
     keys = {s: k for s, k in before.keys.items() if s not in unheld | dropped} | staged.keys
     summary = {
+        "schema": INGEST,
         "recordings": sorted([*old, *new], key=lambda r: str(r["id"])),
         "refused": sorted(refused, key=lambda r: r["source"]),
         "copies": copies,

@@ -4,12 +4,19 @@ numba's own cache sees an edit in the file of the function it compiles, not in t
 the folder is a hash over all kernel sources, so that any edit starts afresh.
 """
 
+import atexit
 import hashlib
 import os
+import shutil
+import stat
 import tempfile
+import threading
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, TypeVar, cast
+
+from mrfit.workers import interrupts_later
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -18,20 +25,63 @@ def _cache_folder() -> Path:
     sources = sorted(Path(__file__).parent.glob("*.py"))
     key = hashlib.sha256(b"".join(s.read_bytes() for s in sources)).hexdigest()[:16]
     root = Path(os.environ.get("MRFIT_CACHE", os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")))
-    folder = root / "mrfit" / f"kernels-{key}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        if os.access(folder, os.W_OK):
+    for parent in (root / "mrfit", Path(tempfile.gettempdir()) / f"mrfit-{_user()}"):
+        folder = parent / f"kernels-{key}"
+        if (parent == root / "mrfit" or _is_private(parent)) and _is_private(folder):
             return folder
+    # somebody else made folders of these names: compiled code from there would be theirs
+    folder = Path(tempfile.mkdtemp(prefix="mrfit-kernels-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
+def _user() -> str:
+    return str(os.getuid()) if hasattr(os, "getuid") else "kernels"
+
+
+def _is_private(folder: Path) -> bool:
+    """Make a folder if it is not there; return whether the user owns it, can write there, and nobody else can."""
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        found = folder.lstat()
     except OSError:
-        pass
-    return Path(tempfile.gettempdir()) / f"mrfit-kernels-{key}"
+        return False
+    if not stat.S_ISDIR(found.st_mode) or not os.access(folder, os.W_OK):
+        return False
+    # elsewhere than on Unix the temporary folder is each user's own
+    return not hasattr(os, "getuid") or (found.st_uid == os.getuid() and not found.st_mode & 0o022)
 
 
 os.environ.setdefault("NUMBA_CACHE_DIR", str(_cache_folder()))
 
 import numba  # noqa: E402  (the cache folder must be set before numba is imported)
+from numba.core import event  # noqa: E402
 from numba.extending import intrinsic  # noqa: E402
+
+
+class _Interrupts(event.Listener):
+    """Holds an interrupt back while kernels are compiled: LLVM's calls back into Python would swallow it."""
+
+    def __init__(self) -> None:
+        self.depth = 0
+        self.held = ExitStack()
+
+    def on_start(self, event: Any) -> None:
+        """Begin to hold interrupts back at the outermost compilation of the main thread, where they arrive."""
+        if threading.current_thread() is threading.main_thread():
+            self.depth += 1
+            if self.depth == 1:
+                self.held.enter_context(interrupts_later())
+
+    def on_end(self, event: Any) -> None:
+        """Let an interrupt that came meanwhile through."""
+        if threading.current_thread() is threading.main_thread():
+            self.depth -= 1
+            if self.depth == 0:
+                self.held.close()
+
+
+event.register("numba:compiler_lock", _Interrupts())  # type: ignore[no-untyped-call]
 
 
 def is_cold() -> bool:

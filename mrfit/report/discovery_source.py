@@ -14,8 +14,10 @@ from mrfit.errors import DataError
 from mrfit.recording import Segment
 from mrfit.report.figures import LOOPS
 from mrfit.report.numbers import natural
+from mrfit.schemas.discovery import DiscoveryFile
+from mrfit.schemas.reading import content
 from mrfit.specs import Array
-from mrfit.store import Workspace, read_json, read_table
+from mrfit.store import Workspace, read_table, reading
 
 
 @dataclass(frozen=True)
@@ -109,7 +111,8 @@ def read_found(workspace: Workspace) -> dict[str, Any]:
     DataError
         If there is no discovery.
     """
-    found: dict[str, Any] | None = read_json(files_of(workspace)[0])
+    path = files_of(workspace)[0]
+    found = content(path, DiscoveryFile, f"delete {path.parent} and run `mrfit discover` again")
     if not found:
         raise DataError(
             f"{workspace.root}: no discovery here; run `mrfit discover --model NAME --work {workspace.root}` first"
@@ -138,7 +141,8 @@ def read_discovery(workspace: Workspace) -> Discovery:
     if any(one["id"] not in segments for one in listed):
         raise DataError(f"{workspace.root}: the segments have changed since; run `mrfit discover` again")
     used = [(segments[one["id"]], float(one.get("noise_floor") or 0.0)) for one in listed]
-    parts = _parts(workspace, columns, used, LOOPS.get(output, ()))
+    with reading(table, f"delete {table.parent} and run `mrfit discover` again"):
+        parts = _parts(workspace, columns, used, LOOPS.get(output, ()))
     return Discovery(found, sorted(parts, key=lambda p: natural(p.segment.condition)), output)
 
 

@@ -15,8 +15,9 @@ from mrfit.channels import symbol_of, unit_of
 from mrfit.progress import Progress, silent
 from mrfit.report.curves import decimate, family, prefixed, sheets, shown_cycles, worst_of_each
 from mrfit.report.numbers import SUPERSCRIPTS, in_html, percent, significant
-from mrfit.report.source import Fit, MetricRow, Result, Series
+from mrfit.report.source import Series
 from mrfit.report.svg import style, to_svg
+from mrfit.schemas.fit import Fit, MetricRow, Result
 from mrfit.specs import Array
 from mrfit.workers import in_processes
 
@@ -151,7 +152,7 @@ def residual_figures(fit: Fit, series: Sequence[Series]) -> list[Drawing]:
     """Return drawings of measured minus simulated output over all of every condition; a band is the noise floor."""
     seconds, time_unit = prefixed(max(float(s.time[-1]) for s in series), "s")
     factor, unit = scale_of([s.measured - s.simulated for s in series], fit.output)
-    floors = {(m.condition, m.role): m.noise_floor or 0.0 for m in fit.metrics}
+    floors: dict[tuple[str, str], float] = {(m.condition, m.role): m.noise_floor or 0.0 for m in fit.metrics}
 
     def draw(axes: "Axes", one: Series, points: int) -> None:
         floor = factor * floors.get((one.condition, one.role), 0.0)
@@ -278,7 +279,7 @@ def _grids(fit: Fit, series: Sequence[Series], draw: Panel, about: About) -> lis
 def _grid(fit: Fit, page: Sequence[Series], draw: Panel, about: About, part: tuple[int, int]) -> Figure:
     kind, title, caption, (across, up) = about
     number, pages = part
-    errors = {(m.condition, m.role): m.nrmse for m in fit.metrics}
+    errors: dict[tuple[str, str], float | None] = {(m.condition, m.role): m.nrmse for m in fit.metrics}
     columns = columns_of(len(page))
     lines = -(-len(page) // columns)
     canvas = canvas_of(WIDTH, 0.75 + (3.6 if columns == 1 else 2.9 if columns == 2 else 2.15) * lines)

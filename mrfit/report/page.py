@@ -9,10 +9,11 @@ from mrfit.optimize import PATIENCE
 from mrfit.report.figures import Figure
 from mrfit.report.numbers import in_html, percent, significant, unit_html, with_interval
 from mrfit.report.provenance import flux_section, recording_row, segment_rows
-from mrfit.report.source import Fit, Quantity, Result, Source
+from mrfit.report.source import Source
 from mrfit.report.svg import inline
 from mrfit.report.tables import METRIC_COLUMNS, ROLES, metric_cells
 from mrfit.report.verdict import cautions, open_directions, verdict
+from mrfit.schemas.fit import Fit, Quantity, Result
 
 if TYPE_CHECKING:
     from jinja2 import Template

@@ -13,7 +13,9 @@ from mrfit.keys import key_of
 from mrfit.progress import Progress, silent
 from mrfit.report import figures, page, tables
 from mrfit.report.source import Source, fit_names, input_files, read_source
-from mrfit.store import Workspace, read_json, write_json
+from mrfit.schemas.reading import made
+from mrfit.schemas.stages import ReportFile
+from mrfit.store import TEMPORARY, Workspace, write_json
 
 SCHEMA = "mrfit/report/1"
 
@@ -64,7 +66,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     names = fit_names(workspace, settings.fits)
     key = _key(workspace, names)
     folder = workspace.report_folder
-    existing = read_json(folder / "report.json")
+    existing = made(folder / "report.json", ReportFile)
     if existing and existing.get("key") == key and all((folder / f).is_file() for f in existing["files"]):
         return {**existing, "index": str(folder / "index.html"), "skipped": True}
     source = read_source(workspace, tuple(names))
@@ -127,14 +129,16 @@ def publish(folder: Path, files: Mapping[str, str], summary: dict[str, Any]) -> 
             path.parent.mkdir(parents=True, exist_ok=True)
             temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
             pending.append((temporary, path))
-            with temporary.open("wb") as handle:
+            temporary.unlink(missing_ok=True)  # a link of this name would be followed
+            with temporary.open("xb") as handle:
                 handle.write(text.encode())
                 handle.flush()
                 os.fsync(handle.fileno())
         (folder / "report.json").unlink(missing_ok=True)
         for temporary, path in pending:
             temporary.replace(path)
-        for path in {*folder.glob("figures/*"), *folder.glob(".*.tmp")} - {folder / name for name in files}:
+        left = {p for p in folder.glob(".*.tmp") if TEMPORARY.fullmatch(p.name)}
+        for path in {*folder.glob("figures/*"), *left} - {folder / name for name in files}:
             path.unlink()
     except OSError as error:
         raise DataError(f"{folder}: cannot write ({error.strerror or error}); choose another --work folder") from error

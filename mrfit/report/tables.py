@@ -13,7 +13,7 @@ from mrfit.report.numbers import (
     unit_latex,
     with_interval,
 )
-from mrfit.report.source import Fit, MetricRow, Quantity, Result
+from mrfit.schemas.fit import Fit, MetricRow, Quantity, Result
 
 Cell = str | int | float | bool | None
 

@@ -4,7 +4,7 @@ from typing import Any
 
 from mrfit.report.curves import prefixed
 from mrfit.report.numbers import WITHIN_NOISE, in_html, natural, percent, significant
-from mrfit.report.source import Fit, MetricRow
+from mrfit.schemas.fit import Fit, MetricRow
 
 
 def verdict(fit: Fit) -> list[str]:

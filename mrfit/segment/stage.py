@@ -9,9 +9,10 @@ from mrfit.errors import ConfigError, DataError
 from mrfit.keys import segment_key
 from mrfit.progress import Progress, silent
 from mrfit.recording import Segment
+from mrfit.schemas.stages import SEGMENTS
 from mrfit.segment.conditions import assign_roles, hold_out_after, name_conditions
 from mrfit.segment.detect import Detection, detect, drive_channel
-from mrfit.store import Workspace, plain, stored_settings
+from mrfit.store import Workspace, plain
 
 METADATA = "mrfit"
 
@@ -69,7 +70,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     _check(settings)
     identifiers = sorted(workspace.identifiers)
     key = segment_key(asdict(settings), workspace.contents(identifiers, workspace.latest))
-    existing = _stored(workspace)
+    existing = _made(workspace)
     if existing and existing.get("key") == key:
         return {**existing, "skipped": True}
     detections = _detections(workspace, identifiers, workspace.latest, settings, progress)
@@ -88,19 +89,24 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
 
 def last_settings(workspace: Workspace) -> Settings:
     """Return the settings of the workspace's last segment run, or the defaults."""
-    path = workspace.segments_file
-    return stored_settings(Settings, path, _stored(workspace), f"mrfit segment --work {workspace.root}")
+    stored = workspace.segments_summary()
+    if stored is None and workspace.segments_file.exists():
+        raise DataError(
+            f"{workspace.segments_file}: another mrfit's, without settings in it; run `mrfit segment --work "
+            f"{workspace.root}` with the settings you want"
+        )
+    return Settings(**stored["settings"]) if stored else Settings()
 
 
-def _stored(workspace: Workspace) -> dict[str, Any] | None:
-    """Return the summary written with the segments, or None if there is none to be read."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
+def _made(workspace: Workspace) -> dict[str, Any] | None:
+    """Return the summary written with the segments, None where it or they cannot be read: they are made again."""
     try:
-        metadata = pq.read_metadata(workspace.segments_file).metadata or {}
-        summary: dict[str, Any] = json.loads(metadata[METADATA.encode()])
-    except (OSError, pa.ArrowInvalid, KeyError, ValueError):
+        summary = workspace.segments_summary()
+        if summary:
+            workspace.read_segments()
+    except DataError as error:
+        if "of the schema" in str(error):
+            raise
         return None
     return summary
 
@@ -166,6 +172,7 @@ def _summary(
         (s.condition, s.role): [p for p in segments if (p.condition, p.role) == (s.condition, s.role)] for s in segments
     }
     return {
+        "schema": SEGMENTS,
         "key": key,
         "settings": asdict(settings),
         "segments": [asdict(s) for s in segments],

@@ -1,12 +1,16 @@
 """The compile policy: bits, IEEE division, and a cache that sees every edit of a kernel source."""
 
 import os
+import stat
+import subprocess
+import sys
+import tempfile
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from mrfit.kernels.jit import bits, from_bits, is_cold, kernel
+from mrfit.kernels.jit import _cache_folder, bits, from_bits, is_cold, kernel
 
 
 @kernel
@@ -39,3 +43,90 @@ def test_a_folder_without_compiled_kernels_is_cold(tmp_path: Path, monkeypatch: 
     monkeypatch.undo()
     halve_exponent_bits(1.0)
     assert not is_cold()
+
+
+@pytest.fixture
+def no_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A common temporary folder, and a user's folder that cannot be written."""
+    (tmp_path / "home").write_text("a file where the folder should be")
+    (tmp_path / "tmp").mkdir()
+    monkeypatch.setenv("MRFIT_CACHE", str(tmp_path / "home"))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "tmp"))
+    return tmp_path / "tmp"
+
+
+def is_private(folder: Path) -> bool:
+    found = folder.lstat()
+    return stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and stat.S_IMODE(found.st_mode) == 0o700
+
+
+def test_without_a_folder_of_the_user_the_cache_is_private_and_kept(no_home: Path) -> None:
+    folder = _cache_folder()
+    assert folder.is_relative_to(no_home) and is_private(folder) and is_private(folder.parent)
+    assert _cache_folder() == folder
+
+
+@pytest.mark.parametrize("trap", ["open", "link", "another's", "open within"])
+def test_a_cache_that_somebody_else_may_have_made_is_not_used(
+    trap: str, no_home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usual = _cache_folder()
+    if trap == "open":
+        usual.parent.chmod(0o777)
+    elif trap == "open within":
+        usual.chmod(0o777)
+    elif trap == "link":
+        usual.parent.rename(no_home / "elsewhere")
+        usual.parent.symlink_to(no_home / "elsewhere")
+    else:
+        monkeypatch.setattr(os, "getuid", lambda: 4711)
+        (no_home / "mrfit-4711" / usual.name).mkdir(parents=True, mode=0o700)
+    folder = _cache_folder()
+    monkeypatch.setattr(os, "getuid", lambda: usual.lstat().st_uid)
+    assert folder != usual and folder.parent == no_home and is_private(folder)
+
+
+def test_a_user_s_own_cache_is_used_and_closed_to_others(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MRFIT_CACHE", str(tmp_path))
+    folder = _cache_folder()
+    assert folder.parent == tmp_path / "mrfit" and is_private(folder)
+
+
+INTERRUPTED = """
+import os, signal
+from llvmlite import binding
+
+# numba's hooks, which LLVM calls whenever it has compiled a module: what is raised in one is printed and forgotten
+wire = binding.ExecutionEngine.set_object_cache
+
+def wired(self, notify, getbuffer):
+    def interrupted(*arguments):
+        os.kill(os.getpid(), signal.SIGINT)
+        return notify(*arguments)
+
+    wire(self, interrupted, getbuffer)
+
+binding.ExecutionEngine.set_object_cache = wired
+from mrfit.kernels.jit import kernel
+
+@kernel
+def twice(x):
+    return 2.0 * x
+
+try:
+    twice(1.0)
+    print("swallowed")
+except KeyboardInterrupt:
+    print("kept")
+print(twice(1.0))
+"""
+
+
+def test_an_interrupt_during_compilation_is_kept_until_its_end(tmp_path: Path) -> None:
+    (tmp_path / "script.py").write_text(INTERRUPTED)
+    environment = {**os.environ, "MRFIT_CACHE": str(tmp_path)}
+    environment.pop("NUMBA_CACHE_DIR", None)
+    ran = subprocess.run(
+        [sys.executable, str(tmp_path / "script.py")], capture_output=True, text=True, env=environment, timeout=120
+    )
+    assert ran.stdout.split() == ["kept", "2.0"], ran.stderr

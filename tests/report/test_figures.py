@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from mrfit.report.figures import draw_all, drawings_of
-from mrfit.report.source import Fit, Series, read_source
+from mrfit.report.source import Series, read_source
+from mrfit.schemas.fit import Fit
 
 
 def texts(svg: str) -> list[str]:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from mrfit.errors import DataError
-from mrfit.report.source import Quantity, fit_names, input_files, read_source
+from mrfit.report.source import fit_names, input_files, read_source
+from mrfit.schemas.fit import Quantity
 from mrfit.store import Workspace
 
 

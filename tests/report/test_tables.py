@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from mrfit.report.source import Fit, read_source
+from mrfit.report.source import read_source
 from mrfit.report.tables import (
     METRIC_COLUMNS,
     PARAMETER_COLUMNS,
@@ -13,6 +13,7 @@ from mrfit.report.tables import (
     parameters_csv,
     parameters_tex,
 )
+from mrfit.schemas.fit import Fit
 
 
 @pytest.fixture(scope="module")

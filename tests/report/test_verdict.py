@@ -1,7 +1,8 @@
 import pytest
 
-from mrfit.report.source import Fit, read_source
+from mrfit.report.source import read_source
 from mrfit.report.verdict import cautions, open_directions, verdict
+from mrfit.schemas.fit import Fit
 
 
 @pytest.fixture(scope="module")
