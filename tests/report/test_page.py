@@ -6,7 +6,8 @@ import pytest
 
 from mrfit.report.figures import draw_all, drawings_of
 from mrfit.report.page import render
-from mrfit.report.source import CurrentChoice, read_source
+from mrfit.report.source import read_source
+from mrfit.schemas.fit import CurrentChoice
 
 VOID = {"meta", "br", "link", "img", "hr", "input"}
 
