@@ -64,7 +64,7 @@ def advice(workspace: Workspace) -> dict[str, Any]:
         If there is no discovery.
     """
     found = read_found(workspace)
-    outdated = bool(workspace.outdated([{**found, "name": ""}], discovery_key)) if "settings" in found else False
+    outdated = bool(workspace.outdated([{**found, "name": ""}], discovery_key)) if found.get("settings") else False
     return {k: found[k] for k in ("base_model", "verdict", "ambiguous_set", "advice")} | {"outdated": outdated}
 
 
@@ -171,7 +171,7 @@ def _dependence(dependence: dict[str, Any] | None) -> str:
     orders = dependence["orders"]
     items = orders.items() if isinstance(orders, dict) else orders
     varied = ", ".join(f"{name} of order {_order(order)}" for name, order in items if order)
-    return f"{varied}, {in_html(significant(dependence['low']))} to {in_html(significant(dependence['high']))} A"
+    return f"{varied}, {dependence['low']:g} to {dependence['high']:g} A"
 
 
 def _order(order: int | str) -> str:
