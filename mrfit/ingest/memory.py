@@ -37,9 +37,8 @@ def shown(size: float) -> str:
 
 def too_much(path: Path, needs: str, limit: float, remedy: str = "cut it into shorter logs") -> Refusal:
     """Return the refusal of a file that needs more memory than it may take."""
-    return Passing(
-        path, f"{needs}, and it may take {shown(limit)}", f"give it more with `mrfit ingest --max-memory`, or {remedy}"
-    )
+    remedy = f"give it more with `mrfit ingest --max-memory`, or {remedy}"
+    return Passing(path, f"{needs}, and it may take {shown(limit)}", remedy)
 
 
 def out_of_memory(path: Path, limit: float) -> Refusal:
