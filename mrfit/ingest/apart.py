@@ -14,7 +14,7 @@ from typing import IO, Any
 
 from mrfit import registry
 from mrfit.ingest.memory import held_to, out_of_memory
-from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.refusal import Passing, Refusal
 from mrfit.ingest.table import Source, Table
 
 SECONDS = 25.0
@@ -148,7 +148,7 @@ def read_apart(reader: str, source: Source, seconds: float | None = None) -> lis
     except EOFError:
         raise Refusal(path, f"damaged: the {reader} library crashes on it", remedy) from None
     except TimeoutError:
-        raise Refusal(path, f"damaged: reading it takes more than {seconds:.0f} s", remedy) from None
+        raise Passing(path, f"damaged: reading it takes more than {seconds:.0f} s", remedy) from None
     return tables
 
 

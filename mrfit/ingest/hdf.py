@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from mrfit.ingest.arrays import WIDEST, Arrays, Packed
-from mrfit.ingest.refusal import Refusal, damaged
+from mrfit.ingest.refusal import Passing, Refusal, damaged
 from mrfit.ingest.shelf import Shelf, check_disk
 
 UNIT_KEYS = ("unit", "units", "Unit", "Units")
@@ -71,7 +71,7 @@ def _opened(path: Path) -> Iterator[Any]:
     try:
         import h5py
     except ImportError:
-        raise Refusal(path, "HDF5 needs h5py", "install it: pip install 'mrfit[hdf5]'") from None
+        raise Passing(path, "HDF5 needs h5py", "install it: pip install 'mrfit[hdf5]'") from None
     try:
         with h5py.File(path, "r") as file:
             yield file

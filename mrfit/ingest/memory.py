@@ -37,7 +37,8 @@ def shown(size: float) -> str:
 
 def too_much(path: Path, needs: str, limit: float, remedy: str = "cut it into shorter logs") -> Refusal:
     """Return the refusal of a file that needs more memory than it may take."""
-    return Passing(path, f"{needs}, and it may take {shown(limit)}", f"give it more with --max-memory, or {remedy}")
+    remedy = f"give it more with `mrfit ingest --max-memory`, or {remedy}"
+    return Passing(path, f"{needs}, and it may take {shown(limit)}", remedy)
 
 
 def out_of_memory(path: Path, limit: float) -> Refusal:
@@ -108,8 +109,8 @@ def held_to(limit: float | None) -> Iterator[None]:
     import resource
 
     before, hard = resource.getrlimit(resource.RLIMIT_DATA)
-    most = int(taken + limit)
-    resource.setrlimit(resource.RLIMIT_DATA, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard))
+    ends = [int(taken + limit), *(end for end in (before, hard) if end != resource.RLIM_INFINITY)]
+    resource.setrlimit(resource.RLIMIT_DATA, (min(ends), hard))
     try:
         yield
     finally:

@@ -236,13 +236,14 @@ def _in_blocks(module: ModuleType, source: Source, digest: str, pieces: Pieces) 
     return [with_end(t) for t in tables]
 
 
-def look_into(item: Item, block: int = BLOCK) -> tuple[Outcome, float]:
+def look_into(item: Item, pieces: Pieces) -> tuple[Outcome, float]:
     """Return what the first block of a long log says, and how many times longer the log is; 1 if all was read."""
+    block = pieces.block
     module = registry.load("reader", item.reader)
     try:
         source = Source(open_head(item.files[0][0]), item.rules, memory=item.memory)
         if len(item.files) > 1 or not _is_long(module, source, block):
-            return read_item(item), 1.0
+            return read_item(item, pieces), 1.0
         part, tables = next(_blocks(module, source, block, lambda _: None))
         recordings = _recordings([replace(t, stated_rows=None) for t in tables], item)
         return Outcome(item, tuple(recordings), ()), _times_longer(module, part, tables)

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from os import getpid
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
 from mrfit.errors import ConfigError, DataError
@@ -133,10 +134,12 @@ def preview(paths: Sequence[Path], settings: Settings) -> list[dict[str, Any]]:
     """
     plan, refusals = plan_items(paths, settings, lambda _: "")
     rows = []
-    looks = in_order(lambda item: look_into(item, settings.block), [item for item, _ in plan], settings.jobs)
-    for outcome, times_longer in looks:
-        refusals += outcome.refusals
-        rows += [_preview_row(r, times_longer) for r in outcome.recordings]
+    with TemporaryDirectory(prefix="mrfit-") as place:
+        pieces = Pieces(Path(place), settings.block)
+        looks = in_order(lambda item: look_into(item, pieces), [item for item, _ in plan], settings.jobs)
+        for outcome, times_longer in looks:
+            refusals += outcome.refusals
+            rows += [_preview_row(r, times_longer) for r in outcome.recordings]
     for refusal in refusals:
         row = dict.fromkeys(PREVIEW_COLUMNS, "") | {"source": refusal.path, "reader": "refused"}
         rows.append(row | {"oddities": refusal.reason, "remedy": refusal.remedy})

@@ -13,7 +13,7 @@ import pytest
 from mrfit.ingest import apart
 from mrfit.ingest.channel_map import Rules
 from mrfit.ingest.head import open_head
-from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.refusal import Passing, Refusal
 from mrfit.ingest.table import Source
 from tests.conftest import ROOT
 from tests.ingest.samples import sample
@@ -108,3 +108,4 @@ def test_a_missing_extra_is_named_with_its_command(
     with pytest.raises(Refusal) as error:
         registry.load("reader", reader).read(Source(open_head(path), Rules()))
     assert error.value.remedy == f"install it: pip install 'mrfit[{reader}]'"
+    assert isinstance(error.value, Passing)  # read once it is installed

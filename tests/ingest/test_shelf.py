@@ -3,6 +3,7 @@
 import os
 import pickle
 import shutil
+import tempfile
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -21,7 +22,7 @@ from mrfit.ingest.arrays import Arrays, Packed
 from mrfit.ingest.reading import BLOCKS_IN_MEMORY
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.shelf import Shelf, check_disk
-from mrfit.ingest.stage import Settings, run
+from mrfit.ingest.stage import Settings, preview, run
 from mrfit.store import Workspace
 from tests.ingest.binary_mutants import SAMPLES
 from tests.ingest.samples import seven_three, signals
@@ -81,6 +82,17 @@ def test_matrices_long_and_short_variables_and_their_order(seven: bool, tmp_path
     assert not shelved
     assert ingested(path, 1000 // BLOCKS_IN_MEMORY) == whole
     assert shelved == [len(time)] * 3
+
+
+def test_a_preview_takes_no_more_memory_and_leaves_nothing(
+    tmp_path: Path, shelved: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    (tmp_path / "temporary").mkdir()
+    path = SAMPLES["hdf5"]().write(tmp_path)
+    (row,) = preview([path], Settings(block=1000 // BLOCKS_IN_MEMORY))
+    assert row["rows"] == 240 and shelved
+    assert not list((tmp_path / "temporary").iterdir())
 
 
 def test_the_worker_leaves_its_arrays_to_the_command(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from mrfit.ingest import series
 from mrfit.ingest.head import Head
-from mrfit.ingest.refusal import Refusal, damaged
+from mrfit.ingest.refusal import Passing, Refusal, damaged
 from mrfit.ingest.shelf import Shelf
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.specs import ReaderSpec
@@ -38,7 +38,7 @@ def read(source: Source) -> list[Table]:
         import asammdf
         from asammdf.blocks import mdf_v3, mdf_v4
     except ImportError:
-        raise Refusal(path, "MDF needs asammdf", "install it: pip install 'mrfit[mdf]'") from None
+        raise Passing(path, "MDF needs asammdf", "install it: pip install 'mrfit[mdf]'") from None
     for kind in (mdf_v3.MDF3, mdf_v4.MDF4):
         # asammdf's own destructor fails on a half-opened file and prints a traceback
         kind.__del__ = _close_quietly  # type: ignore[method-assign]

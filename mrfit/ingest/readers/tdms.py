@@ -10,7 +10,7 @@ import numpy as np
 from mrfit.ingest import series, units
 from mrfit.ingest.head import Head
 from mrfit.ingest.layout import TIME_NAMES, name_and_unit
-from mrfit.ingest.refusal import Refusal, damaged
+from mrfit.ingest.refusal import Passing, Refusal, damaged
 from mrfit.ingest.shelf import Shelf, check_disk
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.specs import ReaderSpec
@@ -67,7 +67,7 @@ def _groups(path: Path, source: Source) -> list[list[_Channel]]:
     try:
         import nptdms
     except ImportError:
-        raise Refusal(path, "TDMS needs npTDMS", "install it: pip install 'mrfit[tdms]'") from None
+        raise Passing(path, "TDMS needs npTDMS", "install it: pip install 'mrfit[tdms]'") from None
     groups = []
     index = 0
     try:
