@@ -16,7 +16,7 @@ from mrfit.errors import ConfigError
 from mrfit.fit import staged
 from mrfit.fit.choice import Choice
 from mrfit.fit.cube import Cube, cube_of
-from mrfit.fit.current import as_json, base_of, checked_order
+from mrfit.fit.current import as_json, base_of, checked_order, sign_warnings
 from mrfit.fit.files import write_fit
 from mrfit.fit.identify import Group, SearchSettings, build_group, search_optimum, weights_of
 from mrfit.fit.laws_of_current import base_cube, dependence_of
@@ -305,7 +305,8 @@ class _Runner:
             ],
         }
         reasons = warnings_of(result, metrics, self.assembly.spec.passive)
-        result["warnings"] = [*reasons, *staged.warnings(found["stages"])]
+        signs = sign_warnings(settings.model, self.prepared.dependence, theta)
+        result["warnings"] = [*reasons, *signs, *staged.warnings(found["stages"])]
         return _Piece(result, group, simulated, metrics)
 
     def _search(self, group: Group, cube: Cube, search: SearchSettings) -> dict[str, Any]:
