@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from mrfit.assembly import Assembly, assemble
-from mrfit.dependence import CurrentDependence, Order, count, orders_of
+from mrfit.dependence import CurrentDependence, Order, at_current, count, expanded, orders_of
 from mrfit.errors import ConfigError, DataError
 from mrfit.recording import Recording, Segment
 from mrfit.specs import Array, ModelSpec, Param
@@ -23,6 +23,8 @@ STAY = 0.05
 # conditions of a real damper at five currents best. Parameters that may be negative stay constant: they couple to
 # stroke or offset, and extrapolate badly.
 DEFAULT_ORDERS = {"yield": 2, "knee": 2, "viscous": 1, "stiffness": 1, "hysteresis": 1}
+# Currents at which a polynomial is looked at
+GRID = 65
 # Coefficients without a role, as those of a polynomial in velocity, are forces
 COEFFICIENT_ORDER = 2
 OUTPUTS = ("force", "torque")
@@ -209,6 +211,30 @@ def _check_pieces(dependence: CurrentDependence, levels: Sequence[float]) -> Non
                 f"break belongs to the piece below it, and to both where they meet); there are {_listed(levels)}: "
                 "move the break or lower an order"
             )
+
+
+def sign_warnings(model: str, dependence: CurrentDependence | None, theta: Array) -> list[dict[str, str]]:
+    """Return a warning on positive parameters whose polynomial turns negative between the currents tested, if any does.
+
+    Parameters
+    ----------
+    model
+        Model as written.
+    dependence
+        How its parameters depend on current.
+    theta
+        Parameters of a fit (K,), the base model's first.
+    """
+    spec, found = base_of(model).spec, list[str]()
+    if dependence is not None:
+        grid = np.linspace(dependence.low, dependence.high, GRID)
+        least = at_current(spec, dependence, theta[None, : len(expanded(spec, dependence).params)], grid)[0].min(axis=1)
+        found = [p.name for p, value in zip(spec.params, least, strict=True) if p.low > 0.0 and value < 0.0]
+    text = (
+        f"{', '.join(found)} turns negative at some current between those tested: ask for a lower order, or for the "
+        "exponential of a polynomial (--current-order NAME=log2)"
+    )
+    return [{"kind": "negative-between", "text": text}] if found else []
 
 
 def as_json(dependence: CurrentDependence | None) -> dict[str, Any] | None:

@@ -18,6 +18,7 @@ import numpy as np
 
 from mrfit.dependence import HIGHEST, LOG, PLAIN
 from mrfit.fit.by_level import Law, Laws, Tests
+from mrfit.fit.current import GRID
 from mrfit.kernels.cube import Mask
 from mrfit.specs import Array, Index
 
@@ -35,9 +36,6 @@ MOST_ROUNDS = 4
 MOST_WORSE = 1.1
 # Changes after which the search ends
 MOST_CHANGES = 60
-# Currents at which a polynomial is looked at
-GRID = 65
-
 State = tuple[Law, ...]
 """The law of each group of parameters."""
 

@@ -15,7 +15,7 @@ from mrfit.dependence import CurrentDependence, base_name
 from mrfit.fit import staged
 from mrfit.fit.choice import Choice
 from mrfit.fit.cube import Cube, cube_of
-from mrfit.fit.current import as_json, base_of, checked_order
+from mrfit.fit.current import as_json, base_of, checked_order, sign_warnings
 from mrfit.fit.files import write_fit
 from mrfit.fit.identify import Group, SearchSettings, build_group, search_optimum, weights_of
 from mrfit.fit.laws_of_current import base_cube, dependence_of
@@ -284,7 +284,8 @@ class _Runner:
         cube = at_scales(self.prepared.cube, group.training, base_of(settings.model))
         found = self._resumed(name, len(cube.free)) or self._search(group, cube, search)
         point = np.array(found["point"])
-        outputs = [simulate_block(b, self.assembly, cube.to_theta(point[None, :])[0]) for b in group.full]
+        theta = cube.to_theta(point[None, :])[0]
+        outputs = [simulate_block(b, self.assembly, theta) for b in group.full]
         simulated = [y for y, _ in outputs]
         judged = (settings.weight, settings.intervals, search.rng(f"{name} intervals"))
         group = group.with_residual_floors(self.prepared.recordings, simulated)
@@ -304,7 +305,8 @@ class _Runner:
             ],
         }
         reasons = warnings_of(result, metrics, self.assembly.spec.passive)
-        said = [*drift_warnings(result["drift"]), *staged.warnings(found["stages"])]
+        signs = sign_warnings(settings.model, self.prepared.dependence, theta)
+        said = [*signs, *drift_warnings(result["drift"]), *staged.warnings(found["stages"])]
         result["warnings"] = [*reasons, *said, *points.warnings(settings.optimizer)]
         return _Piece(result, group, simulated, metrics)
 

@@ -14,7 +14,7 @@ from mrfit.config import read_pipeline
 from mrfit.dependence import CurrentDependence, at_current, through
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.cube import cube_of
-from mrfit.fit.current import assembly_of, default_orders, dependence_on_current, levels_of
+from mrfit.fit.current import assembly_of, default_orders, dependence_on_current, levels_of, sign_warnings
 from mrfit.fit.predict import predict
 from mrfit.fit.starts import data_starts, to_points
 from mrfit.models import bingham, boucwen, polynomial, tanh
@@ -213,6 +213,17 @@ def test_a_polynomial_through_the_levels_is_met_at_the_levels() -> None:
     nodes = through(bingham.SPEC, dependence, currents, table)
     assert at_current(bingham.SPEC, dependence, nodes[None, :], currents)[0, 0] == pytest.approx(table[:, 0])
     assert nodes[3:] == pytest.approx([950.0, 5.5])
+
+
+def test_a_yield_force_that_turns_negative_between_the_currents_is_said() -> None:
+    dependence = CurrentDependence((("fy", 2),), 0.0, 1.0)
+    # 100 N at 0, 10 at 0.5 and 400 at 1 A: a parabola with its least value at 0.31 A
+    dipping, rising = np.array([100.0, 10.0, 400.0, 900.0, -5.0]), np.array([100.0, 200.0, 400.0, 900.0, -5.0])
+    [warning] = sign_warnings("bingham", dependence, dipping)
+    assert warning["kind"] == "negative-between" and warning["text"].startswith("fy turns negative")
+    assert sign_warnings("bingham+inertia", dependence, np.array([*rising, 3.0])) == []
+    assert sign_warnings("bingham", CurrentDependence((("fy", "log2"),), 0.0, 1.0), dipping) == []
+    assert sign_warnings("bingham", None, dipping[2:]) == []
 
 
 def test_data_driven_starts_leave_out_what_the_user_gave_and_stay_inside_bounds(tmp_path: Path) -> None:
