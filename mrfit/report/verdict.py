@@ -1,5 +1,6 @@
 """A fit's outcome in words: how good, where best and worst, and every reason to distrust it."""
 
+from collections import Counter
 from typing import Any
 
 from mrfit.report.curves import prefixed
@@ -16,6 +17,7 @@ def verdict(fit: Fit) -> list[str]:
             said.append(_error(fit, pooled, where, len(fit.rows(role))))
     if not fit.pooled("holdout"):
         said.append("Nothing was held out: how the model does on data it has not seen is not known.")
+    said += _floors(fit)
     rows = [m for m in fit.rows("holdout") or fit.rows("train") if m.nrmse is not None]
     if len(rows) > 1:
         best, worst = min(rows, key=_nrmse), max(rows, key=_nrmse)
@@ -25,6 +27,34 @@ def verdict(fit: Fit) -> list[str]:
             f"worst: {worst.condition} ({percent(worst.nrmse)})."
         )
     return said
+
+
+# How a noise floor was found, in words
+METHODS = {
+    "cycles": "from the difference of cycles",
+    "repeats": "from the difference of repeated records",
+    "regression": "by regression on the inputs",
+    "not known": "not known",
+}
+
+
+def _floors(fit: Fit) -> list[str]:
+    """Return how the noise floors were found, with the widest bounds, unless all are from the difference of cycles."""
+    used = [s for result in fit.results for s in result.segments if s.noise_floor_method]
+    counts = Counter(s.noise_floor_method for s in used)
+    if set(counts) <= {"cycles"}:
+        return []
+    parts = [f"{METHODS.get(m, m)} in {_count(n, 'segment')}" for m, n in counts.items()]
+    text = f"The noise floor is {', '.join(parts)}"
+    lows, highs = ([s.noise_floor_bounds[k] for s in used if s.noise_floor_bounds[k] is not None] for k in (0, 1))
+    if lows and highs:
+        factor, unit = prefixed(max(h for h in highs if h is not None), fit.unit)
+        low, high = (
+            in_html(significant(factor * v))
+            for v in (min(v for v in lows if v is not None), max(v for v in highs if v is not None))
+        )
+        text += f"; it lies between {low} and {high} {unit}".rstrip()
+    return [text + "."]
 
 
 def _nrmse(row: MetricRow) -> float:

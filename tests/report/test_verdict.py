@@ -2,7 +2,7 @@ import pytest
 
 from mrfit.report.source import read_source
 from mrfit.report.verdict import cautions, open_directions, verdict
-from mrfit.schemas.fit import Fit
+from mrfit.schemas.fit import Fit, SegmentUse
 
 
 @pytest.fixture(scope="module")
@@ -79,3 +79,21 @@ def test_open_directions_are_spelled_out_largest_weight_first(fits):
         "the data determine 3 of 4 directions; free to move along −0.8·kappa +0.6·A",
     )
     assert open_directions(fits[1]) == []
+
+
+def test_how_the_noise_floor_was_found_is_said(fits):
+    rows = [
+        {"id": "a#1", "condition": "a", "role": "train", "noise_floor": 2.0, "noise_floor_method": "regression"},
+        {"id": "b#1", "condition": "b", "role": "train", "noise_floor_method": "not known"},
+    ]
+    rows[0]["noise_floor_bounds"], rows[1]["noise_floor_bounds"] = (1.5, 3.0), (1.0, None)
+    fit = fits[1].model_copy(deep=True)
+    fit.results[0].segments = [SegmentUse(**row) for row in rows]
+    said = [text for text in verdict(fit) if text.startswith("The noise floor")]
+    assert said == [
+        "The noise floor is by regression on the inputs in 1 segment, not known in 1 segment; it lies between 1.00 and "
+        "3.00 N."
+    ]
+    for segment in fit.results[0].segments:
+        segment.noise_floor_method = "cycles"
+    assert not [text for text in verdict(fit) if text.startswith("The noise floor")]
