@@ -228,6 +228,12 @@ def against(checkout: Path, seeds: int) -> list[list[float | None]]:
     return rows
 
 
+def commit(checkout: Path) -> str:
+    """Return the short name of a checkout's commit."""
+    command = ["git", "-C", str(checkout), "rev-parse", "--short", "HEAD"]
+    return "commit " + subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
+
+
 def table(new: list[list[float | None]], old: list[list[float | None]] | None) -> str:
     """Return the results as a Markdown table; the other checkout's stand in front of the arrows."""
     lines = ["| signal | Hz | noise | " + " | ".join(COLUMNS) + " |", "|---|---|---|" + "---|" * len(COLUMNS)]
@@ -252,7 +258,10 @@ def main() -> None:
         print(json.dumps(results(options.seeds)))
         return
     old = against(options.against, options.seeds) if options.against else None
-    text = f"# Smoothing\n\n{__doc__}\n{table(results(options.seeds), old)}\n"
+    said = f"Means of {options.seeds} records of each case."
+    if options.against:
+        said += f" In front of the arrows: the package as of {commit(options.against)}, on the same records."
+    text = f"# Smoothing\n\n{__doc__}\n{said}\n\n{table(results(options.seeds), old)}\n"
     if options.out:
         options.out.write_text(text, encoding="utf-8")
     print(text)
