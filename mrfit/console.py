@@ -1,16 +1,19 @@
 """What a person at the terminal sees: progress bars on standard error, tables and summaries on standard output."""
 
+import io
 import json
 import os
 import signal
 import sys
+import traceback
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TextIO
 
 import typer
 
 from mrfit.errors import MrfitError
+from mrfit.escapes import visible, visible_json
 from mrfit.progress import Progress, silent
 
 # Exit code of a command that Ctrl-C ended, which typer gives of itself
@@ -23,40 +26,40 @@ def print_json(summary: object) -> None:
     """Print a machine-readable summary, alone, to standard output."""
     from mrfit.store import plain
 
-    sys.stdout.write(json.dumps(plain(summary), indent=2, ensure_ascii=False) + "\n")
+    sys.stdout.write(visible_json(json.dumps(plain(summary), indent=2, ensure_ascii=False)) + "\n")
 
 
 def note(text: str) -> None:
     """Print a line for a person to standard error."""
     from rich.console import Console
 
-    Console(stderr=True, highlight=False).print(text, markup=False, soft_wrap=True)
+    Console(stderr=True, highlight=False, emoji=False).print(visible(text), markup=False, soft_wrap=True)
 
 
 def say(text: str) -> None:
     """Print a line of a command's answer to standard output."""
     from rich.console import Console
 
-    Console(highlight=False).print(text, markup=False, soft_wrap=True)
+    Console(highlight=False, emoji=False).print(visible(text), markup=False, soft_wrap=True)
 
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
     """Print a table to standard output; numbers are right-aligned and shown with four significant digits."""
     from rich import box
     from rich.console import Console
-    from rich.markup import escape
     from rich.table import Table
+    from rich.text import Text
 
     console = Console(width=None if sys.stdout.isatty() else 150)
-    table = Table(title=escape(title), title_justify="left", header_style="bold")
+    table = Table(title=Text(visible(title), "italic"), title_justify="left", header_style="bold")
     if console.width < NARROW:
         table.box, table.padding = box.SIMPLE_HEAD, (0, 1, 0, 0)
     for k, name in enumerate(columns):
         numeric = any(isinstance(r[k], (int, float)) and not isinstance(r[k], bool) for r in rows)
         # a number that is broken over two lines reads as two
-        table.add_column(name, justify="right" if numeric else "left", overflow="fold", no_wrap=numeric)
+        table.add_column(Text(visible(name)), justify="right" if numeric else "left", overflow="fold", no_wrap=numeric)
     for row in rows:
-        table.add_row(*[escape(cell(value)) for value in row])
+        table.add_row(*[Text(visible(cell(value))) for value in row])
     console.print(table)
 
 
@@ -81,12 +84,13 @@ def progress_bar(enabled: bool = True) -> Iterator[Progress]:
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
     from rich.progress import Progress as Bars
 
-    layout = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    layout = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Bars(*layout, console=Console(stderr=True), transient=True) as bars:
         tasks: dict[str, Any] = {}
 
         def listen(what: str, done: int, total: int) -> None:
             # what changes within a task (best error so far) stands after two blanks
+            what = visible(what)
             task = what.split("  ")[0]
             if task not in tasks:
                 tasks[task] = bars.add_task(what, total=total)
@@ -107,7 +111,11 @@ def run(app: typer.Typer) -> NoReturn:
     # asked to end, end as at Ctrl-C: workers too, and the terminal as it was
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     # a closed stream is None, to which nothing can be written
-    sys.stdout, sys.stderr = sys.stdout or open(os.devnull, "w"), sys.stderr or open(os.devnull, "w")  # noqa: SIM115
+    sys.stdout, sys.stderr = sys.stdout or _nowhere(), sys.stderr or _nowhere()
+    for stream in (sys.stdout, sys.stderr):
+        # whatever the locale: the answers hold units and signs that ASCII has not
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(encoding="utf-8", errors="backslashreplace")
     try:
         code = app(standalone_mode=False) or 0
     except KeyboardInterrupt:
@@ -115,11 +123,16 @@ def run(app: typer.Typer) -> NoReturn:
     except Exception as error:
         text, code = explain(error)
         if "--debug" in sys.argv and not _of_usage(error) and code != INTERRUPTED:
-            raise
-        sys.stderr.write(f"mrfit: {text}\n" if text else "")
+            # a message of several lines must not look like mrfit's own
+            sys.stderr.writelines(f"  {visible(line)}\n" for line in traceback.format_exc().splitlines())
+        sys.stderr.write(f"mrfit: {visible(text)}\n" if text else "")
     if code == INTERRUPTED:
         sys.stderr.write("mrfit: stopped; the same command goes on where this one was\n")
     sys.exit(code)
+
+
+def _nowhere() -> TextIO:
+    return open(os.devnull, "w", encoding="utf-8")
 
 
 def _of_usage(error: Exception) -> bool:

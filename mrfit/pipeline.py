@@ -6,7 +6,6 @@ Every function imports the stages it runs, so that a command starts as soon as i
 from __future__ import annotations
 
 import glob
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -183,8 +182,7 @@ def predict(
 
     workspace = Workspace(work)
     found = mrfit.fit.predict.read_fit(workspace, fit_name)
-    with tempfile.TemporaryDirectory(prefix="mrfit-predict-") as folder:
-        other = Workspace(Path(folder))
+    with workspace.aside() as other:
         ingested = mrfit.ingest.stage.run(logs, settings, other, progress)
         mrfit.flux.stage.run(other, _flux_to_predict(workspace, settings.resistance), progress)
         segmenting = mrfit.segment.stage.last_settings(workspace)

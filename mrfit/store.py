@@ -9,6 +9,8 @@ import json
 import math
 import os
 import re
+import shutil
+import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, fields
@@ -19,6 +21,7 @@ import numpy as np
 
 from mrfit.arrow import floats, numbers, table, texts
 from mrfit.errors import ConfigError, DataError
+from mrfit.escapes import encodable
 from mrfit.faults import plain_fault
 from mrfit.keys import content_of, fit_key, flux_key, segment_key
 from mrfit.recording import Finding, Recording, Segment
@@ -53,10 +56,12 @@ def plain(value: object) -> Any:
         return plain(value.tolist())
     if isinstance(value, np.generic):
         return plain(value.item())
+    if isinstance(value, str):
+        return encodable(value)
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, Mapping):
-        return {str(k): plain(v) for k, v in value.items()}
+        return {encodable(str(k)): plain(v) for k, v in value.items()}
     if isinstance(value, (list, tuple, set)):
         return [plain(v) for v in value]
     return value
@@ -103,7 +108,7 @@ def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
 
 def write_text(path: Path, text: str) -> None:
     """Write a text file atomically, in UTF-8 with plain line feeds."""
-    write_atomic(path, lambda p: p.write_bytes(text.encode()))
+    write_atomic(path, lambda p: p.write_bytes(text.encode(errors="backslashreplace")))
 
 
 def write_json(path: Path, value: object) -> None:
@@ -312,6 +317,39 @@ class Workspace:
             if not existed:
                 self._forget_if_empty()
 
+    @contextmanager
+    def aside(self) -> Iterator["Workspace"]:
+        """Give another workspace for the time of one command, inside this one, and leave no trace of it.
+
+        What a killed command left of its own is removed by the next; nothing is left in the common temporary folder,
+        but where this workspace cannot be written.
+        """
+        from filelock import FileLock
+
+        self._remove_left_aside()
+        folder = self.root / f".predict-{os.getpid()}"
+        try:
+            folder.mkdir()
+        except OSError:
+            with tempfile.TemporaryDirectory(prefix="mrfit-predict-") as elsewhere:
+                yield Workspace(Path(elsewhere))
+            return
+        try:
+            with FileLock(folder / ".lock"):
+                yield Workspace(folder)
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+
+    def _remove_left_aside(self) -> None:
+        from filelock import FileLock, Timeout
+
+        for left in self.root.glob(".predict-*"):
+            if left.name.removeprefix(".predict-").isdecimal() and not left.is_symlink():
+                with suppress(Timeout, OSError):  # in use, or another user's
+                    with FileLock(left / ".lock", timeout=0):
+                        pass
+                    shutil.rmtree(left, ignore_errors=True)
+
     def _refuse_links(self) -> None:
         """Refuse a workspace with folders that lead elsewhere: what is written into them would land there."""
         inside = [self.root / name for name in FOLDERS]
@@ -322,6 +360,7 @@ class Workspace:
 
     def _clean(self) -> None:
         """Remove what a killed command left half written; whoever writes holds the lock."""
+        self._remove_left_aside()
         for folder in (self.root, *(self.root / name for name in FOLDERS)):
             for left in folder.glob(".*.tmp") if folder == self.root else folder.rglob(".*.tmp"):
                 if TEMPORARY.fullmatch(left.name) and (folder != self.root or left.name.startswith(OWN)):

@@ -361,8 +361,8 @@ def item(name: str) -> Summary:
 
 def show(found: Summary) -> None:
     """Print an item's title, text and parameters, and what an effect is mistaken for."""
-    say(f"{found['name']} ({found['kind']}): {found['title']}\n")
-    say(found["text"] + "\n")
+    for line in (f"{found['name']} ({found['kind']}): {found['title']}", "", *found["text"].split("\n"), ""):
+        say(line)
     if "params" in found:
         takes, neutral = ", ".join(found["inputs"]), found.get("neutral")
         if neutral is None:

@@ -18,6 +18,7 @@ LAYERS = [
         "metrics",
         "workers",
         "csv_table",
+        "escapes",
         "arrow",
     },
     {"recording", "registry", "keys", "schemas", "store"},

@@ -2,6 +2,7 @@
 
 import json
 import os
+import tempfile
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -277,3 +278,35 @@ def test_folders_of_others_beside_those_of_a_stage_stay(tmp_path: Path) -> None:
         (tmp_path / name).mkdir()
     with _staging(Workspace(tmp_path)):
         assert (tmp_path / ".ingest-notes").is_dir() and not (tmp_path / ".ingest-12").exists()
+
+
+def test_what_a_command_needs_aside_is_in_the_workspace_and_gone_afterwards(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "tmp").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "tmp"))
+    workspace = Workspace(tmp_path / "w")
+    workspace.root.mkdir()
+    with pytest.raises(DataError, match="no such log"), workspace.aside() as other:
+        other.write_recording(a_recording())
+        assert other.root.parent == workspace.root and not list((tmp_path / "tmp").iterdir())
+        with workspace.locked():  # another command must not remove it
+            assert other.read_recording("log-1").id == "log-1"
+        raise DataError("no such log")
+    assert [p.name for p in workspace.root.iterdir()] == [".lock"]
+    for name in (".predict-1", ".predict-mine"):  # of a command that was killed; of somebody else
+        (workspace.root / name / "recordings").mkdir(parents=True)
+    with workspace.aside():
+        assert not (workspace.root / ".predict-1").exists() and (workspace.root / ".predict-mine").is_dir()
+
+
+def test_where_the_workspace_cannot_be_written_the_temporary_folder_serves(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "tmp").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "tmp"))
+    (tmp_path / "w").write_text("no folder")
+    with Workspace(tmp_path / "w").aside() as other:
+        other.write_recording(a_recording())
+        assert other.root.parent == tmp_path / "tmp"
+    assert not list((tmp_path / "tmp").iterdir())

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from mrfit.report.figures import PALETTE, QUIET, WIDTH, plain_log
-from mrfit.report.svg import style, to_svg
+from mrfit.report.svg import import_matplotlib, style, to_svg
 
 LINES = ("-", "--", "-.", ":")
 PANELS_ACROSS = 2
@@ -14,6 +14,7 @@ PANELS_ACROSS = 2
 
 def error_map(models: Sequence[str], metrics: Sequence[dict[str, Any]]) -> str:
     """Return an SVG of NRMSE in percent, one row per model and one column per condition, held-out columns first."""
+    import_matplotlib()
     from matplotlib.figure import Figure
 
     columns = list(dict.fromkeys((m["role"], m["condition"]) for m in metrics))
@@ -38,6 +39,7 @@ def error_map(models: Sequence[str], metrics: Sequence[dict[str, Any]]) -> str:
 
 def convergence(curves: Sequence[dict[str, Any]], unit: str) -> str:
     """Return an SVG of the median best cost against evaluations, one panel per condition, one line per optimizer."""
+    import_matplotlib()
     from matplotlib.figure import Figure
 
     conditions = list(dict.fromkeys(c["condition"] for c in curves))

@@ -6,6 +6,7 @@ from os import path as os_path
 from typing import Any
 
 from mrfit.errors import DataError
+from mrfit.escapes import encodable
 from mrfit.ingest.reading import Item
 from mrfit.ingest.refusal import Refusal
 from mrfit.store import Workspace
@@ -38,7 +39,7 @@ class Earlier:
         self.base = os_path.normpath(os_path.join(root, self.summary.get("base", os_path.relpath(getcwd(), root))))
         self.copies: list[dict[str, Any]] = self.summary.get("copies", [])
         sources = [*self.keys, *(c["source"] for c in self.copies)]
-        self.spelling: dict[str, str] = {os_path.normpath(os_path.join(self.base, s)): s for s in sources}
+        self.spelling: dict[str, str] = {encodable(os_path.normpath(os_path.join(self.base, s))): s for s in sources}
         self.orphans = {r["source"] for r in self.summary["refused"] if r.get("kept")}
 
     def source(self, item: Item) -> str:
@@ -48,9 +49,9 @@ class Earlier:
     def name(self, path: str) -> str:
         """Return a path as the workspace spells it already; a new one as given, if the base is the present folder."""
         absolute = os_path.abspath(path)
-        if known := self.spelling.get(absolute):
+        if known := self.spelling.get(encodable(absolute)):
             return known
-        return path if os_path.isabs(path) or self.base == getcwd() else os_path.relpath(absolute, self.base)
+        return encodable(path if os_path.isabs(path) or self.base == getcwd() else os_path.relpath(absolute, self.base))
 
     def base_of(self, sources: Iterable[str]) -> dict[str, str]:
         """Return what ingest.json must say of the base: nothing where all sources are absolute."""

@@ -47,7 +47,7 @@ def run(workspace: Workspace, progress: Progress = silent) -> dict[str, Any]:
     path = workspace.root / "discover" / "discovery.html"
     read_found(workspace)
     key = _key(workspace)
-    if path.is_file() and f'content="{key}"' in path.read_text(encoding="utf-8")[:1000]:
+    if path.is_file() and f'content="{key}"' in path.read_text(encoding="utf-8", errors="replace")[:1000]:
         return {"page": str(path), "skipped": True}
     progress("page", 0, 1)
     write_text(path, render(read_discovery(workspace), key))

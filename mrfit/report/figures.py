@@ -16,7 +16,7 @@ from mrfit.progress import Progress, silent
 from mrfit.report.curves import decimate, family, prefixed, sheets, shown_cycles, worst_of_each
 from mrfit.report.numbers import SUPERSCRIPTS, in_html, percent, significant
 from mrfit.report.source import Series
-from mrfit.report.svg import style, to_svg
+from mrfit.report.svg import import_matplotlib, style, to_svg
 from mrfit.schemas.fit import Fit, MetricRow, Result
 from mrfit.specs import Array
 from mrfit.workers import in_processes
@@ -78,6 +78,7 @@ About = tuple[str, str, str, tuple[str, str]]
 
 def draw_all(drawings: Sequence[Drawing], jobs: int = 1, progress: Progress = silent) -> list[Figure]:
     """Return the figures, drawn by processes side by side."""
+    import_matplotlib()
     import matplotlib.backends.backend_svg  # noqa: F401  (once, not in every process)
 
     figures: list[Figure] = []

@@ -7,6 +7,8 @@ digits.
 import math
 import re
 
+from mrfit.escapes import visible
+
 SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 GREEK = "alpha beta gamma delta epsilon zeta eta theta kappa lambda mu nu xi rho sigma tau phi chi psi omega".split()
 MISSING = "–"
@@ -22,6 +24,9 @@ _LATEX = {
     "_": r"\_",
     "{": r"\{",
     "}": r"\}",
+    # at the beginning of a row they would belong to the line break before it
+    "[": "{[}",
+    "]": "{]}",
     "~": r"\textasciitilde{}",
     "^": r"\textasciicircum{}",
     "<": "$<$",
@@ -112,13 +117,19 @@ def unit_latex(unit: str) -> str:
     """Return a unit in pint's spelling for LaTeX text; empty for a pure number."""
     if unit in ("", "1"):
         return ""
-    text = unit.replace("*", r"\,").replace("degC", r"$^\circ$C").replace("ohm", r"$\Omega$")
-    return re.sub(r"(?:\\,\\,|\^)\(?(-?[\d.]+)\)?", r"$^{\1}$", text)
+    parts = re.split(r"((?:\*\*|\^)\(?-?[\d.]+\)?|\*|degC|ohm)", unit)
+    return "".join(_unit_sign(part) if k % 2 else escape_latex(part) for k, part in enumerate(parts))
+
+
+def _unit_sign(sign: str) -> str:
+    """Return a power, a product, degrees Celsius or ohm for LaTeX."""
+    known = {"*": r"\,", "degC": r"$^\circ$C", "ohm": r"$\Omega$"}.get(sign)
+    return known or f"$^{{{sign.lstrip('*^').strip('()')}}}$"
 
 
 def escape_latex(text: str) -> str:
     """Return text with LaTeX's special characters and the commonest symbols written as commands."""
-    return "".join(_LATEX.get(c, c) for c in text)
+    return "".join(_LATEX.get(c, c) for c in visible(text))
 
 
 def symbol_latex(name: str) -> str:

@@ -131,7 +131,7 @@ def publish(folder: Path, files: Mapping[str, str], summary: dict[str, Any]) -> 
             pending.append((temporary, path))
             temporary.unlink(missing_ok=True)  # a link of this name would be followed
             with temporary.open("xb") as handle:
-                handle.write(text.encode())
+                handle.write(text.encode(errors="backslashreplace"))
                 handle.flush()
                 os.fsync(handle.fileno())
         (folder / "report.json").unlink(missing_ok=True)

@@ -1,6 +1,7 @@
 """matplotlib figures as small SVG files that are the same bytes every time, and as parts of a page."""
 
 import io
+import os
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -38,9 +39,20 @@ STYLE: dict[Any, Any] = {
 }
 
 
+def import_matplotlib() -> None:
+    """Import matplotlib whatever MPLBACKEND says: figures are made without windows, and a wrong name would end it."""
+    chosen = os.environ.pop("MPLBACKEND", None)
+    try:
+        import matplotlib  # noqa: F401
+    finally:
+        if chosen is not None:
+            os.environ["MPLBACKEND"] = chosen
+
+
 @contextmanager
 def style() -> Iterator[None]:
     """Draw under mrfit's own style, whatever the user's matplotlibrc says, and put that back afterwards."""
+    import_matplotlib()
     import matplotlib
 
     with matplotlib.rc_context():
