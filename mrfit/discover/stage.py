@@ -157,7 +157,7 @@ def _discovered(
 ) -> tuple[dict[str, Any], dict[str, Array]]:
     segments, recordings = data
     dependence, choice = current_dependence(settings, segments, recordings)
-    fitter = _fitter(workspace, _started(settings, choice), dependence, data, key)
+    fitter = _fitter(workspace, _started(settings, dependence, choice), dependence, data, key)
     progress("base fit", 0, 1)
     base = fitter.first(settings.seed)
     if any(not s.noise.known for s in fitter.bench.stretches):
@@ -195,16 +195,17 @@ def current_dependence(
 ) -> tuple[CurrentDependence | None, Choice | None]:
     """Return how the base's parameters depend on current, and how it was chosen, None where no levels were held.
 
-    It is the choice that a joint fit makes. A current that changes during tests counts as two levels. The shape of a
-    loop, as kappa, beta, gamma and n of Bouc-Wen, then does not depend on it unless the user says so: it doubles the
-    search, and Spencer and others (1997) keep it too.
+    It is the choice that a joint fit makes, but see ``Choice.as_base``. A current that changes during tests counts as
+    two levels. The shape of a loop, as kappa, beta, gamma and n of Bouc-Wen, then does not depend on it unless the user
+    says so: it doubles the search, and Spencer and others (1997) keep it too.
     """
     name = settings.model.partition("+")[0]
     spec = base_of(name).spec
     if to_choose(name, settings.current_order, tested(segments, recordings)):
         start = tuple((n, v) for n, v in settings.start if base_name(n) in spec.names)
         alike = mrfit.fit.stage.Settings(name, per="all", start=start, seed=settings.seed)
-        return dependence_of(alike, usable(segments, recordings, base_of(name))[0], recordings)
+        found, choice = dependence_of(alike, usable(segments, recordings, base_of(name))[0], recordings)
+        return choice.as_base() if choice else found, choice
     shape = [p.name for p in spec.params if p.role == "hysteresis"]
     found = dependence_on_current(name, settings.current_order, segments, recordings, shape)
     if found or settings.current_order != "auto" or spec.output == "flux" or "current" in spec.inputs:
@@ -219,12 +220,12 @@ def current_dependence(
     return CurrentDependence(orders, low, high), None
 
 
-def _started(settings: Settings, choice: Choice | None) -> Settings:
+def _started(settings: Settings, dependence: CurrentDependence | None, choice: Choice | None) -> Settings:
     """Return settings with the laws of current that were chosen as start values, where the user gave none."""
-    if choice is None or choice.dependence is None or choice.by_role:
+    if choice is None or dependence is None or choice.by_role:
         return settings
     given = {n for n, _ in settings.start}
-    found = choice.start(base_of(settings.model)).items()
+    found = choice.start(base_of(settings.model), dependence).items()
     return replace(settings, start=(*((n, v) for n, v in found if base_name(n) not in given), *settings.start))
 
 

@@ -7,13 +7,13 @@ errors over conditions.
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from mrfit.assembly import Assembly
-from mrfit.dependence import LOG, PLAIN, CurrentDependence, Order, logarithmic, through
+from mrfit.dependence import HIGHEST, LOG, PLAIN, CurrentDependence, Order, form_of, logarithmic, through
 from mrfit.errors import DataError
 from mrfit.fit.by_level import Law, Posing, Tests, drawn_together, tests_about
 from mrfit.fit.cube import Cube
@@ -69,6 +69,10 @@ class Choice:
         Parameters of the laws that fit all levels best, (L, K) at the levels' currents.
     by_role
         Whether all orders are those of the parameters' roles.
+    usual
+        These orders by name.
+    met
+        Whether the laws reach the currents left out about as well as fits to these alone.
     """
 
     dependence: CurrentDependence | None
@@ -77,13 +81,26 @@ class Choice:
     fits: list[Level]
     theta: Array
     by_role: bool
+    usual: dict[str, int]
+    met: bool
 
-    def start(self, base: Assembly) -> dict[str, float]:
-        """Return the parameters at the nodes, by name, of the laws that fit all levels best."""
-        assert self.dependence is not None
+    def start(self, base: Assembly, dependence: CurrentDependence) -> dict[str, float]:
+        """Return the parameters at the nodes of a dependence, by name, of the laws that fit all levels best."""
         currents = np.array([f.current for f in self.fits])
-        nodes = through(base.spec, self.dependence, currents, self.theta)
-        return dict(zip(node_names(base, self.dependence), nodes.tolist(), strict=True))
+        nodes = through(base.spec, dependence, currents, self.theta)
+        return dict(zip(node_names(base, dependence), nodes.tolist(), strict=True))
+
+    def as_base(self) -> CurrentDependence | None:
+        """Return the dependence of a model that may lack an effect.
+
+        Where no polynomial reaches the currents left out, one of an order above that of its parameter's role only
+        bends after what an effect of current may explain.
+        """
+        if self.met or self.dependence is None:
+            return self.dependence
+        lower = {n: self.usual.get(n, HIGHEST) for n, _ in self.dependence.orders}
+        orders = [(n, _capped(o, lower[n])) for n, o in self.dependence.orders]
+        return replace(self.dependence, orders=tuple(orders))
 
 
 def chosen_by_levels(base: Assembly, cube: Cube, data: Data, kept: dict[str, Order], limits: Limits) -> Choice | None:
@@ -149,8 +166,16 @@ def choose(tests: Tests, fits: list[Level], kept: dict[str, Order], ends: tuple[
     named = tuple((p.name, orders[p.name]) for p in tests.spec.params if orders.get(p.name))
     theta = search.fitted(state).parameters(tests.currents)
     about, warnings = _about(search, state, params)
-    by_role = dict(named) == {n: min(order, search.highest) for n, order in usual.items()}
-    return Choice(CurrentDependence(named, *ends) if named else None, about, warnings, fits, theta, by_role)
+    usual = {n: min(order, search.highest) for n, order in usual.items()}
+    dependence, met = CurrentDependence(named, *ends) if named else None, _unmet(search, search.errors(state)) is None
+    return Choice(dependence, about, warnings, fits, theta, dict(named) == usual, usual, met)
+
+
+def _capped(order: Order, highest: int) -> Order:
+    """Return an order of the same form that is no higher."""
+    form = form_of(order)
+    lower = min(int(str(order).removeprefix(form)), highest)
+    return f"{form}{lower}" if form else lower
 
 
 def _groups(params: Sequence[Param], chosen: Sequence[int]) -> list[list[int]]:
@@ -208,9 +233,8 @@ def _warnings(search: LawSearch, state: State, errors: Array) -> list[dict[str, 
             f"tests at {len(currents)} currents ({at}) leave none to hold out: between them the laws of current are "
             f"not checked; test at {FEWEST_LEVELS} currents or more"
         )
-    worst = int(np.nanargmax(errors))
-    # where the model itself errs, a fit to one current alone is no truth to be reached
-    if search.held_out and search.tests.excess <= OWN_ERROR and errors[worst] > NOT_MET:
+    worst = _unmet(search, errors)
+    if worst is not None:
         place = currents[worst]
         found.append(
             f"at {place:.4g} A, held out, the error is {errors[worst]:.3g} times what a fit to this current alone "
@@ -218,6 +242,14 @@ def _warnings(search: LawSearch, state: State, errors: Array) -> list[dict[str, 
             "near it, or try pieces (--current-order NAME=1:BREAK:2)"
         )
     return [{"kind": "current-levels", "text": text} for text in found]
+
+
+def _unmet(search: LawSearch, errors: Array) -> int | None:
+    """Return the level left out whose error is the largest, where it is too large for a polynomial to be the law."""
+    worst = int(np.nanargmax(errors))
+    # where the model itself errs, a fit to one current alone is no truth to be reached
+    large = search.held_out and search.tests.excess <= OWN_ERROR and errors[worst] > NOT_MET
+    return worst if large else None
 
 
 def _mean(errors: Array) -> float:

@@ -345,7 +345,7 @@ class _Runner:
         choice = self.prepared.choice
         if choice:
             levels = choice.fits
-            starts += [] if choice.by_role else [choice.start(base)]
+            starts += [] if choice.by_role else [choice.start(base, dependence)]
         else:
             weights = weights_of(group.search, group.training_floors, settings.weight)
             single = at_scales(base_cube(settings), group.training, base)

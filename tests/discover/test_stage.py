@@ -1,6 +1,7 @@
 """What is hidden is named, nothing is named where nothing is hidden, and too little data is said to be too little."""
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -140,11 +141,11 @@ def test_a_start_value_of_no_parameter_is_refused(tmp_path: Path) -> None:
         run(workspace(tmp_path), Settings("tanh", start=(("fz", 1.0),)))
 
 
-def a_spencer(folder: Path, noise: float = 2.0) -> Workspace:
-    """Sines at five currents on a complete Spencer damper whose yield force is a plain parabola of current."""
-    base, rng, made, about = assemble("spencer"), np.random.default_rng(11), Workspace(folder), []
+def at_five_currents(folder: Path, model: str, law: Callable[[float], dict[str, float]]) -> Workspace:
+    """Sines at five currents on a damper that the model describes with parameters that follow a law of current."""
+    base, rng, made, about = assemble(model), np.random.default_rng(11), Workspace(folder), []
     for current in (0.0, 0.5, 1.0, 1.5, 2.0):
-        values = {"alpha": 100.0 + 1500.0 * current - 330.0 * current**2, "C_inf": 2000.0 + 1000.0 * current}
+        values = law(current)
         theta = np.array([[values.get(p.name, p.start) for p in base.spec.params]])
         for frequency, stroke in ((1.0, 0.005), (2.0, 0.01), (4.0, 0.008)):
             omega, count = 2 * np.pi * frequency, 6 * 250
@@ -152,7 +153,7 @@ def a_spencer(folder: Path, noise: float = 2.0) -> Workspace:
             drive = np.stack([stroke * np.sin(omega * t), stroke * omega * np.cos(omega * t)])
             force = base.simulate(drive, theta, t[1] - t[0])[0, 250:]
             name = f"{frequency:g}Hz-{1e3 * stroke:g}mm-{current:g}A"
-            channels = {"displacement": drive[0, 250:], "force": force + noise * rng.standard_normal(count)}
+            channels = {"displacement": drive[0, 250:], "force": force + 2.0 * rng.standard_normal(count)}
             channels |= {"velocity": drive[1, 250:], "current": np.full(count, current)}
             record = Recording(name, f"{name}.csv", name, "none", t[1] - t[0], 0.0, channels, {})
             made.write_recording(record)
@@ -164,8 +165,22 @@ def a_spencer(folder: Path, noise: float = 2.0) -> Workspace:
 
 @pytest.mark.slow
 def test_a_yield_force_that_is_a_plain_parabola_of_current_is_no_missing_effect(tmp_path: Path) -> None:
-    study = a_spencer(tmp_path)
+    study = at_five_currents(
+        tmp_path, "spencer", lambda i: {"alpha": 100.0 + 1500.0 * i - 330.0 * i**2, "C_inf": 2000.0 + 1000.0 * i}
+    )
     found = run(study, Settings("spencer"))
     assert dict(found["current_dependence"]["orders"])["alpha"] == "plain2"
     assert found["verdict"] == "none" and found["effects"] == []
     assert found["gap"]["before"] == pytest.approx(found["gap"]["noise_floor"], rel=0.1)
+
+
+@pytest.mark.slow
+def test_a_field_that_saturates_is_named_and_not_bent_after_by_polynomials_of_higher_order(tmp_path: Path) -> None:
+    def law(current: float) -> dict[str, float]:
+        felt = current / (1.0 + (current / 1.2) ** 4) ** 0.25
+        return {"fy": 100.0 + 900.0 * felt, "c": 800.0 + 600.0 * felt}
+
+    found = run(at_five_currents(tmp_path, "tanh", law), Settings("tanh"))
+    (effect,) = found["effects"]
+    assert effect["name"] == "current-saturation"
+    assert effect["parameters"][0]["value"] == pytest.approx(1.2**-2, rel=0.02)
