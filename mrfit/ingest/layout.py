@@ -155,6 +155,9 @@ def find_header(head: Head, grid: Grid, start: int = 0) -> Header:
     if not fitting or not _is_name_row(fitting[-1][1]):
         return Header((), (), frozenset(rows), first)
     place, names = fitting[-1]
+    between = [c for k, c in cells if place < k < first and c != unit_row and not all(map(SEPARATOR.fullmatch, c))]
+    if between and not any(_is_recognised(c) for c in names if c):
+        return Header((), (), frozenset(rows), first)  # a line of settings further up
     rows.append(head.lines[place].strip())
     earlier = next(k for k, c in fitting if c == names)
     if any(earlier < k < place and _begins_row(c) for k, c in cells):

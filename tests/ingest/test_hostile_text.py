@@ -193,3 +193,12 @@ def test_a_header_given_twice_is_a_header(read_log: ReadLog) -> None:
     rows = "".join(f"{k * 1e-3:.3f},{np.sin(k / 9):.4f}\n" for k in range(100))
     (record,) = read_log("Operator,Bob\ntime,voltage\ns,V\n\ntime,voltage\ns,V\n" + rows)
     assert (record.rows_kept, record.rows_refused, list(record.channels)) == (100, 0, ["voltage"])
+
+
+def test_settings_further_up_are_no_names(read_log: ReadLog) -> None:
+    """The name row has lost two of its three names."""
+    rows = "".join(f"{k * 1e-3:.3f},{np.sin(k / 9):.4f},{np.cos(k / 9):.4f}\n" for k in range(100))
+    with pytest.raises(Refusal, match="no header says what its 3 columns are"):
+        read_log("Sample Interval,0.001,\nVertical Units,V,\nLabel,,\nCH2\n" + rows)
+    (record,) = read_log("time,voltage,current\nrecorded in the morning\n" + rows)  # known names
+    assert list(record.channels) == ["voltage", "current"]
