@@ -25,6 +25,7 @@ class IngestSection(_Section):
     map: str | None = None
     resistance: float | Literal["auto"] | None = None
     pattern: str | None = None
+    max_memory: str | None = None
 
 
 class FluxSection(_Section):

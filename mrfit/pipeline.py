@@ -236,6 +236,7 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
     import mrfit.ingest.stage
     import mrfit.report.stage
     import mrfit.segment.stage
+    from mrfit.ingest.memory import size_of
 
     work = overrides.work or Path(config.work)
     fits = [_fit_settings(section, overrides.jobs) for section in config.fit]
@@ -247,8 +248,9 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
     logs = list(overrides.logs) if overrides.logs else _expand(config.ingest.logs, folder)
     map_file = folder / config.ingest.map if config.ingest.map else None
     given = config.ingest
+    most = None if given.max_memory is None else size_of(given.max_memory)
     reading = mrfit.ingest.stage.Settings(
-        map=map_file, resistance=given.resistance, pattern=given.pattern, jobs=overrides.jobs
+        map_file, given.resistance, given.pattern, jobs=overrides.jobs, max_memory=most
     )
     stages: list[tuple[str, Callable[[Workspace], Summary]]] = [
         ("ingest", lambda w: mrfit.ingest.stage.run(logs, reading, w, progress)),

@@ -466,7 +466,8 @@ class Workspace:
             findings=tuple(Finding(**{f.name: one[f.name] for f in fields(Finding)}) for one in about["findings"]),
             history=tuple(about["history"]),
             **{k: about[k] for k in ("id", "source", "sha256", "reader", "dt", "start", "rows_kept", "rows_refused")},
-            **{k: about[k] for k in ("condition", "wording")},
+            condition={name: value for name, value in about["condition"].items() if value is not None},
+            wording=about["wording"],
         )
 
     def write_segments(self, segments: Sequence[Segment], metadata: Mapping[str, str]) -> None:

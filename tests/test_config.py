@@ -92,7 +92,7 @@ WRONG = {
     "[[fit]]\nmodel = 'bingham'\nbounds = {c = [1.0, 2.0, 3.0]}\n": "[[fit]] 1: bounds.c has too many values",
     "[[fit]]\nmodel = 'bingham'\nbounds = {c = [1.0, 'x']}\n": "[[fit]] 1: bounds.c.1 takes a number, not 'x'",
     "[discover]\nmodel = 'tanh'\ncurrent_order = []\n": "[discover] current_order takes text or a whole number, not []",
-    "[[fit]]\nmodel = 'bingham'\nzzzz = 1\n": "[[fit]] 1: zzzz is no key mrfit knows; it may be one of model, opt, per",
+    "[[fit]]\nmodel = 'bingham'\nzzzz = 1\n": "[[fit]] 1: zzzz is no key mrfit knows; it may be one of model, opt",
     "[discover]\nmodel = 5\n": "[discover] model takes text, not 5",
     "[fit]\nmodel = 'bingham'\n": "fit is one table; write [[fit]] for each of several",
     "": "add a [[fit]] or a [discover] table",

@@ -139,7 +139,7 @@ def test_discover_and_advise_without_data_say_what_to_run_first(mrfit: Run) -> N
     ("table", "said"),
     [
         ("", "add a [[fit]] or a [discover] table"),
-        ("[discover]\nmodel = 'tanh'\nseeds = 1\n", "discover.seeds"),
+        ("[discover]\nmodel = 'tanh'\nseeds = 1\n", "[discover] seeds"),
         ("[discover]\nmodel = 'tahn'\n", "tanh"),
     ],
 )

@@ -68,10 +68,12 @@ def test_an_amplitude_that_differs_is_seen_and_followed(kind: str, depth: float,
         clean = envelope(kind, depth, CYCLES, rng)(STEPS / PER_CYCLE, 0) * SINE
         values = clean + size * rng.standard_normal(len(clean))
         assert chance(values) < 1e-4
-        series = modulated_series(values, harmonic_fit(values, DT, 1.0, refine=False), DT)
+        whole = harmonic_fit(values, DT, 1.0, refine=False)
+        series = modulated_series(values, whole, DT)
+        error = np.std(series.derivatives[0] - clean)
         # a series of the whole record errs by 0.6 to 13 times the noise
-        assert np.std(series.derivatives[0] - clean) < 0.55 * size
-        assert series.residual == pytest.approx(size, rel=0.12)
+        assert error < 0.8 * size and error < 0.75 * np.std(whole.evaluate(STEPS * DT) - clean)
+        assert series.residual == pytest.approx(size, rel=0.25)
 
 
 def test_timing_that_differs_is_seen_and_followed_too() -> None:

@@ -44,7 +44,7 @@ class About(Stored):
     dt: float = Field(gt=0.0)
     start: float
     channels: list[StoredChannel]
-    condition: dict[str, float]
+    condition: dict[str, float | None]
     wording: dict[str, str] = {}
     findings: list[FoundOddity]
     history: list[str]

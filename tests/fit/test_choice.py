@@ -1,5 +1,6 @@
 """Form and order of every parameter's law of current, chosen on currents held out, against laws that were planted."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -58,7 +59,9 @@ def planted(
 
 
 def fitted(workspace: Workspace, model: str, order: str = "auto", **changes: Any) -> dict[str, Any]:
-    settings = mrfit.fit.stage.Settings(model, per="all", current_order=order, name=f"fit-{order}".replace("/", "_"))
+    settings = mrfit.fit.stage.Settings(
+        model, per="all", current_order=order, name=re.sub("[^A-Za-z0-9.]", "_", f"fit-{order}")
+    )
     return mrfit.fit.stage.run(workspace, replace(settings, **changes))
 
 
