@@ -71,7 +71,7 @@ def test_an_amplitude_that_differs_is_seen_and_followed(kind: str, depth: float,
         whole = harmonic_fit(values, DT, 1.0, refine=False)
         series = modulated_series(values, whole, DT)
         error, plain = np.std(series.derivatives[0] - clean), np.std(whole.evaluate(STEPS * DT) - clean)
-        # a series of the whole record errs by 0.6 to 13 times the noise; jumps from cycle to cycle are smoothed a little
+        # a series of the whole record errs by 0.6 to 13 times the noise; jumps between cycles are smoothed
         assert error < 0.75 * plain and (error < 0.55 * size or error < 0.2 * plain)
         assert 0.88 * size < series.residual < 1.5 * size
 
