@@ -74,6 +74,19 @@ def test_an_amplitude_that_differs_is_seen_and_followed(kind: str, depth: float,
         assert series.residual == pytest.approx(size, rel=0.12)
 
 
+def test_a_lead_in_goes_on_with_the_first_amplitude_whatever_was_recorded_there() -> None:
+    rng = np.random.default_rng(8)
+    clean = envelope("beat", 0.01, CYCLES, rng)(STEPS / PER_CYCLE, 0) * SINE
+    settling = 0.05 * np.exp(-STEPS / 20.0)
+    recording, segment = log(clean + settling + 1e-3 * rng.standard_normal(len(clean)))
+    place = {"start": PER_CYCLE, "warm_up": PER_CYCLE, "cycles": CYCLES - 1}
+    part = Segment(**{**{f: getattr(segment, f) for f in Segment.__slots__}, **place})
+    drive = smooth(recording, part, ("current",))
+    assert "modulated" in drive.method and drive.values.shape == (1, len(clean))
+    assert np.std((drive.values[0] - clean)[PER_CYCLE:]) < 0.3e-3
+    assert np.std((drive.values[0] - clean)[:PER_CYCLE]) < 0.01
+
+
 def test_timing_that_differs_is_seen_and_followed_too() -> None:
     rng = np.random.default_rng(3)
     clean = np.sin(2 * np.pi * STEPS / PER_CYCLE + 0.01 * np.sin(2 * np.pi * STEPS / PER_CYCLE / 6.3))
