@@ -61,17 +61,19 @@ def test_noise_of_no_colour_passes_for_modulation(kind: str, size: float) -> Non
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize(("depth", "size"), [(3e-3, 2e-3), (1e-2, 2e-3), (1e-2, 5e-4)])
+@pytest.mark.parametrize(("depth", "size"), [(3e-3, 2e-3), (1e-2, 2e-3), (1e-2, 2e-4)])
 def test_an_amplitude_that_differs_is_seen_and_followed(kind: str, depth: float, size: float) -> None:
     for seed in range(4):
         rng = np.random.default_rng([2, seed])
         clean = envelope(kind, depth, CYCLES, rng)(STEPS / PER_CYCLE, 0) * SINE
         values = clean + size * rng.standard_normal(len(clean))
         assert chance(values) < 1e-4
-        series = modulated_series(values, harmonic_fit(values, DT, 1.0, refine=False), DT)
-        # a series of the whole record errs by 0.6 to 13 times the noise
-        assert np.std(series.derivatives[0] - clean) < 0.55 * size
-        assert series.residual == pytest.approx(size, rel=0.12)
+        # a series of the whole record errs by 0.6 to 35 times the noise
+        recording, segment = log(values)
+        drive = smooth(recording, segment, ("current",))
+        assert drive.fits is None and np.std(drive.values[0] - clean) < 0.55 * size
+        # amplitudes that jump too fast for slow splines are left to local polynomials
+        assert "modulated" in drive.method or kind == "random"
 
 
 def test_a_lead_in_goes_on_with_the_first_amplitude_whatever_was_recorded_there() -> None:
