@@ -227,14 +227,13 @@ def _series(values: Array, segment: Segment, dt: float, frequency: float) -> Har
     skipped = _unsettled(segment, len(values))
     fit = harmonic_fit(values[skipped:], dt, frequency, refine=False)
     fit = replace(fit, frequency=frequency)
-    whole = fit.shifted(-skipped * dt)
     chance = modulation(values[skipped:], fit, dt)
     if chance < CHANCE_IF_WHITE:
-        series, white = modulated_series(values, whole, dt), noise_level(values)
+        series, white = modulated_series(values[skipped:], fit, dt, skipped), noise_level(values)
         follows = series.residual <= MODULATED_EXCESS * white
         if chance < CHANCE or (follows and fit.residual > MANY * white):
             return series if follows else None
-    return whole if _leaves_noise(fit, values[skipped:], dt) else None
+    return fit.shifted(-skipped * dt) if _leaves_noise(fit, values[skipped:], dt) else None
 
 
 def _smoother(

@@ -35,7 +35,7 @@ class ModulatedSeries:
     Attributes
     ----------
     derivatives
-        It and its first two time derivatives (3, N).
+        It and its first two time derivatives (3, L + N), the lead-in first.
     depth
         Rms of amplitude and timing together, as a share of the series.
     residual
@@ -93,8 +93,11 @@ def modulation(values: Array, fit: HarmonicFit, dt: float) -> float:
     return float((4.0 * determinant / trace**2) ** (degrees / 2.0))
 
 
-def modulated_series(values: Array, fit: HarmonicFit, dt: float) -> ModulatedSeries:
-    """Return the modulated series of a signal (N,); see ``modulation`` for the parameters."""
+def modulated_series(values: Array, fit: HarmonicFit, dt: float, lead: int = 0) -> ModulatedSeries:
+    """Return the modulated series of a signal (N,), see ``modulation``, and of L samples that lead in to it.
+
+    There amplitude and timing are those of its first sample.
+    """
     parts = _parts(values, fit, dt)
     last, samples = float(parts.cycles[-1]), len(values)
     tried = []
@@ -104,8 +107,11 @@ def modulated_series(values: Array, fit: HarmonicFit, dt: float) -> ModulatedSer
         power = (float(parts.counts @ left**2) + parts.scatter) / samples
         tried.append((samples * np.log(max(power, 1e-300)) + spline.c.size * np.log(samples), spline))
     spline = min(tried, key=lambda t: t[0])[1]
-    time = np.arange(samples, dtype=np.float64) * dt
-    slow = [spline(np.clip(time * fit.frequency, 0.0, last), nu=k).T * fit.frequency**k for k in range(3)]
+    time = np.arange(-lead, samples, dtype=np.float64) * dt
+    within = np.clip(time * fit.frequency, 0.0, last)
+    slow = [spline(within, nu=k).T * fit.frequency**k for k in range(3)]
+    for rate in slow[1:]:
+        rate[:, :lead] = 0.0
     fast = [_carriers(fit, time, k) for k in range(3)]
     moved = (
         slow[0] * fast[0],
@@ -114,7 +120,8 @@ def modulated_series(values: Array, fit: HarmonicFit, dt: float) -> ModulatedSer
     )
     derivatives = np.stack([fit.evaluate(time, k) + moved[k].sum(axis=0) for k in range(3)])
     depth = float(np.sqrt(np.mean(np.sum(slow[0][:2] ** 2, axis=0))))
-    return ModulatedSeries(derivatives, depth, float(np.sqrt(np.mean((values - derivatives[0]) ** 2))))
+    residual = float(np.sqrt(np.mean((values - derivatives[0, lead:]) ** 2)))
+    return ModulatedSeries(derivatives, depth, residual)
 
 
 def _carriers(fit: HarmonicFit, time: Array, derivative: int) -> Array:

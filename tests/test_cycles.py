@@ -24,7 +24,9 @@ def test_a_planted_sine_is_found_whole(
     n = np.arange(int(per_cycle * cycles))
     values = amplitude * (np.sin(2 * np.pi * n / per_cycle + phase) + offset + noise * rng.standard_normal(len(n)))
     (stretch,) = steady_stretches(values, DT)
-    assert stretch.cycles == int((len(n) + 0.5) / per_cycle)
+    # where half a sample more makes a cycle whole, either count is right
+    whole = (len(n) + 0.5) / per_cycle
+    assert int(whole - 1e-3) <= stretch.cycles <= int(whole + 1e-3)
     assert stretch.fit.frequency * DT == pytest.approx(1 / per_cycle, rel=1e-9 + 6 * noise / np.sqrt(len(n)) / cycles)
     assert stretch.fit.amplitude == pytest.approx(amplitude, rel=1e-3 + 3 * noise)
 

@@ -100,10 +100,12 @@ def look(path: Path) -> tuple[Head, str]:
     Refusal
         If recordings cannot be named after it, it is no file, or no reader knows it.
     """
-    if in_unicode(path) != str(path):
-        raise Refusal(path, "its path is not UTF-8", "rename it")
-    if len(path.stem.encode()) > LONGEST_STEM:
-        text = f"its name is {len(path.stem.encode())} bytes long, and recordings are named after logs"
+    try:
+        fsencode(path).decode()
+    except UnicodeDecodeError as error:
+        raise Refusal(path, "its path is not UTF-8", "rename it") from error
+    if (length := len(fsencode(path.stem))) > LONGEST_STEM:
+        text = f"its name is {length} bytes long, and recordings are named after logs"
         raise Refusal(path, text, f"rename it to {LONGEST_STEM} or fewer")
     if path.exists() and not path.is_file():
         raise Refusal(path, "no plain file", "copy its content into one")

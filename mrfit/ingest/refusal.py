@@ -4,6 +4,7 @@ from os import fsencode
 from pathlib import Path
 
 from mrfit.errors import DataError, MrfitError
+from mrfit.escapes import visible
 
 LONGEST = 400
 
@@ -24,7 +25,7 @@ class Refusal(DataError):
     def __init__(self, path: Path | str, reason: str, remedy: str) -> None:
         reason, remedy = excerpt(reason, LONGEST), excerpt(remedy, LONGEST)  # a damaged file's text may be anything
         self.path, self.reason, self.remedy = in_unicode(path), reason, remedy
-        super().__init__(f"{excerpt(self.path, 10 * LONGEST)}: {reason}; {remedy}")
+        super().__init__(f"{excerpt(visible(self.path), 10 * LONGEST)}: {reason}; {remedy}")
 
     def __reduce__(self) -> tuple[type["Refusal"], tuple[str, str, str]]:
         """Pickle by the three parts, so that it can leave a worker process."""
