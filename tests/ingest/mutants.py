@@ -28,7 +28,7 @@ from tests.ingest.examining import examine
 from tests.ingest.samples import DT, ROWS, RS_SETTINGS, START, WRITERS, Sample, signals, table
 
 HANG = 30
-"""Seconds one mutant may take."""
+"""Seconds of computing that one mutant may take, and a tenth of those that it may take on a busy machine."""
 GUESSED = "unit-assumed"
 REBUILT = {"resampled", "rounded-time", "rate-differs"}
 """Findings that say that the time base is not the printed one."""
@@ -546,12 +546,13 @@ def _alarm(*_: object) -> None:
 def campaign(name: str, first: int, count: int) -> Tally:
     """Make, read and judge mutants ``first`` … of a subject; the same number gives the same mutant, always."""
     tally = Tally()
-    before = signal.signal(signal.SIGALRM, _alarm)
+    before = {number: signal.signal(number, _alarm) for number in (signal.SIGALRM, signal.SIGPROF)}
     try:
         for number in range(first, first + count):
             mutant = SUBJECTS[name](random.Random(f"{name} {number}"))
             began = time.perf_counter()
-            signal.alarm(HANG)
+            signal.setitimer(signal.ITIMER_PROF, HANG)
+            signal.setitimer(signal.ITIMER_REAL, 10 * HANG)
             try:
                 recordings, refusals = read(mutant)
                 faults = judge(mutant, recordings, refusals)
@@ -561,11 +562,13 @@ def campaign(name: str, first: int, count: int) -> Tally:
             except Exception as error:
                 outcome, faults = "traceback", [f"{type(error).__name__}: {error}"]
             finally:
-                signal.alarm(0)
+                signal.setitimer(signal.ITIMER_PROF, 0)
+                signal.setitimer(signal.ITIMER_REAL, 0)
             tally.number += 1
             tally.outcomes[outcome] += 1
             tally.faults += [f"{number} ({mutant.label}): {fault}" for fault in faults]
             tally.slowest = max(tally.slowest, time.perf_counter() - began)
     finally:
-        signal.signal(signal.SIGALRM, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)
     return tally
