@@ -387,7 +387,7 @@ class Workspace:
 
     def ingest_file(self) -> dict[str, Any] | None:
         """Return ingest.json, None if there is none."""
-        return content(self.ingest_json, IngestFile, f"delete {self.root} and ingest the logs again")
+        return content(self.ingest_json, IngestFile, "delete it and run `mrfit ingest` on the logs again")
 
     def flux_file(self) -> dict[str, Any] | None:
         """Return flux.json, None if there is none."""

@@ -31,6 +31,10 @@ class Stored(Part):
 File = TypeVar("File", bound=Stored)
 
 
+class UnknownSchema(DataError):
+    """A file is of a schema that this mrfit does not know: it may be of a later one."""
+
+
 def parsed(path: Path, text: str | bytes, kind: type[File], remedy: str) -> File:
     """Return the text of a file, checked.
 
@@ -87,8 +91,8 @@ def made(path: Path, kind: type[Stored]) -> dict[str, Any] | None:
 
     Raises
     ------
-    DataError
-        If it is of an unknown schema: it may be of a later mrfit and worth more than what this one would make.
+    UnknownSchema
+        It may be of a later mrfit and worth more than what this one would make.
     """
     try:
         text = path.read_bytes()
@@ -109,7 +113,7 @@ def _check_schema(path: Path, text: str | bytes, kind: type[Stored]) -> None:
     named = whole.get("schema") if isinstance(whole, Mapping) else None
     if kind.known and named is not None and named not in kind.known:
         shown = re.sub(r"\s+", " ", str(named))[:60]
-        raise DataError(
+        raise UnknownSchema(
             f"{path}: of the schema '{shown}', which this mrfit does not know (it reads {', '.join(kind.known)}); use "
             "the mrfit that wrote it, or another --work folder"
         )

@@ -9,6 +9,7 @@ from mrfit.errors import ConfigError, DataError
 from mrfit.keys import segment_key
 from mrfit.progress import Progress, silent
 from mrfit.recording import Segment
+from mrfit.schemas.reading import UnknownSchema
 from mrfit.schemas.stages import SEGMENTS
 from mrfit.segment.conditions import assign_roles, hold_out_after, name_conditions
 from mrfit.segment.detect import Detection, detect, drive_channel
@@ -104,9 +105,9 @@ def _made(workspace: Workspace) -> dict[str, Any] | None:
         summary = workspace.segments_summary()
         if summary:
             workspace.read_segments()
-    except DataError as error:
-        if "of the schema" in str(error):
-            raise
+    except UnknownSchema:
+        raise
+    except DataError:
         return None
     return summary
 
