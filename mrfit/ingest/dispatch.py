@@ -1,10 +1,11 @@
 """Which reader reads a file, and which files are parts of one record."""
 
+from os import fsencode
 from pathlib import Path
 
 from mrfit import registry
 from mrfit.ingest.head import Head, open_head
-from mrfit.ingest.refusal import Refusal, in_unicode
+from mrfit.ingest.refusal import Refusal
 
 LONGEST_STEM = 200
 """Bytes of a log's name: a file system takes 255, and recordings of a log have numbers and endings behind its name."""
