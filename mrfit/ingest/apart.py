@@ -25,8 +25,12 @@ SECONDS_FOR_A_MEGABYTE = 5.0
 def read_tables(reader: str, source: Source) -> list[Table]:
     """Return what a reader makes of a file, in this process, which may take ``source.memory`` for it."""
     module = registry.load("reader", reader)
-    with held_to(source.memory):
-        tables: list[Table] = module.read(source)
+    try:
+        with held_to(source.memory):
+            tables: list[Table] = module.read(source)
+    except SystemError as error:
+        # compiled code that is refused memory may fail without saying why
+        raise MemoryError from error
     return tables
 
 

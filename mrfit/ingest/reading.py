@@ -4,6 +4,7 @@ import hashlib
 import threading
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from os import fsencode
 from pathlib import Path
 from types import ModuleType
 
@@ -253,7 +254,7 @@ def look_into(item: Item, pieces: Pieces) -> tuple[Outcome, float]:
 
 def _place(pieces: Pieces, path: Path) -> Path:
     """Return the folder in which the numbers of one log lie meanwhile."""
-    return pieces.folder / hashlib.sha256(str(path).encode()).hexdigest()[:16]
+    return pieces.folder / hashlib.sha256(fsencode(path)).hexdigest()[:16]
 
 
 def _times_longer(module: ModuleType, part: Source, tables: list[Table]) -> float:
