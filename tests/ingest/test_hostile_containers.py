@@ -2,6 +2,7 @@
 
 import io
 import os
+import struct
 import zlib
 from pathlib import Path
 
@@ -25,7 +26,7 @@ from mrfit.recording import Recording
 from mrfit.store import Workspace
 from tests.conftest import Run
 from tests.ingest.examining import examine
-from tests.ingest.samples import seven_three, signals
+from tests.ingest.samples import mdf, seven_three, signals
 
 HOSTILE = Path(__file__).parent.parent / "data" / "hostile"
 MB = 1e6
@@ -115,6 +116,22 @@ def test_a_library_that_goes_round_in_circles_is_stopped(tmp_path: Path, monkeyp
     assert [Path(s).name for s in summary["added"]] == ["good.csv"]
     (refused,) = summary["refused"]
     assert refused["reason"] == "damaged: reading it takes more than 4 s"
+
+
+@pytest.mark.parametrize(("length", "sound"), [(24, True), (0xFFFFFFFF, False)])
+def test_a_record_longer_than_its_file_is_damaged(length: int, sound: bool, tmp_path: Path) -> None:
+    """asammdf makes room for one record, whatever its length."""
+    data = bytearray(mdf().data)
+    place = data.index(b"##CG") + 96  # behind the head, six links, record id, cycles and flags
+    assert struct.unpack_from("<I", data, place) == (24,)
+    struct.pack_into("<I", data, place, length)
+    path = tmp_path / "run.mf4"
+    path.write_bytes(data)
+    if sound:
+        assert read(path)[0].rows_kept == 240
+    else:
+        with pytest.raises(Refusal, match="a record of 4294967295 bytes in a file of"):
+            read(path)
 
 
 def test_a_dataset_whose_numbers_lie_in_another_file_is_not_opened(tmp_path: Path) -> None:

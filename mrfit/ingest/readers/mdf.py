@@ -16,6 +16,8 @@ from mrfit.specs import ReaderSpec
 
 SPEC = ReaderSpec("mdf", "ASAM MDF (needs asammdf)")
 FRAGILE = True  # read in a process of its own: the library crashes on some damaged files
+LONGEST_RECORD = 1 << 24
+"""Bytes of a record that no file is too short for, since it may be packed."""
 TIME = 1
 """MDF's number for a master channel that is time; 2 is angle, 3 distance, 4 index."""
 
@@ -45,6 +47,7 @@ def read(source: Source) -> list[Table]:
     try:
         with warnings.catch_warnings(), path.open("rb") as handle, asammdf.MDF(handle) as mdf:
             warnings.simplefilter("ignore")
+            _check_records(mdf, source.head.size)
             source.room().expect(sum(_unpacked(group, source.shelf) for group in mdf.groups))
             tables = list(_tables(mdf, source.shelf))
     except Exception as error:  # asammdf raises whatever it met in a damaged file
@@ -57,6 +60,15 @@ def read(source: Source) -> list[Table]:
 def _close_quietly(mdf: Any) -> None:
     with contextlib.suppress(Exception):
         mdf.close()
+
+
+def _check_records(mdf: Any, size: int) -> None:
+    """Refuse a record (one sample of every channel of a group) longer than the file: asammdf makes room for it."""
+    for group in mdf.groups:
+        about = group.channel_group
+        record = about.samples_byte_nr + getattr(about, "invalidation_bytes_nr", 0)
+        if record > max(size, LONGEST_RECORD):
+            raise ValueError(f"a record of {record} bytes in a file of {size}")
 
 
 def _unpacked(group: Any, shelf: Shelf | None) -> float:
