@@ -55,10 +55,10 @@ class NoiseFloor:
             return self.value
         return self.high if np.isfinite(self.high) else float("inf")
 
-    def as_json(self) -> dict[str, Any]:
-        """Return value, method and bounds under the names that fit.json and discovery.json have for them."""
-        ends = [end if np.isfinite(end) else None for end in (self.low, self.high)]
-        value = self.value if self.known else None
+    def as_json(self, scale: float = 1.0) -> dict[str, Any]:
+        """Return value, method and bounds, times a scale, under the names they have in fit.json and discovery.json."""
+        ends = [scale * end if np.isfinite(end) else None for end in (self.low, self.high)]
+        value = scale * self.value if self.known else None
         return {"noise_floor": value, "noise_floor_method": self.method, "noise_floor_bounds": ends}
 
 

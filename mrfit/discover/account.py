@@ -134,7 +134,7 @@ def account(fitter: Fitter, verdict: Verdict, outcome: Outcome) -> dict[str, Any
                 "id": s.segment.id,
                 "condition": s.segment.condition,
                 "role": s.segment.role,
-                **s.noise.as_json(),
+                **s.noise.as_json(1.0 / bench.span),
                 "noise_floor": s.floor / bench.span if s.noise.known else None,
             }
             for s in bench.stretches
