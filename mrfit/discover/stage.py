@@ -11,7 +11,7 @@ import numpy as np
 import mrfit.fit.stage
 from mrfit.assembly import assemble
 from mrfit.dependence import CurrentDependence, base_name, orders_of
-from mrfit.discover.account import account, verdict_of
+from mrfit.discover.account import Outcome, account, verdict_of
 from mrfit.discover.bench import Bench, build_bench, effects_for, with_residual_floors
 from mrfit.discover.decide import Verdict, decide
 from mrfit.discover.refit import Fitter, Refit
@@ -155,29 +155,55 @@ def _discovered(
     key: str,
     progress: Progress,
 ) -> tuple[dict[str, Any], dict[str, Array]]:
-    segments, recordings = data
-    dependence, choice = current_dependence(settings, segments, recordings)
-    fitter = _fitter(workspace, _started(settings, dependence, choice), dependence, data, key)
-    progress("base fit", 0, 1)
-    base = fitter.first(settings.seed)
-    if any(not s.noise.known for s in fitter.bench.stretches):
-        fitter = _with_residual_floors(fitter, base, recordings)
-        base = fitter.first(settings.seed)
-    progress("base fit", 1, 1)
-    effects = [e for e in effects_for(base.assembly.spec.output) if e.name not in settings.model.split("+")]
-    verdict = decide(fitter, base, effects, progress)
-    outcome = verdict_of(fitter.bench, verdict, settings.seed)
+    dependence, choice = current_dependence(settings, *data)
+    found = _judged(workspace, _started(settings, dependence, choice), (dependence, key), data, progress)
+    if choice is not None and not choice.by_role and found.outcome.word == "unexplained":
+        # laws of current chosen without an effect may have followed it: those of the parameters' roles have not
+        usual = usual_dependence(settings, *data)
+        other = _judged(workspace, settings, (usual, f"{key} usual"), data, progress)
+        if other.outcome.word in ("none", "named", "ambiguous"):
+            found, dependence, choice = other, usual, None
     summary = {
         "schema": SCHEMA,
         "base_model": settings.model,
-        **account(fitter, verdict, outcome),
+        **account(found.fitter, found.verdict, found.outcome),
         "seed": settings.seed,
         "data_sha256": "",
         "current_dependence": None if dependence is None else asdict(dependence),
         "current_choice": choice.about if choice else None,
         "key": key,
     }
-    return summary, _series(fitter.bench, verdict)
+    return summary, _series(found.fitter.bench, found.verdict)
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """What was decided with one dependence of the base on current."""
+
+    fitter: Fitter
+    verdict: Verdict
+    outcome: Outcome
+
+
+def _judged(
+    workspace: Workspace,
+    settings: Settings,
+    base_of_run: tuple[CurrentDependence | None, str],
+    data: tuple[Sequence[Segment], dict[str, Recording]],
+    progress: Progress,
+) -> _Judged:
+    """Fit the base with a dependence on current, decide, and judge; what is kept of the refits bears the given key."""
+    dependence, key = base_of_run
+    fitter = _fitter(workspace, settings, dependence, data, key)
+    progress("base fit", 0, 1)
+    base = fitter.first(settings.seed)
+    if any(not s.noise.known for s in fitter.bench.stretches):
+        fitter = _with_residual_floors(fitter, base, data[1])
+        base = fitter.first(settings.seed)
+    progress("base fit", 1, 1)
+    effects = [e for e in effects_for(base.assembly.spec.output) if e.name not in settings.model.split("+")]
+    verdict = decide(fitter, base, effects, progress)
+    return _Judged(fitter, verdict, verdict_of(fitter.bench, verdict, settings.seed))
 
 
 def _with_residual_floors(fitter: Fitter, base: Refit, recordings: dict[str, Recording]) -> Fitter:
@@ -206,18 +232,27 @@ def current_dependence(
         alike = mrfit.fit.stage.Settings(name, per="all", start=start, seed=settings.seed)
         found, choice = dependence_of(alike, usable(segments, recordings, base_of(name))[0], recordings)
         return choice.as_base() if choice else found, choice
+    return usual_dependence(settings, segments, recordings), None
+
+
+def usual_dependence(
+    settings: Settings, segments: Sequence[Segment], recordings: dict[str, Recording]
+) -> CurrentDependence | None:
+    """Return how the base's parameters depend on current as asked for, or by their roles; None if they do not."""
+    name = settings.model.partition("+")[0]
+    spec = base_of(name).spec
     shape = [p.name for p in spec.params if p.role == "hysteresis"]
     found = dependence_on_current(name, settings.current_order, segments, recordings, shape)
     if found or settings.current_order != "auto" or spec.output == "flux" or "current" in spec.inputs:
-        return found, None
+        return found
     values = [r.channels["current"] for r in recordings.values() if "current" in r.channels]
     if not values:
-        return None, None
+        return None
     low, high = min(float(v.min()) for v in values), max(float(v.max()) for v in values)
     if high - low < 0.1:
-        return None, None
+        return None
     orders = default_orders(spec, 3, shape) or orders_of(spec, "2")
-    return CurrentDependence(orders, low, high), None
+    return CurrentDependence(orders, low, high)
 
 
 def _started(settings: Settings, dependence: CurrentDependence | None, choice: Choice | None) -> Settings:
