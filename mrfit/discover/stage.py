@@ -156,11 +156,11 @@ def _discovered(
     progress: Progress,
 ) -> tuple[dict[str, Any], dict[str, Array]]:
     dependence, choice = current_dependence(settings, *data)
-    found = _judged(workspace, _started(settings, dependence, choice), (dependence, key), data, progress)
+    found = _judged(workspace, _started(settings, dependence, choice), dependence, data, key, progress)
     if choice is not None and not choice.by_role and found.outcome.word == "unexplained":
         # laws of current chosen without an effect may have followed it: those of the parameters' roles have not
         usual = usual_dependence(settings, *data)
-        other = _judged(workspace, settings, (usual, f"{key} usual"), data, progress)
+        other = _judged(workspace, settings, usual, data, f"{key} usual", progress)
         if other.outcome.word in ("none", "named", "ambiguous"):
             found, dependence, choice = other, usual, None
     summary = {
@@ -188,12 +188,12 @@ class _Judged:
 def _judged(
     workspace: Workspace,
     settings: Settings,
-    base_of_run: tuple[CurrentDependence | None, str],
+    dependence: CurrentDependence | None,
     data: tuple[Sequence[Segment], dict[str, Recording]],
+    key: str,
     progress: Progress,
 ) -> _Judged:
     """Fit the base with a dependence on current, decide, and judge; what is kept of the refits bears the given key."""
-    dependence, key = base_of_run
     fitter = _fitter(workspace, settings, dependence, data, key)
     progress("base fit", 0, 1)
     base = fitter.first(settings.seed)
