@@ -2,17 +2,22 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import mrfit.segment.stage
 from mrfit.assembly import assemble
+from mrfit.dependence import CurrentDependence
+from mrfit.discover import stage
 from mrfit.discover.stage import Settings, _fitter, run
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.select import load_recordings
+from mrfit.progress import silent
 from mrfit.recording import Recording
 from mrfit.store import Workspace, write_json
 from tests.discover.studies import GAS_COLUMN, TESTS, workspace
@@ -184,3 +189,41 @@ def test_a_field_that_saturates_is_named_and_not_bent_after_by_polynomials_of_hi
     (effect,) = found["effects"]
     assert effect["name"] == "current-saturation"
     assert effect["parameters"][0]["value"] == pytest.approx(1.2**-2, rel=0.02)
+
+
+CHOSEN, USUAL = (CurrentDependence((("fy", order),), 0.0, 1.0) for order in (1, 2))
+
+
+@pytest.mark.parametrize(
+    ("by_role", "words", "taken"),
+    [
+        (False, {CHOSEN: "unexplained", USUAL: "named"}, USUAL),
+        (False, {CHOSEN: "unexplained", USUAL: "unexplained"}, CHOSEN),
+        (False, {CHOSEN: "unexplained", USUAL: "insufficient-data"}, CHOSEN),
+        (False, {CHOSEN: "named"}, CHOSEN),
+        (False, {CHOSEN: "none"}, CHOSEN),
+        (True, {CHOSEN: "unexplained"}, CHOSEN),
+    ],
+)
+def test_laws_by_role_are_tried_only_where_chosen_ones_leave_a_gap_and_kept_only_where_they_close_it(
+    by_role: bool, words: dict[CurrentDependence, str], taken: CurrentDependence, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried = []
+
+    def judged(workspace: Any, settings: Any, dependence: CurrentDependence, *rest: Any) -> Any:
+        tried.append(dependence)
+        return SimpleNamespace(
+            fitter=SimpleNamespace(bench=None), verdict=None, outcome=SimpleNamespace(word=words[dependence])
+        )
+
+    choice = SimpleNamespace(by_role=by_role, about={"text": ["chosen"]})
+    monkeypatch.setattr(stage, "_judged", judged)
+    monkeypatch.setattr(stage, "current_dependence", lambda *_: (CHOSEN, choice))
+    monkeypatch.setattr(stage, "usual_dependence", lambda *_: USUAL)
+    monkeypatch.setattr(stage, "_started", lambda settings, *_: settings)
+    monkeypatch.setattr(stage, "account", lambda fitter, verdict, outcome: {"verdict": outcome.word})
+    monkeypatch.setattr(stage, "_series", lambda *_: {})
+    summary, _ = stage._discovered(Workspace(Path()), Settings("tanh"), ([], {}), "k", silent)
+    assert tried == list(words) and summary["verdict"] == words[taken]
+    assert summary["current_dependence"] == asdict(taken)
+    assert (summary["current_choice"] is None) == (taken == USUAL)
