@@ -19,7 +19,11 @@ from mrfit.ingest.table import Source, Table
 
 SECONDS = 25.0
 SECONDS_FOR_A_MEGABYTE = 5.0
-"""A file may take so long, and so much longer for each megabyte: libraries go round in circles on damaged files."""
+"""A file may take so much computing, and so much more for each megabyte: damaged ones lead libraries in circles."""
+WAITING = 4.0
+"""How many times longer it may take by the clock, on a machine with much else to do."""
+HAS_TIMER = hasattr(signal, "setitimer")
+"""Whether the system counts computing; else the clock has to do."""
 
 
 def read_tables(reader: str, source: Source) -> list[Table]:
@@ -49,13 +53,13 @@ class Worker:
         EOFError
             If the process dies.
         TimeoutError
-            If the function takes longer than ``seconds``; the process is then ended.
+            If the function computes for longer than ``seconds``; the process is then ended.
         """
         with self.lock:
             if self.process is None or self.process.poll() is not None:
                 self.process = _start()
             process, late = self.process, threading.Event()
-            watch = threading.Timer(seconds, _stop, (process, late))
+            watch = threading.Timer(WAITING * seconds if HAS_TIMER else seconds, _stop, (process, late))
             watch.start()
             try:
                 assert process.stdin and process.stdout
@@ -64,7 +68,8 @@ class Worker:
             except (EOFError, OSError, pickle.UnpicklingError):
                 _end(process)
                 self.process = None
-                raise (TimeoutError() if late.is_set() else EOFError()) from None
+                timed = late.is_set() or HAS_TIMER and process.returncode == -signal.SIGPROF
+                raise (TimeoutError() if timed else EOFError()) from None
             finally:
                 watch.cancel()
         if not sound:
@@ -114,7 +119,7 @@ def serve() -> None:
             seconds, function, arguments = pickle.load(sys.stdin.buffer)
         except EOFError:
             return
-        _end_after(seconds + 1.0)
+        _end_after(seconds)
         try:
             answer = (True, function(*arguments))
         except Exception as error:  # handed to the caller, whatever it is
@@ -124,9 +129,9 @@ def serve() -> None:
 
 
 def _end_after(seconds: float) -> None:
-    """Let the system end this process, should the caller be gone by then; 0 takes that back."""
-    if hasattr(signal, "setitimer"):
-        signal.setitimer(signal.ITIMER_REAL, seconds)
+    """Let the system end this process when it has computed for so long, whether or not the caller lives; 0: never."""
+    if HAS_TIMER:
+        signal.setitimer(signal.ITIMER_PROF, seconds)
 
 
 _worker = Worker()

@@ -56,12 +56,25 @@ def test_a_small_file_may_take_less_than_half_a_minute(source: Source, monkeypat
     assert allowed[0] < 26.0 and allowed[1] > 600.0
 
 
-def test_a_hang_ends(source: Source, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("stuck", ["hang", "spin"])
+def test_a_hang_ends(stuck: str, source: Source, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that waits ends by the clock, and one that computes by what it computes."""
     with monkeypatch.context() as patch:
-        patch.setattr(apart, "read_tables", hang)
-        with pytest.raises(Refusal, match="takes more than 3 s"):
-            apart.read_apart("matlab", source, seconds=3.0)
+        patch.setattr(apart, "read_tables", {"hang": hang, "spin": spin}[stuck])
+        with pytest.raises(Refusal, match="takes more than 1 s"):
+            apart.read_apart("matlab", source, seconds=1.0)
     assert len(apart.read_apart("matlab", source)) == 1
+
+
+def slow(*_: object) -> str:
+    time.sleep(1.5)
+    return "done"
+
+
+def test_waiting_for_other_work_of_the_machine_is_no_hang() -> None:
+    worker = apart.Worker()
+    assert worker.call(1.0, slow) == "done"
+    worker.close()
 
 
 STUCK = """
@@ -79,7 +92,7 @@ os.kill(os.getpid(), signal.SIGKILL)
 """
 
 
-def spin() -> None:
+def spin(*_: object) -> None:
     while True:
         pass
 
