@@ -117,7 +117,7 @@ def judge(mutant: Mutant, recordings: list[Recording], refusals: list[str]) -> l
 def _clocks(mutant: Mutant, recordings: list[Recording]) -> list[tuple[int, float]]:
     """Return the numbers of the sample at time 0, and the units of time in s, that are possible."""
     guessed = any(f.kind == GUESSED and not f.channel for r in recordings for f in r.findings)
-    first = sorted(mutant.allowed)[:80] if mutant.relative else [0]
+    first = sorted(mutant.allowed) if mutant.relative else [0]
     return [(number, unit) for number in first for unit in ([1.0, 1e3] if guessed else [1.0])]
 
 
@@ -212,6 +212,7 @@ class Draft:
     rows: list[Row]
     end: str
     closed: bool = True
+    swapped: bool = False
 
 
 def _nanoseconds() -> Sample:
@@ -297,7 +298,7 @@ def draft_of(reader: str) -> Draft:
 
 
 def mark_of(draft: Draft) -> str:
-    return "," if draft.reader in COMMA_DECIMALS else "."
+    return ",."[(draft.reader in COMMA_DECIMALS) == draft.swapped]
 
 
 def sound_rows(draft: Draft) -> list[int]:
@@ -397,6 +398,7 @@ def swap_marks(draft: Draft, rng: random.Random) -> None:
     new = "." if old == "," else ","
     for row in draft.rows:
         row.text = re.sub(rf"(?<=\d)\{old}(?=\d)", new, row.text)
+    draft.swapped = not draft.swapped
 
 
 def swap_one_mark(draft: Draft, rng: random.Random) -> None:
