@@ -117,7 +117,7 @@ def judge(mutant: Mutant, recordings: list[Recording], refusals: list[str]) -> l
 def _clocks(mutant: Mutant, recordings: list[Recording]) -> list[tuple[int, float]]:
     """Return the numbers of the sample at time 0, and the units of time in s, that are possible."""
     guessed = any(f.kind == GUESSED and not f.channel for r in recordings for f in r.findings)
-    first = sorted(mutant.allowed)[:80] if mutant.relative else [0]
+    first = sorted(mutant.allowed) if mutant.relative else [0]
     return [(number, unit) for number in first for unit in ([1.0, 1e3] if guessed else [1.0])]
 
 
@@ -171,7 +171,7 @@ def _best_match(mutant: Mutant, name: str, unit: str, numbers: np.ndarray, value
         return None
     near = [np.abs(values - t) <= 1e-9 * (1e-12 + np.abs(t)) for t in truth]
     best = max(near, key=lambda n: int(n.sum()), default=None)
-    return best if best is not None and 2 * best.sum() > len(values) else None
+    return best if best is not None and best.any() else None
 
 
 def _on_lines(values: np.ndarray, kept: np.ndarray) -> bool:
@@ -212,6 +212,7 @@ class Draft:
     rows: list[Row]
     end: str
     closed: bool = True
+    swapped: bool = False
 
 
 def _nanoseconds() -> Sample:
@@ -297,7 +298,7 @@ def draft_of(reader: str) -> Draft:
 
 
 def mark_of(draft: Draft) -> str:
-    return "," if draft.reader in COMMA_DECIMALS else "."
+    return ",."[(draft.reader in COMMA_DECIMALS) == draft.swapped]
 
 
 def sound_rows(draft: Draft) -> list[int]:
@@ -313,8 +314,14 @@ def number_of(draft: Draft) -> re.Pattern[str]:
     return NUMBERS[mark_of(draft)]
 
 
+def numbers_in(draft: Draft, row: Row) -> list[re.Match[str]]:
+    """Return the numbers of a row; settings that stand beside it are none."""
+    begin = len(",".join(row.text.split(",")[:3])) if draft.reader == "tektronix-tds" else 0
+    return [match for match in number_of(draft).finditer(row.text) if match.start() >= begin]
+
+
 def _cell(draft: Draft, row: Row, rng: random.Random) -> re.Match[str] | None:
-    found = list(number_of(draft).finditer(row.text))
+    found = numbers_in(draft, row)
     return rng.choice(found[-2:]) if found else None
 
 
@@ -356,14 +363,14 @@ def replace_cell(draft: Draft, rng: random.Random) -> None:
 
 def first_field(draft: Draft, rng: random.Random) -> None:
     for row in _pick(draft, rng):
-        if match := number_of(draft).search(row.text):
+        if match := next(iter(numbers_in(draft, row)), None):
             _spoil(row, row.text[: match.start()] + rng.choice(["#REF!", "%", "! ", "#"]) + row.text[match.end() :])
 
 
 def overload_first(draft: Draft, rng: random.Random) -> None:
     whole = rng.random() < 0.5 and draft.reader != "tektronix-tds"  # its settings stand beside the first rows
     for row in draft.rows[: rng.randint(1, 30)]:
-        numbers = list(number_of(draft).finditer(row.text))
+        numbers = numbers_in(draft, row)
         for match in reversed(numbers if whole else numbers[-2:]):
             row.text = row.text[: match.start()] + "OL" + row.text[match.end() :]
 
@@ -391,6 +398,7 @@ def swap_marks(draft: Draft, rng: random.Random) -> None:
     new = "." if old == "," else ","
     for row in draft.rows:
         row.text = re.sub(rf"(?<=\d)\{old}(?=\d)", new, row.text)
+    draft.swapped = not draft.swapped
 
 
 def swap_one_mark(draft: Draft, rng: random.Random) -> None:
@@ -447,7 +455,7 @@ def one_name_fewer(draft: Draft, rng: random.Random) -> None:
 def huge_number(draft: Draft, rng: random.Random) -> None:
     """Let the last value of a row be 1e12 as printed: it is a number, and must be said."""
     row = draft.rows[rng.choice(sound_rows(draft))]
-    numbers = list(number_of(draft).finditer(row.text))
+    numbers = numbers_in(draft, row)
     if draft.reader not in VALUE_LAST or not numbers or row.spoilt or not row.printed:
         return
     if sum(other.number == row.number for other in draft.rows) > 1:
