@@ -98,8 +98,9 @@ def is_cut(data: Text, layout: Layout, encoding: str = "utf-8", before: bytes = 
     *above, last = tail.decode(encoding, errors="replace").split("\n")
     column = max(layout.use, default=0)
     fields = split(last, layout.delimiter)
-    if len(fields) != column + 1:
+    if len(fields) <= column:
         return False
+    whole = len(fields) > column + 1  # a delimiter stands behind it, unless that is a decimal comma
     if last.count('"') % 2:
         return True
     number = number_pattern(layout.decimal)
@@ -112,7 +113,7 @@ def is_cut(data: Text, layout: Layout, encoding: str = "utf-8", before: bytes = 
     if len(digits) >= ALL_DIGITS and not any("e" in o.lower() for o in others):
         return False  # what may be missing does not change the number
     if form is None or form.decimals == 0:
-        return len(fields[column]) < max(len(o) for o in others)
+        return not whole and len(fields[column]) < max(len(o) for o in others)
     own = digits_of([fields[column]])
     same_power = not form.scientific or _power_length(fields[column]) in {_power_length(o) for o in others}
     return own is None or own.decimals < form.decimals or own.scientific != form.scientific or not same_power
@@ -306,11 +307,13 @@ def _line_by_line(text: bytes, line: int, layout: Layout, encoding: str) -> Body
 
 def _is_damaged_row(content: str, layout: Layout, number: re.Pattern[str]) -> bool:
     """Whether a line that begins as a comment does is a row with an unreadable first field."""
+    if content.strip().startswith(SHEET_ERRORS):
+        return True
     fields = split(content, layout.delimiter)
     if content.strip() in layout.header or not max(layout.use, default=0) < len(fields) <= layout.width:
         return content.strip() in layout.header
     others = [fields[c] for c in layout.use if c > 0]
-    return fields[0] in SHEET_ERRORS or any(others) and all(f in NO_VALUE or number.fullmatch(f) for f in others)
+    return any(others) and all(f in NO_VALUE or number.fullmatch(f) for f in others)
 
 
 def _row(content: str, stripped: str, layout: Layout, number: re.Pattern[str]) -> tuple[list[float], list[str]] | str:

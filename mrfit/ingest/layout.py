@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from mrfit.channels import CHANNELS
 from mrfit.ingest import units
-from mrfit.ingest.body import EMPTY, NO_VALUE, NOT_A_NUMBER, number_pattern, split
+from mrfit.ingest.body import EMPTY, NO_VALUE, NOT_A_NUMBER, SHEET_ERRORS, number_pattern, split
 from mrfit.ingest.head import Head
 from mrfit.ingest.refusal import Refusal, excerpt
 
@@ -250,7 +250,8 @@ def two_rows(head: Head, delimiter: str = "\t") -> TwoRows | None:
             continue
         complete = len(above) == 2 and all(len(c) == len(cells) > 1 and _is_name_row(c) for _, c in above)
         numbers = [_is_number(c) for c in cells]
-        if complete and (any(numbers) or all(MARK.fullmatch(c) for c in cells)):
+        marked = any(map(OVERLOAD.fullmatch, cells)) or all(map(MARK.fullmatch, cells))
+        if complete and (any(numbers) or marked):
             first = place if first is None else first  # it may be damaged
             if all(n or c in NO_VALUE for n, c in zip(numbers, cells, strict=True)) and any(numbers):
                 (_, names), (unit_row, written) = above
@@ -271,7 +272,8 @@ def _padded(fields: list[str], width: int) -> list[str]:
 
 
 def _cells(line: str, grid: Grid) -> list[str]:
-    bare = line.strip().lstrip(COMMENTS).strip() if line.strip()[:1] in COMMENTS else line
+    commented = line.strip()[:1] in COMMENTS and not line.strip().startswith(SHEET_ERRORS)
+    bare = line.strip().lstrip(COMMENTS).strip() if commented else line
     cells = split(bare, grid.delimiter)
     if not grid.delimiter and len(cells) != grid.width:
         for apart in (r"\t", r"[ \t]{2,}", r"\s*[,;]\s*"):

@@ -433,9 +433,14 @@ def comment(draft: Draft, rng: random.Random) -> None:
 
 
 def long_rows(draft: Draft, rng: random.Random) -> None:
+    """Add fields to some rows, and take the last number from others."""
+    delimiter = DELIMITERS.get(draft.reader, ",")
     for row in _pick(draft, rng):
-        delimiter = DELIMITERS.get(draft.reader, ",")
-        _spoil(row, f"{row.text}{delimiter}7{delimiter}5" if rng.random() < 0.5 else row.text.rpartition(delimiter)[0])
+        numbers = numbers_in(draft, row)
+        if rng.random() < 0.5 or not numbers:
+            _spoil(row, f"{row.text}{delimiter}7{delimiter}5")
+        else:
+            _spoil(row, row.text[: numbers[-1].start()].rstrip(f"{delimiter} "))
 
 
 def swap_rows(draft: Draft, rng: random.Random) -> None:
@@ -478,7 +483,7 @@ MUTATIONS: list[Callable[[Draft, random.Random], None]] = [
 def text_mutant(reader: str, rng: random.Random, mutations: list[Callable[[Draft, random.Random], None]]) -> Mutant:
     """Return the sample of a reader after some mutations."""
     draft = draft_of(reader)
-    for mutation in mutations:
+    for mutation in sorted(mutations, key=lambda m: m is cut_end):  # what follows on a cut makes it a whole line
         if len(sound_rows(draft)) > 1:
             mutation(draft, rng)
     untimed = reader in UNTIMED

@@ -167,7 +167,9 @@ def test_a_last_line_by_itself_is_judged_by_those_before() -> None:
 
 def test_a_delimiter_behind_the_last_number_says_that_it_is_whole() -> None:
     layout = Layout(0, ",", ".", 3, (0, 1), blank=(2,))
-    assert not is_cut(b"1,2.50,\n3,4.2,", layout) and is_cut(b"1,2.50,\n3,4.2", layout)
+    assert not is_cut(b"1,2.5,\n3,14.25,\n5,4.2,", layout) and is_cut(b"1,2.5,\n3,14.25,\n5,4.2", layout)
+    assert not is_cut(b"1,2.50,\n3,4.25,", layout)
+    assert is_cut(b"1,2.50,\n3,4,", layout)  # all others have two decimals: a decimal comma, and cut
 
 
 def test_no_line_is_lost_uncounted() -> None:

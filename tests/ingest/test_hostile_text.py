@@ -202,3 +202,34 @@ def test_settings_further_up_are_no_names(read_log: ReadLog) -> None:
         read_log("Sample Interval,0.001,\nVertical Units,V,\nLabel,,\nCH2\n" + rows)
     (record,) = read_log("time,voltage,current\nrecorded in the morning\n" + rows)  # known names
     assert list(record.channels) == ["voltage", "current"]
+
+
+@pytest.mark.parametrize("first", ["%\tOL\tOL\n", "\tOL\tOL\n", "OL\tOLxOL\tOL\n", "OL\tOL\tOL\n%\tOL\tOL\n"])
+def test_overload_rows_are_no_units_of_a_press(first: str, read_log: ReadLog) -> None:
+    head = "File Path: C:\\x.txt\nTest: t\nTest Run: Test Run 1\n\nCrosshead \tLoad \tTime \nmm\tN\tsec\n"
+    rows = "".join(f"{np.sin(k / 9):.4f}\t{np.cos(k / 9):.4f}\t{k * 1e-3:.3f}\n" for k in range(100))
+    (record,) = read_log(head + first + rows, "DAQ- (Timed).txt")
+    assert (record.dt, record.rows_kept, record.rows_refused) == (1e-3, 100, first.count("\n"))
+    assert record.units == {"displacement": "m", "force": "N"}
+
+
+def test_a_sheet_error_in_the_first_row_of_decimal_commas_is_counted(read_log: ReadLog) -> None:
+    rows = "".join(f"{k * 1e-3:.3f},{np.sin(k / 9):.4f}\n".replace(".", ",") for k in range(100))
+    (record,) = read_log("time [s],voltage [V]\n#REF!,0,1234\n" + rows)
+    assert (record.rows_kept, record.rows_refused) == (100, 1)
+
+
+def test_a_repeated_header_of_a_scope_is_not_its_header(read_log: ReadLog) -> None:
+    """The header proper has lost its first name: all rows above the repeated one would be gone."""
+    rows = [f"{k * 1e-3:.6f},{np.sin(k / 9):.4f},{np.cos(k / 9):.4f}" for k in range(100)]
+    text = "\n".join(["Model,MSO2014", "Sample Interval,0.001,", "CH1,CH2", *rows[:25], "TIME,CH1,CH2", *rows[25:], ""])
+    with pytest.raises(Refusal, match=r"2 names \(CH1, CH2\) for 3 columns"):
+        read_log(text, "tek0000.csv")
+
+
+def test_a_first_row_of_a_scope_with_an_unreadable_time_is_counted(read_log: ReadLog) -> None:
+    from tests.ingest.samples import tektronix_tds
+
+    first, _, rest = tektronix_tds().data.decode().partition("\r\n")
+    (record,) = read_log(first.replace("-00000.050000000", "#") + "\r\n" + first + "\r\n" + rest, "F0004CH1.CSV")
+    assert (record.rows_kept, record.rows_refused) == (240, 1)

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from mrfit.ingest.body import Layout
+from mrfit.ingest.body import Layout, number_pattern, split
 from mrfit.ingest.head import Head
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
@@ -18,7 +18,13 @@ def sniff(head: Head) -> bool:
 
 
 def _column_line(head: Head) -> int | None:
-    return next((k for k, line in enumerate(head.lines[:60]) if line.strip().upper().startswith("TIME,")), None)
+    """Return the line of the column names; one below a row of numbers is a repeated header."""
+    for place, line in enumerate(head.lines[:60]):
+        if line.strip().upper().startswith("TIME,"):
+            return place
+        if number_pattern(".").fullmatch(split(line, ",")[0]):
+            return None
+    return None
 
 
 def read(source: Source) -> list[Table]:

@@ -29,7 +29,7 @@ def _first_row(head: Head) -> int | None:
         fields = split(line, ",")
         if fields[0].lower() != "record length" or len(fields) <= VALUE:
             continue
-        if number.fullmatch(fields[TIME]) or OVERLOAD.fullmatch(fields[VALUE]):
+        if any(number.fullmatch(fields[k]) for k in (TIME, VALUE)) or OVERLOAD.fullmatch(fields[VALUE]):
             return place
     return None
 
