@@ -6,12 +6,12 @@ into amplitude, g, as into timing, h, since their complex envelope is circular (
 Processing of Complex-Valued Data, 2010, section 2.5). That of a drive with an unsteady amplitude is not.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from mrfit.harmonics import HarmonicFit
+from mrfit.harmonics import HarmonicFit, harmonic_fit
 from mrfit.specs import Array
 
 # Cycles over which the test takes weighted means (Hann), and the share of them within which means are alike
@@ -19,6 +19,8 @@ WINDOW, CORRELATED = 2.0, 0.5
 # Cycles between knots; the series takes those of the least information criterion
 KNOTS = (0.5, 1.0, 2.0, 4.0, 8.0)
 DEGREE = 3
+# Series and envelopes are fitted in turn
+PASSES = 2
 # Rms of a modulation, as a share of the series: below, the output moves by less than the least noise floor that counts
 SMALLEST = 3e-4
 # … and above, cycles do not even nearly repeat
@@ -98,30 +100,46 @@ def modulated_series(values: Array, fit: HarmonicFit, dt: float, lead: int = 0) 
 
     There amplitude and timing are those of its first sample.
     """
-    parts = _parts(values, fit, dt)
-    last, samples = float(parts.cycles[-1]), len(values)
-    tried = []
+    # an unsteady amplitude hides small harmonics, which come to light once it is taken away
+    for _ in range(PASSES):
+        steady = values - _moved(_spline(values, fit, dt), fit, dt, (0, len(values)))[0]
+        fit = replace(harmonic_fit(steady, dt, fit.frequency, refine=False), frequency=fit.frequency)
+    spline = _spline(values, fit, dt)
+    time = np.arange(-lead, len(values), dtype=np.float64) * dt
+    moved = _moved(spline, fit, dt, (lead, len(values)))
+    derivatives = np.stack([fit.evaluate(time, k) for k in range(3)]) + moved
+    depth = float(np.sqrt(np.mean(np.sum(spline(time[lead:] * fit.frequency)[:, :2] ** 2, axis=1))))
+    residual = float(np.sqrt(np.mean((values - derivatives[0, lead:]) ** 2)))
+    return ModulatedSeries(derivatives, depth, residual)
+
+
+def _spline(values: Array, fit: HarmonicFit, dt: float) -> Any:
+    """Return g, h and b as a spline over cycles, its knots those of the least information criterion."""
+    parts, samples = _parts(values, fit, dt), len(values)
+    last, tried = float(parts.cycles[-1]), []
     for spacing in (k for k in KNOTS if k == KNOTS[0] or k < last):
         spline, explained = _envelopes(parts, np.linspace(0.0, last, max(round(last / spacing), 1) + 1))
         left = parts.residual - np.sum(parts.carriers * explained, axis=0)
         power = (float(parts.counts @ left**2) + parts.scatter) / samples
         tried.append((samples * np.log(max(power, 1e-300)) + spline.c.size * np.log(samples), spline))
-    spline = min(tried, key=lambda t: t[0])[1]
-    time = np.arange(-lead, samples, dtype=np.float64) * dt
-    within = np.clip(time * fit.frequency, 0.0, last)
+    return min(tried, key=lambda t: t[0])[1]
+
+
+def _moved(spline: Any, fit: HarmonicFit, dt: float, samples: tuple[int, int]) -> Array:
+    """Return s·g + h·s'/ω + b and two time derivatives (3, L + N), L samples before the first knot and N from it on."""
+    lead, count = samples
+    time = np.arange(-lead, count, dtype=np.float64) * dt
+    within = np.clip(time * fit.frequency, 0.0, float(spline.t[-1]))
     slow = [spline(within, nu=k).T * fit.frequency**k for k in range(3)]
     for rate in slow[1:]:
         rate[:, :lead] = 0.0
     fast = [_carriers(fit, time, k) for k in range(3)]
-    moved = (
+    parts = (
         slow[0] * fast[0],
         slow[1] * fast[0] + slow[0] * fast[1],
         slow[2] * fast[0] + 2.0 * slow[1] * fast[1] + slow[0] * fast[2],
     )
-    derivatives = np.stack([fit.evaluate(time, k) + moved[k].sum(axis=0) for k in range(3)])
-    depth = float(np.sqrt(np.mean(np.sum(slow[0][:2] ** 2, axis=0))))
-    residual = float(np.sqrt(np.mean((values - derivatives[0, lead:]) ** 2)))
-    return ModulatedSeries(derivatives, depth, residual)
+    return np.stack([part.sum(axis=0) for part in parts])
 
 
 def _carriers(fit: HarmonicFit, time: Array, derivative: int) -> Array:
