@@ -21,6 +21,10 @@ DRIFTING, FIRST, LAST = 4, 5, 20
 FEWEST_ORDERS, CHANCE = 5, 3e-5
 # Steepest fall of the noise's power with the order, as of a random walk: n to the power -3
 STEEPEST = 3.0
+# Samples whose columns are factored at once
+ROWS = 1 << 16
+# Groups of neighbouring samples that a long record is taken as
+GROUPS = 1 << 14
 # Smaller drifts, in shares of what is left, matter to nobody
 VISIBLE = 0.3
 
@@ -74,8 +78,6 @@ def steady_drift(residual: Array, output: Array, dt: float, cycles: int = 0) -> 
     last = min(LAST, cycles) if cycles else LAST
     if last - FIRST + 1 < FEWEST_ORDERS or len(residual) < 4 * LAST:
         return None
-    time = np.linspace(-1.0, 1.0, len(residual))
-    polynomials = np.asarray(legendre.legvander(time, last), dtype=np.float64)
     moving = output - output.mean()
     slope = np.asarray(np.gradient(moving), dtype=np.float64)
     slope = slope * float(np.std(moving) / max(np.std(slope), 1e-300))
@@ -83,7 +85,7 @@ def steady_drift(residual: Array, output: Array, dt: float, cycles: int = 0) -> 
     rates: list[float] = []
     carriers_of: tuple[list[Array], ...] = ([np.ones(len(residual))], [moving, slope])
     for carriers in carriers_of:
-        trend, factor = _trend(residual - sum(parts, np.zeros(len(residual))), carriers, polynomials)
+        trend, factor = _trend(residual - sum(parts, np.zeros(len(residual))), carriers, last)
         parts.append(trend)
         rates.append(float(np.ptp(factor) * np.sign(factor[-1] - factor[0])) / (len(residual) * dt))
     if not any(np.any(part) for part in parts):
@@ -91,29 +93,57 @@ def steady_drift(residual: Array, output: Array, dt: float, cycles: int = 0) -> 
     return Drift(parts[0], parts[1], rates[0], rates[1])
 
 
-def _trend(residual: Array, carriers: list[Array], polynomials: Array) -> tuple[Array, Array]:
+def _trend(residual: Array, carriers: list[Array], last: int) -> tuple[Array, Array]:
     """Return the drift on some carriers (N,), and the factor of the first (N,); zeros where it is noise."""
     none = np.zeros(len(residual))
     if not all(np.any(c) for c in carriers):
         return none, none
-    columns = np.hstack([c[:, None] * polynomials for c in carriers])
-    triangle = np.linalg.qr(columns)[1]
-    coefficients = np.linalg.lstsq(columns, residual, rcond=None)[0]
-    orders, count = polynomials.shape[1], len(carriers)
+    orders, count = last + 1, len(carriers)
+    triangle, projected = _factored(residual, carriers, last)
+    coefficients = np.linalg.lstsq(triangle, projected, rcond=None)[0]
     # power per order: what its columns, orthogonal but for the carriers, hold of the residual
     scale = np.abs(np.diag(triangle))
     power = np.sum((coefficients * scale).reshape(count, orders) ** 2, axis=0)
     noise, degrees = _noise_power(power, float(count))
     score = np.max(power[1:3] / np.maximum(noise[1:3], 1e-300))
-    kept = (np.arange(orders) >= 1) & (np.arange(orders) <= DRIFTING)
-    chosen = np.tile(kept, count) * coefficients
-    trend = columns @ chosen
+    drifting = coefficients.reshape(count, orders)[:, : DRIFTING + 1].copy()
+    drifting[:, 0] = 0.0
+    time = np.linspace(-1.0, 1.0, len(residual))
+    factors = [np.asarray(legendre.legval(time, row), dtype=np.float64) for row in drifting]
+    trend = sum((c * f for c, f in zip(carriers, factors, strict=True)), none)
     left = float(np.std(residual - trend))
     # either of two orders may be the drift's
     limit = fdtri(count, degrees, 1.0 - CHANCE / 2.0)
     if score <= limit or float(np.std(trend)) <= VISIBLE * left:
         return none, none
-    return trend, polynomials @ (kept * coefficients[:orders])
+    return trend, factors[0]
+
+
+def _factored(residual: Array, carriers: list[Array], last: int) -> tuple[Array, Array]:
+    """Return R and Qᵀ·residual of the QR factors of the carriers times polynomials of time, made part by part."""
+    time, columns = _shortened(np.linspace(-1.0, 1.0, len(residual)), np.stack([*carriers, residual], axis=1))
+    triangle = np.empty((0, (last + 1) * len(carriers) + 1))
+    for begin in range(0, len(time), ROWS):
+        rows = slice(begin, begin + ROWS)
+        polynomials = np.asarray(legendre.legvander(time[rows], last), dtype=np.float64)
+        own = [columns[rows, k, None] * polynomials for k in range(len(carriers))]
+        stacked = np.vstack([triangle, np.hstack([*own, columns[rows, -1:]])])
+        triangle = np.asarray(np.linalg.qr(stacked, mode="r"))
+    return triangle[:-1, :-1], triangle[:-1, -1]
+
+
+def _shortened(time: Array, columns: Array) -> tuple[Array, Array]:
+    """Return fewer rows with the same sums of products: of a long record, the R factors of neighbouring rows (N, C).
+
+    Over so few neighbours the polynomials of time hardly move.
+    """
+    each = len(time) // GROUPS
+    if each < 2 * columns.shape[1]:
+        return time, columns
+    whole, width = GROUPS * each, columns.shape[1]
+    factors = np.linalg.qr(columns[:whole].reshape(GROUPS, each, width), mode="r")
+    middles = np.repeat(time[:whole].reshape(GROUPS, each).mean(axis=1), width)
+    return np.concatenate([middles, time[whole:]]), np.vstack([np.reshape(factors, (-1, width)), columns[whole:]])
 
 
 def _noise_power(power: Array, count: float) -> tuple[Array, float]:

@@ -75,6 +75,10 @@ class Drive:
     noise: dict[str, float]
     fits: tuple[HarmonicFit, ...] | None
 
+    def without_values(self) -> "Drive":
+        """Return the drive of a periodic segment as its series alone."""
+        return replace(self, values=self.values[:, :0].copy())
+
 
 @dataclass(frozen=True, slots=True)
 class _Channel:

@@ -51,6 +51,91 @@ METRICS: tuple[Metric, ...] = (
 )
 
 
+@dataclass(frozen=True, slots=True)
+class ErrorSums:
+    """What the error measures of one stretch are computed from; those of several stretches add up, see ``together``.
+
+    Attributes
+    ----------
+    samples
+        Number of samples N.
+    errors, squares, spread
+        Σ(y − ŷ)², Σy² and Σ(y − ȳ)².
+    mean, low, high
+        ȳ, min y and max y.
+    energy, simulated_energy
+        E and Ê in J, nan where they are not known.
+    """
+
+    samples: int
+    errors: float
+    squares: float
+    spread: float
+    mean: float
+    low: float
+    high: float
+    energy: float
+    simulated_energy: float
+
+    def measures(self) -> dict[str, float]:
+        """Return every error measure of ``METRICS`` by name, as ``error_metrics`` does."""
+        mse, squares = self.errors / self.samples, self.squares / self.samples
+        rmse = float(np.sqrt(mse))
+        extent = self.high - self.low
+        deviation = float(np.sqrt(self.spread / self.samples)) if extent > 0.0 else 0.0
+        return {
+            "rmse": rmse,
+            "mse": mse,
+            "nrmse": _ratio(rmse, extent),
+            "esr": 100.0 * _ratio(mse, deviation**2),
+            "relative_rmse": _ratio(rmse, float(np.sqrt(squares))),
+            "err_peak": _ratio(rmse, max(abs(self.low), abs(self.high))),
+            "err_energy": _ratio(abs(self.energy - self.simulated_energy), abs(self.energy)),
+            "fit_percent": 100.0 * (1.0 - _ratio(rmse, deviation)),
+        }
+
+
+def error_sums(
+    measured: Array, simulated: Array, drive: Array | None = None, starts: Sequence[int] = (0,)
+) -> ErrorSums:
+    """Return what the error measures are computed from; parameters and errors are those of ``error_metrics``."""
+    y, y_hat = np.asarray(measured, dtype=np.float64), np.asarray(simulated, dtype=np.float64)
+    if y.shape != y_hat.shape or y.ndim != 1 or not len(y):
+        raise DataError(
+            f"cannot compare {y.shape} measured with {y_hat.shape} simulated samples; run `mrfit fit` again"
+        )
+    finite = bool(np.isfinite(y_hat).all())
+    mean = float(np.mean(y))
+    return ErrorSums(
+        samples=len(y),
+        errors=float(np.sum((y - y_hat) ** 2)) if finite else np.nan,
+        squares=float(np.sum(y**2)),
+        spread=float(np.sum((y - mean) ** 2)),
+        mean=mean,
+        low=float(np.min(y)),
+        high=float(np.max(y)),
+        energy=absorbed_energy(y, drive, starts) if drive is not None else np.nan,
+        simulated_energy=absorbed_energy(y_hat, drive, starts) if drive is not None and finite else np.nan,
+    )
+
+
+def together(sums: Sequence[ErrorSums]) -> ErrorSums:
+    """Return the sums over several stretches: no energy is counted across their seams."""
+    samples = sum(s.samples for s in sums)
+    mean = sum(s.samples * s.mean for s in sums) / samples
+    return ErrorSums(
+        samples=samples,
+        errors=sum(s.errors for s in sums),
+        squares=sum(s.squares for s in sums),
+        spread=sum(s.spread + s.samples * (s.mean - mean) ** 2 for s in sums),
+        mean=mean,
+        low=min(s.low for s in sums),
+        high=max(s.high for s in sums),
+        energy=sum(s.energy for s in sums),
+        simulated_energy=sum(s.simulated_energy for s in sums),
+    )
+
+
 def error_metrics(
     measured: Array, simulated: Array, drive: Array | None = None, starts: Sequence[int] = (0,)
 ) -> dict[str, float]:
@@ -78,29 +163,7 @@ def error_metrics(
     DataError
         If there is no sample, or the two differ in length.
     """
-    y, y_hat = np.asarray(measured, dtype=np.float64), np.asarray(simulated, dtype=np.float64)
-    if y.shape != y_hat.shape or y.ndim != 1 or not len(y):
-        raise DataError(
-            f"cannot compare {y.shape} measured with {y_hat.shape} simulated samples; run `mrfit fit` again"
-        )
-    finite = bool(np.isfinite(y_hat).all())
-    mse = float(np.mean((y - y_hat) ** 2)) if finite else np.nan
-    rmse = float(np.sqrt(mse))
-    rms = float(np.sqrt(np.mean(y**2)))
-    spread = float(np.ptp(y))
-    deviation = float(np.std(y)) if spread > 0.0 else 0.0
-    actual = absorbed_energy(y, drive, starts) if drive is not None else np.nan
-    predicted = absorbed_energy(y_hat, drive, starts) if drive is not None and finite else np.nan
-    return {
-        "rmse": rmse,
-        "mse": mse,
-        "nrmse": _ratio(rmse, spread),
-        "esr": 100.0 * _ratio(mse, deviation**2),
-        "relative_rmse": _ratio(rmse, rms),
-        "err_peak": _ratio(rmse, float(np.max(np.abs(y)))),
-        "err_energy": _ratio(abs(actual - predicted), abs(actual)),
-        "fit_percent": 100.0 * (1.0 - _ratio(rmse, deviation)),
-    }
+    return error_sums(measured, simulated, drive, starts).measures()
 
 
 def absorbed_energy(values: Array, drive: Array, starts: Sequence[int] = (0,)) -> float:

@@ -20,6 +20,9 @@ RAMP_BENDS = 0.1
 TREND_CYCLES = 4
 # Cycles and trends over few of them are not quite orthogonal
 TREND_PASSES = 3
+# Channels of more samples than this are judged by windows of so many samples at so many places spread over them
+LONG = 1 << 21
+WINDOW, WINDOWS = 1 << 16, 16
 # Share of a spectrum (2·sin(ω/2))⁻⁴ that differences of order 8 over one and over two samples let through
 FALLING = (comb(12, 6) / comb(16, 8), 0.3077748916)
 
@@ -38,12 +41,20 @@ def noise_level(values: Array) -> float:
         Channel (N,), in any unit; 0 is returned for fewer than 3 samples.
     """
     orders = [p for p in DIFFERENCE_ORDERS if len(values) > 2 * p]
-    levels = [_difference_level(values, p) for p in orders]
+    levels = [_difference_level(windows(values), p) for p in orders]
     return max(min(levels, default=0.0), quantisation(values) / sqrt(12.0))
 
 
-def _difference_level(values: Array, order: int) -> float:
-    difference = np.diff(values, order)
+def windows(values: Array) -> list[Array]:
+    """Return the parts of a channel (N,) by which it is judged: all of it, or windows spread over a long one."""
+    if len(values) <= LONG:
+        return [values]
+    starts = np.linspace(0, len(values) - WINDOW, WINDOWS).astype(np.int64)
+    return [values[start : start + WINDOW] for start in starts]
+
+
+def _difference_level(parts: list[Array], order: int) -> float:
+    difference = np.concatenate([np.diff(part, order) for part in parts])
     return float(NORMAL_MEDIAN * np.median(np.abs(difference)) / np.sqrt(comb(2 * order, order)))
 
 
@@ -53,7 +64,9 @@ def quantisation(values: Array) -> float:
     Where hardly any sample equals the one before, quantisation is white noise and ``noise_level`` sees it as such. A
     few levels, each of them held, are exact, as those of a commanded current: a measured one flickers between levels.
     So are ramps whose steps are all alike, as those of a computed trapezoid: a rounded one waits for its next level.
+    Of a long channel the middle is looked at.
     """
+    values = values[max(len(values) - LONG, 0) // 2 :][:LONG]
     if np.mean(values[1:] == values[:-1]) < STAYING:
         return 0.0
     levels = np.unique(values[:UNIQUE_SAMPLES])

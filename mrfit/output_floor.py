@@ -10,6 +10,7 @@ from mrfit.drift import Drift, steady_drift
 from mrfit.drive import cycles_agree, inputs_repeat
 from mrfit.harmonics import harmonic_fit
 from mrfit.input_regression import Motion, regression_floor
+from mrfit.long_segments import middle_piece
 from mrfit.noise import TREND_CYCLES, noise_floor, noise_level, quantisation
 from mrfit.noise_floor import NoiseFloor, measured_samples, not_known, white_noise
 from mrfit.recording import Recording, Segment
@@ -32,7 +33,8 @@ def output_floors(
 
     Cycle is compared with cycle only where every input recorded repeats with the cycle: under a current that moves on
     its own, cycles differ without any noise. Records of one condition are compared where their inputs are the same.
-    Otherwise it is what a flexible regression on the inputs leaves, or not known.
+    Otherwise it is what a flexible regression on the inputs leaves, or not known. A long segment is judged by
+    its middle.
 
     Parameters
     ----------
@@ -43,6 +45,9 @@ def output_floors(
     outputs
         Output over each segment, (N,).
     """
+    middles = [middle_piece(s, recordings[s.recording].dt) for s in segments]
+    outputs = [y[m.start - s.start :][: m.samples] for s, m, y in zip(segments, middles, outputs, strict=True)]
+    segments = middles
     alone = [cycles_floor(recordings[s.recording], s, y) for s, y in zip(segments, outputs, strict=True)]
     unknown = [k for k, floor in enumerate(alone) if floor is None]
     if not unknown:

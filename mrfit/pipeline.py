@@ -195,7 +195,7 @@ def predict(
         "output": found["output"],
         "metrics": prediction.metrics,
         "used": prediction.used,
-        "conditions": {b.segment.id: b.segment.condition for b in prediction.blocks},
+        "conditions": {s.id: s.condition for s in prediction.blocks.segments},
         "findings": [*oddities, *cut["findings"]],
         "outdated": bool(workspace.outdated([found])),
         "refused": ingested["refused"],

@@ -203,8 +203,8 @@ def _check_room(path: Path, rows: int, columns: int) -> None:
         )
 
 
-def read_table(path: Path) -> tuple[dict[str, Array], dict[str, str]]:
-    """Return the columns and metadata of a Parquet file written by ``write_table``.
+def read_table(path: Path, without: Sequence[str] = ()) -> tuple[dict[str, Array], dict[str, str]]:
+    """Return the columns and metadata of a Parquet file written by ``write_table``, some columns left out.
 
     Raises
     ------
@@ -215,10 +215,18 @@ def read_table(path: Path) -> tuple[dict[str, Array], dict[str, str]]:
 
     # read_table would import data sets and pandas (0.3 s)
     with reading(path, "run `mrfit ingest` again"), pq.ParquetFile(path) as file:
-        _check_room(path, file.metadata.num_rows, file.metadata.num_columns)
-        table = file.read()
+        names = [n for n in file.schema_arrow.names if n not in without]
+        rows = file.metadata.num_rows
+        _check_room(path, rows, len(names))
+        columns = {name: np.empty(rows) for name in names}
+        begin = 0
+        # group by group, so that only one of them is in memory twice
+        for group in range(file.num_row_groups):
+            table = file.read_row_group(group, names)
+            for name, values in columns.items():
+                values[begin : begin + len(table)] = floats(table.column(name))
+            begin += len(table)
         metadata = file.metadata.metadata
-        columns = {name: floats(table.column(name)) for name in table.column_names}
     return columns, _decoded(metadata)
 
 
@@ -453,10 +461,9 @@ class Workspace:
             If its file is missing or damaged.
         """
         path, remedy = self.recording_file(identifier, stage), "run `mrfit ingest` on its log again"
-        columns, metadata = read_table(path)
+        columns, metadata = read_table(path, without=("time",))
         text = metadata.get("mrfit", "")
         about = as_json(text, parsed(path, text, About, remedy))
-        columns.pop("time", None)
         if [c["name"] for c in about["channels"]] != list(columns):
             raise DataError(f"{path}: damaged: its channels are not those it names; {remedy}")
         return Recording(

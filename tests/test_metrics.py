@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from mrfit.errors import DataError
-from mrfit.metrics import METRICS, absorbed_energy, error_metrics
+from mrfit.metrics import METRICS, absorbed_energy, error_metrics, error_sums, together
 
 VALUES = st.floats(-1e6, 1e6, allow_subnormal=False).map(lambda v: 0.0 if abs(v) < 1e-3 else v)
 PAIRS = st.integers(2, 40).flatmap(
@@ -135,3 +135,20 @@ def test_energy_is_not_counted_across_segments():
     pushed = np.full(11, 5.0), np.linspace(7.0, 9.0, 11)
     y, path = np.concatenate([force, pushed[0]]), np.concatenate([x, pushed[1]])
     assert absorbed_energy(y, path, starts=(0, len(x))) == pytest.approx(np.pi + 10.0, rel=1e-5)
+
+
+@given(
+    arrays(np.float64, st.integers(1, 40), elements=st.floats(-1e3, 1e3)),
+    st.lists(st.integers(0, 40), max_size=3),
+)
+def test_measures_of_stretches_add_up_to_those_of_the_whole(y: np.ndarray, cuts: list[int]) -> None:
+    simulated, drive = y + np.sin(np.arange(len(y))), np.arange(len(y)) ** 1.5
+    edges = sorted({0, len(y), *(c for c in cuts if c < len(y))})
+    parts = [slice(a, b) for a, b in zip(edges, edges[1:], strict=False)]
+    sums = together([error_sums(y[p], simulated[p], drive[p]) for p in parts])
+    found, whole = sums.measures(), error_metrics(y, simulated, drive, edges[:-1])
+    # of next to nothing a ratio is rounding
+    small = {"err_energy"} if abs(sums.energy) <= 1e-3 else set()
+    small |= {"nrmse", "esr", "fit_percent", "relative_rmse", "err_peak"} if np.ptp(y) <= 1e-3 else set()
+    for name in whole.keys() - small:
+        assert found[name] == pytest.approx(whole[name], rel=1e-6, abs=1e-9, nan_ok=True), name

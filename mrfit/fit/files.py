@@ -9,15 +9,15 @@ import numpy as np
 from mrfit.arrow import numbers, repeated, table
 from mrfit.assembly import Assembly
 from mrfit.csv_table import csv_table
-from mrfit.fit.problem import Block
+from mrfit.fit.parts import Blocks, Part
 from mrfit.specs import Array
-from mrfit.store import write_atomic, write_json, write_text
+from mrfit.store import ROW_GROUP, write_atomic, write_json, write_text
 
 PARAMETER_COLUMNS = ("condition", "parameter", "value", "unit", "low", "high", "at_bound", "identifiable")
 
 
 def write_fit(
-    folder: Path, fit: dict[str, Any], blocks: Sequence[Block], simulated: Sequence[Array], assembly: Assembly
+    folder: Path, fit: dict[str, Any], blocks: Blocks, simulated: Sequence[Array], assembly: Assembly
 ) -> None:
     """Write a fit's folder; fit.json comes last, since its key says that the rest is there.
 
@@ -34,9 +34,6 @@ def write_fit(
     """
     import shutil
 
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     rows = [
         {"condition": r["condition"], "parameter": p["name"], **p}
         for r in fit["results"]
@@ -46,17 +43,33 @@ def write_fit(
     (folder / "fit.json").unlink(missing_ok=True)
     write_text(folder / "parameters.csv", csv_table(PARAMETER_COLUMNS, rows))
     write_text(folder / "metrics.csv", csv_table(list(fit["metrics"][0]), fit["metrics"]))
-    residuals = pa.concat_tables([residual_table(b, s, assembly) for b, s in zip(blocks, simulated, strict=True)])
-    write_atomic(folder / "residuals.parquet", lambda p: pq.write_table(residuals, p, compression="zstd"))
+    write_atomic(folder / "residuals.parquet", lambda p: _write_residuals(p, blocks, simulated, assembly))
     write_json(folder / "fit.json", fit)
     shutil.rmtree(folder / ".partial", ignore_errors=True)
 
 
-def residual_table(block: Block, simulated: Array, assembly: Assembly) -> Any:
-    """Return a segment's measured and simulated output and the model's inputs over time, as a pyarrow table."""
-    segment = block.segment
+def _write_residuals(path: Path, blocks: Blocks, simulated: Sequence[Array], assembly: Assembly) -> None:
+    """Write the tables of all segments, a row group as soon as there are enough rows for it."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    tables = (residual_table(p, y, assembly) for p, y in zip(blocks.parts, simulated, strict=True))
+    held = [next(tables)]
+    with pq.ParquetWriter(path, held[0].schema, compression="zstd") as writer:
+        for one in tables:
+            if sum(map(len, held)) + len(one) > ROW_GROUP:
+                writer.write_table(pa.concat_tables(held), ROW_GROUP)
+                held = []
+            held.append(one)
+        writer.write_table(pa.concat_tables(held), ROW_GROUP)
+
+
+def residual_table(part: Part, simulated: Array, assembly: Assembly) -> Any:
+    """Return a part's measured and simulated output and the model's inputs over time, as a pyarrow table."""
+    segment, block = part.segment, part.block
     names = {"condition": segment.condition, "segment": segment.id, "role": segment.role}
-    columns = {"time": np.arange(block.samples) * block.dt, "measured": block.target, "simulated": simulated}
+    time = (part.before + np.arange(block.samples)) * part.dt
+    columns = {"time": time, "measured": part.output, "simulated": simulated}
     columns |= {n: block.inputs(row) for row, n in enumerate(assembly.spec.inputs)}
     same = {name: repeated(text, block.samples) for name, text in names.items()}
     return table(same | {name: numbers(values) for name, values in columns.items()})

@@ -8,11 +8,11 @@ import numpy as np
 
 from mrfit import optimize
 from mrfit.assembly import Assembly
-from mrfit.drive import smooth
 from mrfit.errors import DataError
 from mrfit.fit import levels, reduced
 from mrfit.fit.cube import Cube, FreeParameters
-from mrfit.fit.problem import AHEAD_CYCLES, Block, Posed, differences, folded_block, full_block
+from mrfit.fit.parts import Blocks, parts_of, split_cycles
+from mrfit.fit.problem import AHEAD_CYCLES, Block, Posed, differences, folded_block
 from mrfit.fit.uncertainty import Linearised, condensed, sensitivities
 from mrfit.noise_floor import NoiseFloor
 from mrfit.objective import Objective
@@ -20,8 +20,6 @@ from mrfit.output_floor import output_floors, residual_floor
 from mrfit.recording import Recording, Segment
 from mrfit.specs import Array
 
-# One in so many cycles, or samples where there are none, is held out of a condition by itself
-ONE_HELD_OUT_IN = 3
 UNCERTAINTY_SAMPLES = 100_000
 
 
@@ -43,51 +41,32 @@ class Group:
 
     name: str
     search: list[Block]
-    full: list[Block]
+    full: Blocks
     floors: list[NoiseFloor]
 
     @property
-    def training(self) -> list[Block]:
+    def training(self) -> Blocks:
         """Full blocks that are fitted."""
-        return [b for b in self.full if b.segment.role == "train"]
+        return self.full.of_role("train")
 
     @property
     def training_floors(self) -> list[float]:
         """Noise floors of the blocks that are fitted, in the output's unit; the least each can be where not known."""
-        return [f.scale for b, f in zip(self.full, self.floors, strict=True) if b.segment.role == "train"]
+        return [f.scale for s, f in zip(self.full.segments, self.floors, strict=True) if s.role == "train"]
 
     def with_residual_floors(self, recordings: Mapping[str, Recording], simulated: Sequence[Array]) -> "Group":
         """Return the group with floors that were not known as the residual of the simulated outputs tells them."""
         known = [
-            residual_floor(floor, recordings[b.segment.recording], b.segment, b.target - y)
-            for floor, b, y in zip(self.floors, self.full, simulated, strict=True)
+            residual_floor(floor, recordings[p.segment.recording], p.segment, p.output - y)
+            for floor, p, y in zip(self.floors, self.full.parts, simulated, strict=True)
         ]
         return replace(self, floors=known)
-
-
-def split_cycles(segment: Segment, dt: float) -> list[Segment]:
-    """Return a segment as its training part and its held-out last third, by whole cycles where it is periodic.
-
-    A segment with fewer than three cycles is training altogether.
-    """
-    if segment.cycles:
-        held = segment.cycles // ONE_HELD_OUT_IN
-        cut = segment.stop - int(round(held / (segment.frequency * dt)))
-    else:
-        held = segment.samples // ONE_HELD_OUT_IN
-        cut = segment.stop - held
-    if held < 1:
-        return [replace(segment, role="train")]
-    before = replace(segment, role="train", stop=cut, cycles=max(segment.cycles - held, 0))
-    lead = cut - segment.start + segment.warm_up
-    after = replace(segment, role="holdout", start=cut, warm_up=lead, cycles=held if segment.cycles else 0)
-    return [before, after]
 
 
 def build_group(
     name: str, segments: list[Segment], recordings: dict[str, Recording], assembly: Assembly, split: bool
 ) -> Group:
-    """Return the blocks of a group of segments.
+    """Return the blocks of a group of segments; a long segment is several, see ``pieces``.
 
     Parameters
     ----------
@@ -112,17 +91,16 @@ def build_group(
     found = output_floors(segments, recordings, [y[s.start : s.stop] for s, y in zip(segments, outputs, strict=True)])
     for segment, output, floor in zip(segments, outputs, found, strict=True):
         recording = recordings[segment.recording]
-        for part in split_cycles(segment, recording.dt) if split else [segment]:
-            drive = smooth(recording, part, assembly.spec.inputs)
-            values = output[part.start : part.stop]
-            full.append(full_block(part, drive, values))
-            floors.append(floor)
-            if part.role == "train":
-                ahead = AHEAD_CYCLES if "+" in assembly.name else 0
-                search.append(folded_block(part, drive, values, ahead))
+        for own in split_cycles(segment, recording.dt) if split else [segment]:
+            for part in parts_of(own, recording, assembly.spec.inputs, output):
+                full.append(part)
+                floors.append(floor)
+                if own.role == "train":
+                    ahead = AHEAD_CYCLES if "+" in assembly.name else 0
+                    search.append(folded_block(part.segment, part.drive, part.output, ahead))
     if not search:
         raise DataError(f"{name}: no training segment; run `mrfit segment --holdout none` or ingest more conditions")
-    return Group(name, search, full, floors)
+    return Group(name, search, Blocks(full), floors)
 
 
 def measured_output(recording: Recording, assembly: Assembly) -> Array:
@@ -144,7 +122,7 @@ def measured_output(recording: Recording, assembly: Assembly) -> Array:
     return recording.channels[name]
 
 
-def weights_of(blocks: list[Block], floors: list[float], weight: str) -> Array:
+def weights_of(blocks: Sequence[Block], floors: list[float], weight: str) -> Array:
     """Return the factor on each block's error, mean 1: equal, or the inverse of noise floor or output range."""
     if weight == "none":
         return np.ones(len(blocks))

@@ -8,11 +8,10 @@ import numpy as np
 
 from mrfit.assembly import Assembly
 from mrfit.channels import unit_of
-from mrfit.drive import smooth
 from mrfit.errors import DataError
 from mrfit.fit.current import assembly_of
 from mrfit.fit.identify import measured_output
-from mrfit.fit.problem import Block, full_block
+from mrfit.fit.parts import Blocks, Part, parts_of
 from mrfit.fit.result import metric_rows, simulate_block
 from mrfit.fit.select import left_out_warnings, load_recordings, usable
 from mrfit.output_floor import output_floors
@@ -44,7 +43,7 @@ class Prediction:
 
     metrics: list[dict[str, Any]]
     used: dict[str, str]
-    blocks: list[Block]
+    blocks: Blocks
     simulated: list[Array]
     warnings: list[dict[str, str]]
 
@@ -87,21 +86,26 @@ def predict(fit: dict[str, Any], logs: Workspace) -> Prediction:
     found, _ = logs.read_segments()
     recordings = load_recordings(logs, found)
     segments, left_out = usable(found, recordings, assembly)
-    blocks, outputs, simulated, used = [], [], [], {}
+    outputs: list[Array] = []
+    used: dict[str, str] = {}
+    simulated: list[Array] = []
+    parts: list[Part] = []
+    floors_of: list[int] = []
     borrowed: dict[str, dict[str, str]] = {}
     for segment in segments:
         recording = recordings[segment.recording]
-        output = measured_output(recording, assembly)[segment.start : segment.stop]
+        output = measured_output(recording, assembly)
         result = closest_result(fit["results"], segment)
         used[segment.id] = str(result["condition"])
         if result["condition"] not in ("all", segment.condition):
             borrowed.setdefault(segment.condition, _borrowed(result, segment))
-        part = replace(segment, role="predict")
-        block = full_block(part, smooth(recording, part, assembly.spec.inputs), output)
-        blocks.append(block)
-        outputs.append(output)
-        simulated.append(simulate_block(block, assembly, theta_of(assembly, result))[0])
-    floors = output_floors(segments, recordings, outputs)
+        own = parts_of(replace(segment, role="predict"), recording, assembly.spec.inputs, output)
+        parts += own
+        floors_of += [len(outputs)] * len(own)
+        outputs.append(output[segment.start : segment.stop])
+        simulated += [simulate_block(p.block, assembly, theta_of(assembly, result))[0] for p in own]
+    found_floors = output_floors(segments, recordings, outputs)
+    blocks, floors = Blocks(parts), [found_floors[k] for k in floors_of]
     metrics = metric_rows(blocks, floors, simulated, assembly)
     warnings = [*left_out_warnings(left_out, len(found)), *borrowed.values()]
     return Prediction(metrics, used, blocks, simulated, warnings)

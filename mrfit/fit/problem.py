@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mrfit.assembly import Assembly
 from mrfit.drive import Drive
@@ -65,7 +66,7 @@ class Block:
     counts: Array
     scatter: float
     method: str
-    bins: Index | None = None
+    bins: NDArray[np.int16] | None = None
     cycle: int = 0
 
     @property
@@ -82,8 +83,7 @@ class Block:
     @property
     def period(self) -> float:
         """Samples per cycle of a full block's drive, 0 where it is not periodic."""
-        segment = self.segment
-        return 1.0 / (segment.frequency * self.dt) if segment.cycles and segment.frequency > 0.0 else 0.0
+        return period_of(self.segment, self.dt)
 
     def at_targets(self, simulated: Array) -> Array:
         """Pick the simulated values (P, W + M) that stand beside the targets, (P, B)."""
@@ -105,6 +105,11 @@ class Block:
         return values
 
 
+def period_of(segment: Segment, dt: float) -> float:
+    """Return the samples per cycle of a segment's drive, 0 where it is not periodic."""
+    return 1.0 / (segment.frequency * dt) if segment.cycles and segment.frequency > 0.0 else 0.0
+
+
 def full_block(segment: Segment, drive: Drive, output: Array) -> Block:
     """Return a block that compares every sample; a periodic drive is led in by two of its own cycles.
 
@@ -122,8 +127,8 @@ def full_block(segment: Segment, drive: Drive, output: Array) -> Block:
         cycle = math.ceil(1.0 / (segment.frequency * drive.dt))
         lead = int(round(SETTLE_CYCLES / (segment.frequency * drive.dt)))
         ahead = int(round(AHEAD_CYCLES / (segment.frequency * drive.dt)))
-        times = np.arange(drive.warm_up - lead, drive.warm_up + len(output) + ahead, dtype=np.float64) * drive.dt
-        values, warm_up = np.stack([fit.evaluate(times) for fit in drive.fits]), lead
+        first, count = (drive.warm_up - lead) * drive.dt, lead + len(output) + ahead
+        values, warm_up = np.stack([fit.sampled(first, drive.dt, count) for fit in drive.fits]), lead
     nodes = warm_up + np.arange(len(output))[:, None]
     return Block(
         segment=segment,
@@ -175,7 +180,8 @@ def folded_block(segment: Segment, drive: Drive, output: Array, ahead: int = 0) 
         counts=weight,
         scatter=max(scatter, 0.0),
         method=drive.method,
-        bins=np.cumsum(full)[bins] - 1,
+        # one of them for every sample: small numbers
+        bins=(np.cumsum(full)[bins] - 1).astype(np.int16),
     )
 
 

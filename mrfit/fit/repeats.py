@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mrfit.fit.problem import Block
+from mrfit.fit.parts import Part
 from mrfit.specs import Array
 
 # Repeats disagree where they differ by more than so many times what differs from cycle to cycle within them, and by
@@ -19,13 +19,13 @@ from mrfit.specs import Array
 NOISES, SHARE = 5.0, 0.1
 
 
-def repeat_rows(blocks: Sequence[Block], floors: Sequence[float], simulated: Sequence[Array]) -> list[dict[str, Any]]:
+def repeat_rows(parts: Sequence[Part], floors: Sequence[float], simulated: Sequence[Array]) -> list[dict[str, Any]]:
     """Return one row per periodic condition with several training segments: how much these differ, and if they agree.
 
     Parameters
     ----------
-    blocks
-        Full blocks.
+    parts
+        Parts of segments.
     floors
         Noise floor of each, in the output's unit.
     simulated
@@ -37,16 +37,22 @@ def repeat_rows(blocks: Sequence[Block], floors: Sequence[float], simulated: Seq
         ``condition``; ``segments``, how many; ``difference``, the largest of two of them, ``noise_floor`` and
         ``moved``, the output's standard deviation, in its unit; ``agree``.
     """
-    chosen = [k for k, b in enumerate(blocks) if b.segment.role == "train" and b.segment.cycles]
+    chosen = [k for k, p in enumerate(parts) if p.segment.role == "train" and p.segment.cycles]
     rows = []
-    for condition in dict.fromkeys(blocks[k].segment.condition for k in chosen):
-        members = [k for k in chosen if blocks[k].segment.condition == condition]
+    for condition in dict.fromkeys(parts[k].segment.condition for k in chosen):
+        members = [k for k in chosen if parts[k].segment.condition == condition]
         if len(members) < 2:
             continue
-        lines = [_line(blocks[k].target, simulated[k]) for k in members]
-        curve = np.concatenate([simulated[k] for k in members])
-        difference = max(_rms((a[0] - b[0]) * curve + (a[1] - b[1])) for a, b in combinations(lines, 2))
-        moved = max(float(np.std(blocks[k].target)) for k in members)
+        lines = [_line(parts[k].output, simulated[k]) for k in members]
+        samples = sum(len(simulated[k]) for k in members)
+        mean = sum(float(np.sum(simulated[k])) for k in members) / samples
+        power = sum(float(np.sum((simulated[k] - mean) ** 2)) for k in members) / samples
+        # the mean square of (g₁ − g₂)·ŷ + (o₁ − o₂)
+        difference = max(
+            float(np.hypot((a[0] - b[0]) * np.sqrt(power), (a[0] - b[0]) * mean + a[1] - b[1]))
+            for a, b in combinations(lines, 2)
+        )
+        moved = max(float(np.std(parts[k].output)) for k in members)
         floor = max(floors[k] for k in members)
         agree = not (difference > NOISES * floor and difference > SHARE * moved)
         row = {"condition": condition, "segments": len(members), "difference": difference}
@@ -60,7 +66,3 @@ def _line(measured: Array, simulated: Array) -> tuple[float, float]:
     power = float(moved @ moved)
     gain = float(moved @ measured) / power if power > 0.0 else 0.0
     return gain, float(measured.mean() - gain * simulated.mean())
-
-
-def _rms(values: Array) -> float:
-    return float(np.sqrt(np.mean(values**2)))

@@ -111,10 +111,7 @@ def input_dependence(
     groups = {name: [k for k, c in enumerate(conditions) if c == name] for name in names}
     if len(names) > 1:
         groups[ALL] = list(range(len(conditions)))
-    found = {
-        name: _correlation([inputs[k] for k in own], [residuals[k] for k in own], [periods[k] for k in own])
-        for name, own in groups.items()
-    }
+    found = {name: _correlation(inputs, residuals, periods, own) for name, own in groups.items()}
     known = {name: c for name, c in found.items() if c is not None}
     if not known:
         return None
@@ -131,11 +128,13 @@ def input_dependence(
     return row(worst, sum(not rows[name].independent for name in names if name in rows))
 
 
-def _correlation(inputs: Sequence[Array], residuals: Sequence[Array], periods: Sequence[float]) -> _Correlation | None:
-    """Return the correlation over records that share their lags, None where no input varies."""
-    apart = max(1, round(max(periods, default=0.0) / (4 * LAGS)))
+def _correlation(
+    inputs: Sequence[Array], residuals: Sequence[Array], periods: Sequence[float], records: Sequence[int]
+) -> _Correlation | None:
+    """Return the correlation over some records that share their lags, None where no input varies."""
+    apart = max(1, round(max((periods[k] for k in records), default=0.0) / (4 * LAGS)))
     reach = LAGS * apart
-    usable = [k for k, u in enumerate(inputs) if len(u) > 4 * reach and varies(u)]
+    usable = [k for k in records if len(residuals[k]) > 4 * reach and varies(inputs[k])]
     sums, drives = np.zeros((2, 2 * LAGS + 1))
     variance, power, spread = 0.0, 0.0, 0.0
     for k in usable:

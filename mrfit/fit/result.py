@@ -8,10 +8,11 @@ import numpy as np
 from mrfit.assembly import Assembly
 from mrfit.fit.bootstrap import Interval
 from mrfit.fit.cube import Cube
+from mrfit.fit.parts import Blocks
 from mrfit.fit.problem import Block, differences_of
 from mrfit.fit.residual_tests import ALL
 from mrfit.fit.uncertainty import Uncertainty, sensitivities
-from mrfit.metrics import absorbed_energy, error_metrics
+from mrfit.metrics import absorbed_energy, error_sums, together
 from mrfit.noise_floor import NoiseFloor
 from mrfit.specs import Array
 
@@ -150,24 +151,20 @@ def simulate_block(block: Block, assembly: Assembly, theta: Array) -> tuple[Arra
 
 
 def metric_rows(
-    blocks: Sequence[Block], floors: Sequence[NoiseFloor], simulated: Sequence[Array], assembly: Assembly
+    blocks: Blocks, floors: Sequence[NoiseFloor], simulated: Sequence[Array], assembly: Assembly
 ) -> list[dict[str, Any]]:
     """Return one row of errors per condition and role, and one ``all`` row per role."""
+    segments = blocks.segments
+    sums = [error_sums(b.target, y, work_drive(b, assembly)) for b, y in zip(blocks, simulated, strict=True)]
     rows = []
-    roles = [r for r in ("train", "holdout", "predict") if any(b.segment.role == r for b in blocks)]
-    for role in roles:
-        chosen = [k for k, b in enumerate(blocks) if b.segment.role == role]
-        conditions = list(dict.fromkeys(blocks[k].segment.condition for k in chosen))
-        sets = [(c, [k for k in chosen if blocks[k].segment.condition == c]) for c in conditions]
+    for role in (r for r in ("train", "holdout", "predict") if any(s.role == r for s in segments)):
+        chosen = [k for k, s in enumerate(segments) if s.role == role]
+        conditions = list(dict.fromkeys(segments[k].condition for k in chosen))
+        sets = [(c, [k for k in chosen if segments[k].condition == c]) for c in conditions]
         for condition, members in [*sets, ("all", chosen)]:
-            measured = np.concatenate([blocks[k].target for k in members])
-            drives = [work_drive(blocks[k], assembly) for k in members]
-            known = [d for d in drives if d is not None]
-            drive = np.concatenate(known) if len(known) == len(members) else None
-            starts = np.cumsum([0, *(blocks[k].samples for k in members[:-1])]).tolist()
-            errors = error_metrics(measured, np.concatenate([simulated[k] for k in members]), drive, starts)
-            power = sum(blocks[k].samples * floors[k].value ** 2 for k in members) / len(measured)
-            rows.append({"condition": condition, "role": role, "samples": len(measured), **errors})
+            whole = together([sums[k] for k in members])
+            power = sum(sums[k].samples * floors[k].value ** 2 for k in members) / whole.samples
+            rows.append({"condition": condition, "role": role, "samples": whole.samples, **whole.measures()})
             rows[-1]["noise_floor"] = float(np.sqrt(power))
     return rows
 

@@ -19,6 +19,7 @@ from mrfit.fit.current import as_json, base_of, checked_order, sign_warnings
 from mrfit.fit.files import write_fit
 from mrfit.fit.identify import Group, SearchSettings, build_group, search_optimum, weights_of
 from mrfit.fit.laws_of_current import base_cube, dependence_of
+from mrfit.fit.parts import Blocks
 from mrfit.fit.problem import Posed
 from mrfit.fit.result import metric_rows, simulate_block, warnings_of
 from mrfit.fit.select import left_out_warnings, load_recordings, named, select, usable
@@ -138,7 +139,8 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     prepared = prepare(workspace, settings)
     runner = _Runner(prepared, settings, folder, key, progress)
     pieces = runner.fit_groups()
-    blocks, simulated = [b for p in pieces for b in p.group.full], [s for p in pieces for s in p.simulated]
+    blocks = Blocks(part for p in pieces for part in p.group.full.parts)
+    simulated = [s for p in pieces for s in p.simulated]
     metrics = pieces[0].metrics
     if len(pieces) > 1:
         metrics = metric_rows(blocks, [f for p in pieces for f in p.group.floors], simulated, prepared.assembly)
@@ -292,16 +294,16 @@ class _Runner:
         metrics = metric_rows(group.full, group.floors, simulated, self.assembly)
         result = {
             "condition": name,
-            "conditions": list(dict.fromkeys(b.segment.condition for b in group.full)),
-            "at": {k: getattr(group.full[0].segment, k) for k in NAMING},
+            "conditions": list(dict.fromkeys(s.condition for s in group.full.segments)),
+            "at": {k: getattr(group.full.segments[0], k) for k in NAMING},
             **{k: found[k] for k in ("cost", "evaluations", "budget", "budget_spent", "out_of_time", "stopped")},
             **{k: found[k] for k in ("nonfinite", "history", "preliminary", "starts", "agreeing")},
             **{k: found[k] for k in ("first_nonfinite", "per_current", "stages")},
             **trust(group, self.assembly, cube, point, simulated, judged),
             "segments": [
-                {"id": b.segment.id, "condition": b.segment.condition, "role": b.segment.role}
-                | {"drive": b.method, "offset": offset, **floor.as_json()}
-                for b, (_, offset), floor in zip(group.full, outputs, group.floors, strict=True)
+                {"id": p.segment.id, "condition": p.segment.condition, "role": p.segment.role}
+                | {"drive": p.drive.method, "offset": offset, **floor.as_json()}
+                for p, (_, offset), floor in zip(group.full.parts, outputs, group.floors, strict=True)
             ],
         }
         reasons = warnings_of(result, metrics, self.assembly.spec.passive)

@@ -12,7 +12,8 @@ from mrfit.fit.bootstrap import bootstrap_intervals
 from mrfit.fit.cube import Cube
 from mrfit.fit.identifiability import judge
 from mrfit.fit.identify import Group, linearise, weights_of
-from mrfit.fit.problem import Block, Posed
+from mrfit.fit.parts import Made, Part
+from mrfit.fit.problem import Posed
 from mrfit.fit.profile import profile_intervals
 from mrfit.fit.repeats import repeat_rows
 from mrfit.fit.residual_tests import input_dependence, varies
@@ -53,15 +54,15 @@ def trust(
     derived = derived_rows(assembly, cube, point, uncertainty)
     folded = Posed(group.search, weights_of(group.search, group.training_floors, weight), assembly, cube)
     if intervals == "bootstrap":
-        pairs = [(b, y) for b, y in zip(group.full, simulated, strict=True) if b.segment.role == "train"]
-        drawn = bootstrap_intervals(folded, point, uncertainty, [b.target - y for b, y in pairs], rng)
+        errors = [p.output - y for p, y in zip(group.full.parts, simulated, strict=True) if p.segment.role == "train"]
+        drawn = bootstrap_intervals(folded, point, uncertainty, errors, rng)
         known = {r["name"] for r in [*parameters, *derived] if r["identifiable"]}
         found = {name: interval for name, interval in drawn.items() if name in known}
         parameters, derived = with_intervals(parameters, found), with_intervals(derived, found)
     elif intervals == "profile":
         parameters = with_intervals(parameters, profile_intervals(folded, point, uncertainty, linearised))
     readable = [d["name"] for d in derived if d["identifiable"]]
-    segments = [b.segment for b in group.training]
+    segments = group.training.segments
     return {
         "intervals": intervals,
         "parameters": parameters,
@@ -69,19 +70,19 @@ def trust(
         "conditioning": conditioning(cube, uncertainty),
         "identifiability": list(judge(cube, point, uncertainty, segments, readable).sentences),
         "passivity": passivity_rows(group.full, simulated, assembly),
-        "drift": drift_rows(group.full, simulated),
-        "repeats": repeat_rows(group.full, [f.scale for f in group.floors], simulated),
+        "drift": drift_rows(group.full.parts, simulated),
+        "repeats": repeat_rows(group.full.parts, [f.scale for f in group.floors], simulated),
         "residual_tests": residual_rows(group, assembly, simulated),
     }
 
 
-def drift_rows(blocks: Sequence[Block], simulated: Sequence[Array]) -> list[dict[str, Any]]:
-    """Return one row per block whose residual drifts steadily: what the output's level and gain do with time."""
+def drift_rows(parts: Sequence[Part], simulated: Sequence[Array]) -> list[dict[str, Any]]:
+    """Return one row per part whose residual drifts steadily: what the output's level and gain do with time."""
     rows = []
-    for block, output in zip(blocks, simulated, strict=True):
-        found = steady_drift(block.target - output, output, block.dt, block.segment.cycles)
+    for part, output in zip(parts, simulated, strict=True):
+        found = steady_drift(part.output - output, output, part.dt, part.segment.cycles)
         if found is not None:
-            rows.append(drift_row(block.segment.condition, block.segment.id, found))
+            rows.append(drift_row(part.segment.condition, part.segment.id, found))
     return rows
 
 
@@ -92,11 +93,15 @@ def drift_warnings(rows: Sequence[dict[str, Any]]) -> list[dict[str, str]]:
 
 def residual_rows(group: Group, assembly: Assembly, simulated: Sequence[Array]) -> list[dict[str, Any]]:
     """Return one row per input of the model: how the training residual goes with it, and in which condition most."""
-    pairs = [(b, y) for b, y in zip(group.full, simulated, strict=True) if b.segment.role == "train"]
-    residuals = [b.target - y for b, y in pairs]
-    periods = [b.period for b, _ in pairs]
-    conditions = [b.segment.condition for b, _ in pairs]
-    inputs = {name: [b.inputs(place) for b, _ in pairs] for place, name in enumerate(assembly.spec.inputs)}
+    pairs = [(p, y) for p, y in zip(group.full.parts, simulated, strict=True) if p.segment.role == "train"]
+    residuals = Made(len(pairs), lambda k: pairs[k][0].output - pairs[k][1])
+    periods = [p.period for p, _ in pairs]
+    conditions = [p.segment.condition for p, _ in pairs]
+
+    def values_of(row: int) -> Made[Array]:
+        return Made(len(pairs), lambda k: pairs[k][0].inputs(row))
+
+    inputs = {name: values_of(row) for row, name in enumerate(assembly.spec.inputs)}
     moving = {name: values for name, values in inputs.items() if any(varies(u) for u in values)}
     rows = []
     for name, values in moving.items():

@@ -8,6 +8,7 @@ import numpy as np
 from mrfit.cycles import Stretch, gaps, steady_stretches
 from mrfit.noise import noise_level
 from mrfit.recording import Recording, Segment
+from mrfit.segment.thinning import thinned
 from mrfit.segment.waveform import STILL_NOISE, TRIANGLE_MISFIT, irregular_waveform, periodic_waveform
 from mrfit.specs import Array
 
@@ -68,6 +69,17 @@ def detect(recording: Recording, drive: str, min_cycles: int, settle: int, toler
     tolerance
         See ``steady_stretches``.
     """
+    means, step = thinned(recording, drive)
+    found, said = _detected(means, drive, min_cycles, settle, tolerance)
+    segments = tuple(replace(s, start=step * s.start, stop=step * s.stop, warm_up=step * s.warm_up) for s in found)
+    kept = sum(s.samples + s.warm_up for s in segments)
+    return Detection(recording, segments, tuple(said + _said(recording, drive, segments, kept)), kept)
+
+
+def _detected(
+    recording: Recording, drive: str, min_cycles: int, settle: int, tolerance: float
+) -> tuple[list[Segment], list[str]]:
+    """Return the segments of a recording, and what is to be said of cycles that were accepted or too few."""
     values, said = recording.channels[drive], []
     levels = [recording.channels["current"]] if drive != "current" and "current" in recording.channels else []
     stretches = steady_stretches(values, recording.dt, levels, max(2, min_cycles), tolerance)
@@ -85,9 +97,7 @@ def detect(recording: Recording, drive: str, min_cycles: int, settle: int, toler
         piece = _irregular(recording, drive, gap, bool(stretches))
         ranges += [piece] if piece else []
         said += _too_few(recording, drive, (gap, piece), min_cycles, tolerance)
-    segments = tuple(_numbered(sorted(ranges, key=lambda s: s.start), recording.id))
-    kept = sum(s.samples + s.warm_up for s in segments)
-    return Detection(recording, segments, tuple(said + _said(recording, drive, segments, kept)), kept)
+    return _numbered(sorted(ranges, key=lambda s: s.start), recording.id), said
 
 
 def _covered(stretches: Sequence[Stretch]) -> int:

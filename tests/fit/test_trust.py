@@ -8,6 +8,7 @@ import pytest
 
 from benchmarks.planted import problem
 from mrfit.fit.identify import SearchSettings, search_optimum
+from mrfit.fit.parts import Blocks
 from mrfit.fit.result import simulate_block
 from mrfit.fit.trust import Intervals, trust
 
@@ -18,7 +19,8 @@ def judged(intervals: Intervals = "hac", missing: float = 0.0, model: str = "bin
     if missing:
         # a spring the model does not have: a quarter of a cycle behind velocity
         springs = [missing * np.cumsum(b.drive[0])[b.nodes[:, 0]] * b.dt for b in group.full]
-        group = replace(group, full=[replace(b, target=b.target + s) for b, s in zip(group.full, springs, strict=True)])
+        parts = [replace(p, output=p.output + s) for p, s in zip(group.full.parts, springs, strict=True)]
+        group = replace(group, full=Blocks(parts))
     settings = SearchSettings("auto", 0, None, None, "none")
     found = search_optimum(group, assembly, cube, cube.start[None, :], settings, lambda evaluations, cost: None)
     point = np.array(found["point"])

@@ -1,0 +1,45 @@
+"""Recordings too long to be looked at sample by sample, as means over neighbours that still show the drive."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from mrfit.noise import LONG, noise_level, windows
+from mrfit.recording import Recording
+from mrfit.specs import Array
+
+# Straight lines between the means may leave the drive by so many times its noise, or by this share of its range
+NOISES, SHARE = 1.2, 1e-3
+
+
+def thinned(recording: Recording, drive: str) -> tuple[Recording, int]:
+    """Return a recording as means over so many neighbouring samples, and how many these are; 1 for one that is short.
+
+    They are as many as leave no more than two million means, but fewer where the means would not show the drive.
+    """
+    values = recording.channels[drive]
+    step = 1 << ((len(values) - 1) // LONG).bit_length()
+    while step > 1 and not _shows(values, step):
+        step //= 2
+    if step == 1:
+        return recording, 1
+    channels = {name: means(channel, step) for name, channel in recording.channels.items()}
+    return replace(recording, channels=channels, dt=step * recording.dt), step
+
+
+def means(values: Array, step: int) -> Array:
+    """Return the means over ``step`` neighbouring samples, (N,) -> (N // step,)."""
+    found: Array = values[: len(values) // step * step].reshape(-1, step).mean(axis=1)
+    return found
+
+
+def _shows(values: Array, step: int) -> bool:
+    """Return whether straight lines between the means follow the drive, in windows spread over it."""
+    power, count = 0.0, 0
+    for window in windows(values):
+        middles = np.arange(len(window) // step) * step + (step - 1) / 2.0
+        inner = np.arange(step, len(middles) * step - step)
+        left = window[inner] - np.interp(inner, middles, means(window, step))
+        power, count = power + float(left @ left), count + len(left)
+    limit = max(NOISES * noise_level(values), SHARE * float(np.ptp(values)))
+    return bool(np.sqrt(power / count) <= limit)
