@@ -13,7 +13,7 @@ LEAD_CYCLES, LEAD_IN = 2, 0.1
 
 
 def pieces(segment: Segment, dt: float) -> list[Segment]:
-    """Return a segment of more than two million samples in pieces of about half a million, by whole cycles if it has any.
+    """Return a segment of over two million samples in pieces of about half a million, by whole cycles if it has any.
 
     Each but the first is led in by cycles or samples of the piece before it.
     """
