@@ -14,15 +14,15 @@ from dataclasses import replace  # noqa: E402
 import numpy as np  # noqa: E402
 from scipy.signal import lfilter  # noqa: E402
 
-from mrfit.assembly import assemble  # noqa: E402
-from mrfit.fit.cube import cube_of  # noqa: E402
+from mrfit.core.recording import Recording, Segment  # noqa: E402
+from mrfit.core.specs import Array  # noqa: E402
+from mrfit.fit.diagnostics.uncertainty import analyse  # noqa: E402
 from mrfit.fit.identify import SearchSettings, build_group, linearise, search_optimum  # noqa: E402
 from mrfit.fit.result import derived_rows  # noqa: E402
-from mrfit.fit.uncertainty import analyse  # noqa: E402
 from mrfit.models import boucwen_flux  # noqa: E402
-from mrfit.noise_floor import NoiseFloor  # noqa: E402
-from mrfit.recording import Recording, Segment  # noqa: E402
-from mrfit.specs import Array  # noqa: E402
+from mrfit.search.cube import cube_of  # noqa: E402
+from mrfit.signal.noise_floor import NoiseFloor  # noqa: E402
+from mrfit.simulate.assembly import assemble  # noqa: E402
 
 TRUTH = np.array([[1.2, 0.018, 1.4, 0.8, 1.2, 1.6, 0.3]])
 PER_CYCLE, CYCLES, FREQUENCY = 500, 6, 5.0

@@ -19,10 +19,10 @@ from pathlib import Path  # noqa: E402
 import numpy as np  # noqa: E402
 
 import mrfit.fit.stage  # noqa: E402
-from mrfit.assembly import assemble  # noqa: E402
-from mrfit.fit.current import default_orders  # noqa: E402
-from mrfit.recording import Recording, Segment  # noqa: E402
-from mrfit.store import Workspace  # noqa: E402
+from mrfit.core.recording import Recording, Segment  # noqa: E402
+from mrfit.io.workspace import Workspace  # noqa: E402
+from mrfit.simulate.assembly import assemble  # noqa: E402
+from mrfit.simulate.current_levels import default_orders  # noqa: E402
 
 TRAINED, HELD_OUT = (0.0, 0.25, 0.5, 0.75, 1.0), (0.1, 0.35, 0.6, 0.9)
 # Sines: Hz, and amplitude in m, or rad / 60

@@ -28,7 +28,7 @@ from datasets.rig.envelope import KINDS, envelope
 from datasets.rig.flux_coil import base_coil
 from datasets.rig.refit import rebuilt_flux
 from datasets.rig.style import Style
-from mrfit.assembly import assemble
+from mrfit.simulate.assembly import assemble
 
 DEPTHS = (0.001, 0.003, 0.01, 0.03)
 DISCOVERED = 0.01

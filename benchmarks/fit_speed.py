@@ -19,14 +19,14 @@ import numpy as np  # noqa: E402
 
 from benchmarks.command import run_mrfit  # noqa: E402
 from benchmarks.planted import problem, sine_log  # noqa: E402
-from mrfit.assembly import Assembly, assemble  # noqa: E402
-from mrfit.fit.cube import Cube  # noqa: E402
+from mrfit.core.progress import silent  # noqa: E402
+from mrfit.core.specs import Array  # noqa: E402
+from mrfit.core.workers import in_processes  # noqa: E402
+from mrfit.fit.diagnostics.uncertainty import analyse  # noqa: E402
 from mrfit.fit.identify import Group, SearchSettings, linearise, search_optimum  # noqa: E402
-from mrfit.fit.problem import Posed  # noqa: E402
-from mrfit.fit.uncertainty import analyse  # noqa: E402
-from mrfit.progress import silent  # noqa: E402
-from mrfit.specs import Array  # noqa: E402
-from mrfit.workers import in_processes  # noqa: E402
+from mrfit.search.cube import Cube  # noqa: E402
+from mrfit.search.problem import Posed  # noqa: E402
+from mrfit.simulate.assembly import Assembly, assemble  # noqa: E402
 
 Problem = tuple[Group, Assembly, Cube]
 RACED = (

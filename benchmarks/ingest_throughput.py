@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 from pyarrow import csv
 
-from mrfit.ingest.channel_map import Rules
-from mrfit.ingest.head import open_head
+from mrfit.core.registry import load
+from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.stage import Settings, run
 from mrfit.ingest.table import Source
-from mrfit.registry import load
-from mrfit.store import Workspace
+from mrfit.ingest.text.head import open_head
+from mrfit.io.workspace import Workspace
 
 ROWS, REPEATS = 1_000_000, 7
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 from scipy.integrate import odeint
 
-from mrfit import registry
+from mrfit.core import registry
 
 SAMPLES = int(sys.argv[1]) if len(sys.argv) > 1 else 20_000
 VECTORS, CYCLES, FREQUENCY = 16, 10, 2.0

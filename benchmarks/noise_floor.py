@@ -19,12 +19,12 @@ from pathlib import Path  # noqa: E402
 import numpy as np  # noqa: E402
 
 from benchmarks.noise_floor_cases import DRIVES, LAWS, LEVELS, NOISES, Case  # noqa: E402
-from mrfit.drive import smooth  # noqa: E402
-from mrfit.noise import noise_floor  # noqa: E402
-from mrfit.output_floor import output_floors  # noqa: E402
-from mrfit.recording import Recording, Segment  # noqa: E402
+from mrfit.core.recording import Recording, Segment  # noqa: E402
+from mrfit.core.specs import Array  # noqa: E402
 from mrfit.segment.detect import detect  # noqa: E402
-from mrfit.specs import Array  # noqa: E402
+from mrfit.signal.noise import noise_floor  # noqa: E402
+from mrfit.signal.output_floor import output_floors  # noqa: E402
+from mrfit.signal.smoothing import smooth  # noqa: E402
 
 FIRST_SEED = 200
 # Estimates within this factor of the truth are right, below this share of it they do harm

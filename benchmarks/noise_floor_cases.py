@@ -7,8 +7,8 @@ from functools import lru_cache
 import numpy as np
 from scipy.signal import butter, lfilter, sosfiltfilt
 
-from mrfit.recording import Recording
-from mrfit.specs import Array
+from mrfit.core.recording import Recording
+from mrfit.core.specs import Array
 
 RATE, SECONDS = 1000.0, 20.0
 STROKE = 0.015

@@ -23,14 +23,14 @@ import numpy as np  # noqa: E402
 import mrfit.fit.stage  # noqa: E402
 from benchmarks.command import COIL, run_mrfit  # noqa: E402
 from benchmarks.planted import problem  # noqa: E402
-from mrfit import registry  # noqa: E402
-from mrfit.assembly import Assembly, assemble  # noqa: E402
-from mrfit.catalog import read_catalog  # noqa: E402
+from mrfit.cli.catalog import read_catalog  # noqa: E402
+from mrfit.core import registry  # noqa: E402
 from mrfit.errors import MrfitError  # noqa: E402
-from mrfit.fit.cube import Cube  # noqa: E402
 from mrfit.fit.identify import Group, SearchSettings, build_group, search_optimum  # noqa: E402
-from mrfit.fit.starts import at_scales, data_starts, to_points  # noqa: E402
-from mrfit.store import Workspace  # noqa: E402
+from mrfit.io.workspace import Workspace  # noqa: E402
+from mrfit.search.cube import Cube  # noqa: E402
+from mrfit.search.starts import at_scales, data_starts, to_points  # noqa: E402
+from mrfit.simulate.assembly import Assembly, assemble  # noqa: E402
 
 SAMPLES = 6000
 # Least runs of ``auto``, and least seconds of them together

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.assembly import Assembly, assemble
-from mrfit.drive import smooth
-from mrfit.fit.cube import Cube, cube_of
+from mrfit.core.recording import Recording, Segment
+from mrfit.core.specs import Array
 from mrfit.fit.identify import Group, build_group
-from mrfit.recording import Recording, Segment
-from mrfit.specs import Array
+from mrfit.search.cube import Cube, cube_of
+from mrfit.signal.smoothing import smooth
+from mrfit.simulate.assembly import Assembly, assemble
 
 PER_CYCLE = 2000
 LEAD_CYCLES = 2

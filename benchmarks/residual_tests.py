@@ -15,8 +15,8 @@ from unittest.mock import patch
 import numpy as np
 from scipy.signal import lfilter
 
-from mrfit.fit.residual_tests import Dependence, input_dependence
-from mrfit.specs import Array
+from mrfit.core.specs import Array
+from mrfit.fit.diagnostics.residual_tests import Dependence, input_dependence
 
 CONDITIONS = (1, 5, 30)
 RUNS = {1: 400, 5: 200, 30: 100}
@@ -82,7 +82,7 @@ def false_alarms(record: Record, rho: float, conditions: int) -> tuple[float, fl
         found = tested(record, rho, [0.0] * conditions, np.random.default_rng([SEED, run]))
         said += any(not f.independent for f in found)
         # the limit alone decides
-        with patch("mrfit.fit.residual_tests.SMALLEST", 0.0):
+        with patch("mrfit.fit.diagnostics.residual_tests.SMALLEST", 0.0):
             found = tested(record, rho, [0.0] * conditions, np.random.default_rng([SEED, run]))
             beyond += any(not f.independent for f in found)
     return beyond / RUNS[conditions], said / RUNS[conditions]

@@ -1,6 +1,7 @@
 """Smoothed channels against exact ones: ``python -m benchmarks.smoothing [--against PATH] [--out FILE.md]``.
 
-Ten seconds of each stroke, at three sampling rates and with five kinds of noise, pass through ``mrfit.drive.smooth``.
+Ten seconds of each stroke, at three sampling rates and with five kinds of noise, pass through
+``mrfit.signal.smoothing.smooth``.
 Displacement, velocity and acceleration are compared with their exact values: rms errors in per cent of the amplitude
 and of the true rms. A reversal too many or too few is one that the exact stroke does not have. The last column is what
 the smoothed velocity does to a damper's force (a tanh in velocity plus a dashpot), in noise floors of 0.5 % of the
@@ -163,8 +164,8 @@ class Case:
 
     def measured(self, seed: int) -> list[float | None]:
         """Return the columns of the table, by the ``mrfit`` that is on the path."""
-        from mrfit.drive import smooth
-        from mrfit.recording import Recording, Segment
+        from mrfit.core.recording import Recording, Segment
+        from mrfit.signal.smoothing import smooth
 
         make, frequency = SIGNALS[self.signal]
         rng = np.random.default_rng([FIRST_SEED + seed, self.rate])

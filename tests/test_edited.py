@@ -16,8 +16,8 @@ import pytest
 
 import mrfit.report.discovery
 import mrfit.report.figures
-from mrfit import cli, console, summaries
-from mrfit.store import Workspace
+from mrfit.cli import console, main, output
+from mrfit.io.workspace import Workspace
 from tests.report.test_discovery import AMBIGUOUS, FOUND, UNEXPLAINED
 from tests.report.test_discovery import study as discovery_study
 
@@ -72,7 +72,7 @@ def ran(*arguments: str) -> None:
     """Run a command in this process; it must end well or with one plain line."""
     with contextlib.redirect_stdout(io.StringIO()):
         try:
-            cli.app(list(arguments), standalone_mode=False)
+            main.app(list(arguments), standalone_mode=False)
         except Exception as error:
             text, code = console.explain(error)
             assert code in (1, 2), text
@@ -245,7 +245,7 @@ def page_and_words(workspace: Workspace) -> None:
     with contextlib.redirect_stdout(io.StringIO()):
         try:
             found = mrfit.report.discovery.read_found(workspace)
-            summaries.discover({**found, **mrfit.report.discovery.run(workspace)}, workspace.root)
+            output.discover({**found, **mrfit.report.discovery.run(workspace)}, workspace.root)
         except Exception as error:
             text, code = console.explain(error)
             assert code in (1, 2) and "unexpected" not in text and "\n" not in text, text
@@ -270,7 +270,7 @@ def test_an_unknown_schema_is_refused_in_one_line_and_stays(
     write_json(work / file, {**read_json(work / file), "schema": "mrfit/later/9\n"})
     before = (work / file).read_bytes()
     with pytest.raises(console.MrfitError) as error:
-        cli.app([*command, "--work", str(work)], standalone_mode=False)
+        main.app([*command, "--work", str(work)], standalone_mode=False)
     said = str(error.value)
     assert said.startswith(f"{work / file}: of the schema 'mrfit/later/9 ', which this mrfit does not know")
     assert "\n" not in said and (work / file).read_bytes() == before
@@ -299,5 +299,5 @@ def test_a_wrong_type_is_said_with_its_file_and_value(
     shutil.copytree(finished / "w", work)
     write_json(work / file, changed(read_json(work / file), path, value))
     with pytest.raises(console.MrfitError) as error:
-        cli.app([*FIT, "--work", str(work)], standalone_mode=False)
+        main.app([*FIT, "--work", str(work)], standalone_mode=False)
     assert str(error.value).startswith(f"{work / file}: damaged, or another mrfit's: {said}"), error.value

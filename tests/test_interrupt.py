@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from mrfit.console import explain
+from mrfit.cli.console import explain
 from tests.conftest import Run
 
 

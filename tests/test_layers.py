@@ -3,50 +3,23 @@
 import ast
 from pathlib import Path
 
-import mrfit.store
+import mrfit
 
-PACKAGE = Path(mrfit.store.__file__).parent
+PACKAGE = Path(mrfit.__path__[0])
+# Rooms from the ground up: a room imports its own and those below
 LAYERS = [
-    {
-        "errors",
-        "faults",
-        "channels",
-        "specs",
-        "kernels",
-        "objective",
-        "progress",
-        "metrics",
-        "workers",
-        "csv_table",
-        "escapes",
-        "arrow",
-    },
-    {"recording", "registry", "keys", "schemas", "store"},
-    {
-        "harmonics",
-        "noise",
-        "cycles",
-        "held",
-        "corners",
-        "pieces",
-        "modulation",
-        "savitzky_golay",
-        "drive",
-        "drift",
-        "noise_floor",
-        "input_regression",
-        "repeats",
-        "output_floor",
-        "optimize",
-    },
-    {"ingest", "flux", "segment", "models", "effects", "optimizers"},
-    {"dependence", "assembly"},
+    {"errors"},
+    {"core"},
+    {"kernels"},
+    {"io"},
+    {"signal"},
+    {"ingest", "flux", "segment", "models", "effects"},
+    {"simulate"},
+    {"search", "optimizers"},
     {"fit"},
     {"discover", "apply"},
     {"report"},
     {"compare"},
-    {"config", "catalog"},
-    {"pipeline", "console", "summaries", "options"},
     {"cli"},
 ]
 STAGES = {"ingest", "flux", "segment", "fit", "report"}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mrfit.cli import app
+from mrfit.cli.main import app
 from tests.conftest import Run
 
 Answer = Callable[..., Any]

@@ -14,11 +14,11 @@ import mrfit.flux.stage
 import mrfit.ingest.stage
 import mrfit.report.stage
 import mrfit.segment.stage
-from mrfit import pipeline, summaries
+from mrfit.cli import output, pipeline
+from mrfit.core.progress import silent
 from mrfit.ingest.readers import delimited
-from mrfit.keys import discovery_key, fit_key
-from mrfit.progress import silent
-from mrfit.store import Workspace
+from mrfit.io.keys import discovery_key, fit_key
+from mrfit.io.workspace import Workspace
 
 UNITS = {
     "force": ("N", "kN"),
@@ -185,7 +185,7 @@ def test_another_version_of_a_reader_reaches_the_fit_where_it_reads_other_number
         return [replace(t, columns=tuple(told(c) for c in t.columns)) for t in read(source)]
 
     monkeypatch.setattr(delimited, "read", other)
-    monkeypatch.setattr("mrfit.keys.code_version", lambda stage="": stage + version * (stage == "ingest"))
+    monkeypatch.setattr("mrfit.io.keys.code_version", lambda stage="": stage + version * (stage == "ingest"))
     study.map({})
     study.cut()
     before, version = study.keys(), "2"
@@ -197,7 +197,7 @@ def test_another_version_of_a_reader_reaches_the_fit_where_it_reads_other_number
 
 
 def run(tmp_path: Path, fit: str) -> dict[str, Any]:
-    from mrfit.config import read_pipeline
+    from mrfit.cli.config import read_pipeline
 
     (tmp_path / "p.toml").write_text(f'[ingest]\nlogs = ["logs/*.csv"]\n[segment]\nholdout = "none"\n{fit}')
     return pipeline.run(read_pipeline(tmp_path / "p.toml"), tmp_path, pipeline.Overrides(None, tmp_path / "w"), silent)
@@ -240,7 +240,7 @@ def test_a_resistance_given_with_a_fit_is_said_to_stay(tmp_path: Path, capsys: p
     settings = mrfit.fit.stage.Settings("boucwen-flux", "lsq", per="all", budget=20, seconds=0.5)
 
     def said(resistance: float | None) -> str:
-        summaries.fit(pipeline.fit(made.work, settings, resistance, silent), made.work)
+        output.fit(pipeline.fit(made.work, settings, resistance, silent), made.work)
         return "".join(line for line in capsys.readouterr().out.splitlines() if "coil resistance" in line)
 
     pipeline.segment(made.work, HELD, silent)

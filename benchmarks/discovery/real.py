@@ -28,11 +28,11 @@ import pandas as pd
 from scipy.signal import lfilter
 
 from benchmarks.discovery.runner import command
-from mrfit.catalog import read_catalog
-from mrfit.keys import code_version
-from mrfit.registry import load
-from mrfit.specs import Array
-from mrfit.store import Workspace, write_json
+from mrfit.cli.catalog import read_catalog
+from mrfit.core.registry import load
+from mrfit.core.specs import Array
+from mrfit.io.keys import code_version
+from mrfit.io.workspace import Workspace, write_json
 
 TOLERANCE, TOLERANCE_OF_LAG, LEAST_ERROR = 0.25, 0.5, 0.5e-3
 UNITS = {"displacement": "m", "velocity": "m/s", "force": "N", "current": "A"}

@@ -14,8 +14,8 @@ from typing import Any
 
 from benchmarks.discovery.protocol import Case
 from datasets.rig.case import make
-from mrfit.keys import code_version
-from mrfit.store import write_text
+from mrfit.io.keys import code_version
+from mrfit.io.workspace import write_text
 
 TIME_LIMIT = 1800
 MRFIT = Path(sys.executable).with_name("mrfit")

@@ -8,22 +8,21 @@ from typing import Any
 import numpy as np
 
 import mrfit.fit.stage
-from mrfit import optimize
-from mrfit.channels import unit_of
 from mrfit.compare.page import optimizers_page
-from mrfit.csv_table import csv_table
+from mrfit.core.channels import unit_of
+from mrfit.core.progress import Progress, silent
+from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
-from mrfit.fit import levels, reduced, staged
-from mrfit.fit.cube import Cube, FreeParameters
-from mrfit.fit.current import base_of
 from mrfit.fit.identify import Group, build_group, weights_of
-from mrfit.fit.problem import Posed
-from mrfit.fit.starts import at_scales, characteristic_points, data_starts, to_points
-from mrfit.objective import Objective
+from mrfit.io.csv_table import csv_table
+from mrfit.io.workspace import Workspace, plain, write_json, write_text
 from mrfit.optimizers import points
-from mrfit.progress import Progress, silent
-from mrfit.specs import Array
-from mrfit.store import Workspace, plain, write_json, write_text
+from mrfit.search import coarse_to_fine, optimize, reparametrised, staged
+from mrfit.search.cube import Cube, FreeParameters
+from mrfit.search.objective import Objective
+from mrfit.search.problem import Posed
+from mrfit.search.starts import at_scales, characteristic_points, data_starts, to_points
+from mrfit.simulate.current_levels import base_of
 
 SCHEMA = "mrfit/compare-optimizers/1"
 COLUMNS = ("condition", "optimizer", "seeds", "best", "median", "worst", "evaluations", "seconds", "unit")
@@ -132,12 +131,12 @@ def _one_run(
     weights = weights_of(group.search, group.training_floors, fit.weight)
     posed, start = Posed(group.search, weights, prepared.assembly, prepared.cube), start_point(prepared.cube, seed)
     rng = np.random.default_rng([seed, *group.name.encode()])
-    limits = levels.Limits(fit.budget, fit.seconds, fit.stall)
+    limits = coarse_to_fine.Limits(fit.budget, fit.seconds, fit.stall)
     given = group.training, base_of(fit.model), prepared.dependence, dict(fit.start)
     begin = time.perf_counter()
     if optimizer == "auto":
         starts = np.vstack([start, *to_points(prepared.cube, data_starts(*given))])
-        outcome = reduced.search(posed, starts, rng, limits, lambda evaluations, cost: None)
+        outcome = reparametrised.search(posed, starts, rng, limits, lambda evaluations, cost: None)
     else:
         if optimize.chain(optimizer)[0] == points.NAME:
             start = characteristic_points(prepared.cube, *given)[0]

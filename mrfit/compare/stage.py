@@ -9,12 +9,13 @@ from pathlib import Path
 from typing import Any, Literal
 
 import mrfit.fit.stage
-from mrfit import optimize, registry
 from mrfit.compare.page import models_page
-from mrfit.csv_table import csv_table
+from mrfit.core import registry
+from mrfit.core.progress import Progress, silent
 from mrfit.errors import DataError, MrfitError
-from mrfit.progress import Progress, silent
-from mrfit.store import Workspace, plain, write_json, write_text
+from mrfit.io.csv_table import csv_table
+from mrfit.io.workspace import Workspace, plain, write_json, write_text
+from mrfit.search import optimize
 
 SCHEMA = "mrfit/compare/1"
 COLUMNS = (

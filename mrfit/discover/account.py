@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from mrfit import registry
+from mrfit.core import registry
+from mrfit.core.specs import Array, EffectSpec
 from mrfit.discover import looks
 from mrfit.discover.bench import Bench
 from mrfit.discover.decide import Verdict
@@ -15,9 +16,8 @@ from mrfit.discover.regions import Region, beyond_training, in_words, locate
 from mrfit.discover.remainder import explainable, follows_the_state, repeated_error
 from mrfit.discover.screen import ALIKE, cosines
 from mrfit.discover.trials import leaves_too_much
-from mrfit.drift import drift_row, steady_drift
 from mrfit.fit.result import parameter_rows
-from mrfit.specs import Array, EffectSpec
+from mrfit.signal.drift import drift_row, steady_drift
 
 # Errors that repeat from cycle to cycle, this many times the noise, leave no doubt that something is missing …
 FAR_ABOVE = 2.0

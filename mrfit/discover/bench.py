@@ -5,16 +5,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit import registry
-from mrfit.assembly import Assembly
-from mrfit.drive import TIME, Drive, smooth
+from mrfit.core import registry
+from mrfit.core.recording import Recording, Segment
+from mrfit.core.specs import Array, EffectSpec
 from mrfit.errors import DataError
 from mrfit.fit.identify import measured_output
-from mrfit.fit.problem import Block, differences, full_block
-from mrfit.noise_floor import NoiseFloor
-from mrfit.output_floor import cycles_drift, output_floors, residual_floor, with_colour
-from mrfit.recording import Recording, Segment
-from mrfit.specs import Array, EffectSpec
+from mrfit.search.problem import Block, differences, full_block
+from mrfit.signal.noise_floor import NoiseFloor
+from mrfit.signal.output_floor import cycles_drift, output_floors, residual_floor, with_colour
+from mrfit.signal.smoothing import TIME, Drive, smooth
+from mrfit.simulate.assembly import Assembly
 
 # No error counts for more than this share of the range: floors of almost noiseless channels are not taken at their word
 LEAST_FLOOR = 2e-4

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import stdtrit
 
-from mrfit.fit.uncertainty import Uncertainty, excess
-from mrfit.specs import Array
+from mrfit.core.specs import Array
+from mrfit.fit.diagnostics.uncertainty import Uncertainty, excess
 
 # A condition that alone determines a direction has no leverage to spare: its score is not blown up beyond all bounds
 MOST_LEVERAGE = 0.95

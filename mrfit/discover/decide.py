@@ -17,14 +17,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from mrfit import registry
+from mrfit.core import registry
+from mrfit.core.progress import Progress
+from mrfit.core.specs import EffectSpec
 from mrfit.discover.pairs import best_pair
 from mrfit.discover.refit import Fitter, Refit, paired_z
 from mrfit.discover.screen import ALIKE, Screened, reach, screen
 from mrfit.discover.steadiness import change_within_records
 from mrfit.discover.trials import HOLDOUT_CLEAR, Trial, judge, leaves_too_much, try_out
-from mrfit.progress import Progress
-from mrfit.specs import EffectSpec
 
 # Screened candidates that to first order take away less of the squared error than this are not refitted
 WORTH_A_REFIT = 1e-3

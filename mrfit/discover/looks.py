@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from mrfit.cycles import last_event
+from mrfit.core.specs import Array, Index
 from mrfit.discover.bench import Bench, Stretch
 from mrfit.discover.refit import Refit
-from mrfit.specs import Array, Index
+from mrfit.signal.cycles import last_event
 
 # Channels over which people draw loops, in the order in which they are named where two fit alike
 OVER = ("velocity", "angular_velocity", "current", "displacement", "angle")

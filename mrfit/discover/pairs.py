@@ -3,10 +3,10 @@
 from collections.abc import Mapping, Sequence
 from itertools import chain, combinations
 
+from mrfit.core.progress import Progress
 from mrfit.discover.refit import Fitter, Refit
 from mrfit.discover.screen import Screened, reach
 from mrfit.discover.trials import ABOVE_NOISE, Trial, judge, try_out
-from mrfit.progress import Progress
 
 # Pairs are looked for where more than this share of the gap is left, and stands above the noise
 LEFT_FOR_TWO = 0.05

@@ -7,22 +7,22 @@ from functools import cached_property
 
 import numpy as np
 
-from mrfit import registry
-from mrfit.assembly import Assembly, assemble
-from mrfit.dependence import CurrentDependence
+from mrfit.core import registry
+from mrfit.core.progress import silent
+from mrfit.core.specs import Array, EffectSpec, Param
+from mrfit.core.workers import in_processes
 from mrfit.discover.bench import Bench
 from mrfit.discover.clusters import clustered
 from mrfit.errors import DataError
-from mrfit.fit import levels
-from mrfit.fit.cube import Cube, cube_of
-from mrfit.fit.problem import Posed, differences
-from mrfit.fit.separable import projection_of
-from mrfit.fit.starts import at_scales, start_values_of
-from mrfit.fit.uncertainty import Uncertainty, analyse, long_run_covariance, sensitivities
+from mrfit.fit.diagnostics.uncertainty import Uncertainty, analyse, long_run_covariance, sensitivities
 from mrfit.optimizers import auto
-from mrfit.progress import silent
-from mrfit.specs import Array, EffectSpec, Param
-from mrfit.workers import in_processes
+from mrfit.search import coarse_to_fine
+from mrfit.search.cube import Cube, cube_of
+from mrfit.search.problem import Posed, differences
+from mrfit.search.starts import at_scales, start_values_of
+from mrfit.search.variable_projection import projection_of
+from mrfit.simulate.assembly import Assembly, assemble
+from mrfit.simulate.current_dependence import CurrentDependence
 
 # Evaluations of a refit, for each free parameter: it starts next to its optimum
 REFIT_BUDGET = 60
@@ -182,7 +182,9 @@ class Fitter:
         if () not in self.known:
             posed = self._posed(assembly, cube)
             starts = np.vstack([cube.start[None, :], self._data_driven(assembly, cube)])
-            outcome = levels.search(posed, starts, np.random.default_rng(seed), levels.Limits(), _unheard)
+            outcome = coarse_to_fine.search(
+                posed, starts, np.random.default_rng(seed), coarse_to_fine.Limits(), _unheard
+            )
             self._remember((), outcome.point, outcome.cost)
         return self._judged((), assembly, cube, self.known[()])
 
@@ -232,9 +234,9 @@ class Fitter:
         if found.chi("train") < NOISE:
             return found
         starts = np.vstack([found.point[None, :], self._data_driven(found.assembly, found.cube)])
-        limits = levels.Limits(THOROUGH_BUDGET * (len(found.point) + 1))
+        limits = coarse_to_fine.Limits(THOROUGH_BUDGET * (len(found.point) + 1))
         posed = self._posed(found.assembly, found.cube)
-        outcome = levels.search(posed, starts, np.random.default_rng(0), limits, _unheard)
+        outcome = coarse_to_fine.search(posed, starts, np.random.default_rng(0), limits, _unheard)
         again = self._judged(found.effects, found.assembly, found.cube, outcome.point)
         if not again.chi("train") < found.chi("train"):
             return found
@@ -307,17 +309,17 @@ def _params(effect: str) -> tuple[Param, ...]:
 
 def _descended(posed: Posed, starts: Array) -> tuple[Array, float]:
     """Return point and cost where a descent from the best start ends: on thinned data first, then on all of them."""
-    thin = replace(posed, blocks=levels.thinned(posed.blocks))
+    thin = replace(posed, blocks=coarse_to_fine.thinned(posed.blocks))
     projection = projection_of(thin)
     for at, damping in ((thin, auto.FIRST_DAMPING), (posed, auto.LAST_DAMPING)):
-        objective = levels.objective_of(at, projection, starts, None)
+        objective = coarse_to_fine.objective_of(at, projection, starts, None)
         objective.budget, exact = REFIT_BUDGET * (objective.dimension + 1), objective.tolerance
         objective.tolerance = ROUGH
         auto.refine(objective, np.asarray(objective.starts), damping)
         if at is posed and objective.best_cost < WORTH_POLISHING:
             objective.tolerance = exact
             auto.refine(objective, objective.best_point[None, :])
-        starts = levels.whole(objective, objective.best_point[None, :])
+        starts = coarse_to_fine.whole(objective, objective.best_point[None, :])
     return starts[0], objective.best_cost
 
 

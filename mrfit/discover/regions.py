@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mrfit.channels import unit_of
+from mrfit.core.channels import unit_of
+from mrfit.core.specs import Array
 from mrfit.discover.bench import Bench, Stretch
-from mrfit.specs import Array
 
 # Held-out tests that leave the range of the training tests by more than this share of the larger one extrapolate
 BEYOND = 0.1

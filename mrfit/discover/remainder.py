@@ -8,10 +8,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from mrfit.core.specs import Array
 from mrfit.discover.bench import Bench, Stretch
 from mrfit.discover.refit import Refit
-from mrfit.fit.uncertainty import differing
-from mrfit.specs import Array
+from mrfit.fit.diagnostics.uncertainty import differing
 
 FEATURES = 120
 RIDGE = 1e-3

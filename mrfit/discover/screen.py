@@ -10,10 +10,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from mrfit.core.specs import Array, EffectSpec, Param
 from mrfit.discover.bench import Bench
 from mrfit.discover.refit import Fitter, Refit
-from mrfit.fit.uncertainty import long_run_covariance, sensitivities
-from mrfit.specs import Array, EffectSpec, Param
+from mrfit.fit.diagnostics.uncertainty import long_run_covariance, sensitivities
 
 # Less than this share of a sensitivity left after projection: the base has the effect already
 ABSORBED = 0.02

@@ -9,24 +9,24 @@ from typing import Any
 import numpy as np
 
 import mrfit.fit.stage
-from mrfit.assembly import assemble
-from mrfit.dependence import CurrentDependence, base_name, orders_of
+from mrfit.core.progress import Progress, silent
+from mrfit.core.recording import Recording, Segment
+from mrfit.core.specs import Array
 from mrfit.discover.account import Outcome, account, verdict_of
 from mrfit.discover.bench import Bench, build_bench, effects_for, with_residual_floors
 from mrfit.discover.decide import Verdict, decide
 from mrfit.discover.refit import Fitter, Refit
 from mrfit.errors import ConfigError
-from mrfit.fit.choice import Choice
-from mrfit.fit.current import base_of, default_orders, dependence_on_current, tested, to_choose
-from mrfit.fit.laws_of_current import dependence_of
+from mrfit.fit.laws.choice import Choice
+from mrfit.fit.laws.laws_of_current import dependence_of
 from mrfit.fit.select import load_recordings, usable
-from mrfit.keys import digest_of, discovery_key
-from mrfit.progress import Progress, silent
-from mrfit.recording import Recording, Segment
-from mrfit.schemas.discovery import DiscoveryFile, PartialDiscovery
-from mrfit.schemas.reading import made
-from mrfit.specs import Array
-from mrfit.store import Workspace, plain, write_json, write_table, write_text
+from mrfit.io.keys import digest_of, discovery_key
+from mrfit.io.schemas.discovery import DiscoveryFile, PartialDiscovery
+from mrfit.io.schemas.reading import made
+from mrfit.io.workspace import Workspace, plain, write_json, write_table, write_text
+from mrfit.simulate.assembly import assemble
+from mrfit.simulate.current_dependence import CurrentDependence, base_name, orders_of
+from mrfit.simulate.current_levels import base_of, default_orders, dependence_on_current, tested, to_choose
 
 SCHEMA = "mrfit/discovery/1"
 FEWEST_TRAINING = 2

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from mrfit import registry
+from mrfit.core import registry
+from mrfit.core.specs import Array
 from mrfit.discover.refit import Fitter, Refit
-from mrfit.fit.uncertainty import long_run_covariance, sensitivities
-from mrfit.specs import Array
+from mrfit.fit.diagnostics.uncertainty import long_run_covariance, sensitivities
 
 # Effects that know these may change within a record
 KNOWING = {"time", "temperature"}

@@ -12,8 +12,8 @@ Source: J. Yu et al., Asymmetric dynamic model of temperature-dependent magnetor
 Materials 6 (2019) 227, as cited by Savaia et al..
 """
 
+from mrfit.core.specs import Array, EffectSpec, Param
 from mrfit.kernels.filters import soft_sign
-from mrfit.specs import Array, EffectSpec, Param
 
 SPEC = EffectSpec(
     name="asymmetry",

@@ -12,9 +12,9 @@ Source: W. D. Iwan, J. Appl. Mech. 33 (1966) 893 (Maxwell slip); B. Armstrong-He
 Automatica 30 (1994) 1083.
 """
 
+from mrfit.core.specs import Array, EffectSpec, Param
 from mrfit.kernels.filters import slip
 from mrfit.kernels.theta import plain
-from mrfit.specs import Array, EffectSpec, Param
 
 SPEC = EffectSpec(
     name="coulomb-friction",

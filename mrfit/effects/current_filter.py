@@ -12,9 +12,9 @@ Source: Savaia et al. eq. 7.
 
 import numpy as np
 
+from mrfit.core.specs import Array, EffectSpec, Param
 from mrfit.kernels.lti import SHORTEST, delayed, magnetisation_filter
 from mrfit.kernels.theta import plain
-from mrfit.specs import Array, EffectSpec, Param
 
 SPEC = EffectSpec(
     name="current-filter",

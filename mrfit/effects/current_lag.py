@@ -13,9 +13,9 @@ Source: inverse-tanh paper eq. 9; the simplest M(s) of Savaia et al. eq. 7, with
 
 import numpy as np
 
+from mrfit.core.specs import Array, EffectSpec, Index, Param
 from mrfit.kernels.filters import lag, lagged_bend
 from mrfit.kernels.theta import plain
-from mrfit.specs import Array, EffectSpec, Index, Param
 
 SPEC = EffectSpec(
     name="current-lag",

@@ -13,9 +13,9 @@ Magazine 13 (1996) 30.
 
 import numpy as np
 
+from mrfit.core.specs import Array, EffectSpec, Param
 from mrfit.kernels.filters import shifted, smooth_lag
 from mrfit.kernels.theta import plain
-from mrfit.specs import Array, EffectSpec, Param
 
 SPEC = EffectSpec(
     name="delay",

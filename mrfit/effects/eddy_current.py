@@ -18,9 +18,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from mrfit.core.specs import Array, EffectSpec, Param
 from mrfit.kernels.filters import lag
 from mrfit.kernels.theta import plain
-from mrfit.specs import Array, EffectSpec, Param
 
 # A fixed number: the flux stays a smooth function of the parameters
 STEPS = 6

@@ -12,7 +12,7 @@ Source: bump stops, J. C. Dixon, The Shock Absorber Handbook, 2nd ed. (2007); p 
 
 import numpy as np
 
-from mrfit.specs import Array, EffectSpec, Param
+from mrfit.core.specs import Array, EffectSpec, Param
 
 DEPTH = 1e-3
 

@@ -9,7 +9,7 @@ Source: offset f0 of preyield paper sec. 2, eqs. 1-10.
 
 import numpy as np
 
-from mrfit.specs import Array, EffectSpec, Param
+from mrfit.core.specs import Array, EffectSpec, Param
 
 SPEC = EffectSpec(
     name="force-offset",

@@ -8,7 +8,7 @@ fluid that warms or settles where no thermometer was in place. Parameters of the
 Source: linear zero-order form of any slow gain; compare Savaia et al. eq. 3, where temperature is the gain's cause.
 """
 
-from mrfit.specs import Array, EffectSpec, Param
+from mrfit.core.specs import Array, EffectSpec, Param
 
 SPEC = EffectSpec(
     name="gain-drift",

@@ -12,7 +12,7 @@ polytropic gas, J. C. Dixon, The Shock Absorber Handbook, 2nd ed. (2007).
 
 import numpy as np
 
-from mrfit.specs import Array, EffectSpec, Param
+from mrfit.core.specs import Array, EffectSpec, Param
 
 POLYTROPIC = 1.3
 # Gas column left at which the force stops growing, as a share

@@ -7,7 +7,7 @@ a acceleration (m/s^2), F force (N), m moving mass (kg); negative where a rig su
 Source: Newton's second law for the mass between load cell and damper.
 """
 
-from mrfit.specs import Array, EffectSpec, Param
+from mrfit.core.specs import Array, EffectSpec, Param
 
 SPEC = EffectSpec(
     name="inertia",

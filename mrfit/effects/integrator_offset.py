@@ -11,7 +11,7 @@ Source: Tang et al. eq. 3, with u + offset for u.
 
 import numpy as np
 
-from mrfit.specs import Array, EffectSpec, Param
+from mrfit.core.specs import Array, EffectSpec, Param
 
 SPEC = EffectSpec(
     name="integrator-offset",

@@ -14,9 +14,9 @@ Source: Tang et al. eq. 3, with i(t - tau) for i; interpolation after Laakso et 
 
 import numpy as np
 
+from mrfit.core.specs import Array, EffectSpec, Param
 from mrfit.kernels.filters import level, running_integral, shifted
 from mrfit.kernels.theta import plain
-from mrfit.specs import Array, EffectSpec, Param
 
 SPEC = EffectSpec(
     name="probe-skew",

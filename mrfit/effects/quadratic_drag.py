@@ -9,7 +9,7 @@ Source: orifice flow, J. C. Dixon, The Shock Absorber Handbook, 2nd ed. (2007), 
 
 import numpy as np
 
-from mrfit.specs import Array, EffectSpec, Param
+from mrfit.core.specs import Array, EffectSpec, Param
 
 SPEC = EffectSpec(
     name="quadratic-drag",

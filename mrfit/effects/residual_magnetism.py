@@ -9,9 +9,9 @@ stays that of w.
 Source: play operator, M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis (1989), ch. 1.
 """
 
+from mrfit.core.specs import Array, EffectSpec, Param
 from mrfit.kernels.filters import play
 from mrfit.kernels.theta import plain
-from mrfit.specs import Array, EffectSpec, Param
 
 SPEC = EffectSpec(
     name="residual-magnetism",

@@ -9,8 +9,8 @@ under a Hann window, which an unfinished cycle does not bias. The loop's area pe
 Source: Tang et al. eq. 3, with R + dR for R.
 """
 
+from mrfit.core.specs import Array, EffectSpec, Param
 from mrfit.kernels.filters import level, running_integral
-from mrfit.specs import Array, EffectSpec, Param
 
 SPEC = EffectSpec(
     name="resistance-error",

@@ -13,8 +13,8 @@ Source: Tang et al. eq. 3, with R*(1 + alpha*dT) for R and an adiabatic coil.
 
 import numpy as np
 
+from mrfit.core.specs import Array, EffectSpec, Param
 from mrfit.kernels.filters import level, running_integral
-from mrfit.specs import Array, EffectSpec, Param
 
 SPEC = EffectSpec(
     name="resistance-heating",

@@ -11,8 +11,8 @@ Source: O. Froehlich, Elektrotechnische Zeitschrift 2 (1881) 134 (p = 1); tanh i
 J. M. D. Coey, Magnetism and Magnetic Materials (2010), ch. 4.
 """
 
+from mrfit.core.specs import Array, EffectSpec, Param
 from mrfit.kernels.filters import bent
-from mrfit.specs import Array, EffectSpec, Param
 
 SPEC = EffectSpec(
     name="saturation",

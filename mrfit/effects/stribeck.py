@@ -13,9 +13,9 @@ Source: B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994
 
 import numpy as np
 
+from mrfit.core.specs import Array, EffectSpec, Param
 from mrfit.kernels.filters import slip
 from mrfit.kernels.theta import plain
-from mrfit.specs import Array, EffectSpec, Param
 
 SPEC = EffectSpec(
     name="stribeck",

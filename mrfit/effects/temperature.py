@@ -13,7 +13,7 @@ role.
 
 import numpy as np
 
-from mrfit.specs import Array, EffectSpec, Param
+from mrfit.core.specs import Array, EffectSpec, Param
 
 REFERENCE = 25.0
 

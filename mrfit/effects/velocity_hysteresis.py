@@ -12,9 +12,9 @@ Source: preyield paper eq. 8 (S. Guo et al.), whose print has the quotient of Om
 branches v -/+ vh by the sign of the acceleration, which is a play of half-width vh).
 """
 
+from mrfit.core.specs import Array, EffectSpec, Param
 from mrfit.kernels.filters import level, smooth_play
 from mrfit.kernels.theta import plain
-from mrfit.specs import Array, EffectSpec, Param
 
 SPEC = EffectSpec(
     name="velocity-hysteresis",

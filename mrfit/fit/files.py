@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from mrfit.arrow import numbers, repeated, table
-from mrfit.assembly import Assembly
-from mrfit.csv_table import csv_table
-from mrfit.fit.parts import Blocks, Part
-from mrfit.specs import Array
-from mrfit.store import ROW_GROUP, write_atomic, write_json, write_text
+from mrfit.core.specs import Array
+from mrfit.io.arrow import numbers, repeated, table
+from mrfit.io.csv_table import csv_table
+from mrfit.io.workspace import ROW_GROUP, write_atomic, write_json, write_text
+from mrfit.search.parts import Blocks, Part
+from mrfit.simulate.assembly import Assembly
 
 PARAMETER_COLUMNS = ("condition", "parameter", "value", "unit", "low", "high", "at_bound", "identifiable")
 

@@ -6,19 +6,18 @@ from typing import Any
 
 import numpy as np
 
-from mrfit import optimize
-from mrfit.assembly import Assembly
+from mrfit.core.recording import Recording, Segment
+from mrfit.core.specs import Array
 from mrfit.errors import DataError
-from mrfit.fit import levels, reduced
-from mrfit.fit.cube import Cube, FreeParameters
-from mrfit.fit.parts import Blocks, parts_of, split_cycles
-from mrfit.fit.problem import AHEAD_CYCLES, Block, Posed, differences, folded_block
-from mrfit.fit.uncertainty import Linearised, condensed, sensitivities
-from mrfit.noise_floor import NoiseFloor
-from mrfit.objective import Objective
-from mrfit.output_floor import output_floors, residual_floor
-from mrfit.recording import Recording, Segment
-from mrfit.specs import Array
+from mrfit.fit.diagnostics.uncertainty import Linearised, condensed, sensitivities
+from mrfit.search import coarse_to_fine, optimize, reparametrised
+from mrfit.search.cube import Cube, FreeParameters
+from mrfit.search.objective import Objective
+from mrfit.search.parts import Blocks, parts_of, split_cycles
+from mrfit.search.problem import AHEAD_CYCLES, Block, Posed, differences, folded_block
+from mrfit.signal.noise_floor import NoiseFloor
+from mrfit.signal.output_floor import output_floors, residual_floor
+from mrfit.simulate.assembly import Assembly
 
 UNCERTAINTY_SAMPLES = 100_000
 
@@ -162,8 +161,8 @@ def search_optimum(
     weights = weights_of(group.search, group.training_floors, settings.weight)
     posed = Posed(group.search, weights, assembly, cube)
     if settings.optimizer == "auto":
-        limits = levels.Limits(settings.budget, settings.seconds, settings.stall)
-        outcome = reduced.search(posed, starts, settings.rng(group.name), limits, on_progress)
+        limits = coarse_to_fine.Limits(settings.budget, settings.seconds, settings.stall)
+        outcome = reparametrised.search(posed, starts, settings.rng(group.name), limits, on_progress)
     else:
         if settings.budget is not None:
             starts = starts[: max(settings.budget - 1, 1)]

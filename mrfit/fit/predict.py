@@ -6,20 +6,20 @@ from typing import Any
 
 import numpy as np
 
-from mrfit.assembly import Assembly
-from mrfit.channels import unit_of
+from mrfit.core.channels import unit_of
+from mrfit.core.recording import Segment
+from mrfit.core.specs import Array
 from mrfit.errors import DataError
-from mrfit.fit.current import assembly_of
 from mrfit.fit.identify import measured_output
-from mrfit.fit.parts import Blocks, Part, parts_of
 from mrfit.fit.result import metric_rows, simulate_block
 from mrfit.fit.select import left_out_warnings, load_recordings, usable
-from mrfit.output_floor import output_floors
-from mrfit.recording import Segment
-from mrfit.schemas.fit import Fit
-from mrfit.schemas.reading import content
-from mrfit.specs import Array
-from mrfit.store import Workspace
+from mrfit.io.schemas.fit import Fit
+from mrfit.io.schemas.reading import content
+from mrfit.io.workspace import Workspace
+from mrfit.search.parts import Blocks, Part, parts_of
+from mrfit.signal.output_floor import output_floors
+from mrfit.simulate.assembly import Assembly
+from mrfit.simulate.current_levels import assembly_of
 
 # Share within which quantities of two conditions are the same
 SAME = 0.01

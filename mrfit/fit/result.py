@@ -5,16 +5,16 @@ from typing import Any
 
 import numpy as np
 
-from mrfit.assembly import Assembly
-from mrfit.fit.bootstrap import Interval
-from mrfit.fit.cube import Cube
-from mrfit.fit.parts import Blocks
-from mrfit.fit.problem import Block, differences_of
-from mrfit.fit.residual_tests import ALL
-from mrfit.fit.uncertainty import Uncertainty, sensitivities
-from mrfit.metrics import absorbed_energy, error_sums, together
-from mrfit.noise_floor import NoiseFloor
-from mrfit.specs import Array
+from mrfit.core.specs import Array
+from mrfit.fit.diagnostics.bootstrap import Interval
+from mrfit.fit.diagnostics.residual_tests import ALL
+from mrfit.fit.diagnostics.uncertainty import Uncertainty, sensitivities
+from mrfit.search.cube import Cube
+from mrfit.search.parts import Blocks
+from mrfit.search.problem import Block, differences_of
+from mrfit.signal.metrics import absorbed_energy, error_sums, together
+from mrfit.signal.noise_floor import NoiseFloor
+from mrfit.simulate.assembly import Assembly
 
 AT_BOUND = 1e-4
 WORSE_ON_HOLDOUT = 1.5

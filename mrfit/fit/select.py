@@ -5,12 +5,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from mrfit.assembly import Assembly
-from mrfit.drive import check_inputs, smooth
+from mrfit.core.recording import Recording, Segment
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.identify import measured_output
-from mrfit.recording import Recording, Segment
-from mrfit.store import Workspace
+from mrfit.io.workspace import Workspace
+from mrfit.signal.smoothing import check_inputs, smooth
+from mrfit.simulate.assembly import Assembly
 
 # Peak velocities in m/s up to which a segment counts as low and as medium, preyield paper section 4
 LOW, MEDIUM = 0.015, 0.1

@@ -9,32 +9,31 @@ from typing import Any, Literal
 
 import numpy as np
 
-from mrfit import optimize
-from mrfit.assembly import Assembly, assemble
-from mrfit.dependence import CurrentDependence, base_name
-from mrfit.fit import staged
-from mrfit.fit.choice import Choice
-from mrfit.fit.cube import Cube, cube_of
-from mrfit.fit.current import as_json, base_of, checked_order, sign_warnings
+from mrfit.core.progress import Progress, silent
+from mrfit.core.recording import NAMING, Recording, Segment
+from mrfit.core.specs import Array
+from mrfit.core.workers import in_processes
+from mrfit.fit.diagnostics.trust import Intervals, drift_warnings, trust
 from mrfit.fit.files import write_fit
 from mrfit.fit.identify import Group, SearchSettings, build_group, search_optimum, weights_of
-from mrfit.fit.laws_of_current import base_cube, dependence_of
-from mrfit.fit.parts import Blocks
-from mrfit.fit.problem import Posed
+from mrfit.fit.laws.choice import Choice
+from mrfit.fit.laws.laws_of_current import base_cube, dependence_of
 from mrfit.fit.result import metric_rows, simulate_block, warnings_of
 from mrfit.fit.select import left_out_warnings, load_recordings, named, select, usable
-from mrfit.fit.starts import at_scales, characteristic_points, data_starts, level_fits, to_points, two_phase_start
-from mrfit.fit.trust import Intervals, drift_warnings, trust
+from mrfit.io.keys import digest_of, fit_key
+from mrfit.io.schemas.fit import Fit, PartialFit
+from mrfit.io.schemas.reading import made
+from mrfit.io.workspace import Workspace, check_name, plain, write_json
 from mrfit.kernels.jit import is_cold
-from mrfit.keys import digest_of, fit_key
 from mrfit.optimizers import points
-from mrfit.progress import Progress, silent
-from mrfit.recording import NAMING, Recording, Segment
-from mrfit.schemas.fit import Fit, PartialFit
-from mrfit.schemas.reading import made
-from mrfit.specs import Array
-from mrfit.store import Workspace, check_name, plain, write_json
-from mrfit.workers import in_processes
+from mrfit.search import optimize, staged
+from mrfit.search.cube import Cube, cube_of
+from mrfit.search.parts import Blocks
+from mrfit.search.problem import Posed
+from mrfit.search.starts import at_scales, characteristic_points, data_starts, level_fits, to_points, two_phase_start
+from mrfit.simulate.assembly import Assembly, assemble
+from mrfit.simulate.current_dependence import CurrentDependence, base_name
+from mrfit.simulate.current_levels import as_json, base_of, checked_order, sign_warnings
 
 SCHEMA = "mrfit/fit/1"
 

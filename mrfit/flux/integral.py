@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mrfit.cycles import Stretch
-from mrfit.specs import Array
+from mrfit.core.specs import Array
+from mrfit.signal.cycles import Stretch
 
 # Time and current that go together this closely cannot be told apart by regression.
 COLLINEAR = 0.98

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mrfit.cycles import Stretch
-from mrfit.harmonics import harmonic_fit
-from mrfit.specs import Array
+from mrfit.core.specs import Array
+from mrfit.signal.cycles import Stretch
+from mrfit.signal.harmonics import harmonic_fit
 
 # Loops whose amplitudes differ by less belong to one group; frequencies closer than this count as one.
 SAME_AMPLITUDE = 0.1

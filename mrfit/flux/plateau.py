@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mrfit.noise import noise_level
-from mrfit.specs import Array
+from mrfit.core.specs import Array
+from mrfit.signal.noise import noise_level
 
 BLOCKS = 100
 FEWEST_BLOCKS = 4

@@ -13,19 +13,19 @@ from typing import Any, Literal
 
 import numpy as np
 
-from mrfit.channels import unit_of
-from mrfit.cycles import Stretch, steady_stretches
+from mrfit.core.channels import unit_of
+from mrfit.core.progress import Progress, silent
+from mrfit.core.recording import FLUX_RESISTANCE, Recording
+from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 from mrfit.flux.integral import Drift, integrate, remove_drift
 from mrfit.flux.losses import Loop, Separation, estimate_resistance, loop_of, separate
 from mrfit.flux.plateau import resistance_of_plateaus, steady_blocks
-from mrfit.keys import flux_key
-from mrfit.progress import Progress, silent
-from mrfit.recording import FLUX_RESISTANCE, Recording
-from mrfit.schemas.reading import made
-from mrfit.schemas.stages import FLUX, FluxFile
-from mrfit.specs import Array
-from mrfit.store import Workspace, plain, write_atomic, write_json
+from mrfit.io.keys import flux_key
+from mrfit.io.schemas.reading import made
+from mrfit.io.schemas.stages import FLUX, FluxFile
+from mrfit.io.workspace import Workspace, plain, write_atomic, write_json
+from mrfit.signal.cycles import Stretch, steady_stretches
 
 DRIFTS = ("cycle", "linear", "none")
 RULES = ("trapezoid", "simpson")

@@ -12,11 +12,11 @@ import numpy as np
 
 from mrfit.errors import DataError
 from mrfit.ingest import series
-from mrfit.ingest.body import ROW, TAIL
-from mrfit.ingest.head import Head, plain_feeds
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Block, Column, Lost, Source, Table
-from mrfit.ingest.textlog import check_rows
+from mrfit.ingest.text.body import ROW, TAIL
+from mrfit.ingest.text.head import Head, plain_feeds
+from mrfit.ingest.text.textlog import check_rows
 
 MIB = 1 << 20
 Watch = Callable[[bytes], None]

@@ -7,17 +7,18 @@ from pathlib import Path
 
 import numpy as np
 
-from mrfit.channels import unit_of
-from mrfit.ingest import series, units
-from mrfit.ingest.channel_map import FILE_NAME, Rules
-from mrfit.ingest.conditions import conditions_of, wording
-from mrfit.ingest.naming import Signal, all_missing, check_wrong_dimension, name_signals
+from mrfit.core.channels import unit_of
+from mrfit.core.recording import Finding, Recording
+from mrfit.core.specs import Array
+from mrfit.ingest import series
+from mrfit.ingest.meaning import units
+from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
+from mrfit.ingest.meaning.conditions import conditions_of, wording
+from mrfit.ingest.meaning.naming import Signal, all_missing, check_wrong_dimension, name_signals
+from mrfit.ingest.meaning.sanity import channel_findings, relation_findings, shortened, shortening
 from mrfit.ingest.refusal import Refusal
-from mrfit.ingest.sanity import channel_findings, relation_findings, shortened, shortening
 from mrfit.ingest.table import Column, Lines, Lost, Table
-from mrfit.ingest.timebase import TimeBase, TimeFault, coarse, on_grid, repeated, time_base
-from mrfit.recording import Finding, Recording
-from mrfit.specs import Array
+from mrfit.ingest.time.timebase import TimeBase, TimeFault, coarse, on_grid, repeated, time_base
 
 OVERFLOW = 1e30
 """Magnitude from which a number is an instrument's mark for overflow."""

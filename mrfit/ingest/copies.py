@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from mrfit.ingest.channel_map import Rules
-from mrfit.ingest.conditions import from_name
 from mrfit.ingest.earlier import Earlier
+from mrfit.ingest.meaning.channel_map import Rules
+from mrfit.ingest.meaning.conditions import from_name
 from mrfit.ingest.reading import Item
 
 

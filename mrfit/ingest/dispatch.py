@@ -3,9 +3,9 @@
 from os import fsencode
 from pathlib import Path
 
-from mrfit import registry
-from mrfit.ingest.head import Head, open_head
+from mrfit.core import registry
 from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.text.head import Head, open_head
 
 LONGEST_STEM = 200
 """Bytes of a log's name: a file system takes 255, and recordings of a log have numbers and endings behind its name."""

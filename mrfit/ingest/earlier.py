@@ -6,10 +6,10 @@ from os import path as os_path
 from typing import Any
 
 from mrfit.errors import DataError
-from mrfit.escapes import encodable
 from mrfit.ingest.reading import Item
 from mrfit.ingest.refusal import Refusal
-from mrfit.store import Workspace
+from mrfit.io.escapes import encodable
+from mrfit.io.workspace import Workspace
 
 
 class Earlier:

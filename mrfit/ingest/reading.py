@@ -8,19 +8,19 @@ from os import fsencode
 from pathlib import Path
 from types import ModuleType
 
-from mrfit import registry
+from mrfit.core import registry
+from mrfit.core.progress import Progress, silent
+from mrfit.core.recording import Recording
 from mrfit.errors import MrfitError
-from mrfit.ingest.apart import read_apart
 from mrfit.ingest.blocks import Gathered, Watch, text_blocks
 from mrfit.ingest.build import Origin, build
-from mrfit.ingest.channel_map import Rules
-from mrfit.ingest.head import open_head
-from mrfit.ingest.memory import out_of_memory, shown
+from mrfit.ingest.containers.apart import read_apart
+from mrfit.ingest.containers.memory import out_of_memory, shown
+from mrfit.ingest.containers.shelf import Shelf, check_disk
+from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.refusal import Refusal
-from mrfit.ingest.shelf import Shelf, check_disk
 from mrfit.ingest.table import Source, Table, with_end
-from mrfit.progress import Progress, silent
-from mrfit.recording import Recording
+from mrfit.ingest.text.head import open_head
 
 
 @dataclass(frozen=True, slots=True)

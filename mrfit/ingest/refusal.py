@@ -4,7 +4,7 @@ from os import fsencode
 from pathlib import Path
 
 from mrfit.errors import DataError, MrfitError
-from mrfit.escapes import visible
+from mrfit.io.escapes import visible
 
 LONGEST = 400
 

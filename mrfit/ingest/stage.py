@@ -9,20 +9,20 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
+from mrfit.core.progress import Progress, silent
+from mrfit.core.recording import Recording
+from mrfit.core.workers import in_order
 from mrfit.errors import ConfigError, DataError
-from mrfit.ingest.channel_map import FILE_NAME, MapFile, Rules, load_map, rules_for
-from mrfit.ingest.conditions import name_expression
 from mrfit.ingest.copies import part_copies
 from mrfit.ingest.dispatch import expand, look, part_of
 from mrfit.ingest.earlier import Earlier
+from mrfit.ingest.meaning.channel_map import FILE_NAME, MapFile, Rules, load_map, rules_for
+from mrfit.ingest.meaning.conditions import name_expression
 from mrfit.ingest.reading import BLOCK, Item, Outcome, Pieces, hash_of, look_into, read_item
 from mrfit.ingest.refusal import Passing, Refusal
-from mrfit.keys import key_of
-from mrfit.progress import Progress, silent
-from mrfit.recording import Recording
-from mrfit.schemas.stages import INGEST
-from mrfit.store import Workspace, read_json, recording_id, write_json
-from mrfit.workers import in_order
+from mrfit.io.keys import key_of
+from mrfit.io.schemas.stages import INGEST
+from mrfit.io.workspace import Workspace, read_json, recording_id, write_json
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,13 +7,13 @@ from typing import Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from mrfit.ingest.channel_map import Rules
-from mrfit.ingest.head import Head
-from mrfit.ingest.memory import Room
-from mrfit.ingest.printed import Digits
-from mrfit.ingest.shelf import Shelf
-from mrfit.recording import Finding
-from mrfit.specs import Array
+from mrfit.core.recording import Finding
+from mrfit.core.specs import Array
+from mrfit.ingest.containers.memory import Room
+from mrfit.ingest.containers.shelf import Shelf
+from mrfit.ingest.meaning.channel_map import Rules
+from mrfit.ingest.text.head import Head
+from mrfit.ingest.text.printed import Digits
 
 Lines = NDArray[np.int64]
 

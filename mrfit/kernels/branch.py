@@ -20,10 +20,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from mrfit.core.specs import Array
 from mrfit.kernels.jit import kernel
 from mrfit.kernels.powers import power
 from mrfit.kernels.theta import plain
-from mrfit.specs import Array
 
 # Taylor order of a table step; the tables of tests/kernels/test_branch.py stay below 3e-7 with it.
 _ORDER = 10

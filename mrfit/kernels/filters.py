@@ -7,8 +7,8 @@ import math
 
 import numpy as np
 
+from mrfit.core.specs import Array
 from mrfit.kernels.jit import kernel
-from mrfit.specs import Array
 
 # Velocity in m/s below which friction does not fade any further
 CREEP = 1e-4

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
+from mrfit.core.specs import Array
 from mrfit.kernels.branch import bouc_wen
 from mrfit.kernels.jit import kernel
 from mrfit.kernels.powers import power
-from mrfit.specs import Array
 
 # Bouc-Wen that varies. Up to this y^n a series serves; in between, a sub-step in s*n, with which RK4 errs by less than
 # 1e-5 over many branches; from this -ln(1 - y^n) on a closed form; and where y counts as saturated.

@@ -16,7 +16,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from mrfit.workers import interrupts_later
+from mrfit.core.workers import interrupts_later
 
 F = TypeVar("F", bound=Callable[..., Any])
 

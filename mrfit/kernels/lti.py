@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
+from mrfit.core.specs import Array
 from mrfit.kernels.jit import kernel
-from mrfit.specs import Array
 
 # Time constants in s below this one are too short for any log, and their poles too fast for the exponential
 SHORTEST = 1e-9

@@ -15,10 +15,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from mrfit.core.specs import Array
 from mrfit.kernels.jit import kernel
 from mrfit.kernels.lti import delayed
 from mrfit.kernels.powers import tanh
-from mrfit.specs import Array
 
 # Where a vector's values start
 _W1, _B1, _W2, _B2, _W3, _B3 = 0, 12, 15, 24, 27, 30

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from mrfit.specs import Array, ModelSpec
+from mrfit.core.specs import Array, ModelSpec
 
 _BINS = 40
 

@@ -16,9 +16,9 @@ import math
 
 import numpy as np
 
+from mrfit.core.specs import Array
 from mrfit.kernels.jit import kernel
 from mrfit.kernels.powers import power
-from mrfit.specs import Array
 
 LANES = 8
 # Bound on a sub-step's error estimate, as a share of the saturated element's force. The estimate is that of order 2 and

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mrfit.specs import Array
+from mrfit.core.specs import Array
 
 # Values per block of rows: three or four temporaries of this size stay in a core's level 2 cache.
 _BLOCK = 1 << 14

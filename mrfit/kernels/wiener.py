@@ -18,8 +18,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from mrfit.core.specs import Array
 from mrfit.kernels.jit import kernel
-from mrfit.specs import Array
 
 _LANES = 8
 # Places in a vector

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from mrfit.core.specs import Array, Index
 from mrfit.kernels.jit import kernel
-from mrfit.specs import Array, Index
 
 
 @kernel

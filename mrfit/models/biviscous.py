@@ -13,9 +13,9 @@ at yield for fy, fy = C0*vy, which the tables do not obey; the 1.8 and 4.1 mm/s 
 
 import numpy as np
 
+from mrfit.core.specs import Array, Derived, ModelSpec, Param
 from mrfit.kernels.points import inside, post_yield_line, yield_velocity
 from mrfit.kernels.theta import evaluate
-from mrfit.specs import Array, Derived, ModelSpec, Param
 
 SPEC = ModelSpec(
     name="biviscous",

@@ -20,11 +20,11 @@ from functools import partial
 
 import numpy as np
 
+from mrfit.core.specs import Array, Derived, ModelSpec, Param, Reduced
 from mrfit.kernels.branch import ROUGH, bouc_wen, normal_form, printed_form
 from mrfit.kernels.friction import combine, hysteresis
 from mrfit.kernels.points import inside, post_yield_line
 from mrfit.kernels.theta import along_samples, plain
-from mrfit.specs import Array, Derived, ModelSpec, Param, Reduced
 
 SPEC = ModelSpec(
     name="boucwen",

@@ -23,10 +23,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from mrfit.core.specs import Array, Derived, ModelSpec, Param, Reduced
 from mrfit.kernels.branch import bouc_wen, driven, driven_roughly, normal_form, printed_form
 from mrfit.kernels.points import inside, largest
 from mrfit.kernels.theta import plain
-from mrfit.specs import Array, Derived, ModelSpec, Param, Reduced
 
 SPEC = ModelSpec(
     name="boucwen-flux",

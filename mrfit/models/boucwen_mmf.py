@@ -16,9 +16,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from mrfit.core.specs import Array, Derived, ModelSpec, Param, Reduced
 from mrfit.kernels.branch import driven, driven_roughly
 from mrfit.kernels.points import half_width, inside, largest
-from mrfit.specs import Array, Derived, ModelSpec, Param, Reduced
 
 SPEC = ModelSpec(
     name="boucwen-mmf",

@@ -13,10 +13,10 @@ and
 
 import numpy as np
 
+from mrfit.core.specs import Array, ModelSpec, Param
 from mrfit.kernels.friction import combine, dahl
 from mrfit.kernels.points import inside, post_yield_line
 from mrfit.kernels.theta import along_samples, plain
-from mrfit.specs import Array, ModelSpec, Param
 
 SPEC = ModelSpec(
     name="dahl",

@@ -11,9 +11,9 @@ Source: preyield paper eq. 8. Its print has the quotient of Omega upside down; i
 
 import numpy as np
 
+from mrfit.core.specs import Array, ModelSpec, Param
 from mrfit.kernels.points import half_width, inside, post_yield_line, yield_velocity
 from mrfit.kernels.theta import evaluate
-from mrfit.specs import Array, ModelSpec, Param
 
 SPEC = ModelSpec(
     name="guo",

@@ -19,12 +19,12 @@ with temperature, poles, zeros and delay keep the values of the first.
 
 import numpy as np
 
+from mrfit.core.specs import Array, Index, ModelSpec, Param
 from mrfit.kernels.lti import hysteresis_filter, magnetisation_filter
 from mrfit.kernels.points import inside
 from mrfit.kernels.theta import by_blocks, columns, plain
 from mrfit.kernels.wiener import wiener
 from mrfit.models import hw_static
-from mrfit.specs import Array, Index, ModelSpec, Param
 
 _STATIC = hw_static.SPEC.params[:-1]
 _OFFSET = hw_static.SPEC.params[-1]

@@ -10,9 +10,9 @@ Source: preyield paper eq. 2; in its Tables 1-2 fy falls to 0.0 N where n alone 
 
 import numpy as np
 
+from mrfit.core.specs import Array, ModelSpec, Param
 from mrfit.kernels.points import inside, post_yield_line
 from mrfit.kernels.theta import evaluate
-from mrfit.specs import Array, ModelSpec, Param
 
 SPEC = ModelSpec(
     name="herschel-bulkley",

@@ -13,9 +13,9 @@ Source: Savaia et al. eqs. 1-2, whose third branch of C must read c_post*(v + d0
 
 import numpy as np
 
+from mrfit.core.specs import Array, ModelSpec, Param, Stage
 from mrfit.kernels.points import inside, post_yield_line, yield_velocity
 from mrfit.kernels.theta import evaluate
-from mrfit.specs import Array, ModelSpec, Param, Stage
 
 SPEC = ModelSpec(
     name="hw-static",

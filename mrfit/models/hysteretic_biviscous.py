@@ -17,9 +17,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from mrfit.core.specs import Array, Derived, ModelSpec, Param, Reduced
 from mrfit.kernels.points import half_width, inside, post_yield_line, yield_velocity
 from mrfit.kernels.theta import evaluate
-from mrfit.specs import Array, Derived, ModelSpec, Param, Reduced
 
 SPEC = ModelSpec(
     name="hysteretic-biviscous",

@@ -13,10 +13,10 @@ dampers, there with g constant (dF = 0); named in the reviews of Savaia et al. a
 hysteresis operator").
 """
 
+from mrfit.core.specs import Array, ModelSpec, Param
 from mrfit.kernels.friction import lugre
 from mrfit.kernels.points import inside, largest, post_yield_line
 from mrfit.kernels.theta import along_samples, plain
-from mrfit.specs import Array, ModelSpec, Param
 
 # Travel in m over which the bristles are bent to the friction force, for start values
 TURNOVER = 1e-3

@@ -13,10 +13,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from mrfit.core.specs import Array, Index, ModelSpec, Param, Reduced
 from mrfit.kernels.lti import delayed
 from mrfit.kernels.network import network
 from mrfit.kernels.theta import by_blocks, plain
-from mrfit.specs import Array, Index, ModelSpec, Param, Reduced
 
 _LAG = 4e-3
 _UNITS = 3

@@ -16,9 +16,9 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from mrfit.core.specs import Array, ModelSpec, Param
 from mrfit.kernels.points import inside, largest
 from mrfit.kernels.theta import evaluate
-from mrfit.specs import Array, ModelSpec, Param
 
 ORDER = 12
 _CHUNK = 4096  # samples whose basis stays in cache

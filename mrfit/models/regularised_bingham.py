@@ -10,9 +10,9 @@ Source: preyield paper eq. 4; published values in its Tables 1-2.
 
 import numpy as np
 
+from mrfit.core.specs import Array, ModelSpec, Param
 from mrfit.kernels.points import inside, post_yield_line, yield_velocity
 from mrfit.kernels.theta import evaluate
-from mrfit.specs import Array, ModelSpec, Param
 
 SPEC = ModelSpec(
     name="regularised-bingham",

@@ -13,9 +13,9 @@ at 0 A (eqs. 20-24).
 
 import numpy as np
 
+from mrfit.core.specs import Array, ModelSpec, Param
 from mrfit.kernels.points import inside, post_yield_line, yield_velocity
 from mrfit.kernels.theta import evaluate
-from mrfit.specs import Array, ModelSpec, Param
 
 SPEC = ModelSpec(
     name="rotational-erf",

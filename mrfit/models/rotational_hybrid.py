@@ -12,9 +12,9 @@ Source: rotary-stiffness paper eq. 19, which prints >= in both lines.
 
 import numpy as np
 
+from mrfit.core.specs import Array, ModelSpec, Param
 from mrfit.kernels.points import inside, loop_height, post_yield_line, yield_velocity
 from mrfit.kernels.theta import evaluate
-from mrfit.specs import Array, ModelSpec, Param
 
 SPEC = ModelSpec(
     name="rotational-hybrid",

@@ -19,11 +19,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from mrfit.core.specs import Array, Derived, ModelSpec, Param, Reduced
 from mrfit.kernels.branch import normal_form, printed_form
 from mrfit.kernels.points import inside, post_yield_line, yield_velocity
 from mrfit.kernels.spencer import TOLERANCE, spencer
 from mrfit.kernels.theta import along_samples, plain
-from mrfit.specs import Array, Derived, ModelSpec, Param, Reduced
 
 # Tolerance of a rough simulation, in units of the usual one
 _ROUGH = 100.0

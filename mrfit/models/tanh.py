@@ -13,9 +13,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from mrfit.core.specs import Array, ModelSpec, Param, Reduced
 from mrfit.kernels.points import inside, tanh_points
 from mrfit.kernels.theta import evaluate
-from mrfit.specs import Array, ModelSpec, Param, Reduced
 
 SPEC = ModelSpec(
     name="tanh",

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from mrfit.core.specs import Array, Index, OptimizerSpec, Options
 from mrfit.kernels.descent import FIRST_RAISE, LONGEST_STEP, damped_steps, fanned_steps, keep_better
 from mrfit.kernels.ending import AGREEMENT_RTOL, RIVAL, decided, enough, going_on
-from mrfit.objective import BudgetSpent, Descent, NormalEquations, Objective, Stalled
-from mrfit.specs import Array, Index, OptimizerSpec, Options
+from mrfit.search.objective import BudgetSpent, Descent, NormalEquations, Objective, Stalled
 
 SPEC = OptimizerSpec(
     name="auto",

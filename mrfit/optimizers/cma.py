@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from mrfit.objective import Objective
-from mrfit.specs import Array, OptimizerSpec, Options
+from mrfit.core.specs import Array, OptimizerSpec, Options
+from mrfit.search.objective import Objective
 
 FIRST_SPREAD = 0.25
 # Costs are told relative to the first finite one, so that the tolerances mean the same for every unit.

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from mrfit.objective import Objective
-from mrfit.specs import Array, OptimizerSpec, Option, Options
+from mrfit.core.specs import Array, OptimizerSpec, Option, Options
+from mrfit.search.objective import Objective
 
 # The least population scipy takes.
 SMALLEST = 5

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from mrfit.objective import Objective
-from mrfit.specs import Array, OptimizerSpec, Option, Options
+from mrfit.core.specs import Array, OptimizerSpec, Option, Options
+from mrfit.search.objective import Objective
 
 ELITE = 2
 CROSSOVER_SHARE = 0.8

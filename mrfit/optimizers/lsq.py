@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from mrfit.objective import Objective
-from mrfit.specs import OptimizerSpec, Options
+from mrfit.core.specs import OptimizerSpec, Options
+from mrfit.search.objective import Objective
 
 SPEC = OptimizerSpec(
     name="lsq",

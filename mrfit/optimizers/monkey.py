@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from mrfit.objective import Objective
-from mrfit.specs import Array, OptimizerSpec, Option, Options
+from mrfit.core.specs import Array, OptimizerSpec, Option, Options
+from mrfit.search.objective import Objective
 
 CLIMB_STEPS = 20
 # Step length of the climb at the first and the last evaluation, as a share of the cube's edge.

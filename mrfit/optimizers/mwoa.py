@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 
-from mrfit.objective import InParameters
+from mrfit.core.specs import Array, OptimizerSpec, Option, Options
 from mrfit.optimizers.woa import B_TEXT, ITERATIONS, POPULATION, first_swarm, swim
-from mrfit.specs import Array, OptimizerSpec, Option, Options
+from mrfit.search.objective import InParameters
 
 # Standard deviation of a clone about its antibody, as a share of the bounds; the paper gives none.
 MUTATION = 0.05

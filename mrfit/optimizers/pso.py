@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from mrfit.objective import Objective
-from mrfit.specs import OptimizerSpec, Option, Options
+from mrfit.core.specs import OptimizerSpec, Option, Options
+from mrfit.search.objective import Objective
 
 SPEC = OptimizerSpec(
     name="pso",

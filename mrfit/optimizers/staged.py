@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from mrfit.objective import Objective
+from mrfit.core.specs import OptimizerSpec, Options
 from mrfit.optimizers import lsq
-from mrfit.specs import OptimizerSpec, Options
+from mrfit.search.objective import Objective
 
 SPEC = OptimizerSpec(
     name="staged",

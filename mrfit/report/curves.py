@@ -7,9 +7,9 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
+from mrfit.core.specs import Array
 from mrfit.report.numbers import natural, unit_html
 from mrfit.report.source import Series
-from mrfit.specs import Array
 
 PANELS = 12
 CYCLES = 2.0

@@ -5,10 +5,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from mrfit import registry
-from mrfit.dependence import form_of
-from mrfit.keys import discovery_key, key_of
-from mrfit.progress import Progress, silent
+from mrfit.core import registry
+from mrfit.core.progress import Progress, silent
+from mrfit.io.keys import discovery_key, key_of
+from mrfit.io.workspace import Workspace, write_text
 from mrfit.report import page
 from mrfit.report.curves import prefixed
 from mrfit.report.discovery_figures import figures_of
@@ -17,7 +17,7 @@ from mrfit.report.explain import closed_share, effect_words, headline, next_step
 from mrfit.report.numbers import in_html, percent, significant
 from mrfit.report.page import number, template_of
 from mrfit.report.svg import inline
-from mrfit.store import Workspace, write_text
+from mrfit.simulate.current_dependence import form_of
 
 TEMPLATE = Path(__file__).with_name("discovery.html.jinja")
 UNJUDGED = "cannot be judged"

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mrfit.channels import symbol_of
+from mrfit.core.channels import symbol_of
+from mrfit.core.specs import Array
 from mrfit.report.curves import decimate, prefixed
 from mrfit.report.discovery_source import Discovery, Part
 from mrfit.report.figures import (
@@ -24,7 +25,6 @@ from mrfit.report.figures import (
 )
 from mrfit.report.numbers import in_html, percent, significant
 from mrfit.report.svg import style, to_svg
-from mrfit.specs import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,17 +7,17 @@ from typing import Any
 
 import numpy as np
 
-from mrfit import registry
-from mrfit.channels import unit_of
-from mrfit.drive import smooth
+from mrfit.core import registry
+from mrfit.core.channels import unit_of
+from mrfit.core.recording import Segment
+from mrfit.core.specs import Array
 from mrfit.errors import DataError
-from mrfit.recording import Segment
+from mrfit.io.schemas.discovery import DiscoveryFile
+from mrfit.io.schemas.reading import content
+from mrfit.io.workspace import Workspace, read_table, reading
 from mrfit.report.figures import LOOPS
 from mrfit.report.numbers import natural
-from mrfit.schemas.discovery import DiscoveryFile
-from mrfit.schemas.reading import content
-from mrfit.specs import Array
-from mrfit.store import Workspace, read_table, reading
+from mrfit.signal.smoothing import smooth
 
 
 @dataclass(frozen=True)

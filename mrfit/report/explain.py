@@ -2,10 +2,10 @@
 
 from typing import Any
 
-from mrfit import registry
-from mrfit.drift import drift_words
+from mrfit.core import registry
 from mrfit.report.curves import prefixed
 from mrfit.report.numbers import WITHIN_NOISE, in_html, percent, significant, with_interval
+from mrfit.signal.drift import drift_words
 
 Found = dict[str, Any]
 

@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mrfit.channels import symbol_of, unit_of
-from mrfit.progress import Progress, silent
+from mrfit.core.channels import symbol_of, unit_of
+from mrfit.core.progress import Progress, silent
+from mrfit.core.specs import Array
+from mrfit.core.workers import in_processes
+from mrfit.io.schemas.fit import Fit, MetricRow, Result
 from mrfit.report.curves import decimate, family, prefixed, sheets, shown_cycles, worst_of_each
 from mrfit.report.numbers import SUPERSCRIPTS, in_html, percent, significant
 from mrfit.report.source import Series
 from mrfit.report.svg import import_matplotlib, style, to_svg
-from mrfit.schemas.fit import Fit, MetricRow, Result
-from mrfit.specs import Array
-from mrfit.workers import in_processes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

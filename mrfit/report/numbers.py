@@ -7,7 +7,7 @@ digits.
 import math
 import re
 
-from mrfit.escapes import visible
+from mrfit.io.escapes import visible
 
 SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 GREEK = "alpha beta gamma delta epsilon zeta eta theta kappa lambda mu nu xi rho sigma tau phi chi psi omega".split()

@@ -4,8 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mrfit.metrics import METRICS
-from mrfit.optimize import PATIENCE
+from mrfit.io.schemas.fit import Fit, Quantity, Result
 from mrfit.report.figures import Figure
 from mrfit.report.numbers import in_html, percent, significant, unit_html, with_interval
 from mrfit.report.provenance import flux_section, recording_row, segment_rows
@@ -13,7 +12,8 @@ from mrfit.report.source import Source
 from mrfit.report.svg import inline
 from mrfit.report.tables import METRIC_COLUMNS, ROLES, metric_cells
 from mrfit.report.verdict import cautions, open_directions, verdict
-from mrfit.schemas.fit import Fit, Quantity, Result
+from mrfit.search.optimize import PATIENCE
+from mrfit.signal.metrics import METRICS
 
 if TYPE_CHECKING:
     from jinja2 import Template

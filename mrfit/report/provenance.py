@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from mrfit.channels import unit_of
+from mrfit.core.channels import unit_of
 from mrfit.report.numbers import MISSING, in_html, natural, significant, unit_html
 from mrfit.report.tables import ROLES
 

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from mrfit.core.specs import Array
 from mrfit.errors import DataError
+from mrfit.io.schemas.fit import Fit
+from mrfit.io.schemas.reading import load
+from mrfit.io.workspace import Workspace
 from mrfit.report.numbers import natural
-from mrfit.schemas.fit import Fit
-from mrfit.schemas.reading import load
-from mrfit.specs import Array
-from mrfit.store import Workspace
 
 
 @dataclass(frozen=True)

@@ -8,14 +8,14 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from mrfit.core.progress import Progress, silent
 from mrfit.errors import DataError
-from mrfit.keys import key_of
-from mrfit.progress import Progress, silent
+from mrfit.io.keys import key_of
+from mrfit.io.schemas.reading import made
+from mrfit.io.schemas.stages import ReportFile
+from mrfit.io.workspace import TEMPORARY, Workspace, write_json
 from mrfit.report import figures, page, tables
 from mrfit.report.source import Source, fit_names, input_files, read_source
-from mrfit.schemas.reading import made
-from mrfit.schemas.stages import ReportFile
-from mrfit.store import TEMPORARY, Workspace, write_json
 
 SCHEMA = "mrfit/report/1"
 

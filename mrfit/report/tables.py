@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from mrfit.csv_table import csv_table
-from mrfit.metrics import METRICS
+from mrfit.io.csv_table import csv_table
+from mrfit.io.schemas.fit import Fit, MetricRow, Quantity, Result
 from mrfit.report.numbers import (
     escape_latex,
     in_latex,
@@ -13,7 +13,7 @@ from mrfit.report.numbers import (
     unit_latex,
     with_interval,
 )
-from mrfit.schemas.fit import Fit, MetricRow, Quantity, Result
+from mrfit.signal.metrics import METRICS
 
 Cell = str | int | float | bool | None
 

@@ -3,9 +3,9 @@
 from collections import Counter
 from typing import Any
 
+from mrfit.io.schemas.fit import Fit, MetricRow
 from mrfit.report.curves import prefixed
 from mrfit.report.numbers import WITHIN_NOISE, in_html, natural, percent, significant
-from mrfit.schemas.fit import Fit, MetricRow
 
 
 def verdict(fit: Fit) -> list[str]:

@@ -7,9 +7,9 @@ from math import isclose
 
 import numpy as np
 
+from mrfit.core.recording import FLUX_RESISTANCE, NAMING, Segment
+from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
-from mrfit.recording import FLUX_RESISTANCE, NAMING, Segment
-from mrfit.specs import Array
 
 # Segments are repeats of one condition if they differ by less than this.
 SAME_FREQUENCY, SAME_AMPLITUDE, SAME_LEVEL, SAME_TEMPERATURE = 0.03, 0.05, 0.03, 5.0

@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.cycles import Stretch, gaps, steady_stretches
-from mrfit.noise import noise_level
-from mrfit.recording import Recording, Segment
+from mrfit.core.recording import Recording, Segment
+from mrfit.core.specs import Array
 from mrfit.segment.thinning import thinned
 from mrfit.segment.waveform import STILL_NOISE, TRIANGLE_MISFIT, irregular_waveform, periodic_waveform
-from mrfit.specs import Array
+from mrfit.signal.cycles import Stretch, gaps, steady_stretches
+from mrfit.signal.noise import noise_level
 
 MOVED = ("displacement", "velocity", "angle", "angular_velocity")
 # An irregular stretch beside periodic ones must be this long and large to be a test of its own.

@@ -5,15 +5,15 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from mrfit.core.progress import Progress, silent
+from mrfit.core.recording import Segment
 from mrfit.errors import ConfigError, DataError
-from mrfit.keys import segment_key
-from mrfit.progress import Progress, silent
-from mrfit.recording import Segment
-from mrfit.schemas.reading import UnknownSchema
-from mrfit.schemas.stages import SEGMENTS
+from mrfit.io.keys import segment_key
+from mrfit.io.schemas.reading import UnknownSchema
+from mrfit.io.schemas.stages import SEGMENTS
+from mrfit.io.workspace import Workspace, plain
 from mrfit.segment.conditions import assign_roles, hold_out_after, name_conditions
 from mrfit.segment.detect import Detection, detect, drive_channel
-from mrfit.store import Workspace, plain
 
 METADATA = "mrfit"
 

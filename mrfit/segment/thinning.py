@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.noise import LONG, noise_level, windows
-from mrfit.recording import Recording
-from mrfit.specs import Array
+from mrfit.core.recording import Recording
+from mrfit.core.specs import Array
+from mrfit.signal.noise import LONG, noise_level, windows
 
 # Straight lines between the means may leave the drive by so many times its noise, or by this share of its range
 NOISES, SHARE = 1.2, 1e-3

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from mrfit.cycles import turning_points
-from mrfit.harmonics import HarmonicFit
-from mrfit.noise import noise_level
-from mrfit.specs import Array
+from mrfit.core.specs import Array
+from mrfit.signal.cycles import turning_points
+from mrfit.signal.harmonics import HarmonicFit
+from mrfit.signal.noise import noise_level
 
 # A current called sine by its laboratory is bent by the coil; a triangle's own misfit to a sine is 0.12.
 SINE_MISFIT = 0.2

@@ -10,15 +10,15 @@ import pytest
 
 import mrfit.compare.optimizers
 import mrfit.fit.stage
-from mrfit.assembly import assemble
 from mrfit.compare.optimizers import Settings, start_point
 from mrfit.errors import ConfigError
-from mrfit.fit.cube import cube_of
 from mrfit.fit.identify import build_group
-from mrfit.fit.problem import Posed
-from mrfit.fit.starts import data_starts, to_points
+from mrfit.io.workspace import Workspace
 from mrfit.models import guo
-from mrfit.store import Workspace
+from mrfit.search.cube import cube_of
+from mrfit.search.problem import Posed
+from mrfit.search.starts import data_starts, to_points
+from mrfit.simulate.assembly import assemble
 from tests.fit.benches import Bench, write_workspace
 
 TRUTH = np.array([400.0, 900.0, 90.0, 1.5, 4.0])

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import mrfit.compare.stage
-from mrfit.assembly import assemble
 from mrfit.compare.stage import Settings
-from mrfit.dependence import CurrentDependence
 from mrfit.errors import ConfigError, DataError
-from mrfit.store import Workspace
+from mrfit.io.workspace import Workspace
+from mrfit.simulate.assembly import assemble
+from mrfit.simulate.current_dependence import CurrentDependence
 from tests.conftest import Run
 from tests.fit.benches import Bench, planted_segments, record, write_workspace
 

@@ -6,12 +6,12 @@ import numpy as np
 import pint
 import pytest
 
-from mrfit import registry
-from mrfit.assembly import SLOTS, Assembly, assemble
-from mrfit.channels import CHANNELS
-from mrfit.dependence import CurrentDependence
-from mrfit.recording import FLUX_RESISTANCE
-from mrfit.specs import EffectSpec
+from mrfit.core import registry
+from mrfit.core.channels import CHANNELS
+from mrfit.core.recording import FLUX_RESISTANCE
+from mrfit.core.specs import EffectSpec
+from mrfit.simulate.assembly import SLOTS, Assembly, assemble
+from mrfit.simulate.current_dependence import CurrentDependence
 
 SAMPLES = 600
 DT = 2e-3

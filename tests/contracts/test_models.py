@@ -7,9 +7,9 @@ import numpy as np
 import pint
 import pytest
 
-from mrfit import registry
-from mrfit.channels import CHANNELS
-from mrfit.specs import ModelSpec
+from mrfit.core import registry
+from mrfit.core.channels import CHANNELS
+from mrfit.core.specs import ModelSpec
 
 SAMPLES = 600
 DT = 2e-3

@@ -5,8 +5,9 @@ import warnings
 import numpy as np
 import pytest
 
-from mrfit import optimize, registry
-from mrfit.objective import Objective
+from mrfit.core import registry
+from mrfit.search import optimize
+from mrfit.search.objective import Objective
 
 OPTIMIZERS = registry.names("optimizer")
 KINDS = {name: registry.load("optimizer", name).SPEC.kind for name in OPTIMIZERS}

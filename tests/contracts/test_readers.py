@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mrfit import registry
+from mrfit.core import registry
+from mrfit.core.recording import Recording
+from mrfit.core.specs import ReaderSpec
 from mrfit.errors import DataError
 from mrfit.ingest.dispatch import FALLBACK, claims, reader_of
-from mrfit.ingest.head import open_head
 from mrfit.ingest.stage import Settings
-from mrfit.recording import Recording
-from mrfit.specs import ReaderSpec
+from mrfit.ingest.text.head import open_head
 from tests.ingest.examining import examine
 from tests.ingest.samples import WRITERS, sample
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 
 import mrfit.segment.stage
-from mrfit.recording import Recording
-from mrfit.specs import Array
-from mrfit.store import Workspace, write_json
+from mrfit.core.recording import Recording
+from mrfit.core.specs import Array
+from mrfit.io.workspace import Workspace, write_json
 
 PER_CYCLE, CYCLES, NOISE = 250, 6, 2.0
 TESTS = tuple((f, x) for f in (1.0, 2.0, 4.0) for x in (0.005, 0.01, 0.015))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from mrfit.discover.clusters import clustered
-from mrfit.fit.uncertainty import analyse
+from mrfit.fit.diagnostics.uncertainty import analyse
 
 CONDITIONS, SAMPLES = 9, 400
 

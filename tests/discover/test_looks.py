@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from mrfit.core.specs import Array
 from mrfit.discover.looks import in_words, looks
-from mrfit.specs import Array
 
 
 class _Stretch:

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 
-from mrfit import registry
-from mrfit.assembly import assemble
+from mrfit.core import registry
+from mrfit.core.progress import silent
 from mrfit.discover.bench import build_bench
 from mrfit.discover.decide import Verdict, duel
 from mrfit.discover.pairs import best_pair
@@ -13,7 +13,7 @@ from mrfit.discover.refit import Fitter, Refit
 from mrfit.discover.screen import screen
 from mrfit.discover.trials import judge, try_out
 from mrfit.fit.select import load_recordings
-from mrfit.progress import silent
+from mrfit.simulate.assembly import assemble
 from tests.discover.studies import workspace
 
 EFFECTS = [registry.load("effect", name).SPEC for name in ("inertia", "quadratic-drag", "coulomb-friction")]

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from mrfit.assembly import assemble
 from mrfit.discover.refit import Refit, paired_z
-from mrfit.fit.cube import cube_of
+from mrfit.search.cube import cube_of
+from mrfit.simulate.assembly import assemble
 
 
 def refit(effect: str, **values: float) -> Refit:

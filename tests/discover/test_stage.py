@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 import mrfit.segment.stage
-from mrfit.assembly import assemble
-from mrfit.dependence import CurrentDependence
+from mrfit.core.progress import silent
+from mrfit.core.recording import Recording
 from mrfit.discover import stage
 from mrfit.discover.stage import Settings, _fitter, run
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.select import load_recordings
-from mrfit.progress import silent
-from mrfit.recording import Recording
-from mrfit.store import Workspace, write_json
+from mrfit.io.workspace import Workspace, write_json
+from mrfit.simulate.assembly import assemble
+from mrfit.simulate.current_dependence import CurrentDependence
 from tests.discover.studies import GAS_COLUMN, TESTS, workspace
 
 

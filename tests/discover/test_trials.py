@@ -6,11 +6,11 @@ from typing import cast
 import numpy as np
 import pytest
 
-from mrfit.assembly import assemble
 from mrfit.discover.refit import Refit
 from mrfit.discover.trials import CLEAR, judge, leaves_too_much
-from mrfit.fit.cube import cube_of
-from mrfit.fit.uncertainty import Uncertainty
+from mrfit.fit.diagnostics.uncertainty import Uncertainty
+from mrfit.search.cube import cube_of
+from mrfit.simulate.assembly import assemble
 
 
 def fitted(effects: tuple[str, ...], chi: float, errors_of_neutral: float = np.inf, seed: int = 1) -> Refit:

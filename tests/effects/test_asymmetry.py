@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mrfit.assembly import assemble
 from mrfit.effects.asymmetry import factors
+from mrfit.simulate.assembly import assemble
 
 
 def test_force_of_one_direction_is_larger_by_the_gain() -> None:

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from mrfit.assembly import assemble
-from mrfit.dependence import CurrentDependence
 from mrfit.effects.current_lag import transform
+from mrfit.simulate.assembly import assemble
+from mrfit.simulate.current_dependence import CurrentDependence
 
 
 def step(dt: float, duration: float) -> np.ndarray:

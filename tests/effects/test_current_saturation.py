@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mrfit.assembly import assemble
-from mrfit.dependence import CurrentDependence
+from mrfit.simulate.assembly import assemble
+from mrfit.simulate.current_dependence import CurrentDependence
 
 WHOLE = assemble("bingham+current-saturation", CurrentDependence((("fy", 1),), 0.0, 5.0))
 

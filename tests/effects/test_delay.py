@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mrfit.assembly import assemble
 from mrfit.effects.delay import shape
+from mrfit.simulate.assembly import assemble
 
 DT = 1e-3
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from mrfit.assembly import assemble
 from mrfit.effects.eddy_current import closed
+from mrfit.simulate.assembly import assemble
 
 INDUCTANCE, CURRENT = 0.03, 2.0
 PER_CYCLE = 4000

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from mrfit.assembly import assemble
+from mrfit.simulate.assembly import assemble
 
 
 def test_offset_is_that_of_the_base_under_another_name() -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mrfit.assembly import assemble
+from mrfit.simulate.assembly import assemble
 
 
 def test_amplitude_grows_in_proportion_to_time() -> None:

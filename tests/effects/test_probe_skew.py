@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import cumulative_trapezoid
 
-from mrfit.assembly import assemble
 from mrfit.effects.probe_skew import error, transform
+from mrfit.simulate.assembly import assemble
 
 DT, W = 1e-4, 2 * np.pi * 10.0
 T = np.arange(4000) * DT

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mrfit.assembly import assemble
 from mrfit.effects.saturation import shape
+from mrfit.simulate.assembly import assemble
 
 KNEE = 0.05
 Q = np.array([[1 / KNEE**2, 2.0]])

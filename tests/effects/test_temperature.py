@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from mrfit.assembly import assemble
 from mrfit.effects.temperature import factors
+from mrfit.simulate.assembly import assemble
 
 WHOLE = assemble("bingham+temperature")
 FY, C, F0 = 400.0, 900.0, 30.0

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mrfit.assembly import assemble
 from mrfit.effects.velocity_hysteresis import transform
+from mrfit.simulate.assembly import assemble
 
 
 def motion(middle: float = 0.0) -> tuple[np.ndarray, np.ndarray]:

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from mrfit.assembly import Assembly
-from mrfit.recording import Recording, Segment
-from mrfit.specs import Array
-from mrfit.store import Workspace
+from mrfit.core.recording import Recording, Segment
+from mrfit.core.specs import Array
+from mrfit.io.workspace import Workspace
+from mrfit.simulate.assembly import Assembly
 
 SAMPLES_PER_CYCLE = 100
 CYCLES = 8

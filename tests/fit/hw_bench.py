@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 
 import mrfit.segment.stage
-from mrfit.assembly import assemble
-from mrfit.recording import Recording
-from mrfit.specs import Array
-from mrfit.store import Workspace, write_json
+from mrfit.core.recording import Recording
+from mrfit.core.specs import Array
+from mrfit.io.workspace import Workspace, write_json
+from mrfit.simulate.assembly import assemble
 
 DT = 1e-3
 PEAK_SPEED = 0.25

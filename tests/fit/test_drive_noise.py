@@ -11,10 +11,10 @@ import pytest
 
 import mrfit.fit.stage
 import mrfit.segment.stage
+from mrfit.core.recording import Recording
+from mrfit.core.specs import Array
+from mrfit.io.workspace import Workspace, write_json
 from mrfit.models import boucwen_flux
-from mrfit.recording import Recording
-from mrfit.specs import Array
-from mrfit.store import Workspace, write_json
 
 # n = 1.6, hysteretic part about 9 % of the range at 5 A, turning over within 0.7 A
 TRUTH = np.array([[1.2, 0.018, 1.4, 0.8, 1.2, 1.6, 0.3]])

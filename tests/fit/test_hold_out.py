@@ -6,8 +6,8 @@ from typing import Literal
 import pytest
 
 import mrfit.fit.stage
-from mrfit.assembly import assemble
 from mrfit.segment.conditions import hold_out_after
+from mrfit.simulate.assembly import assemble
 from tests.fit.benches import Bench, write_workspace
 
 

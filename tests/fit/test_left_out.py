@@ -9,12 +9,12 @@ import pytest
 
 import mrfit.fit.stage
 import mrfit.report.stage
-from mrfit import summaries
-from mrfit.assembly import assemble
+from mrfit.cli import output
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.predict import predict, read_fit
 from mrfit.fit.stage import Settings
-from mrfit.store import Workspace
+from mrfit.io.workspace import Workspace
+from mrfit.simulate.assembly import assemble
 from tests.fit.benches import Bench, write_workspace
 
 SINES = ((0.5, 0.004), (1.0, 0.010), (2.0, 0.008), (3.0, 0.008))
@@ -50,7 +50,7 @@ def test_the_others_are_fitted_and_the_warning_names_log_and_reason(
     assert (
         velocity["text"].startswith("1 of 4 segments take no part, those of 2Hz") and "no velocity" in velocity["text"]
     )
-    summaries.fit(fit, tmp_path)
+    output.fit(fit, tmp_path)
     assert "warning recordings-left-out: 2 of 4 segments" in capsys.readouterr().out
     mrfit.report.stage.run(workspace, mrfit.report.stage.Settings())
     page, table = ((workspace.report_folder / name).read_text() for name in ("index.html", "metrics.tex"))
@@ -96,7 +96,7 @@ def test_a_prediction_leaves_out_what_it_cannot_simulate(tmp_path: Path, capsys:
     assert len(found.used) == 3 and found.warnings[0]["kind"] == "recordings-left-out"
     told = {"fit": fit["name"], "output": "force", "metrics": found.metrics, "used": found.used}
     told |= {"conditions": {b.segment.id: b.segment.condition for b in found.blocks}, "findings": []}
-    summaries.predict({**told, "outdated": False, "refused": [], "warnings": found.warnings})
+    output.predict({**told, "outdated": False, "refused": [], "warnings": found.warnings})
     assert "warning recordings-left-out: 1 of 4 segments" in capsys.readouterr().out
     with pytest.raises(DataError, match="no velocity in this log"):
         predict(fit, damper(tmp_path / "none", {f"{f:g}": "velocity" for f, _ in SINES}))

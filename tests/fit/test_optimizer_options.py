@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import mrfit.fit.stage
-from mrfit.assembly import assemble
 from mrfit.errors import ConfigError
 from mrfit.fit.stage import Settings, check
-from mrfit.store import Workspace
+from mrfit.io.workspace import Workspace
+from mrfit.simulate.assembly import assemble
 from tests.fit.benches import Bench, write_workspace
 
 SETTINGS = Settings("bingham", "mwoa", stall=1.0, options=(("population", 8.0), ("iterations", 6.0)))

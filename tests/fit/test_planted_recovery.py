@@ -13,11 +13,11 @@ import pytest
 
 import mrfit.fit.stage
 from benchmarks.planted import VISIBLE
-from mrfit import registry
-from mrfit.assembly import Assembly, assemble
-from mrfit.dependence import CurrentDependence, Order
-from mrfit.fit.current import default_orders
-from mrfit.specs import Array
+from mrfit.core import registry
+from mrfit.core.specs import Array
+from mrfit.simulate.assembly import Assembly, assemble
+from mrfit.simulate.current_dependence import CurrentDependence, Order
+from mrfit.simulate.current_levels import default_orders
 from tests.fit.benches import Bench, drive_channels, planted_segments, write_workspace
 
 SINES = ((0.5, 0.002), (1.0, 0.01), (2.0, 0.008))

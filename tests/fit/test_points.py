@@ -9,11 +9,11 @@ import pytest
 import mrfit.compare.optimizers
 import mrfit.compare.stage
 import mrfit.fit.stage
-from mrfit.assembly import assemble
 from mrfit.errors import ConfigError
 from mrfit.fit.stage import Settings
+from mrfit.io.workspace import Workspace
 from mrfit.models.tanh import SPEC, start_values
-from mrfit.store import Workspace
+from mrfit.simulate.assembly import assemble
 from tests.fit.benches import Bench, write_workspace
 
 # Inverse-tanh paper Table 2, fitted, at 0.6 A in SI

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import mrfit.fit.stage
-from mrfit.assembly import Assembly, assemble
+from mrfit.core.specs import Array
 from mrfit.fit.predict import predict
 from mrfit.fit.result import simulate_block
 from mrfit.fit.stage import Settings
-from mrfit.specs import Array
-from mrfit.store import Workspace
+from mrfit.io.workspace import Workspace
+from mrfit.simulate.assembly import Assembly, assemble
 from tests.fit.benches import Bench, write_workspace
 
 TRUTH = np.array([300.0, 900.0, 5.0])
@@ -75,8 +75,8 @@ def test_a_block_is_simulated_once(model: str, tmp_path: Path) -> None:
     workspace = write_workspace(tmp_path, bench, ((1.0, 0.010),), (0.5,))
     settings = Settings(model, "lsq")
     from mrfit.fit.identify import build_group
-    from mrfit.fit.problem import differences
     from mrfit.fit.stage import prepare
+    from mrfit.search.problem import differences
 
     prepared = prepare(workspace, settings)
     ((name, segments),) = prepared.groups.items()

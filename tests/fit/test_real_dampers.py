@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.cli.test_pipeline import UTFSM_MAP
 from tests.conftest import Run
-from tests.test_pipeline import UTFSM_MAP
 
 # 5 mm at 0 and 0.5 A: inside the grid of frequencies and currents, and faster than any other test
 HELD_OUT = "sine-3Hz-5mm-0A,sine-3Hz-5mm-0.5A"

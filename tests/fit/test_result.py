@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from mrfit.assembly import Assembly
-from mrfit.fit.bootstrap import Interval
-from mrfit.fit.cube import Cube
+from mrfit.core.specs import Derived, ModelSpec, Param
+from mrfit.fit.diagnostics.bootstrap import Interval
+from mrfit.fit.diagnostics.uncertainty import Uncertainty
 from mrfit.fit.result import derived_rows, warnings_of, with_intervals
-from mrfit.fit.uncertainty import Uncertainty
-from mrfit.specs import Derived, ModelSpec, Param
+from mrfit.search.cube import Cube
+from mrfit.simulate.assembly import Assembly
 
 PARAMETER = {"name": "n", "at_bound": False, "identifiable": True, "fixed": False, "low": 1.0, "high": 2.0}
 TESTED = {

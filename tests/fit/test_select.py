@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mrfit.assembly import assemble
+from mrfit.core.recording import Recording, Segment
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.select import peak_velocity, select, speed_class
-from mrfit.recording import Recording, Segment
+from mrfit.simulate.assembly import assemble
 from tests.fit.benches import Bench, write_workspace
 
 # Peak velocities 2*pi*f*x of 9.4, 63 and 251 mm/s

@@ -9,12 +9,12 @@ import pytest
 import mrfit.fit.files
 import mrfit.fit.stage
 import mrfit.segment.stage
+from mrfit.core.recording import Recording
+from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.fit.stage import Settings
+from mrfit.io.workspace import Workspace, read_json, write_json
 from mrfit.models import boucwen_flux
-from mrfit.recording import Recording
-from mrfit.specs import Array
-from mrfit.store import Workspace, read_json, write_json
 
 TRUTH = np.array([[1.2, 0.018, 1.4, 0.8, 1.2, 1.6, 0.3]])
 PER_CYCLE, CYCLES, FREQUENCY = 300, 8, 5.0

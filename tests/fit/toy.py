@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from mrfit.assembly import Assembly
-from mrfit.fit.cube import Cube, cube_of
-from mrfit.fit.problem import Block
-from mrfit.recording import Segment
-from mrfit.specs import Array, ModelSpec, Param
+from mrfit.core.recording import Segment
+from mrfit.core.specs import Array, ModelSpec, Param
+from mrfit.search.cube import Cube, cube_of
+from mrfit.search.problem import Block
+from mrfit.simulate.assembly import Assembly
 
 DT = 1e-3
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from mrfit.channels import unit_of
-from mrfit.recording import Recording
-from mrfit.store import Workspace, write_json
+from mrfit.core.channels import unit_of
+from mrfit.core.recording import Recording
+from mrfit.io.workspace import Workspace, write_json
 
 
 def recording(

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from mrfit.cycles import steady_stretches
 from mrfit.flux.integral import integrate, remove_drift
+from mrfit.signal.cycles import steady_stretches
 
 FREQUENCY = 5.0
 

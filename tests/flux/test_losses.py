@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from mrfit.cycles import steady_stretches
 from mrfit.flux.losses import Loop, estimate_resistance, groups, loop_of, separate
+from mrfit.signal.cycles import steady_stretches
 from tests.flux.records import coil
 
 FREQUENCIES = (1.0, 5.0, 10.0)

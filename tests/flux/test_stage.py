@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import mrfit.flux.stage as stage
+from mrfit.core.recording import Recording
 from mrfit.errors import ConfigError, DataError
 from mrfit.flux.stage import Settings, last_resistance, last_settings, run
-from mrfit.recording import Recording
-from mrfit.store import Workspace, read_json
+from mrfit.io.workspace import Workspace, read_json
 from tests.flux.records import coil, files_under, recording, workspace
 
 OWN = {"resistance": 2.0}

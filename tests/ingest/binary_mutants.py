@@ -17,11 +17,11 @@ from pathlib import Path
 
 import numpy as np
 
+from mrfit.core.recording import Recording
 from mrfit.errors import DataError
-from mrfit.ingest import apart
+from mrfit.ingest.containers import apart
 from mrfit.ingest.reading import OWN_FAULT
 from mrfit.ingest.stage import Settings
-from mrfit.recording import Recording
 from tests.ingest.examining import examine
 from tests.ingest.samples import Sample, hdf5, matlab, matlab_seven_three, mdf, parquet, signals, tdms
 

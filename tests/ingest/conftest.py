@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from mrfit.core.recording import Recording
 from mrfit.ingest.stage import Settings
-from mrfit.recording import Recording
 from tests.ingest.examining import examine
 
 ReadLog = Callable[..., list[Recording]]

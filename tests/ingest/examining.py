@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from mrfit.core.recording import Recording
+from mrfit.core.workers import in_order
 from mrfit.ingest.reading import read_item
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.stage import Settings, plan_items
-from mrfit.recording import Recording
-from mrfit.workers import in_order
 
 
 def examine(paths: Sequence[Path], settings: Settings) -> tuple[list[Recording], list[Refusal]]:

@@ -21,9 +21,9 @@ from pathlib import Path
 
 import numpy as np
 
+from mrfit.core.recording import Recording
 from mrfit.errors import DataError
 from mrfit.ingest.stage import Settings
-from mrfit.recording import Recording
 from tests.ingest.examining import examine
 from tests.ingest.samples import DT, ROWS, RS_SETTINGS, START, WRITERS, Sample, signals, table
 

@@ -12,13 +12,14 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from mrfit import registry
+from mrfit.core import registry
 from mrfit.errors import DataError
-from mrfit.ingest import memory, reading, series
-from mrfit.ingest.channel_map import Rules
+from mrfit.ingest import reading, series
+from mrfit.ingest.containers import memory
+from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.reading import Item, Pieces, read_item
 from mrfit.ingest.stage import Settings, preview, run
-from mrfit.store import Workspace, free_memory, write_table
+from mrfit.io.workspace import Workspace, free_memory, write_table
 from tests.ingest.samples import RS_SETTINGS, WRITERS, sample
 from tests.ingest.test_fuzz import TEXT, WHOLE_LINES
 
@@ -153,7 +154,7 @@ import os, signal, sys
 from pathlib import Path
 from mrfit.ingest import reading
 from mrfit.ingest.stage import Settings, run
-from mrfit.store import Workspace
+from mrfit.io.workspace import Workspace
 
 def listen(what, done, total):
     calls.append(what)
@@ -231,8 +232,8 @@ def test_a_recording_longer_than_memory_is_one_line_in_later_stages(
 ) -> None:
     workspace = Workspace(tmp_path / "w")
     run([long_log(tmp_path / "log.csv")], Settings(), workspace)
-    monkeypatch.setattr("mrfit.store.free_memory", lambda: 1e5)
-    with pytest.raises(DataError, match=r"log.parquet: its 3000 samples in 3 columns need about .* every n-th row"):
+    monkeypatch.setattr("mrfit.io.workspace.free_memory", lambda: 1e5)
+    with pytest.raises(DataError, match=r"log.parquet: its 3000 samples in 2 columns need about .* every n-th row"):
         workspace.read_recording(workspace.ingest_summary()["recordings"][0]["id"])
 
 

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
+from mrfit.core.recording import Recording
 from mrfit.ingest.build import Origin, build
-from mrfit.ingest.channel_map import ChannelRule, Rules, TimeRule
+from mrfit.ingest.meaning.channel_map import ChannelRule, Rules, TimeRule
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Refused, Table
-from mrfit.recording import Recording
 
 N = 200
 

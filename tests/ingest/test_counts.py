@@ -6,7 +6,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from mrfit import registry
+from mrfit.core import registry
 from tests.ingest.samples import ROWS, WRITERS
 from tests.ingest.test_fuzz import read_damaged
 

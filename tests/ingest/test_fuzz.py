@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mrfit import registry
+from mrfit.core import registry
+from mrfit.core.recording import Recording
 from mrfit.errors import DataError
 from mrfit.ingest.stage import Settings
-from mrfit.recording import Recording
 from tests.ingest.examining import examine
 from tests.ingest.samples import RS_SETTINGS, WRITERS, Sample, matlab_seven_three
 

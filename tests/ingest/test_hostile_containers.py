@@ -13,17 +13,17 @@ import pyarrow.parquet as pq
 import pytest
 from scipy.io import savemat
 
+from mrfit.core.recording import Recording
 from mrfit.errors import ConfigError, DataError
-from mrfit.ingest import apart, memory
-from mrfit.ingest.channel_map import Rules
-from mrfit.ingest.head import open_head
+from mrfit.ingest.containers import apart, memory
+from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.readers.matlab import unpacked_sizes
 from mrfit.ingest.reading import OWN_FAULT
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.stage import Settings, run
 from mrfit.ingest.table import Source
-from mrfit.recording import Recording
-from mrfit.store import Workspace
+from mrfit.ingest.text.head import open_head
+from mrfit.io.workspace import Workspace
 from tests.conftest import Run
 from tests.ingest.examining import examine
 from tests.ingest.samples import mdf, seven_three, signals

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mrfit.core.recording import Recording
 from mrfit.ingest.refusal import Refusal
-from mrfit.recording import Recording
 from tests.ingest.conftest import ReadLog
 
 HOSTILE = Path(__file__).parents[1] / "data" / "hostile"

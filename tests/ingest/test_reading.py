@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from mrfit.ingest.channel_map import Rules
+from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.reading import Item, hash_of, read_item
 from mrfit.ingest.refusal import Refusal
 from tests.ingest.samples import sample

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mrfit.core.recording import Recording
 from mrfit.ingest.dispatch import FALLBACK, claims
-from mrfit.ingest.head import open_head
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.stage import Settings
-from mrfit.recording import Recording
+from mrfit.ingest.text.head import open_head
 from tests.ingest.examining import examine
 from tests.ingest.real_truths import PRESS, RAW_PRESS, REFUSED, TABLE, TRUTHS, Truth, mm
 

@@ -8,7 +8,7 @@ import pytest
 
 from mrfit.errors import ConfigError, DataError
 from mrfit.ingest.stage import Settings, preview, run
-from mrfit.store import Workspace
+from mrfit.io.workspace import Workspace
 from tests.ingest.samples import WRITERS, sample
 
 MAP = '[channels]\ncurrent = {column = "CH1", scale = 10.0, unit = "A"}\n'

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from mrfit.core.specs import Array
 from mrfit.kernels import descent
 from mrfit.kernels.descent import FIRST_RAISE, LONGEST_STEP, keep_better
-from mrfit.specs import Array
 
 
 def damped_steps(points: Array, gradients: Array, curvatures: Array, dampings: Array) -> tuple[Array, Array, Array]:

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from mrfit.core.specs import Array
 from mrfit.kernels.ending import AGREEING, MANY, decided, enough, going_on
-from mrfit.specs import Array
 
 NONE = np.empty(0)
 

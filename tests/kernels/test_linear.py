@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
+from mrfit.core.specs import Array
 from mrfit.kernels.linear import bounded_weights, eliminate
-from mrfit.specs import Array
 
 
 def weights_of(matrix: Array, target: Array, low: Array, high: Array) -> tuple[Array, Array]:

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mrfit.assembly import assemble
 from mrfit.models import hammerstein_wiener, hw_static
+from mrfit.simulate.assembly import assemble
 
 DT = 1e-3
 MAP = {"c_pre": 3e4, "c_post": 1200.0, "a": 0.02, "b": 0.004, "f0": -20.0}

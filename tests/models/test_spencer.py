@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mrfit.assembly import assemble
 from mrfit.models.spencer import SPEC, derived, response, rough_response, start_values
+from mrfit.simulate.assembly import assemble
 
 THETA = SPEC.start
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mrfit.specs import Array
+from mrfit.core.specs import Array
 
 
 @dataclass(frozen=True)

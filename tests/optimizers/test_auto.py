@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from mrfit import optimize
 from mrfit.kernels.ending import AGREEING
-from mrfit.objective import Objective
 from mrfit.optimizers import auto
+from mrfit.search import optimize
+from mrfit.search.objective import Objective
 from tests.optimizers.curve_fits import CERTIFIED, ZERO_MINIMUM
 
 every_certified = pytest.mark.parametrize("problem", CERTIFIED, ids=lambda p: p.name)

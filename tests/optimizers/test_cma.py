@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from mrfit import optimize
-from mrfit.objective import Objective
+from mrfit.search import optimize
+from mrfit.search.objective import Objective
 
 
 def run(residuals, start, budget=None, seed=0):

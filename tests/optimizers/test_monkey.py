@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from mrfit.objective import Objective
 from mrfit.optimizers import monkey
+from mrfit.search.objective import Objective
 
 
 def make(residuals, dimension=2):

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from mrfit import optimize
-from mrfit.objective import Objective
 from mrfit.optimizers import mwoa
+from mrfit.search import optimize
+from mrfit.search.objective import Objective
 
 
 def test_rare_costs_are_cloned_most():

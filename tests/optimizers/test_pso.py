@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from mrfit.objective import BudgetSpent, Objective
 from mrfit.optimizers import pso
+from mrfit.search.objective import BudgetSpent, Objective
 
 
 def search(residuals, start, budget, seed=0):

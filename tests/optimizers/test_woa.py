@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from mrfit import optimize
-from mrfit.fit.cube import FreeParameters, cube_of
+from mrfit.core.specs import ModelSpec, Param
 from mrfit.models import rotational_erf
-from mrfit.objective import InParameters, Objective
 from mrfit.optimizers.woa import swim
-from mrfit.specs import ModelSpec, Param
+from mrfit.search import optimize
+from mrfit.search.cube import FreeParameters, cube_of
+from mrfit.search.objective import InParameters, Objective
 
 PREY = np.array([0.4, 0.6, 0.5])
 

@@ -3,8 +3,8 @@ from typing import Any
 
 import pytest
 
+from mrfit.io.workspace import Workspace
 from mrfit.report.stage import Settings, run
-from mrfit.store import Workspace
 from tests.report.studies import coil_study, damper_study
 
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from mrfit.metrics import error_metrics
-from mrfit.recording import Segment
-from mrfit.store import Workspace, write_atomic, write_json
+from mrfit.core.recording import Segment
+from mrfit.io.workspace import Workspace, write_atomic, write_json
+from mrfit.signal.metrics import error_metrics
 
 RATE = 400
 CYCLES = 6

@@ -6,12 +6,12 @@ import re
 import numpy as np
 import pytest
 
+from mrfit.core.recording import Recording, Segment
 from mrfit.errors import DataError
-from mrfit.recording import Recording, Segment
+from mrfit.io.workspace import Workspace, write_json, write_table
 from mrfit.report import discovery, discovery_figures
 from mrfit.report.discovery_source import read_discovery
 from mrfit.report.explain import closed_share, headline, next_step, parameter_rows, sentences
-from mrfit.store import Workspace, write_json, write_table
 from tests.report.test_page import Page, plain
 
 RATE, CYCLES, NOISE = 200, 5, 2e-5

@@ -4,9 +4,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from mrfit.io.schemas.fit import Fit
 from mrfit.report.figures import draw_all, drawings_of
 from mrfit.report.source import Series, read_source
-from mrfit.schemas.fit import Fit
 
 
 def texts(svg: str) -> list[str]:

@@ -4,10 +4,10 @@ from html.parser import HTMLParser
 
 import pytest
 
+from mrfit.io.schemas.fit import CurrentChoice
 from mrfit.report.figures import draw_all, drawings_of
 from mrfit.report.page import render
 from mrfit.report.source import read_source
-from mrfit.schemas.fit import CurrentChoice
 
 VOID = {"meta", "br", "link", "img", "hr", "input"}
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from mrfit.errors import DataError
+from mrfit.io.schemas.fit import Quantity
+from mrfit.io.workspace import Workspace
 from mrfit.report.source import fit_names, input_files, read_source
-from mrfit.schemas.fit import Quantity
-from mrfit.store import Workspace
 
 
 def test_no_fit_names_the_command_that_makes_one(tmp_path):

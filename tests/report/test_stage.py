@@ -6,12 +6,12 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from mrfit.core.recording import Recording
 from mrfit.errors import DataError
-from mrfit.keys import fit_key
-from mrfit.recording import Recording
+from mrfit.io.keys import fit_key
+from mrfit.io.workspace import Workspace, write_json
 from mrfit.report import stage
 from mrfit.report.stage import Settings, publish, run
-from mrfit.store import Workspace, write_json
 
 
 def contents(workspace: Workspace) -> dict[str, bytes]:

@@ -4,6 +4,7 @@ import re
 
 import pytest
 
+from mrfit.io.schemas.fit import Fit
 from mrfit.report.source import read_source
 from mrfit.report.tables import (
     METRIC_COLUMNS,
@@ -13,7 +14,6 @@ from mrfit.report.tables import (
     parameters_csv,
     parameters_tex,
 )
-from mrfit.schemas.fit import Fit
 
 
 @pytest.fixture(scope="module")

@@ -1,8 +1,8 @@
 import pytest
 
+from mrfit.io.schemas.fit import Fit, SegmentUse
 from mrfit.report.source import read_source
 from mrfit.report.verdict import cautions, open_directions, verdict
-from mrfit.schemas.fit import Fit, SegmentUse
 
 
 @pytest.fixture(scope="module")

@@ -2,8 +2,8 @@ import itertools
 
 import pytest
 
+from mrfit.core.recording import Segment
 from mrfit.errors import ConfigError
-from mrfit.recording import Segment
 from mrfit.segment.conditions import assign_roles, hold_out_after, name_conditions
 
 NAN = float("nan")

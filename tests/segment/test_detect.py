@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mrfit.recording import Recording
+from mrfit.core.recording import Recording
 from mrfit.segment.detect import Detection, detect, drive_channel
 from tests.flux.records import recording
 

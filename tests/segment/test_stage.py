@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 import mrfit.flux.stage
-from mrfit.drive import smooth
+from mrfit.core.recording import Recording
 from mrfit.errors import ConfigError, DataError
-from mrfit.noise import noise_floor
-from mrfit.recording import Recording
 from mrfit.segment.stage import Settings, last_settings, run
+from mrfit.signal.noise import noise_floor
+from mrfit.signal.smoothing import smooth
 from tests.flux.records import coil, files_under, recording, workspace
 
 

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from mrfit.harmonics import harmonic_fit
 from mrfit.segment.waveform import irregular_waveform, periodic_waveform
+from mrfit.signal.harmonics import harmonic_fit
 
 TURN = 2 * np.pi * np.arange(8000) / 1000
 SHAPES = {

@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.ingest.body import Body, Layout, number_pattern, split
-from mrfit.ingest.head import Head
-from mrfit.ingest.rate import with_rate
+from mrfit.core.specs import Array, ReaderSpec
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Refused, Source, Table
-from mrfit.ingest.textlog import Field, body_of, positive, table_of, text_of
-from mrfit.specs import Array, ReaderSpec
+from mrfit.ingest.text.body import Body, Layout, number_pattern, split
+from mrfit.ingest.text.head import Head
+from mrfit.ingest.text.textlog import Field, body_of, positive, table_of, text_of
+from mrfit.ingest.time.rate import with_rate
 
 SPEC = ReaderSpec("daq-text", "DAQami/TracerDAQ text log")
 STAMP_FORMS = ("%m/%d/%Y %I:%M:%S.%f %p", "%d/%m/%Y %I:%M:%S.%f %p", "%m/%d/%Y %H:%M:%S.%f", "%d/%m/%Y %H:%M:%S.%f")

@@ -9,19 +9,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.ingest import units
-from mrfit.ingest.body import EMPTY, NOT_A_NUMBER, Layout, number_pattern, split
-from mrfit.ingest.channel_map import FILE_NAME
-from mrfit.ingest.decimal_comma import pairs_in, with_points
-from mrfit.ingest.head import Head, Text
-from mrfit.ingest.layout import CLOCK, COMMENTS, SAMPLE, STAMP, TIME_NAMES, Grid, Header, find_grid, find_header
-from mrfit.ingest.rate import interval, with_rate
+from mrfit.core.recording import Finding
+from mrfit.core.specs import ReaderSpec
+from mrfit.ingest.meaning import units
+from mrfit.ingest.meaning.channel_map import FILE_NAME
 from mrfit.ingest.refusal import Refusal, excerpt
-from mrfit.ingest.stamps import instants
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.ingest.textlog import Field, body_of, positive, table_of
-from mrfit.recording import Finding
-from mrfit.specs import ReaderSpec
+from mrfit.ingest.text.body import EMPTY, NOT_A_NUMBER, Layout, number_pattern, split
+from mrfit.ingest.text.decimal_comma import pairs_in, with_points
+from mrfit.ingest.text.head import Head, Text
+from mrfit.ingest.text.layout import CLOCK, COMMENTS, SAMPLE, STAMP, TIME_NAMES, Grid, Header, find_grid, find_header
+from mrfit.ingest.text.textlog import Field, body_of, positive, table_of
+from mrfit.ingest.time.rate import interval, with_rate
+from mrfit.ingest.time.stamps import instants
 
 SPEC = ReaderSpec("delimited", "delimited text with a header, or with a channel map")
 RATE_NAMES = ("fs", "rate", "sample rate", "samplerate", "sampling rate", "sample_rate")

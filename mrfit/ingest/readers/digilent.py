@@ -2,14 +2,14 @@
 
 from dataclasses import replace
 
-from mrfit.ingest.body import Layout
-from mrfit.ingest.head import Head
-from mrfit.ingest.layout import name_and_unit
-from mrfit.ingest.rate import with_rate
+from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.textlog import Field, check_width, fields_at, positive, read_table
-from mrfit.specs import ReaderSpec
+from mrfit.ingest.text.body import Layout
+from mrfit.ingest.text.head import Head
+from mrfit.ingest.text.layout import name_and_unit
+from mrfit.ingest.text.textlog import Field, check_width, fields_at, positive, read_table
+from mrfit.ingest.time.rate import with_rate
 
 SPEC = ReaderSpec("digilent", "Digilent WaveForms CSV")
 

@@ -1,10 +1,10 @@
 """HDF5: numeric datasets, their ``unit`` attributes, and a rate from an attribute or a time vector."""
 
-from mrfit.ingest.arrays import Arrays, tables_of
-from mrfit.ingest.hdf import hdf_arrays
-from mrfit.ingest.head import Head
+from mrfit.core.specs import ReaderSpec
+from mrfit.ingest.containers.arrays import Arrays, tables_of
+from mrfit.ingest.containers.hdf import hdf_arrays
 from mrfit.ingest.table import Source, Table
-from mrfit.specs import ReaderSpec
+from mrfit.ingest.text.head import Head
 
 SPEC = ReaderSpec("hdf5", "HDF5 (needs h5py)")
 FRAGILE = True  # read in a process of its own: the library crashes on some damaged files

@@ -1,10 +1,10 @@
 """Keysight and Agilent InfiniiVision oscilloscopes: ``x-axis,1,2,4`` above ``second,Volt,Volt,Volt``."""
 
-from mrfit.ingest.body import Layout
-from mrfit.ingest.head import Head
+from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.textlog import Field, check_width, fields_at, read_table
-from mrfit.specs import ReaderSpec
+from mrfit.ingest.text.body import Layout
+from mrfit.ingest.text.head import Head
+from mrfit.ingest.text.textlog import Field, check_width, fields_at, read_table
 
 SPEC = ReaderSpec("keysight", "Keysight/Agilent InfiniiVision oscilloscope CSV")
 

@@ -5,15 +5,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.ingest import units
-from mrfit.ingest.body import ROW, Body, Layout, number_pattern, split
-from mrfit.ingest.head import Head
-from mrfit.ingest.layout import name_and_unit
+from mrfit.core.recording import Finding
+from mrfit.core.specs import ReaderSpec
+from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.ingest.textlog import Field, body_of, positive, table_of, text_of
-from mrfit.recording import Finding
-from mrfit.specs import ReaderSpec
+from mrfit.ingest.text.body import ROW, Body, Layout, number_pattern, split
+from mrfit.ingest.text.head import Head
+from mrfit.ingest.text.layout import name_and_unit
+from mrfit.ingest.text.textlog import Field, body_of, positive, table_of, text_of
 
 SPEC = ReaderSpec("labview-lvm", "LabVIEW measurement file (LVM)")
 

@@ -4,13 +4,13 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
-from mrfit.ingest.body import Layout, split
-from mrfit.ingest.head import Head
+from mrfit.core.recording import Finding
+from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.textlog import Field, check_width, read_table, side_by_side
-from mrfit.recording import Finding
-from mrfit.specs import ReaderSpec
+from mrfit.ingest.text.body import Layout, split
+from mrfit.ingest.text.head import Head
+from mrfit.ingest.text.textlog import Field, check_width, read_table, side_by_side
 
 SPEC = ReaderSpec("lecroy", "LeCroy oscilloscope text, one file per channel")
 

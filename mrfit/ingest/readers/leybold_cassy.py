@@ -2,13 +2,13 @@
 
 import re
 
-from mrfit.ingest.body import Layout, split
-from mrfit.ingest.head import Head
-from mrfit.ingest.layout import find_grid
+from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.textlog import Field, check_width, read_table
-from mrfit.specs import ReaderSpec
+from mrfit.ingest.text.body import Layout, split
+from mrfit.ingest.text.head import Head
+from mrfit.ingest.text.layout import find_grid
+from mrfit.ingest.text.textlog import Field, check_width, read_table
 
 SPEC = ReaderSpec("leybold-cassy", "Leybold CASSY Lab text")
 QUANTITY = re.compile(r'"([^"]*)"\s*(\S*)\s*(?:/\s*(.*))?')

@@ -12,15 +12,15 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from mrfit.ingest.arrays import WIDEST, Arrays, tables_of
-from mrfit.ingest.dspace import captures_of
-from mrfit.ingest.hdf import matlab_variables
-from mrfit.ingest.head import Head
+from mrfit.core.recording import Finding
+from mrfit.core.specs import ReaderSpec
+from mrfit.ingest.containers.arrays import WIDEST, Arrays, tables_of
+from mrfit.ingest.containers.dspace import captures_of
+from mrfit.ingest.containers.hdf import matlab_variables
+from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.refusal import damaged
-from mrfit.ingest.shelf import Shelf, check_disk
 from mrfit.ingest.table import Source, Table
-from mrfit.recording import Finding
-from mrfit.specs import ReaderSpec
+from mrfit.ingest.text.head import Head
 
 SPEC = ReaderSpec("matlab", "MATLAB MAT-file")
 FRAGILE = True  # read in a process of its own: the library crashes on some damaged files

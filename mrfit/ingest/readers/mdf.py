@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from mrfit.core.specs import ReaderSpec
 from mrfit.ingest import series
-from mrfit.ingest.head import Head
+from mrfit.ingest.containers.shelf import Shelf
 from mrfit.ingest.refusal import Passing, Refusal, damaged
-from mrfit.ingest.shelf import Shelf
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.specs import ReaderSpec
+from mrfit.ingest.text.head import Head
 
 SPEC = ReaderSpec("mdf", "ASAM MDF (needs asammdf)")
 FRAGILE = True  # read in a process of its own: the library crashes on some damaged files

@@ -2,14 +2,14 @@
 
 from dataclasses import replace
 
-from mrfit.ingest import units
-from mrfit.ingest.body import ROW, Layout, split
-from mrfit.ingest.head import Head
-from mrfit.ingest.layout import TIME_NAMES, TwoRows, two_rows
+from mrfit.core.specs import ReaderSpec
+from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.textlog import Field, body_of, table_of, text_of
-from mrfit.specs import ReaderSpec
+from mrfit.ingest.text.body import ROW, Layout, split
+from mrfit.ingest.text.head import Head
+from mrfit.ingest.text.layout import TIME_NAMES, TwoRows, two_rows
+from mrfit.ingest.text.textlog import Field, body_of, table_of, text_of
 
 SPEC = ReaderSpec("mts-mpt", "MTS 793 MultiPurpose TestWare text")
 ROWS = 50

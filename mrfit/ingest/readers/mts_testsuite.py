@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.ingest import units
-from mrfit.ingest.body import Layout
-from mrfit.ingest.head import Head
-from mrfit.ingest.layout import TIME_NAMES, find_grid, two_rows
+from mrfit.core.specs import ReaderSpec
+from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.ingest.textlog import Field, check_width, read_table
-from mrfit.specs import ReaderSpec
+from mrfit.ingest.text.body import Layout
+from mrfit.ingest.text.head import Head
+from mrfit.ingest.text.layout import TIME_NAMES, find_grid, two_rows
+from mrfit.ingest.text.textlog import Field, check_width, read_table
 
 SPEC = ReaderSpec("mts-testsuite", "MTS TestSuite text export")
 

@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
-from mrfit.arrow import floats
-from mrfit.ingest import units
-from mrfit.ingest.channel_map import TimeRule
-from mrfit.ingest.head import Head
-from mrfit.ingest.layout import TIME_NAMES, name_and_unit
+from mrfit.core.recording import Finding
+from mrfit.core.specs import Array, ReaderSpec
+from mrfit.ingest.meaning import units
+from mrfit.ingest.meaning.channel_map import TimeRule
 from mrfit.ingest.refusal import Refusal, damaged, excerpt
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.recording import Finding
-from mrfit.specs import Array, ReaderSpec
+from mrfit.ingest.text.head import Head
+from mrfit.ingest.text.layout import TIME_NAMES, name_and_unit
+from mrfit.io.arrow import floats
 
 SPEC = ReaderSpec("parquet", "Apache Parquet")
 BUFFER = 1 << 20

@@ -2,13 +2,13 @@
 
 import re
 
-from mrfit.ingest import units
-from mrfit.ingest.body import Layout, split
-from mrfit.ingest.head import Head
-from mrfit.ingest.layout import find_grid
+from mrfit.core.specs import ReaderSpec
+from mrfit.ingest.meaning import units
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.textlog import Field, check_width, fields_at, read_table
-from mrfit.specs import ReaderSpec
+from mrfit.ingest.text.body import Layout, split
+from mrfit.ingest.text.head import Head
+from mrfit.ingest.text.layout import find_grid
+from mrfit.ingest.text.textlog import Field, check_width, fields_at, read_table
 
 SPEC = ReaderSpec("picoscope", "PicoScope CSV and text")
 DELIMITERS = ("\t", ";", ",")

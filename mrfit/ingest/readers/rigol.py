@@ -4,13 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.ingest import units
-from mrfit.ingest.body import Layout, split
-from mrfit.ingest.head import Head
+from mrfit.core.specs import ReaderSpec
+from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.ingest.textlog import Field, check_width, fields_at, meta_of, positive, read_table
-from mrfit.specs import ReaderSpec
+from mrfit.ingest.text.body import Layout, split
+from mrfit.ingest.text.head import Head
+from mrfit.ingest.text.textlog import Field, check_width, fields_at, meta_of, positive, read_table
 
 SPEC = ReaderSpec("rigol", "Rigol oscilloscope CSV")
 PC_SOFTWARE = "number of data points"

@@ -7,14 +7,14 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-from mrfit.ingest import units
-from mrfit.ingest.body import ROW, Layout, split
-from mrfit.ingest.head import Head
-from mrfit.ingest.layout import find_grid
+from mrfit.core.specs import ReaderSpec
+from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.textlog import Field, check_width, read_table
-from mrfit.specs import ReaderSpec
+from mrfit.ingest.text.body import ROW, Layout, split
+from mrfit.ingest.text.head import Head
+from mrfit.ingest.text.layout import find_grid
+from mrfit.ingest.text.textlog import Field, check_width, read_table
 
 SPEC = ReaderSpec("rohde-schwarz", "Rohde & Schwarz RTO/RTP waveform CSV with its settings file")
 PROPERTY = re.compile(r'Name="(\w+)"[^>]*?\bValue="([^"]*)"|^(\w+):([^:\r\n]*):', re.MULTILINE)

@@ -7,13 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from mrfit.ingest import series, units
-from mrfit.ingest.head import Head
-from mrfit.ingest.layout import TIME_NAMES, name_and_unit
+from mrfit.core.specs import ReaderSpec
+from mrfit.ingest import series
+from mrfit.ingest.containers.shelf import Shelf, check_disk
+from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Passing, Refusal, damaged
-from mrfit.ingest.shelf import Shelf, check_disk
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.specs import ReaderSpec
+from mrfit.ingest.text.head import Head
+from mrfit.ingest.text.layout import TIME_NAMES, name_and_unit
 
 SPEC = ReaderSpec("tdms", "National Instruments TDMS (needs npTDMS)")
 FRAGILE = True  # read in a process of its own: the library crashes on some damaged files

@@ -2,12 +2,12 @@
 
 from dataclasses import replace
 
-from mrfit.ingest.body import Layout, number_pattern, split
-from mrfit.ingest.head import Head
+from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.textlog import Field, check_width, fields_at, meta_of, positive, read_table
-from mrfit.specs import ReaderSpec
+from mrfit.ingest.text.body import Layout, number_pattern, split
+from mrfit.ingest.text.head import Head
+from mrfit.ingest.text.textlog import Field, check_width, fields_at, meta_of, positive, read_table
 
 SPEC = ReaderSpec("tektronix-mso", "Tektronix MSO/DPO/MDO oscilloscope CSV")
 

@@ -4,13 +4,13 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
-from mrfit.ingest.body import Layout, number_pattern, split
-from mrfit.ingest.head import Head
-from mrfit.ingest.layout import OVERLOAD
+from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
-from mrfit.ingest.textlog import Field, meta_of, positive, read_table, side_by_side
-from mrfit.specs import ReaderSpec
+from mrfit.ingest.text.body import Layout, number_pattern, split
+from mrfit.ingest.text.head import Head
+from mrfit.ingest.text.layout import OVERLOAD
+from mrfit.ingest.text.textlog import Field, meta_of, positive, read_table, side_by_side
 
 SPEC = ReaderSpec("tektronix-tds", "Tektronix TDS oscilloscope CSV, one file per channel")
 TIME, VALUE = 3, 4

@@ -5,7 +5,7 @@ import pytest
 
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.stage import Settings, run
-from mrfit.store import Workspace
+from mrfit.io.workspace import Workspace
 from tests.ingest.conftest import ReadLog
 from tests.ingest.samples import parquet, sample
 

@@ -1,0 +1,5 @@
+"""``python -m mrfit.cli``."""
+
+from mrfit.cli.main import main
+
+main()

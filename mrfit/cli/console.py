@@ -1,0 +1,166 @@
+"""What a person at the terminal sees: progress bars on standard error, tables and summaries on standard output."""
+
+import io
+import json
+import os
+import signal
+import sys
+import traceback
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any, NoReturn, TextIO
+
+import typer
+
+from mrfit.core.progress import Progress, silent
+from mrfit.errors import MrfitError
+from mrfit.io.escapes import visible, visible_json
+
+# Exit code of a command that Ctrl-C ended, which typer gives of itself
+INTERRUPTED = 130
+# Columns of a terminal below which tables have no frame, whose room their names need
+NARROW = 100
+
+
+def print_json(summary: object) -> None:
+    """Print a machine-readable summary, alone, to standard output."""
+    from mrfit.io.workspace import plain
+
+    sys.stdout.write(visible_json(json.dumps(plain(summary), indent=2, ensure_ascii=False)) + "\n")
+
+
+def note(text: str) -> None:
+    """Print a line for a person to standard error."""
+    from rich.console import Console
+
+    Console(stderr=True, highlight=False, emoji=False).print(visible(text), markup=False, soft_wrap=True)
+
+
+def say(text: str) -> None:
+    """Print a line of a command's answer to standard output."""
+    from rich.console import Console
+
+    Console(highlight=False, emoji=False).print(visible(text), markup=False, soft_wrap=True)
+
+
+def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
+    """Print a table to standard output; numbers are right-aligned and shown with four significant digits."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    console = Console(width=None if sys.stdout.isatty() else 150)
+    table = Table(title=Text(visible(title), "italic"), title_justify="left", header_style="bold")
+    if console.width < NARROW:
+        table.box, table.padding = box.SIMPLE_HEAD, (0, 1, 0, 0)
+    for k, name in enumerate(columns):
+        numeric = any(isinstance(r[k], (int, float)) and not isinstance(r[k], bool) for r in rows)
+        # a number that is broken over two lines reads as two
+        table.add_column(Text(visible(name)), justify="right" if numeric else "left", overflow="fold", no_wrap=numeric)
+    for row in rows:
+        table.add_row(*[Text(visible(cell(value))) for value in row])
+    console.print(table)
+
+
+def cell(value: object) -> str:
+    """Return a value as it stands in a table."""
+    if value is None:
+        return "–"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return "–" if value != value else f"{value:.4g}"
+    return str(value)
+
+
+@contextmanager
+def progress_bar(enabled: bool = True) -> Iterator[Progress]:
+    """Give a progress listener that draws one bar for each task on standard error, where that is a terminal."""
+    if not (enabled and sys.stderr.isatty()):
+        yield silent
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import Progress as Bars
+
+    layout = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Bars(*layout, console=Console(stderr=True), transient=True) as bars:
+        tasks: dict[str, Any] = {}
+
+        def listen(what: str, done: int, total: int) -> None:
+            # what changes within a task (best error so far) stands after two blanks
+            what = visible(what)
+            task = what.split("  ")[0]
+            if task not in tasks:
+                tasks[task] = bars.add_task(what, total=total)
+            bars.update(tasks[task], description=what, completed=done, total=total)
+            if done >= total:
+                bars.update(tasks[task], visible=False)
+
+        yield listen
+
+
+def numbers(row: Mapping[str, Any], names: Sequence[str]) -> list[Any]:
+    """Pick values of a row in the order of ``names``."""
+    return [row.get(n) for n in names]
+
+
+def run(app: typer.Typer) -> NoReturn:
+    """Run the command line; every error ends in one line and the right exit code, a traceback with --debug only."""
+    # asked to end, end as at Ctrl-C: workers too, and the terminal as it was
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    # a closed stream is None, to which nothing can be written
+    sys.stdout, sys.stderr = sys.stdout or _nowhere(), sys.stderr or _nowhere()
+    for stream in (sys.stdout, sys.stderr):
+        # whatever the locale: the answers hold units and signs that ASCII has not
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(encoding="utf-8", errors="backslashreplace")
+    try:
+        code = app(standalone_mode=False) or 0
+    except KeyboardInterrupt:
+        code = INTERRUPTED
+    except Exception as error:
+        text, code = explain(error)
+        if "--debug" in sys.argv and not _of_usage(error) and code != INTERRUPTED:
+            # a message of several lines must not look like mrfit's own
+            sys.stderr.writelines(f"  {visible(line)}\n" for line in traceback.format_exc().splitlines())
+        sys.stderr.write(f"mrfit: {visible(text)}\n" if text else "")
+    if code == INTERRUPTED:
+        sys.stderr.write("mrfit: stopped; the same command goes on where this one was\n")
+    sys.exit(code)
+
+
+def _nowhere() -> TextIO:
+    return open(os.devnull, "w", encoding="utf-8")
+
+
+def _of_usage(error: Exception) -> bool:
+    # typer brings a click of its own, whose usage errors have no public name
+    return hasattr(error, "format_message")
+
+
+def _interrupted(error: BaseException | None) -> bool:
+    """Return whether an error is what compiled code makes of an interrupt: a SystemError, or a chain of them."""
+    while isinstance(error, SystemError):
+        error = error.__cause__
+    return isinstance(error, KeyboardInterrupt)
+
+
+def explain(error: Exception) -> tuple[str, int]:
+    """Return the one line and the exit code with which an exception ends."""
+    if isinstance(error, MrfitError):
+        return str(error), error.exit_code
+    if isinstance(error, typer.Abort) or _interrupted(error):
+        return "", INTERRUPTED
+    if _of_usage(error):
+        context = getattr(error, "ctx", None)
+        path = context.command_path if context else "mrfit"
+        text = str(error.format_message())  # type: ignore[attr-defined]
+        if "No such option: --debug" in text:
+            return "--debug stands before the command, as in `mrfit --debug fit …`", 2
+        # without arguments help was printed already
+        return f"{text} (`{path} --help` shows how)" if text else "", 2
+    if isinstance(error, (MemoryError, OSError)):
+        return f"{error}", 1
+    return f"unexpected {type(error).__name__}: {error} (--debug shows where)", 1

@@ -1,0 +1,393 @@
+"""What each command prints for a person."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from mrfit.cli.console import numbers, print_table, say
+from mrfit.core import registry
+from mrfit.core.channels import CHANNELS, unit_of
+from mrfit.errors import ConfigError, unknown_name
+
+Summary = dict[str, Any]
+METRIC_COLUMNS = ("condition", "role", "samples", "rmse", "nrmse", "noise_floor", "esr", "fit_percent")
+# Characters for the columns of a table beside its first
+ROOM = 110
+# What stands behind a column's name: y for the unit of the output
+METRIC_UNITS = {"rmse": "y", "nrmse": "1", "noise_floor": "y", "esr": "%", "fit_percent": "%"}
+
+
+def _state(summary: Summary) -> str:
+    return " (nothing had changed)" if summary.get("skipped") else ""
+
+
+def ingest(summary: Summary, work: Path) -> None:
+    """Print what was read and what was odd about it."""
+    rows = [
+        [r["id"], r["reader"], r["rows_kept"], r["rows_refused"], r["dt"], channels_text(r), condition_text(r)]
+        for r in summary["recordings"]
+    ]
+    columns = ("recording", "reader", "rows", "refused", "dt (s)", "channels", "condition")
+    print_table(f"Recordings in {work}{_state(summary)}", columns, rows)
+    for source in summary["replaced"]:
+        say(f"  {source}: {summary['reasons'][source]}; its recordings are replaced")
+    for copy in summary.get("copies", []):
+        say(f"  {copy_text(copy)}")
+    for recording in summary["recordings"]:
+        for finding in recording["findings"]:
+            say(f"  {recording['id']}: {finding['text']}")
+    _say_unnamed([(r["id"], [c["name"] for c in r["channels"]]) for r in summary["recordings"]])
+    for refused in summary["refused"]:
+        say(f"  refused {refused['source']}: {refused['reason']}; {refused['remedy']}")
+
+
+def _say_unnamed(logs: Sequence[tuple[str, Sequence[str]]]) -> None:
+    """Say which logs, of these with their channels, no model can take anything of."""
+    unnamed = [log for log, channels in logs if not {*channels} & {*CHANNELS}]
+    if unnamed:
+        more = f" and {len(unnamed) - 1} more" if len(unnamed) > 1 else ""
+        text = "no channel a model takes; say in a channel map (mrfit.toml beside the logs) which column is what"
+        say(f"  {unnamed[0]}{more}: {text}")
+
+
+def copy_text(copy: Summary) -> str:
+    """Return what became of a log that holds the same bytes as another one."""
+    if copy["read"]:
+        why = "but its name or settings make another test of it: both are kept; if one is wrong, ingest without it"
+        return f"{copy['source']}: the same bytes as {copy['of']}, {why} into another --work folder"
+    return f"{copy['source']}: a copy of {copy['of']} (the same bytes): read once"
+
+
+def channels_text(recording: Summary) -> str:
+    """Return a recording's channels with their units in one line."""
+    return ", ".join(f"{c['name']} ({c['unit']})" if c["unit"] else c["name"] for c in recording["channels"])
+
+
+def condition_text(recording: Summary) -> str:
+    """Return what the file says of the test in one line."""
+    return ", ".join(f"{k} {v:g}" for k, v in recording.get("condition", {}).items())
+
+
+def preview(rows: Sequence[Summary]) -> None:
+    """Print what would be read, what is odd about it, and which files would be refused, each remedy once."""
+    read = [r for r in rows if r["reader"] != "refused"]
+    columns = ("source", "reader", "channels", "rate", "rows", "refused", "start", "condition")
+    if read:
+        print_table("What would be read", columns, [numbers(r, columns) for r in read])
+    for row in read:
+        if row["oddities"]:
+            say(f"  {row['source']}: {row['oddities']}")
+    _say_unnamed([(r["source"], [c.split(" (")[0] for c in r["channels"].split(", ")]) for r in read])
+    remedies: dict[str, list[Summary]] = {}
+    for row in rows:
+        if row["reader"] == "refused":
+            remedies.setdefault(row["remedy"], []).append(row)
+    for remedy, refused in remedies.items():
+        for row in refused:
+            say(f"  refused {row['source']}: {row['oddities']}")
+        say(f"    to read {'it' if len(refused) == 1 else f'these {len(refused)}'}: {remedy}")
+
+
+def flux(summary: Summary, work: Path) -> None:
+    """Print how flux linkage was reconstructed."""
+    names = ("id", "action", "resistance", "resistance_source", "offset_volt", "closure_rms", "loop_area")
+    columns = ("recording", "what was done", "R (Ω)", "R from", "offset (V)", "closure (Wb)", "loop area (J)")
+    rows = [numbers(r, names) for r in summary["recordings"]]
+    print_table(f"Flux linkage in {work}{_state(summary)}", columns, rows)
+    for line in [*summary.get("findings", []), *summary.get("separation_text", [])]:
+        say(f"  {line}")
+
+
+def segment(summary: Summary, work: Path) -> None:
+    """Print the segments found and what was cut."""
+    names = ("recording", "condition", "waveform", "frequency", "amplitude", "offset", "cycles", "role")
+    columns = ("recording", "condition", "waveform", "f (Hz)", "amplitude", "offset", "cycles", "role")
+    print_table(f"Segments in {work}{_state(summary)}", columns, [numbers(s, names) for s in summary["segments"]])
+    for finding in summary.get("findings", []):
+        say(f"  {finding}")
+
+
+def _notes(summary: Summary) -> None:
+    for note in summary.get("notes", ()):
+        say(f"  {note}")
+
+
+def fit(summary: Summary, work: Path) -> None:
+    """Print a fit's errors, its parameters (in full for one to three results) and the reasons to distrust it."""
+    title = f"Fit {summary['name']}: {summary['model']} by {summary['optimizer']}, seed {summary['seed']}"
+    _errors(title + _state(summary), summary)
+    for result in summary["results"][: 3 if len(summary["results"]) <= 3 else 1]:
+        names = ("name", "value", "unit", "low", "high", "identifiable")
+        rows = [numbers(p, names) for p in [*result["parameters"], *result["derived"]]]
+        columns = ("parameter", "value", "unit", "95 % low", "95 % high", "determined")
+        print_table(f"Parameters, {result['condition']}", columns, rows)
+        for sentence in result.get("identifiability", []):
+            say(f"  {sentence}")
+        for stage in result.get("stages", []):
+            error = f", RMS error {stage['cost']:.4g}" if "cost" in stage else ""
+            say(f"  stage {stage['stage']}: {len(stage['segments'])} segments{error}")
+    for sentence in (summary.get("current_choice") or {}).get("text", []):
+        say(f"  {sentence}")
+    if len(summary["results"]) > 3:
+        say(f"All {len(summary['results'])} sets of parameters: {work}/fits/{summary['name']}/parameters.csv")
+    _notes(summary)
+    warnings(summary)
+
+
+def _errors(title: str, summary: Summary) -> None:
+    units = {n: unit_of(summary["output"]) if u == "y" else u for n, u in METRIC_UNITS.items()}
+    columns = [f"{n.removesuffix('_percent')} ({units[n]})" if units.get(n) else n for n in METRIC_COLUMNS]
+    print_table(title, columns, [numbers(m, METRIC_COLUMNS) for m in summary["metrics"]])
+
+
+def warnings(summary: Summary) -> None:
+    """Print the warnings on a whole fit, and each kind of those on its conditions with how many it holds for.
+
+    Where one condition has several of a kind, as on stages without a test, each is told.
+    """
+    _whole_warnings(summary)
+    kinds: dict[tuple[str, int], list[tuple[str, str]]] = {}
+    for result in summary["results"]:
+        for place, warning in enumerate(result["warnings"]):
+            earlier = sum(w["kind"] == warning["kind"] for w in result["warnings"][:place])
+            kinds.setdefault((warning["kind"], earlier), []).append((result["condition"], warning["text"]))
+    for (kind, _), found in kinds.items():
+        condition, text = found[0]
+        others = len(found) - 1
+        more = f" (and {others} more condition{'s' * (others > 1)})" if others else ""
+        say(f"  warning {kind}: {condition}{more}: {text}")
+
+
+def _whole_warnings(summary: Summary) -> None:
+    for warning in summary["warnings"]:
+        say(f"  warning {warning['kind']}: {warning['text']}")
+
+
+def predict(summary: Summary) -> None:
+    """Print the errors of a prediction and whose parameters it used."""
+    _errors(f"Prediction by {summary['fit']}", summary)
+    for segment_id, condition in summary["used"].items():
+        own = summary["conditions"][segment_id]
+        nearest = "" if condition in ("all", own) else f", the nearest to {own} that was fitted"
+        say(f"  {segment_id}: parameters of {condition}{nearest}")
+    for finding in summary["findings"]:
+        say(f"  {finding}")
+    outdated([summary["fit"]] if summary["outdated"] else [])
+    _whole_warnings(summary)
+    for refused in summary["refused"]:
+        say(f"  refused {refused['source']}: {refused['reason']}; {refused['remedy']}")
+
+
+def outdated(fits: Sequence[str]) -> None:
+    """Print which fits were made from other data than those now in the workspace."""
+    for name in fits:
+        say(f"  warning outdated: {name}: made from older data, or by another mrfit, than are here now: fit again")
+
+
+def compare_models(summary: Summary, work: Path) -> None:
+    """Print models against conditions, output by output: errors over all conditions, the time of each fit, NRMSE."""
+    from mrfit.compare.page import together
+
+    names = ("parameters", "holdout_nrmse", "holdout_fit_percent", "train_nrmse", "train_fit_percent")
+    columns = ("model", "parameters", "hold-out NRMSE", "hold-out fit (%)", "train NRMSE", "train fit (%)", "time (s)")
+    found = {(m["model"], m["role"], m["condition"]): m["nrmse"] for m in summary["metrics"]}
+    for output in dict.fromkeys(m["output"] for m in summary["models"]):
+        models = [m for m in summary["models"] if m["output"] == output]
+        rows = [[m["model"], *numbers(m, names), summary["seconds"].get(m["model"])] for m in models]
+        print_table(f"Models of {output} in {work}, best on held-out data first", columns, rows)
+        shown = {m["model"] for m in models}
+        own = [m for m in summary["metrics"] if m["model"] in shown]
+        for role in dict.fromkeys(m["role"] for m in own):
+            there = dict.fromkeys(m["condition"] for m in own if m["role"] == role and m["condition"] != "all")
+            for some in _side_by_side(list(there)):
+                errors = [[m["model"], *(_percent(found.get((m["model"], role, c))) for c in some)] for m in models]
+                print_table(f"NRMSE of {output} in percent, {role}", ("model", *some), errors)
+    _notes(summary)
+    for which, text in together(summary["warnings"], "text"):
+        say(f"  warning recordings-left-out: {which}: {text}")
+    for which, reason in together(summary["left_out"], "reason"):
+        say(f"  left out {which}: {reason}")
+    say(f"Files: {work / 'compare'}/compare.html, compare.csv, compare.json")
+
+
+def _side_by_side(names: Sequence[str]) -> list[list[str]]:
+    """Return columns' names in groups that stand side by side in one table without being cut."""
+    groups: list[list[str]] = [[]]
+    for name in names:
+        if sum(len(n) + 3 for n in [*groups[-1], name]) > ROOM and groups[-1]:
+            groups.append([])
+        groups[-1].append(name)
+    return groups
+
+
+def _percent(share: float | None) -> float | None:
+    return None if share is None else round(100.0 * share, 2)
+
+
+def compare_optimizers(summary: Summary, work: Path) -> None:
+    """Print best, median and worst cost of every optimizer."""
+    names = ("condition", "optimizer", "best", "median", "worst", "unit", "evaluations", "seconds")
+    settings = summary["settings"]
+    title = f"Optimizers on {settings['model']}, {settings['seeds']} seeds: RMS error"
+    print_table(title, names, [numbers(r, names) for r in summary["rows"]])
+    _notes(summary)
+    _whole_warnings(summary)
+    say(f"Files: {work / 'compare'}/optimizers.html, optimizers.csv, optimizers.json")
+
+
+def discover(summary: Summary, work: Path) -> None:
+    """Print a discovery: verdict in words, where the error sits, effects, errors on held-out data, candidates."""
+    from mrfit.report.explain import headline, next_step, parameter_rows, sentences
+
+    say(f"{headline(summary)}{_state(summary)}")
+    _notes(summary)
+    for line in sentences(summary):
+        say(f"  {line}")
+    for line in summary.get("where_text", [])[1:]:
+        say(f"  {line}")
+    shown = [
+        [e["name"], p["name"], p["value"], p["interval"], e["holdout_nrmse_before"], e["holdout_nrmse_after"]]
+        for e in summary["effects"]
+        for p in parameter_rows(e)
+    ]
+    if shown:
+        print_table(
+            "Effects", ("effect", "parameter", "value", "95 % interval", "hold-out NRMSE without", "with"), shown
+        )
+    if summary["candidates"]:
+        names = ("name", "screen", "holdout_gain", "accepted", "reason")
+        columns = ("candidate", "share of error, screened", "gain on held-out data", "accepted", "reason")
+        print_table("Candidates", columns, [numbers(c, names) for c in summary["candidates"]])
+    if summary["verdict"] == "ambiguous":
+        advise(summary)
+    if next_step(summary):
+        say(f"Go on with: {next_step(summary)} --work {work}")
+    say(f"Page: {summary['page']}")
+
+
+def advise(summary: Summary) -> None:
+    """Print which tests would settle what a discovery left open."""
+    if summary.get("outdated"):
+        say("  warning outdated: made from older data, or by another mrfit, than are here now: discover again")
+    if not summary["advice"]:
+        say(f"Nothing to settle: the last discovery on {summary['base_model']} ended with '{summary['verdict']}'.")
+        return
+    opening = {
+        "ambiguous": f"To tell {', '.join(summary['ambiguous_set'])} apart:",
+        "insufficient-data": "To reach a verdict:",
+    }
+    say(opening.get(summary["verdict"], "What would help:"))
+    for line in summary["advice"]:
+        say(f"  {line}")
+
+
+def report(summary: Summary, work: Path) -> None:
+    """Print where the report lies, and which of its fits are older than the data."""
+    outdated(summary["outdated"])
+    say(f"Report{_state(summary)}: {work / 'report' / 'index.html'}")
+
+
+def run(summary: Summary) -> None:
+    """Print the outcome of a whole pipeline: each fit's errors, what is missing, and where the pages lie."""
+    work = Path(summary["work"])
+    for done in summary["fits"]:
+        fit(done, work)
+    if "discovery" in summary:
+        discover(summary["discovery"], work)
+    if "report" in summary:
+        report(summary["report"], work)
+
+
+def datasets(rows: Sequence[Summary]) -> None:
+    """Print the catalog of public data."""
+    names = ("name", "title", "files", "size", "licence", "cite")
+    print_table("Public data", names, [numbers({**r, "size": _megabytes(r["bytes"])}, names) for r in rows])
+    say("Fetch one, checked against its SHA-256, with `mrfit datasets NAME`")
+
+
+def _megabytes(size: int) -> str:
+    return f"{size / 1e6:.2f} MB"
+
+
+def dataset(summary: Summary) -> None:
+    """Print where a data set lies, how to cite it, and what to type next."""
+    names = ("name", "size", "state", "sha256")
+    shown = [numbers({**f, "size": _megabytes(f["bytes"])}, names) for f in summary["files"]]
+    print_table(f"{summary['name']} in {summary['folder']}", ("file", "size", "what was done", "SHA-256"), shown)
+    for note in summary["notes"]:
+        say(f"  {note}")
+    say(f"Licence: {summary['licence']}. Cite: {summary['cite']}")
+    say(f"Next: {summary['next']}")
+
+
+def registry_rows(kind: str) -> list[dict[str, str]]:
+    """Return name and title of every item of a kind, given in the singular or plural.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such kind.
+    """
+    singular = kind.removesuffix("s")
+    if singular not in registry.KINDS:
+        known = ", ".join(f"{k}s" for k in registry.KINDS)
+        raise ConfigError(f"there are no '{kind}' to list; choose one of {known}")
+    return [{"name": n, "title": registry.load(singular, n).SPEC.title} for n in registry.names(singular)]
+
+
+def registry_table(kind: str, rows: Sequence[dict[str, str]]) -> None:
+    """Print names and titles."""
+    print_table(kind, ("name", "title"), [[r["name"], r["title"]] for r in rows])
+
+
+def item(name: str) -> Summary:
+    """Return everything an item's SPEC says.
+
+    Raises
+    ------
+    ConfigError
+        If no registry holds the name.
+    """
+    import inspect
+    from dataclasses import asdict
+
+    for kind in registry.KINDS:
+        if name in registry.names(kind):
+            module = registry.load(kind, name)
+            spec = {k: v for k, v in asdict(module.SPEC).items() if not callable(v)}
+            return {"kind": kind, **spec, "text": inspect.getdoc(module) or ""}
+    raise unknown_name("model", name, [n for kind in registry.KINDS for n in registry.names(kind)])
+
+
+def show(found: Summary) -> None:
+    """Print an item's title, text and parameters, and what an effect is mistaken for."""
+    for line in (f"{found['name']} ({found['kind']}): {found['title']}", "", *found["text"].split("\n"), ""):
+        say(line)
+    if "params" in found:
+        takes, neutral = ", ".join(found["inputs"]), found.get("neutral")
+        if neutral is None:
+            say(f"{takes} -> {found['output']}")
+        else:
+            say(f"acts on {', '.join(found['outputs'])} in the slot '{found['slot']}'; needs {takes or 'nothing else'}")
+        names = ["name", "unit", "low", "high", "start", "scale", "text"]
+        columns = ["parameter", "unit", "low", "high", "start", "scale", "meaning"]
+        rows = [numbers(p, names) for p in found["params"]]
+        if neutral is not None:
+            columns.insert(5, "neutral")
+            rows = [[*row[:5], value, *row[5:]] for row, value in zip(rows, neutral, strict=True)]
+        print_table("Parameters", columns, rows)
+        for param in found["params"]:
+            if param["fixed"]:
+                say(f"  {param['name']} is held at what the logs give, not fitted; --bounds or --start frees it")
+        for quantity in found.get("derived", ()):
+            say(f"  derived: {quantity['name']} ({quantity['unit']}) {quantity['text']}")
+    if found.get("options"):
+        names = ["name", "default", "low", "high", "text"]
+        columns = ["option", "default", "least", "most", "meaning"]
+        print_table("Options: --opt-set NAME=VALUE", columns, [numbers(o, names) for o in found["options"]])
+    if found.get("aliases"):
+        say(f"Mistaken for: {', '.join(found['aliases'])}")
+    if found.get("experiment"):
+        say(f"Told apart by: {found['experiment']}")
+    if found.get("reference"):
+        say(f"Source: {found['reference']}")

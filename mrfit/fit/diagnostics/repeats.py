@@ -1,0 +1,68 @@
+"""Whether repeats of one condition agree: what one set of parameters cannot follow, whatever the model.
+
+Each repeat's measured output y is laid on the simulated one, y ≈ g·ŷ + o by least squares. The model is driven by each
+repeat's own input, so that neither phase nor small differences of the drive count, and what it gets wrong it gets wrong
+alike in all of them. Two repeats differ by the RMS of (g₁ − g₂)·ŷ + (o₁ − o₂).
+"""
+
+from collections.abc import Sequence
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from mrfit.core.specs import Array
+from mrfit.search.parts import Part
+
+# Repeats disagree where they differ by more than so many times what differs from cycle to cycle within them, and by
+# more than this share of the output's standard deviation, as by a tenth of its gain
+NOISES, SHARE = 5.0, 0.1
+
+
+def repeat_rows(parts: Sequence[Part], floors: Sequence[float], simulated: Sequence[Array]) -> list[dict[str, Any]]:
+    """Return one row per periodic condition with several training segments: how much these differ, and if they agree.
+
+    Parameters
+    ----------
+    parts
+        Parts of segments.
+    floors
+        Noise floor of each, in the output's unit.
+    simulated
+        Simulated output of each, (N,).
+
+    Returns
+    -------
+    list of dict
+        ``condition``; ``segments``, how many; ``difference``, the largest of two of them, ``noise_floor`` and
+        ``moved``, the output's standard deviation, in its unit; ``agree``.
+    """
+    chosen = [k for k, p in enumerate(parts) if p.segment.role == "train" and p.segment.cycles]
+    rows = []
+    for condition in dict.fromkeys(parts[k].segment.condition for k in chosen):
+        members = [k for k in chosen if parts[k].segment.condition == condition]
+        if len(members) < 2:
+            continue
+        lines = [_line(parts[k].output, simulated[k]) for k in members]
+        samples = sum(len(simulated[k]) for k in members)
+        mean = sum(float(np.sum(simulated[k])) for k in members) / samples
+        power = sum(float(np.sum((simulated[k] - mean) ** 2)) for k in members) / samples
+        # the mean square of (g₁ − g₂)·ŷ + (o₁ − o₂)
+        difference = max(
+            float(np.hypot((a[0] - b[0]) * np.sqrt(power), (a[0] - b[0]) * mean + a[1] - b[1]))
+            for a, b in combinations(lines, 2)
+        )
+        moved = max(float(np.std(parts[k].output)) for k in members)
+        floor = max(floors[k] for k in members)
+        agree = not (difference > NOISES * floor and difference > SHARE * moved)
+        row = {"condition": condition, "segments": len(members), "difference": difference}
+        rows.append(row | {"noise_floor": floor, "moved": moved, "agree": agree})
+    return rows
+
+
+def _line(measured: Array, simulated: Array) -> tuple[float, float]:
+    """Return the gain and the offset that take the simulated output nearest the measured one."""
+    moved = simulated - simulated.mean()
+    power = float(moved @ moved)
+    gain = float(moved @ measured) / power if power > 0.0 else 0.0
+    return gain, float(measured.mean() - gain * simulated.mean())

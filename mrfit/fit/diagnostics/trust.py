@@ -1,0 +1,111 @@
+"""How far to trust a fit: intervals by the method asked for, what the data determine, what the residual still holds."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any, Literal
+
+import numpy as np
+
+from mrfit.core.specs import Array
+from mrfit.fit.diagnostics.bootstrap import bootstrap_intervals
+from mrfit.fit.diagnostics.identifiability import judge
+from mrfit.fit.diagnostics.profile import profile_intervals
+from mrfit.fit.diagnostics.repeats import repeat_rows
+from mrfit.fit.diagnostics.residual_tests import input_dependence, varies
+from mrfit.fit.diagnostics.uncertainty import analyse
+from mrfit.fit.identify import Group, linearise, weights_of
+from mrfit.fit.result import conditioning, derived_rows, parameter_rows, passivity_rows, with_intervals
+from mrfit.search.cube import Cube
+from mrfit.search.parts import Made, Part
+from mrfit.search.problem import Posed
+from mrfit.signal.drift import drift_row, drift_words, steady_drift
+from mrfit.simulate.assembly import Assembly
+
+Intervals = Literal["hac", "bootstrap", "profile"]
+
+
+def trust(
+    group: Group,
+    assembly: Assembly,
+    cube: Cube,
+    point: Array,
+    simulated: Sequence[Array],
+    settings: tuple[str, Intervals, np.random.Generator],
+) -> dict[str, Any]:
+    """Return everything of a result that says how far to trust it, ready for JSON.
+
+    Parameters
+    ----------
+    group
+        What was fitted.
+    assembly, cube
+        The model and its free parameters.
+    point
+        Optimum in the cube, shape (F,).
+    simulated
+        Output at this point for each full block.
+    settings
+        Weighting of conditions, method of the intervals, and the generator a bootstrap draws from.
+    """
+    weight, intervals, rng = settings
+    linearised = linearise(group, assembly, cube, point, weight)
+    uncertainty = analyse(linearised.jacobians, linearised.residuals, linearised.periods)
+    parameters = parameter_rows(cube, point, uncertainty)
+    derived = derived_rows(assembly, cube, point, uncertainty)
+    folded = Posed(group.search, weights_of(group.search, group.training_floors, weight), assembly, cube)
+    if intervals == "bootstrap":
+        errors = [p.output - y for p, y in zip(group.full.parts, simulated, strict=True) if p.segment.role == "train"]
+        drawn = bootstrap_intervals(folded, point, uncertainty, errors, rng)
+        known = {r["name"] for r in [*parameters, *derived] if r["identifiable"]}
+        found = {name: interval for name, interval in drawn.items() if name in known}
+        parameters, derived = with_intervals(parameters, found), with_intervals(derived, found)
+    elif intervals == "profile":
+        parameters = with_intervals(parameters, profile_intervals(folded, point, uncertainty, linearised))
+    readable = [d["name"] for d in derived if d["identifiable"]]
+    segments = group.training.segments
+    return {
+        "intervals": intervals,
+        "parameters": parameters,
+        "derived": derived,
+        "conditioning": conditioning(cube, uncertainty),
+        "identifiability": list(judge(cube, point, uncertainty, segments, readable).sentences),
+        "passivity": passivity_rows(group.full, simulated, assembly),
+        "drift": drift_rows(group.full.parts, simulated),
+        "repeats": repeat_rows(group.full.parts, [f.scale for f in group.floors], simulated),
+        "residual_tests": residual_rows(group, assembly, simulated),
+    }
+
+
+def drift_rows(parts: Sequence[Part], simulated: Sequence[Array]) -> list[dict[str, Any]]:
+    """Return one row per part whose residual drifts steadily: what the output's level and gain do with time."""
+    rows = []
+    for part, output in zip(parts, simulated, strict=True):
+        found = steady_drift(part.output - output, output, part.dt, part.segment.cycles)
+        if found is not None:
+            rows.append(drift_row(part.segment.condition, part.segment.id, found))
+    return rows
+
+
+def drift_warnings(rows: Sequence[dict[str, Any]]) -> list[dict[str, str]]:
+    """Return the warning on blocks whose residual drifts, if any."""
+    return [{"kind": "drift", "text": drift_words(rows)}] if rows else []
+
+
+def residual_rows(group: Group, assembly: Assembly, simulated: Sequence[Array]) -> list[dict[str, Any]]:
+    """Return one row per input of the model: how the training residual goes with it, and in which condition most."""
+    pairs = [(p, y) for p, y in zip(group.full.parts, simulated, strict=True) if p.segment.role == "train"]
+    residuals = Made(len(pairs), lambda k: pairs[k][0].output - pairs[k][1])
+    periods = [p.period for p, _ in pairs]
+    conditions = [p.segment.condition for p, _ in pairs]
+
+    def values_of(row: int) -> Made[Array]:
+        return Made(len(pairs), lambda k: pairs[k][0].inputs(row))
+
+    inputs = {name: values_of(row) for row, name in enumerate(assembly.spec.inputs)}
+    moving = {name: values for name, values in inputs.items() if any(varies(u) for u in values)}
+    rows = []
+    for name, values in moving.items():
+        found = input_dependence(name, values, residuals, periods, conditions, len(moving))
+        if found is not None:
+            rows.append({**asdict(found), "independent": found.independent})
+    return rows

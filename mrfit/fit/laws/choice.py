@@ -1,0 +1,281 @@
+"""Choose form and order of every parameter's dependence on current by what predicts currents left out, and say so.
+
+See ``law_search``. Where the fits at single currents leave much more than noise, samples are no independent evidence:
+the orders of the parameters' roles are changed only where the error left out falls by a third, and by three standard
+errors over conditions.
+"""
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from mrfit.core.specs import Array, Param
+from mrfit.errors import DataError
+from mrfit.fit.laws.by_level import Law, Posing, Tests, drawn_together, tests_about
+from mrfit.fit.laws.law_search import FEWEST_LEVELS, LawSearch, State
+from mrfit.search.cube import Cube
+from mrfit.search.problem import Block, Posed
+from mrfit.search.starts import Level, level_fits, node_names
+from mrfit.simulate.assembly import Assembly
+from mrfit.simulate.current_dependence import (
+    HIGHEST,
+    LOG,
+    PLAIN,
+    CurrentDependence,
+    Order,
+    form_of,
+    logarithmic,
+    through,
+)
+from mrfit.simulate.current_levels import default_orders, level_of, levels_of
+
+# Error that the fits at single currents leave, as a multiple of the noise floor, above which it is the model's own
+OWN_ERROR = 1.5
+# Error at a level left out, as a multiple of what its own fit leaves, from which on the data ask for more than their
+# currents can tell
+NOT_MET = 1.5
+# Laws rejected that are told in words, the nearest first
+TOLD = 4
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Ends in A of the range tested, randomness, and ``time.monotonic`` after which nothing is chosen any more."""
+
+    low: float
+    high: float
+    rng: np.random.Generator
+    deadline: float | None = None
+
+
+@dataclass(frozen=True)
+class Data:
+    """Search blocks, the factor on the error of each, and the noise floor of each in the output's unit."""
+
+    blocks: list[Block]
+    weights: Array
+    floors: Array
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What was chosen, and why.
+
+    Attributes
+    ----------
+    dependence
+        The choice, None where every parameter is constant.
+    about
+        For fit.json: ``judged_by``, ``held_out`` levels with errors, ``parameters`` with what was rejected, ``text``.
+    warnings
+        What the number of currents cannot support.
+    fits
+        The base model's fit at each level, rising.
+    theta
+        Parameters of the laws that fit all levels best, (L, K) at the levels' currents.
+    by_role
+        Whether all orders are those of the parameters' roles.
+    usual
+        These orders by name.
+    met
+        Whether the laws reach the currents left out about as well as fits to these alone.
+    """
+
+    dependence: CurrentDependence | None
+    about: dict[str, Any]
+    warnings: list[dict[str, str]]
+    fits: list[Level]
+    theta: Array
+    by_role: bool
+    usual: dict[str, int]
+    met: bool
+
+    def start(self, base: Assembly, dependence: CurrentDependence) -> dict[str, float]:
+        """Return the parameters at the nodes of a dependence, by name, of the laws that fit all levels best."""
+        currents = np.array([f.current for f in self.fits])
+        nodes = through(base.spec, dependence, currents, self.theta)
+        return dict(zip(node_names(base, dependence), nodes.tolist(), strict=True))
+
+    def as_base(self) -> CurrentDependence | None:
+        """Return the dependence of a model that may lack an effect.
+
+        Where no polynomial reaches the currents left out, one of an order above that of its parameter's role only
+        bends after what an effect of current may explain.
+        """
+        if self.met or self.dependence is None:
+            return self.dependence
+        lower = {n: self.usual.get(n, HIGHEST) for n, _ in self.dependence.orders}
+        orders = [(n, _capped(o, lower[n])) for n, o in self.dependence.orders]
+        return replace(self.dependence, orders=tuple(orders))
+
+
+def chosen_by_levels(base: Assembly, cube: Cube, data: Data, kept: dict[str, Order], limits: Limits) -> Choice | None:
+    """Return the dependence on current that the base model's fits at single levels call for; None out of time.
+
+    Parameters
+    ----------
+    base, cube
+        The base model and its free parameters.
+    data
+        What is fitted, of two levels or more.
+    kept
+        Orders of parameters that are not chosen, by name.
+    limits
+        Range of current, randomness and deadline.
+    """
+    blocks, weights = data.blocks, data.weights
+    fits = level_fits(blocks, base, cube, weights, limits.rng, limits.deadline)
+    levels, posed = levels_of(b.segment for b in blocks), []
+    for fit in (fits := [f for f in fits if np.isfinite(f.cost)]):
+        members = [k for k, b in enumerate(blocks) if level_of(b.segment, levels) == fit.current]
+        own = Posed([blocks[k] for k in members], weights[members], base, cube)
+        posed.append(Posing(own, data.floors[members]))
+    if len(fits) < 2:
+        raise DataError(
+            f"every simulation of '{base.name}' diverged at all currents but one: narrow --bounds, or give "
+            "--current-order"
+        )
+    if limits.deadline is not None and time.monotonic() > limits.deadline:
+        return None
+    together = drawn_together(cube, fits, posed, limits.rng)
+    return choose(tests_about(base.spec, cube, together, posed), fits, kept, (limits.low, limits.high))
+
+
+def choose(tests: Tests, fits: list[Level], kept: dict[str, Order], ends: tuple[float, float]) -> Choice:
+    """Return the dependence on current that predicts levels left out best, with no more coefficients than that takes.
+
+    Parameters
+    ----------
+    tests
+        The base model about its optimum at two currents or more.
+    fits
+        The base model's fit at each level, as it ended.
+    kept
+        Orders of parameters that are not chosen, by name.
+    ends
+        Ends in A of the range tested.
+    """
+    params = [tests.cube.params[k] for k in tests.free]
+    chosen = [k for k, p in enumerate(params) if p.name not in kept]
+    groups, forms = _groups(params, chosen), [LOG if logarithmic(tests.spec, p) else PLAIN for p in params]
+    others = {k: Law(forms[k], int(kept[p.name])) for k, p in enumerate(params) if p.name in kept}
+    search = LawSearch(tests, groups, [forms[g[0]] for g in groups], others)
+    usual = {n: int(order) for n, order in default_orders(tests.spec, len(tests.currents))}
+    usual = {p.name: usual[p.name] for p in params if p.name in usual}
+    noisy = tests.excess <= OWN_ERROR
+    state = search.simplest(search.best()) if noisy else search.near(usual)
+    orders: dict[str, Order] = dict(kept)
+    for members, law, own in zip(search.groups, state, search.own, strict=True):
+        for member in members:
+            written: Order = law.order if law.form == own else f"{law.form}{law.order}"
+            orders |= {params[member].name: written} if law.order else {}
+    named = tuple((p.name, orders[p.name]) for p in tests.spec.params if orders.get(p.name))
+    theta = search.fitted(state).parameters(tests.currents)
+    about, warnings = _about(search, state, params)
+    usual = {n: min(order, search.highest) for n, order in usual.items()}
+    dependence, met = CurrentDependence(named, *ends) if named else None, _unmet(search, search.errors(state)) is None
+    return Choice(dependence, about, warnings, fits, theta, dict(named) == usual, usual, met)
+
+
+def _capped(order: Order, highest: int) -> Order:
+    """Return an order of the same form that is no higher."""
+    form = form_of(order)
+    lower = min(int(str(order).removeprefix(form)), highest)
+    return f"{form}{lower}" if form else lower
+
+
+def _groups(params: Sequence[Param], chosen: Sequence[int]) -> list[list[int]]:
+    """Return the parameters that vary alike: the coefficients of one expansion, which have no role; others alone."""
+    together = [k for k in chosen if not params[k].role]
+    alone = [[k] for k in chosen if params[k].role]
+    return [*alone, together] if together else alone
+
+
+def _about(search: LawSearch, state: State, params: Sequence[Param]) -> tuple[dict[str, Any], list[dict[str, str]]]:
+    """Return what fit.json and the page say of a choice, and the warnings."""
+    search.score([s for g in range(len(state)) for s in search.neighbours(state, g)])
+    errors, rows, currents = search.errors(state), [], search.tests.currents
+    how = "held out" if search.held_out else "fitted: too few to hold one out"
+    text = [f"law of current by the error at currents {how}, as a multiple of what a fit to one current alone leaves"]
+    if search.tests.excess > OWN_ERROR:
+        text[0] += (
+            f"; these leave {search.tests.excess:.3g} times the noise, the model's own error: orders are those of the "
+            "parameters' roles but where another clearly predicts better"
+        )
+    for group, law in enumerate(state):
+        others = sorted(search.neighbours(state, group), key=lambda s: search.scores[s].total)
+        rejected = [{**_row(s[group]), "error": _mean(search.errors(s))} for s in others]
+        names = [params[m].name for m in search.groups[group]]
+        rows.append({"names": names, **_row(law), "error": _mean(errors), "rejected": rejected})
+        shown = ", ".join(f"{_short(r)} {_shown(r['error'])}" for r in rejected[:TOLD])
+        told = f"{_span(names)}: {_words(law)}, {_shown(_mean(errors))}"
+        text.append(f"{told}; rejected {shown}" if shown else told)
+    about = {
+        "judged_by": "held-out currents" if search.held_out else "fitted currents",
+        "currents": currents.tolist(),
+        "errors": [
+            {"current": float(i), "error": float(e)} for i, e in zip(currents, errors, strict=True) if np.isfinite(e)
+        ],
+        "parameters": rows,
+        "text": text,
+    }
+    return about, _warnings(search, state, errors)
+
+
+def _row(law: Law) -> dict[str, Any]:
+    return {"form": law.form if law.order else "constant", "order": law.order}
+
+
+def _short(row: dict[str, Any]) -> str:
+    """Return a law as it is written after --current-order."""
+    return f"{row['form']}{row['order']}" if row["order"] else "constant"
+
+
+def _warnings(search: LawSearch, state: State, errors: Array) -> list[dict[str, str]]:
+    currents, found = search.tests.currents, []
+    at = ", ".join(f"{i:.4g} A" for i in currents)
+    if not search.held_out and any(law.order for law in state):
+        found.append(
+            f"tests at {len(currents)} currents ({at}) leave none to hold out: between them the laws of current are "
+            f"not checked; test at {FEWEST_LEVELS} currents or more"
+        )
+    worst = _unmet(search, errors)
+    if worst is not None:
+        place = currents[worst]
+        found.append(
+            f"at {place:.4g} A, held out, the error is {errors[worst]:.3g} times what a fit to this current alone "
+            f"leaves: a polynomial through {len(currents) - 1} other currents does not reach it; test at currents "
+            "near it, or try pieces (--current-order NAME=1:BREAK:2)"
+        )
+    return [{"kind": "current-levels", "text": text} for text in found]
+
+
+def _unmet(search: LawSearch, errors: Array) -> int | None:
+    """Return the level left out whose error is the largest, where it is too large for a polynomial to be the law."""
+    worst = int(np.nanargmax(errors))
+    # where the model itself errs, a fit to one current alone is no truth to be reached
+    large = search.held_out and search.tests.excess <= OWN_ERROR and errors[worst] > NOT_MET
+    return worst if large else None
+
+
+def _mean(errors: Array) -> float:
+    """Return the mean of errors on a logarithmic scale."""
+    with np.errstate(over="ignore"):
+        return float(np.exp(np.nanmean(np.log(errors))))
+
+
+def _shown(error: float) -> str:
+    return f"{error:.2f}" if error < 9.995 else f"{error:.3g}"
+
+
+def _words(law: Law) -> str:
+    if not law.order:
+        return "constant"
+    return f"{'exponential of a polynomial' if law.form == LOG else 'polynomial'} of order {law.order}"
+
+
+def _span(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{names[0]} … {names[-1]}"

@@ -1,0 +1,288 @@
+"""Search for the laws of current that predict what is left out best.
+
+Each level of current between the ends is left out in turn and predicted from the others' fits, see ``by_level``, and so
+are conditions of all levels. A law costs its deviance there plus, as in Schwarz's criterion, ln n for each coefficient,
+n independent samples; a form that is not the parameter's own counts as one more. Starting from constants, single
+parameters' orders and forms are changed as long as that lowers the cost. Of laws whose error is within one standard
+error of the best one's the simplest is taken (Breiman and others 1984).
+
+Where three levels or fewer leave no level to hold out, each coefficient has twice the cost.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+
+from mrfit.core.specs import Array, Index
+from mrfit.fit.laws.by_level import Law, Laws, Tests
+from mrfit.kernels.cube import Mask
+from mrfit.simulate.current_dependence import HIGHEST, LOG, PLAIN
+from mrfit.simulate.current_levels import GRID
+
+# Fewest levels at which those between the ends are held out
+FEWEST_LEVELS = 4
+# Cost of a coefficient in ln n, where held-out levels judge and where the fitted ones do
+HELD_OUT_COST, FITTED_COST = 1.0, 2.0
+# Standard errors by which another order has to be better there, and the ratio of errors: of many tried one is by chance
+CLEAR, MUCH = 3.0, 1.5
+# Share of the conditions of the level tested under most that another level has to have to say so
+SEEN = 0.5
+# Most folds in which conditions are left out
+MOST_ROUNDS = 4
+# Error at a level, as a multiple of what its own fit leaves, up to which a simpler law may be worse than the best
+MOST_WORSE = 1.1
+# Changes after which the search ends
+MOST_CHANGES = 60
+State = tuple[Law, ...]
+"""The law of each group of parameters."""
+
+
+@dataclass(frozen=True)
+class Score:
+    """Deviance at each level judged (J,), and the cost of the laws' coefficients."""
+
+    deviances: Array
+    price: float
+
+    @property
+    def total(self) -> float:
+        """What the choice makes least."""
+        return float(self.deviances.sum()) + self.price
+
+
+@dataclass(frozen=True)
+class Fold:
+    """Conditions (V,) from which others (W,) are predicted."""
+
+    known: Index
+    judged: Index
+
+
+def folds_of(places: Index, levels: int) -> tuple[list[Fold], list[Fold]]:
+    """Return the folds by which laws are judged: whole levels left out, and conditions of every level.
+
+    Parameters
+    ----------
+    places
+        Level of each condition (U,).
+    levels
+        Number of levels L; those between the ends are left out where they are four or more.
+
+    Returns
+    -------
+    tuple
+        One fold for each of these levels; and folds in each of which one condition of every level that has several is
+        left out, at one level the first while it is the second at the next.
+    """
+    every = np.arange(len(places))
+    inner = range(1, levels - 1) if levels >= FEWEST_LEVELS else range(0)
+    by_level = [Fold(every[places != k], every[places == k]) for k in inner]
+    members = [every[places == k] for k in range(levels)]
+    rounds = min(max(len(m) for m in members), MOST_ROUNDS)
+    by_test = []
+    for turn in range(rounds if rounds > 1 else 0):
+        left = [m[(np.arange(len(m)) + k) % max(min(len(m), rounds), 1) == turn] for k, m in enumerate(members)]
+        left = [part for part, m in zip(left, members, strict=True) if len(part) < len(m)]
+        judged = np.concatenate(left)
+        if len(judged):
+            by_test.append(Fold(np.setdiff1d(every, judged), judged))
+    return by_level, by_test
+
+
+@dataclass
+class LawSearch:
+    """Laws of groups of parameters and their scores under conditions left out, or under all where none can be.
+
+    Attributes
+    ----------
+    tests
+        What is known under each condition.
+    groups
+        Places among the free parameters of those that vary alike, for all that are chosen.
+    own
+        Form that each group has by itself.
+    kept
+        Laws of the other parameters, by place.
+    scores
+        What was judged so far.
+    """
+
+    tests: Tests
+    groups: list[list[int]]
+    own: list[str]
+    kept: dict[int, Law]
+    scores: dict[State, Score] = field(default_factory=dict)
+
+    @cached_property
+    def folds(self) -> list[Fold]:
+        """What is left out, levels first."""
+        by_level, by_test = folds_of(self.tests.places, len(self.tests.currents))
+        whole = np.arange(len(self.tests.places))
+        return [*by_level, *by_test] or [Fold(whole, whole)]
+
+    @property
+    def held_out(self) -> bool:
+        """Whether levels are left out."""
+        return len(self.tests.currents) >= FEWEST_LEVELS
+
+    @property
+    def highest(self) -> int:
+        """Highest order that the levels support."""
+        count = len(self.tests.currents)
+        return min(HIGHEST, count - 2 if self.held_out else count - 1)
+
+    @property
+    def price(self) -> float:
+        """What a coefficient costs."""
+        worth = float(self.tests.worth.sum())
+        return (HELD_OUT_COST if self.held_out else FITTED_COST) * float(np.log(worth))
+
+    def laws(self, state: State) -> list[Law]:
+        """Return the law of each free parameter."""
+        laws = [self.kept.get(k, Law(PLAIN, 0)) for k in range(len(self.tests.free))]
+        for members, law in zip(self.groups, state, strict=True):
+            for member in members:
+                laws[member] = law
+        return laws
+
+    def score(self, states: Iterable[State]) -> None:
+        """Judge states that were not judged before, those of one level simulated together."""
+        new = [s for s in dict.fromkeys(states) if s not in self.scores]
+        if not new:
+            return
+        deviances: list[list[Array]] = [[] for _ in new]
+        for fold in self.folds:
+            fitted = [Laws(self.tests, self.laws(s), fold.known) for s in new]
+            for test in fold.judged:
+                current = self.tests.currents[self.tests.places[test]]
+                theta = np.array([laws.parameters(np.array([current]))[0] for laws in fitted])
+                for row, found in zip(deviances, self.tests.deviance(int(test), theta), strict=True):
+                    row.append(found)
+        for state, row in zip(new, deviances, strict=True):
+            self.scores[state] = Score(np.array(row), self._price(state) + self._outside(state))
+
+    def _price(self, state: State) -> float:
+        coefficients = 0
+        for members, law, own in zip(self.groups, state, self.own, strict=True):
+            coefficients += len(members) * (law.order + 1) + int(law.order > 0 and law.form != own)
+        return self.price * coefficients
+
+    def _outside(self, state: State) -> float:
+        if not any(law.form == PLAIN and law.order for law in state):
+            return 0.0
+        grid = np.linspace(self.tests.currents[0], self.tests.currents[-1], GRID)
+        return np.inf if self.fitted(state).leaves_bounds(grid) else 0.0
+
+    def fitted(self, state: State) -> Laws:
+        """Return the laws that fit all conditions best."""
+        return Laws(self.tests, self.laws(state), np.arange(len(self.tests.places)))
+
+    def neighbours(self, state: State, group: int) -> list[State]:
+        """Return the states in which the law of one group is another one, by no more than two orders."""
+        law, found = state[group], []
+        for order, form in product(range(self.highest + 1), self.forms(group)):
+            other = Law(form, order) if order else Law(self.own[group], 0)
+            if other != law and abs(order - law.order) <= 2:
+                found.append((*state[:group], other, *state[group + 1 :]))
+        return list(dict.fromkeys(found))
+
+    def forms(self, group: int) -> tuple[str, ...]:
+        """Return the forms a group may have; two points do not tell them apart."""
+        params = [self.tests.cube.params[self.tests.free[m]] for m in self.groups[group]]
+        both = all(p.low > 0.0 for p in params) and len(self.tests.currents) > 2
+        return (self.own[group], PLAIN if self.own[group] == LOG else LOG) if both else (self.own[group],)
+
+    def best(self) -> State:
+        """Return the state that single changes do not improve, from constants on."""
+        return self._improved(tuple(Law(own, 0) for own in self.own), clearly=False)
+
+    def near(self, usual: dict[str, int]) -> State:
+        """Return the usual orders by name, with those changes that clearly lower the error left out."""
+        params = [self.tests.cube.params[k] for k in self.tests.free]
+        orders = [min(usual.get(params[g[0]].name, 0), self.highest) for g in self.groups]
+        start = tuple(Law(own, order) for own, order in zip(self.own, orders, strict=True))
+        return self._improved(start, clearly=True)
+
+    def _improved(self, state: State, *, clearly: bool) -> State:
+        self.score([state])
+        for _ in range(MOST_CHANGES):
+            others = [s for g in range(len(state)) for s in self.neighbours(state, g)]
+            self.score(others)
+            lower = [s for s in others if self.scores[s].total < self.scores[state].total]
+            lower = [s for s in lower if not clearly or self._clearly(s, state)]
+            if not lower:
+                break
+            state = min(lower, key=lambda s: self.scores[s].total)
+        return state
+
+    def _clearly(self, state: State, than: State) -> bool:
+        """Return whether a state's error is much lower than another's, by several standard errors over conditions."""
+        gain = (self.scores[than].deviances - self.scores[state].deviances)[self._speaks]
+        if len(gain) < 2 or not np.all(np.isfinite(gain)):
+            return False
+        spread = np.sqrt(len(gain)) * float(np.std(gain, ddof=1))
+        ratio = float(np.mean(0.5 * gain / self._worth[self._speaks]))
+        return bool(gain.sum() > CLEAR * spread and ratio > np.log(MUCH))
+
+    @cached_property
+    def _speaks(self) -> Mask:
+        """Which deviances are of levels tested under no fewer than half as many conditions as any other.
+
+        Of a wrong model a level's one stroke gives parameters that are right for this stroke alone.
+        """
+        conditions = np.bincount(self.tests.places)
+        speaks: Mask = conditions[self.tests.places[self._judged]] >= SEEN * conditions.max()
+        return speaks
+
+    def simplest(self, best: State) -> State:
+        """Return the simplest state found by lowering orders whose error is within a standard error of the best."""
+        state = best
+        while True:
+            lower = [
+                s
+                for g in range(len(state))
+                for s in self.neighbours(state, g)
+                if self._price(s) < self._price(state) and s[g].order <= state[g].order
+            ]
+            self.score(lower)
+            alike = [s for s in lower if self._alike(s, best)]
+            if not alike:
+                return state
+            state = min(alike, key=lambda s: (self._price(s), self.scores[s].total))
+
+    def _alike(self, state: State, best: State) -> bool:
+        found, least = self.scores[state], self.scores[best]
+        more = found.deviances - least.deviances
+        if len(more) < 3 or not np.isfinite(found.total):
+            return False
+        limit = np.sqrt(len(more)) * float(np.std(more, ddof=1))
+        errors = np.exp(0.5 * more / self._worth)
+        return bool(more.sum() <= limit and errors.max() <= MOST_WORSE)
+
+    @cached_property
+    def _judged(self) -> Index:
+        """The condition that each deviance is of."""
+        return np.concatenate([f.judged for f in self.folds])
+
+    @cached_property
+    def _worth(self) -> Array:
+        return self.tests.worth[self._judged]
+
+    def errors(self, state: State) -> Array:
+        """Return the RMS error at each level judged, as a multiple of what the level's own fit leaves, nan elsewhere.
+
+        It is that of the fold in which the whole level is left out, where there is one.
+        """
+        whole = sum(len(f.judged) for f in self.folds[: len(self.tests.currents) - 2]) if self.held_out else None
+        deviances, judged = self.scores[state].deviances[:whole], self._judged[:whole]
+        levels = self.tests.places[judged]
+        squares = self.tests.squares[judged]
+        with np.errstate(over="ignore", invalid="ignore"):
+            left = squares * np.exp(deviances / self.tests.worth[judged])
+            count = len(self.tests.currents)
+            ratios = np.bincount(levels, left, count) / np.bincount(levels, squares, count)
+        errors: Array = np.sqrt(ratios)
+        return errors

@@ -1,0 +1,120 @@
+"""From a fit's settings to its laws of current: as asked for, chosen where levels are held, else by role."""
+
+import time
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+from mrfit.core.recording import Recording, Segment
+from mrfit.fit.identify import SearchSettings, build_group, weights_of
+from mrfit.fit.laws.choice import Choice, Data, Limits, chosen_by_levels
+from mrfit.search.cube import Cube, cube_of
+from mrfit.search.starts import at_scales
+from mrfit.simulate.current_dependence import CurrentDependence, base_name
+from mrfit.simulate.current_levels import base_of, default_orders, dependence_on_current, tested, to_choose
+
+# Share of the time allowed after which nothing is chosen any more
+TIME = 0.5
+
+
+class Asked(Protocol):
+    """Settings of a fit, as its stage has them."""
+
+    @property
+    def model(self) -> str:
+        """Model as written."""
+
+    @property
+    def optimizer(self) -> str:
+        """Optimizer chain."""
+
+    @property
+    def per(self) -> str:
+        """``all`` for a joint fit."""
+
+    @property
+    def seed(self) -> int:
+        """Seed of every random choice."""
+
+    @property
+    def seconds(self) -> float | None:
+        """Wall-clock limit."""
+
+    @property
+    def weight(self) -> str:
+        """Weighting of conditions."""
+
+    @property
+    def bounds(self) -> tuple[tuple[str, float, float], ...]:
+        """The user's bounds."""
+
+    @property
+    def start(self) -> tuple[tuple[str, float], ...]:
+        """The user's start values."""
+
+    @property
+    def fixed(self) -> tuple[tuple[str, float], ...]:
+        """The user's fixed values."""
+
+    @property
+    def current_order(self) -> str:
+        """``auto``, an order, or ``NAME=ORDER,…``."""
+
+
+def base_cube(asked: Asked) -> Cube:
+    """Return the cube of the base model alone, with what the settings say of it."""
+    spec = base_of(asked.model).spec
+    own = {base_name(n) for n in spec.names}
+    bounds = {n: (low, high) for n, low, high in asked.bounds if n in own}
+    start, fixed = ({n: v for n, v in given if n in own} for given in (asked.start, asked.fixed))
+    return cube_of(spec, bounds, start, fixed)
+
+
+def dependence_of(
+    asked: Asked, segments: Sequence[Segment], recordings: dict[str, Recording]
+) -> tuple[CurrentDependence | None, Choice | None]:
+    """Return how a fit's parameters depend on current, and how that was chosen, None where it was not.
+
+    Parameters
+    ----------
+    asked
+        Settings of the fit.
+    segments, recordings
+        What is fitted.
+
+    Raises
+    ------
+    DataError
+        If the levels of current do not carry the order asked for.
+    """
+    if asked.per != "all":
+        return None, None
+    choice, fixed, currents = None, [n for n, _ in asked.fixed], tested(segments, recordings)
+    if to_choose(asked.model, asked.current_order, currents):
+        # what is given for one node of current is for a parameter that varies
+        given = [n for n, _, _ in asked.bounds] + [n for n, _ in (*asked.start, *asked.fixed)]
+        at_nodes = {base_name(n) for n in given if "@" in n}
+        orders = default_orders(base_of(asked.model).spec, currents.steps, fixed)
+        search = SearchSettings(asked.optimizer, asked.seed, None, asked.seconds, asked.weight)
+        deadline = None if asked.seconds is None else time.monotonic() + TIME * asked.seconds
+        limits = Limits(currents.low, currents.high, search.rng("all by current"), deadline)
+        choice = _chosen(asked, segments, recordings, {n: o for n, o in orders if n in at_nodes}, limits)
+    if choice:
+        return choice.dependence, choice
+    return dependence_on_current(asked.model, asked.current_order, segments, recordings, fixed), None
+
+
+def _chosen(
+    asked: Asked,
+    segments: Sequence[Segment],
+    recordings: dict[str, Recording],
+    kept: dict[str, int | str],
+    limits: Limits,
+) -> Choice | None:
+    base, training = base_of(asked.model), [s for s in segments if s.role == "train"]
+    group = build_group("all", training, recordings, base, split=False)
+    cube = at_scales(base_cube(asked), group.training, base)
+    weights = weights_of(group.search, group.training_floors, asked.weight)
+    data = Data(group.search, weights, np.array(group.training_floors))
+    return chosen_by_levels(base, cube, data, kept, limits)

@@ -1,0 +1,165 @@
+"""Read fragile binary formats in a process of its own, since their libraries crash or hang on damaged files."""
+
+import atexit
+import contextlib
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+from typing import IO, Any
+
+from mrfit.core import registry
+from mrfit.ingest.containers.memory import held_to, out_of_memory
+from mrfit.ingest.refusal import Passing, Refusal
+from mrfit.ingest.table import Source, Table
+
+SECONDS = 25.0
+SECONDS_FOR_A_MEGABYTE = 5.0
+"""A file may take so much computing, and so much more for each megabyte: damaged ones lead libraries in circles."""
+WAITING = 4.0
+"""How many times longer it may take by the clock, on a machine with much else to do."""
+HAS_TIMER = hasattr(signal, "setitimer")
+"""Whether the system counts computing; else the clock has to do."""
+
+
+def read_tables(reader: str, source: Source) -> list[Table]:
+    """Return what a reader makes of a file, in this process, which may take ``source.memory`` for it."""
+    module = registry.load("reader", reader)
+    try:
+        with held_to(source.memory):
+            tables: list[Table] = module.read(source)
+    except SystemError as error:
+        # compiled code that is refused memory may fail without saying why
+        raise MemoryError from error
+    return tables
+
+
+class Worker:
+    """A second Python that calls functions for this one; started at the first call, and again after a crash."""
+
+    def __init__(self) -> None:
+        self.lock = threading.Lock()
+        self.process: subprocess.Popen[bytes] | None = None
+
+    def call(self, seconds: float, function: Callable[..., Any], *arguments: object) -> Any:
+        """Return ``function(*arguments)``, or raise what it raises.
+
+        Raises
+        ------
+        EOFError
+            If the process dies.
+        TimeoutError
+            If the function computes for longer than ``seconds``; the process is then ended.
+        """
+        with self.lock:
+            if self.process is None or self.process.poll() is not None:
+                self.process = _start()
+            process, late = self.process, threading.Event()
+            watch = threading.Timer(WAITING * seconds if HAS_TIMER else seconds, _stop, (process, late))
+            watch.start()
+            try:
+                assert process.stdin and process.stdout
+                _send(process.stdin, (seconds, function, arguments))
+                sound, result = pickle.load(process.stdout)
+            except (EOFError, OSError, pickle.UnpicklingError):
+                _end(process)
+                self.process = None
+                timed = late.is_set() or HAS_TIMER and process.returncode == -signal.SIGPROF
+                raise (TimeoutError() if timed else EOFError()) from None
+            finally:
+                watch.cancel()
+        if not sound:
+            raise result
+        return result
+
+    def close(self) -> None:
+        """End the process."""
+        if self.process is not None:
+            _end(self.process)
+            self.process = None
+
+
+def _stop(process: "subprocess.Popen[bytes]", late: threading.Event) -> None:
+    late.set()
+    process.kill()
+
+
+def _start() -> "subprocess.Popen[bytes]":
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
+    command = [sys.executable, "-m", "mrfit.ingest.containers.apart"]
+    return subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
+    )
+
+
+def _end(process: "subprocess.Popen[bytes]") -> None:
+    process.kill()
+    for pipe in (process.stdin, process.stdout):
+        with contextlib.suppress(OSError):
+            if pipe:
+                pipe.close()
+    process.wait()
+
+
+def _send(pipe: IO[bytes], value: object) -> None:
+    pickle.dump(value, pipe, protocol=pickle.HIGHEST_PROTOCOL)
+    pipe.flush()
+
+
+def serve() -> None:
+    """Answer calls from standard input until it closes."""
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what a library prints must not get between the answers
+    while True:
+        try:
+            seconds, function, arguments = pickle.load(sys.stdin.buffer)
+        except EOFError:
+            return
+        _end_after(seconds)
+        try:
+            answer = (True, function(*arguments))
+        except Exception as error:  # handed to the caller, whatever it is
+            answer = (False, error)
+        _end_after(0.0)
+        _send(answers, answer)
+
+
+def _end_after(seconds: float) -> None:
+    """Let the system end this process when it has computed for so long, whether or not the caller lives; 0: never."""
+    if HAS_TIMER:
+        signal.setitimer(signal.ITIMER_PROF, seconds)
+
+
+_worker = Worker()
+atexit.register(_worker.close)
+
+
+def read_apart(reader: str, source: Source, seconds: float | None = None) -> list[Table]:
+    """Return what a reader makes of a file, read in the worker process.
+
+    Raises
+    ------
+    Refusal
+        If the reader refuses the file, or its library crashes on it, does not come to an end or asks for more memory
+        than the file may take.
+    """
+    path, remedy, limit = source.head.path, "copy or save it again", source.room().limit
+    if seconds is None:
+        seconds = SECONDS + SECONDS_FOR_A_MEGABYTE * source.head.size / 1e6
+    try:
+        tables: list[Table] = _worker.call(seconds, read_tables, reader, replace(source, memory=limit))
+    except MemoryError:
+        raise out_of_memory(path, limit) from None
+    except EOFError:
+        raise Refusal(path, f"damaged: the {reader} library crashes on it", remedy) from None
+    except TimeoutError:
+        raise Passing(path, f"damaged: reading it takes more than {seconds:.0f} s", remedy) from None
+    return tables
+
+
+if __name__ == "__main__":
+    serve()

@@ -1,0 +1,198 @@
+"""From named arrays, as MAT, HDF5 and TDMS files hold them, to tables."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mrfit.core.recording import Finding
+from mrfit.core.specs import Array
+from mrfit.ingest import series
+from mrfit.ingest.containers.memory import Room
+from mrfit.ingest.containers.shelf import Shelf
+from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.table import Column, Source, Table
+from mrfit.ingest.text.layout import TIME_NAMES, name_and_unit
+
+INTERVALS = ("ts", "dt", "delta_t", "sample_time", "sampletime", "sample_interval", "wf_increment")
+RATES = ("fs", "rate", "sample_rate", "samplerate", "sampling_rate", "samplingrate")
+WIDEST = 64
+"""A matrix with more columns than this is no set of channels."""
+
+
+@dataclass(slots=True)
+class Arrays:
+    """Named arrays of a file with what it says about them.
+
+    Attributes
+    ----------
+    signals
+        Name -> values, shape (N,).
+    units
+        Name -> unit text.
+    scalars
+        Name -> single numbers.
+    outside
+        Names of arrays that the file says lie in another one, which is not opened.
+    room
+        Asked before numbers are kept in memory.
+    shelf
+        Where long arrays are put instead.
+    """
+
+    signals: dict[str, Array] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+    scalars: dict[str, float] = field(default_factory=dict)
+    outside: list[str] = field(default_factory=list)
+    room: Room | None = None
+    shelf: Shelf | None = None
+
+    def add(self, name: str, value: Any, unit: str = "") -> None:
+        """Take a numeric array: a vector as it is, a matrix column by column, one number as a scalar."""
+        array = value if isinstance(value, Packed) else np.asarray(value)
+        if array.dtype.kind not in "fiub" or array.ndim > 2 or array.size == 0:
+            return
+        if array.size == 1:
+            self.scalars[name] = float(np.asarray(value).reshape(()))
+        elif array.ndim < 2 or 1 in array.shape:
+            self._add([name], array.reshape(-1, 1), unit)
+        elif min(array.shape) <= WIDEST:
+            array = array if array.shape[0] >= array.shape[1] else array.T
+            self._add([f"{name}[{k}]" for k in range(array.shape[1])], array, unit)
+
+    def another(self) -> "Arrays":
+        """Return an empty set whose numbers are kept in the same places."""
+        return Arrays(room=self.room, shelf=self.shelf)
+
+    def _add(self, names: list[str], array: Any, unit: str) -> None:
+        """Take the columns of an array of shape (N, number of names)."""
+        length = array.shape[0]
+        if self.shelf and self.shelf.takes(length):
+            columns = self.shelf.put(array, length, len(names))
+        else:
+            if self.room:
+                self.room.take(length * len(names))
+            whole = np.array(array[0:length], dtype=np.float64)
+            columns = [np.ascontiguousarray(whole[:, k]) for k in range(len(names))]
+        self.signals.update(zip(names, columns, strict=True))
+        if unit:
+            self.units.update(dict.fromkeys(names, unit))
+
+
+class Packed:
+    """A numeric array that still lies in its file, of which rows are read by slices.
+
+    Parameters
+    ----------
+    dataset
+        What gives ``dataset[begin:end]``, and ``dataset[:, begin:end]`` if it has two axes.
+    shape
+        Its shape, as it is to be seen.
+    flipped
+        Whether the rows lie along the dataset's last axis.
+    """
+
+    def __init__(self, dataset: Any, shape: tuple[int, ...], flipped: bool = False) -> None:
+        self.dataset, self.shape, self.flipped = dataset, shape, flipped
+        self.dtype, self.ndim, self.size = dataset.dtype, len(shape), int(np.prod(shape))
+
+    @property
+    def T(self) -> "Packed":  # noqa: N802 (as numpy has it)
+        """The array with rows and columns exchanged."""
+        return Packed(self.dataset, self.shape[::-1], not self.flipped)
+
+    def reshape(self, rows: int, columns: int) -> "Packed":
+        """Return a vector as one column, of shape (N, 1)."""
+        lengths = self.dataset.shape
+        return Packed(self.dataset, (self.size, 1), len(lengths) > 1 and lengths[0] == 1)
+
+    def __getitem__(self, rows: slice) -> Array:
+        part = self.dataset[:, rows].T if self.flipped and len(self.dataset.shape) > 1 else self.dataset[rows]
+        return np.asarray(part).reshape(-1, self.shape[1])
+
+
+def tables_of(arrays: Arrays, source: Source) -> list[Table]:
+    """Return one table for every length of arrays; where some have a time vector, those without are left out.
+
+    Raises
+    ------
+    Refusal
+        If there is no array of two numbers.
+    """
+    if arrays.outside and len(arrays.signals) < 2:
+        raise Refusal(source.head.path, _elsewhere(arrays), "copy the numbers into the file (`h5repack` does)")
+    if not arrays.signals:
+        raise Refusal(source.head.path, "no numeric array of two or more numbers", "save the signals as vectors")
+    order = {name: k for k, name in enumerate(arrays.signals)}
+    groups: dict[int, list[str]] = {}
+    for name, values in arrays.signals.items():
+        groups.setdefault(len(values), []).append(name)
+    wanted = source.rules.time.column if source.rules.time else None
+    times = {size: _time(names, arrays, wanted, order) for size, names in groups.items()}
+    timed = [size for size, names in groups.items() if times[size] and len(times[size]) < len(names)]
+    chosen = timed or list(groups)
+    left = [name for size in groups if size not in chosen for name in groups[size]]
+    findings: tuple[Finding, ...] = (_left_out(left, arrays),) if left else ()
+    if arrays.outside:
+        findings += (Finding("not-read", "", None, f"{_elsewhere(arrays)}: left out"),)
+    return [_table(groups[s], times[s], arrays, order, findings) for s in sorted(chosen, reverse=True)]
+
+
+def _elsewhere(arrays: Arrays) -> str:
+    shown = ", ".join(f"'{n}'" for n in arrays.outside[:5])
+    more = f" and {len(arrays.outside) - 5} more" if len(arrays.outside) > 5 else ""
+    return f"the numbers of {shown}{more} lie in other files, which are not opened"
+
+
+def _left_out(names: Sequence[str], arrays: Arrays) -> Finding:
+    shown = ", ".join(f"'{n}' ({len(arrays.signals[n])})" for n in names)
+    return Finding("not-read", "", None, f"arrays of another length than the time vector are left out: {shown}")
+
+
+def _time(names: list[str], arrays: Arrays, wanted: str | int | None, order: Mapping[str, int]) -> list[str]:
+    """Return the vectors of a group that are times: named so and rising, but for a few jumps; the first is used."""
+    if wanted is not None:
+        return [n for n in names if n == wanted or order[n] == wanted]
+    called = [n for n in names if name_and_unit(n.rpartition(".")[2])[0].lower() in TIME_NAMES]
+    return [n for n in called if _rises(arrays.signals[n])]
+
+
+def _rises(values: Array) -> bool:
+    up = sum(int(np.count_nonzero(step > 0.0)) for _, step in series.steps(values))
+    return up > 10 * sum(int(np.count_nonzero(step < 0.0)) for _, step in series.steps(values))
+
+
+def _equal(one: Array, two: Array) -> bool:
+    return all(np.array_equal(a, b, equal_nan=True) for a, b in series.chunks(one, two))
+
+
+def _table(
+    names: list[str], times: list[str], arrays: Arrays, order: Mapping[str, int], findings: tuple[Finding, ...]
+) -> Table:
+    columns = {n: _column(n, arrays, order[n]) for n in names}
+    rows = len(arrays.signals[names[0]])
+    copies = {n for n in times if _equal(arrays.signals[n], arrays.signals[times[0]])}
+    return Table(
+        tuple(columns[n] for n in names if n not in copies),
+        series.counted(rows, series.in_memory(arrays.signals[names[0]])),
+        time=columns[times[0]] if times else None,
+        dt=None if times else _stated(arrays.scalars),
+        findings=findings,
+    )
+
+
+def _column(name: str, arrays: Arrays, index: int) -> Column:
+    bare, unit = (name, None) if name.endswith("]") else name_and_unit(name)
+    return Column(bare, arrays.units.get(name) or unit, arrays.signals[name], index)
+
+
+def _stated(scalars: Mapping[str, float]) -> float | None:
+    """Return the sample interval that a scalar states, or None."""
+    for name, value in scalars.items():
+        word = name.rpartition(".")[2].lower()
+        if value > 0.0 and word in INTERVALS:
+            return value
+        if value > 0.0 and word in RATES:
+            return 1.0 / value
+    return None

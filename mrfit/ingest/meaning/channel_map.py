@@ -1,0 +1,175 @@
+"""The channel map: what the user writes once, in TOML, about logs that do not say it themselves."""
+
+import fnmatch
+import json
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from mrfit.core.channels import CHANNELS
+from mrfit.errors import ConfigError
+
+FILE_NAME = "mrfit.toml"
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
+BUILTINS = ("float", "int", "str", "TimeRule", "ChannelRule")
+
+
+class Strict(BaseModel):
+    """A table of the map: unknown keys are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class ChannelRule(Strict):
+    """Where a channel stands and what its numbers mean: value = sign·scale·number + offset, in ``unit``."""
+
+    column: str | int | list[str]
+    unit: str | None = None
+    scale: Finite = 1.0
+    offset: Finite = 0.0
+    sign: Literal[1, -1] = 1
+
+
+class TimeRule(Strict):
+    """Where time stands."""
+
+    column: str | int
+    unit: str | None = None
+
+
+class Part(Strict):
+    """Keys that hold for all files, or for those a ``[[files]]`` pattern matches."""
+
+    resistance: Positive | Literal["auto"] | None = None
+    dt: Positive | None = None
+    rate: Positive | None = None
+    pattern: str | None = None
+    time: str | int | TimeRule | None = None
+    ignore: list[str] = []
+    condition: dict[str, Finite | list[Finite]] = {}
+    channels: dict[str, ChannelRule] = {}
+
+
+class FilesPart(Part):
+    """Keys for the files whose name matches ``match``."""
+
+    match: str
+
+
+class MapFile(Part):
+    """A whole channel map."""
+
+    files: list[FilesPart] = []
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """What the map says of one file.
+
+    Attributes
+    ----------
+    where
+        Path of the map, or empty if there is none.
+    """
+
+    where: str = ""
+    resistance: float | None = None
+    dt: float | None = None
+    pattern: str | None = None
+    time: TimeRule | None = None
+    ignore: tuple[str, ...] = ()
+    condition: Mapping[str, float | list[float]] = field(default_factory=dict)
+    channels: Mapping[str, ChannelRule] = field(default_factory=dict)
+
+
+def load_map(path: Path) -> MapFile:
+    """Return a channel map.
+
+    Raises
+    ------
+    ConfigError
+        If the file is missing, is no TOML, or holds an unknown key or a wrong value; the message names the key.
+    """
+    try:
+        raw = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ConfigError(f"{path}: no such channel map; check --map") from None
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise ConfigError(f"{path}: no readable TOML ({error}); correct the channel map") from None
+    try:
+        loaded = MapFile.model_validate(raw)
+    except ValidationError as error:
+        raise ConfigError(f"{path}: {_first_fault(error)}") from None
+    for part in (loaded, *loaded.files):
+        _check(path, part)
+    return loaded
+
+
+def _first_fault(error: ValidationError) -> str:
+    faults = error.errors()
+    fault = next((f for f in faults if f["type"] == "extra_forbidden"), faults[0])
+    # pydantic puts the member of a union into the path, as in resistance.constrained-float
+    key = ".".join(str(p) for p in fault["loc"] if isinstance(p, int) or p.isidentifier() and p not in BUILTINS)
+    if fault["type"] in ("model_type", "model_attributes_type", "dict_type"):
+        given = json.dumps(fault.get("input"), default=str)
+        table = f"{fault['loc'][-1]} = {{column = {given}}}" if "channels" in fault["loc"][:-1] else f"[{key}]"
+        return f"key '{key}' takes a table, not {given}; write {table}"
+    if fault["type"] != "extra_forbidden":
+        return f"key '{key}': {fault['msg'].lower()} (got {fault.get('input')!r}); correct it"
+    known = [n for m in (ChannelRule, FilesPart, MapFile, TimeRule) for n in m.model_fields]
+    near = get_close_matches(str(fault["loc"][-1]), known, n=1)
+    return f"unknown key '{key}'; " + (f"did you mean '{near[0]}'?" if near else "remove it")
+
+
+def _check(path: Path, part: Part) -> None:
+    if part.dt is not None and part.rate is not None:
+        raise ConfigError(f"{path}: both dt and rate are given; keep one")
+    clock = part.time.column if isinstance(part.time, TimeRule) else part.time
+    for name, rule in part.channels.items():
+        if rule.scale == 0.0:
+            remedy = "write the factor that turns the file's numbers into its unit"
+            raise ConfigError(f"{path}: key 'channels.{name}.scale' is 0, so that nothing is left; {remedy}")
+        if rule.column == clock:
+            raise ConfigError(f"{path}: keys 'time' and 'channels.{name}' both name column {clock!r}; correct one")
+        if name not in CHANNELS and (near := get_close_matches(name, CHANNELS, n=1, cutoff=0.8)):
+            raise ConfigError(f"{path}: unknown channel '{name}'; did you mean '{near[0]}'?")
+        if name == "time":
+            raise ConfigError(f"{path}: time is no channel; write time = … at the top of the map")
+
+
+def rules_for(file: Path, loaded: MapFile | None, where: str) -> Rules:
+    """Return what a map says of one file: the general keys, then those of every matching pattern in order."""
+    if loaded is None:
+        return Rules()
+    parts: list[Part] = [loaded]
+    parts += [p for p in loaded.files if fnmatch.fnmatch(file.name.lower(), p.match.lower())]
+    dt = resistance = pattern = time = None
+    ignore: list[str] = []
+    condition: dict[str, float | list[float]] = {}
+    channels: dict[str, ChannelRule] = {}
+    for part in parts:
+        dt = part.dt or (1.0 / part.rate if part.rate else dt)
+        resistance = part.resistance if part.resistance is not None else resistance
+        pattern = part.pattern or pattern
+        time = part.time if part.time is not None else time
+        ignore += part.ignore
+        condition |= part.condition
+        channels |= part.channels
+    return Rules(
+        where=where,
+        resistance=resistance if isinstance(resistance, float) else None,
+        dt=dt,
+        pattern=pattern,
+        time=time if isinstance(time, TimeRule) or time is None else TimeRule(column=time),
+        ignore=tuple(ignore),
+        condition=condition,
+        channels=channels,
+    )

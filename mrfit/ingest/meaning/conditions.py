@@ -1,0 +1,162 @@
+"""Test conditions from header, channel map and file name, checked against what the data say."""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from mrfit.core.channels import unit_of
+from mrfit.core.recording import NAMING, Finding, Recording
+from mrfit.core.specs import Array
+from mrfit.errors import ConfigError
+from mrfit.ingest.meaning import units
+from mrfit.ingest.meaning.channel_map import Rules
+from mrfit.ingest.refusal import Refusal
+
+NUMBER = r"(?:(?<![^\W_)\]])[-+])?\d+(?:[.,xp]\d+)?"
+"""A number in a file's name; a hyphen right after a letter, a digit or a bracket parts two words and is no sign."""
+SLOT = re.compile(r"\{([a-z_]+)(?::([^{}]*))?\}")
+DRIVES = ("displacement", "angle", "current", "velocity", "voltage", "flux")
+NAMING_UNITS = ("Hz", "m", "rad", "A", "m/s", "rad/s")
+DISAGREE = 0.1
+"""Relative difference between the stated and the measured condition that is worth saying."""
+
+
+def conditions_of(
+    record: Recording, number: int, runs: int, stated: Mapping[str, float], rules: Rules
+) -> tuple[dict[str, float], list[Finding]]:
+    """Return the condition of a recording and where name and data disagree.
+
+    What the data say is kept beside it under ``measured_frequency``, ``measured_amplitude``, ``measured_current``.
+    """
+    condition = dict(stated)
+    findings: list[Finding] = []
+    if rules.pattern:
+        found = from_name(Path(record.source).stem, rules.pattern)
+        if not found:
+            text = f"the name does not follow the pattern '{rules.pattern}': no condition is known from it"
+            findings.append(Finding("condition-unknown", "", None, text))
+        condition |= found
+    condition |= _from_map(record, number, runs, rules)
+    if rules.resistance is not None:
+        condition["resistance"] = rules.resistance
+    measured = _measured(record, condition)
+    for key, value in measured.items():
+        condition[f"measured_{key}"] = value
+        if abs(value - condition[key]) > DISAGREE * max(abs(condition[key]), 1e-12):
+            text = f"the stated {key} is {condition[key]:.4g} but the data say {value:.4g}: both are kept"
+            findings.append(Finding("condition-differs", _drive(record), None, text))
+    return condition, findings
+
+
+def name_expression(pattern: str) -> tuple[re.Pattern[str], dict[str, str]]:
+    """Return the regular expression of a name pattern and the unit of each of its keys.
+
+    Raises
+    ------
+    ConfigError
+        If the pattern holds no ``{key:unit}``, one key twice, an unknown or unfit unit, or stray braces.
+    """
+    example = "as in '{amplitude:mm}mm{frequency:Hz}Hz{current:A}A'"
+    key_units: dict[str, str] = {}
+    expression, position = "", 0
+    for slot in SLOT.finditer(pattern):
+        key, unit = slot[1], slot[2] or "1"
+        if key in key_units:
+            raise ConfigError(f"name pattern '{pattern}': {key} stands twice; write each key once, {example}")
+        if not units.known(unit):
+            raise ConfigError(f"name pattern '{pattern}': unknown unit '{unit}'; correct it, {example}")
+        wanted = "Hz" if key == "frequency" else unit_of(key)
+        if slot[2] and wanted and units.to_si(unit).unit != wanted:
+            raise ConfigError(f"name pattern '{pattern}': {key} cannot be in '{unit}'; write a unit such as {wanted}")
+        expression += _literal(pattern[position : slot.start()]) + f"(?P<{key}>{NUMBER})"
+        key_units[key], position = unit, slot.end()
+    if not key_units:
+        raise ConfigError(f"name pattern '{pattern}' names no condition; write keys in braces, {example}")
+    if {"{", "}"} & set(SLOT.sub("", pattern)):
+        raise ConfigError(f"name pattern '{pattern}': a brace opens no key in small letters; correct it, {example}")
+    return re.compile(expression + _literal(pattern[position:]), re.IGNORECASE), key_units
+
+
+def _literal(text: str) -> str:
+    return ".*?".join(re.escape(part) for part in text.split("*"))
+
+
+def from_name(stem: str, pattern: str) -> dict[str, float]:
+    """Return the conditions in a file's name, in SI; empty if it does not follow the pattern."""
+    found = {}
+    for key, (value, unit) in _as_written(stem, pattern).items():
+        conversion = units.to_si(unit)
+        found[key] = conversion.scale * value + conversion.offset
+    return found
+
+
+def _as_written(stem: str, pattern: str) -> dict[str, tuple[float, str]]:
+    expression, key_units = name_expression(pattern)
+    match = expression.fullmatch(stem) or expression.search(stem)
+    if match is None:
+        return {}
+    return {key: (float(re.sub("[xpXP,]", ".", match[key])), unit) for key, unit in key_units.items()}
+
+
+def wording(stem: str, rules: Rules) -> dict[str, str]:
+    """Return how the name of a test condition says what a file's name states with a unit, beside ``NAMING``.
+
+    A unit that may be taken for another quantity's is preceded by the key: ``5bar``, but ``gap2mm``.
+    """
+    found = _as_written(stem, rules.pattern) if rules.pattern else {}
+    kinds = [*NAMING_UNITS, *(units.to_si(u).unit for k, (_, u) in found.items() if k not in NAMING)]
+    said = {}
+    for key, (value, unit) in found.items():
+        if unit != "1" and key not in NAMING and key not in rules.condition:
+            alone = kinds.count(units.to_si(unit).unit) == 1
+            shown = re.sub(r"\W", "", units.spelled(unit).replace("/", "p"))
+            said[key] = f"{'' if alone else key}{value:.6g}{shown}"
+    return said
+
+
+def _from_map(record: Recording, number: int, runs: int, rules: Rules) -> dict[str, float]:
+    chosen = {}
+    for key, value in rules.condition.items():
+        if not isinstance(value, list):
+            chosen[key] = value
+        elif len(value) == runs:
+            chosen[key] = value[number]
+        else:
+            raise Refusal(
+                record.source,
+                f"the file holds {runs} runs but condition.{key} lists {len(value)} values",
+                f"give one for each run in {rules.where}",
+            )
+    return chosen
+
+
+def _drive(record: Recording) -> str:
+    return next((d for d in DRIVES if d in record.channels), "")
+
+
+def _measured(record: Recording, condition: Mapping[str, float]) -> dict[str, float]:
+    """Return what the data say of those stated conditions that they can be asked about."""
+    drive = _drive(record)
+    measured = {}
+    if drive and record.samples >= 16 and "frequency" in condition:
+        measured["frequency"] = main_frequency(record.channels[drive], record.dt)
+    if drive and record.samples >= 16 and "amplitude" in condition:
+        low, high = np.percentile(record.channels[drive], [0.5, 99.5])
+        measured["amplitude"] = float(high - low) / 2.0
+    if "current" in condition and drive in ("displacement", "angle") and "current" in record.channels:
+        measured["current"] = float(np.mean(record.channels["current"]))
+    return measured
+
+
+def main_frequency(values: Array, dt: float) -> float:
+    """Return the frequency in Hz of the strongest line of a signal, refined between the lines of its spectrum."""
+    centred = values - values.mean()
+    size = 4 * len(values)
+    power = np.abs(np.fft.rfft(centred * np.hanning(len(values)), size))
+    k = int(np.argmax(power[1:-1])) + 1
+    left, peak, right = power[k - 1], power[k], power[k + 1]
+    bend = left - 2.0 * peak + right
+    shift = 0.5 * (left - right) / bend if bend else 0.0
+    return float((k + shift) / (size * dt))

@@ -1,0 +1,227 @@
+"""Give columns their channel names and SI units: by the map first, then by name, then by unit."""
+
+import re
+from dataclasses import dataclass
+
+import numpy as np
+
+from mrfit.core.channels import CHANNELS, unit_of
+from mrfit.core.recording import Finding
+from mrfit.core.specs import Array
+from mrfit.errors import ConfigError
+from mrfit.ingest import series
+from mrfit.ingest.meaning import units
+from mrfit.ingest.meaning.channel_map import ChannelRule, Rules
+from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.table import Column
+from mrfit.ingest.text.layout import aliases_of
+
+ANGULAR = ("angle", "angular_velocity", "angular_acceleration")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Signal:
+    """A column with its channel name, its SI unit, and its values in that unit."""
+
+    name: str
+    unit: str
+    values: Array
+    index: int
+
+
+def name_signals(columns: tuple[Column, ...], rules: Rules, path: str) -> tuple[list[Signal], list[Finding]]:
+    """Return the signals of a table and what was assumed about them.
+
+    Raises
+    ------
+    Refusal
+        If the map names a column that is not there, or a unit of the map is unknown or of the wrong kind.
+    ConfigError
+        If the map makes two channels of one column.
+    """
+    there = [c for c in columns if c.name.lower() not in {i.lower() for i in rules.ignore}]
+    signals: list[Signal] = []
+    mapped: dict[int, str] = {}
+    findings: list[Finding] = []
+    for name, rule in rules.channels.items():
+        column = pick(there, rule.column, path, rules.where)
+        if rule.unit is None and rule.scale == 1.0 and not _is_known(column):
+            continue
+        if other := mapped.get(column.index):
+            what = (
+                f"'channels.{other}' and 'channels.{name}' both name column '{column.name or column.index}' of {path}"
+            )
+            raise ConfigError(f"{rules.where}: keys {what}; give one of them another column, or remove it")
+        mapped[column.index] = name
+        signals.append(_mapped(name, rule, column, path))
+    left = [c for c in there if c.index not in mapped]
+    claims = _claims(left, {s.name for s in signals}, findings)
+    taken = {s.name for s in signals} | set(claims.values()) | {"time"}
+    for column in left:
+        claimed = claims.get(id(column))
+        name = claimed or _own_name(column, taken)
+        taken.add(name)
+        signals.append(_unmapped(name, column))
+    if odd := [f"'{c.name or c.index}' in '{c.unit}'" for c in left if not _is_known(c)]:
+        remedy = "kept as printed; write the unit in a channel map"
+        findings.append(Finding("unknown-unit", "", None, f"no known unit: {', '.join(odd)}: {remedy}"))
+    for unit, what in (("g", "standard gravity, not gram"), ("G", "gauss, not gravity")):
+        if meant := [f"'{c.name}'" for c in columns if c.unit is not None and c.unit.strip() == unit]:
+            text = f"{', '.join(meant)}: the unit {unit} is taken as {what}"
+            findings.append(Finding("unit-assumed", "", None, text))
+    if unnamed := [f"'{c.name or c.index}'" for c in left if c.unit is None and id(c) not in claims]:
+        text = f"no unit and no known name: {', '.join(unnamed)}; a channel map can name them"
+        findings.append(Finding("unnamed", "", None, text))
+    return sorted(signals, key=lambda s: s.index), findings
+
+
+def pick(columns: list[Column], wanted: str | int | list[str], path: str, where: str) -> Column:
+    """Return the column a map means: by header name, whatever its case, or by place counted from 0."""
+    if isinstance(wanted, int):
+        found = [c for c in columns if c.index == wanted]
+    else:
+        names = [w.strip().lower() for w in ([wanted] if isinstance(wanted, str) else wanted)]
+        found = [c for c in columns if c.name.strip().lower() in names]
+    if len(found) == 1:
+        return found[0]
+    there = ", ".join(f"{c.index} '{c.name}'" if c.name else str(c.index) for c in columns)
+    what = f"no column {wanted!r}" if not found else f"{len(found)} columns named {wanted!r}"
+    raise Refusal(path, f"{what} as the channel map asks (there are {there})", f"correct the column in {where}")
+
+
+def _mapped(name: str, rule: ChannelRule, column: Column, path: str) -> Signal:
+    written = rule.unit if rule.unit is not None else column.unit
+    if rule.unit is None and rule.scale != 1.0:
+        written = None  # a scale turns the file's unit into another one
+    target = unit_of(name)
+    unit = written if written is not None else (target or "1")
+    conversion = _conversion(name, unit, target, path)
+
+    def converted(values: Array) -> Array:
+        with np.errstate(over="ignore", invalid="ignore"):  # what overflows is refused row by row later
+            return conversion.scale * (rule.sign * (rule.scale * values) + rule.offset) + conversion.offset
+
+    return Signal(name, conversion.unit, series.mapped(converted, column.values), column.index)
+
+
+def _conversion(name: str, unit: str, target: str, path: str) -> units.Conversion:
+    if not units.known(unit):
+        raise Refusal(
+            path,
+            f"column '{name}' has the unknown unit '{unit}'",
+            f'write one in the channel map: [channels] {name} = {{column = …, unit = "{target or "V"}"}}, '
+            f'or leave the column out: ignore = ["{name}"]',
+        )
+    if not target:
+        return units.to_si(unit)
+    if not units.compatible(unit, target):
+        raise Refusal(path, f"{name} cannot be in '{unit}' (it needs a unit such as {target})", "correct the unit")
+    return units.to_unit(unit, target)
+
+
+def _is_known(column: Column) -> bool:
+    return column.unit is None or units.known(column.unit)
+
+
+def _unmapped(name: str, column: Column) -> Signal:
+    if column.unit is None or not units.known(column.unit):
+        return Signal(name, unit_of(name), column.values, column.index)
+    target = unit_of(name)
+    conversion = units.to_unit(column.unit, target) if target else units.to_si(column.unit)
+
+    def converted(values: Array) -> Array:
+        with np.errstate(over="ignore", invalid="ignore"):
+            return conversion.scale * values + conversion.offset
+
+    plain = conversion.scale == 1.0 and conversion.offset == 0.0
+    values = column.values if plain else series.mapped(converted, column.values)
+    return Signal(name, conversion.unit, values, column.index)
+
+
+def _claims(columns: list[Column], taken: set[str], findings: list[Finding]) -> dict[int, str]:
+    """Return id(column) -> canonical channel where exactly one column has the best claim to it.
+
+    A unit alone is a claim only where no map has named anything.
+    """
+    by_unit = not taken
+    ranked: dict[str, list[tuple[int, Column]]] = {}
+    for column in columns:
+        for strength, name in _candidates(column):
+            if name not in taken and (by_unit or strength > 1):
+                ranked.setdefault(name, []).append((strength, column))
+    claims: dict[int, str] = {}
+    for name, rivals in sorted(ranked.items(), key=lambda item: -max(s for s, _ in item[1])):
+        rivals = [(s, c) for s, c in rivals if id(c) not in claims]
+        best = [c for s, c in rivals if s == max(r for r, _ in rivals)]
+        if len(best) > 1:
+            shown = " and ".join(f"'{c.name}'" for c in best)
+            text = f"{shown} may all be the {name}: name one in a channel map"
+            findings.append(Finding("ambiguous-channel", name, None, text))
+        elif best:
+            claims[id(best[0])] = name
+            if best[0].unit is None:
+                text = (
+                    f"the file gives '{best[0].name}' no unit: taken as {unit_of(name)}; a channel map can say another"
+                )
+                findings.append(Finding("unit-assumed", name, None, text))
+    if by_unit:
+        _voltage_beside_current(columns, claims, taken)
+    return claims
+
+
+def _candidates(column: Column) -> list[tuple[int, str]]:
+    """Return (strength, channel) of what a column may be: 3 by its name, 2 by a word in it, 1 by its unit."""
+    exact = aliases_of(column.name)
+    if column.unit is None:
+        return [(3, n) for n in exact if len(column.name.strip()) > 1 and n not in ANGULAR]
+    if not units.known(column.unit):
+        return []
+    possible = [n for n in units.channels_of(column.unit)]
+    if named := [n for n in exact if n in possible]:
+        return [(3, n) for n in named]
+    words = set(re.split(r"[^a-zà-ÿ]+", column.name.lower()))
+    spoken = [n for n in possible if any(len(a) > 2 and a in words for a in (n, *CHANNELS[n].aliases))]
+    if spoken:
+        return [(2, n) for n in spoken]
+    return [(1, n) for n in possible if n not in ANGULAR and n != "voltage"]
+
+
+def _voltage_beside_current(columns: list[Column], claims: dict[int, str], taken: set[str]) -> None:
+    if "voltage" in taken | set(claims.values()) or "current" not in taken | set(claims.values()):
+        return
+    volts = [c for c in columns if c.unit is not None and id(c) not in claims and units.compatible(c.unit, "V")]
+    if len(volts) == 1 and not aliases_of(volts[0].name):
+        claims[id(volts[0])] = "voltage"
+
+
+def _own_name(column: Column, taken: set[str]) -> str:
+    stem = re.sub(r"[^\w.-]+", "_", column.name.strip().lower()).strip("_") or f"column{column.index}"
+    if stem in CHANNELS or stem == "time":
+        stem = f"{stem}_{re.sub(r'[^a-z0-9]+', '', (column.unit or 'raw').lower()) or 'raw'}"
+    name, number = stem, 2
+    while name in taken:
+        name, number = f"{stem}_{number}", number + 1
+    return name
+
+
+def check_wrong_dimension(columns: tuple[Column, ...], rules: Rules, path: str) -> None:
+    """Refuse a column whose name says one quantity and whose unit another; a transducer's signal in V passes."""
+    mapped = {r.column if isinstance(r.column, (str, int)) else "" for r in rules.channels.values()}
+    for column in columns:
+        words = aliases_of(column.name) if len(column.name.strip()) > 1 else []
+        if not words or column.unit is None or column.name in mapped or column.index in mapped:
+            continue
+        if not units.known(column.unit) or units.compatible(column.unit, "V") or units.compatible(column.unit, "1"):
+            continue
+        if not any(units.compatible(column.unit, unit_of(w)) for w in words):
+            raise Refusal(
+                path,
+                f"column '{column.name}' is in '{column.unit}', which is no unit of {words[0]}",
+                f"write the true one in the channel map: [channels] {words[0]} = "
+                f'{{column = "{column.name}", unit = "{unit_of(words[0])}"}}',
+            )
+
+
+def all_missing(signal: Signal) -> bool:
+    """Whether a signal holds no finite value at all."""
+    return len(signal.values) > 0 and not series.count(np.isfinite, signal.values)

@@ -1,0 +1,241 @@
+"""Units as laboratories write them, to SI; the only place that knows pint."""
+
+import math
+import re
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from mrfit.core.channels import CHANNELS
+
+SPELLINGS = {
+    "": "1",
+    "-": "1",
+    "volt": "V",
+    "volts": "V",
+    "amp": "A",
+    "amps": "A",
+    "ampere": "A",
+    "amperes": "A",
+    "s": "s",
+    "sec": "s",
+    "secs": "s",
+    "second": "s",
+    "seconds": "s",
+    "sek": "s",
+    "segundos": "s",
+    "sekunde": "s",
+    "sekunden": "s",
+    "secondes": "s",
+    "secondi": "s",
+    "millisekunden": "ms",
+    "msec": "ms",
+    "milliseconds": "ms",
+    "usec": "us",
+    "microseconds": "us",
+    "newton": "N",
+    "newtons": "N",
+    "nm": "N*m",
+    "n.m": "N*m",
+    "n-m": "N*m",
+    "vs": "V*s",
+    "v.s": "V*s",
+    "mvs": "mV*s",
+    "wb-t": "Wb",
+    "c": "degC",
+    "degc": "degC",
+    "deg c": "degC",
+    "deg_c": "degC",
+    "°c": "degC",
+    "ºc": "degC",
+    "celsius": "degC",
+    "f": "degF",
+    "degf": "degF",
+    "deg f": "degF",
+    "deg_f": "degF",
+    "°f": "degF",
+    "ºf": "degF",
+    "fahrenheit": "degF",
+    "°": "deg",
+    "º": "deg",
+    "degrees": "deg",
+    "cycle": "1",
+    "cycles": "1",
+    "segment": "1",
+    "segments": "1",
+    "counts": "1",
+    "count": "1",
+    "%": "percent",
+    "kgf": "kgf",
+    "kg-f": "kgf",
+    "kp": "kgf",
+    "lbs": "lbf",
+    "hz": "Hz",
+    "khz": "kHz",
+    "psi": "psi",
+    "rpm": "rpm",
+    "1/min": "min^-1",
+    "1/s": "Hz",
+    "gauss": "flux_gauss",
+    "ω": "ohm",
+    "mps": "m/s",
+    "in": "inch",
+    '"': "inch",
+}
+SIGNS = str.maketrans({"\u03bc": "u", "\u00b5": "u", "²": "^2", "³": "^3", "·": "*", "\u03a9": "ohm", "\u2126": "ohm"})
+CASE_SENSITIVE = {
+    **{"S": "s", "MPa": "MPa", "mN": "mN", "MN": "MN", "nm": "nm", "Nm": "N*m", "kNm": "kN*m", "Nmm": "N*mm"},
+    **{"g": "standard_gravity", "G": "flux_gauss", "kG": "kiloflux_gauss", "mG": "milliflux_gauss", "Gs": "flux_gauss"},
+    **{"MM": "mm", "CM": "cm", "KN": "kN", "KV": "kV", "Kg": "kg", "mv": "mV"},  # no unit, or absurd, as written
+}
+TEMPERATURES = ("degC", "degF")
+SI = ("m", "s", "A", "V", "N", "Wb", "Pa", "m/s", "m/s^2", "K", "N*m", "ohm", "H", "T", "W", "Hz", "kg", "m^3", "A/m")
+ANGLES = re.compile(r"rad|deg|°|rpm|rev|turn", re.IGNORECASE)
+LONGEST = 24
+POWER = r"(?:(?:\*\*|\^)-?\d\d?(?:\.\d)?)?"
+FACTOR = re.compile(rf"(?:1|[A-Za-z°%Ωµ_][A-Za-z0-9°%Ωµ._-]*){POWER}")
+"""A factor of a unit: one, or a word; perhaps to a power of two digits."""
+BRACKET = re.compile(rf"\(([^()]*)\){POWER}")
+OPERATOR = re.compile(r" *(\*\*|[*/^]) *")
+BETWEEN = re.compile(r"(?<!\*)\*(?!\*)|[/ ]")
+WORDS_OF_POWER = re.compile(r"\b(?:squared?|sq|cubed|cubic)\b", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True)
+class Conversion:
+    """value_SI = scale · value + offset, in ``unit``."""
+
+    unit: str
+    scale: float = 1.0
+    offset: float = 0.0
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    registry: Any = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
+    registry.define("flux_gauss = 1e-4 tesla")  # pint's own gauss is of the CGS system, and no part of a tesla
+    return registry
+
+
+@cache
+def spelled(text: str) -> str:
+    """Return a unit in pint's spelling, without asking whether pint knows it."""
+    bare = text.strip().strip("[](){}").strip().translate(SIGNS)
+    if bare in CASE_SENSITIVE:
+        return CASE_SENSITIVE[bare]
+    bare = re.sub(r"ohms?$", "ohm", bare, flags=re.IGNORECASE)
+    bare = re.sub(r"(/[a-z]+)([23])$", r"\1^\2", bare)  # m/s2
+    return SPELLINGS.get(bare.lower(), bare)
+
+
+@cache
+def known(text: str) -> bool:
+    """Whether a text is a unit."""
+    unit = spelled(text)
+    if unit == "1" or unit in SI or unit in TEMPERATURES:
+        return True
+    if not _is_plain(unit):
+        return False
+    try:
+        registry = _registry()
+        registry.Unit(unit)
+        size = float(registry.Quantity(1.0, unit).to_base_units().magnitude)
+    except Exception:  # pint raises whatever its tokenizer meets
+        return False
+    return math.isfinite(size)
+
+
+def _is_plain(unit: str) -> bool:
+    """Whether a text is built as a unit is: a few factors, each to a small power.
+
+    pint works out whatever it is given, and a power of powers has more digits than there is time to make.
+    """
+    if len(unit) > LONGEST or unit[:1].isdigit() or len(WORDS_OF_POWER.findall(unit)) > 1:
+        return False
+    unit, powers = OPERATOR.sub(r"\1", unit), 0
+    while match := BRACKET.search(unit):
+        powers += not match[0].endswith(")")
+        if powers > 1 or not _is_product(match[1]):
+            return False
+        unit = f"{unit[: match.start()]}x{unit[match.end() :]}"
+    return _is_product(unit)
+
+
+def _is_product(text: str) -> bool:
+    return all(FACTOR.fullmatch(factor) for factor in BETWEEN.split(text))
+
+
+@cache
+def compatible(text: str, unit: str) -> bool:
+    """Whether a unit can be converted to ``unit``."""
+    written = spelled(text)
+    if written == unit:
+        return True
+    if "rad" in unit or unit == "1":  # pint takes an angle for a pure number
+        return bool(ANGLES.search(written)) == ("rad" in unit) and _same_dimension(written, unit)
+    return _same_dimension(written, unit)
+
+
+def _same_dimension(written: str, unit: str) -> bool:
+    if not known(written):
+        return False
+    registry = _registry()
+    return bool(registry.Unit(_plain(written)).dimensionality == registry.Unit(_plain(unit)).dimensionality)
+
+
+def _plain(unit: str) -> str:
+    return "dimensionless" if unit == "1" else unit
+
+
+@cache
+def to_unit(text: str, unit: str) -> Conversion:
+    """Return the conversion from a written unit to ``unit``; both must be compatible."""
+    written = spelled(text)
+    if written == unit:
+        return Conversion(unit)
+    quantity = _registry().Quantity
+    zero = quantity(0.0, _plain(written)).to(_plain(unit)).magnitude
+    one = quantity(1.0, _plain(written)).to(_plain(unit)).magnitude
+    if written not in TEMPERATURES and unit not in TEMPERATURES:
+        return Conversion(unit, float(one))
+    return Conversion(unit, float(one - zero), float(zero))
+
+
+@cache
+def to_si(text: str) -> Conversion:
+    """Return the conversion from a written unit to the SI unit of its kind."""
+    written = spelled(text)
+    if written == "1" or written in SI:
+        return Conversion(written)
+    if written in TEMPERATURES:
+        return to_unit(written, "degC")
+    if ANGLES.search(written) and compatible(written, "rad"):
+        return to_unit(written, "rad")
+    if ANGLES.search(written) and compatible(written, "rad/s"):
+        return to_unit(written, "rad/s")
+    for unit in SI:
+        if compatible(written, unit):
+            return to_unit(written, unit)
+    whole = _registry().Quantity(1.0, written).to_base_units()
+    return Conversion(f"{whole.units:~C}".replace("**", "^"), float(whole.magnitude))
+
+
+def channels_of(text: str) -> list[str]:
+    """Return the canonical channels a written unit can belong to."""
+    return [c.name for c in CHANNELS.values() if compatible(text, c.unit)]
+
+
+def quantity(text: str) -> tuple[float, str] | None:
+    """Return number and unit of a text such as ``-12.0mV`` or ``160000Hz``, or None."""
+    match = re.fullmatch(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-zµμ°%/]*)\s*", text)
+    return (float(match[1]), match[2]) if match else None
+
+
+def seconds(text: str) -> float | None:
+    """Return the seconds of a text such as ``1.6e-06``, ``4 ms`` or ``2.5us``; None if it is no time."""
+    found = quantity(text)
+    if found is None or not compatible(found[1] or "s", "s"):
+        return None
+    return found[0] * to_unit(found[1] or "s", "s").scale

@@ -1,0 +1,346 @@
+"""Find delimiter, decimal mark, header rows and columns of a text log that no instrument's reader knows."""
+
+import re
+from collections import Counter
+from dataclasses import dataclass, replace
+
+from mrfit.core.channels import CHANNELS
+from mrfit.ingest.meaning import units
+from mrfit.ingest.refusal import Refusal, excerpt
+from mrfit.ingest.text.body import EMPTY, NO_VALUE, NOT_A_NUMBER, SHEET_ERRORS, number_pattern, split
+from mrfit.ingest.text.head import Head
+
+DELIMITERS = ("\t", ";", ",", "|", "")
+COMMENTS = "#%!"
+SAMPLE = 200
+STAMP = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?")
+CLOCK = re.compile(r"(\d{1,2}):([0-5]\d):([0-5]\d(?:[.,]\d+)?)")
+DATE = re.compile(r"\d{4}[-/.]\d\d?[-/.]\d\d?|\d\d?[-/.]\d\d?[-/.](?:\d\d)?\d\d")
+OVERLOAD = re.compile(
+    r"[+-]?(?:OL|O\.L\.?|0L|OVLD|OVL|OVFL|OFL|(?:OVER|UNDER)[ -]?(?:LOAD|RANGE|FLOW))"
+    r"|[+-]?1\.#\w+|#[A-Z0-9/]+[!?]|#N/?[AV]",
+    re.IGNORECASE,
+)
+"""What instruments and spreadsheets print in place of a number, and is no name."""
+MARK = re.compile(rf"{OVERLOAD.pattern}|ERR|ERROR|OPEN|FAULT|INVALID|BAD|\*{{2,}}|#{{3,}}|\?+", re.IGNORECASE)
+"""What may be printed so."""
+SEPARATOR = re.compile(r"[-=_+]{3,}")
+TIME_NAMES = {
+    *("time", "t", "zeit", "tiempo", "temps", "tempo", "sec", "second", "seconds", "timestamp", "elapsed time", "tout"),
+    *("running time", "x-axis", "x_value", "elapsed", "time stamp", "total time", "test time", "relative time"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """How lines split into fields, and where the first data row stands (line index from 0)."""
+
+    delimiter: str
+    decimal: str
+    width: int
+    first: int
+
+
+def find_grid(head: Head, start: int = 0) -> Grid:
+    """Return how a text log is laid out, looking from line ``start`` on.
+
+    Raises
+    ------
+    Refusal
+        If no row of numbers is found.
+    """
+    lines = head.lines[start:]
+    best, best_score = None, (0.0, 0.0)
+    for delimiter in DELIMITERS:
+        for decimal in (".", ","):
+            if decimal == delimiter:
+                continue
+            score, width = _score(lines, delimiter, decimal)
+            if score > best_score:
+                best, best_score = (delimiter, decimal, width), score
+    if best is None:
+        shown = next((excerpt(line) for line in lines if line.strip()), "")
+        raise Refusal(head.path, f"no row of numbers (it begins '{shown}')", "export the log as delimited text")
+    delimiter, decimal, width = best
+    return Grid(delimiter, decimal, width, start + _first_row(lines, delimiter, decimal, width))
+
+
+def _score(lines: tuple[str, ...], delimiter: str, decimal: str) -> tuple[tuple[float, float], int]:
+    """Rank a reading of the last lines: share of them that are rows of numbers of one width, then numbers per row."""
+    number = number_pattern(decimal)
+    sample = [line for line in lines[-SAMPLE:] if line.strip()]
+    if len(sample) > 3 and len(lines) <= SAMPLE:
+        sample = sample[len(sample) // 2 :]
+    widths: Counter[int] = Counter()
+    numbers = 0
+    for line in sample:
+        fields = split(line, delimiter)
+        found = sum(bool(number.fullmatch(f)) for f in fields)
+        if found and not _glued(fields, number):
+            widths[len(fields)] += 1
+            numbers += found
+    if not widths:
+        return (0.0, 0.0), 0
+    width, count = max(widths.items(), key=lambda item: (item[1], item[0]))
+    share = count / len(sample)
+    return (round(share, 1), numbers / sum(widths.values())), width
+
+
+def _glued(fields: list[str], number: re.Pattern[str]) -> bool:
+    """Whether a field holds several numbers, so that the delimiter is another one."""
+    return any(len(f.split()) > 1 and number.fullmatch(f.split()[0]) and not STAMP.fullmatch(f) for f in fields)
+
+
+def is_row(fields: list[str], number: re.Pattern[str]) -> bool:
+    """Whether fields are those of a data row: mostly numbers, dates and times, or empty, and at least one number."""
+    good = [f for f in fields if number.fullmatch(f) or STAMP.fullmatch(f) or f in NOT_A_NUMBER]
+    dated = [f for f in fields if CLOCK.fullmatch(f) or DATE.fullmatch(f) and not number.fullmatch(f)]
+    filled = [f for f in fields if f not in EMPTY]
+    return bool(good) and 2 * (len(good) + len(dated)) > len(filled)
+
+
+def _first_row(lines: tuple[str, ...], delimiter: str, decimal: str, width: int) -> int:
+    number = number_pattern(decimal)
+
+    def fits(place: int) -> bool:
+        fields = split(lines[place], delimiter)
+        return abs(len(fields) - width) <= 1 and is_row(fields, number)
+
+    for place in range(len(lines)):
+        if lines[place].strip()[:1] in COMMENTS or not fits(place):
+            continue
+        following = [k for k in range(place + 1, min(place + 4, len(lines))) if lines[k].strip()]
+        if not following or fits(following[0]):
+            return place
+    return next((k for k in range(len(lines)) if fits(k)), 0)
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    """The header of a text log.
+
+    Attributes
+    ----------
+    names, units
+        Of the columns; ``names`` is empty where the file has no header row.
+    rows
+        Its name row and unit row, by which a repeated header is known.
+    first
+        Line (from 0) of the first row, readable or not.
+    short
+        Whether it has one name fewer than the rows have columns.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str | None, ...]
+    rows: frozenset[str]
+    first: int
+    short: bool = False
+
+
+def find_header(head: Head, grid: Grid, start: int = 0) -> Header:
+    """Return the name row and unit row above the first data row."""
+    cells = [(k, _cells(head.lines[k], grid)) for k in range(start, grid.first) if head.lines[k].strip()]
+    fitting = [(k, c) for k, c in cells if _covers(c, grid.width) and not all(SEPARATOR.fullmatch(f) for f in c)]
+    first = grid.first
+    times = Counter(tuple(c) for _, c in fitting)
+    while fitting and _is_unreadable(fitting, times):
+        first = fitting.pop()[0]
+    first = _first_of_rows(dict(cells), first)
+    unit_row: list[str] | None = None
+    rows = []
+    if fitting and _is_unit_row([c for _, c in fitting]) and (len(fitting) > 1 or not _is_name_row(fitting[-1][1])):
+        place, unit_row = fitting.pop()
+        rows.append(head.lines[place].strip())
+    if not fitting or not _is_name_row(fitting[-1][1]):
+        return Header((), (), frozenset(rows), first)
+    place, names = fitting[-1]
+    between = [c for k, c in cells if place < k < first and c != unit_row and not all(map(SEPARATOR.fullmatch, c))]
+    if between and not any(_is_recognised(c) for c in names if c):
+        return Header((), (), frozenset(rows), first)  # a line of settings further up
+    rows.append(head.lines[place].strip())
+    earlier = next(k for k, c in fitting if c == names)
+    if any(earlier < k < place and _begins_row(c) for k, c in cells):
+        first = earlier + len(rows)  # a header repeated among rows that cannot be read
+    short = len(names) == grid.width - 1 and _last_is_filled(head, grid)
+    if unit_row is not None and len(unit_row) < min(len(names), grid.width):
+        unit_row = None  # whose units they are cannot be told
+    return _header(names, unit_row, grid.width, Header((), (), frozenset(rows), first, short))
+
+
+def _first_of_rows(cells: dict[int, list[str]], first: int) -> int:
+    """Return the line of the first row, too long or too short ones counted, that begin with a number."""
+    while first - 1 in cells and _begins_row(cells[first - 1]):
+        first -= 1
+    return first
+
+
+def _begins_row(cells: list[str]) -> bool:
+    filled = [c for c in cells if c]
+    return bool(filled) and (_is_number(filled[0]) or any(OVERLOAD.fullmatch(c) for c in filled))
+
+
+def _last_is_filled(head: Head, grid: Grid) -> bool:
+    """Whether most of the first rows have something in their last column."""
+    rows = [split(line, grid.delimiter) for line in head.lines[grid.first : grid.first + SAMPLE] if line.strip()]
+    filled = sum(len(r) >= grid.width and r[grid.width - 1] not in EMPTY for r in rows)
+    return 2 * filled > len(rows)
+
+
+def _is_unreadable(fitting: list[tuple[int, list[str]]], times: Counter[tuple[str, ...]]) -> bool:
+    """Whether the last of the lines above the first row of numbers is a row that cannot be read, and no header.
+
+    It begins with a number, or has a mark of overload or nothing but marks, or stands there several times, or below
+    the names it has a number. ``times`` says how often each stands there.
+    """
+    place, cells = fitting[-1]
+    filled = [c for c in cells if c]
+    marked = [bool(MARK.fullmatch(c)) or c in NOT_A_NUMBER for c in filled]
+    counted = [_is_number(c) for c in filled]
+    if not filled or all(marked) or any(OVERLOAD.fullmatch(c) for c in filled) or counted[0] and len(filled) > 1:
+        return bool(filled)
+    others = [(k, c) for k, c in fitting if c != cells]
+    if not others or not _is_name_row(others[-1][1]):
+        return False
+    line, above = others[-1]
+    if any(counted):
+        return line == place - 1 and (any(_is_recognised(c) for c in above) or all(units.known(c) for c in above))
+    if any(_is_recognised(c) for c in filled) or all(units.known(c) for c in filled):
+        return False  # a header given twice
+    return times[tuple(cells)] > 1 and any(times[tuple(c)] == 1 for _, c in others)
+
+
+def _is_number(text: str) -> bool:
+    return any(number_pattern(mark).fullmatch(text) for mark in ".,")
+
+
+def _is_recognised(cell: str) -> bool:
+    """Whether a cell is a known name, or a name with its unit."""
+    name, unit = name_and_unit(cell)
+    return unit is not None or len(name) > 1 and _is_alias(name)
+
+
+def _header(names: list[str], unit_row: list[str] | None, width: int, found: Header) -> Header:
+    parsed = [name_and_unit(n) for n in _padded(names, width)]
+    written = [u.strip("[](){} ") or None for u in _padded(unit_row, width)] if unit_row else [None] * width
+    units_of = tuple(w if w is not None else unit for w, (_, unit) in zip(written, parsed, strict=True))
+    return replace(found, names=tuple(name for name, _ in parsed), units=units_of)
+
+
+@dataclass(frozen=True, slots=True)
+class TwoRows:
+    """A row of names above a row of units: their cells, and the lines (from 0) of the units and of the first row."""
+
+    names: list[str]
+    units: list[str]
+    unit_row: int
+    first: int
+
+
+def two_rows(head: Head, delimiter: str = "\t") -> TwoRows | None:
+    """Return names and units that stand, one above the other, over the first row of as many numbers.
+
+    Blank lines may stand between. What the words are does not matter.
+    """
+    above: list[tuple[int, list[str]]] = []
+    first: int | None = None
+    for place, line in enumerate(head.lines):
+        cells = _trimmed(split(line, delimiter))
+        if not cells:
+            continue
+        complete = len(above) == 2 and all(len(c) == len(cells) > 1 and _is_name_row(c) for _, c in above)
+        numbers = [_is_number(c) for c in cells]
+        marked = any(map(OVERLOAD.fullmatch, cells)) or all(map(MARK.fullmatch, cells))
+        if complete and (any(numbers) or marked):
+            first = place if first is None else first  # it may be damaged
+            if all(n or c in NO_VALUE for n, c in zip(numbers, cells, strict=True)) and any(numbers):
+                (_, names), (unit_row, written) = above
+                return TwoRows(names, written, unit_row, first)
+            continue
+        above, first = [*above[-1:], (place, cells)], None
+    return None
+
+
+def _trimmed(cells: list[str]) -> list[str]:
+    while cells and not cells[-1]:
+        cells = cells[:-1]
+    return cells
+
+
+def _padded(fields: list[str], width: int) -> list[str]:
+    return (fields + [""] * width)[:width]
+
+
+def _cells(line: str, grid: Grid) -> list[str]:
+    commented = line.strip()[:1] in COMMENTS and not line.strip().startswith(SHEET_ERRORS)
+    bare = line.strip().lstrip(COMMENTS).strip() if commented else line
+    cells = split(bare, grid.delimiter)
+    if not grid.delimiter and len(cells) != grid.width:
+        for apart in (r"\t", r"[ \t]{2,}", r"\s*[,;]\s*"):
+            other = [c.strip() for c in re.split(apart, bare.strip())]
+            if len(other) == grid.width:
+                return other
+    return cells
+
+
+def _covers(cells: list[str], width: int) -> bool:
+    """Whether a header line has a cell for every column; empty cells at the end may be more or one fewer."""
+    filled = len(cells)
+    while filled and not cells[filled - 1]:
+        filled -= 1
+    return filled <= width and len(cells) >= width - 1 and filled >= max(1, width - 1 if width > 1 else 1) - (width > 3)
+
+
+def _is_unit_row(rows: list[list[str]]) -> bool:
+    """Whether the last of the rows above the numbers holds units.
+
+    They are in brackets or known; or half of them are known, or those of a known name above, and none is a name.
+    """
+    filled = [c for c in rows[-1] if c]
+    known = [units.known(c) for c in filled]
+    if not filled or all(re.fullmatch(r"[\[({].*[\])}]", c) for c in filled) or all(known):
+        return bool(filled)
+    above = [c for c in rows[-2] if c] if len(rows) > 1 else []
+    if len(above) < len(filled) or not _is_name_row(rows[-2]):
+        return False
+    # pulses/turn has a unit behind its stroke, but is no name
+    if any(_is_recognised(c) and "/" not in c and not k for c, k in zip(filled, known, strict=True)):
+        return False
+    return 2 * sum(known) >= len(filled) or any(known) and any(_is_recognised(c) for c in above)
+
+
+def _is_name_row(cells: list[str]) -> bool:
+    filled = [c for c in cells if c]
+    number = number_pattern(".")
+    return bool(filled) and not any(number.fullmatch(c.replace(",", ".")) for c in filled)
+
+
+def name_and_unit(cell: str) -> tuple[str, str | None]:
+    """Split a header cell such as ``Force [N]``, ``Time (s)``, ``"Weg" s_A1 / m`` or ``force_N`` into name and unit."""
+    text = cell.strip().strip('"').strip()
+    if match := re.fullmatch(r"(.*?)\s*[\[({]([^\[\](){}]*)[\])}]", text):
+        return match[1].strip() or text, match[2].strip()
+    if match := re.fullmatch(r"(.+)[_ ,]+([A-Za-z°µ/%^0-9]+)", text):
+        name, unit = match[1].strip(" ,_"), match[2]
+        if _is_alias(name) and not unit.isdigit() and units.known(unit) and _belongs(name, unit):
+            return name, unit
+    if (match := re.fullmatch(r"(.+?)\s*/\s*(\S+)", text)) and units.known(match[2]):
+        return match[1].strip(), match[2]
+    if (match := re.fullmatch(r"(.*?)\s*\bin (\S+)", text)) and units.known(match[2]):
+        return match[1].strip() or "time", match[2]
+    return text, None
+
+
+def _is_alias(name: str) -> bool:
+    return name.lower() in TIME_NAMES or bool(aliases_of(name))
+
+
+def _belongs(name: str, unit: str) -> bool:
+    wanted = ["s"] if name.lower() in TIME_NAMES else [CHANNELS[n].unit for n in aliases_of(name)]
+    return any(units.compatible(unit, w) for w in wanted)
+
+
+def aliases_of(name: str) -> list[str]:
+    """Return the canonical channels that a header calls by exactly this name."""
+    word = re.sub(r"[\s_]+", " ", name.strip().lower())
+    return [c.name for c in CHANNELS.values() if word in {a.replace("_", " ") for a in (c.name, *c.aliases)}]

@@ -1,0 +1,211 @@
+"""What the readers of text logs share: from a layout and column names to a table."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mrfit.ingest.meaning import units
+from mrfit.ingest.refusal import Refusal, excerpt
+from mrfit.ingest.table import Column, Refused, Source, Table
+from mrfit.ingest.text.body import Body, Layout, is_cut, number_pattern, read_body, split
+from mrfit.ingest.text.head import Head, Text, body_view, feeds
+from mrfit.ingest.text.printed import Digits, digits_of
+
+DIGIT_ROWS = 256
+"""Rows by which it is seen how columns are printed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """A column of a text log that is read: header name, unit text or None, place in the row."""
+
+    name: str
+    unit: str | None
+    index: int
+
+
+def meta_of(head: Head, stop: int, delimiter: str = ",") -> dict[str, list[str]]:
+    """Return the ``name,value,value…`` lines of a header by lower-case name without trailing ``=`` or ``:``."""
+    meta: dict[str, list[str]] = {}
+    for line in head.lines[:stop]:
+        fields = split(line, delimiter)
+        if fields[0]:
+            meta.setdefault(fields[0].rstrip("=: ").lower(), fields[1:])
+    return meta
+
+
+def positive(texts: Sequence[str]) -> float | None:
+    """Return the first text as a positive number, or None."""
+    found = units.quantity(texts[0]) if texts else None
+    return found[0] if found and found[0] > 0.0 else None
+
+
+def fields_at(head: Head, line: int, delimiter: str) -> list[str]:
+    """Return the fields of a line (index from 0), trailing empty ones left out."""
+    fields = split(head.lines[line], delimiter) if line < len(head.lines) else []
+    while fields and not fields[-1]:
+        fields.pop()
+    return fields
+
+
+def check_width(head: Head, line: int, delimiter: str, expected: int) -> int:
+    """Return the number of fields of the first data row, empty ones counted, if it fills ``expected`` columns.
+
+    Raises
+    ------
+    Refusal
+        If there is no data row, or it has other columns than the header names.
+    """
+    if line >= len(head.lines) or not head.lines[line].strip():
+        raise Refusal(head.path, f"no data row after its header (line {line + 1})", "copy the log again")
+    filled = len(fields_at(head, line, delimiter))
+    for place in range(line, min(line + 200, len(head.lines))):
+        filled = max(filled, len(fields_at(head, place, delimiter)))
+        if filled >= expected:
+            break
+    if filled != expected:
+        raise Refusal(
+            head.path,
+            f"the header names {expected} columns but line {line + 1} has {filled} ('{excerpt(head.lines[line])}')",
+            "check its delimiter and decimal mark, and export the log again",
+        )
+    return max(expected, len(split(head.lines[line], delimiter)))
+
+
+def read_table(source: Source, layout: Layout, fields: Sequence[Field], time: Field | None = None) -> Table:
+    """Return the table of a text log: the named fields as columns.
+
+    Raises
+    ------
+    Refusal
+        If it has no data row.
+    """
+    body = body_of(source, layout)
+    return table_of(body, fields, time)
+
+
+def text_of(source: Source) -> Text:
+    """Return the text to read: the whole file or a block of it."""
+    return body_view(source.head) if source.block is None else source.block.data
+
+
+def body_of(source: Source, layout: Layout, data: Text | None = None) -> Body:
+    """Return the rows of a text log, or of ``data`` where its headers have been blanked already.
+
+    Raises
+    ------
+    Refusal
+        If there are none.
+    """
+    block = source.block
+    data = text_of(source) if data is None else data
+    # ``body_bytes`` gives UTF-16 as UTF-8
+    encoding = "utf-8" if source.head.encoding.startswith("utf-16") else source.head.encoding
+    body = read_body(data, layout, encoding, 1 if block is None else block.line)
+    body.digits = _digits(source.head, layout)
+    if (block is None or block.last) and is_cut(data, layout, encoding, block.before if block else b""):
+        _leave_out_last(body, (block.line if block else 1) + feeds(data, 0, len(data)))
+    if block is None:
+        check_rows(source.head, len(body.lines), body.refused)
+    return body
+
+
+def _leave_out_last(body: Body, line: int) -> None:
+    """Refuse the last row, if it was kept, since its last number is cut."""
+    if not len(body.lines) or body.lines[-1] != line:
+        return
+    body.open_line = line
+    body.lines = body.lines[:-1]
+    body.numbers = {c: v[:-1] for c, v in body.numbers.items()}
+    body.texts = {c: t[:-1] for c, t in body.texts.items()}
+    body.refused.append(Refused("cut-off row", line))
+
+
+def _digits(head: Head, layout: Layout) -> dict[int, Digits | None]:
+    """Return how the columns are printed, seen in some rows of the head."""
+    lines = head.lines[layout.skip :]
+    rows = [split(line, layout.delimiter) for line in lines[:: max(1, len(lines) // DIGIT_ROWS)]]
+    number = number_pattern(layout.decimal)
+    full = [r for r in rows if all(c < len(r) and number.fullmatch(r[c]) for c in layout.use)]
+    return {c: digits_of([r[c] for r in full]) for c in layout.use}
+
+
+def check_rows(head: Head, rows: int, refused: Sequence[Refused]) -> None:
+    """Refuse a log of which no row can be kept."""
+    if rows:
+        return
+    told = f" ({refused[0].kind} in line {refused[0].line})" if refused else ""
+    raise Refusal(head.path, f"no row of numbers after its header{told}", "copy or export the log again")
+
+
+def table_of(body: Body, fields: Sequence[Field], time: Field | None = None) -> Table:
+    """Return the table of rows already read."""
+    columns = tuple(Column(f.name, f.unit, body.numbers[f.index], f.index) for f in fields)
+    clock = None
+    if time:
+        clock = Column(time.name, time.unit, body.numbers[time.index], time.index, body.digits.get(time.index))
+    return Table(
+        columns,
+        body.lines,
+        time=clock,
+        refused=tuple(body.refused),
+        open_line=body.open_line,
+        comments=tuple(body.comments),
+    )
+
+
+def side_by_side(tables: Sequence[Table]) -> Table | None:
+    """Return tables of one time base as one with all their columns, or None if their times differ."""
+    tables = [_whole_rows(t) for t in tables]
+    first = tables[0]
+    common = first.lines
+    for table in tables[1:]:
+        common = np.intersect1d(common, table.lines)
+    masks = [np.isin(t.lines, common) for t in tables]
+    for table, mask in zip(tables, masks, strict=True):
+        if not _same_times(first, masks[0], table, mask):
+            return None
+    columns = [replace(c, values=c.values[m]) for t, m in zip(tables, masks, strict=True) for c in t.columns]
+    time = first.time and replace(first.time, values=first.time.values[masks[0]])
+    lost = {r.line: r for t in tables for r in t.refused}
+    for table in tables:
+        for line in np.setdiff1d(table.lines, common):
+            lost.setdefault(int(line), Refused("no row of another channel", int(line)))
+    findings = tuple(dict.fromkeys(f for t in tables for f in t.findings))
+    return replace(
+        first,
+        columns=tuple(columns),
+        lines=common,
+        time=time,
+        refused=tuple(lost[k] for k in sorted(lost)),
+        findings=findings,
+    )
+
+
+def _whole_rows(table: Table) -> Table:
+    """Refuse the rows of a table that lack a number."""
+    values = [c.values for c in table.columns] + ([table.time.values] if table.time else [])
+    mask = ~np.logical_or.reduce([np.isnan(v) for v in values])
+    if mask.all():
+        return table
+    lost = tuple(Refused("empty value", int(n)) for n in table.lines[~mask])
+    return replace(
+        table,
+        columns=tuple(replace(c, values=c.values[mask]) for c in table.columns),
+        time=table.time and replace(table.time, values=table.time.values[mask]),
+        lines=table.lines[mask],
+        refused=tuple(sorted((*table.refused, *lost), key=lambda r: r.line)),
+    )
+
+
+def _same_times(first: Table, mine: np.ndarray, other: Table, its: np.ndarray) -> bool:
+    if first.dt != other.dt or (first.time is None) != (other.time is None):
+        return False
+    if abs(first.rows - other.rows) > 0.5 * first.rows:
+        return False
+    if first.time is None or other.time is None:
+        return first.start == other.start
+    apart = np.abs(first.time.values[mine] - other.time.values[its])
+    step = float(np.median(np.abs(np.diff(first.time.values)))) if first.rows > 1 else 0.0
+    return bool(np.all(apart <= 0.01 * step))

@@ -1,0 +1,119 @@
+"""The one place that reads the JSON of a workspace, which anyone may have edited.
+
+A file is checked as a whole as it is read, so that no later code meets a value of a wrong type. What a model does not
+name is let through; what a file leaves out has the model's default, or is a fault.
+"""
+
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, ClassVar, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from mrfit.errors import DataError
+from mrfit.io.faults import plain_fault
+
+
+class Part(BaseModel):
+    """A part of a file; numbers are finite, and no text is taken for a number."""
+
+    model_config = ConfigDict(strict=True, extra="allow", allow_inf_nan=False, protected_namespaces=())
+
+
+class Stored(Part):
+    """A whole file; ``known`` lists the schemas that can be read, where the file names one."""
+
+    known: ClassVar[tuple[str, ...]] = ()
+
+
+File = TypeVar("File", bound=Stored)
+
+
+class UnknownSchema(DataError):
+    """A file is of a schema that this mrfit does not know: it may be of a later one."""
+
+
+def parsed(path: Path, text: str | bytes, kind: type[File], remedy: str) -> File:
+    """Return the text of a file, checked.
+
+    Raises
+    ------
+    DataError
+        If it is of an unknown schema, no JSON, or a value is missing or of a wrong type; the message names the file
+        and the value, and ends with ``remedy``.
+    """
+    _check_schema(path, text, kind)
+    try:
+        return kind.model_validate_json(text)
+    except ValidationError as error:
+        raise DataError(f"{path}: damaged, or another mrfit's: {plain_fault(error)}; {remedy}") from error
+
+
+def load(path: Path, kind: type[File], remedy: str) -> File | None:
+    """Return a file, checked; None if it is not there.
+
+    Raises
+    ------
+    DataError
+        As ``parsed`` does, and if it cannot be read.
+    """
+    try:
+        return parsed(path, path.read_bytes(), kind, remedy)
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except OSError as error:
+        raise DataError(f"{path}: cannot be read ({error.strerror or error}); {remedy}") from error
+
+
+def content(path: Path, kind: type[Stored], remedy: str) -> dict[str, Any] | None:
+    """Return a file as JSON has it, checked, with the defaults of what it leaves out; None if it is not there."""
+    whole = load(path, kind, remedy)
+    return None if whole is None else as_json(path.read_bytes(), whole)
+
+
+def as_json(text: str | bytes, whole: Stored) -> dict[str, Any]:
+    """Return a checked file as lists and dictionaries, in its own order, with the defaults of what it leaves out."""
+    return dict(_with_defaults(json.loads(text), whole.model_dump(mode="json")))
+
+
+def _with_defaults(own: Any, full: Any) -> Any:
+    if isinstance(own, dict) and isinstance(full, dict):
+        return {k: _with_defaults(v, full[k]) for k, v in own.items()} | {k: full[k] for k in full if k not in own}
+    if isinstance(own, list) and isinstance(full, list):
+        return [_with_defaults(a, b) for a, b in zip(own, full, strict=True)]
+    return own
+
+
+def made(path: Path, kind: type[Stored]) -> dict[str, Any] | None:
+    """Return what an earlier run of a command made; None where it is not there or damaged, so that it is made again.
+
+    Raises
+    ------
+    UnknownSchema
+        It may be of a later mrfit and worth more than what this one would make.
+    """
+    try:
+        text = path.read_bytes()
+    except OSError:
+        return None
+    _check_schema(path, text, kind)
+    try:
+        return as_json(text, kind.model_validate_json(text))
+    except ValidationError:
+        return None
+
+
+def _check_schema(path: Path, text: str | bytes, kind: type[Stored]) -> None:
+    try:
+        whole = json.loads(text)
+    except (ValueError, RecursionError):
+        return  # said by pydantic
+    named = whole.get("schema") if isinstance(whole, Mapping) else None
+    if kind.known and named is not None and named not in kind.known:
+        shown = re.sub(r"\s+", " ", str(named))[:60]
+        raise UnknownSchema(
+            f"{path}: of the schema '{shown}', which this mrfit does not know (it reads {', '.join(kind.known)}); use "
+            "the mrfit that wrote it, or another --work folder"
+        )

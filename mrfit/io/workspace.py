@@ -1,0 +1,570 @@
+"""The workspace on disk: where each stage keeps what it made, written so that a kill leaves old or new, never half.
+
+Every file is written to a temporary name in the same folder and renamed. A stage ends by writing its JSON summary,
+which carries the key of all that made it; a run whose key is already there has nothing to do.
+"""
+
+import hashlib
+import json
+import math
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+
+from mrfit.core.recording import Finding, Recording, Segment
+from mrfit.core.specs import Array
+from mrfit.errors import ConfigError, DataError
+from mrfit.io.arrow import floats, numbers, table, texts
+from mrfit.io.escapes import encodable
+from mrfit.io.faults import plain_fault
+from mrfit.io.keys import content_of, fit_key, flux_key, segment_key
+from mrfit.io.schemas.reading import as_json, content, parsed
+from mrfit.io.schemas.stages import RECORDING, About, FluxFile, IngestFile, SegmentRow, SegmentsFile
+
+IDENTIFIER = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]*")
+"""Ids of recordings, which name files."""
+NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._+-]*")
+"""Names of fits, which name folders and stand in tables."""
+LONGEST_NAME = 200
+"""Characters of a fit's name; file systems take 255 bytes."""
+FOLDERS = ("recordings", "flux", "fits", "report", "discover", "compare")
+"""Folders of a workspace."""
+TEMPORARY = re.compile(r"\..+\.\d+\.tmp")
+"""Names of files not yet written whole."""
+OWN = (".ingest.json.", ".flux.json.", ".segments.parquet.")
+"""Beginnings of such names in the workspace itself, where files of others may lie."""
+LOCK_SECONDS = 600.0
+ROW_GROUP = 1 << 20
+"""Rows of a table written together."""
+CONTENT = "mrfit.content"
+"""Name in a recording's metadata of the hash of its content."""
+COPIES = 3
+"""How many times the numbers of a table are in memory while it is used."""
+
+
+def plain(value: object) -> Any:
+    """Return ``value`` as JSON can hold it: arrays as lists, non-finite numbers as null."""
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, str):
+        return encodable(value)
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, Mapping):
+        return {encodable(str(k)): plain(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple, set)):
+        return [plain(v) for v in value]
+    return value
+
+
+def check_name(name: str) -> None:
+    """Refuse a name of a fit that would not be a plain name of a folder.
+
+    Raises
+    ------
+    ConfigError
+        If it is not one.
+    """
+    if not NAME.fullmatch(name) or len(name) > LONGEST_NAME:
+        shown = name if len(name) <= 60 else name[:57] + "…"
+        raise ConfigError(
+            f"'{shown}' cannot name a fit: give up to {LONGEST_NAME} letters, digits, . _ - and +, the first a letter, "
+            "a digit or _"
+        )
+
+
+def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
+    """Call ``write`` with a temporary name beside ``path``, flush to disk, rename.
+
+    Raises
+    ------
+    DataError
+        If the folder cannot be written.
+    """
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary.unlink(missing_ok=True)  # a link of this name would be followed
+        write(temporary)
+        with temporary.open("rb") as handle:
+            os.fsync(handle.fileno())
+        temporary.replace(path)
+    except OSError as error:
+        raise DataError(f"{path}: cannot write ({error.strerror or error}); choose another --work folder") from error
+    finally:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file atomically, in UTF-8 with plain line feeds."""
+    write_atomic(path, lambda p: p.write_bytes(text.encode(errors="backslashreplace")))
+
+
+def write_json(path: Path, value: object) -> None:
+    """Write JSON atomically, keys in the given order, two spaces deep."""
+    write_text(path, json.dumps(plain(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def read_json(path: Path) -> Any:
+    """Return the content of a JSON file, or None if there is no such file or it cannot be parsed."""
+    try:
+        return json.loads(path.read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return None
+
+
+# What reading a table that somebody has edited may raise; pyarrow's own errors are among these
+_UNREADABLE = (OSError, TypeError, LookupError, ValueError, ArithmeticError, NotImplementedError, AttributeError)
+
+
+@contextmanager
+def reading(path: Path, remedy: str) -> Iterator[None]:
+    """Say which file cannot be read and what to do."""
+    try:
+        yield
+    except _UNREADABLE as error:
+        reason = str(error).partition("\n")[0]
+        raise DataError(f"{path}: missing, damaged or another mrfit's: cannot be read ({reason}); {remedy}") from error
+
+
+def write_table(
+    path: Path,
+    columns: Mapping[str, Array],
+    metadata: Mapping[str, str] | None = None,
+    more: Callable[[dict[str, str]], Mapping[str, str]] | None = None,
+) -> None:
+    """Write equal-length float64 columns as Parquet (zstd), atomically and one row group at a time.
+
+    Columns are asked for their length and for slices only, once, so that they may be longer than memory.
+
+    Parameters
+    ----------
+    path
+        The file.
+    columns
+        Columns by name.
+    metadata
+        Texts kept with them.
+    more
+        Gives further metadata once all is written, by the columns' SHA-256.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    length = len(next(iter(columns.values()), ()))
+    schema = pa.schema([(name, pa.float64()) for name in columns], dict(metadata or {}))
+
+    def write(temporary: Path) -> None:
+        digests = {name: hashlib.sha256() for name in columns}
+        with pq.ParquetWriter(temporary, schema, compression="zstd", use_dictionary=False) as writer:
+            for begin in range(0, max(length, 1), ROW_GROUP):
+                slices = (values[begin : begin + ROW_GROUP] for values in columns.values())
+                group = [np.ascontiguousarray(rows, dtype=np.float64) for rows in slices]
+                for digest, rows in zip(digests.values(), group, strict=True):
+                    digest.update(rows.data)
+                writer.write_table(pa.Table.from_arrays([numbers(rows) for rows in group], schema=schema), ROW_GROUP)
+            if more:
+                writer.add_key_value_metadata(dict(more({n: d.hexdigest() for n, d in digests.items()})))
+
+    write_atomic(path, write)
+
+
+def free_memory() -> float:
+    """Return the bytes of memory that may be had; all there are where the system does not say."""
+    try:
+        lines = Path("/proc/meminfo").read_text().splitlines()
+        return 1024.0 * next(float(line.split()[1]) for line in lines if line.startswith("MemAvailable"))
+    except (OSError, StopIteration):
+        pass
+    try:
+        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    except (AttributeError, ValueError, OSError):
+        return math.inf
+
+
+def _check_room(path: Path, rows: int, columns: int) -> None:
+    """Refuse to load what would not fit, rather than be ended by the operating system."""
+    needed, free = COPIES * 8.0 * rows * columns, free_memory()
+    if needed > free:
+        raise DataError(
+            f"{path}: its {rows} samples in {columns} columns need about {needed / 1e9:.1f} GB of memory and "
+            f"{free / 1e9:.1f} GB are free; cut the log into shorter ones, or keep every n-th row, and ingest it again"
+        )
+
+
+def read_table(path: Path, without: Sequence[str] = ()) -> tuple[dict[str, Array], dict[str, str]]:
+    """Return the columns and metadata of a Parquet file written by ``write_table``, some columns left out.
+
+    Raises
+    ------
+    DataError
+        If the file is missing or damaged, or too long for the memory there is.
+    """
+    import pyarrow.parquet as pq
+
+    # read_table would import data sets and pandas (0.3 s)
+    with reading(path, "run `mrfit ingest` again"), pq.ParquetFile(path) as file:
+        names = [n for n in file.schema_arrow.names if n not in without]
+        rows = file.metadata.num_rows
+        _check_room(path, rows, len(names))
+        columns = {name: np.empty(rows) for name in names}
+        begin = 0
+        # group by group, so that only one of them is in memory twice
+        for group in range(file.num_row_groups):
+            table = file.read_row_group(group, names)
+            for name, values in columns.items():
+                values[begin : begin + len(table)] = floats(table.column(name))
+            begin += len(table)
+        metadata = file.metadata.metadata
+    return columns, _decoded(metadata)
+
+
+def _decoded(metadata: Mapping[bytes, bytes] | None) -> dict[str, str]:
+    return {k.decode(errors="replace"): v.decode(errors="replace") for k, v in (metadata or {}).items()}
+
+
+class _Times:
+    """Sample times k·dt, computed slice by slice."""
+
+    def __init__(self, samples: int, dt: float) -> None:
+        self.samples, self.dt = samples, dt
+
+    def __len__(self) -> int:
+        return self.samples
+
+    def __getitem__(self, rows: slice) -> Array:
+        begin, end, _ = rows.indices(self.samples)
+        return np.arange(begin, end, dtype=np.float64) * self.dt
+
+
+class Workspace:
+    """The folder one study works in.
+
+    Parameters
+    ----------
+    root
+        The folder; made at the first write.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+
+    @property
+    def ingest_json(self) -> Path:
+        """Summary of the ingest stage."""
+        return self.root / "ingest.json"
+
+    @property
+    def flux_json(self) -> Path:
+        """Summary of the flux stage."""
+        return self.root / "flux.json"
+
+    @property
+    def segments_file(self) -> Path:
+        """Table of segments."""
+        return self.root / "segments.parquet"
+
+    def fit_folder(self, name: str) -> Path:
+        """Return the folder of the named fit.
+
+        Raises
+        ------
+        ConfigError
+            If the name is no plain one.
+        """
+        check_name(name)
+        return self.root / "fits" / name
+
+    @property
+    def report_folder(self) -> Path:
+        """Folder of the report."""
+        return self.root / "report"
+
+    @contextmanager
+    def locked(self) -> Iterator[None]:
+        """Hold the workspace's lock, waiting for another command to finish.
+
+        Raises
+        ------
+        DataError
+            If the folder cannot be written, or another command holds it for ten minutes.
+        """
+        from filelock import FileLock, Timeout
+
+        existed = self.root.is_dir()
+        lock = FileLock(self.root / ".lock", timeout=LOCK_SECONDS)
+        try:
+            self.root.mkdir(parents=True, exist_ok=True)
+            if (self.root / ".lock").is_symlink():
+                raise DataError(f"{self.root / '.lock'}: a symbolic link, which mrfit does not follow; remove it")
+            if not os.access(self.root, os.W_OK):
+                raise PermissionError(13, "Permission denied")
+            lock.acquire()
+        except Timeout as error:
+            raise DataError(f"{self.root}: in use by another mrfit command; wait for it to end") from error
+        except OSError as error:
+            text = error.strerror or error
+            raise DataError(f"{self.root}: cannot write here ({text}); choose another --work folder") from error
+        try:
+            self._refuse_links()
+            self._clean()
+            yield
+        finally:
+            lock.release()
+            if not existed:
+                self._forget_if_empty()
+
+    @contextmanager
+    def aside(self) -> Iterator["Workspace"]:
+        """Give another workspace for the time of one command, inside this one, and leave no trace of it.
+
+        What a killed command left of its own is removed by the next; nothing is left in the common temporary folder,
+        but where this workspace cannot be written.
+        """
+        from filelock import FileLock
+
+        self._remove_left_aside()
+        folder = self.root / f".predict-{os.getpid()}"
+        try:
+            folder.mkdir()
+        except OSError:
+            with tempfile.TemporaryDirectory(prefix="mrfit-predict-") as elsewhere:
+                yield Workspace(Path(elsewhere))
+            return
+        try:
+            with FileLock(folder / ".lock"):
+                yield Workspace(folder)
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+
+    def _remove_left_aside(self) -> None:
+        from filelock import FileLock, Timeout
+
+        for left in self.root.glob(".predict-*"):
+            if left.name.removeprefix(".predict-").isdecimal() and not left.is_symlink():
+                with suppress(Timeout, OSError):  # in use, or another user's
+                    with FileLock(left / ".lock", timeout=0):
+                        pass
+                    shutil.rmtree(left, ignore_errors=True)
+
+    def _refuse_links(self) -> None:
+        """Refuse a workspace with folders that lead elsewhere: what is written into them would land there."""
+        inside = [self.root / name for name in FOLDERS]
+        inside += [f for name in FOLDERS for f in (self.root / name).rglob("*") if not f.is_file()]
+        for folder in inside:
+            if folder.is_symlink():
+                raise DataError(f"{folder}: a symbolic link, which mrfit does not follow to write; put a folder there")
+
+    def _clean(self) -> None:
+        """Remove what a killed command left half written; whoever writes holds the lock."""
+        self._remove_left_aside()
+        for folder in (self.root, *(self.root / name for name in FOLDERS)):
+            for left in folder.glob(".*.tmp") if folder == self.root else folder.rglob(".*.tmp"):
+                if TEMPORARY.fullmatch(left.name) and (folder != self.root or left.name.startswith(OWN)):
+                    left.unlink(missing_ok=True)
+
+    def _forget_if_empty(self) -> None:
+        """Remove a workspace folder that a failing command made and put nothing into."""
+        if all(p.name == ".lock" for p in self.root.iterdir()):
+            (self.root / ".lock").unlink(missing_ok=True)
+            self.root.rmdir()
+
+    def ingest_summary(self) -> dict[str, Any]:
+        """Return ingest.json.
+
+        Raises
+        ------
+        DataError
+            If nothing has been ingested, or the file is damaged.
+        """
+        summary = self.ingest_file()
+        if not summary or not summary["recordings"]:
+            raise DataError(f"{self.root}: nothing ingested here; run `mrfit ingest LOGS… --work {self.root}` first")
+        return summary
+
+    def ingest_file(self) -> dict[str, Any] | None:
+        """Return ingest.json, None if there is none."""
+        return content(self.ingest_json, IngestFile, "delete it and run `mrfit ingest` on the logs again")
+
+    def flux_file(self) -> dict[str, Any] | None:
+        """Return flux.json, None if there is none."""
+        remedy = f"run `mrfit flux --work {self.root}` with the settings you want"
+        return content(self.flux_json, FluxFile, remedy)
+
+    def recording_file(self, identifier: str, stage: str = "recordings") -> Path:
+        """Return the Parquet file of a recording as ``stage`` (``recordings`` or ``flux``) left it.
+
+        Raises
+        ------
+        DataError
+            If the id is no plain name: what a file of the workspace says must not lead out of it.
+        """
+        if not IDENTIFIER.fullmatch(identifier):
+            raise DataError(f"{self.root}: '{identifier}' is no id of a recording; ingest the logs again")
+        return self.root / stage / f"{identifier}.parquet"
+
+    def write_recording(self, recording: Recording, stage: str = "recordings") -> None:
+        """Write a recording: samples as columns beside ``time``, everything else as metadata."""
+        time = cast(Array, _Times(recording.samples, recording.dt))
+        about = json.dumps({"schema": RECORDING, **plain(recording.about())}, ensure_ascii=False)
+        metadata = {"mrfit": about}
+        write_table(
+            self.recording_file(recording.id, stage),
+            {"time": time, **recording.channels},
+            metadata,
+            lambda digests: {CONTENT: content_of(recording, digests)},
+        )
+
+    def content(self, identifier: str, stage: str = "recordings") -> str:
+        """Return the hash of a recording's content, written with it (see ``content_of``).
+
+        Raises
+        ------
+        DataError
+            If its file is missing or damaged, or of an mrfit that wrote none.
+        """
+        import pyarrow.parquet as pq
+
+        path = self.recording_file(identifier, stage)
+        with reading(path, "run `mrfit ingest` on its log again"):
+            metadata = pq.read_metadata(path).metadata or {}
+            if CONTENT.encode() not in metadata:
+                raise ValueError("an older mrfit's, without a hash of its content")
+        return str(metadata[CONTENT.encode()].decode())
+
+    def contents(self, identifiers: Iterable[str], stage: str = "recordings") -> dict[str, str]:
+        """Return the hashes of recordings' contents by id."""
+        return {i: self.content(i, stage) for i in sorted(set(identifiers))}
+
+    @property
+    def identifiers(self) -> list[str]:
+        """Ids of the recordings that ingest left."""
+        return [r["id"] for r in self.ingest_summary()["recordings"]]
+
+    def read_recording(self, identifier: str, stage: str = "recordings") -> Recording:
+        """Return a recording as ``stage`` left it.
+
+        Raises
+        ------
+        DataError
+            If its file is missing or damaged.
+        """
+        path, remedy = self.recording_file(identifier, stage), "run `mrfit ingest` on its log again"
+        columns, metadata = read_table(path, without=("time",))
+        text = metadata.get("mrfit", "")
+        about = as_json(text, parsed(path, text, About, remedy))
+        if [c["name"] for c in about["channels"]] != list(columns):
+            raise DataError(f"{path}: damaged: its channels are not those it names; {remedy}")
+        return Recording(
+            channels=columns,
+            units={c["name"]: c["unit"] for c in about["channels"]},
+            columns={c["name"]: c["column"] for c in about["channels"] if c["column"] is not None},
+            findings=tuple(Finding(**{f.name: one[f.name] for f in fields(Finding)}) for one in about["findings"]),
+            history=tuple(about["history"]),
+            **{k: about[k] for k in ("id", "source", "sha256", "reader", "dt", "start", "rows_kept", "rows_refused")},
+            condition={name: value for name, value in about["condition"].items() if value is not None},
+            wording=about["wording"],
+        )
+
+    def write_segments(self, segments: Sequence[Segment], metadata: Mapping[str, str]) -> None:
+        """Write the table of segments, one row each."""
+        import pyarrow.parquet as pq
+
+        columns = {f.name: [getattr(s, f.name) for s in segments] for f in fields(Segment)}
+        made = {name: texts(v) if v and isinstance(v[0], str) else numbers(v) for name, v in columns.items()}
+        rows = table(made).replace_schema_metadata(dict(metadata))
+        write_atomic(self.segments_file, lambda p: pq.write_table(rows, p, compression="zstd"))
+
+    def read_segments(self) -> tuple[list[Segment], dict[str, str]]:
+        """Return the segments and the metadata written with them.
+
+        Raises
+        ------
+        DataError
+            If the segment stage has not run, or its table is damaged.
+        """
+        import pyarrow.parquet as pq
+
+        if not self.segments_file.is_file():
+            raise DataError(f"{self.root}: no segments here; run `mrfit segment --work {self.root}` first")
+        remedy = "run `mrfit segment` with the settings you want"
+        with reading(self.segments_file, remedy):
+            rows = pq.ParquetFile(self.segments_file).read()
+            found = rows.to_pylist()
+        try:
+            for row in found:
+                SegmentRow.model_validate(row)
+        except ValueError as error:
+            fault = plain_fault(error)  # type: ignore[arg-type]
+            raise DataError(f"{self.segments_file}: damaged, or another mrfit's: {fault}; {remedy}") from error
+        return [Segment(**row) for row in found], _decoded(rows.schema.metadata)
+
+    def segments_summary(self) -> dict[str, Any] | None:
+        """Return the summary written with the segments, None if they are not there or without one."""
+        import pyarrow.parquet as pq
+
+        if not self.segments_file.exists():
+            return None
+        remedy = f"run `mrfit segment --work {self.root}` with the settings you want"
+        with reading(self.segments_file, remedy):
+            text = (pq.read_metadata(self.segments_file).metadata or {}).get(b"mrfit")
+        if text is None:
+            return None
+        return as_json(text, parsed(self.segments_file, text, SegmentsFile, remedy))
+
+    @property
+    def latest(self) -> str:
+        """Stage whose recordings are the latest: ``flux`` where it has run."""
+        return "flux" if self.flux_json.is_file() else "recordings"
+
+    def made_from(self, segments: Sequence[Segment]) -> tuple[dict[str, str], list[dict[str, Any]]]:
+        """Return what results depend on: the content of the segments' recordings by id, and the segments."""
+        return self.contents((s.recording for s in segments), self.latest), [asdict(s) for s in segments]
+
+    def outdated(self, fits: Sequence[Mapping[str, Any]], key: Callable[..., str] = fit_key) -> list[str]:
+        """Return the names of fits that other data than are here now, or another mrfit, made, by their fit.json.
+
+        ``key`` computes what their keys would be now.
+        """
+        try:
+            here = self.made_from(self.read_segments()[0])
+            if self._behind():
+                return [f["name"] for f in fits]
+        except DataError:
+            return [f["name"] for f in fits]
+        return [f["name"] for f in fits if f["key"] != key(f["settings"], *here)]
+
+    def _behind(self) -> bool:
+        """Return whether flux or segments are of other recordings than ingest left, or made by another mrfit."""
+        if not self.ingest_json.is_file():
+            return False
+        flux, cut = self.flux_file() or {}, self.segments_summary() or {}
+        # what has no key does not say what it was made from
+        if "key" in flux and flux["key"] != flux_key(flux["settings"], self.contents(self.identifiers)):
+            return True
+        return "key" in cut and cut["key"] != segment_key(cut["settings"], self.contents(self.identifiers, self.latest))
+
+    def fit_names(self) -> list[str]:
+        """Return the names of all finished fits, sorted; folders that no fit could be named by are none."""
+        return sorted(p.parent.name for p in self.root.glob("fits/*/fit.json") if NAME.fullmatch(p.parent.name))
+
+
+def recording_id(source: Path, taken: set[str]) -> str:
+    """Return a file-system-safe identifier for a log: its stem, numbered if another log already has it."""
+    stem = re.sub(r"[^A-Za-z0-9._-]+", "-", source.stem).strip("-.") or "recording"
+    name, number = stem, 2
+    while name.lower() in taken:
+        name, number = f"{stem}-{number}", number + 1
+    taken.add(name.lower())
+    return name

@@ -1,0 +1,158 @@
+"""Segments in parts: what is fitted and what is held out of one, and pieces of a long one, each handled by itself."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TypeVar, overload
+
+from mrfit.core.recording import Recording, Segment
+from mrfit.core.specs import Array
+from mrfit.search.problem import Block, full_block, period_of
+from mrfit.signal.long_segments import pieces
+from mrfit.signal.smoothing import Drive, smooth
+
+# One in so many cycles, or samples where there are none, is held out of a condition by itself
+ONE_HELD_OUT_IN = 3
+
+T = TypeVar("T")
+
+
+def split_cycles(segment: Segment, dt: float) -> list[Segment]:
+    """Return a segment as its training part and its held-out last third, by whole cycles where it is periodic.
+
+    A segment with fewer than three cycles is training altogether.
+    """
+    if segment.cycles:
+        held = segment.cycles // ONE_HELD_OUT_IN
+        cut = segment.stop - int(round(held / (segment.frequency * dt)))
+    else:
+        held = segment.samples // ONE_HELD_OUT_IN
+        cut = segment.stop - held
+    if held < 1:
+        return [replace(segment, role="train")]
+    before = replace(segment, role="train", stop=cut, cycles=max(segment.cycles - held, 0))
+    lead = cut - segment.start + segment.warm_up
+    after = replace(segment, role="holdout", start=cut, warm_up=lead, cycles=held if segment.cycles else 0)
+    return [before, after]
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part of a segment: what a full block is made of.
+
+    Attributes
+    ----------
+    segment
+        The part.
+    drive
+        Its smoothed inputs.
+    output
+        Measured output over it, (N,).
+    before
+        Samples of the segment that are in other parts before this one.
+    kept
+        Whether its block is kept once it is made: those of a long segment would not all fit into memory.
+    """
+
+    segment: Segment
+    drive: Drive
+    output: Array
+    before: int = 0
+    kept: bool = True
+
+    @property
+    def dt(self) -> float:
+        """Sample interval in s."""
+        return self.drive.dt
+
+    @property
+    def period(self) -> float:
+        """Samples per cycle, 0 where the drive is not periodic."""
+        return period_of(self.segment, self.dt)
+
+    @property
+    def block(self) -> Block:
+        """The full block."""
+        return self._block if self.kept else full_block(self.segment, self.drive, self.output)
+
+    def inputs(self, row: int) -> Array:
+        """Return one input over the part, (N,)."""
+        if self.kept or self.drive.fits is None:
+            return self.block.inputs(row)
+        return self.drive.fits[row].sampled(self.drive.warm_up * self.dt, self.dt, len(self.output))
+
+    @cached_property
+    def _block(self) -> Block:
+        return full_block(self.segment, self.drive, self.output)
+
+
+class Made(Sequence[T]):
+    """A sequence whose members are made whenever they are looked at, as all of them would take too much memory."""
+
+    def __init__(self, count: int, make: Callable[[int], T]) -> None:
+        self._places, self._make = range(count), make
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    @overload
+    def __getitem__(self, place: int) -> T: ...
+
+    @overload
+    def __getitem__(self, place: slice) -> list[T]: ...
+
+    def __getitem__(self, place: int | slice) -> T | list[T]:
+        if isinstance(place, slice):
+            return [self._make(k) for k in self._places[place]]
+        return self._make(self._places[place])
+
+
+class Blocks(Sequence[Block]):
+    """Full blocks of parts, made when they are looked at."""
+
+    def __init__(self, parts: Iterable[Part]) -> None:
+        self.parts = list(parts)
+
+    @property
+    def segments(self) -> list[Segment]:
+        """The parts, without making their blocks."""
+        return [p.segment for p in self.parts]
+
+    def of_role(self, role: str) -> "Blocks":
+        """Return the blocks of one role."""
+        return Blocks(p for p in self.parts if p.segment.role == role)
+
+    def __len__(self) -> int:
+        return len(self.parts)
+
+    @overload
+    def __getitem__(self, place: int) -> Block: ...
+
+    @overload
+    def __getitem__(self, place: slice) -> "Blocks": ...
+
+    def __getitem__(self, place: int | slice) -> "Block | Blocks":
+        return Blocks(self.parts[place]) if isinstance(place, slice) else self.parts[place].block
+
+
+def parts_of(segment: Segment, recording: Recording, names: Sequence[str], output: Array) -> list[Part]:
+    """Return a segment as parts, one but for long segments.
+
+    Parameters
+    ----------
+    segment
+        The segment.
+    recording
+        Its recording.
+    names
+        Channels that drive the model.
+    output
+        Measured output over the recording.
+    """
+    found = pieces(segment, recording.dt)
+    parts = [
+        Part(s, smooth(recording, s, names), output[s.start : s.stop], s.start - segment.start, kept=len(found) == 1)
+        for s in found
+    ]
+    # the series alone tells what a full block is driven with
+    return [p if p.kept or p.drive.fits is None else replace(p, drive=p.drive.without_values()) for p in parts]

@@ -1,0 +1,353 @@
+"""Measured segments as least-squares blocks: what drives the model, what it is compared with, in how many numbers.
+
+Where the drive is periodic, all cycles see the same input, so one simulated cycle is compared with the data folded onto
+one cycle: samples are collected in phase bins, each represented by its mean phase and mean value. The cost over the
+bins differs from that over the samples by a constant (the scatter inside bins), which is carried along, so both have
+the same minimum; the work no longer grows with the length of the log.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrfit.core.recording import Segment
+from mrfit.core.specs import Array, Index
+from mrfit.kernels.folding import compare
+from mrfit.search.cube import Cube
+from mrfit.signal.smoothing import Drive
+from mrfit.simulate.assembly import Assembly
+
+PHASE_BINS = 1024
+SETTLE_CYCLES = 2
+# Cycles simulated beyond what is compared, for effects that look ahead: those that make up for a late record. A whole
+# one, since other effects take means over the drive, which an unfinished cycle would bias.
+AHEAD_CYCLES = 1
+# Half the span of the slope within which samples of a bin move; wide, so that noise does not pass for slope
+SLOPE_BINS = 8
+
+
+@dataclass(frozen=True)
+class Block:
+    """One segment to be simulated and compared.
+
+    Attributes
+    ----------
+    segment
+        The segment it stands for.
+    drive, dt
+        Inputs (C, W + M) in the order of the model's SPEC, and their sample interval in s.
+    target
+        Measured output (B,), compared with the simulation at ``nodes``.
+    nodes, weights
+        Target b stands beside Σ_k weights[b, k]·simulated[nodes[b, k]], both (B, S): one sample itself, or four on the
+        grid of a folded cycle, between which a cubic is drawn.
+    counts
+        Samples each target stands for (B,).
+    scatter
+        Sum of squares of the samples about their targets: what no model can remove.
+    method
+        How the drive was smoothed.
+    bins
+        Target that each measured sample is part of (N,), or None where every sample is one.
+    cycle
+        Samples after which the drive of a full block repeats itself, rounded up; 0 where it does not.
+    """
+
+    segment: Segment
+    drive: Array
+    dt: float
+    target: Array
+    nodes: Index
+    weights: Array
+    counts: Array
+    scatter: float
+    method: str
+    bins: NDArray[np.int16] | None = None
+    cycle: int = 0
+
+    @property
+    def samples(self) -> int:
+        """Number of measured samples the block stands for."""
+        return int(self.counts.sum())
+
+    @cached_property
+    def shares(self) -> Array:
+        """Share of the samples that each target stands for (B,)."""
+        shares: Array = self.counts / self.counts.sum()
+        return shares
+
+    @property
+    def period(self) -> float:
+        """Samples per cycle of a full block's drive, 0 where it is not periodic."""
+        return period_of(self.segment, self.dt)
+
+    def at_targets(self, simulated: Array) -> Array:
+        """Pick the simulated values (P, W + M) that stand beside the targets, (P, B)."""
+        picked = np.empty((len(simulated), len(self.target)))
+        ones, none = np.ones(len(self.target)), np.empty(0)
+        compare(simulated, self.nodes, self.weights, (np.zeros(len(self.target)), none, ones), 1, picked)
+        return picked
+
+    def folded(self, values: Array) -> Array:
+        """Return the means (B,) of sample values (N,) over the samples of each target."""
+        if self.bins is None:
+            return values
+        means: Array = np.bincount(self.bins, values) / self.counts
+        return means
+
+    def inputs(self, row: int) -> Array:
+        """Return one input at the targets of a full block, (N,)."""
+        values: Array = self.drive[row, self.nodes[:, 0]]
+        return values
+
+
+def period_of(segment: Segment, dt: float) -> float:
+    """Return the samples per cycle of a segment's drive, 0 where it is not periodic."""
+    return 1.0 / (segment.frequency * dt) if segment.cycles and segment.frequency > 0.0 else 0.0
+
+
+def full_block(segment: Segment, drive: Drive, output: Array) -> Block:
+    """Return a block that compares every sample; a periodic drive is led in by two of its own cycles.
+
+    Parameters
+    ----------
+    segment
+        The segment.
+    drive
+        Its smoothed inputs over warm-up and segment.
+    output
+        Measured output over [segment.start, segment.stop), shape (N,).
+    """
+    values, warm_up, cycle = drive.values, drive.warm_up, 0
+    if drive.fits is not None:
+        cycle = math.ceil(1.0 / (segment.frequency * drive.dt))
+        lead = int(round(SETTLE_CYCLES / (segment.frequency * drive.dt)))
+        ahead = int(round(AHEAD_CYCLES / (segment.frequency * drive.dt)))
+        first, count = (drive.warm_up - lead) * drive.dt, lead + len(output) + ahead
+        values, warm_up = np.stack([fit.sampled(first, drive.dt, count) for fit in drive.fits]), lead
+    nodes = warm_up + np.arange(len(output))[:, None]
+    return Block(
+        segment=segment,
+        drive=np.ascontiguousarray(values),
+        dt=drive.dt,
+        target=output,
+        nodes=nodes,
+        weights=np.ones((len(output), 1)),
+        counts=np.ones(len(output)),
+        scatter=0.0,
+        method=drive.method,
+        cycle=cycle,
+    )
+
+
+def folded_block(segment: Segment, drive: Drive, output: Array, ahead: int = 0) -> Block:
+    """Return a block with the samples of a periodic drive folded onto one cycle; any other drive gives a full block.
+
+    ``ahead`` are the cycles that are simulated beyond the one compared.
+    """
+    if drive.fits is None or len(output) <= PHASE_BINS:
+        return full_block(segment, drive, output)
+    frequency = next(fit.frequency for fit in drive.fits if fit.harmonics)
+    cycles = np.arange(len(output)) * drive.dt * frequency
+    phase = (cycles - np.floor(cycles)) * PHASE_BINS
+    bins = np.minimum(phase.astype(np.int64), PHASE_BINS - 1)
+    counts = np.bincount(bins, minlength=PHASE_BINS)
+    full = counts > 0
+    weight = counts[full].astype(np.float64)
+    mean_phase = np.bincount(bins, phase, PHASE_BINS)[full] / weight
+    target = np.bincount(bins, output, PHASE_BINS)[full] / weight
+    # within a bin the output also moves along its slope, which is no scatter
+    spread = np.bincount(bins, phase**2, PHASE_BINS)[full] - weight * mean_phase**2
+    # few bins are filled where the sampling is a multiple of the frequency: a span of a whole cycle would be none
+    reach = min(SLOPE_BINS, (len(target) - 1) // 2)
+    run = (np.roll(mean_phase, -reach) - np.roll(mean_phase, reach)) % PHASE_BINS
+    slope = (np.roll(target, -reach) - np.roll(target, reach)) / run
+    scatter = float(np.sum(output**2) - np.sum(weight * target**2) - np.sum(slope**2 * spread))
+    lead, last = SETTLE_CYCLES * PHASE_BINS, (1 + ahead) * PHASE_BINS
+    times = np.arange(-lead, last, dtype=np.float64) / (PHASE_BINS * frequency) + drive.warm_up * drive.dt
+    node = np.minimum(mean_phase.astype(np.int64), PHASE_BINS - 1)
+    return Block(
+        segment=segment,
+        drive=np.stack([fit.evaluate(times) for fit in drive.fits]),
+        dt=1.0 / (PHASE_BINS * frequency),
+        target=target,
+        nodes=lead + (node[:, None] + np.arange(-1, 3)) % PHASE_BINS,
+        weights=cubic_weights(mean_phase - node),
+        counts=weight,
+        scatter=max(scatter, 0.0),
+        method=drive.method,
+        # one of them for every sample: small numbers
+        bins=(np.cumsum(full)[bins] - 1).astype(np.int16),
+    )
+
+
+def cubic_weights(fractions: Array) -> Array:
+    """Return Lagrange weights (B, 4) of the samples at −1, 0, 1, 2 for a point at a fraction (B,) between 0 and 1."""
+    f = fractions
+    columns = (
+        -f * (f - 1) * (f - 2) / 6,
+        (f + 1) * (f - 1) * (f - 2) / 2,
+        -(f + 1) * f * (f - 2) / 2,
+        (f + 1) * f * (f - 1) / 6,
+    )
+    return np.stack(columns, axis=1)
+
+
+def free_offset(assembly: Assembly) -> bool:
+    """Return whether each record's output has an unknown constant: an integrated flux does, a load cell's force not."""
+    return assembly.spec.output == "flux"
+
+
+def differences(block: Block, assembly: Assembly, theta: Array) -> Array:
+    """Return simulated − measured at the targets of a block, (P, K) -> (P, B).
+
+    The unknown constant of a flux record is removed: it is the mean difference, since that is what least squares gives.
+    """
+    with np.errstate(all="ignore"):
+        return differences_of(block, assembly, assembly.simulate(block.drive, theta, block.dt))
+
+
+def differences_of(block: Block, assembly: Assembly, simulated: Array) -> Array:
+    """Return the same of outputs that are simulated already, (P, W + M) -> (P, B)."""
+    delta = np.empty((len(simulated), len(block.target)))
+    with np.errstate(all="ignore"):
+        _compare(block, assembly, simulated, np.ones(len(block.target)), 1, delta)
+    return delta
+
+
+def _compare(block: Block, assembly: Assembly, simulated: Array, scale: Array, every: int, out: Array) -> None:
+    """Set out (P, B) to scale (B,) times simulated (P, W + M) − measured, see ``folding.compare``."""
+    shares = block.shares if free_offset(assembly) else np.empty(0)
+    compare(simulated, block.nodes, block.weights, (block.target, shares, scale), every, out)
+
+
+def residual_function(
+    blocks: list[Block], assembly: Assembly, to_theta: Callable[[Array], Array], weights: Array
+) -> Callable[[Array], Array]:
+    """Return the map from points (P, F) of the cube to weighted residuals (P, M) with the mean square of the samples.
+
+    Parameters
+    ----------
+    blocks
+        What is compared.
+    assembly
+        The model.
+    to_theta
+        Map from the cube to parameters.
+    weights
+        Factor on the error of each block, shape (len(blocks),).
+    """
+    scales = _scales(blocks, weights)
+
+    def residuals(points: Array) -> Array:
+        theta = to_theta(points)
+        simulated = (assembly.simulate(b.drive, theta, b.dt) for b in blocks)
+        with np.errstate(all="ignore"):
+            return _weighted(blocks, assembly, scales, simulated, len(points))
+
+    return residuals
+
+
+def _weighted(
+    blocks: Sequence[Block],
+    assembly: Assembly,
+    scales: tuple[list[Array], float],
+    simulated: Iterable[Array],
+    count: int,
+    every: int = 1,
+) -> Array:
+    """Return weighted residuals (P, M) of rows (P, W + M): a response in every so many, its derivatives behind it."""
+    factors, scatter = scales
+    values, place = np.empty((count, sum(len(f) for f in factors) + 1)), 0
+    values[:, -1] = 0.0
+    values[::every, -1] = scatter
+    for block, factor, rows in zip(blocks, factors, simulated, strict=True):
+        _compare(block, assembly, rows, factor, every, values[:, place : place + len(factor)])
+        place += len(factor)
+    return values
+
+
+def _scales(blocks: Sequence[Block], weights: Array) -> tuple[list[Array], float]:
+    """Return the factors of ``row_scales``, and the residual that stands for what no model can remove."""
+    samples = sum(b.samples for b in blocks)
+    rows = sum(len(b.target) for b in blocks) + 1
+    scatter = np.sqrt(sum(w**2 * b.scatter for b, w in zip(blocks, weights, strict=True)) * rows / samples)
+    return row_scales(blocks, weights), float(scatter)
+
+
+def row_scales(blocks: Sequence[Block], weights: Array) -> list[Array]:
+    """Return the factor (B,) on each block's differences that gives rows with the mean square of the samples."""
+    samples = sum(b.samples for b in blocks)
+    rows = sum(len(b.target) for b in blocks) + 1
+    return [w * np.sqrt(b.counts * rows / samples) for b, w in zip(blocks, weights, strict=True)]
+
+
+@dataclass(frozen=True)
+class Posed:
+    """A least-squares problem at hand: what is compared, with which weights, by which model over which cube.
+
+    Attributes
+    ----------
+    blocks
+        What is compared.
+    weights
+        Factor on the error of each block, shape (len(blocks),).
+    assembly
+        The model.
+    cube
+        Its free parameters.
+    """
+
+    blocks: list[Block]
+    weights: Array
+    assembly: Assembly
+    cube: Cube
+
+    @cached_property
+    def residuals(self) -> Callable[[Array], Array]:
+        """The map from points (P, F) to weighted residuals (P, M), see ``residual_function``."""
+        return residual_function(self.blocks, self.assembly, self.cube.to_theta, self.weights)
+
+    @cached_property
+    def of_theta(self) -> Callable[[Array], Array]:
+        """The map from parameter vectors (P, K) to weighted residuals (P, M)."""
+        return residual_function(self.blocks, self.assembly, lambda theta: theta, self.weights)
+
+    @cached_property
+    def _scales(self) -> tuple[list[Array], float]:
+        return _scales(self.blocks, self.weights)
+
+    @cached_property
+    def silent(self) -> Array:
+        """The weighted residuals (M,) of a response that is zero."""
+        nothing = (np.zeros((1, b.drive.shape[1])) for b in self.blocks)
+        silent: Array = _weighted(self.blocks, self.assembly, self._scales, nothing, 1)[0]
+        return silent
+
+    def sensitivities(self, theta: Array, columns: Index) -> Array:
+        """Return weighted residuals at theta (P, K) and their derivatives along some columns (Q,), (P, 1 + Q, M)."""
+        exact, every = self.assembly.sensitivities, 1 + len(columns)
+        assert exact is not None
+        count = len(theta) * every
+        simulated = (exact(b.drive, theta, b.dt, columns).reshape(count, -1) for b in self.blocks)
+        rows = _weighted(self.blocks, self.assembly, self._scales, simulated, count, every)
+        return rows.reshape(len(theta), every, -1)
+
+    @property
+    def rows(self) -> int:
+        """Number of residuals M."""
+        return sum(len(b.target) for b in self.blocks) + 1
+
+    @property
+    def simulated(self) -> int:
+        """Number of samples that one simulation has."""
+        return sum(b.drive.shape[1] for b in self.blocks)
+
+    @property
+    def samples(self) -> int:
+        """Number of measured samples."""
+        return sum(b.samples for b in self.blocks)

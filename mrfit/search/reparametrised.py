@@ -1,0 +1,81 @@
+"""Search in the fewest parameters that give all responses of a model, and return to its own."""
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mrfit.core.specs import Array, Reduced
+from mrfit.search import coarse_to_fine, optimize
+from mrfit.search.cube import Cube, cube_of
+from mrfit.search.problem import Posed
+from mrfit.search.variable_projection import projection_of
+
+# Share of a parameter by which it may lie beyond its bound: rounding
+ROUNDING = 1e-9
+
+
+def search(
+    posed: Posed,
+    starts: Array,
+    rng: np.random.Generator,
+    limits: coarse_to_fine.Limits,
+    on_progress: coarse_to_fine.Told,
+) -> optimize.Outcome:
+    """Return where `auto` ends, as ``coarse_to_fine.search``; in the model's reduced parameters where it has such.
+
+    Where what they reach lies outside the bounds of the model's own parameters, or at a bound that these do not have,
+    the search goes on in these. Where the user changed those bounds, or fixed a parameter, they are not used.
+    """
+    reduced, own = posed.assembly.reduced, posed.cube
+    as_given = [(p.low, p.high) for p in own.params] == [(p.low, p.high) for p in posed.assembly.spec.params]
+    if reduced is None or not as_given or len(own.free) < len(own.params):
+        return coarse_to_fine.search(posed, starts, rng, limits, on_progress)
+    way = _Way(reduced, cube_of(reduced.spec, {}, {}, {}), own)
+    run = coarse_to_fine.Run(rng, limits, time.monotonic(), on_progress)
+    assembly = replace(
+        posed.assembly,
+        spec=reduced.spec,
+        simulate=reduced.response,
+        rough=reduced.rough,
+        reduced=None,
+        sensitivities=reduced.sensitivities,
+    )
+    less = replace(posed, assembly=assembly, cube=way.cube)
+    coarse = coarse_to_fine.search_thinned(less, way.cube.to_points(reduced.reduce(own.to_theta(starts))), run)
+    outcome = coarse.outcome
+    if len(coarse.points) and way.inside(outcome.point):
+        outcome = coarse_to_fine.onward(less, coarse, run)
+    ended = way.restored(outcome)
+    if not np.isfinite(outcome.cost) or way.inside(outcome.point):
+        return ended
+    projection = projection_of(replace(posed, blocks=coarse_to_fine.thinned(posed.blocks)))
+    return coarse_to_fine.onward(posed, coarse_to_fine.Coarse(ended, ended.point[None, :], projection), run)
+
+
+@dataclass(frozen=True)
+class _Way:
+    """The way from reduced parameters back to a model's own, each in its cube."""
+
+    reduced: Reduced
+    cube: Cube
+    own: Cube
+
+    def theta(self, point: Array) -> Array:
+        """Return the model's parameters (1, K) at a point (R,) of the reduced cube."""
+        return self.reduced.restore(self.cube.to_theta(point[None, :]))
+
+    def inside(self, point: Array) -> bool:
+        """Return whether these are within their bounds, and the point at no bound that is none of theirs."""
+        low, high = np.array([(p.low, p.high) for p in self.own.params]).T
+        slack = ROUNDING * np.maximum(np.abs(low), np.abs(high))
+        theta, (below, above) = self.theta(point), (point <= ROUNDING, point >= 1.0 - ROUNDING)
+        bound = np.count_nonzero((theta <= low + slack) | (theta >= high - slack))
+        within = np.all((theta >= low - slack) & (theta <= high + slack))
+        return bool(within and np.count_nonzero(below | above) <= bound)
+
+    def restored(self, outcome: optimize.Outcome) -> optimize.Outcome:
+        """Return an outcome with its points as the nearest ones of the model's own cube."""
+        bad = outcome.first_nonfinite
+        first_nonfinite = None if bad is None else self.own.to_points(self.theta(bad))[0]
+        return replace(outcome, point=self.own.to_points(self.theta(outcome.point))[0], first_nonfinite=first_nonfinite)

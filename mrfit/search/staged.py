@@ -1,0 +1,178 @@
+"""Staged identification: each part of a model on the kind of test in which it acts alone, the others held.
+
+The stages are the model's (``STAGES``): for Hammerstein-Wiener the static map on strokes at constant speed, the
+hysteresis on sines at constant current, the magnetisation under steps of current, the temperature's factor while a
+sine warms the damper (Savaia et al. sec. 3). Where they end the joint refinement of all parameters begins.
+"""
+
+import fnmatch
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from mrfit.core import registry
+from mrfit.core.specs import Array, Index, Stage
+from mrfit.errors import ConfigError
+from mrfit.search import optimize
+from mrfit.search.cube import Cube
+from mrfit.search.objective import Objective
+from mrfit.search.problem import Block, Posed
+from mrfit.signal.cycles import last_event
+from mrfit.simulate.current_dependence import base_name
+
+NAME = "staged"
+# Waveforms of a stroke whose speed is constant between reversals
+CONSTANT_SPEED = ("triangle", "quasi-static")
+# Rise of the temperature in K, within one segment, that shows what it does to the force
+WARMED = 3.0
+# Evaluations of a stage for each of its parameters and one more
+EVALUATIONS = 200
+# At constant speed counts what the force settles to: samples within this share of the speed, in the last part of each
+STEADY, SETTLED_PART = 0.1, 0.5
+TESTS: Mapping[str, str] = {
+    "constant-speed": "strokes at constant speed and current (triangles)",
+    "sine": "sines at constant current",
+    "current-step": "tests under a current that moves",
+    "heating": f"tests at constant current in which the temperature moves by {WARMED:g} K or more",
+}
+
+
+@dataclass(frozen=True)
+class Staged:
+    """Where the stages ended: parameters (K,), and what each of them did, ready for JSON."""
+
+    theta: Array
+    stages: list[dict[str, Any]]
+
+
+def stages_of(model: str) -> tuple[Stage, ...]:
+    """Return the stages of a written model's base, none if it has no such identification."""
+    module = registry.load("model", model.partition("+")[0])
+    return tuple(getattr(module, "STAGES", ()))
+
+
+def check_staged(model: str, optimizer: str, per: str) -> bool:
+    """Return whether an optimizer chain begins with stages.
+
+    Raises
+    ------
+    ConfigError
+        If it does but the model has none, or conditions are to be fitted one by one.
+    """
+    if NAME not in optimize.chain(optimizer):
+        return False
+    if not stages_of(model):
+        known = ", ".join(n for n in registry.names("model") if stages_of(n))
+        raise ConfigError(f"--opt {optimizer}: '{model}' has no stages of identification; {known} have them")
+    if per != "all":
+        raise ConfigError(f"--opt {optimizer} fits one set of parameters to several kinds of tests: add --per all")
+    return True
+
+
+def kind_of(block: Block, inputs: Sequence[str]) -> str:
+    """Return the kind of test that a block is, as a ``Stage`` names it; ``inputs`` are the rows of its drive."""
+    if not np.isfinite(block.segment.current):
+        return "current-step"
+    if "temperature" in inputs and float(np.ptp(block.drive[inputs.index("temperature")])) >= WARMED:
+        return "heating"
+    return "constant-speed" if block.segment.waveform in CONSTANT_SPEED else "sine"
+
+
+def identify(posed: Posed, model: str, theta: Array, rng: np.random.Generator, deadline: float | None = None) -> Staged:
+    """Fit stage after stage, each from where those before it ended.
+
+    The parameters of a stage whose tests are missing go to the next stage that has some.
+
+    Parameters
+    ----------
+    posed
+        The joint problem: search blocks, their weights, the model and its cube.
+    model
+        As written; its base has the stages.
+    theta
+        Parameters (K,) to start from.
+    rng
+        Source of further starts.
+    deadline
+        Of ``time.monotonic``, after which a stage is taken as it stands; None for none.
+    """
+    cube = posed.cube
+    tests = [kind_of(b, posed.assembly.spec.inputs) for b in posed.blocks]
+    done: list[dict[str, Any]] = []
+    left: list[int] = []
+    for stage in stages_of(model):
+        own = [int(k) for k in cube.free if _belongs(cube.params[int(k)].name, stage)]
+        if not own:
+            continue
+        left += own
+        members = [k for k, test in enumerate(tests) if test == stage.test]
+        told = {"stage": stage.name, "test": stage.test, "segments": [posed.blocks[k].segment.id for k in members]}
+        done.append(told | {"parameters": [cube.params[k].name for k in left]})
+        if members:
+            free = np.array(sorted(left), dtype=np.int64)
+            theta, ended = _fitted(posed, members, free, theta, rng, deadline)
+            done[-1] |= ended
+            left = []
+    return Staged(theta, done)
+
+
+def warnings(stages: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
+    """Return a warning on every stage that had no test to be fitted to, with what its parameters were fitted to."""
+    found = []
+    for place, stage in enumerate(stages):
+        if not stage["segments"]:
+            later = next((s["stage"] for s in stages[place + 1 :] if s["segments"]), None)
+            where = f"with those of the {later}, then" if later else "only"
+            text = (
+                f"no stage of the {stage['stage']}: among the training segments there are no {TESTS[stage['test']]}; "
+                f"its parameters were fitted {where} in the joint refinement"
+            )
+            found.append({"kind": "stage-skipped", "text": text})
+    return found
+
+
+def _belongs(name: str, stage: Stage) -> bool:
+    return any(fnmatch.fnmatchcase(base_name(name), pattern) for pattern in stage.parameters)
+
+
+def settled(block: Block, inputs: Sequence[str]) -> Block:
+    """Return a block of strokes at constant speed in which samples near reversals, where filters still act, count 0.
+
+    A block without velocity, or whose speed is nowhere constant, comes back as it was.
+    """
+    if "velocity" not in inputs:
+        return block
+    v = block.drive[inputs.index("velocity")]
+    usual = np.median(np.abs(v))
+    steady = np.abs(np.abs(v) - usual) <= STEADY * usual
+    # samples since the stroke last reversed or left its speed
+    ends = np.flatnonzero(~steady | (np.sign(v) != np.sign(np.roll(v, 1))))
+    since = np.arange(len(v)) - last_event(ends, len(v))
+    late = since >= SETTLED_PART * since.max()
+    counts = np.where(late[block.nodes].all(axis=1), block.counts, 0.0)
+    return replace(block, counts=counts) if since.max() and counts.any() else block
+
+
+def _fitted(
+    posed: Posed,
+    members: Sequence[int],
+    free: Index,
+    theta: Array,
+    rng: np.random.Generator,
+    deadline: float | None,
+) -> tuple[Array, dict[str, Any]]:
+    """Return theta (K,) with some parameters fitted to some blocks, and the cost there with the evaluations it took."""
+    params = tuple(
+        replace(p, start=float(np.clip(value, p.low, p.high)))
+        for p, value in zip(posed.cube.params, theta, strict=True)
+    )
+    inputs, blocks = posed.assembly.spec.inputs, [posed.blocks[k] for k in members]
+    blocks = [settled(b, inputs) if kind_of(b, inputs) == "constant-speed" else b for b in blocks]
+    part = Posed(blocks, posed.weights[list(members)], posed.assembly, Cube(params, free))
+    budget = EVALUATIONS * (len(free) + 1)
+    objective = Objective(part.residuals, part.cube.start, budget=budget)
+    outcome = optimize.run("auto", objective, rng, budget, optimize.seconds_left(deadline))
+    found: Array = part.cube.to_theta(outcome.point[None, :])[0]
+    return found, {"cost": outcome.cost, "evaluations": outcome.evaluations}

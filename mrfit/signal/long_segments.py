@@ -1,0 +1,47 @@
+"""Pieces of segments that are too long to be handled at once; an hour at 10 kHz is 36 million samples."""
+
+import math
+from dataclasses import replace
+
+from mrfit.core.recording import Segment
+from mrfit.signal.noise import LONG
+
+# Samples of a piece, and fewest cycles of one
+PIECE, FEWEST_CYCLES = 1 << 19, 4
+# Cycles that lead the model in to a piece, and the share of its samples that does where there are none
+LEAD_CYCLES, LEAD_IN = 2, 0.1
+
+
+def pieces(segment: Segment, dt: float) -> list[Segment]:
+    """Return a segment of over two million samples in pieces of about half a million, by whole cycles if it has any.
+
+    Each but the first is led in by cycles or samples of the piece before it.
+    """
+    if segment.samples <= LONG:
+        return [segment]
+    if segment.cycles:
+        period = 1.0 / (segment.frequency * dt)
+        each = max(round(PIECE / period), FEWEST_CYCLES)
+        count, lead = max(segment.cycles // each, 1), round(LEAD_CYCLES * period)
+        cycles = [segment.cycles * k // count for k in range(count + 1)]
+        places = [segment.start + round(c * period) for c in cycles[:-1]] + [segment.stop]
+    else:
+        count = math.ceil(segment.samples / PIECE)
+        lead, cycles = int(LEAD_IN * PIECE), [0] * (count + 1)
+        places = [segment.start + segment.samples * k // count for k in range(count + 1)]
+    return [
+        replace(
+            segment,
+            start=places[k],
+            stop=places[k + 1],
+            cycles=cycles[k + 1] - cycles[k],
+            warm_up=lead if k else min(segment.warm_up, LONG),
+        )
+        for k in range(count)
+    ]
+
+
+def middle_piece(segment: Segment, dt: float) -> Segment:
+    """Return the piece in the middle of a long segment, or the whole of another."""
+    found = pieces(segment, dt)
+    return found[len(found) // 2]

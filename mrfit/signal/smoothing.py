@@ -1,0 +1,321 @@
+"""The one smoother and differentiator: what drives a model, freed of noise.
+
+Every wiggle of a noisy input is a reversal to a rate-independent model, and biases its hysteresis at an error that
+looks perfect. Periodic channels are replaced by their Fourier series, those whose cycles differ a little by a series
+with slowly moving amplitude and timing (``modulation``), others by local polynomials (``savitzky_golay``) that end at
+corners; derivatives come from the same series or the same polynomials.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mrfit.core.recording import FLUX_RESISTANCE, Recording, Segment
+from mrfit.core.specs import Array
+from mrfit.errors import DataError
+from mrfit.signal.harmonics import HarmonicFit, harmonic_fit, synthesis
+from mrfit.signal.held import at_levels
+from mrfit.signal.modulation import ModulatedSeries, modulated_series, modulation
+from mrfit.signal.noise import noise_floor, noise_level
+from mrfit.signal.savitzky_golay import NARROWEST, POLYNOMIAL_ORDER, Smoother
+
+# A series is taken where what it leaves is noise: at most this much above the channel's own white noise …
+WHITE_EXCESS = 1.3
+# … or above what does not repeat between cycles, if that is at most the given share of the signal's amplitude.
+REPEAT_LIMITS = ((1.1, 0.02), (1.5, 0.01))
+FITTED_CYCLES = 4
+# Share of the range by which cycles of an exact command differ
+EXACT = 1e-5
+# A series of fewer harmonics than this has no corners
+RINGING = 3
+# Chance by which noise may pass for cycles that differ; where a modulated series leaves white noise of a residual that
+# was many times that, coloured noise it cannot be
+CHANCE, CHANCE_IF_WHITE, MANY = 1e-4, 0.05, 2.0
+# A modulated series is taken where it leaves no more than this above the channel's own white noise
+MODULATED_EXCESS = 1.1
+
+ANTIDERIVATIVES: Mapping[str, tuple[tuple[str, int], ...]] = {
+    "velocity": (("displacement", 1),),
+    "acceleration": (("velocity", 1), ("displacement", 2)),
+    "angular_velocity": (("angle", 1),),
+    "angular_acceleration": (("angular_velocity", 1), ("angle", 2)),
+}
+LEVELS = ("current", "temperature")
+# Inputs that change within a cycle
+FAST_INPUTS = ("current", "displacement", "angle")
+# Seconds from the record's first sample: what does not repeat with the drive depends on it
+TIME = "time"
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """Smoothed inputs of a model over a segment and its warm-up.
+
+    Attributes
+    ----------
+    values
+        Channels (C, N) in the order asked for; column ``warm_up`` is the segment's first sample.
+    warm_up
+        Samples before the segment.
+    dt
+        Sample interval in s.
+    method
+        How each channel was smoothed, for people.
+    noise
+        Channel name -> rms of what was taken away, in the channel's unit.
+    fits
+        One Fourier series for every channel, with t = 0 at the first column, or None unless all channels are periodic.
+    """
+
+    values: Array
+    warm_up: int
+    dt: float
+    method: str
+    noise: dict[str, float]
+    fits: tuple[HarmonicFit, ...] | None
+
+    def without_values(self) -> "Drive":
+        """Return the drive of a periodic segment as its series alone."""
+        return replace(self, values=self.values[:, :0].copy())
+
+
+@dataclass(frozen=True, slots=True)
+class _Channel:
+    values: Array
+    method: str
+    noise: float
+    fit: HarmonicFit | None
+
+
+def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Drive:
+    """Return the smoothed inputs of a model over ``[segment.start − segment.warm_up, segment.stop)``.
+
+    A channel of a periodic segment becomes its Fourier series if what that leaves is noise, a modulated series if
+    cycles differ by more than noise and that follows them, any other a local polynomial. Velocities and accelerations
+    that were not recorded are derivatives of the recorded stroke or angle; a current or a temperature that was not
+    recorded is constant at the level that the segment or the condition gives.
+
+    Parameters
+    ----------
+    recording
+        Log the segment points into.
+    segment
+        Range and fundamental frequency.
+    names
+        Channels wanted.
+
+    Raises
+    ------
+    DataError
+        If a channel is neither recorded nor derivable.
+    """
+    begin = max(segment.start - segment.warm_up, 0)
+    sources = {name: _source(recording, segment, name) for name in names if name != TIME}
+    frequency = _frequency(recording, segment, begin)
+    smoothed: dict[tuple[str, int], _Channel] = {}
+    smoothers: dict[str, HarmonicFit | ModulatedSeries | Smoother] = {}
+    for source, derivative in sources.values():
+        if isinstance(source, str) and (source, derivative) not in smoothed:
+            window = recording.channels[source][begin : segment.stop]
+            if source not in smoothers:
+                found = _series(window, segment, recording.dt, frequency)
+                smoothers[source] = _smoother(window, segment, recording.dt, found)
+            smoothed[source, derivative] = _smoothed(window, recording.dt, smoothers[source], derivative)
+            if source in LEVELS and isinstance(smoothers[source], Smoother):
+                smoothed[source, derivative] = _held(window, smoothed[source, derivative])
+    count = segment.stop - begin
+    channels = {
+        name: smoothed[source, derivative] if isinstance(source, str) else _level(source, count)
+        for name, (source, derivative) in sources.items()
+    }
+    if TIME in names:
+        elapsed = np.arange(begin, segment.stop, dtype=np.float64) * recording.dt
+        channels[TIME] = _Channel(elapsed, "as recorded", 0.0, None)
+    fits = [c.fit for c in channels.values() if c.fit is not None]
+    return Drive(
+        values=np.stack([channels[n].values for n in names]),
+        warm_up=segment.start - begin,
+        dt=recording.dt,
+        method=_method(channels, sources),
+        noise={n: c.noise for n, c in channels.items()},
+        fits=tuple(fits) if len(fits) == len(names) and frequency > 0.0 else None,
+    )
+
+
+def check_inputs(recording: Recording, segment: Segment, names: Sequence[str]) -> None:
+    """Raise the DataError with which ``smooth`` would refuse a segment for want of a channel."""
+    for name in names:
+        if name != TIME:
+            _source(recording, segment, name)
+
+
+def inputs_repeat(recording: Recording, segment: Segment) -> bool:
+    """Return whether every input recorded repeats with the cycle of a segment: its series leaves only noise."""
+    windows, frequency = _fast_windows(recording, segment)
+    found = (_series(window, segment, recording.dt, frequency) for window in windows)
+    return all(isinstance(series, HarmonicFit) for series in found)
+
+
+def cycles_agree(recording: Recording, segment: Segment) -> bool:
+    """Return whether the cycles of every input recorded differ by no more than white noise, whatever their shape.
+
+    A corner takes more harmonics than a series has, and few cycles of a sweep seem to repeat.
+    """
+    windows, frequency = _fast_windows(recording, segment)
+    skipped = _unsettled(segment, len(windows[0])) if windows else 0
+    return bool(windows) and all(_agree(w[skipped:], segment.cycles, recording.dt, frequency) for w in windows)
+
+
+def _agree(values: Array, cycles: int, dt: float, frequency: float) -> bool:
+    if frequency <= 0.0 or cycles < 2:
+        return False
+    limit = max(WHITE_EXCESS * noise_level(values), EXACT * float(np.ptp(values)))
+    return noise_floor(values, dt, frequency, cycles) <= limit
+
+
+def _fast_windows(recording: Recording, segment: Segment) -> tuple[list[Array], float]:
+    """Return the recorded inputs that change within a cycle, from the lead-in on, and the fundamental in Hz."""
+    begin = max(segment.start - segment.warm_up, 0)
+    windows = [recording.channels[n][begin : segment.stop] for n in FAST_INPUTS if n in recording.channels]
+    return windows, _frequency(recording, segment, begin) if windows else 0.0
+
+
+def _source(recording: Recording, segment: Segment, name: str) -> tuple[str | float, int]:
+    """Return the recorded channel and the order of derivative that give ``name``, or its constant level."""
+    if name in recording.channels:
+        return name, 0
+    for source, derivative in ANTIDERIVATIVES.get(name, ()):
+        if source in recording.channels:
+            return source, derivative
+    if name in LEVELS:
+        level = float(getattr(segment, name))
+        level = level if np.isfinite(level) else float(recording.condition.get(name, np.nan))
+        if np.isfinite(level):
+            return level, 0
+    if name == FLUX_RESISTANCE:
+        return float(recording.condition.get(name, 0.0)), 0
+    raise DataError(f"{recording.source}: no {name} in this log; {_remedy(name)}")
+
+
+def _remedy(name: str) -> str:
+    column = f"name its column in the channel map ([channels] {name} = {{column = …, unit = …}})"
+    if name in LEVELS:
+        return f"{column}, or give its level in [condition] or in the file's name"
+    if name in ANTIDERIVATIVES:
+        stroke = ANTIDERIVATIVES[name][-1][0]
+        return f"{column}, or that of {stroke}, from which it is derived"
+    return f"{column}, or choose a model without it (`mrfit list models`)"
+
+
+def _frequency(recording: Recording, segment: Segment, begin: int) -> float:
+    """Return the fundamental refined on the segment's drive, 0 for a segment without one."""
+    if segment.cycles < 1 or segment.frequency <= 0.0 or segment.drive not in recording.channels:
+        return segment.frequency if segment.cycles else 0.0
+    values = recording.channels[segment.drive][begin : segment.stop]
+    return harmonic_fit(values[_unsettled(segment, len(values)) :], recording.dt, segment.frequency).frequency
+
+
+def _unsettled(segment: Segment, samples: int) -> int:
+    """Return how many samples to leave out of a series: the lead-in, still settling, where enough cycles follow it."""
+    return samples - segment.samples if segment.cycles >= FITTED_CYCLES else 0
+
+
+def _series(values: Array, segment: Segment, dt: float, frequency: float) -> HarmonicFit | ModulatedSeries | None:
+    """Return the Fourier series of a channel from its first sample on, modulated where its cycles do not repeat.
+
+    None where either leaves more than noise.
+    """
+    if frequency <= 0.0:
+        return None
+    skipped = _unsettled(segment, len(values))
+    fit = harmonic_fit(values[skipped:], dt, frequency, refine=False)
+    fit = replace(fit, frequency=frequency)
+    chance = modulation(values[skipped:], fit, dt)
+    if chance < CHANCE_IF_WHITE:
+        series, white = modulated_series(values[skipped:], fit, dt, skipped), noise_level(values)
+        follows = series.residual <= MODULATED_EXCESS * white
+        if chance < CHANCE or (follows and fit.residual > MANY * white):
+            return series if follows else None
+    return fit.shifted(-skipped * dt) if _leaves_noise(fit, values[skipped:], dt) else None
+
+
+def _smoother(
+    values: Array, segment: Segment, dt: float, series: HarmonicFit | ModulatedSeries | None
+) -> HarmonicFit | ModulatedSeries | Smoother:
+    """Return a channel's series, or local polynomials where there is none or where it rings.
+
+    At corners a series rings within the noise, but its slope rings beyond. Where local polynomials that end at the
+    corners come closer to the samples, beside the corners and overall, the corners are sharp and all of them known.
+    """
+    if series is None and len(values) < NARROWEST:
+        raise DataError(f"segment {segment.id} has {len(values)} samples, too few to smooth; use a longer log")
+    if isinstance(series, HarmonicFit) and series.harmonics < RINGING:
+        return series
+    local = Smoother(values)
+    if series is None:
+        return local
+    near = local.near_corners()
+    if not near.any():
+        return series
+    if isinstance(series, HarmonicFit):
+        by_series = synthesis(series.coefficients, 2 * np.pi * series.frequency * dt, len(values))
+    else:
+        by_series = series.derivatives[0]
+    left = np.stack([(values - found) ** 2 for found in (by_series, local.smoothed(0).values)])
+    nearer = all(part[1] < part[0] for part in (left[:, near].sum(axis=1), left.sum(axis=1)))
+    return local if nearer else series
+
+
+def _smoothed(
+    values: Array, dt: float, smoother: HarmonicFit | ModulatedSeries | Smoother, derivative: int
+) -> _Channel:
+    if isinstance(smoother, HarmonicFit):
+        series = smoother
+        rates = series.coefficients * (2j * np.pi * np.arange(series.harmonics + 1) * series.frequency) ** derivative
+        text = f"harmonic fit, {series.harmonics} harmonic{'s' * (series.harmonics != 1)} of {series.frequency:.5g} Hz"
+        signal = synthesis(rates, 2 * np.pi * series.frequency * dt, len(values))
+        return _Channel(signal, text, series.residual, replace(series, coefficients=rates))
+    if isinstance(smoother, ModulatedSeries):
+        text = f"modulated harmonic fit, amplitude and timing differ by {100 * smoother.depth:.2g} %"
+        return _Channel(smoother.derivatives[derivative], text, smoother.residual, None)
+    found = smoother.smoothed(derivative)
+    text = "as recorded"
+    if found.widest > 1:
+        windows = f"{found.window}" if found.widest <= found.window else f"{found.window} to {found.widest}"
+        text = f"savitzky-golay, window {windows} samples, order {POLYNOMIAL_ORDER}"
+        text += f", {smoother.corners} corner{'s' * (smoother.corners != 1)} kept" if smoother.corners else ""
+    return _Channel(found.values / dt**derivative, text, smoother.residual, None)
+
+
+def _held(values: Array, channel: _Channel) -> _Channel:
+    levels = at_levels(values, channel.values, noise_level(values))
+    held = int(np.sum(levels != channel.values))
+    text = f"{channel.method}; held levels at their means" if held else channel.method
+    return replace(channel, values=levels, method=text)
+
+
+def _leaves_noise(fit: HarmonicFit, values: Array, dt: float) -> bool:
+    """Tell whether a series leaves nothing but noise: white, or any that does not repeat from cycle to cycle."""
+    span = float(np.ptp(values))
+    if fit.residual <= max(WHITE_EXCESS * noise_level(values), 1e-6 * span):
+        return True
+    limits = [excess for excess, share in REPEAT_LIMITS if fit.residual <= share * span / 2]
+    if not limits:
+        return False
+    cycles = int(len(values) * dt * fit.frequency + 0.02)
+    return bool(fit.residual <= max(limits) * noise_floor(values, dt, fit.frequency, cycles))
+
+
+def _level(level: float, count: int) -> _Channel:
+    return _Channel(np.full(count, level), "constant", 0.0, HarmonicFit(1.0, np.array([level + 0j]), 0.0))
+
+
+def _method(channels: Mapping[str, _Channel], sources: Mapping[str, tuple[str | float, int]]) -> str:
+    texts = {}
+    for name, channel in channels.items():
+        source, derivative = sources.get(name, (name, 0))
+        texts[name] = f"{channel.method} of {source}" if derivative else channel.method
+    if len(set(texts.values())) == 1:
+        return next(iter(texts.values()))
+    return "; ".join(f"{name}: {text}" for name, text in texts.items())

@@ -1,0 +1,268 @@
+"""Put a model together: a base model, its dependence on current, and a chain of effects in fixed slots.
+
+The written name of the whole is ``BASE+EFFECT+EFFECT``. Whatever the order of writing, effects act in the order of
+their slots, those of one slot in the order of their names:
+
+    input (a channel is changed before the base sees it) -> loop (a channel is changed by what the output does)
+    -> theta (parameters of a role are scaled over time) -> base -> add (a term is added to the output)
+    -> output (the output is changed)
+    -> record (what the instruments, or the reconstruction from them, add; it sees the channels as recorded)
+
+Every effect has a neutral value at which it vanishes bit for bit, so that the base is nested in base + effect.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from types import ModuleType
+from typing import cast
+
+import numpy as np
+
+from mrfit.core import registry
+from mrfit.core.specs import Array, EffectSpec, ModelSpec, Reduced, Response, Sensitivities
+from mrfit.errors import ConfigError
+from mrfit.simulate.current_dependence import CurrentDependence, at_current, base_name, coefficients, expanded
+
+SLOTS = ("input", "loop", "theta", "add", "output", "record")
+
+
+@dataclass(frozen=True, slots=True)
+class Assembly:
+    """A model ready to simulate.
+
+    Attributes
+    ----------
+    name
+        As written on the command line.
+    spec
+        Specification of the whole: the base's parameters, then each effect's as ``EFFECT.PARAMETER``.
+    simulate
+        Batched response, see ``specs.Response``.
+    derived
+        Maps theta (P, K) to the derived quantities (P, D) of ``spec.derived``.
+    start_values
+        Maps (drive (C, N), output (N,), dt) to what start values the data give, by parameter name.
+    rough
+        As ``simulate``, less exact and faster: what a search may use far from its end.
+    reduced
+        The model in the fewest parameters that give its responses, where these are fewer or better to search in.
+    sensitivities
+        The response and its exact derivatives, where the model has them.
+    far_starts
+        Maps the same to start values of minima that a search hardly finds from these, where a base model knows of some.
+    alone
+        Whether it is a base model as it stands, without effects or dependence on current.
+    adds
+        Whether an effect adds a term to the base's output, or to the record.
+    """
+
+    name: str
+    spec: ModelSpec
+    simulate: Response
+    derived: Callable[[Array], Array]
+    start_values: Callable[[Array, Array, float], dict[str, float]]
+    rough: Response | None = None
+    reduced: Reduced | None = None
+    sensitivities: Sensitivities | None = None
+    far_starts: Callable[[Array, Array, float], list[dict[str, float]]] | None = None
+    alone: bool = False
+    adds: bool = False
+
+
+def _nothing_derived(theta: Array) -> Array:
+    return np.empty((len(theta), 0))
+
+
+def _no_start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
+    return {}
+
+
+def assemble(name: str, dependence: CurrentDependence | None = None) -> Assembly:
+    """Return the assembly of a written model name.
+
+    Parameters
+    ----------
+    name
+        ``BASE`` or ``BASE+EFFECT+…``.
+    dependence
+        Which of the base's parameters depend on current; None for none.
+
+    Raises
+    ------
+    ConfigError
+        If a name is in no registry, an effect is written twice, or it does not fit the base's output.
+    """
+    base, *written = name.split("+")
+    module = registry.load("model", base)
+    effects = [registry.load("effect", e) for e in written]
+
+    def built(response: Response) -> Assembly:
+        whole = Assembly(
+            name=name,
+            spec=cast(ModelSpec, module.SPEC),
+            simulate=response,
+            derived=getattr(module, "derived", _nothing_derived),
+            start_values=getattr(module, "start_values", _no_start_values),
+        )
+        if dependence and dependence.varies:
+            whole = _depending(whole, dependence)
+        return _with_effects(whole, effects) if effects else whole
+
+    whole = built(cast(Response, module.response))
+    rough = built(module.rough_response).simulate if hasattr(module, "rough_response") else None
+    if effects or (dependence and dependence.varies):
+        return replace(whole, rough=rough)
+    reduced, sensitivities = getattr(module, "REDUCED", None), getattr(module, "sensitivities", None)
+    far = getattr(module, "far_starts", None)
+    return replace(whole, rough=rough, reduced=reduced, sensitivities=sensitivities, far_starts=far, alone=True)
+
+
+def _depending(base: Assembly, dependence: CurrentDependence) -> Assembly:
+    spec = expanded(base.spec, dependence)
+    row = spec.inputs.index("current")
+    inputs = len(base.spec.inputs)
+
+    def simulate(drive: Array, theta: Array, dt: float) -> Array:
+        return base.simulate(drive[:inputs], at_current(base.spec, dependence, theta, drive[row]), dt)
+
+    def derived(theta: Array) -> Array:
+        return coefficients(base.spec, dependence, theta)
+
+    def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
+        starts = base.start_values(drive[:inputs], output, dt)
+        return {n: starts[base_name(n)] for n in spec.names if base_name(n) in starts}
+
+    return Assembly(base.name, spec, simulate, derived, start_values)
+
+
+def _with_effects(base: Assembly, modules: list[ModuleType]) -> Assembly:
+    modules = sorted(modules, key=lambda m: (SLOTS.index(m.SPEC.slot), m.SPEC.name))
+    specs = [cast(EffectSpec, m.SPEC) for m in modules]
+    for k, effect in enumerate(specs):
+        if effect in specs[:k]:
+            raise ConfigError(f"'{base.name}' names the effect {effect.name} twice")
+        if base.spec.output not in effect.outputs:
+            raise ConfigError(f"effect {effect.name} acts on {' or '.join(effect.outputs)}, not on {base.spec.output}")
+    needed = dict.fromkeys((*base.spec.inputs, *(i for e in specs for i in e.inputs)))
+    params = tuple(replace(p, name=f"{e.name}.{p.name}") for e in specs for p in e.params)
+    spec = replace(
+        base.spec,
+        name=base.name,
+        inputs=tuple(needed),
+        params=(*base.spec.params, *params),
+        rate_independent=False,
+    )
+    chain = _Chain(base, spec, modules, specs)
+    whole = replace(base, spec=spec, simulate=chain.simulate, derived=chain.derived, start_values=chain.start_values)
+    return replace(whole, adds=any(e.slot in ("add", "record") for e in specs))
+
+
+@dataclass(frozen=True, slots=True)
+class _Chain:
+    """The base between its effects; every method takes a batch."""
+
+    base: Assembly
+    spec: ModelSpec
+    modules: list[ModuleType]
+    effects: list[EffectSpec]
+
+    def simulate(self, drive: Array, theta: Array, dt: float) -> Array:
+        """Simulate points that share their input effects together, since these change the drive itself."""
+        parts = self._split(theta)
+        shared = [p for p, e in zip(parts[1:], self.effects, strict=True) if e.slot == "input"]
+        if not shared:
+            return self._recorded(self._closed(drive, parts, dt), drive, parts, dt)
+        _, group = np.unique(np.hstack(shared), axis=0, return_inverse=True)
+        output = np.empty((len(theta), drive.shape[1]))
+        for number in range(group.max() + 1):
+            members = np.flatnonzero(group == number)
+            own = [p[members] for p in parts]
+            output[members] = self._closed(self._changed(drive, own, dt), own, dt)
+        return self._recorded(output, drive, parts, dt)
+
+    def derived(self, theta: Array) -> Array:
+        """Return the base's derived quantities."""
+        return self.base.derived(theta[:, : len(self.base.spec.params)])
+
+    def start_values(self, drive: Array, output: Array, dt: float) -> dict[str, float]:
+        """Return the base's start values."""
+        return self.base.start_values(drive[: len(self.base.spec.inputs)], output, dt)
+
+    def _split(self, theta: Array) -> list[Array]:
+        sizes = [len(self.base.spec.params), *(len(e.params) for e in self.effects)]
+        # kernels are compiled for contiguous arrays
+        return [np.ascontiguousarray(p) for p in np.split(theta, np.cumsum(sizes)[:-1], axis=1)]
+
+    def _active(self, slot: str, parts: list[Array]) -> list[tuple[ModuleType, Array]]:
+        """Return the effects of a slot that some point of the batch does not hold at neutral."""
+        return [
+            (m, p)
+            for m, e, p in zip(self.modules, self.effects, parts[1:], strict=True)
+            if e.slot == slot and not np.all(p == np.array(e.neutral))
+        ]
+
+    def _changed(self, drive: Array, parts: list[Array], dt: float) -> Array:
+        channels = dict(zip(self.spec.inputs, drive, strict=True))
+        for module, theta in self._active("input", parts):
+            channels |= module.transform(channels, theta[0], dt)
+        return np.stack([channels[n] for n in self.spec.inputs])
+
+    def _closed(self, drive: Array, parts: list[Array], dt: float) -> Array:
+        """Close the loops around the base, the last one innermost; within a loop every point has its own drive."""
+        loops = self._active("loop", parts)
+        if not loops:
+            return self._after_input(drive, parts, dt)
+        output = np.empty((len(parts[0]), drive.shape[1]))
+        for point in range(len(output)):
+            own = [p[point : point + 1] for p in parts]
+            output[point] = self._around(loops, point, drive, own, dt)
+        return output
+
+    def _around(
+        self, loops: list[tuple[ModuleType, Array]], point: int, drive: Array, parts: list[Array], dt: float
+    ) -> Array:
+        if not loops:
+            alone: Array = self._after_input(drive, parts, dt)[0]
+            return alone
+        (module, theta), *inner = loops
+        row = self.spec.inputs.index(module.SPEC.inputs[0])
+
+        def simulate(channel: Array) -> Array:
+            changed = drive.copy()
+            changed[row] = channel
+            return self._around(inner, point, changed, parts, dt)
+
+        output: Array = module.closed(simulate, drive[row], theta[point], dt)
+        return output
+
+    def _after_input(self, drive: Array, parts: list[Array], dt: float) -> Array:
+        channels = dict(zip(self.spec.inputs, drive, strict=True))
+        output = self.base.simulate(
+            np.ascontiguousarray(drive[: len(self.base.spec.inputs)]), self._scaled(channels, parts, dt), dt
+        )
+        for module, theta in self._active("add", parts):
+            output = output + module.term(channels, theta, dt)
+        for module, theta in self._active("output", parts):
+            output = module.shape(output, channels, theta, dt)
+        return output
+
+    def _recorded(self, output: Array, drive: Array, parts: list[Array], dt: float) -> Array:
+        channels = dict(zip(self.spec.inputs, drive, strict=True))
+        for module, theta in (*self._active("input", parts), *self._active("record", parts)):
+            if hasattr(module, "error"):
+                output = output + module.error(channels, theta, dt)
+        return output
+
+    def _scaled(self, channels: dict[str, Array], parts: list[Array], dt: float) -> Array:
+        """Return the base's parameters (P, K), or (P, K, N) where an effect makes them vary over the samples."""
+        theta, scaled = parts[0], False
+        for module, own in self._active("theta", parts):
+            for role, factors in module.factors(channels, own, dt).items():
+                columns = [k for k, p in enumerate(self.base.spec.params) if p.role == role]
+                if columns and theta.ndim < 3 and factors.shape[1] > 1:
+                    theta, scaled = np.repeat(theta[:, :, None], factors.shape[1], axis=2), True
+                elif columns and not scaled:
+                    theta, scaled = theta.copy(), True
+                for k in columns:
+                    theta[:, k] *= factors if theta.ndim == 3 else factors[:, 0]
+        return theta

@@ -1,0 +1,372 @@
+"""Parameters that depend on coil current: polynomials through their values at a few currents, in one piece or more.
+
+A parameter p of order m is given by its values p_0 … p_m at m + 1 currents I_0 … I_m spread over the tested range, and
+
+    p(i) = Σ_k p_k·ℓ_k(i),   ℓ_k the Lagrange polynomials of the nodes,
+
+on a logarithmic scale where the parameter has one and does not enter linearly, so that a sharpness or an exponent
+stays positive. Forces and stiffnesses, which enter linearly, are polynomials of i as papers print them, and stay
+linear. Either form can be asked for: ``log2`` is the exponential of a polynomial of order 2, ``plain2`` the polynomial
+itself, held within the parameter's bounds where it does not enter linearly. Values at nodes have the unit, the bounds
+and the start value of the parameter itself, which coefficients of powers of i have not. Outside the tested range the
+current is held at its end: a polynomial says nothing there.
+
+Where the fluid's yield stress turns abruptly, pieces of the range have polynomials of their own (inverse-tanh paper
+Table 3). Each has its nodes spread over its piece; neighbours written with ``:`` share the one at the break and so meet
+there, those written with ``/`` may jump. The break itself belongs to the piece below it.
+"""
+
+import re
+from dataclasses import dataclass, replace
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+
+from mrfit.core.specs import Array, Derived, Index, ModelSpec, Param
+from mrfit.errors import ConfigError, DataError
+
+HIGHEST = 4
+# Parameters that do not depend on the coil's field unless the user says so
+FIXED_ROLES = ("offset", "shape")
+MEETING, JUMPING = ":", "/"
+PLAIN, LOG = "plain", "log"
+
+Order = int | str
+"""Order 0 to 4, or those of pieces with the breaks in A between them: ``1:0.2:2`` meet, ``1/0.2/2`` may jump.
+
+``plain`` or ``log`` before it says what is a polynomial: the parameter, or its logarithm.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """One polynomial: its range and its nodes (m + 1,) in A, and their places among all nodes of the parameter."""
+
+    low: float
+    high: float
+    nodes: Array
+    columns: Index
+
+    @property
+    def order(self) -> int:
+        """Order of the polynomial."""
+        return len(self.nodes) - 1
+
+
+@dataclass(frozen=True, slots=True)
+class CurrentDependence:
+    """Which parameters depend on current, and over which range of it.
+
+    Attributes
+    ----------
+    orders
+        (parameter name, order) pairs; parameters not named are constant.
+    low, high
+        Tested range of current in A.
+
+    Raises
+    ------
+    DataError
+        If a parameter is to vary over a range without extent, or a break lies outside the range.
+    """
+
+    orders: tuple[tuple[str, Order], ...]
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        if self.varies and not self.low < self.high:
+            raise DataError(
+                f"a dependence on current needs tests at two currents or more, these are all at {self.low:.4g} A: "
+                "add tests at other currents, or leave --current-order out"
+            )
+        for name, order in self.orders:
+            outside = [b for b in _read(order)[1] if not self.low < b < self.high]
+            if outside:
+                raise DataError(
+                    f"--current-order {name}={order}: {outside[0]:.4g} A is not inside the tested range, "
+                    f"{self.low:.4g} to {self.high:.4g} A"
+                )
+
+    @property
+    def varies(self) -> bool:
+        """Whether any parameter depends on current."""
+        return any(order for _, order in self.orders)
+
+    def pieces(self, order: Order) -> tuple[Piece, ...]:
+        """Return the polynomials of a parameter of this order, by rising current."""
+        return _pieces(order, self.low, self.high)
+
+    def nodes(self, order: Order) -> Array:
+        """Return the currents in A at which a parameter of this order is given, one for each of its values."""
+        nodes = np.empty(count(order))
+        for piece in reversed(self.pieces(order)):
+            nodes[piece.columns] = piece.nodes
+        return nodes
+
+    def labels(self, order: Order) -> list[str]:
+        """Return the nodes as parameters' names have them: ``0.2A``, at a jump ``0.2A-`` below and ``0.2A+`` above."""
+        below, above = set[int](), set[int]()
+        for one, other in pairwise(self.pieces(order)):
+            if one.columns[-1] != other.columns[0]:
+                below |= {int(one.columns[-1])} if one.order else set()
+                above |= {int(other.columns[0])} if other.order else set()
+        ends = ["-" * (k in below) + "+" * (k in above) for k in range(count(order))]
+        return [f"{i:.4g}A{end}" for i, end in zip(self.nodes(order), ends, strict=True)]
+
+    def basis(self, order: Order, current: Array) -> Array:
+        """Return the Lagrange polynomials at currents (N,) in A, one row for each node; 0 outside their piece."""
+        held = np.clip(current, self.low, self.high)
+        rows = np.zeros((count(order), len(current)))
+        for piece in self.pieces(order):
+            # the first piece reaches down to the range's end, every other to above the break
+            inside = (held <= piece.high) & ((held > piece.low) | (piece.low == self.low))
+            rows[np.ix_(piece.columns, np.flatnonzero(inside))] = _lagrange(piece.nodes, held[inside])
+        return rows
+
+
+def _lagrange(nodes: Array, current: Array) -> Array:
+    rows = np.ones((len(nodes), len(current)))
+    for k in range(len(nodes)):
+        for j in range(len(nodes)):
+            if j != k:
+                rows[k] *= (current - nodes[j]) / (nodes[k] - nodes[j])
+    return rows
+
+
+def base_name(name: str) -> str:
+    """Return a parameter's name without the current at which its value is given."""
+    return name.partition("@")[0]
+
+
+def form_of(order: Order) -> str:
+    """Return the form a written order asks for, ``plain`` or ``log``; empty for the parameter's own."""
+    return next((form for form in (PLAIN, LOG) if str(order).strip().startswith(form)), "")
+
+
+@cache
+def _read(order: Order) -> tuple[tuple[int, ...], tuple[float, ...], tuple[bool, ...]]:
+    """Return the pieces' orders, the breaks between them in A, and whether the pieces meet there.
+
+    Raises
+    ------
+    ConfigError
+        If the text is not of this form, breaks do not rise, or two constants are to meet.
+    """
+    tokens = re.split(f"([{MEETING}{JUMPING}])", "".join(str(order).split()).removeprefix(form_of(order)))
+    written, signs = tokens[::4], tokens[1::4]
+    if len(tokens) % 4 != 1 or signs != tokens[3::4] or not set(written) <= {str(k) for k in range(HIGHEST + 1)}:
+        raise ConfigError(
+            f"--current-order takes 0 to {HIGHEST}, or in pieces 1:0.2:2 (order 1 to 0.2 A, 2 from there, meeting) or "
+            f"1/0.2/2 (they may jump), with 'plain' or 'log' before it for a polynomial or the exponential of one, for "
+            f"all or as NAME=ORDER pairs, not '{order}'"
+        )
+    try:
+        breaks = tuple(float(token) for token in tokens[2::4])
+    except ValueError as error:
+        raise ConfigError(f"--current-order '{order}': a break is a current in A") from error
+    if not all(np.isfinite(breaks)) or any(not a < b for a, b in pairwise(breaks)):
+        raise ConfigError(f"--current-order '{order}': breaks are currents in A that rise")
+    meeting = tuple(sign == MEETING for sign in signs)
+    if any(m and a == b == "0" for m, (a, b) in zip(meeting, pairwise(written), strict=True)):
+        raise ConfigError(f"--current-order '{order}': constants that meet are one; write 0/{breaks[0]:g}/0")
+    return tuple(map(int, written)), breaks, meeting
+
+
+def count(order: Order) -> int:
+    """Return the number of values that give a parameter of this order: a node for each, shared where pieces meet."""
+    orders, _, meeting = _read(order)
+    return sum(orders) + len(orders) - sum(meeting)
+
+
+@cache
+def _pieces(order: Order, low: float, high: float) -> tuple[Piece, ...]:
+    orders, breaks, meeting = _read(order)
+    edges, pieces, following = (low, *breaks, high), list[Piece](), 0
+    for k, m in enumerate(orders):
+        first = following - 1 if k and meeting[k - 1] else following
+        following = first + m + 1
+        nodes = np.linspace(edges[k], edges[k + 1], m + 1)
+        if not m:
+            # a constant stands where it meets a neighbour, else in the middle of its piece
+            ends = [edges[j] for j in (k, k + 1) if 0 < j < len(orders) and meeting[j - 1]]
+            nodes = np.array([ends[0] if ends else (edges[k] + edges[k + 1]) / 2])
+        pieces.append(Piece(edges[k], edges[k + 1], nodes, np.arange(first, following)))
+    return tuple(pieces)
+
+
+def orders_of(spec: ModelSpec, text: str) -> tuple[tuple[str, Order], ...]:
+    """Return the (parameter, order) pairs of a written current dependence: ``2``, or ``fy=1:0.2:2,c=1``.
+
+    A single order goes to every parameter but offsets and shapes, as a polynomial to those that may be negative.
+
+    Raises
+    ------
+    ConfigError
+        If an order is not 0 to 4, a name is not a parameter, or one that may be negative is to have a logarithm.
+    """
+    if "=" not in text:
+        order = _order(text)
+        varying = [p for p in spec.params if p.role not in FIXED_ROLES and order and not p.fixed]
+        without = _order(str(order).removeprefix(LOG))
+        return tuple((p.name, order if p.low > 0.0 else without) for p in varying)
+    named = {name.strip(): order for name, _, order in (item.partition("=") for item in text.split(","))}
+    for name in named:
+        if name not in spec.names:
+            raise ConfigError(
+                f"--current-order: '{spec.name}' has no parameter '{name}'; it has {', '.join(spec.names)}"
+            )
+        if form_of(named[name]) == LOG and spec.params[spec.names.index(name)].low <= 0.0:
+            raise ConfigError(f"--current-order {name}={named[name]}: {name} may be negative, so it has no logarithm")
+    return tuple((n, _order(v)) for n, v in named.items() if _order(v))
+
+
+def _order(text: str) -> Order:
+    written = "".join(text.split())
+    orders, breaks, _ = _read(written)
+    return written if breaks or (orders[0] and form_of(written)) else orders[0]
+
+
+def expanded(spec: ModelSpec, dependence: CurrentDependence) -> ModelSpec:
+    """Return the SPEC of a model with its parameters given at nodes of current."""
+    orders = dict(dependence.orders)
+    params: list[Param] = []
+    for p in spec.params:
+        order = orders.get(p.name, 0)
+        labels = dependence.labels(order) if order else []
+        params += [
+            replace(p, name=f"{p.name}@{label}", text=f"{p.text} at {label.replace('A', ' A')}") for label in labels
+        ] or [p]
+    bent = {p.name for p in spec.params if logarithmic(spec, p, orders.get(p.name, 0)) and orders.get(p.name, 0)}
+    linear = [q.name for q in params if base_name(q.name) in spec.linear and base_name(q.name) not in bent]
+    coefficients = [
+        _coefficient(p, piece, power, whole=len(pieces) == 1, log=logarithmic(spec, p, orders[p.name]))
+        for p in spec.params
+        if orders.get(p.name, 0)
+        for pieces in [dependence.pieces(orders[p.name])]
+        for piece in pieces
+        for power in range(piece.order + 1)
+    ]
+    return replace(
+        spec,
+        inputs=(*spec.inputs, *(() if "current" in spec.inputs else ("current",))),
+        params=tuple(params),
+        linear=tuple(linear),
+        derived=tuple(coefficients),
+    )
+
+
+def logarithmic(spec: ModelSpec, param: Param, order: Order = 0) -> bool:
+    """Return whether it is the logarithm of a parameter that is a polynomial: as its order says, or by its kind."""
+    form = form_of(order)
+    return form == LOG if form else param.scale == "log" and param.name not in spec.linear
+
+
+def _coefficient(param: Param, piece: Piece, power: int, *, whole: bool, log: bool) -> Derived:
+    name, unit = (f"ln({param.name})", "1") if log and piece.order > 0 else (param.name, param.unit)
+    place = "" if whole else f"({piece.low:.4g}..{piece.high:.4g}A)"
+    text = f"coefficient of i^{power} of {name}" + (f" from {piece.low:.4g} to {piece.high:.4g} A" if place else "")
+    return Derived(f"{param.name}{place}.i{power}", f"{unit}/A^{power}" if power else unit, text)
+
+
+def at_current(spec: ModelSpec, dependence: CurrentDependence, theta: Array, current: Array) -> Array:
+    """Return the base model's parameters at a current, shape (P, K, N), or (P, K) where nothing varies.
+
+    Parameters
+    ----------
+    spec
+        The base model's SPEC, K parameters.
+    dependence
+        Orders and range.
+    theta
+        Parameters at the nodes, shape (P, K'), or (P, K', N) where an effect makes them vary.
+    current
+        Current in A, shape (N,).
+    """
+    constant = theta.ndim == 2 and bool(np.all(current == current[0]))
+    values = current[:1] if constant else current
+    nodal = theta if theta.ndim == 3 else theta[:, :, None]
+    orders = dict(dependence.orders)
+    result = np.empty((len(theta), len(spec.params), len(values)))
+    bases = {order: dependence.basis(order, values) for order in orders.values() if order}
+    column = 0
+    for k, p in enumerate(spec.params):
+        order = orders.get(p.name, 0)
+        nodes = nodal[:, column : column + count(order)]
+        column += count(order)
+        if not order:
+            result[:, k] = nodes[:, 0]
+        elif logarithmic(spec, p, order):
+            result[:, k] = np.exp(_combined(np.log(nodes), bases[order]))
+        elif p.low > 0.0 and p.name not in spec.linear:
+            # between its nodes a polynomial may leave the bounds, outside which a simulation may diverge
+            result[:, k] = np.clip(_combined(nodes, bases[order]), p.low, p.high)
+        else:
+            result[:, k] = _combined(nodes, bases[order])
+    return result[:, :, 0].copy() if constant else result
+
+
+def _combined(nodes: Array, basis: Array) -> Array:
+    """Return the sum over nodes (P, Q, N or 1) of each times its polynomial (Q, N), term by term: shape (P, N)."""
+    total: Array = nodes[:, 0] * basis[0]
+    for k in range(1, len(basis)):
+        total += nodes[:, k] * basis[k]
+    return total
+
+
+def through(spec: ModelSpec, dependence: CurrentDependence, currents: Array, theta: Array) -> Array:
+    """Return the parameters at the nodes (K',) whose polynomials come nearest to values found current by current.
+
+    Parameters
+    ----------
+    spec
+        The base model's SPEC, K parameters.
+    dependence
+        Orders and range.
+    currents
+        Currents in A, shape (L,); one at which a parameter may jump counts on both sides.
+    theta
+        The base model's parameters at each of them, shape (L, K); a constant parameter takes their median.
+    """
+    orders = dict(dependence.orders)
+    nodes: list[Array] = []
+    for k, p in enumerate(spec.params):
+        order = orders.get(p.name, 0)
+        if not order:
+            nodes.append(np.median(theta[:, k : k + 1], axis=0))
+            continue
+        log = logarithmic(spec, p, order)
+        found = _nearest(dependence, order, currents, np.log(theta[:, k]) if log else theta[:, k])
+        nodes.append(np.clip(np.exp(found) if log else found, p.low, p.high))
+    return np.concatenate(nodes)
+
+
+def _nearest(dependence: CurrentDependence, order: Order, currents: Array, values: Array) -> Array:
+    """Return the values at the nodes of the polynomials nearest to values (L,) at currents (L,)."""
+    rows, targets = [dependence.basis(order, currents).T], [values]
+    for one, other in pairwise(dependence.pieces(order)):
+        # the basis gives a level at a break to the piece below; where that may jump, it counts above as well
+        at_break = np.flatnonzero((currents == other.low) & (one.columns[-1] != other.columns[0]))
+        above = np.zeros((len(at_break), count(order)))
+        above[:, other.columns] = _lagrange(other.nodes, currents[at_break]).T
+        rows.append(above)
+        targets.append(values[at_break])
+    found: Array = np.linalg.lstsq(np.vstack(rows), np.concatenate(targets), rcond=None)[0]
+    return found
+
+
+def coefficients(spec: ModelSpec, dependence: CurrentDependence, theta: Array) -> Array:
+    """Return the coefficients of powers of current, as papers print them, shape (P, D) for ``expanded``'s derived."""
+    orders = dict(dependence.orders)
+    columns: list[Array] = []
+    column = 0
+    for p in spec.params:
+        order = orders.get(p.name, 0)
+        for piece in dependence.pieces(order) if order else ():
+            nodes = theta[:, column + piece.columns]
+            nodes = np.log(nodes) if logarithmic(spec, p, order) and piece.order else nodes
+            powers = np.linalg.inv(np.vander(piece.nodes, increasing=True))
+            columns += list((nodes @ powers.T).T)
+        column += count(order)
+    return np.stack(columns, axis=1)

@@ -1,0 +1,251 @@
+"""Which parameters of a fit depend on coil current: as asked for, or by their role where no levels tell."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from mrfit.core.recording import Recording, Segment
+from mrfit.core.specs import Array, ModelSpec, Param
+from mrfit.errors import ConfigError, DataError
+from mrfit.simulate.assembly import Assembly, assemble
+from mrfit.simulate.current_dependence import CurrentDependence, Order, at_current, count, expanded, orders_of
+
+# Current levels closer than this, in A and as a share, are one
+SAME_LEVEL, SAME_SHARE = 0.02, 0.03
+# Of a current that moves: share of its samples at either end that may be spikes of switching, parts of its range that
+# are told apart, and share of the samples from which on it stays in one
+SPIKES = 0.002
+FIFTHS = 5
+STAY = 0.05
+# Highest order of each role where no levels of current are held by which it could be chosen: what predicted held-out
+# conditions of a real damper at five currents best. Parameters that may be negative stay constant: they couple to
+# stroke or offset, and extrapolate badly.
+DEFAULT_ORDERS = {"yield": 2, "knee": 2, "viscous": 1, "stiffness": 1, "hysteresis": 1}
+# Currents at which a polynomial is looked at
+GRID = 65
+# Coefficients without a role, as those of a polynomial in velocity, are forces
+COEFFICIENT_ORDER = 2
+OUTPUTS = ("force", "torque")
+
+
+def base_of(model: str) -> Assembly:
+    """Return the base model of a written name, without effects and without dependence on current."""
+    return assemble(model.partition("+")[0])
+
+
+def checked_order(model: str, text: str, per: str) -> None:
+    """Refuse an order of dependence on current that no data could make right.
+
+    Raises
+    ------
+    ConfigError
+        If it is malformed, names no parameter, the model is of a coil, or parameters are fitted per condition.
+    """
+    if text in ("auto", "0"):
+        return
+    spec = base_of(model).spec
+    orders = orders_of(spec, text)
+    if orders and spec.output not in OUTPUTS:
+        raise ConfigError(f"--current-order is for models of force or torque; '{spec.name}' predicts {spec.output}")
+    if orders and per != "all":
+        raise ConfigError("--current-order needs one set of parameters for all currents: add --per all")
+
+
+def level_of(segment: Segment, levels: Sequence[float]) -> float:
+    """Return the level, of those given, at which a segment was tested; nan if its current is not held or unknown."""
+    if not np.isfinite(segment.current) or not levels:
+        return float("nan")
+    return min(levels, key=lambda level: abs(level - segment.current))
+
+
+def levels_of(segments: Iterable[Segment]) -> list[float]:
+    """Return the distinct current levels in A of training segments that hold one, rising."""
+    held = sorted(s.current for s in segments if s.role == "train" and np.isfinite(s.current))
+    levels: list[list[float]] = []
+    for current in held:
+        if levels and current - levels[-1][0] <= max(SAME_LEVEL, SAME_SHARE * abs(current)):
+            levels[-1].append(current)
+        else:
+            levels.append([current])
+    return [float(np.mean(level)) for level in levels]
+
+
+def default_orders(spec: ModelSpec, levels: int, fixed: Iterable[str] = ()) -> tuple[tuple[str, Order], ...]:
+    """Return the order of every parameter that varies with current by default, lower where levels are few.
+
+    Parameters
+    ----------
+    spec
+        The base model's SPEC.
+    levels
+        Number of current levels tested.
+    fixed
+        Parameters the user holds, which stay constant.
+    """
+    held = set(fixed)  # of one held at a single current the others still vary
+    wanted = {p.name: _most(spec, p) for p in spec.params if p.name not in held}
+    return tuple((name, order) for name, most in wanted.items() if (order := min(most, levels - 1)) > 0)
+
+
+def _most(spec: ModelSpec, param: Param) -> int:
+    if not param.role:
+        return COEFFICIENT_ORDER if param.name in spec.linear else 0
+    return DEFAULT_ORDERS.get(param.role, 0) if param.low >= 0 else 0
+
+
+@dataclass(frozen=True)
+class Tested:
+    """Currents of training segments.
+
+    Attributes
+    ----------
+    levels
+        Currents held, in A, rising.
+    varying
+        Currents in A over each segment (N,) during which they move.
+    low, high
+        Ends in A of the range tested.
+    """
+
+    levels: list[float]
+    varying: list[Array]
+    low: float
+    high: float
+
+    @property
+    def steps(self) -> int:
+        """Return how many values of current there are to tell: levels, or parts of its range where it moves."""
+        return max(len(self.levels), _visited(self.varying, self.low, self.high))
+
+
+def tested(segments: Sequence[Segment], recordings: Mapping[str, Recording]) -> Tested:
+    """Return the currents of training segments."""
+    levels = levels_of(segments)
+    varying = [
+        recordings[s.recording].channels["current"][s.start : s.stop]
+        for s in segments
+        if s.role == "train" and "current" in recordings[s.recording].channels and not np.isfinite(s.current)
+    ]
+    ends = [*levels, *(float(end) for values in varying for end in np.quantile(values, (SPIKES, 1.0 - SPIKES)))]
+    return Tested(levels, varying, min(ends, default=0.0), max(ends, default=0.0))
+
+
+def to_choose(model: str, text: str, currents: Tested) -> bool:
+    """Return whether orders are chosen by what predicts held-out levels: none are asked for, two levels were held."""
+    spec = base_of(model).spec
+    return text == "auto" and spec.output in OUTPUTS and "current" not in spec.inputs and len(currents.levels) > 1
+
+
+def dependence_on_current(
+    model: str, text: str, segments: Sequence[Segment], recordings: Mapping[str, Recording], fixed: Iterable[str]
+) -> CurrentDependence | None:
+    """Return how a joint fit's parameters depend on current, None if they do not.
+
+    Parameters
+    ----------
+    model
+        Model as written.
+    text
+        ``auto``, an order, or ``NAME=ORDER,…``, in pieces as ``1:0.2:2``. ``auto`` applies to models of force or torque
+        without a current of their own, where the current was held at two levels or more, or moved between them; it
+        gives each parameter the order of its role.
+    segments, recordings
+        What is fitted; training segments give the range of current.
+    fixed
+        Parameters the user holds.
+
+    Raises
+    ------
+    DataError
+        If an order asked for needs more levels of current than were tested.
+    """
+    spec, currents = base_of(model).spec, tested(segments, recordings)
+    levels, varying = currents.levels, currents.varying
+    if text == "auto":
+        if spec.output not in OUTPUTS or "current" in spec.inputs or currents.steps < 2:
+            return None
+        orders = default_orders(spec, currents.steps, fixed)
+    else:
+        orders = () if text == "0" else orders_of(spec, text)
+        most = max((count(order) for _, order in orders), default=0)
+        if most and not varying and most > len(levels):
+            raise DataError(
+                f"--current-order {text} needs training tests at {most} currents, there are "
+                f"{_listed(levels) or 'none stated'}; lower the order, or name "
+                "each log's current in the channel map ([condition] current, or a pattern on file names)"
+            )
+    if not orders:
+        return None
+    dependence = CurrentDependence(orders, currents.low, currents.high)
+    if not varying:
+        _check_pieces(dependence, levels)
+    return dependence
+
+
+def _visited(varying: Sequence[Array], low: float, high: float) -> int:
+    """Return how many fifths of the range of a current that moves it stays in: two where it is switched on and off."""
+    if not varying or not low < high:
+        return 0
+    counts, _ = np.histogram(np.concatenate(varying), bins=FIFTHS, range=(low, high))
+    return int(np.count_nonzero(counts > STAY * counts.sum()))
+
+
+def _listed(levels: Sequence[float]) -> str:
+    return f"{len(levels)} ({', '.join(f'{i:.4g} A' for i in levels)})" if levels else ""
+
+
+def _check_pieces(dependence: CurrentDependence, levels: Sequence[float]) -> None:
+    """Refuse pieces with more values than the levels inside them can give.
+
+    Raises
+    ------
+    DataError
+        If a parameter has such a piece.
+    """
+    for name, order in dependence.orders:
+        if np.linalg.matrix_rank(dependence.basis(order, np.array(levels))) < count(order):
+            raise DataError(
+                f"--current-order {name}={order}: a piece of order m needs training tests at m + 1 currents in it (a "
+                f"break belongs to the piece below it, and to both where they meet); there are {_listed(levels)}: "
+                "move the break or lower an order"
+            )
+
+
+def sign_warnings(model: str, dependence: CurrentDependence | None, theta: Array) -> list[dict[str, str]]:
+    """Return a warning on positive parameters whose polynomial turns negative between the currents tested, if any does.
+
+    Parameters
+    ----------
+    model
+        Model as written.
+    dependence
+        How its parameters depend on current.
+    theta
+        Parameters of a fit (K,), the base model's first.
+    """
+    spec, found = base_of(model).spec, list[str]()
+    if dependence is not None:
+        grid = np.linspace(dependence.low, dependence.high, GRID)
+        least = at_current(spec, dependence, theta[None, : len(expanded(spec, dependence).params)], grid)[0].min(axis=1)
+        found = [p.name for p, value in zip(spec.params, least, strict=True) if p.low > 0.0 and value < 0.0]
+    text = (
+        f"{', '.join(found)} turns negative at some current between those tested: ask for a lower order, or for the "
+        "exponential of a polynomial (--current-order NAME=log2)"
+    )
+    return [{"kind": "negative-between", "text": text}] if found else []
+
+
+def as_json(dependence: CurrentDependence | None) -> dict[str, Any] | None:
+    """Return a dependence as fit.json keeps it."""
+    return None if dependence is None else {**asdict(dependence), "orders": dict(dependence.orders)}
+
+
+def assembly_of(fit: Mapping[str, Any]) -> Assembly:
+    """Return the assembly a fit.json was made with, its dependence on current included."""
+    stored = fit.get("current_dependence")
+    if not stored:
+        return assemble(str(fit["model"]))
+    orders = tuple((str(name), order) for name, order in stored["orders"].items())
+    return assemble(str(fit["model"]), CurrentDependence(orders, float(stored["low"]), float(stored["high"])))

@@ -1,0 +1,55 @@
+"""Options of the form NAME=VALUE say how they are written."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from mrfit.cli.options import constants, limits
+from mrfit.errors import ConfigError
+from tests.conftest import Run
+
+
+def test_bounds_are_two_numbers() -> None:
+    assert limits(["A=1:2.5", "fy@0A=0:3"]) == (("A", 1.0, 2.5), ("fy@0A", 0.0, 3.0))
+
+
+def test_bounds_without_a_colon_are_shown_their_form() -> None:
+    with pytest.raises(ConfigError, match="takes NAME=LOW:HIGH, not 'A=2'"):
+        limits(["A=2"])
+
+
+def test_constants_of_optimizers_stand_in_one_option_or_in_several() -> None:
+    wanted = (("b", 1.2), ("population", 40.0), ("mwoa.N_d", 20.0))
+    assert (
+        constants(["b=1.2,population=40", "mwoa.N_d=20"]) == constants(["b=1.2, population=40 ,mwoa.N_d=20"]) == wanted
+    )
+    assert constants(None) == ()
+    for wrong in ("b", "b=", "b=1.2,"):
+        with pytest.raises(ConfigError, match="--opt-set takes NAME=VALUE"):
+            constants([wrong])
+    with pytest.raises(ConfigError, match="--opt-set: 'x' is not a number"):
+        constants(["b=x"])
+
+
+@pytest.mark.parametrize("command", ["ingest", "predict"])
+def test_examples_are_whole_in_a_narrow_terminal(command: str, mrfit: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    shown = mrfit(command, "--help").stdout
+    assert "'{frequency:Hz}Hz-{current:A}A'" in shown and "…" not in shown
+
+
+@pytest.mark.parametrize(("given", "used"), [({}, "1"), ({"OPENBLAS_NUM_THREADS": "3"}, "3")])
+def test_blas_has_one_thread_unless_the_user_says_otherwise(given: dict[str, str], used: str) -> None:
+    # read once, when numpy is loaded, which commands do
+    code = "import sys, mrfit.cli.main, os; print('numpy' in sys.modules, os.environ['OPENBLAS_NUM_THREADS'])"
+    rest = {k: v for k, v in os.environ.items() if k != "OPENBLAS_NUM_THREADS"}
+    ended = subprocess.run([sys.executable, "-c", code], env=rest | given, capture_output=True, text=True, check=True)
+    assert ended.stdout.split() == ["False", used]
+
+
+def test_a_wrong_option_ends_before_any_data_are_touched(mrfit: Run) -> None:
+    done = mrfit("fit", "--model", "bingham", "--opt", "mwoa-lsq", "--opt-set", "N_D=3")
+    line = "mrfit: --opt-set N_D: no option of mwoa, lsq; they are b, population, iterations, N_d, M\n"
+    assert (done.returncode, done.stderr) == (2, line)

@@ -1,0 +1,108 @@
+"""What a preview tells a newcomer."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from mrfit.cli import output
+from mrfit.cli.console import print_table
+from mrfit.ingest.stage import Settings, preview
+from tests.ingest.samples import WRITERS
+
+
+def test_preview_names_what_is_missing_once(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("one.txt", "two.txt"):
+        (tmp_path / name).write_text("".join(f"{k * 0.01:.2f} {k % 7} {k % 5}\n" for k in range(50)))
+    WRITERS["rigol"]().write(tmp_path)
+    WRITERS["delimited"]().write(tmp_path)
+    output.preview(preview([tmp_path], Settings()))
+    printed = capsys.readouterr().out
+    assert printed.count("refused ") == 3  # two files, and the column of that name
+    assert printed.count("to read these 2: write a channel map, mrfit.toml beside it or --map: time = 0, then") == 1
+    assert "NewFile1.csv: no channel a model takes" in printed
+    assert "log.csv: no channel" not in printed
+
+
+def test_a_number_stays_whole_in_a_narrow_terminal(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    monkeypatch.setenv("COLUMNS", "50")
+    row = ["a condition with a long name", *(0.00012345 * k for k in range(1, 5))]
+    print_table("Errors", ["condition", "rmse", "nrmse", "noise", "esr"], [row])
+    printed = capsys.readouterr().out
+    assert all(f"{v:.4g}" in printed for v in row[1:] if isinstance(v, float))
+
+
+def test_preview_of_refused_files_alone_prints_no_empty_table(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "empty.csv").write_text("")
+    output.preview(preview([tmp_path], Settings()))
+    assert "What would be read" not in (printed := capsys.readouterr().out)
+    assert "to read it: " in printed
+
+
+def test_every_stage_without_a_test_is_told_and_conditions_are_counted_once(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    skipped = [{"kind": "stage-skipped", "text": f"no stage of the {name}"} for name in ("map", "filter")]
+    output.warnings({"warnings": [], "results": [{"condition": "all", "warnings": skipped}]})
+    assert capsys.readouterr().out.splitlines() == [
+        "  warning stage-skipped: all: no stage of the map",
+        "  warning stage-skipped: all: no stage of the filter",
+    ]
+    bound = [{"kind": "at-bound", "text": "n ended at a bound"}]
+    results = [{"condition": name, "warnings": bound} for name in ("a", "b")]
+    output.warnings({"warnings": [], "results": results})
+    assert capsys.readouterr().out == "  warning at-bound: a (and 1 more condition): n ended at a bound\n"
+
+
+def test_a_fit_tells_what_was_chosen_and_rejected_of_laws_of_current(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    told = {"name": "f", "model": "tanh", "optimizer": "auto", "seed": 0, "skipped": False, "output": "force"}
+    told |= {"metrics": [], "results": [], "warnings": [], "current_choice": {"text": ["fy: order 2; rejected log2"]}}
+    output.fit(told, tmp_path)
+    assert "  fy: order 2; rejected log2\n" in capsys.readouterr().out
+
+
+def test_errors_carry_their_units(capsys: pytest.CaptureFixture[str]) -> None:
+    row = {"condition": "a", "role": "predict", "samples": 9, "rmse": 3.0, "noise_floor": 1.0, "esr": 2.0}
+    told = {
+        "fit": "f",
+        "output": "force",
+        "metrics": [row],
+        "used": {"a#0": "sine-1A"},
+        "outdated": False,
+        "refused": [],
+    }
+    told |= {"conditions": {"a#0": "sine-2A"}, "findings": ["a: 3 gaps"]}
+    output.predict({**told, "warnings": []})
+    printed = capsys.readouterr().out
+    assert all(head in printed for head in ("rmse (N)", "nrmse (1)", "noise_floor (N)", "esr (%)", "fit (%)"))
+    assert "a#0: parameters of sine-1A, the nearest to sine-2A that was fitted\n  a: 3 gaps" in printed
+
+
+def test_many_conditions_are_compared_in_tables_that_cut_no_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    conditions = [f"sine-{k}Hz-0.0125m-1.5A" for k in range(1, 13)]
+    metrics = [{"model": "bingham", "role": "train", "condition": c, "nrmse": 0.1} for c in conditions]
+    model = {"model": "bingham", "output": "force", "parameters": 3}
+    told = {"models": [model], "metrics": metrics, "seconds": {}, "warnings": [], "left_out": []}
+    output.compare_models(told, tmp_path)
+    printed = capsys.readouterr().out
+    assert all(c in printed for c in conditions)
+    assert printed.count("bingham") == 1 + printed.count("NRMSE of force in percent")
+
+
+@pytest.mark.parametrize(("name", "told"), [("mwoa", ("--opt-set", "N_d", "1.2", "antibodies")), ("lsq", ())])
+def test_options_of_an_optimizer_are_shown(
+    name: str, told: tuple[str, ...], capsys: pytest.CaptureFixture[str]
+) -> None:
+    output.show(output.item(name))
+    printed = capsys.readouterr().out
+    assert all(word in printed for word in told)
+    assert ("--opt-set" in printed) == bool(told)

@@ -1,0 +1,98 @@
+"""The verdict on what data determine, on cases whose answer is known."""
+
+import numpy as np
+import pytest
+
+from mrfit.core.specs import Array
+from mrfit.fit.diagnostics.identifiability import Verdict, judge, sparse_directions
+from mrfit.fit.diagnostics.uncertainty import Uncertainty, analyse
+from tests.fit.toy import linear_model, segment
+
+SAMPLES = 2000
+PHASE = np.linspace(0, 8 * np.pi, SAMPLES, endpoint=False)
+SINE, COSINE, ONE = np.sin(PHASE), np.cos(2 * PHASE), np.ones(SAMPLES)
+
+
+def verdict(columns: list[Array], noise: float = 0.01, point: Array | None = None, role: str = "yield") -> Verdict:
+    """Judge sensitivities to parameters of -1 … 1, given per cube."""
+    rng = np.random.default_rng(1)
+    _, cube = linear_model(*[role] * len(columns))
+    found = analyse([np.column_stack(columns)], [noise * rng.standard_normal(SAMPLES)], [SAMPLES / 4])
+    at = np.full(len(columns), 0.5) if point is None else point
+    return judge(cube, at, found, [segment(SAMPLES, 4)])
+
+
+@pytest.mark.parametrize(
+    ("columns", "open_names", "to_fix", "words"),
+    [
+        ([SINE, COSINE, ONE], (), 0, "all 3 parameters"),
+        ([SINE, 1e-2 * COSINE, ONE], (), 0, "all 3 parameters"),
+        ([SINE, 2 * SINE, ONE], ("p0", "p1"), 1, "together leave the output as it is"),
+        ([SINE, COSINE, SINE + COSINE], ("p0", "p1", "p2"), 1, "only 2 combinations"),
+        ([SINE, 0 * ONE, ONE], ("p1",), 1, "p1 has no effect on the output"),
+        ([SINE, 3e-4 * COSINE, ONE], ("p1",), 1, "p1 is drowned in the noise"),
+        ([SINE, SINE + 3e-4 * COSINE], ("p0", "p1"), 1, "by less than the noise"),
+    ],
+    ids=["full", "scaled", "redundant", "redundant sum", "without effect", "drowned", "drowned difference"],
+)
+def test_known_cases_get_the_right_verdict(
+    columns: list[Array], open_names: tuple[str, ...], to_fix: int, words: str
+) -> None:
+    found = verdict(columns)
+    assert found.open == open_names
+    assert len(found.fix) == to_fix
+    assert set(found.fix) <= set(open_names)
+    assert words in " ".join(found.sentences)
+
+
+def test_the_direction_of_trade_is_that_of_the_redundancy() -> None:
+    text = " ".join(verdict([SINE, 2 * SINE, ONE]).sentences)
+    # p0 up by twice what p1 goes down leaves p0*u + p1*2u as it is
+    assert "p0 +0.04 and p1 −0.02 together" in text
+
+
+def test_fixing_what_is_advised_determines_the_rest() -> None:
+    columns = [SINE, COSINE, SINE + COSINE, ONE]
+    found = verdict(columns)
+    kept = [c for k, c in enumerate(columns) if f"p{k}" not in found.fix]
+    assert verdict(kept).open == ()
+
+
+def test_a_parameter_at_a_bound_is_named() -> None:
+    found = verdict([SINE, ONE], point=np.array([1.0, 0.5]))
+    assert found.open == ()
+    assert any("p0 ended at a bound" in s for s in found.sentences)
+
+
+def test_advice_names_small_loops_for_a_hysteresis_and_nothing_for_a_redundancy() -> None:
+    drowned = " ".join(verdict([SINE, 3e-4 * COSINE], role="hysteresis").sentences)
+    assert "small amplitude (0.02 to 0.2 A)" in drowned
+    redundant = " ".join(verdict([SINE, 2 * SINE], role="hysteresis").sentences)
+    assert "add " not in redundant
+
+
+def test_sparse_directions_span_the_space_they_came_from() -> None:
+    rng = np.random.default_rng(3)
+    null = np.linalg.qr(rng.standard_normal((6, 2)))[0]
+    reduced = np.column_stack(sparse_directions(null))
+    assert np.allclose(null @ (null.T @ reduced), reduced)
+    assert np.linalg.matrix_rank(reduced) == 2
+    assert all(np.sum(np.abs(d) < 1e-9) >= 1 for d in reduced.T)
+
+
+def test_an_interval_wider_than_the_bounds_is_said_where_no_direction_is() -> None:
+    _, cube = linear_model(*["yield"] * 2)
+    half = np.array([[1.0, 1.0], [1.0, -1.0]]) / np.sqrt(2.0)
+    spreads = np.array([0.24, 0.24])
+    found = Uncertainty(
+        covariance=half @ np.diag(2 * spreads**2) @ half.T,
+        directions=half,
+        open=np.zeros(2, dtype=bool),
+        spreads=spreads,
+        singular_values=np.ones(2),
+        degrees=1000.0,
+    )
+    said = judge(cube, np.full(2, 0.5), found, [segment(SAMPLES, 4)])
+    assert said.open == ("p0", "p1")
+    assert "all 2 parameters" not in " ".join(said.sentences)
+    assert "p0 and p1 alone would be wider than the bounds" in said.sentences[0]

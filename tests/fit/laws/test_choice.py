@@ -1,0 +1,232 @@
+"""Form and order of every parameter's law of current, chosen on currents held out, against laws that were planted."""
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import mrfit.fit.stage
+from mrfit.core.recording import Recording
+from mrfit.core.specs import Array
+from mrfit.fit.laws.law_search import folds_of
+from mrfit.io.workspace import Workspace, plain
+from mrfit.simulate.assembly import assemble
+from tests.fit.benches import drive_channels, planted_segments
+
+SINES = ((0.5, 0.002), (1.0, 0.01), (2.0, 0.008))
+FIVE, BETWEEN = (0.0, 0.25, 0.5, 0.75, 1.0), (0.1, 0.6, 0.9)
+NOISE = 0.003
+
+Law = Callable[[float], dict[str, float]]
+
+
+def planted(
+    folder: Path,
+    model: str,
+    law: Law,
+    currents: tuple[tuple[float, ...], tuple[float, ...]] = (FIVE, BETWEEN),
+    more: Callable[[dict[str, Array]], Array] | None = None,
+) -> tuple[Workspace, float]:
+    """Logs of a model whose parameters follow a law of current, perhaps with a force more; and the noise's deviation.
+
+    Of the currents the first are trained on, the others held out.
+    """
+    base, rng = assemble(model), np.random.default_rng(1)
+    drive = "displacement" if base.spec.output == "force" else "angle"
+    logs = []
+    for segment in planted_segments(SINES, (*currents[0], *currents[1]), drive):
+        channels = drive_channels(base.spec.output, segment)
+        values = law(segment.current)
+        theta = np.array([[values.get(p.name, p.start) for p in base.spec.params]])
+        dt = 1 / (segment.frequency * 100)
+        output = base.simulate(np.stack([channels[n] for n in base.spec.inputs]), theta, dt)[0]
+        role = "train" if segment.current in currents[0] else "holdout"
+        logs.append((replace(segment, role=role), channels, dt, output + (more(channels) if more else 0.0)))
+    noise = NOISE * max(float(np.ptp(output)) for *_, output in logs)
+    workspace = Workspace(folder)
+    for segment, channels, dt, output in logs:
+        measured = {**channels, base.spec.output: output + noise * rng.standard_normal(len(output))}
+        name = segment.recording
+        workspace.write_recording(Recording(name, name, "0", "none", dt, 0.0, measured, {}, {}, {}))
+    workspace.write_segments([s for s, *_ in logs], {})
+    return workspace, noise
+
+
+def fitted(workspace: Workspace, model: str, order: str = "auto", **changes: Any) -> dict[str, Any]:
+    settings = mrfit.fit.stage.Settings(
+        model, per="all", current_order=order, name=re.sub("[^A-Za-z0-9.]", "_", f"fit-{order}")
+    )
+    return mrfit.fit.stage.run(workspace, replace(settings, **changes))
+
+
+def held_out(fit: dict[str, Any], noise: float) -> float:
+    """RMS error on all held-out currents in units of the noise."""
+    return next(m["rmse"] for m in fit["metrics"] if (m["role"], m["condition"]) == ("holdout", "all")) / noise
+
+
+def orders(fit: dict[str, Any]) -> dict[str, Any]:
+    return dict((fit["current_dependence"] or {"orders": {}})["orders"])
+
+
+def rotary(i: float) -> dict[str, float]:
+    """Rotary-stiffness paper eqs. 20-24: a stiffness from -10 to 47 N*m/rad, and a shift that grows."""
+    return {
+        "k": -10.41 + 28.48 * i,
+        "c": 0.2324 + 2.061 * i,
+        "alpha": 0.7702 + 4.971 * i,
+        "beta": 18.51,
+        "gamma": 0.4547 + 0.2669 * i,
+    }
+
+
+ROTARY = (0.0, 0.5, 1.0, 1.5, 2.0), (0.25, 1.25, 1.75)
+POLYNOMIALS: list[tuple[str, Law, dict[str, Any], tuple[tuple[float, ...], tuple[float, ...]]]] = [
+    ("bingham", lambda i: {"fy": 100 + 1500 * i - 600 * i * i}, {"fy": 2}, (FIVE, BETWEEN)),
+    ("bingham", lambda i: {"fy": 100 * 10.0**i}, {"fy": "log1"}, (FIVE, BETWEEN)),
+    ("hysteretic-biviscous", lambda i: {"fy": 100 + 1500 * i - 600 * i * i}, {"fy": "plain2"}, (FIVE, BETWEEN)),
+    ("tanh", lambda i: {"fy": 100 + 900 * i, "k": -4e3 + 2e4 * i}, {"fy": 1, "k": 1}, (FIVE, BETWEEN)),
+    ("boucwen", lambda i: {"alpha": 100 + 1500 * i - 600 * i * i}, {"alpha": 2}, (FIVE, BETWEEN)),
+    ("rotational-erf", rotary, {"k": 1, "c": 1, "alpha": 1, "gamma": 1}, ROTARY),
+]
+
+
+@pytest.mark.parametrize(("model", "law", "expected", "currents"), POLYNOMIALS)
+def test_the_planted_law_is_chosen_and_predicts_held_out_currents_as_well_as_if_it_were_told(
+    tmp_path: Path, model: str, law: Law, expected: dict[str, Any], currents: Any
+) -> None:
+    workspace, noise = planted(tmp_path, model, law, currents)
+    fit = fitted(workspace, model)
+    assert orders(fit) == expected
+    told = fitted(workspace, model, ",".join(f"{n}={o}" for n, o in expected.items()))
+    assert held_out(fit, noise) <= 1.01 * held_out(told, noise)
+    assert held_out(fit, noise) == pytest.approx(1.0, abs=0.05)
+    assert fit["warnings"] == []
+
+
+@pytest.mark.parametrize("model", ["tanh", "hysteretic-biviscous", "rotational-erf"])
+def test_parameters_that_do_not_depend_on_current_stay_constant(tmp_path: Path, model: str) -> None:
+    workspace, noise = planted(tmp_path, model, lambda i: {})
+    fit = fitted(workspace, model)
+    assert fit["current_dependence"] is None
+    assert {row["form"] for row in fit["current_choice"]["parameters"]} == {"constant"}
+    assert held_out(fit, noise) == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_yield_force_that_saturates_is_followed_by_what_polynomials_come_nearest(tmp_path: Path) -> None:
+    workspace, noise = planted(tmp_path, "bingham", lambda i: {"fy": 100 + 900 * (1 - float(np.exp(-i / 0.4)))})
+    fit, by_role = fitted(workspace, "bingham"), fitted(workspace, "bingham", "fy=2,C_inf=1")
+    assert orders(fit) == {"fy": 3}
+    assert held_out(by_role, noise) > 2.5
+    assert held_out(fit, noise) < 1.25
+
+
+def table_3(i: float) -> dict[str, float]:
+    """Inverse-tanh paper Table 3: below and above 0.2 A, in N, N*s/m, s/m, 1/m and N/m."""
+    if i <= 0.2:
+        return {
+            "fy": 82.96 + 579.6 * i, "c": 710.0 + 3100.0 * i, "f0": -11.77 - 19.95 * i, "k": 270.0, "a1": 100.0,
+            "a2": 65.0,
+        }  # fmt: skip
+    return {
+        "fy": -135.7 + 1817.0 * i - 719.6 * i * i,
+        "c": 840.0 + 2669.0 * i + 142.9 * i * i,
+        "f0": -11.67 - 29.55 * i + 16.28 * i * i,
+        "k": 270.0,
+        "a1": 75.0,
+        "a2": 80.0,
+    }
+
+
+def test_a_law_in_pieces_is_met_at_no_current_and_what_cannot_be_is_said(tmp_path: Path) -> None:
+    workspace, _ = planted(tmp_path, "tanh", table_3, ((0.0, 0.2, 0.4, 0.6, 0.8, 1.0), (0.3, 0.7)))
+    at_zero = {}
+    for order in ("auto", "fy=2,a1=2,c=1"):
+        fit = fitted(workspace, "tanh", order)
+        at_zero[order] = max(
+            m["relative_rmse"] for m in fit["metrics"] if m["role"] == "train" and m["condition"].endswith("-0A")
+        )
+        if order == "auto":
+            assert [w["kind"] for w in fit["warnings"]] == ["current-levels"]
+    assert at_zero["auto"] < 0.5 * at_zero["fy=2,a1=2,c=1"]
+
+
+def test_two_currents_carry_a_straight_line_for_what_differs_and_the_fit_says_that_nothing_checks_it(
+    tmp_path: Path,
+) -> None:
+    law: Law = lambda i: {"fy": 100 + 500 * i, "k": -4e3 + 2e4 * i}  # noqa: E731
+    workspace, noise = planted(tmp_path, "tanh", law, ((0.0, 1.0), (0.5,)))
+    fit = fitted(workspace, "tanh")
+    assert orders(fit) == {"fy": 1, "k": 1}
+    assert held_out(fit, noise) == pytest.approx(1.0, abs=0.05)
+    [warning] = fit["warnings"]
+    assert warning["kind"] == "current-levels" and "2 currents (0 A, 1 A)" in warning["text"]
+
+
+def test_three_currents_carry_a_parabola(tmp_path: Path) -> None:
+    law: Law = lambda i: {"fy": 100 + 1500 * i - 600 * i * i}  # noqa: E731
+    workspace, noise = planted(tmp_path, "bingham", law, ((0.0, 0.5, 1.0), (0.25, 0.75)))
+    fit = fitted(workspace, "bingham")
+    assert orders(fit) == {"fy": 2}
+    assert held_out(fit, noise) == pytest.approx(1.0, abs=0.05)
+    assert [w["kind"] for w in fit["warnings"]] == ["current-levels"]
+
+
+def test_a_base_that_lacks_something_keeps_the_orders_of_its_roles_but_for_what_it_clearly_predicts_better(
+    tmp_path: Path,
+) -> None:
+    """An inertia is missing, so that no fit comes near the noise; the stiffness still turns its sign."""
+    workspace, noise = planted(
+        tmp_path, "rotational-erf", rotary, ROTARY, lambda channels: 0.05 * channels["angular_acceleration"]
+    )
+    fit = fitted(workspace, "rotational-erf")
+    by_role = fitted(workspace, "rotational-erf", "c=1,alpha=2,beta=2")
+    assert held_out(by_role, noise) > 2.0 * held_out(fit, noise)
+    assert orders(fit)["k"] == 1
+    assert "the model's own error" in fit["current_choice"]["text"][0]
+
+
+def test_what_the_user_fixes_or_asks_for_is_not_chosen(tmp_path: Path) -> None:
+    law: Law = lambda i: {"fy": 100 + 900 * i, "C_inf": 800 + 600 * i}  # noqa: E731
+    workspace, _ = planted(tmp_path, "bingham", law)
+    fixed = fitted(workspace, "bingham", fixed=(("C_inf", 1000.0),))
+    assert "C_inf" not in orders(fixed) and orders(fixed)["fy"] >= 1
+    assert all(row["names"] != ["C_inf"] for row in fixed["current_choice"]["parameters"])
+    asked = fitted(workspace, "bingham", "fy=log2")
+    assert orders(asked) == {"fy": "log2"} and asked["current_choice"] is None
+
+
+def test_the_choice_and_what_was_rejected_are_told_and_the_same_every_time(tmp_path: Path) -> None:
+    workspace, _ = planted(tmp_path, "bingham", lambda i: {"fy": 100 + 1500 * i - 600 * i * i})
+    fit = fitted(workspace, "bingham")
+    rows = {row["names"][0]: row for row in fit["current_choice"]["parameters"]}
+    assert rows["fy"]["form"] == "plain" and rows["fy"]["order"] == 2
+    rejected = {(r["form"], r["order"]): r["error"] for r in rows["fy"]["rejected"]}
+    assert rejected["plain", 1] > 3.0 * rows["fy"]["error"] and rejected["log", 2] > 3.0
+    assert any(t.startswith("fy: polynomial of order 2, 1") and "rejected" in t for t in fit["current_choice"]["text"])
+    again = fitted(workspace, "bingham", name="again")
+    assert plain(again["current_choice"]) == plain(fit["current_choice"])
+
+
+@given(st.lists(st.integers(1, 6), min_size=1, max_size=8))
+def test_folds_leave_out_every_condition_that_others_can_predict(conditions: list[int]) -> None:
+    places, levels = np.repeat(np.arange(len(conditions)), conditions), len(conditions)
+    by_level, by_test = folds_of(places, levels)
+    assert len(by_level) == (levels - 2 if levels >= 4 else 0)
+    for fold in (*by_level, *by_test):
+        assert sorted([*fold.known, *fold.judged]) == list(range(len(places)))
+    for fold in by_test:
+        assert set(places[fold.known]) == set(range(levels))
+    judged = np.concatenate([f.judged for f in by_test]) if by_test else np.empty(0)
+    several = [k for k in range(len(places)) if conditions[places[k]] > 1]
+    assert sorted(judged) == several
+
+
+def test_folds_shift_from_level_to_level_so_that_a_stroke_left_out_at_one_is_known_at_another() -> None:
+    _, by_test = folds_of(np.repeat(np.arange(3), 3), 3)
+    assert [(f.judged % 3).tolist() for f in by_test] == [[0, 2, 1], [1, 0, 2], [2, 1, 0]]

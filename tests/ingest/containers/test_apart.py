@@ -1,0 +1,124 @@
+"""What a library does to its own process must not reach ours."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from mrfit.ingest.containers import apart
+from mrfit.ingest.meaning.channel_map import Rules
+from mrfit.ingest.refusal import Passing, Refusal
+from mrfit.ingest.table import Source
+from mrfit.ingest.text.head import open_head
+from tests.conftest import ROOT
+from tests.ingest.samples import sample
+
+
+def crash(*_: object) -> None:
+    os.abort()
+
+
+def hang(*_: object) -> None:
+    time.sleep(600)
+
+
+@pytest.fixture
+def source(tmp_path: Path) -> Source:
+    _, path = sample("matlab", tmp_path)
+    return Source(open_head(path), Rules())
+
+
+def test_tables_come_back_whole(source: Source) -> None:
+    (table,) = apart.read_apart("matlab", source)
+    assert [c.name for c in table.columns] == ["x_F[0]", "x_F[1]"]
+    assert table.rows == 240
+
+
+def test_a_crash_is_one_refusal_and_the_next_file_is_read(source: Source, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr(apart, "read_tables", crash)
+        with pytest.raises(Refusal, match="the matlab library crashes on it"):
+            apart.read_apart("matlab", source)
+    assert len(apart.read_apart("matlab", source)) == 1
+
+
+def test_a_small_file_may_take_less_than_half_a_minute(source: Source, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A long one longer: an hour at 10 kHz has 300 MB, and takes a slow machine minutes."""
+    allowed = []
+    monkeypatch.setattr(apart._worker, "call", lambda seconds, *_: allowed.append(seconds) or [])
+    apart.read_apart("matlab", source)
+    apart.read_apart("matlab", replace(source, head=replace(source.head, size=300_000_000)))
+    assert allowed[0] < 26.0 and allowed[1] > 600.0
+
+
+@pytest.mark.parametrize("stuck", ["hang", "spin"])
+def test_a_hang_ends(stuck: str, source: Source, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that waits ends by the clock, and one that computes by what it computes."""
+    with monkeypatch.context() as patch:
+        patch.setattr(apart, "read_tables", {"hang": hang, "spin": spin}[stuck])
+        with pytest.raises(Refusal, match="takes more than 1 s"):
+            apart.read_apart("matlab", source, seconds=1.0)
+    assert len(apart.read_apart("matlab", source)) == 1
+
+
+def slow(*_: object) -> str:
+    time.sleep(1.5)
+    return "done"
+
+
+def test_waiting_for_other_work_of_the_machine_is_no_hang() -> None:
+    worker = apart.Worker()
+    assert worker.call(1.0, slow) == "done"
+    worker.close()
+
+
+STUCK = """
+import os, signal, sys, threading, time
+from mrfit.ingest.containers import apart
+from tests.ingest.containers.test_apart import spin
+worker = apart.Worker()
+threading.Thread(target=worker.call, args=(2.0, spin), daemon=True).start()
+while worker.process is None:
+    time.sleep(0.01)
+print(worker.process.pid, flush=True)
+time.sleep(1.0)
+assert worker.process.poll() is None
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def spin(*_: object) -> None:
+    while True:
+        pass
+
+
+def test_a_stuck_library_ends_though_its_command_was_killed() -> None:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    killed = subprocess.run([sys.executable, "-c", STUCK], capture_output=True, text=True, env=environment)
+    assert killed.returncode == -signal.SIGKILL
+    worker = Path(f"/proc/{killed.stdout.strip()}")
+    for _ in range(100):
+        if not worker.exists() or "Z" in worker.joinpath("stat").read_text().split()[2]:
+            return
+        time.sleep(0.1)
+    os.kill(int(killed.stdout), signal.SIGKILL)
+    raise AssertionError("it goes on")
+
+
+@pytest.mark.parametrize(("reader", "library"), [("hdf5", "h5py"), ("tdms", "nptdms"), ("mdf", "asammdf")])
+def test_a_missing_extra_is_named_with_its_command(
+    reader: str, library: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from mrfit.core import registry
+
+    _, path = sample(reader, tmp_path)
+    monkeypatch.setitem(sys.modules, library, None)  # type: ignore[arg-type]
+    with pytest.raises(Refusal) as error:
+        registry.load("reader", reader).read(Source(open_head(path), Rules()))
+    assert error.value.remedy == f"install it: pip install 'mrfit[{reader}]'"
+    assert isinstance(error.value, Passing)  # read once it is installed

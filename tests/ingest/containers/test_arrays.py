@@ -1,0 +1,88 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mrfit.ingest.containers.arrays import Arrays, tables_of
+from mrfit.ingest.meaning.channel_map import Rules, TimeRule
+from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.table import Source
+from mrfit.ingest.text.head import Head
+
+TIME = np.arange(50) * 0.01
+
+
+def _source(time: TimeRule | None = None) -> Source:
+    return Source(Head(Path("run.mat"), 0, b"", "", ()), Rules(time=time))
+
+
+def test_time_vector_by_name_and_matrices_by_column() -> None:
+    arrays = Arrays()
+    arrays.add("Tout", TIME[:, None])
+    arrays.add("x", np.column_stack([TIME, 2 * TIME]))
+    arrays.add("rows", np.vstack([TIME, 3 * TIME]))
+    arrays.add("gain", 4.0)
+    arrays.add("note", np.array(["a", "b"]))
+    (table,) = tables_of(arrays, _source())
+    assert table.time is not None and table.time.name == "Tout"
+    assert [c.name for c in table.columns] == ["x[0]", "x[1]", "rows[0]", "rows[1]"]
+    assert arrays.scalars == {"gain": 4.0}
+
+
+def test_arrays_of_other_lengths_than_the_time_are_said() -> None:
+    arrays = Arrays()
+    arrays.add("time", TIME)
+    arrays.add("force", TIME)
+    arrays.add("window", np.arange(7))
+    (table,) = tables_of(arrays, _source())
+    assert [c.name for c in table.columns] == ["force"]
+    assert "'window' (7)" in table.findings[0].text
+
+
+def test_every_length_is_a_run_where_none_has_a_time() -> None:
+    arrays = Arrays()
+    for name, size in (("U", 2000), ("Y", 2000), ("U_val", 1499), ("Y_val", 1499)):
+        arrays.add(name, np.zeros(size))
+    arrays.add("Ts", 0.005)
+    tables = tables_of(arrays, _source())
+    assert [(t.rows, t.dt) for t in tables] == [(2000, 0.005), (1499, 0.005)]
+
+
+def test_rate_scalar_and_time_from_the_map() -> None:
+    arrays = Arrays()
+    arrays.add("clock", TIME)
+    arrays.add("force", TIME)
+    arrays.add("fs", 100.0)
+    assert tables_of(arrays, _source())[0].dt == pytest.approx(0.01)
+    (table,) = tables_of(arrays, _source(TimeRule(column="clock")))
+    assert table.time is not None and table.time.name == "clock"
+
+
+@pytest.mark.parametrize("at", [20, 0])
+def test_times_that_repeat_or_jump_are_still_times(at: int) -> None:
+    """The time base knows what to do with them; a rate that the file states besides may be another one's."""
+    arrays = Arrays()
+    time = TIME.copy()
+    time[25:] -= time[25] - time[at]
+    time[24] = time[23]
+    arrays.add("time", time)
+    arrays.add("force", TIME)
+    arrays.add("Ts", 0.1)
+    (table,) = tables_of(arrays, _source())
+    assert table.time is not None and table.dt is None
+    assert [c.name for c in table.columns] == ["force"]
+
+
+def test_a_name_alone_makes_no_time() -> None:
+    arrays = Arrays()
+    arrays.add("t", 20.0 + np.sin(np.arange(50)))  # a temperature
+    arrays.add("dt", 0.1)
+    (table,) = tables_of(arrays, _source())
+    assert table.time is None and table.dt == 0.1
+
+
+def test_no_vector_is_refused() -> None:
+    arrays = Arrays()
+    arrays.add("gain", 4.0)
+    with pytest.raises(Refusal, match="no numeric array"):
+        tables_of(arrays, _source())

@@ -1,0 +1,21 @@
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from mrfit.ingest.containers.arrays import Arrays
+from mrfit.ingest.containers.hdf import hdf_arrays
+
+
+def test_datasets_attributes_and_what_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "run.h5"
+    with h5py.File(path, "w") as file:
+        file.attrs["fs"] = 100.0
+        file["rig/force"] = np.arange(5.0)
+        file["rig/force"].attrs["unit"] = b"kN"
+        file["#refs#/x"] = np.arange(5.0)
+        file["names"] = np.array([b"a", b"b"])
+    arrays = hdf_arrays(path, Arrays())
+    assert list(arrays.signals) == ["rig.force"]
+    assert arrays.units == {"rig.force": "kN"}
+    assert arrays.scalars == {".fs": 100.0}

@@ -1,0 +1,121 @@
+import numpy as np
+import pytest
+
+from mrfit.errors import ConfigError
+from mrfit.ingest.meaning.channel_map import ChannelRule, Rules
+from mrfit.ingest.meaning.naming import check_wrong_dimension, name_signals
+from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.table import Column
+
+
+def _columns(*named: tuple[str, str | None]) -> tuple[Column, ...]:
+    return tuple(Column(name, unit, np.arange(4.0) + k, k) for k, (name, unit) in enumerate(named))
+
+
+def _names(*named: tuple[str, str | None], rules: Rules | None = None) -> list[tuple[str, str]]:
+    signals, _ = name_signals(_columns(*named), rules or Rules(), "log.csv")
+    return [(s.name, s.unit) for s in signals]
+
+
+@pytest.mark.parametrize(
+    ("header", "channels"),
+    [
+        ([("Force", "kN"), ("Stroke", "mm")], [("force", "N"), ("displacement", "m")]),
+        ([("Lead Actuator Force", "kN"), ("Displacment", "mm")], [("force", "N"), ("displacement", "m")]),
+        ([("i", "mA"), ("u", "V")], [("current", "A"), ("voltage", "V")]),
+        ([("CH1", "V"), ("CH2", "A")], [("voltage", "V"), ("current", "A")]),
+        ([("CH1", "V"), ("CH2", "V")], [("ch1", "V"), ("ch2", "V")]),
+        ([("CH1", "V"), ("CH2", "V"), ("CH3", "A")], [("ch1", "V"), ("ch2", "V"), ("current", "A")]),
+        ([("Force", "V"), ("Force", "N")], [("force_v", "V"), ("force", "N")]),
+        ([("V", "cm/s"), ("F", "N")], [("velocity", "m/s"), ("force", "N")]),
+        ([("current", None), ("flux", None)], [("current", "A"), ("flux", "Wb")]),
+        ([("A", None), ("D", None), ("V", None)], [("a", ""), ("d", ""), ("v", "")]),
+        ([("Load 1", "N"), ("Load 2", "N")], [("load_1", "N"), ("load_2", "N")]),
+        ([("Oil temperature", "°F")], [("temperature", "degC")]),
+        ([("p", "psi")], [("p", "Pa")]),
+        ([("CH1", "V"), ("CH1", "V")], [("ch1", "V"), ("ch1_2", "V")]),
+        ([("time", "V")], [("time_v", "V")]),
+    ],
+)
+def test_names_and_units(header: list[tuple[str, str | None]], channels: list[tuple[str, str]]) -> None:
+    assert _names(*header) == channels
+
+
+def test_map_comes_first_and_scales() -> None:
+    rules = Rules(
+        channels={
+            "flux": ChannelRule(column="ch2", unit="mWb", scale=2.0, offset=1.0, sign=-1),
+            "current": ChannelRule(column=0, unit="A", scale=10.0),
+        }
+    )
+    signals, _ = name_signals(_columns(("CH1", "V"), ("CH2", "V"), ("CH3", "V")), rules, "log.csv")
+    values = {s.name: s.values for s in signals}
+    np.testing.assert_allclose(values["current"], 10.0 * np.arange(4.0))
+    np.testing.assert_allclose(values["flux"], 1e-3 * (-2.0 * (np.arange(4.0) + 1) + 1.0))
+    assert [s.name for s in signals] == ["current", "flux", "ch3"]
+
+
+def test_map_keeps_the_files_unit_and_else_takes_si() -> None:
+    rules = Rules(channels={"force": ChannelRule(column=0), "displacement": ChannelRule(column=1)})
+    signals, _ = name_signals(_columns(("a", "kN"), ("b", None)), rules, "log.csv")
+    assert [(s.name, s.unit, s.values[1]) for s in signals] == [("force", "N", 1e3), ("displacement", "m", 2.0)]
+
+
+@pytest.mark.parametrize("again", ["ch1", 0, ["A", "CH1"]])
+def test_one_column_is_one_channel(again: str | int | list[str]) -> None:
+    rules = Rules("mrfit.toml", channels={"current": ChannelRule(column="CH1"), "voltage": ChannelRule(column=again)})
+    with pytest.raises(ConfigError, match=r"mrfit.toml: .*'channels.current' and 'channels.voltage' both name .*'CH1'"):
+        name_signals(_columns(("CH1", None), ("CH2", None)), rules, "log.csv")
+
+
+def test_ignored_columns_are_left_out() -> None:
+    assert _names(("force", "N"), ("Spare", "blurbs"), rules=Rules(ignore=("spare",))) == [("force", "N")]
+
+
+@pytest.mark.parametrize(
+    ("rule", "message"),
+    [
+        (ChannelRule(column="CH9"), "no column 'CH9' as the channel map asks (there are 0 'CH1', 1 'CH2')"),
+        (ChannelRule(column=7), "no column 7"),
+        (ChannelRule(column="CH1", unit="mm"), "current cannot be in 'mm'"),
+        (ChannelRule(column="CH1", unit="blurbs"), "unknown unit 'blurbs'"),
+    ],
+)
+def test_maps_that_do_not_fit_are_refused(rule: ChannelRule, message: str) -> None:
+    with pytest.raises(Refusal) as error:
+        name_signals(_columns(("CH1", "V"), ("CH2", "V")), Rules("map.toml", channels={"current": rule}), "log.csv")
+    assert message in str(error.value)
+
+
+def test_a_column_of_unknown_unit_is_kept_as_printed_and_said() -> None:
+    signals, findings = name_signals(_columns(("Load", "blurbs"), ("Coil", "mA")), Rules(), "log.csv")
+    assert [(s.name, s.unit, s.values[1]) for s in signals] == [("load", "", 1.0), ("current", "A", 2e-3)]
+    (said,) = [f for f in findings if f.kind == "unknown-unit"]
+    assert "'Load' in 'blurbs': kept as printed; write the unit in a channel map" in said.text
+
+
+def test_a_map_that_leaves_an_unknown_unit_to_the_file_makes_no_channel_of_it() -> None:
+    rules = Rules("mrfit.toml", channels={"force": ChannelRule(column="Load"), "current": ChannelRule(column="Coil")})
+    signals, findings = name_signals(_columns(("Load", "blurbs"), ("Coil", "mA")), rules, "log.csv")
+    assert [s.name for s in signals] == ["load", "current"]
+    assert [f.kind for f in findings] == ["unknown-unit"]
+
+
+def test_wrong_dimension_is_refused_but_a_transducer_signal_is_not() -> None:
+    check_wrong_dimension(_columns(("Force", "mV")), Rules(), "log.csv")
+    with pytest.raises(Refusal, match="column 'Voltage' is in 'mm', which is no unit of voltage"):
+        check_wrong_dimension(_columns(("Voltage", "mm")), Rules(), "log.csv")
+
+
+def test_gauss_and_gravity_differ_in_case_only() -> None:
+    signals, findings = name_signals(_columns(("a", "g"), ("B", "G")), Rules(), "log.csv")
+    values = [(s.name, s.unit, float(s.values[0] + s.values[1]) / (1 + 2 * s.index)) for s in signals]
+    assert values == [("acceleration", "m/s^2", 9.80665), ("b", "T", pytest.approx(1e-4))]
+    assert [f.kind for f in findings] == ["unit-assumed", "unit-assumed"]
+    with pytest.raises(Refusal, match="column 'Acceleration' is in 'G', which is no unit of acceleration"):
+        check_wrong_dimension(_columns(("Acceleration", "G")), Rules(), "log.csv")
+
+
+def test_ambiguous_assumed_and_unnamed_columns_are_said() -> None:
+    _, findings = name_signals(_columns(("Load 1", "N"), ("Load 2", "N"), ("flux", None), ("q", None)), Rules(), "a")
+    assert {f.kind for f in findings} == {"ambiguous-channel", "unit-assumed", "unnamed"}

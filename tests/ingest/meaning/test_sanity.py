@@ -1,0 +1,157 @@
+import numpy as np
+import pytest
+
+from mrfit.core.recording import Recording
+from mrfit.core.specs import Array
+from mrfit.ingest import series
+from mrfit.ingest.meaning.sanity import channel_findings, relation_findings, shortened, shortening
+
+DT = 1e-3
+T = np.arange(4000) * DT
+SINE = np.sin(2 * np.pi * 5 * T)
+
+
+def _kinds(**channels: Array) -> list[tuple[str, str]]:
+    record = Recording("a", "a.csv", "", "delimited", DT, 0.0, channels, dict.fromkeys(channels, ""))
+    return [(f.kind, f.channel) for f in (*channel_findings(record), *relation_findings(record))]
+
+
+def _rounded(values: Array, bits: int) -> Array:
+    return np.round(values * 2 ** (bits - 1)) / 2 ** (bits - 1)
+
+
+@pytest.mark.parametrize("bits", [8, 12, 24])
+def test_a_sound_sine_raises_nothing(bits: int) -> None:
+    noise = np.random.default_rng(0).normal(0, 0.01, len(T))
+    assert _kinds(ch1=_rounded(SINE, bits)) == []
+    assert _kinds(ch1=_rounded(SINE + noise, bits)) == []
+
+
+@pytest.mark.parametrize("values", [np.sign(SINE), np.arcsin(SINE), np.sign(SINE) + 0.01 * SINE])
+def test_square_and_triangle_waves_are_not_clipped(values: Array) -> None:
+    assert _kinds(ch1=_rounded(values, 8)) == []
+
+
+def test_constant_and_dead_channels() -> None:
+    flicker = np.random.default_rng(0).integers(0, 2, len(T)) * 0.01
+    assert _kinds(ch1=np.full(len(T), 3.0), ch2=flicker) == [("constant", "ch1"), ("dead", "ch2")]
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_clipped_channel_with_the_time_it_begins(side: float) -> None:
+    values = side * np.minimum(_rounded(SINE, 10), 0.8)
+    record = Recording("a", "a.csv", "", "delimited", DT, 0.0, {"ch1": values}, {"ch1": "V"})
+    (finding,) = channel_findings(record)
+    assert (finding.kind, finding.channel) == ("clipped", "ch1")
+    assert finding.at == pytest.approx(np.arcsin(0.8) / (2 * np.pi * 5), abs=2 * DT)
+
+
+def test_standing_still_at_the_beginning_is_no_clipping() -> None:
+    assert _kinds(ch1=np.concatenate([np.full(500, -1.0), _rounded(-np.cos(2 * np.pi * 5 * T), 12)])) == []
+
+
+def test_offset_is_said_of_alternating_channels_only() -> None:
+    assert _kinds(current=SINE + 0.5, temperature=SINE + 40.0) == [("offset", "current")]
+
+
+def test_current_of_a_damper_is_never_about_zero() -> None:
+    assert ("offset", "current") not in _kinds(current=SINE + 1.5, force=100.0 * SINE)
+    assert ("offset", "force") in _kinds(current=SINE + 1.5, force=100.0 * SINE + 80.0)
+
+
+def test_force_against_velocity() -> None:
+    velocity = np.cos(2 * np.pi * 5 * T)
+    assert _kinds(displacement=SINE, force=velocity) == []
+    assert _kinds(displacement=SINE, force=-velocity) == [("sign", "force")]
+    assert _kinds(displacement=100 * velocity, force=SINE) == [("sign", "force")]  # exchanged columns
+
+
+def test_velocity_against_displacement() -> None:
+    velocity = 2 * np.pi * 5 * np.cos(2 * np.pi * 5 * T)
+    assert _kinds(displacement=SINE, velocity=velocity) == []
+    assert _kinds(displacement=SINE, velocity=-velocity) == [("sign", "velocity")]
+    assert _kinds(displacement=SINE, velocity=1000 * velocity) == [("velocity-differs", "velocity")]
+    assert _kinds(displacement=SINE, velocity=SINE) == [("velocity-differs", "velocity")]
+
+
+def test_flux_against_current() -> None:
+    assert _kinds(current=SINE, flux=0.1 * SINE) == []
+    assert _kinds(current=SINE, flux=-0.1 * SINE) == [("sign", "flux")]
+
+
+@pytest.mark.parametrize(("lag", "kinds"), [(45, []), (5, []), (85, []), (-10, [("skew", "current")]), (200, 1)])
+def test_current_against_voltage(lag: float, kinds: object) -> None:
+    current = np.sin(2 * np.pi * 5 * T - np.radians(lag))
+    expected = [("sign", "current")] if kinds == 1 else kinds
+    assert _kinds(current=current, voltage=SINE) == expected
+
+
+@pytest.mark.parametrize("level", [1.4, -0.02])
+def test_a_held_level_that_carries_noise_or_ripple_swings_about_nothing(level: float) -> None:
+    noise = np.random.default_rng(0).normal(0.0, abs(level) / 50, len(T))
+    assert _kinds(current=level + noise) == []
+    assert _kinds(voltage=level * (1.0 + 0.01 * SINE)) == []
+
+
+@pytest.mark.parametrize("swing", [0.03, 0.3, 3.0])
+def test_a_swing_about_a_level_is_an_offset_even_under_noise(swing: float) -> None:
+    noise = np.random.default_rng(0).normal(0.0, 0.1 * swing, len(T))
+    assert _kinds(displacement=1.0 + swing * SINE + noise) == [("offset", "displacement")]
+
+
+def test_a_long_recording_is_judged_over_all_of_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is odd late in a log, or only in the phase of its channels, is found in chunks as it is in the whole."""
+    late = np.where(T > 3.0, np.minimum(SINE, 0.8), 0.7 * SINE)
+    channels = {"current": np.sin(2 * np.pi * 5 * T + 0.3), "voltage": SINE, "ch3": late, "ch4": np.ones(len(T))}
+    record = Recording("a", "a.csv", "", "delimited", DT, 0.0, channels, dict.fromkeys(channels, ""))
+    monkeypatch.setattr(series, "CHUNK", 700)
+    short = shortened(record)
+    assert short.samples == 666 and short.dt == pytest.approx(6 * DT)
+    found = [*channel_findings(record), *relation_findings(short), *shortening(record, short)]
+    assert [(f.kind, f.channel) for f in found] == [
+        ("clipped", "ch3"),
+        ("constant", "ch4"),
+        ("skew", "current"),
+        ("judged-on-means", ""),
+    ]
+    assert found[0].at == pytest.approx(3.0, abs=0.06)
+    assert "means over 6 samples" in found[-1].text
+
+
+def test_a_recording_of_a_chunk_or_less_is_not_shortened() -> None:
+    record = Recording("a", "a.csv", "", "delimited", DT, 0.0, {"ch1": SINE}, {"ch1": ""})
+    short = shortened(record)
+    np.testing.assert_array_equal(short.channels["ch1"], SINE)
+    assert shortening(record, short) == []
+
+
+def _spoilt(values: Array, samples: dict[int, float]) -> Array:
+    spoilt = values.copy()
+    for place, value in samples.items():
+        spoilt[place] = value
+    return spoilt
+
+
+@pytest.mark.parametrize("samples", [{1234: 1e12}, {1234: -4e4}, {50: 1e12, 51: 1e12, 3999: -1e9}])
+@pytest.mark.parametrize("values", [SINE, 24.0 + 0.01 * SINE, np.full(len(T), 5.0)])
+def test_samples_out_of_all_proportion_are_said(values: Array, samples: dict[int, float]) -> None:
+    record = Recording("a", "a.csv", "", "delimited", DT, 0.0, {"ch1": _spoilt(values, samples)}, {"ch1": "V"})
+    (finding,) = channel_findings(record)
+    assert (finding.kind, finding.at) == ("outlier", pytest.approx(min(samples) * DT))
+    assert finding.text.startswith(f"{len(samples)} sample")
+
+
+def test_spikes_of_switching_and_pulses_are_no_outliers() -> None:
+    """A coil switched off kicks back, once or at every edge; a trigger is one sample long."""
+    noise = np.random.default_rng(0).normal(0.0, 0.01, len(T))
+    every = _spoilt(12.0 * np.sign(SINE) + noise, dict.fromkeys(range(99, 4000, 100), 400.0))
+    once = _spoilt(0.1 * SINE + noise, {2000: 60.0, 2001: -25.0})
+    trigger = _spoilt(np.zeros(len(T)), {100: 5.0})
+    tails = np.random.default_rng(1).standard_t(2.0, len(T))
+    for values in (every, once, trigger, tails):
+        assert "outlier" not in {kind for kind, _ in _kinds(ch1=values)}
+
+
+def test_an_outlier_late_in_a_long_recording_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(series, "CHUNK", 700)
+    assert _kinds(ch1=_spoilt(SINE, {3501: 1e12})) == [("outlier", "ch1")]

@@ -1,0 +1,95 @@
+from pathlib import Path
+
+import pytest
+
+from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.text.head import Head, open_head
+from mrfit.ingest.text.layout import aliases_of, find_grid, find_header, name_and_unit
+
+
+def _head(tmp_path: Path, text: str) -> Head:
+    path = tmp_path / "log.txt"
+    path.write_text(text, encoding="utf-8")
+    return open_head(path)
+
+
+@pytest.mark.parametrize(
+    ("cell", "name", "unit"),
+    [
+        ("Force [N]", "Force", "N"),
+        ("Time (s)", "Time", "s"),
+        ("force_N", "force", "N"),
+        ("velocity_mm/s", "velocity", "mm/s"),
+        ("i_A", "i", "A"),
+        ("Zeit / ms", "Zeit", "ms"),
+        ("C1 in V", "C1", "V"),
+        ("in s", "time", "s"),
+        ("u_coil", "u_coil", None),
+        ("CH1", "CH1", None),
+        ("Channel_1", "Channel_1", None),
+        ("Temperatura (°C)", "Temperatura", "°C"),
+        ('"Displacement"', "Displacement", None),
+        ("", "", None),
+    ],
+)
+def test_header_cells(cell: str, name: str, unit: str | None) -> None:
+    assert name_and_unit(cell) == (name, unit)
+
+
+ROWS = [(0.0, 1.5, -2.25), (0.1, 1.75, -2.5), (0.2, 2.0, -2.75), (0.3, 2.25, -3.0)]
+
+
+def _rows(delimiter: str, decimal: str = ".") -> str:
+    return "".join(delimiter.join(f"{v:.3f}".replace(".", decimal) for v in row) + "\n" for row in ROWS)
+
+
+@pytest.mark.parametrize(
+    ("delimiter", "decimal"), [(",", "."), (";", "."), (";", ","), ("\t", "."), ("\t", ","), (" ", "."), ("|", ".")]
+)
+def test_delimiter_decimal_mark_names_and_units(delimiter: str, decimal: str, tmp_path: Path) -> None:
+    head = _head(tmp_path, delimiter.join(["time", "force", "stroke"]) + "\n" + _rows(delimiter, decimal))
+    grid = find_grid(head)
+    assert (grid.delimiter or " ", grid.decimal, grid.width, grid.first) == (delimiter, decimal, 3, 1)
+    assert find_header(head, grid).names == ("time", "force", "stroke")
+
+
+@pytest.mark.parametrize(
+    ("above", "names", "units"),
+    [
+        ("t,f,x\ns,kN,mm\n", ("t", "f", "x"), ("s", "kN", "mm")),
+        ("t,f,x\n[s],[kN],[mm]\n", ("t", "f", "x"), ("s", "kN", "mm")),
+        ("t,f,x\ns,kN,mm\n\n", ("t", "f", "x"), ("s", "kN", "mm")),
+        ("# made by a rig\n# t (s), f (kN), x (mm)\n", ("t", "f", "x"), ("s", "kN", "mm")),
+        ("Test 7, day 3\nname: x\nt [s],f [kN],x [mm]\n", ("t", "f", "x"), ("s", "kN", "mm")),
+        ('"t (s)","f (kN)","x (mm)"\n', ("t", "f", "x"), ("s", "kN", "mm")),
+        ("t,f,x,\n", ("t", "f", "x"), (None, None, None)),
+    ],
+)
+def test_header_rows(above: str, names: tuple[str, ...], units: tuple[str, ...], tmp_path: Path) -> None:
+    head = _head(tmp_path, above + _rows(","))
+    grid = find_grid(head)
+    header = find_header(head, grid)
+    assert header.names == names
+    assert header.units == units
+    assert head.lines[grid.first].startswith("0.000")
+
+
+def test_two_numbers_with_a_comma_between_are_two_columns(tmp_path: Path) -> None:
+    grid = find_grid(_head(tmp_path, "1,5\n2,5\n3,5\n"))
+    assert (grid.delimiter, grid.decimal, grid.width) == (",", ".", 2)
+
+
+def test_prose_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(Refusal, match="no row of numbers"):
+        find_grid(_head(tmp_path, "Dear colleague,\nthe damper leaks.\nYours\n"))
+
+
+def test_headerless_file_has_no_names(tmp_path: Path) -> None:
+    head = _head(tmp_path, _rows(","))
+    assert find_header(head, find_grid(head)).names == ()
+
+
+def test_aliases() -> None:
+    assert aliases_of("Coil Current") == ["current"]
+    assert aliases_of("I") == ["current"]
+    assert aliases_of("whatever") == []

@@ -1,0 +1,98 @@
+"""Folding a periodic log onto one cycle changes the work, not the answer."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mrfit.core.recording import Recording, Segment
+from mrfit.models import boucwen_flux
+from mrfit.search.problem import AHEAD_CYCLES, differences, folded_block, full_block, residual_function
+from mrfit.signal.smoothing import smooth
+from mrfit.simulate.assembly import assemble
+
+THETA = np.array([[1.2, 0.018, 1.4, 0.8, 1.2, 1.6, 0.3], [1.1, 0.02, 2.0, 0.5, 1.5, 1.3, 0.5]])
+
+
+def a_log(frequency: float, dt: float, cycles: int, noise: float) -> tuple[Recording, Segment]:
+    """A noisy log of ``cycles`` steady cycles after two of warm-up."""
+    rng = np.random.default_rng(1)
+    lead, samples = int(round(2 / frequency / dt)), int(round((cycles + 2) / frequency / dt))
+    time = np.arange(samples) * dt
+    current = 3.0 * np.sin(2 * np.pi * frequency * time)
+    flux = boucwen_flux.response(current[None, :], THETA[:1], dt)[0] + noise * rng.standard_normal(samples)
+    recording = Recording("a", "a", "0", "none", dt, 0.0, {"current": current, "flux": flux}, {})
+    nan = float("nan")
+    segment = Segment(
+        "a#1", "sine", "a", lead, samples, lead, "sine", "current", frequency, 3.0, 0.0, cycles, nan, nan, "train"
+    )
+    return recording, segment
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(0.7, 12.0), st.floats(350.0, 900.0), st.integers(4, 9))
+def test_the_cost_over_phase_bins_is_the_cost_over_samples(frequency: float, per_cycle: float, cycles: int) -> None:
+    recording, segment = a_log(frequency, 1 / (frequency * per_cycle), cycles, 1e-4)
+    assembly = assemble("boucwen-flux")
+    drive = smooth(recording, segment, ("current",))
+    output = recording.channels["flux"][segment.start : segment.stop]
+    folded = residual_function([folded_block(segment, drive, output)], assembly, lambda p: p, np.ones(1))(THETA)
+    full = differences(full_block(segment, drive, output), assembly, THETA)
+    cost = np.sqrt(np.mean(folded**2, axis=1))
+    # the scatter inside bins is an estimate where a bin holds two samples
+    assert cost == pytest.approx(np.sqrt(np.mean(full**2, axis=1)), rel=0.05)
+    # the excess of a wrong model over the right one is what a search follows
+    assert cost[1] ** 2 - cost[0] ** 2 == pytest.approx(np.mean(full[1] ** 2) - np.mean(full[0] ** 2), rel=2e-3)
+
+
+@pytest.mark.parametrize("cycles", [3, 8])
+def test_an_effect_that_takes_means_sees_whole_cycles(cycles: int) -> None:
+    frequency, per_cycle = 5.0, 1200
+    recording, segment = a_log(frequency, 1 / (frequency * per_cycle), cycles, 0.0)
+    assembly = assemble("boucwen-flux+resistance-error")
+    theta = np.append(THETA[0], 0.5)[None]
+    inputs = np.zeros((len(assembly.spec.inputs), recording.samples))
+    # its mean over the cycles that are compared is not that over an unfinished one
+    inputs[0] = 3.0 * np.sin(2 * np.pi * frequency * recording.dt * np.arange(recording.samples) + 0.8)
+    flux = assembly.simulate(inputs, theta, recording.dt)[0]
+    recording = replace(recording, channels={"current": inputs[0], "flux": flux})
+    drive = smooth(recording, segment, assembly.spec.inputs)
+    output = flux[segment.start : segment.stop]
+    for block in (full_block(segment, drive, output), folded_block(segment, drive, output, AHEAD_CYCLES)):
+        apart = differences(block, assembly, theta)[0]
+        # the constant of a flux is unknown
+        assert np.std(apart) <= 2e-5 * np.ptp(output)
+
+
+@pytest.mark.parametrize("per_cycle", [8, 16])
+def test_few_phases_that_repeat_leave_a_scatter_that_is_a_number(per_cycle: int) -> None:
+    dt = 1.0 / 256.0  # phases are exact
+    recording, segment = a_log(1.0 / (dt * per_cycle), dt, 200, 1e-4)
+    drive = smooth(recording, segment, ("current",))
+    block = folded_block(segment, drive, recording.channels["flux"][segment.start : segment.stop])
+    assert len(block.target) == per_cycle
+    assert block.scatter == pytest.approx(1e-8 * block.samples, rel=0.2)
+
+
+def test_a_flux_record_is_compared_up_to_its_unknown_constant() -> None:
+    recording, segment = a_log(5.0, 1e-4, 4, 0.0)
+    assembly = assemble("boucwen-flux")
+    drive = smooth(recording, segment, ("current",))
+    output = recording.channels["flux"][segment.start : segment.stop]
+    for shift in (0.0, 0.7):
+        delta = differences(full_block(segment, drive, output + shift), assembly, THETA[:1])
+        assert np.max(np.abs(delta)) < 2e-6
+
+
+def test_an_effect_that_looks_ahead_finds_what_comes_after_the_cycles_compared() -> None:
+    recording, segment = a_log(40.0, 1e-4, 6, 0.0)
+    assembly = assemble("boucwen-flux+probe-skew")
+    late = 2e-3
+    shown = {**recording.channels, "current": np.roll(recording.channels["current"], round(late / recording.dt))}
+    drive = smooth(replace(recording, channels=shown), segment, ("current", "flux_resistance"))
+    output = recording.channels["flux"][segment.start : segment.stop]
+    theta = np.append(THETA[0], late)[None]
+    for block in (full_block(segment, drive, output), folded_block(segment, drive, output, AHEAD_CYCLES)):
+        assert np.abs(differences(block, assembly, theta)).max() <= 2e-4 * np.ptp(output)

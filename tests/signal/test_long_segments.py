@@ -1,0 +1,130 @@
+"""Long segments: pieces that cover them, and a fit in pieces that is the fit of the whole."""
+
+import contextlib
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mrfit.cli import main
+from mrfit.core.recording import Recording, Segment
+from mrfit.segment import thinning
+from mrfit.signal import long_segments, noise
+from mrfit.signal.long_segments import FEWEST_CYCLES, LEAD_CYCLES, PIECE, middle_piece, pieces
+from mrfit.signal.noise import LONG, noise_level, quantisation
+
+DT = 1e-4
+NAN = float("nan")
+
+
+def a_segment(samples: int, cycles: int, start: int = 0, warm_up: int = 0) -> Segment:
+    frequency = cycles / (samples * DT)
+    return Segment(
+        "a#1", "sine", "a", start, start + samples, warm_up, "sine", "displacement", frequency, 1.0, 0.0, cycles, NAN,
+        NAN, "train",
+    )  # fmt: skip
+
+
+@given(st.integers(LONG + 1, 40_000_000), st.one_of(st.just(0), st.integers(4, 100_000)), st.integers(0, 10_000))
+def test_pieces_cover_a_long_segment_once_by_whole_cycles(samples: int, cycles: int, start: int) -> None:
+    whole = a_segment(samples, cycles, start, warm_up=min(start, 500))
+    found = pieces(whole, DT)
+    assert found[0].start == whole.start and found[-1].stop == whole.stop
+    assert all(a.stop == b.start for a, b in zip(found, found[1:], strict=False))
+    assert sum(p.cycles for p in found) == cycles
+    period = samples / cycles if cycles else 0.0
+    for piece in found:
+        assert abs(piece.samples - piece.cycles * period) <= 1.0 or not cycles
+        assert piece.cycles >= FEWEST_CYCLES or not cycles
+        assert piece.start - piece.warm_up >= 0
+    assert all(p.warm_up == (round(LEAD_CYCLES * period) if cycles else PIECE // 10) for p in found[1:])
+    # a piece is no longer than twice what it is to be, but where few slow cycles are
+    assert all(p.samples <= 2 * max(PIECE, 2 * FEWEST_CYCLES * period) for p in found)
+    assert middle_piece(whole, DT) in found
+
+
+def test_a_segment_that_is_not_long_is_its_only_piece() -> None:
+    whole = a_segment(LONG, 100)
+    assert pieces(whole, DT) == [whole]
+
+
+def test_the_noise_of_a_long_channel_is_that_of_windows_spread_over_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(noise, "LONG", 50_000)
+    monkeypatch.setattr(noise, "WINDOW", 2000)
+    t = np.arange(200_000) * DT
+    values = np.sin(2 * np.pi * 3 * t) + 0.02 * np.random.default_rng(1).standard_normal(len(t))
+    assert noise_level(values) == pytest.approx(0.02, rel=0.05)
+    assert quantisation(np.round(values, 1)) == pytest.approx(0.1)
+    assert sum(map(len, noise.windows(values))) == 16 * 2000
+
+
+def made(rate: float, frequency: float, seconds: float) -> Recording:
+    """A damper under a sine: F = 800·tanh(80 v + 20 x) + 1500 v + 20, with noise."""
+    t = np.arange(round(seconds * rate)) / rate
+    rng = np.random.default_rng(3)
+    x, v = 0.01 * np.sin(2 * np.pi * frequency * t), 0.02 * np.pi * frequency * np.cos(2 * np.pi * frequency * t)
+    force = 800 * np.tanh(80 * v + 20 * x) + 1500 * v + 20
+    channels = {
+        "displacement": x + 1e-7 * rng.standard_normal(len(t)),
+        "force": force + 8.0 * rng.standard_normal(len(t)),
+    }
+    return Recording("a", "a.csv", "0", "none", 1 / rate, 0.0, channels, {"displacement": "m", "force": "N"})
+
+
+def test_a_slow_drive_is_thinned_and_a_fast_one_is_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(thinning, "LONG", 10_000)
+    slow, step = thinning.thinned(made(1000.0, 1.0, 60.0), "displacement")
+    assert step == 8 and slow.dt == 0.008 and slow.samples == 7500
+    assert slow.channels["force"][7] == pytest.approx(np.mean(made(1000.0, 1.0, 60.0).channels["force"][56:64]))
+    fast = made(1000.0, 60.0, 60.0)
+    assert thinning.thinned(fast, "displacement") == (fast, 1)
+    short = made(1000.0, 1.0, 10.0)
+    assert thinning.thinned(short, "displacement") == (short, 1)
+
+
+def studied(folder: Path, recording: Recording) -> dict[str, Any]:
+    """Ingest and fit a recording, and return fit.json."""
+    folder.mkdir()
+    time = np.arange(recording.samples) * recording.dt
+    columns = {"time (s)": time, "displacement (m)": recording.channels["displacement"]}
+    pq.write_table(pa.table(columns | {"force (N)": recording.channels["force"]}), folder / "log.parquet")
+    work = str(folder / "work")
+    for command in (["ingest", str(folder / "log.parquet")], ["fit", "--model", "tanh"]):
+        with contextlib.redirect_stdout(io.StringIO()):
+            main.app([*command, "--work", work], standalone_mode=False)
+    fit: dict[str, Any] = json.loads((folder / "work" / "fits" / "tanh.auto" / "fit.json").read_text())
+    return fit
+
+
+def test_a_long_segment_is_fitted_in_pieces_as_the_whole_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    recording = made(1000.0, 2.0, 60.0)
+    whole = studied(tmp_path / "whole", recording)
+    for module in (noise, long_segments, thinning):
+        monkeypatch.setattr(module, "LONG", 10_000)
+    monkeypatch.setattr(noise, "WINDOW", 1000)
+    monkeypatch.setattr(long_segments, "PIECE", 4000)
+    cut = studied(tmp_path / "cut", recording)
+    assert len(whole["results"][0]["segments"]) == 2
+    assert len(cut["results"][0]["segments"]) == 14
+    values = [{p["name"]: p for p in f["results"][0]["parameters"]} for f in (whole, cut)]
+    for name, one in values[0].items():
+        other = values[1][name]
+        # both have seen the same samples but for those about the segment's ends
+        assert abs(one["value"] - other["value"]) < 0.25 * (one["high"] - one["low"]), name
+        assert other["high"] - other["low"] == pytest.approx(one["high"] - one["low"], rel=0.3), name
+    for one, other in zip(whole["metrics"], cut["metrics"], strict=True):
+        assert (one["condition"], one["role"]) == (other["condition"], other["role"])
+        assert abs(one["samples"] - other["samples"]) <= 8
+        assert other["rmse"] == pytest.approx(one["rmse"], rel=0.01)
+        assert other["noise_floor"] == pytest.approx(one["noise_floor"], rel=0.05)
+    table = pq.read_table(tmp_path / "cut" / "work" / "fits" / "tanh.auto" / "residuals.parquet")
+    train = table.filter(table.column("role").to_numpy(zero_copy_only=False) == "train")
+    assert np.allclose(np.diff(train.column("time").to_numpy()), 0.001)
+    assert cut["results"][0]["warnings"] == whole["results"][0]["warnings"]
