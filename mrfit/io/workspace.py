@@ -211,6 +211,7 @@ def read_table(path: Path, without: Sequence[str] = ()) -> tuple[dict[str, Array
     DataError
         If the file is missing or damaged, or too long for the memory there is.
     """
+    import pyarrow as pa
     import pyarrow.parquet as pq
 
     # read_table would import data sets and pandas (0.3 s)
@@ -227,6 +228,8 @@ def read_table(path: Path, without: Sequence[str] = ()) -> tuple[dict[str, Array
                 values[begin : begin + len(table)] = floats(table.column(name))
             begin += len(table)
         metadata = file.metadata.metadata
+    # pyarrow keeps what it freed for itself
+    pa.default_memory_pool().release_unused()
     return columns, _decoded(metadata)
 
 
