@@ -105,7 +105,8 @@ def is_cut(data: Text, layout: Layout, encoding: str = "utf-8", before: bytes = 
         return True
     number = number_pattern(layout.decimal)
     rows = [split(line, layout.delimiter) for line in above[len(tail) >= TAIL :]]
-    others = [r[column] for r in rows if column < len(r) and number.fullmatch(r[column])]
+    # a row of more fields, as with a stray comma for a point, is not printed like the others
+    others = [r[column] for r in rows if column < len(r) <= layout.width and number.fullmatch(r[column])]
     if not others:
         return False
     form = digits_of(others)

@@ -170,6 +170,9 @@ def test_a_delimiter_behind_the_last_number_says_that_it_is_whole() -> None:
     assert not is_cut(b"1,2.5,\n3,14.25,\n5,4.2,", layout) and is_cut(b"1,2.5,\n3,14.25,\n5,4.2", layout)
     assert not is_cut(b"1,2.50,\n3,4.25,", layout)
     assert is_cut(b"1,2.50,\n3,4,", layout)  # all others have two decimals: a decimal comma, and cut
+    # a damaged row above, with a comma for the point, does not tell how numbers are printed
+    assert is_cut(b"1,2.50,\n2,7,25,\n3,4.75,\n5,4,", layout)
+    assert not is_cut(b"1,2.50,\n2,7,25,\n3,4.75,\n5,4.25,", layout)
 
 
 def test_no_line_is_lost_uncounted() -> None:
