@@ -20,7 +20,7 @@ from mrfit.fit.laws.choice import Choice
 from mrfit.fit.laws.laws_of_current import base_cube, dependence_of
 from mrfit.fit.result import metric_rows, simulate_block, warnings_of
 from mrfit.fit.select import left_out_warnings, load_recordings, named, select, usable
-from mrfit.io.keys import digest_of, fit_key
+from mrfit.io.keys import code_version, digest_of, fit_key
 from mrfit.io.schemas.fit import Fit, PartialFit
 from mrfit.io.schemas.reading import made
 from mrfit.io.workspace import Workspace, check_name, plain, write_json
@@ -388,6 +388,7 @@ def _summary(runner: _Runner, data_key: str, pieces: Sequence[_Piece], metrics: 
         "per": settings.per,
         "seed": settings.seed,
         "key": runner.key,
+        "code": code_version("fit"),
         "data_sha256": data_key,
         "versions": {p: version(p) for p in ("mrfit", "numpy", "scipy", "numba")},
         "settings": {k: v for k, v in asdict(settings).items() if k != "jobs"},
