@@ -272,8 +272,13 @@ class _Runner:
             self.progress("compiling the kernels, this once", 0, 1)
             pieces.append(self._fit(*groups.pop(0)))
             self.progress("compiling the kernels, this once", 1, 1)
-        rest = in_processes(lambda g, told: replace(self, progress=told)._fit(*g), groups, jobs, self.progress)
-        return [*pieces, *rest]
+        shares = [_Share(self.of(segments), name, segments) for name, segments in groups]
+        return [*pieces, *in_processes(_fit_share, shares, jobs, self.progress)]
+
+    def of(self, segments: Sequence[Segment]) -> "_Runner":
+        """Return the same with the recordings of some segments only, as it is sent to a process."""
+        recordings = {s.recording: self.prepared.recordings[s.recording] for s in segments}
+        return replace(self, prepared=replace(self.prepared, recordings=recordings, groups={}), progress=silent)
 
     def _fit(self, name: str, segments: list[Segment]) -> _Piece:
         settings = self.settings
@@ -376,6 +381,19 @@ class _Runner:
         stored = made(self._partial(name), PartialFit)
         whole = stored is not None and stored["key"] == self.key and len(stored["found"]["point"]) == free
         return dict(stored["found"]) if stored and whole else None
+
+
+@dataclass(frozen=True)
+class _Share:
+    """The part of a fit that one process does."""
+
+    runner: _Runner
+    name: str
+    segments: list[Segment]
+
+
+def _fit_share(share: _Share, progress: Progress) -> _Piece:
+    return replace(share.runner, progress=progress)._fit(share.name, share.segments)
 
 
 def _summary(runner: _Runner, data_key: str, pieces: Sequence[_Piece], metrics: list[dict[str, Any]]) -> dict[str, Any]:
