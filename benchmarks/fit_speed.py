@@ -19,7 +19,7 @@ import numpy as np  # noqa: E402
 
 from benchmarks.command import run_mrfit  # noqa: E402
 from benchmarks.planted import problem, sine_log  # noqa: E402
-from mrfit.core.progress import silent  # noqa: E402
+from mrfit.core.progress import Progress, silent  # noqa: E402
 from mrfit.core.specs import Array  # noqa: E402
 from mrfit.core.workers import in_processes  # noqa: E402
 from mrfit.fit.diagnostics.uncertainty import analyse  # noqa: E402
@@ -211,7 +211,11 @@ def growth() -> None:
 
 
 def _side_by_side(problems: list[Problem], jobs: int) -> None:
-    list(in_processes(lambda one, told: fit(one), problems, jobs, silent))
+    list(in_processes(_fit_one, problems, jobs, silent))
+
+
+def _fit_one(posed: Problem, told: Progress) -> None:
+    fit(posed)
 
 
 def commands() -> None:

@@ -341,6 +341,35 @@ def compare(
 
 
 @app.command()
+def status(work: Work = WORK, as_json: Json = False) -> None:
+    """Show what the workspace holds, what each step used, and what is out of date and why.
+
+    Example: mrfit status
+    """
+    from mrfit.cli import output, pipeline
+
+    with console.progress_bar() as progress:
+        summary = pipeline.status(work, progress)
+    return console.print_json(summary) if as_json else output.status(summary)
+
+
+@app.command()
+def remove(
+    fits: Annotated[list[str], typer.Argument(help="Names of fits.", metavar="FIT...", show_default=False)],
+    work: Work = WORK,
+    as_json: Json = False,
+) -> None:
+    """Take fits out of the workspace; a report that shows them is made anew by `mrfit report`.
+
+    Example: mrfit remove boucwen-flux.pso-fmin
+    """
+    from mrfit.cli import output, pipeline
+
+    summary = pipeline.remove(work, fits)
+    return console.print_json(summary) if as_json else output.remove(summary)
+
+
+@app.command()
 def datasets(name: DataSet = "", to: Folder = None, catalog_file: Catalog = None, as_json: Json = False) -> None:
     """List public data sets, or fetch one: every file is checked against its SHA-256.
 

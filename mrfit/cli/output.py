@@ -287,6 +287,38 @@ def report(summary: Summary, work: Path) -> None:
     say(f"Report{_state(summary)}: {work / 'report' / 'index.html'}")
 
 
+def status(summary: Summary) -> None:
+    """Print what each step of a workspace left, what it used, and why it is out of date."""
+    rows = [
+        [s["step"], s["name"], s["holds"], settings_text(s["settings"]), s["code"][:8] or None, not s["outdated"]]
+        for s in summary["steps"]
+    ]
+    columns = ("step", "name", "what there is", "made with", "code", "up to date")
+    print_table(f"Workspace {summary['work']}", columns, rows)
+    for step in summary["steps"]:
+        if step["outdated"]:
+            say(f"  out of date: {' '.join(filter(None, (step['step'], step['name'])))}: {step['outdated']}")
+
+
+def settings_text(settings: Summary) -> str:
+    """Return settings in one line, without those that are empty and what the other columns say."""
+    told = {k: v for k, v in settings.items() if k not in ("model", "optimizer", "name", "fits", "jobs")}
+    return ", ".join(f"{k} {_setting(v)}" for k, v in told.items() if v not in (None, "", [], {}))
+
+
+def _setting(value: object) -> str:
+    """Return a setting's value as a person would write it: NAME=VALUE and NAME=LOW:HIGH of a list of them."""
+    if isinstance(value, list):
+        return " ".join(f"{v[0]}={':'.join(map(_setting, v[1:]))}" if isinstance(v, list) else str(v) for v in value)
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def remove(summary: Summary) -> None:
+    """Print which fits were taken out, and which are left."""
+    say(f"Removed from {summary['work']}: {', '.join(summary['removed'])}")
+    say(f"Fits left: {', '.join(summary['left']) or 'none'}")
+
+
 def run(summary: Summary) -> None:
     """Print the outcome of a whole pipeline: each fit's errors, what is missing, and where the pages lie."""
     work = Path(summary["work"])

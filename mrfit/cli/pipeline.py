@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import glob
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -212,6 +212,22 @@ def _flux_to_predict(workspace: Workspace, resistance: float | str | None) -> mr
     if settings.resistance == "auto":
         settings = replace(settings, resistance=None)
     return replace(settings, fallback=mrfit.flux.stage.last_resistance(workspace))
+
+
+def status(work: Path, progress: Progress) -> Summary:
+    """Return what the workspace holds, what each step used, and what is out of date and why."""
+    from mrfit.cli.status import status as look
+
+    return {"work": str(work), "steps": [asdict(step) for step in look(Workspace(work), progress)]}
+
+
+def remove(work: Path, fits: Sequence[str]) -> Summary:
+    """Take fits out of the workspace."""
+    from mrfit.io.removal import remove_fits
+
+    workspace = Workspace(work)
+    with workspace.locked():
+        return {"work": str(work), "removed": remove_fits(workspace, fits), "left": workspace.fit_names()}
 
 
 def report(work: Path, settings: mrfit.report.stage.Settings, progress: Progress) -> Summary:

@@ -15,6 +15,7 @@ from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
 from mrfit.fit.identify import Group, build_group, weights_of
 from mrfit.io.csv_table import csv_table
+from mrfit.io.keys import code_version, digest_of, fit_key
 from mrfit.io.workspace import Workspace, plain, write_json, write_text
 from mrfit.optimizers import points
 from mrfit.search import coarse_to_fine, optimize, reparametrised, staged
@@ -111,6 +112,9 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     fit: dict[str, Any] = {k: v for k, v in asdict(settings.fit).items() if k not in ("jobs", "optimizer", "seed")}
     content = {"schema": SCHEMA, "settings": {"seeds": settings.seeds, **fit}, "rows": rows, "curves": curves}
     content["warnings"] = prepared.cautions
+    contents, cut = workspace.made_from(workspace.read_segments()[0])
+    content["key"] = fit_key({"seeds": settings.seeds, **fit}, contents, cut)
+    content |= {"code": code_version("fit"), "data_sha256": digest_of(contents)}
     summary: dict[str, Any] = plain(content)
     stable = {**summary, "rows": [{k: v for k, v in r.items() if k != "seconds"} for r in summary["rows"]]}
     _write(workspace.root / "compare", summary, stable)

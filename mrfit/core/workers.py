@@ -4,7 +4,6 @@ Threads are for what reads and unpacks files, and shares memory. Processes are f
 half of its time, as fits and figures do: two threads of these take as long as one.
 """
 
-import ctypes
 import multiprocessing
 import os
 import pickle
@@ -13,31 +12,31 @@ import sys
 import threading
 import time
 import traceback
-import warnings
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from concurrent.futures import BrokenExecutor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
-from multiprocessing.connection import Connection, wait
+from itertools import islice
+from multiprocessing.connection import Connection
 from threading import Event
-from typing import Any, NoReturn, TypeVar, cast
+from typing import Any, TypeVar, cast
 
-from mrfit.core.progress import Progress
+from mrfit.core.progress import Progress, silent
 from mrfit.errors import MrfitError
 
 Item = TypeVar("Item")
 Made = TypeVar("Made")
 
-# A forked process has all that its parent has, so only results have to be sent. Elsewhere system libraries do not
-# survive a fork, and whatever makes the items would have to be sent too.
-FORKS = sys.platform == "linux"
+# How processes begin. A fork of this one would copy locks that other threads hold; one of a server that has imported
+# what is needed, and has no threads, costs little more. System libraries of others than Linux survive no fork at all.
+START = "forkserver" if sys.platform == "linux" else "spawn"
+# How an item went in a process
+MADE, FAILED, UNKNOWN = "made", "failed", "unknown"
 # What ends a command
 ENDING = (signal.SIGINT, signal.SIGTERM)
-# Of prctl(2): the signal to be sent to a process when its parent ends
-PR_SET_PDEATHSIG = 1
 KILLED = "a worker process was killed; there may be too little memory: try --jobs 1"
-# Seconds between two messages of a process about its progress
+# Seconds between two messages of a process about its progress, and between two looks at these
 QUIET = 0.1
 
 # Set where nobody waits any more for what a worker makes
@@ -86,15 +85,15 @@ def give_up() -> None:
 def in_processes(
     make: Callable[[Item, Progress], Made], items: Sequence[Item], jobs: int, progress: Progress
 ) -> Generator[Made, None, None]:
-    """Yield what ``make`` makes of the items by processes, in their order; by threads where the system cannot fork.
+    """Yield what ``make`` makes of the items by processes, in their order; here, where it cannot be sent to one.
 
     If one fails, or the caller is interrupted, the others are ended.
 
     Parameters
     ----------
     make
-        Takes an item and whom to tell of its progress. What it changes besides files is lost; what it returns, and the
-        errors that it raises, are sent.
+        Takes an item and whom to tell of its progress; a function of a module. What it changes besides files is lost;
+        what it returns, and the errors that it raises, are sent.
     items
         The items.
     jobs
@@ -108,88 +107,185 @@ def in_processes(
         If a process was killed.
     """
     jobs = min(jobs, len(items))
-    if jobs < 2:
+    if jobs < 2 or _packed(make, items[0]) is None:
         yield from (make(item, progress) for item in items)
         return
-    if not FORKS:
-        yield from in_order(lambda item: make(item, progress), items, jobs)
-        return
-    pool = _Pool(make, items, progress)
+    pool = _pool(jobs, make.__module__)
     try:
-        pool.fork(jobs)
-        yield from pool.results()
-    finally:
+        yield from _results(pool, make, items, progress)
+    except BaseException:
         pool.end()
+        raise
+    _IDLE.append(pool)
+
+
+def _results(
+    pool: "_Pool", make: Callable[[Item, Progress], Made], items: Sequence[Item], progress: Progress
+) -> Iterator[Made]:
+    """Yield what a pool makes of the items in their order, at most two items per process ahead."""
+    waiting: deque[tuple[Item, Future[bytes] | None]] = deque()
+    left = iter(items)
+    while True:
+        for item in islice(left, 2 * pool.jobs - len(waiting)):
+            packed = _packed(make, item)
+            waiting.append((item, None if packed is None else pool.submit(packed, progress)))
+        if not waiting:
+            return
+        item, future = waiting.popleft()
+        how, made = (UNKNOWN, None) if future is None else pool.result(future, progress)
+        if how == FAILED:
+            raise cast(BaseException, made)
+        yield make(item, progress) if how == UNKNOWN else cast(Made, made)
+
+
+def _packed(make: Callable[[Item, Progress], Made], item: Item) -> bytes | None:
+    """Return a function and its item as they are sent; None if they cannot be, as what was defined in a function."""
+    try:
+        return pickle.dumps((make, item))
+    except (pickle.PicklingError, TypeError, AttributeError):
+        return None
+
+
+def _pool(jobs: int, module: str) -> "_Pool":
+    """Return processes that an earlier call left, or new ones; a search may need them a hundred times."""
+    while _IDLE:
+        pool = _IDLE.pop()
+        if pool.jobs == jobs and pool.is_alive():
+            return pool
+        pool.end()
+    return _Pool(jobs, module)
 
 
 class _Pool:
-    """Forked processes, each with the end of a pipe: numbers of items go in, progress and what was made come out."""
+    """Processes with a way to tell of their progress, and a pipe at whose end they end.
 
-    def __init__(self, make: Callable[[Any, Progress], Any], items: Sequence[Any], progress: Progress) -> None:
-        self.make, self.items, self.progress = make, items, progress
-        self.processes: list[int] = []
-        self.pipes: list[Connection] = []
-        self.busy: list[Connection] = []
-        self.begun = 0
-        self.made: dict[int, tuple[str, Any]] = {}
+    Parameters
+    ----------
+    jobs
+        How many.
+    module
+        What they all need to have imported.
+    """
 
-    def fork(self, jobs: int) -> None:
-        """Start the processes, each with its first item."""
-        with interrupts_later():
-            for _ in range(jobs):
-                ours, theirs = multiprocessing.Pipe()
-                process = _forked()
-                if process == 0:
-                    # held open here, they would not tell the other processes that nobody listens any more
-                    _serve(self.make, self.items, theirs, [*self.pipes, ours])
-                theirs.close()
-                self.processes.append(process)
-                self.pipes.append(ours)
-                self.busy.append(ours)
-                self._begin(ours)
+    def __init__(self, jobs: int, module: str) -> None:
+        self.jobs = jobs
+        context: Any = multiprocessing.get_context(START)
+        if START == "forkserver":
+            context.set_forkserver_preload([module])
+        self.told = context.SimpleQueue()
+        self.ending, self.open = context.Pipe(duplex=False)
+        begin = (self.told, self.ending, dict(os.environ))
+        self.executor = ProcessPoolExecutor(jobs, context, _begin, begin)
 
-    def results(self) -> Iterator[Any]:
-        """Yield what the processes made, in the order of the items."""
-        for number in range(len(self.items)):
-            while number not in self.made:
-                for pipe in wait(self.busy):
-                    self._hear(cast(Connection, pipe))
-            how, made = self.made.pop(number)
-            if how == "failed":
-                raise made
-            yield made
+    def submit(self, packed: bytes, progress: Progress) -> "Future[bytes]":
+        """Have an item made by one of the processes."""
+        with _killed(), _uninterrupted():
+            return self.executor.submit(_made, packed, _folder(), progress is silent)
+
+    def result(self, future: "Future[bytes]", progress: Progress) -> tuple[str, Any]:
+        """Return how an item was made, and what, telling of progress while it is."""
+        while not future.done():
+            self._hear(progress)
+            wait([future], QUIET)
+        self._hear(progress)
+        with _killed():
+            return cast(tuple[str, Any], pickle.loads(future.result()))
+
+    def is_alive(self) -> bool:
+        """Return whether the processes are still there."""
+        with suppress(BrokenExecutor), _uninterrupted():
+            return self.executor.submit(os.getpid).result() > 0
+        return False
 
     def end(self) -> None:
         """End the processes, whatever they are at."""
-        for pipe in self.pipes:
-            pipe.close()
-        for process in self.processes:
-            os.kill(process, signal.SIGKILL)
-            os.waitpid(process, 0)
+        self.open.close()
+        self.executor.shutdown(wait=True, cancel_futures=True)
+        self.ending.close()
 
-    def _begin(self, pipe: Connection) -> None:
-        """Give a process its next item, if there is one."""
-        if self.begun == len(self.items):
-            self.busy.remove(pipe)
-            return
-        try:
-            pipe.send(self.begun)
-        except OSError:
-            raise MrfitError(KILLED) from None
-        self.begun += 1
+    def _hear(self, progress: Progress) -> None:
+        while not self.told.empty():
+            progress(*self.told.get())
 
-    def _hear(self, pipe: Connection) -> None:
-        try:
-            number, how, what = pipe.recv()
-        except (EOFError, OSError):
-            raise MrfitError(KILLED) from None
-        if how == "progress":
-            self.progress(*what)
-            return
-        self.made[number] = how, what
-        if how == "failed":
-            self.begun = len(self.items)
-        self._begin(pipe)
+
+# Pools that wait for the next call; what a fork inherits of them is not its own
+_IDLE: list[_Pool] = []
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_IDLE.clear)
+
+
+@contextmanager
+def _killed() -> Iterator[None]:
+    """Say what it means that a process has ended by itself."""
+    try:
+        yield
+    except BrokenExecutor:
+        raise MrfitError(KILLED) from None
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Keep interrupts from processes that begin in here, which the parent ends, until they ignore them."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _folder() -> str:
+    """Return the current folder; empty where it has been removed."""
+    try:
+        return os.getcwd()
+    except OSError:
+        return ""
+
+
+# In a process: whom to tell of progress
+_TOLD: list[Any] = []
+
+
+def _begin(told: Any, ending: Connection, environment: dict[str, str]) -> None:
+    """Prepare a process."""
+    # an interrupt goes to all processes of a terminal, and the parent ends this one
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    os.environ.update(environment)
+    _TOLD[:] = [told]
+    threading.Thread(target=_end_with, args=(ending,), daemon=True).start()
+
+
+def _end_with(ending: Connection) -> None:
+    """End this process, whatever it is at, as soon as the parent closes its end of a pipe, or is gone."""
+    with suppress(EOFError, OSError):
+        ending.recv()
+    os._exit(1)
+
+
+def _made(packed: bytes, folder: str, quiet: bool) -> bytes:
+    """Make an item in a process: return how that went, and what came of it, as it is sent."""
+    last = 0.0
+
+    def tell(what: str, done: int, total: int) -> None:
+        nonlocal last
+        now = time.monotonic()
+        if done == total or now >= last + QUIET:
+            last = now
+            _TOLD[0].put((what, done, total))
+
+    try:
+        make, item = pickle.loads(packed)
+    except Exception:
+        # of what the parent has and this process does not, as a model that a notebook defines
+        return pickle.dumps((UNKNOWN, None))
+    try:
+        if folder:
+            os.chdir(folder)
+        return pickle.dumps((MADE, make(item, silent if quiet else tell)))
+    except BaseException as error:
+        return pickle.dumps((FAILED, _sendable(error)))
 
 
 @contextmanager
@@ -211,62 +307,6 @@ def interrupts_later() -> Iterator[None]:
             handler(number, None)
         elif handler == signal.SIG_DFL:
             signal.raise_signal(number)
-
-
-def _forked() -> int:
-    """Fork, and return the new process's number, 0 in that process."""
-    with warnings.catch_warnings():
-        # of other threads, as that of a progress bar: what they may hold is not asked for, see ``_serve``
-        warnings.simplefilter("ignore", DeprecationWarning)
-        return os.fork()
-
-
-def _serve(
-    make: Callable[[Any, Progress], Any], items: Sequence[Any], pipe: Connection, others: Sequence[Connection]
-) -> NoReturn:
-    """Make items as they are asked for, until nobody asks any more; in a forked process."""
-    try:
-        # an interrupt goes to all processes of a terminal, and the parent ends this one
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-        # a progress bar's own streams have locks, which its thread may have held at the fork
-        sys.stdout, sys.stderr = _stream(1), _stream(2)
-        for other in others:
-            other.close()
-        while True:
-            number = pipe.recv()
-            _make(make, items[number], number, pipe)
-    except (EOFError, OSError):
-        pass
-    finally:
-        # nothing of the parent's is to be written, closed or tidied up twice
-        os._exit(0)
-
-
-def _stream(number: int) -> Any:
-    """Return a standard stream that keeps no lines back; None, as Python does, where it is closed."""
-    try:
-        return open(number, "w", buffering=1, closefd=False)
-    except OSError:
-        return None
-
-
-def _make(make: Callable[[Any, Progress], Any], item: Any, number: int, pipe: Connection) -> None:
-    last = 0.0
-
-    def tell(what: str, done: int, total: int) -> None:
-        nonlocal last
-        now = time.monotonic()
-        if done == total or now >= last + QUIET:
-            last = now
-            pipe.send((number, "progress", (what, done, total)))
-
-    try:
-        made = pickle.dumps((number, "made", make(item, tell)))
-    except BaseException as error:
-        made = pickle.dumps((number, "failed", _sendable(error)))
-    pipe.send_bytes(made)
 
 
 def _sendable(error: BaseException) -> BaseException:

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from mrfit.core import registry
-from mrfit.core.progress import silent
+from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array, EffectSpec, Param
 from mrfit.core.workers import in_processes
 from mrfit.discover.bench import Bench
@@ -191,9 +191,11 @@ class Fitter:
     def refits(self, wanted: Sequence[Wanted]) -> Iterator[Refit]:
         """Yield refits one after the other, while processes make the descents of those to come."""
         started = [self._started(*one) for one in wanted]
-        with closing(in_processes(lambda one, told: self._descent(*one), started, self.jobs, silent)) as descents:
-            for one, found in zip(started, descents, strict=True):
-                yield self._refitted(*one, found)
+        new = [key not in self.known for key, _, _ in started]
+        problems = [_Problem(posed, points) for (_, posed, points), is_new in zip(started, new, strict=True) if is_new]
+        with closing(in_processes(_descent, problems, self.jobs, silent)) as descents:
+            for one, is_new in zip(started, new, strict=True):
+                yield self._refitted(*one, next(descents) if is_new else None)
 
     def refit(self, effects: Sequence[str], starts: Sequence[dict[str, float]]) -> Refit:
         """Return the base with effects, fitted jointly from the best of several starts.
@@ -206,10 +208,6 @@ class Fitter:
             Start values by parameter name; parameters not named start at the SPEC's value, neutral for an effect.
         """
         return next(self.refits([(effects, starts)]))
-
-    def _descent(self, key: tuple[str, ...], posed: Posed, points: Array) -> tuple[Array, float] | None:
-        """Return point and cost where the descent of a refit ends; None where an optimum is known."""
-        return None if key in self.known else _descended(posed, points)
 
     def _refitted(self, key: tuple[str, ...], posed: Posed, points: Array, found: tuple[Array, float] | None) -> Refit:
         if found is not None:
@@ -321,6 +319,18 @@ def _descended(posed: Posed, starts: Array) -> tuple[Array, float]:
             auto.refine(objective, objective.best_point[None, :])
         starts = coarse_to_fine.whole(objective, objective.best_point[None, :])
     return starts[0], objective.best_cost
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """A problem and the points (P, F) to start from, as they are sent to a process."""
+
+    posed: Posed
+    points: Array
+
+
+def _descent(problem: _Problem, progress: Progress) -> tuple[Array, float]:
+    return _descended(problem.posed, problem.points)
 
 
 def _starts_lower(posed: Posed, starts: Array, known: Array) -> bool:

@@ -20,7 +20,7 @@ from mrfit.errors import ConfigError
 from mrfit.fit.laws.choice import Choice
 from mrfit.fit.laws.laws_of_current import dependence_of
 from mrfit.fit.select import load_recordings, usable
-from mrfit.io.keys import digest_of, discovery_key
+from mrfit.io.keys import code_version, digest_of, discovery_key
 from mrfit.io.schemas.discovery import DiscoveryFile, PartialDiscovery
 from mrfit.io.schemas.reading import made
 from mrfit.io.workspace import Workspace, plain, write_json, write_table, write_text
@@ -100,6 +100,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         recordings = load_recordings(workspace, segments)
         summary, series = _discovered(workspace, settings, (segments, recordings), key, progress)
         summary["data_sha256"] = digest_of(data)
+    summary["code"] = code_version("discover")
     summary["settings"] = {k: v for k, v in asdict(settings).items() if k != "jobs"}
     # a kill from here on must not leave the files of one discovery beside the key of another
     for name in ("discovery.json", "residuals.parquet"):

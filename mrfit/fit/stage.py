@@ -20,7 +20,7 @@ from mrfit.fit.laws.choice import Choice
 from mrfit.fit.laws.laws_of_current import base_cube, dependence_of
 from mrfit.fit.result import metric_rows, simulate_block, warnings_of
 from mrfit.fit.select import left_out_warnings, load_recordings, named, select, usable
-from mrfit.io.keys import digest_of, fit_key
+from mrfit.io.keys import code_version, digest_of, fit_key
 from mrfit.io.schemas.fit import Fit, PartialFit
 from mrfit.io.schemas.reading import made
 from mrfit.io.workspace import Workspace, check_name, plain, write_json
@@ -272,8 +272,13 @@ class _Runner:
             self.progress("compiling the kernels, this once", 0, 1)
             pieces.append(self._fit(*groups.pop(0)))
             self.progress("compiling the kernels, this once", 1, 1)
-        rest = in_processes(lambda g, told: replace(self, progress=told)._fit(*g), groups, jobs, self.progress)
-        return [*pieces, *rest]
+        shares = [_Share(self.of(segments), name, segments) for name, segments in groups]
+        return [*pieces, *in_processes(_fit_share, shares, jobs, self.progress)]
+
+    def of(self, segments: Sequence[Segment]) -> "_Runner":
+        """Return the same with the recordings of some segments only, as it is sent to a process."""
+        recordings = {s.recording: self.prepared.recordings[s.recording] for s in segments}
+        return replace(self, prepared=replace(self.prepared, recordings=recordings, groups={}), progress=silent)
 
     def _fit(self, name: str, segments: list[Segment]) -> _Piece:
         settings = self.settings
@@ -378,6 +383,19 @@ class _Runner:
         return dict(stored["found"]) if stored and whole else None
 
 
+@dataclass(frozen=True)
+class _Share:
+    """The part of a fit that one process does."""
+
+    runner: _Runner
+    name: str
+    segments: list[Segment]
+
+
+def _fit_share(share: _Share, progress: Progress) -> _Piece:
+    return replace(share.runner, progress=progress)._fit(share.name, share.segments)
+
+
 def _summary(runner: _Runner, data_key: str, pieces: Sequence[_Piece], metrics: list[dict[str, Any]]) -> dict[str, Any]:
     settings, spec = runner.settings, runner.assembly.spec
     return {
@@ -388,6 +406,7 @@ def _summary(runner: _Runner, data_key: str, pieces: Sequence[_Piece], metrics: 
         "per": settings.per,
         "seed": settings.seed,
         "key": runner.key,
+        "code": code_version("fit"),
         "data_sha256": data_key,
         "versions": {p: version(p) for p in ("mrfit", "numpy", "scipy", "numba")},
         "settings": {k: v for k, v in asdict(settings).items() if k != "jobs"},

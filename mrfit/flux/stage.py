@@ -6,9 +6,10 @@ Source: Tang, Bankosz and Goldasz, "Reconstructing Magnetic Hysteresis Behavior 
 
 import os
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -21,15 +22,16 @@ from mrfit.errors import ConfigError, DataError
 from mrfit.flux.integral import Drift, integrate, remove_drift
 from mrfit.flux.losses import Loop, Separation, estimate_resistance, loop_of, separate
 from mrfit.flux.plateau import resistance_of_plateaus, steady_blocks
-from mrfit.io.keys import flux_key
+from mrfit.io.keys import code_version, flux_key
 from mrfit.io.schemas.reading import made
 from mrfit.io.schemas.stages import FLUX, FluxFile
-from mrfit.io.workspace import Workspace, plain, write_atomic, write_json
+from mrfit.io.workspace import Workspace, plain, write_json
 from mrfit.signal.cycles import Stretch, steady_stretches
 
 DRIFTS = ("cycle", "linear", "none")
 RULES = ("trapezoid", "simpson")
 STAGE = "flux"
+INTEGRATED = "integrated"
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +69,8 @@ class _Resistance:
 def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
     """Reconstruct flux linkage where coil voltage and current were logged, and write ``flux/`` and flux.json.
 
-    Recordings with a measured flux keep it; those without voltage and current pass through untouched.
+    Recordings with a measured flux keep it; those and the ones without voltage and current are not copied: later stages
+    read them where ingest left them.
 
     Parameters
     ----------
@@ -94,8 +97,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     identifiers = workspace.identifiers
     key = flux_key(asdict(settings), workspace.contents(identifiers))
     existing = made(workspace.flux_json, FluxFile)
-    complete = all(workspace.recording_file(i, STAGE).is_file() for i in identifiers)
-    if existing and existing.get("key") == key and complete:
+    if existing and existing.get("key") == key and _complete(workspace, existing):
         return {**existing, "skipped": True}
     analysed = [_analyse(workspace.read_recording(i), settings) for i in identifiers]
     resistances = _resistances(analysed, settings)
@@ -107,6 +109,12 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         summary = plain(_summary(settings, key, rows, analysed, resistances))
     write_json(workspace.flux_json, summary)
     return {**summary, "skipped": False}
+
+
+def _complete(workspace: Workspace, existing: dict[str, Any]) -> bool:
+    """Return whether every recording that was changed is there."""
+    changed = [r["id"] for r in existing["recordings"] if r["action"] == INTEGRATED]
+    return all(workspace.recording_file(i, STAGE).is_file() for i in changed)
 
 
 def last_settings(workspace: Workspace) -> Settings:
@@ -170,12 +178,12 @@ def _analyse(recording: Recording, settings: Settings) -> _Analysed:
     loops = tuple(loop_of(voltage, current, recording.dt, s, recording.id) for s in stretches)
     blocks = steady_blocks(voltage, current) if not stretches else empty
     peak = float(np.max(np.abs(current))) if not stretches else 0.0
-    return _Analysed(*nothing, "integrated", own, stretches, loops, blocks, peak)
+    return _Analysed(*nothing, INTEGRATED, own, stretches, loops, blocks, peak)
 
 
 def _resistances(analysed: list[_Analysed], settings: Settings) -> dict[str, _Resistance]:
     """Return the resistance of every recording that is integrated: as set, its own, the fallback or estimated."""
-    wanted = [a for a in analysed if a.action == "integrated"]
+    wanted = [a for a in analysed if a.action == INTEGRATED]
     given, fallback = settings.resistance, settings.fallback
     if isinstance(given, (int, float)):
         return {a.identifier: _Resistance(float(given), 0.0, "given") for a in wanted}
@@ -220,13 +228,22 @@ def _replacing(workspace: Workspace) -> Iterator[str]:
     staging = f".{STAGE}-{os.getpid()}"
     folder, target = workspace.root / staging, workspace.root / STAGE
     try:
+        _make(folder)
         yield staging
         _move(workspace, folder, target)
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def _move(workspace: Workspace, folder: Any, target: Any) -> None:
+def _make(folder: Path) -> None:
+    """Make a folder, which stays empty where no recording is changed."""
+    try:
+        folder.mkdir()
+    except OSError as error:
+        raise DataError(f"{folder}: cannot write ({error.strerror or error}); choose another --work folder") from error
+
+
+def _move(workspace: Workspace, folder: Path, target: Path) -> None:
     try:
         if existing := made(workspace.flux_json, FluxFile):
             write_json(workspace.flux_json, {**existing, "key": ""})
@@ -241,9 +258,6 @@ def _write(
 ) -> dict[str, Any]:
     row: dict[str, Any] = {"id": found.identifier, "action": found.action}
     if resistance is None:
-        source = workspace.recording_file(found.identifier)
-        copy: Callable[[Any], object] = lambda path: shutil.copyfile(source, path)  # noqa: E731
-        write_atomic(workspace.recording_file(found.identifier, staging), copy)
         return row
     recording = workspace.read_recording(found.identifier)
     voltage, current = recording.channels["voltage"], recording.channels["current"]
@@ -317,6 +331,7 @@ def _summary(
     return {
         "schema": FLUX,
         "key": key,
+        "code": code_version(STAGE),
         "settings": asdict(settings),
         "resistance": float(np.median(list(values.values()))) if values else None,
         "recordings": rows,

@@ -20,7 +20,7 @@ from mrfit.ingest.meaning.channel_map import FILE_NAME, MapFile, Rules, load_map
 from mrfit.ingest.meaning.conditions import name_expression
 from mrfit.ingest.reading import BLOCK, Item, Outcome, Pieces, hash_of, look_into, read_item
 from mrfit.ingest.refusal import Passing, Refusal
-from mrfit.io.keys import key_of
+from mrfit.io.keys import code_version, key_of
 from mrfit.io.schemas.stages import INGEST
 from mrfit.io.workspace import Workspace, read_json, recording_id, write_json
 
@@ -350,6 +350,7 @@ def _commit(
         "copies": copies,
         "sources": dict(sorted(keys.items())),
         "key": key_of(sorted(keys.items()), stage="ingest"),
+        "code": _code(before, bool(old)),
         **before.base_of([*keys, *(r["source"] for r in (*refused, *copies))]),
     }
     write_json(workspace.ingest_json, summary)
@@ -364,6 +365,12 @@ def _commit(
         "unchanged": kept,
         "reasons": {s: before.reason(s, staged.recordings[s][0]["sha256"], staged.keys[s]) for s in replaced},
     }
+
+
+def _code(before: Earlier, older: bool) -> str:
+    """Return the version of the code that read all there is; empty where some of it is ``older``, read by another."""
+    this = code_version("ingest")
+    return this if not older or before.summary.get("code") == this else ""
 
 
 def _refused_row(refusal: Refusal, kept: Iterable[str], staged: _Staged, before: Earlier) -> dict[str, Any]:

@@ -6,7 +6,8 @@ changes none of these makes nothing again: a comment in a channel map, or a file
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -14,24 +15,43 @@ from typing import Any
 
 from mrfit.core.recording import Recording
 
-# Rooms whose code each stage uses; tests follow the imports
-_SHARED = ("core", "io", "kernels", "signal")
-_FITTING = (*_SHARED, "simulate", "search", "models", "effects", "optimizers", "fit")
-ROOMS: dict[str, tuple[str, ...]] = {
-    "ingest": (*_SHARED, "ingest"),
-    "flux": (*_SHARED, "flux"),
-    "segment": (*_SHARED, "segment"),
+PACKAGE = Path(__file__).parents[1]
+# Where each stage begins, and the rooms of which the registry loads files by name; these import all else that it uses
+_FITTING = ("fit/stage.py", "models/*.py", "effects/*.py", "optimizers/*.py")
+STARTS: dict[str, tuple[str, ...]] = {
+    "ingest": ("ingest/stage.py", "ingest/readers/*.py"),
+    "flux": ("flux/stage.py",),
+    "segment": ("segment/stage.py",),
     "fit": _FITTING,
-    "discover": (*_FITTING, "discover"),
+    "discover": (*_FITTING, "discover/stage.py"),
 }
+# ``from mrfit.a.b import c, d`` with or without brackets, and ``import mrfit.a.b``, at any depth of a file
+_IMPORT = re.compile(
+    r"^[ \t]*(?:from[ \t]+mrfit((?:\.\w+)*)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|import[ \t]+mrfit((?:\.\w+)+))",
+    re.MULTILINE,
+)
 
 
 def sources(stage: str = "") -> list[Path]:
-    """Return the source files of the code a stage uses; of the whole package without a stage."""
-    package = Path(__file__).parents[1]
+    """Return the source files of the code a stage uses, by following its imports; of the whole package without one."""
     if not stage:
-        return sorted(package.rglob("*.py"))
-    return sorted([*package.glob("*.py"), *(p for room in ROOMS[stage] for p in (package / room).rglob("*.py"))])
+        return sorted(PACKAGE.rglob("*.py"))
+    found, left = set[Path](), [p for start in STARTS[stage] for p in PACKAGE.glob(start)]
+    while left:
+        path = left.pop()
+        if path not in found:
+            found.add(path)
+            left += _imported(path)
+    return sorted(found)
+
+
+def _imported(path: Path) -> Iterator[Path]:
+    """Yield the modules of the package that a file imports; what is no module but a name in one is passed over."""
+    for module, names, whole in _IMPORT.findall(path.read_text(encoding="utf-8")):
+        folder = PACKAGE.joinpath(*(module or whole).split(".")[1:])
+        wanted = [folder.with_suffix(".py"), folder / "__init__.py"]
+        wanted += [folder / f"{name}.py" for name in re.findall(r"\w+", names)]
+        yield from (p for p in wanted if p.is_file())
 
 
 @cache
@@ -39,6 +59,7 @@ def code_version(stage: str = "") -> str:
     """Return a hash over the sources of a stage, so that results of other code are never taken for this one's."""
     digest = hashlib.sha256(version("mrfit").encode())
     for source in sources(stage):
+        digest.update(source.relative_to(PACKAGE).as_posix().encode())
         digest.update(source.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -48,9 +69,9 @@ def digest_of(*parts: object) -> str:
     return hashlib.sha256(json.dumps(parts, sort_keys=True, default=str).encode()).hexdigest()
 
 
-def key_of(*parts: object, stage: str = "") -> str:
-    """Return a hash of JSON-able inputs and settings together with the version of the code of ``stage``."""
-    return digest_of(stage, code_version(stage), *parts)
+def key_of(*parts: object, stage: str = "", code: str = "") -> str:
+    """Return a hash of JSON-able inputs and settings with the version of the code of ``stage``: this, or ``code``."""
+    return digest_of(stage, code or code_version(stage), *parts)
 
 
 def content_of(recording: Recording, digests: Mapping[str, str]) -> str:
@@ -70,21 +91,32 @@ def content_of(recording: Recording, digests: Mapping[str, str]) -> str:
     return digest_of(channels, recording.dt, dict(recording.condition), dict(recording.wording))
 
 
-def flux_key(settings: Mapping[str, Any], contents: Mapping[str, str]) -> str:
-    """Return the key of flux linkage made with these settings from recordings of these contents, by id."""
-    return key_of(settings, contents, stage="flux")
+def flux_key(settings: Mapping[str, Any], contents: Mapping[str, str], code: str = "") -> str:
+    """Return the key of flux linkage made with these settings from recordings of these contents, by id.
+
+    ``code`` is the version of the code that made it, here and below; default: this one.
+    """
+    return key_of(settings, contents, stage="flux", code=code)
 
 
-def segment_key(settings: Mapping[str, Any], contents: Mapping[str, str]) -> str:
+def segment_key(settings: Mapping[str, Any], contents: Mapping[str, str], code: str = "") -> str:
     """Return the key of segments cut with these settings from recordings of these contents, by id."""
-    return key_of(settings, contents, stage="segment")
+    return key_of(settings, contents, stage="segment", code=code)
 
 
-def fit_key(settings: Mapping[str, Any], contents: Mapping[str, str], segments: Sequence[object]) -> str:
+def fit_key(
+    settings: Mapping[str, Any], contents: Mapping[str, str], segments: Sequence[object], code: str = ""
+) -> str:
     """Return the key of a fit with these settings; ``jobs`` changes nothing."""
-    return key_of({k: v for k, v in settings.items() if k != "jobs"}, contents, segments, stage="fit")
+    return key_of(_without_jobs(settings), contents, segments, stage="fit", code=code)
 
 
-def discovery_key(settings: Mapping[str, Any], contents: Mapping[str, str], segments: Sequence[object]) -> str:
+def discovery_key(
+    settings: Mapping[str, Any], contents: Mapping[str, str], segments: Sequence[object], code: str = ""
+) -> str:
     """Return the key of a discovery with these settings; ``jobs`` changes nothing."""
-    return key_of({k: v for k, v in settings.items() if k != "jobs"}, contents, segments, stage="discover")
+    return key_of(_without_jobs(settings), contents, segments, stage="discover", code=code)
+
+
+def _without_jobs(settings: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in settings.items() if name != "jobs"}

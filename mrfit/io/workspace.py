@@ -25,7 +25,8 @@ from mrfit.errors import ConfigError, DataError
 from mrfit.io.arrow import floats, numbers, table, texts
 from mrfit.io.escapes import encodable
 from mrfit.io.faults import plain_fault
-from mrfit.io.keys import content_of, fit_key, flux_key, segment_key
+from mrfit.io.keys import content_of, fit_key
+from mrfit.io.outdated import Inputs
 from mrfit.io.schemas.reading import as_json, content, parsed
 from mrfit.io.schemas.stages import RECORDING, About, FluxFile, IngestFile, SegmentRow, SegmentsFile
 
@@ -41,6 +42,8 @@ TEMPORARY = re.compile(r"\..+\.\d+\.tmp")
 """Names of files not yet written whole."""
 OWN = (".ingest.json.", ".flux.json.", ".segments.parquet.")
 """Beginnings of such names in the workspace itself, where files of others may lie."""
+REMOVED = ".mrfit-removed-"
+"""Beginning of the names of folders of fits that are being removed."""
 LOCK_SECONDS = 600.0
 ROW_GROUP = 1 << 20
 """Rows of a table written together."""
@@ -372,6 +375,8 @@ class Workspace:
     def _clean(self) -> None:
         """Remove what a killed command left half written; whoever writes holds the lock."""
         self._remove_left_aside()
+        for left in self.root.glob(f"{REMOVED}*"):
+            shutil.rmtree(left, ignore_errors=True)  # which follows no link
         for folder in (self.root, *(self.root / name for name in FOLDERS)):
             for left in folder.glob(".*.tmp") if folder == self.root else folder.rglob(".*.tmp"):
                 if TEMPORARY.fullmatch(left.name) and (folder != self.root or left.name.startswith(OWN)):
@@ -417,6 +422,11 @@ class Workspace:
             raise DataError(f"{self.root}: '{identifier}' is no id of a recording; ingest the logs again")
         return self.root / stage / f"{identifier}.parquet"
 
+    def _file_left_by(self, stage: str, identifier: str) -> Path:
+        """Return the file of a recording as ``stage`` left it: ingest's, where the flux stage did not change it."""
+        path = self.recording_file(identifier, stage)
+        return path if path.exists() else self.recording_file(identifier)
+
     def write_recording(self, recording: Recording, stage: str = "recordings") -> None:
         """Write a recording: samples as columns beside ``time``, everything else as metadata."""
         time = cast(Array, _Times(recording.samples, recording.dt))
@@ -439,7 +449,7 @@ class Workspace:
         """
         import pyarrow.parquet as pq
 
-        path = self.recording_file(identifier, stage)
+        path = self._file_left_by(stage, identifier)
         with reading(path, "run `mrfit ingest` on its log again"):
             metadata = pq.read_metadata(path).metadata or {}
             if CONTENT.encode() not in metadata:
@@ -463,7 +473,7 @@ class Workspace:
         DataError
             If its file is missing or damaged.
         """
-        path, remedy = self.recording_file(identifier, stage), "run `mrfit ingest` on its log again"
+        path, remedy = self._file_left_by(stage, identifier), "run `mrfit ingest` on its log again"
         columns, metadata = read_table(path, without=("time",))
         text = metadata.get("mrfit", "")
         about = as_json(text, parsed(path, text, About, remedy))
@@ -540,27 +550,16 @@ class Workspace:
 
         ``key`` computes what their keys would be now.
         """
-        try:
-            here = self.made_from(self.read_segments()[0])
-            if self._behind():
-                return [f["name"] for f in fits]
-        except DataError:
-            return [f["name"] for f in fits]
-        return [f["name"] for f in fits if f["key"] != key(f["settings"], *here)]
-
-    def _behind(self) -> bool:
-        """Return whether flux or segments are of other recordings than ingest left, or made by another mrfit."""
-        if not self.ingest_json.is_file():
-            return False
-        flux, cut = self.flux_file() or {}, self.segments_summary() or {}
-        # what has no key does not say what it was made from
-        if "key" in flux and flux["key"] != flux_key(flux["settings"], self.contents(self.identifiers)):
-            return True
-        return "key" in cut and cut["key"] != segment_key(cut["settings"], self.contents(self.identifiers, self.latest))
+        inputs = Inputs(self)
+        return [fit["name"] for fit in fits if inputs.reason(fit, key)]
 
     def fit_names(self) -> list[str]:
         """Return the names of all finished fits, sorted; folders that no fit could be named by are none."""
         return sorted(p.parent.name for p in self.root.glob("fits/*/fit.json") if NAME.fullmatch(p.parent.name))
+
+    def fit_folders(self) -> list[str]:
+        """Return the names of all fits, sorted: the finished ones, and those that a later command would go on with."""
+        return sorted(p.name for p in self.root.glob("fits/*") if p.is_dir() and NAME.fullmatch(p.name))
 
 
 def recording_id(source: Path, taken: set[str]) -> str:

@@ -19,7 +19,7 @@ from mrfit.io.schemas.fit import Fit, MetricRow, Result
 from mrfit.report.curves import decimate, family, prefixed, sheets, shown_cycles, worst_of_each
 from mrfit.report.numbers import SUPERSCRIPTS, in_html, percent, significant
 from mrfit.report.source import Series
-from mrfit.report.svg import import_matplotlib, style, to_svg
+from mrfit.report.svg import style, to_svg
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -78,16 +78,17 @@ About = tuple[str, str, str, tuple[str, str]]
 
 def draw_all(drawings: Sequence[Drawing], jobs: int = 1, progress: Progress = silent) -> list[Figure]:
     """Return the figures, drawn by processes side by side."""
-    import_matplotlib()
-    import matplotlib.backends.backend_svg  # noqa: F401  (once, not in every process)
-
     figures: list[Figure] = []
     progress("figures", 0, len(drawings))
-    with style():
-        for figure in in_processes(lambda draw, told: draw(), drawings, jobs, silent):
-            figures.append(figure)
-            progress("figures", len(figures), len(drawings))
+    for figure in in_processes(_draw, drawings, jobs, silent):
+        figures.append(figure)
+        progress("figures", len(figures), len(drawings))
     return figures
+
+
+def _draw(drawing: Drawing, progress: Progress) -> Figure:
+    with style():
+        return drawing()
 
 
 def drawings_of(fit: Fit, series: Sequence[Series]) -> list[Drawing]:
@@ -100,10 +101,20 @@ def drawings_of(fit: Fit, series: Sequence[Series]) -> list[Drawing]:
     series
         Its measured and simulated outputs.
     """
+    shown = worst_of_each(series)
+    return [partial(_drawn, fit, shown, number) for number in range(len(_drawings(fit, shown)))]
+
+
+def _drawn(fit: Fit, shown: Sequence[Series], number: int) -> Figure:
+    """Return one of a fit's figures; what draws it is made anew in the process that does."""
+    return _drawings(fit, shown)[number]()
+
+
+def _drawings(fit: Fit, shown: Sequence[Series]) -> list[Drawing]:
+    """Return what makes every figure of a fit from one part of each condition."""
     drawings: list[Drawing] = []
     if any(m.nrmse is not None for m in fit.metrics):
         drawings.append(partial(error_figure, fit))
-    shown = worst_of_each(series)
     for channel in LOOPS.get(fit.output, ()):
         if shown and all(channel in s.inputs for s in shown):
             drawings += loop_figures(fit, shown, channel)

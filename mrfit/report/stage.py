@@ -10,7 +10,7 @@ from typing import Any
 
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import DataError
-from mrfit.io.keys import key_of
+from mrfit.io.keys import code_version, key_of
 from mrfit.io.schemas.reading import made
 from mrfit.io.schemas.stages import ReportFile
 from mrfit.io.workspace import TEMPORARY, Workspace, write_json
@@ -64,7 +64,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         If there is no fit, one is damaged, or the folder cannot be written.
     """
     names = fit_names(workspace, settings.fits)
-    key = _key(workspace, names)
+    key = report_key(workspace, names)
     folder = workspace.report_folder
     existing = made(folder / "report.json", ReportFile)
     if existing and existing.get("key") == key and all((folder / f).is_file() for f in existing["files"]):
@@ -74,6 +74,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     summary = {
         "schema": SCHEMA,
         "key": key,
+        "code": code_version(),
         "fits": names,
         "outdated": source.outdated,
         "conditions": len({m.condition for f in source.fits for m in f.metrics if m.condition != "all"}),
@@ -83,11 +84,14 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     return {**summary, "index": str(folder / "index.html"), "skipped": False}
 
 
-def _key(workspace: Workspace, names: list[str]) -> str:
-    """Return the key of all that goes into the report; the page's template is none of the hashed sources."""
+def report_key(workspace: Workspace, names: list[str], code: str = "") -> str:
+    """Return the key of all that goes into a report of these fits; the page's template is none of the hashed sources.
+
+    ``code`` is the version of the code that makes it; default: this one.
+    """
     inputs = [page.TEMPLATE, page.STYLE, *input_files(workspace, names)]
     hashes = [(p.name, hashlib.sha256(p.read_bytes()).hexdigest()) for p in inputs]
-    return key_of(names, hashes, version("matplotlib"), version("jinja2"))
+    return key_of(names, hashes, version("matplotlib"), version("jinja2"), code=code)
 
 
 def _render(source: Source, jobs: int, progress: Progress) -> dict[str, str]:

@@ -8,7 +8,7 @@ from typing import Any
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Segment
 from mrfit.errors import ConfigError, DataError
-from mrfit.io.keys import segment_key
+from mrfit.io.keys import code_version, segment_key
 from mrfit.io.schemas.reading import UnknownSchema
 from mrfit.io.schemas.stages import SEGMENTS
 from mrfit.io.workspace import Workspace, plain
@@ -175,6 +175,7 @@ def _summary(
     return {
         "schema": SEGMENTS,
         "key": key,
+        "code": code_version("segment"),
         "settings": asdict(settings),
         "segments": [asdict(s) for s in segments],
         "conditions": [

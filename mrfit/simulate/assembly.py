@@ -12,7 +12,7 @@ Every effect has a neutral value at which it vanishes bit for bit, so that the b
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import ModuleType
 from typing import cast
 
@@ -54,6 +54,8 @@ class Assembly:
         Whether it is a base model as it stands, without effects or dependence on current.
     adds
         Whether an effect adds a term to the base's output, or to the record.
+    recipe
+        What ``assemble`` made it from; None once anything has been replaced.
     """
 
     name: str
@@ -67,6 +69,19 @@ class Assembly:
     far_starts: Callable[[Array, Array, float], list[dict[str, float]]] | None = None
     alone: bool = False
     adds: bool = False
+    recipe: tuple[str, CurrentDependence | None] | None = field(default=None, init=False, repr=False, compare=False)
+
+    def __reduce__(self) -> tuple[Callable[..., "Assembly"], tuple[object, ...]]:
+        """Send what it was assembled from to another process, where the same names mean the same functions.
+
+        Raises
+        ------
+        TypeError
+            If it was changed afterwards.
+        """
+        if self.recipe is None:
+            raise TypeError(f"'{self.name}' is not as assembled and cannot be sent")
+        return assemble, self.recipe
 
 
 def _nothing_derived(theta: Array) -> Array:
@@ -92,6 +107,12 @@ def assemble(name: str, dependence: CurrentDependence | None = None) -> Assembly
     ConfigError
         If a name is in no registry, an effect is written twice, or it does not fit the base's output.
     """
+    assembly = _assembled(name, dependence)
+    object.__setattr__(assembly, "recipe", (name, dependence))
+    return assembly
+
+
+def _assembled(name: str, dependence: CurrentDependence | None) -> Assembly:
     base, *written = name.split("+")
     module = registry.load("model", base)
     effects = [registry.load("effect", e) for e in written]

@@ -95,13 +95,30 @@ def test_unknown_choices_are_listed(settings: Settings, tmp_path: Path) -> None:
         run(workspace(tmp_path, [log()]), settings)
 
 
-def test_recordings_without_coil_voltage_pass_through_untouched(tmp_path: Path) -> None:
+def test_recordings_without_coil_voltage_are_not_copied(tmp_path: Path) -> None:
     stroke = np.sin(np.arange(2000) / 50)
     damper = recording("damper", 1e-3, {"displacement": stroke, "force": 100 * stroke})
-    made = workspace(tmp_path, [damper])
-    (row,) = run(made, Settings())["recordings"]
-    assert row == {"id": "damper", "action": "passed through"}
-    assert made.recording_file("damper", "flux").read_bytes() == made.recording_file("damper").read_bytes()
+    made = workspace(tmp_path, [damper, log()])
+    rows = {r["id"]: r["action"] for r in run(made, Settings())["recordings"]}
+    assert rows == {"damper": "passed through", "coil-5Hz-3A": "integrated"}
+    assert [p.name for p in (tmp_path / "flux").iterdir()] == ["coil-5Hz-3A.parquet"]
+    assert np.array_equal(made.read_recording("damper", "flux").channels["force"], 100 * stroke)
+    assert made.contents(rows, "flux") == {
+        "damper": made.content("damper"),
+        "coil-5Hz-3A": made.content("coil-5Hz-3A", "flux"),
+    }
+    assert made.content("coil-5Hz-3A", "flux") != made.content("coil-5Hz-3A")
+    assert run(made, Settings())["skipped"] is True
+
+
+def test_a_recording_that_is_no_longer_changed_leaves_no_flux_behind(tmp_path: Path) -> None:
+    made = workspace(tmp_path, [log()])
+    run(made, Settings())
+    channels = log().channels
+    workspace(tmp_path, [recording("coil-5Hz-3A", 4e-4, {"current": channels["current"]})])
+    run(made, Settings())
+    assert not list((tmp_path / "flux").iterdir())
+    assert set(made.read_recording("coil-5Hz-3A", "flux").channels) == {"current"}
 
 
 def test_a_measured_flux_is_kept(tmp_path: Path) -> None:
@@ -112,6 +129,7 @@ def test_a_measured_flux_is_kept(tmp_path: Path) -> None:
     made = workspace(tmp_path, [measured])
     (row,) = run(made, Settings())["recordings"]
     assert row["action"] == "measured flux kept"
+    assert not list((tmp_path / "flux").iterdir())
     assert np.array_equal(made.read_recording("measured", "flux").channels["flux"], channels["truth"])
 
 

@@ -126,6 +126,7 @@ class DiscoveryFile(Stored):
     seed: int
     data_sha256: str
     key: str
+    code: str = ""
     settings: dict[str, Any] = {}
 
     @model_validator(mode="after")

@@ -166,6 +166,7 @@ class Fit(Stored):
     per: str = "condition"
     seed: int | None = None
     key: str = ""
+    code: str = ""
     data_sha256: str = ""
     versions: dict[str, str] = {}
     settings: dict[str, Any] = {}

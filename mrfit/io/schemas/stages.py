@@ -76,6 +76,7 @@ class IngestFile(Stored):
     copies: list[Copy] = []
     sources: dict[str, str] = {}
     base: str = "."
+    code: str | None = None
 
 
 class FluxSettings(Part):
@@ -108,6 +109,7 @@ class FluxFile(Stored):
     known = (FLUX,)
     settings: FluxSettings
     key: str | None = None
+    code: str = ""
     resistance: float | None = None
     recordings: list[FluxRow]
     findings: list[str] = []
@@ -131,6 +133,7 @@ class SegmentsFile(Stored):
     known = (SEGMENTS,)
     settings: SegmentSettings
     key: str
+    code: str = ""
     segments: list[dict[str, Any]]
     findings: list[str] = []
 
@@ -167,6 +170,7 @@ class ReportFile(Stored):
 
     known = ("mrfit/report/1",)
     key: str
+    code: str = ""
     fits: list[str]
     outdated: list[str]
     conditions: int
