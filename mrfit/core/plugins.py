@@ -164,6 +164,12 @@ def _package_digest(module: ModuleType) -> str:
     return total.hexdigest()
 
 
+def of_files() -> list[Plugin]:
+    """Return the items of the files that were run and of decorated functions, in their order."""
+    _read_environment()
+    return list(_store.named)
+
+
 def _read_environment() -> None:
     text = os.environ.get(VARIABLE, "")
     if text == _store.environment:
@@ -388,7 +394,8 @@ def model(
         if not batched:
             told["caution"] = ONE_BY_ONE.format(name)
         spec = ModelSpec(name=name, inputs=tuple(inputs), output=output, params=tuple(params), **told)
-        item = SimpleNamespace(SPEC=spec, response=function if batched else one_by_one(function), __doc__=text)
+        response = quiet(function) if batched else one_by_one(function)
+        item = SimpleNamespace(SPEC=spec, response=response, __doc__=text)
         if starts:
             item.start_values = starts
         sources = [source_of(f) for f in (function, starts) if f]
@@ -399,6 +406,17 @@ def model(
 
 
 ONE_BY_ONE = "the model {} is simulated one parameter vector at a time, which is slower than a model of mrfit's own"
+
+
+def quiet(simulate: "Response") -> "Response":
+    """Return the same response without numpy's warnings: what overflows becomes inf or nan, and the search sees it."""
+    import numpy as np
+
+    def response(drive: "Array", theta: "Array", dt: float) -> "Array":
+        with np.errstate(all="ignore"):
+            return simulate(drive, theta, dt)
+
+    return response
 
 
 def one_by_one(simulate: "Callable[[Array, Array, float], Array]") -> "Response":

@@ -74,6 +74,7 @@ MEMORY_FOR_A_BYTE = 6
 """Bytes of memory that reading one byte of a text log as a whole takes, at most."""
 
 OWN_FAULT = "a fault of mrfit's own in the reader"
+PLUGIN_FAULT = "a fault in the plug-in reader"
 """How the refusal begins of a log on which something failed that no reader expects."""
 
 _one_at_a_time = threading.Lock()
@@ -179,8 +180,11 @@ def _refusal_of(error: Exception, path: Path, item: Item) -> Refusal:
         raise error
     if isinstance(error, MemoryError):
         return out_of_memory(path, Source(open_head(path), item.rules, memory=item.memory).room().limit)
-    what = f"{OWN_FAULT} {item.reader} ({type(error).__name__}: {(str(error).splitlines() or [''])[0]})"
-    refusal = Refusal(path, what, "report it with the file; `mrfit --debug ingest` of it alone shows where")
+    text = f"({type(error).__name__}: {(str(error).splitlines() or [''])[0]})"
+    what, remedy = f"{OWN_FAULT} {item.reader} {text}", "report it with the file"
+    if where := registry.where("reader", item.reader):
+        what, remedy = f"{PLUGIN_FAULT} {item.reader} ({where}) {text}", "mend the plug-in"
+    refusal = Refusal(path, what, f"{remedy}; `mrfit --debug ingest` of it alone shows where")
     refusal.__cause__ = error
     return refusal
 
