@@ -174,9 +174,9 @@ def _read_environment() -> None:
     text = os.environ.get(VARIABLE, "")
     if text == _store.environment:
         return
-    _store.environment = text
     for path in filter(None, text.split(os.pathsep)):
         use(Path(path))
+    _store.environment = text
 
 
 def use(path: Path | str) -> None:
@@ -231,13 +231,13 @@ def _running(file: _File) -> Iterator[None]:
 
 
 def _run(path: Path, source: bytes) -> None:
-    # not by an import: that would write a __pycache__ beside the file
+    # the user named the file; not by an import, which would write a __pycache__ beside it
     module = ModuleType(f"mrfit_plugin_{re.sub(r'[^0-9A-Za-z]', '_', path.stem)}")
     module.__file__ = str(path)
     before = sys.modules.get(module.__name__)
     sys.modules[module.__name__] = module
     try:
-        exec(compile(source, str(path), "exec"), module.__dict__)  # the file is one that the user named
+        exec(compile(source, str(path), "exec", dont_inherit=True), module.__dict__)
     except Exception as error:
         sys.modules.pop(module.__name__)
         if before:
@@ -286,7 +286,7 @@ def register(item: Any, where: str = "", digest: str = "") -> None:
     if kind is None:
         raise ConfigError(f"{where}: no SPEC; it is a ModelSpec, an EffectSpec, an OptimizerSpec or a ReaderSpec")
     check(item, kind, where)
-    total = hashlib.sha256(((file.digest if file else "") + (digest or _digest_of(item))).encode()).hexdigest()
+    total = hashlib.sha256((f"{file.digest} {digest}" if file else digest or _digest_of(item)).encode()).hexdigest()
     plugin = Plugin(kind, item.SPEC.name, where, lambda: item, lambda: total)
     if not file:  # the cell of a notebook may be run again
         _store.named = [p for p in _store.named if (p.kind, p.name, p.where) != (kind, plugin.name, where)]
@@ -316,7 +316,7 @@ def check(item: Any, kind: Kind, where: str) -> None:
     name = str(spec.name)  # type: ignore[union-attr]
     if not NAME.fullmatch(name) or (kind == "optimizer" and "-" in name):
         allowed = "small letters and digits" + ("" if kind == "optimizer" else ", joined by single hyphens")
-        raise ConfigError(f"{where}: a {kind} cannot be called '{name}': use {allowed}")
+        raise ConfigError(f"{where}: the name of the {kind} cannot be '{name}': use {allowed}")
     if isinstance(spec, EffectSpec) and spec.slot not in SLOT_FUNCTIONS:
         raise ConfigError(f"{where}: there is no slot '{spec.slot}'; choose one of {', '.join(SLOT_FUNCTIONS)}")
     lacking = [f for f in required(spec) if not callable(getattr(item, f, None))]
@@ -327,7 +327,8 @@ def check(item: Any, kind: Kind, where: str) -> None:
 def _digest_of(item: Any) -> str:
     """Return the source of an item's functions, or their compiled code where there is no source."""
     functions = [f for f in vars(item).values() if inspect.isfunction(f)]
-    return repr([item.SPEC, *(source_of(f) for f in functions)])
+    # the address of a function is another one in each process
+    return re.sub(r" at 0x[0-9a-f]+", "", repr([item.SPEC, *(source_of(f) for f in functions)]))
 
 
 def source_of(function: Callable[..., Any]) -> str:

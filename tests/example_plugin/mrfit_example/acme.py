@@ -1,9 +1,9 @@
 """Logs of the ACME test bench: a mark, the rate, names with units, then rows separated by semicolons.
 
-    ACME bench 2
-    rate_hz: 1000
-    displacement [mm]; force [N]
-    0.0; 12.5
+ACME bench 2
+rate_hz: 1000
+displacement [mm]; force [N]
+0.0; 12.5
 """
 
 import re
