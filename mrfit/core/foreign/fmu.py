@@ -96,6 +96,7 @@ class _Slave:
                 if not math.isfinite(value):
                     break
         except Exception:  # FMPy's own, for every status above a warning: this simulation has failed
+            # not freed: after a fatal error the standard allows no further call
             self.instances.clear()
         return output
 
