@@ -20,7 +20,7 @@ LAYERS = [
     {"discover", "apply"},
     {"report"},
     {"compare"},
-    {"cli"},
+    {"cli", "contracts"},
 ]
 STAGES = {"ingest", "flux", "segment", "fit", "report"}
 

@@ -25,6 +25,7 @@ from mrfit.cli.options import (
     Only,
     OptSet,
     Pattern,
+    Plugins,
     Resistance,
     Seconds,
     Seed,
@@ -73,6 +74,7 @@ def ingest(
     max_memory: MaxMemory = None,
     jobs: Jobs = CORES,
     work: Work = WORK,
+    plugins: Plugins = None,
     as_json: Json = False,
 ) -> None:
     """Read logs into recordings.
@@ -159,6 +161,7 @@ def fit(
     resistance: Resistance = None,
     jobs: Jobs = CORES,
     work: Work = WORK,
+    plugins: Plugins = None,
     as_json: Json = False,
 ) -> None:
     """Fit a model; runs flux and segment first where they are due.
@@ -200,6 +203,7 @@ def predict(
     resistance: Resistance = None,
     pattern: Pattern = None,
     work: Work = WORK,
+    plugins: Plugins = None,
     as_json: Json = False,
 ) -> None:
     """Simulate a fitted model on other logs (free run) and report the errors there.
@@ -220,6 +224,7 @@ def report(
     fits: Annotated[list[str] | None, typer.Option("--fit", help="Fit to report; default: all.")] = None,
     jobs: Jobs = CORES,
     work: Work = WORK,
+    plugins: Plugins = None,
     as_json: Json = False,
 ) -> None:
     """Write tables (CSV, LaTeX), figures (SVG) and one HTML file.
@@ -240,6 +245,7 @@ def run(
     logs: Annotated[list[Path] | None, typer.Option("--log", help="Log or folder instead of the file's.")] = None,
     work: Annotated[Path | None, typer.Option(help="Workspace folder instead of the file's.")] = None,
     jobs: Jobs = CORES,
+    plugins: Plugins = None,
     as_json: Json = False,
 ) -> None:
     """Run every stage of a pipeline file in order.
@@ -264,6 +270,7 @@ def discover(
     resistance: Resistance = None,
     work: Work = WORK,
     jobs: Jobs = CORES,
+    plugins: Plugins = None,
     as_json: Json = False,
 ) -> None:
     """Find where a model is wrong and which effect it lacks; runs flux and segment first where they are due.
@@ -312,6 +319,7 @@ def compare(
     only: Only = "",
     jobs: Jobs = CORES,
     work: Work = WORK,
+    plugins: Plugins = None,
     as_json: Json = False,
 ) -> None:
     """Compare models on all conditions, or optimizers on one model.
@@ -389,6 +397,7 @@ def datasets(name: DataSet = "", to: Folder = None, catalog_file: Catalog = None
 @app.command("list")
 def list_names(
     kind: Annotated[str, typer.Argument(help="models, effects, optimizers or readers.")] = "models",
+    plugins: Plugins = None,
     as_json: Json = False,
 ) -> None:
     """List what there is of a kind, with its title.
@@ -404,6 +413,7 @@ def list_names(
 @app.command()
 def show(
     name: Annotated[str, typer.Argument(help="Model, effect, optimizer or reader.", show_default=False)],
+    plugins: Plugins = None,
     as_json: Json = False,
 ) -> None:
     """Show one item: equation, parameters with units and bounds, source; of an effect what it is mistaken for.

@@ -67,6 +67,28 @@ OptSet = Annotated[
     ),
 ]
 Only = Annotated[str, typer.Option(help="Segments by peak velocity or by condition.", metavar="LMH|MH|PATTERN")]
+
+
+def _use(paths: list[Path] | None) -> list[Path] | None:
+    """Run plug-in files before the command, so that their items are known to it by name."""
+    if paths:
+        from mrfit.core import plugins
+
+        for path in paths:
+            plugins.use(path)
+    return paths
+
+
+Plugins = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--plugin",
+        metavar="FILE",
+        help="Plug-in with models, effects, optimizers or readers of your own; always: in MRFIT_PLUGINS.",
+        callback=_use,
+        show_default=False,
+    ),
+]
 DataSet = Annotated[str, typer.Argument(help="Data set to fetch; without it all are listed.", show_default=False)]
 Folder = Annotated[Path | None, typer.Option("--to", help="Folder for the files; default: one of the set's name.")]
 Catalog = Annotated[Path | None, typer.Option("--catalog", help="Catalog (TOML) of your own instead of mrfit's.")]

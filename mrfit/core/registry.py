@@ -1,35 +1,61 @@
-"""Find models, optimizers, effects and readers by file name: one item, one file, nothing to register."""
+"""Find models, effects, optimizers and readers by name: mrfit's own, one file each, and those of plug-ins."""
 
 import importlib
-import pkgutil
-from functools import cache
-from types import ModuleType
+from typing import TYPE_CHECKING, Any, Literal, overload
 
+from mrfit.core import plugins
+from mrfit.core.built_in import KINDS as KINDS
+from mrfit.core.built_in import Kind, own_module, own_names
 from mrfit.errors import unknown_name
 
-KINDS: dict[str, str] = {
-    "model": "mrfit.models",
-    "effect": "mrfit.effects",
-    "optimizer": "mrfit.optimizers",
-    "reader": "mrfit.ingest.readers",
-}
+if TYPE_CHECKING:
+    from mrfit.core.protocols import Effect, Model, Optimizer, Reader
 
 
-@cache
-def names(kind: str) -> list[str]:
-    """Return the sorted registry names of a kind: its package's file names with hyphens for underscores."""
-    package = importlib.import_module(KINDS[kind])
-    return sorted(m.name.replace("_", "-") for m in pkgutil.iter_modules(package.__path__) if not m.ispkg)
-
-
-def load(kind: str, name: str) -> ModuleType:
-    """Return the module that defines the named item.
+def names(kind: Kind) -> list[str]:
+    """Return the sorted names of all items of a kind.
 
     Raises
     ------
     ConfigError
-        If no such item exists; the message lists near matches.
+        If two of them have one name, or a plug-in cannot be loaded.
     """
-    if name not in names(kind):
+    return sorted([*own_names(kind), *plugins.found(kind)])
+
+
+@overload
+def load(kind: Literal["model"], name: str) -> "Model": ...
+@overload
+def load(kind: Literal["effect"], name: str) -> "Effect": ...
+@overload
+def load(kind: Literal["optimizer"], name: str) -> "Optimizer": ...
+@overload
+def load(kind: Literal["reader"], name: str) -> "Reader": ...
+@overload
+def load(kind: Kind, name: str) -> "Model | Effect | Optimizer | Reader": ...
+def load(kind: Kind, name: str) -> Any:
+    """Return the named item: a module, or the object that a plug-in made.
+
+    Raises
+    ------
+    ConfigError
+        If no such item exists, the message lists near matches; if two have this name; if a plug-in cannot be loaded.
+    """
+    outside = plugins.found(kind)
+    if name in outside:
+        return outside[name].load()
+    if name not in own_names(kind):
         raise unknown_name(kind, name, names(kind))
-    return importlib.import_module(f"{KINDS[kind]}.{name.replace('-', '_')}")
+    return importlib.import_module(own_module(kind, name))
+
+
+def where(kind: Kind, name: str) -> str:
+    """Return where a plug-in's item comes from, in words; an empty string for mrfit's own, and for unknown names."""
+    outside = plugins.found(kind)
+    return outside[name].where if name in outside else ""
+
+
+def digest(kind: Kind, name: str) -> str:
+    """Return a hash of the source of a plug-in's item; an empty string for mrfit's own, and for unknown names."""
+    outside = plugins.found(kind)
+    return outside[name].digest() if name in outside else ""

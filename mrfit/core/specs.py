@@ -1,4 +1,4 @@
-"""What a registry entry says about itself: parameters, models, optimizers, readers."""
+"""What a registry entry says about itself: parameters, models, effects, optimizers, readers."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -85,6 +85,8 @@ class ModelSpec:
         What the module's ``derived(theta)`` returns, if it has one: (P, K) -> (P, D).
     passive
         Name, low and high of a parameter within which the model cannot give energy out, where its bounds are wider.
+    caution
+        What is to be said of every fit with it, as a warning; empty for nothing.
     """
 
     name: str
@@ -98,6 +100,7 @@ class ModelSpec:
     rate_independent: bool = False
     derived: tuple[Derived, ...] = ()
     passive: tuple[str, float, float] | None = None
+    caution: str = ""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -311,7 +314,14 @@ class ReaderSpec:
         Registry name.
     title
         Instrument family and format.
+    blocks
+        Whether ``read`` reads the lines of ``source.block`` alone where there is one. A text log longer than a few
+        blocks is given to it so, and to a reader that cannot as a whole.
+    fragile
+        Whether it reads in a process of its own, since its library crashes on some damaged files.
     """
 
     name: str
     title: str
+    blocks: bool = False
+    fragile: bool = False

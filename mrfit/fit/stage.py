@@ -202,6 +202,7 @@ def prepare(workspace: Workspace, settings: Settings) -> Prepared:
     chosen, more = usable(chosen, recordings, assembly, roles)
     cautions = left_out_warnings([*left_out, *more], len(asked))
     cautions += choice.warnings if choice else []
+    cautions += [{"kind": "slow-model", "text": assembly.spec.caution}] if assembly.spec.caution else []
     cube, groups = _cube(assembly, settings), _groups(chosen, settings)
     return Prepared(assembly, cube, dependence, choice, groups, recordings, cautions)
 

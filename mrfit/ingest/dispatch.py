@@ -4,6 +4,8 @@ from os import fsencode
 from pathlib import Path
 
 from mrfit.core import registry
+from mrfit.core.protocols import JoinsParts
+from mrfit.errors import MrfitError
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.text.head import Head, open_head
 
@@ -14,9 +16,35 @@ FALLBACK = "delimited"
 
 
 def claims(head: Head) -> list[str]:
-    """Return the readers, the fallback apart, that know a file as theirs; at most one if all is well."""
-    names = [n for n in registry.names("reader") if n != FALLBACK]
-    return [n for n in names if registry.load("reader", n).sniff(head)]
+    """Return the readers, the fallback apart, that know a file as theirs; at most one if all is well.
+
+    Raises
+    ------
+    Refusal
+        If a plug-in's reader fails on the file.
+    """
+    return [n for n in registry.names("reader") if n != FALLBACK and _sniffs(n, head)]
+
+
+def _sniffs(name: str, head: Head) -> bool:
+    reader, where = registry.load("reader", name), registry.where("reader", name)
+    if not where:
+        return reader.sniff(head)
+    try:
+        return bool(reader.sniff(head))
+    except MrfitError:
+        raise
+    except Exception as error:
+        what = f"the plug-in reader {name} ({where}) failed to tell whether it is its own"
+        raise Refusal(
+            head.path, f"{what} ({type(error).__name__}: {error})", "mend the plug-in, or leave it out"
+        ) from error
+
+
+def _told(name: str) -> str:
+    """Return a reader's name, of a plug-in's with where it comes from."""
+    where = registry.where("reader", name)
+    return f"{name} of {where}" if where else name
 
 
 def reader_of(head: Head) -> str:
@@ -29,8 +57,10 @@ def reader_of(head: Head) -> str:
     """
     claimed = claims(head)
     if len(claimed) > 1:
-        names = " and ".join(claimed)
+        names = " and ".join(_told(n) for n in claimed)
         remedy = "remove the header lines that are another instrument's, or export the log as plain CSV"
+        if any(registry.where("reader", n) for n in claimed):
+            remedy = "let the plug-in's sniff ask for more, or leave the plug-in out"
         raise Refusal(head.path, f"it has the marks of more than one format ({names})", remedy)
     if claimed:
         return claimed[0]
@@ -43,8 +73,8 @@ def reader_of(head: Head) -> str:
 
 def part_of(head: Head, reader: str) -> str | None:
     """Return what the files of one record share, or None if the file is a record by itself."""
-    part = getattr(registry.load("reader", reader), "part", None)
-    return part(head) if part else None
+    module = registry.load("reader", reader)
+    return module.part(head) if isinstance(module, JoinsParts) else None
 
 
 SKIPPED = frozenset(

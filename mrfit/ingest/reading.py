@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from os import fsencode
 from pathlib import Path
-from types import ModuleType
 
 from mrfit.core import registry
 from mrfit.core.progress import Progress, silent
+from mrfit.core.protocols import JoinsParts, Reader, ReadsRows
 from mrfit.core.recording import Recording
 from mrfit.errors import MrfitError
 from mrfit.ingest.blocks import Gathered, Watch, text_blocks
@@ -74,6 +74,7 @@ MEMORY_FOR_A_BYTE = 6
 """Bytes of memory that reading one byte of a text log as a whole takes, at most."""
 
 OWN_FAULT = "a fault of mrfit's own in the reader"
+PLUGIN_FAULT = "a fault in the plug-in reader"
 """How the refusal begins of a log on which something failed that no reader expects."""
 
 _one_at_a_time = threading.Lock()
@@ -157,7 +158,7 @@ def read_item(item: Item, pieces: Pieces | None = None) -> Outcome:
         except Exception as error:
             refusals.append(_refusal_of(error, path, item))
     try:
-        if len(names) > 1:
+        if len(names) > 1 and isinstance(module, JoinsParts):
             tables = [_with_history(t, f"joined {', '.join(names)}") for t in module.join(tables)]
         recordings = _recordings(tables, item)
     except Exception as error:
@@ -179,14 +180,17 @@ def _refusal_of(error: Exception, path: Path, item: Item) -> Refusal:
         raise error
     if isinstance(error, MemoryError):
         return out_of_memory(path, Source(open_head(path), item.rules, memory=item.memory).room().limit)
-    what = f"{OWN_FAULT} {item.reader} ({type(error).__name__}: {(str(error).splitlines() or [''])[0]})"
-    refusal = Refusal(path, what, "report it with the file; `mrfit --debug ingest` of it alone shows where")
+    text = f"({type(error).__name__}: {(str(error).splitlines() or [''])[0]})"
+    what, remedy = f"{OWN_FAULT} {item.reader} {text}", "report it with the file"
+    if where := registry.where("reader", item.reader):
+        what, remedy = f"{PLUGIN_FAULT} {item.reader} ({where}) {text}", "mend the plug-in"
+    refusal = Refusal(path, what, f"{remedy}; `mrfit --debug ingest` of it alone shows where")
     refusal.__cause__ = error
     return refusal
 
 
-def _whole(module: ModuleType, reader: str, source: Source) -> list[Table]:
-    if getattr(module, "FRAGILE", False):
+def _whole(module: Reader, reader: str, source: Source) -> list[Table]:
+    if module.SPEC.fragile:
         tables = read_apart(reader, source)
     else:
         _check_memory(source)
@@ -201,17 +205,17 @@ def _check_memory(source: Source) -> None:
         source.room().hold(f"its {shown(size)} are read as a whole", MEMORY_FOR_A_BYTE * size)
 
 
-def _is_long(module: ModuleType, source: Source, block: int) -> bool:
+def _is_long(module: Reader, source: Source, block: int) -> bool:
     """Whether a log is longer than a few blocks, and can be read block by block."""
-    if hasattr(module, "read_blocks"):
+    if isinstance(module, ReadsRows):
         rows, columns = module.extent(source)
         return bool(8 * rows * columns > BLOCKS_IN_MEMORY * block)
-    return bool(source.head.encoding) and source.head.size > BLOCKS_IN_MEMORY * block
+    return module.SPEC.blocks and bool(source.head.encoding) and source.head.size > BLOCKS_IN_MEMORY * block
 
 
-def _blocks(module: ModuleType, source: Source, size: int, watch: Watch) -> Iterator[tuple[Source, list[Table]]]:
+def _blocks(module: Reader, source: Source, size: int, watch: Watch) -> Iterator[tuple[Source, list[Table]]]:
     """Yield the tables of each block with what was read: of binary files as their reader does it."""
-    if hasattr(module, "read_blocks"):
+    if isinstance(module, ReadsRows):
         yield from ((source, tables) for tables in module.read_blocks(source, size))
         return
     for block in text_blocks(source.head, size, watch):
@@ -219,13 +223,14 @@ def _blocks(module: ModuleType, source: Source, size: int, watch: Watch) -> Iter
         yield part, module.read(part)
 
 
-def _in_blocks(module: ModuleType, source: Source, digest: str, pieces: Pieces) -> list[Table]:
+def _in_blocks(module: Reader, source: Source, digest: str, pieces: Pieces) -> list[Table]:
     """Return the tables of a long log, their numbers on disk."""
     path = source.head.path
     read, watch = _watched(path, "reading", pieces.progress)
-    rows = 0 if source.head.encoding else module.extent(source)[0]
-    if not source.head.encoding:
-        check_disk(path, rows * (module.extent(source)[1] + 1), pieces.folder)
+    rows = 0
+    if isinstance(module, ReadsRows):
+        rows, columns = module.extent(source)
+        check_disk(path, rows * (columns + 1), pieces.folder)
     with Gathered(_place(pieces, path)) as gathered:
         for part, tables in _blocks(module, source, pieces.block, watch):
             gathered.add(tables, part)
@@ -257,9 +262,10 @@ def _place(pieces: Pieces, path: Path) -> Path:
     return pieces.folder / hashlib.sha256(fsencode(path)).hexdigest()[:16]
 
 
-def _times_longer(module: ModuleType, part: Source, tables: list[Table]) -> float:
+def _times_longer(module: Reader, part: Source, tables: list[Table]) -> float:
     if part.block is None:
-        return float(module.extent(part)[0]) / max(tables[0].rows, 1)
+        rows = module.extent(part)[0] if isinstance(module, ReadsRows) else 0
+        return rows / max(tables[0].rows, 1)
     bytes_each = 2 if part.head.encoding.startswith("utf-16") else 1
     return part.head.size / (bytes_each * len(part.block.data))
 

@@ -20,7 +20,7 @@ from mrfit.ingest.meaning.channel_map import FILE_NAME, MapFile, Rules, load_map
 from mrfit.ingest.meaning.conditions import name_expression
 from mrfit.ingest.reading import BLOCK, Item, Outcome, Pieces, hash_of, look_into, read_item
 from mrfit.ingest.refusal import Passing, Refusal
-from mrfit.io.keys import code_version, key_of
+from mrfit.io.keys import code_version, key_of, plugins_used
 from mrfit.io.schemas.stages import INGEST
 from mrfit.io.workspace import Workspace, read_json, recording_id, write_json
 
@@ -219,7 +219,8 @@ def plan_items(
 
 def _key(item: Item) -> str:
     """Return the key of all that determines the recordings of an item."""
-    return key_of([d for _, d in item.files], item.reader, asdict(item.rules), stage="ingest")
+    plugins = plugins_used([("reader", item.reader)])
+    return key_of([d for _, d in item.files], item.reader, asdict(item.rules), *plugins, stage="ingest")
 
 
 def _check_settings(settings: Settings) -> None:

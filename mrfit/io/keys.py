@@ -1,18 +1,21 @@
 """Keys: hashes of what made a result, which tell whether it has to be made again.
 
-A key holds the content of what a stage reads (``content_of``), its settings, and the sources of the code it uses. What
+A key holds the content of what a stage reads (``content_of``), its settings, and the sources of the code it uses, of
+plug-ins too. What
 changes none of these makes nothing again: a comment in a channel map, or a file that another stage uses.
 """
 
 import hashlib
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from mrfit.core import registry
+from mrfit.core.built_in import Kind
 from mrfit.core.recording import Recording
 
 PACKAGE = Path(__file__).parents[1]
@@ -107,16 +110,32 @@ def segment_key(settings: Mapping[str, Any], contents: Mapping[str, str], code: 
 def fit_key(
     settings: Mapping[str, Any], contents: Mapping[str, str], segments: Sequence[object], code: str = ""
 ) -> str:
-    """Return the key of a fit with these settings; ``jobs`` changes nothing."""
-    return key_of(_without_jobs(settings), contents, segments, stage="fit", code=code)
+    """Return the key of a fit with these settings; ``jobs`` changes nothing, the source of a plug-in does."""
+    own = _without_jobs(settings)
+    return key_of(own, contents, segments, *_plugins_of(settings), stage="fit", code=code)
 
 
 def discovery_key(
     settings: Mapping[str, Any], contents: Mapping[str, str], segments: Sequence[object], code: str = ""
 ) -> str:
-    """Return the key of a discovery with these settings; ``jobs`` changes nothing."""
-    return key_of(_without_jobs(settings), contents, segments, stage="discover", code=code)
+    """Return the key of a discovery with these settings, among whose candidates are all effects of plug-ins."""
+    tried: list[tuple[Kind, str]] = [("effect", e) for e in registry.names("effect")]
+    own = _without_jobs(settings)
+    return key_of(own, contents, segments, *_plugins_of(settings, tried), stage="discover", code=code)
 
 
 def _without_jobs(settings: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in settings.items() if name != "jobs"}
+
+
+def plugins_used(items: Iterable[tuple[Kind, str]]) -> list[tuple[str, str, str]]:
+    """Return kind, name and hash of the source of those items that are plug-ins'."""
+    return [(kind, name, source) for kind, name in items if (source := registry.digest(kind, name))]
+
+
+def _plugins_of(settings: Mapping[str, Any], more: Iterable[tuple[Kind, str]] = ()) -> list[tuple[str, str, str]]:
+    """Return the plug-ins that a fit's or a discovery's settings name, and those among ``more``."""
+    base, *effects = str(settings.get("model", "")).split("+")
+    optimizers = str(settings.get("optimizer", "")).split("-")
+    written: list[tuple[Kind, str]] = [("model", base), *(("effect", e) for e in effects)]
+    return plugins_used(dict.fromkeys([*written, *(("optimizer", o) for o in optimizers), *more]))

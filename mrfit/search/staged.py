@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from mrfit.core import registry
+from mrfit.core.protocols import HasStages
 from mrfit.core.specs import Array, Index, Stage
 from mrfit.errors import ConfigError
 from mrfit.search import optimize
@@ -50,7 +51,7 @@ class Staged:
 def stages_of(model: str) -> tuple[Stage, ...]:
     """Return the stages of a written model's base, none if it has no such identification."""
     module = registry.load("model", model.partition("+")[0])
-    return tuple(getattr(module, "STAGES", ()))
+    return module.STAGES if isinstance(module, HasStages) else ()
 
 
 def check_staged(model: str, optimizer: str, per: str) -> bool:

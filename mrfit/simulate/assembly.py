@@ -13,12 +13,26 @@ Every effect has a neutral value at which it vanishes bit for bit, so that the b
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from types import ModuleType
 from typing import cast
 
 import numpy as np
 
 from mrfit.core import registry
+from mrfit.core.protocols import (
+    AddsTerm,
+    ChangesInput,
+    ClosesLoop,
+    Effect,
+    ErrsInRecord,
+    HasDerived,
+    HasFarStarts,
+    HasReduced,
+    HasRoughResponse,
+    HasSensitivities,
+    HasStartValues,
+    ScalesParameters,
+    ShapesOutput,
+)
 from mrfit.core.specs import Array, EffectSpec, ModelSpec, Reduced, Response, Sensitivities
 from mrfit.errors import ConfigError
 from mrfit.simulate.current_dependence import CurrentDependence, at_current, base_name, coefficients, expanded
@@ -120,22 +134,27 @@ def _assembled(name: str, dependence: CurrentDependence | None) -> Assembly:
     def built(response: Response) -> Assembly:
         whole = Assembly(
             name=name,
-            spec=cast(ModelSpec, module.SPEC),
+            spec=module.SPEC,
             simulate=response,
-            derived=getattr(module, "derived", _nothing_derived),
-            start_values=getattr(module, "start_values", _no_start_values),
+            derived=module.derived if isinstance(module, HasDerived) else _nothing_derived,
+            start_values=module.start_values if isinstance(module, HasStartValues) else _no_start_values,
         )
         if dependence and dependence.varies:
             whole = _depending(whole, dependence)
         return _with_effects(whole, effects) if effects else whole
 
-    whole = built(cast(Response, module.response))
-    rough = built(module.rough_response).simulate if hasattr(module, "rough_response") else None
+    whole = built(module.response)
+    rough = built(module.rough_response).simulate if isinstance(module, HasRoughResponse) else None
     if effects or (dependence and dependence.varies):
         return replace(whole, rough=rough)
-    reduced, sensitivities = getattr(module, "REDUCED", None), getattr(module, "sensitivities", None)
-    far = getattr(module, "far_starts", None)
-    return replace(whole, rough=rough, reduced=reduced, sensitivities=sensitivities, far_starts=far, alone=True)
+    return replace(
+        whole,
+        rough=rough,
+        reduced=module.REDUCED if isinstance(module, HasReduced) else None,
+        sensitivities=module.sensitivities if isinstance(module, HasSensitivities) else None,
+        far_starts=module.far_starts if isinstance(module, HasFarStarts) else None,
+        alone=True,
+    )
 
 
 def _depending(base: Assembly, dependence: CurrentDependence) -> Assembly:
@@ -156,9 +175,9 @@ def _depending(base: Assembly, dependence: CurrentDependence) -> Assembly:
     return Assembly(base.name, spec, simulate, derived, start_values)
 
 
-def _with_effects(base: Assembly, modules: list[ModuleType]) -> Assembly:
+def _with_effects(base: Assembly, modules: list[Effect]) -> Assembly:
     modules = sorted(modules, key=lambda m: (SLOTS.index(m.SPEC.slot), m.SPEC.name))
-    specs = [cast(EffectSpec, m.SPEC) for m in modules]
+    specs = [m.SPEC for m in modules]
     for k, effect in enumerate(specs):
         if effect in specs[:k]:
             raise ConfigError(f"'{base.name}' names the effect {effect.name} twice")
@@ -184,7 +203,7 @@ class _Chain:
 
     base: Assembly
     spec: ModelSpec
-    modules: list[ModuleType]
+    modules: list[Effect]
     effects: list[EffectSpec]
 
     def simulate(self, drive: Array, theta: Array, dt: float) -> Array:
@@ -214,7 +233,7 @@ class _Chain:
         # kernels are compiled for contiguous arrays
         return [np.ascontiguousarray(p) for p in np.split(theta, np.cumsum(sizes)[:-1], axis=1)]
 
-    def _active(self, slot: str, parts: list[Array]) -> list[tuple[ModuleType, Array]]:
+    def _active(self, slot: str, parts: list[Array]) -> list[tuple[Effect, Array]]:
         """Return the effects of a slot that some point of the batch does not hold at neutral."""
         return [
             (m, p)
@@ -225,7 +244,7 @@ class _Chain:
     def _changed(self, drive: Array, parts: list[Array], dt: float) -> Array:
         channels = dict(zip(self.spec.inputs, drive, strict=True))
         for module, theta in self._active("input", parts):
-            channels |= module.transform(channels, theta[0], dt)
+            channels |= cast(ChangesInput, module).transform(channels, theta[0], dt)
         return np.stack([channels[n] for n in self.spec.inputs])
 
     def _closed(self, drive: Array, parts: list[Array], dt: float) -> Array:
@@ -240,7 +259,7 @@ class _Chain:
         return output
 
     def _around(
-        self, loops: list[tuple[ModuleType, Array]], point: int, drive: Array, parts: list[Array], dt: float
+        self, loops: list[tuple[Effect, Array]], point: int, drive: Array, parts: list[Array], dt: float
     ) -> Array:
         if not loops:
             alone: Array = self._after_input(drive, parts, dt)[0]
@@ -253,7 +272,7 @@ class _Chain:
             changed[row] = channel
             return self._around(inner, point, changed, parts, dt)
 
-        output: Array = module.closed(simulate, drive[row], theta[point], dt)
+        output: Array = cast(ClosesLoop, module).closed(simulate, drive[row], theta[point], dt)
         return output
 
     def _after_input(self, drive: Array, parts: list[Array], dt: float) -> Array:
@@ -262,15 +281,15 @@ class _Chain:
             np.ascontiguousarray(drive[: len(self.base.spec.inputs)]), self._scaled(channels, parts, dt), dt
         )
         for module, theta in self._active("add", parts):
-            output = output + module.term(channels, theta, dt)
+            output = output + cast(AddsTerm, module).term(channels, theta, dt)
         for module, theta in self._active("output", parts):
-            output = module.shape(output, channels, theta, dt)
+            output = cast(ShapesOutput, module).shape(output, channels, theta, dt)
         return output
 
     def _recorded(self, output: Array, drive: Array, parts: list[Array], dt: float) -> Array:
         channels = dict(zip(self.spec.inputs, drive, strict=True))
         for module, theta in (*self._active("input", parts), *self._active("record", parts)):
-            if hasattr(module, "error"):
+            if isinstance(module, ErrsInRecord):
                 output = output + module.error(channels, theta, dt)
         return output
 
@@ -278,7 +297,7 @@ class _Chain:
         """Return the base's parameters (P, K), or (P, K, N) where an effect makes them vary over the samples."""
         theta, scaled = parts[0], False
         for module, own in self._active("theta", parts):
-            for role, factors in module.factors(channels, own, dt).items():
+            for role, factors in cast(ScalesParameters, module).factors(channels, own, dt).items():
                 columns = [k for k, p in enumerate(self.base.spec.params) if p.role == role]
                 if columns and theta.ndim < 3 and factors.shape[1] > 1:
                     theta, scaled = np.repeat(theta[:, :, None], factors.shape[1], axis=2), True

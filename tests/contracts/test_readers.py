@@ -5,9 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mrfit.contracts.check import Check
+from mrfit.contracts.readers import CHECKS, Case
 from mrfit.core import registry
+from mrfit.core.built_in import own_names
 from mrfit.core.recording import Recording
-from mrfit.core.specs import ReaderSpec
 from mrfit.errors import DataError
 from mrfit.ingest.dispatch import FALLBACK, claims, reader_of
 from mrfit.ingest.stage import Settings
@@ -15,7 +17,7 @@ from mrfit.ingest.text.head import open_head
 from tests.ingest.examining import examine
 from tests.ingest.samples import WRITERS, sample
 
-NAMES = registry.names("reader")
+NAMES = list(own_names("reader"))
 WHOLE_ONLY = {"hdf5", "matlab", "mdf", "parquet"}  # compressed, or with their directory at the end
 OWN_NAME = {"rohde-schwarz"}  # known by its file's name, since its rows are bare
 
@@ -31,14 +33,23 @@ def test_every_reader_has_a_sample() -> None:
     assert sorted(WRITERS) == NAMES
 
 
+def _case(name: str, folder: Path) -> Case:
+    truth = WRITERS[name]()
+    return Case(registry.load("reader", name), folder, truth.name, truth.data, name in OWN_NAME, name in WHOLE_ONLY)
+
+
+CASES = [(name, check) for name in NAMES for check in CHECKS if check.applies(_case(name, Path()))]
+
+
+@pytest.mark.parametrize(("name", "check"), CASES, ids=[f"{name} {check.name}" for name, check in CASES])
+def test_reader_keeps(name: str, check: Check, tmp_path: Path) -> None:
+    sample(name, tmp_path)  # with what the instrument writes beside it
+    check.run(_case(name, tmp_path))
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_spec_names_the_reader(name: str) -> None:
-    module = registry.load("reader", name)
-    assert isinstance(module.SPEC, ReaderSpec)
-    assert module.SPEC.name == name
-    assert module.SPEC.title
-    assert callable(module.sniff) and callable(module.read)
-    assert hasattr(module, "part") == hasattr(module, "join")
+    assert registry.load("reader", name).SPEC.name == name
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -54,13 +65,6 @@ def test_reads_channels_units_rate_and_values(name: str, tmp_path: Path) -> None
         np.testing.assert_allclose(record.channels[channel], values, rtol=1e-12, atol=1e-15)
     assert record.rows_kept == len(values)
     assert record.rows_refused == 0
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_no_other_reader_claims_the_file(name: str, tmp_path: Path) -> None:
-    _, path = sample(name, tmp_path)
-    assert claims(open_head(path)) == ([] if name == FALLBACK else [name])
-    assert reader_of(open_head(path)) == name
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -120,21 +124,3 @@ def test_half_a_file_is_read_as_far_as_it_goes(name: str, tmp_path: Path) -> Non
     assert cut > 100
     for channel, values in record.channels.items():
         np.testing.assert_allclose(values[:cut], truth.channels[channel][:cut], rtol=1e-12)
-
-
-@pytest.mark.parametrize("name", sorted(WHOLE_ONLY))
-def test_half_a_file_that_can_only_be_read_whole_is_refused_in_one_line(name: str, tmp_path: Path) -> None:
-    truth, path = sample(name, tmp_path)
-    path.write_bytes(truth.data[: len(truth.data) // 2])
-    recordings, refusals = examine([path], Settings())
-    assert not recordings and len(refusals) == 1
-    assert "\n" not in str(refusals[0]) and refusals[0].remedy
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_first_bytes_alone_end_in_one_line(name: str, tmp_path: Path) -> None:
-    truth, path = sample(name, tmp_path)
-    path.write_bytes(truth.data[:20])
-    recordings, refusals = examine([path], Settings())
-    assert not recordings
-    assert [str(r).count("\n") for r in refusals] == [0]

@@ -13,7 +13,7 @@ from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.textlog import Field, body_of, positive, table_of, text_of
 from mrfit.ingest.time.rate import with_rate
 
-SPEC = ReaderSpec("daq-text", "DAQami/TracerDAQ text log")
+SPEC = ReaderSpec("daq-text", "DAQami/TracerDAQ text log", blocks=True)
 STAMP_FORMS = ("%m/%d/%Y %I:%M:%S.%f %p", "%d/%m/%Y %I:%M:%S.%f %p", "%m/%d/%Y %H:%M:%S.%f", "%d/%m/%Y %H:%M:%S.%f")
 BETWEEN = re.compile(rb",[ \t]+")
 SAMPLE = 400

@@ -23,7 +23,7 @@ from mrfit.ingest.text.textlog import Field, body_of, positive, table_of
 from mrfit.ingest.time.rate import interval, with_rate
 from mrfit.ingest.time.stamps import instants
 
-SPEC = ReaderSpec("delimited", "delimited text with a header, or with a channel map")
+SPEC = ReaderSpec("delimited", "delimited text with a header, or with a channel map", blocks=True)
 RATE_NAMES = ("fs", "rate", "sample rate", "samplerate", "sampling rate", "sample_rate")
 AXIS = re.compile(r"x|x[ _-]?(?:axis|achse|value|wert)?", re.IGNORECASE)
 SCOPE_CHANNEL = re.compile(r"(?:ch|chan|channel|kanal|canal|voie|c|math|m)[ _.-]*[0-9a-d]", re.IGNORECASE)

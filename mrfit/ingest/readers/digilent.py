@@ -11,7 +11,7 @@ from mrfit.ingest.text.layout import name_and_unit
 from mrfit.ingest.text.textlog import Field, check_width, fields_at, positive, read_table
 from mrfit.ingest.time.rate import with_rate
 
-SPEC = ReaderSpec("digilent", "Digilent WaveForms CSV")
+SPEC = ReaderSpec("digilent", "Digilent WaveForms CSV", blocks=True)
 
 
 def sniff(head: Head) -> bool:

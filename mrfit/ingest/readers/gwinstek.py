@@ -10,7 +10,7 @@ from mrfit.ingest.text.body import Layout
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.textlog import Field, check_width, fields_at, meta_of, positive, read_table
 
-SPEC = ReaderSpec("gwinstek", "GW Instek GDS oscilloscope CSV")
+SPEC = ReaderSpec("gwinstek", "GW Instek GDS oscilloscope CSV", blocks=True)
 
 
 def sniff(head: Head) -> bool:

@@ -6,8 +6,7 @@ from mrfit.ingest.containers.hdf import hdf_arrays
 from mrfit.ingest.table import Source, Table
 from mrfit.ingest.text.head import Head
 
-SPEC = ReaderSpec("hdf5", "HDF5 (needs h5py)")
-FRAGILE = True  # read in a process of its own: the library crashes on some damaged files
+SPEC = ReaderSpec("hdf5", "HDF5 (needs h5py)", fragile=True)
 
 
 def sniff(head: Head) -> bool:

@@ -6,7 +6,7 @@ from mrfit.ingest.text.body import Layout
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.textlog import Field, check_width, fields_at, read_table
 
-SPEC = ReaderSpec("keysight", "Keysight/Agilent InfiniiVision oscilloscope CSV")
+SPEC = ReaderSpec("keysight", "Keysight/Agilent InfiniiVision oscilloscope CSV", blocks=True)
 
 
 def sniff(head: Head) -> bool:

@@ -15,7 +15,7 @@ from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import name_and_unit
 from mrfit.ingest.text.textlog import Field, body_of, positive, table_of, text_of
 
-SPEC = ReaderSpec("labview-lvm", "LabVIEW measurement file (LVM)")
+SPEC = ReaderSpec("labview-lvm", "LabVIEW measurement file (LVM)", blocks=True)
 
 
 def sniff(head: Head) -> bool:

@@ -12,7 +12,7 @@ from mrfit.ingest.text.body import Layout, split
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.textlog import Field, check_width, read_table, side_by_side
 
-SPEC = ReaderSpec("lecroy", "LeCroy oscilloscope text, one file per channel")
+SPEC = ReaderSpec("lecroy", "LeCroy oscilloscope text, one file per channel", blocks=True)
 
 
 def sniff(head: Head) -> bool:

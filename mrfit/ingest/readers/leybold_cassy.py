@@ -10,7 +10,7 @@ from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import find_grid
 from mrfit.ingest.text.textlog import Field, check_width, read_table
 
-SPEC = ReaderSpec("leybold-cassy", "Leybold CASSY Lab text")
+SPEC = ReaderSpec("leybold-cassy", "Leybold CASSY Lab text", blocks=True)
 QUANTITY = re.compile(r'"([^"]*)"\s*(\S*)\s*(?:/\s*(.*))?')
 
 

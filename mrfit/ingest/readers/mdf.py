@@ -14,8 +14,7 @@ from mrfit.ingest.refusal import Passing, Refusal, damaged
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
 
-SPEC = ReaderSpec("mdf", "ASAM MDF (needs asammdf)")
-FRAGILE = True  # read in a process of its own: the library crashes on some damaged files
+SPEC = ReaderSpec("mdf", "ASAM MDF (needs asammdf)", fragile=True)
 LONGEST_RECORD = 1 << 24
 """Bytes of a record that no file is too short for, since it may be packed."""
 TIME = 1

@@ -11,7 +11,7 @@ from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import TIME_NAMES, TwoRows, two_rows
 from mrfit.ingest.text.textlog import Field, body_of, table_of, text_of
 
-SPEC = ReaderSpec("mts-mpt", "MTS 793 MultiPurpose TestWare text")
+SPEC = ReaderSpec("mts-mpt", "MTS 793 MultiPurpose TestWare text", blocks=True)
 ROWS = 50
 BLANK = b" \t\r\0"
 DECIMAL_PLACE = 5  # MTS793|MPT|ENU|1|2|.|/|:|…

@@ -15,7 +15,7 @@ from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import TIME_NAMES, find_grid, two_rows
 from mrfit.ingest.text.textlog import Field, check_width, read_table
 
-SPEC = ReaderSpec("mts-testsuite", "MTS TestSuite text export")
+SPEC = ReaderSpec("mts-testsuite", "MTS TestSuite text export", blocks=True)
 
 
 def sniff(head: Head) -> bool:

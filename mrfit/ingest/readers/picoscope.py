@@ -10,7 +10,7 @@ from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import find_grid
 from mrfit.ingest.text.textlog import Field, check_width, fields_at, read_table
 
-SPEC = ReaderSpec("picoscope", "PicoScope CSV and text")
+SPEC = ReaderSpec("picoscope", "PicoScope CSV and text", blocks=True)
 DELIMITERS = ("\t", ";", ",")
 
 

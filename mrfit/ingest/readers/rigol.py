@@ -12,7 +12,7 @@ from mrfit.ingest.text.body import Layout, split
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.textlog import Field, check_width, fields_at, meta_of, positive, read_table
 
-SPEC = ReaderSpec("rigol", "Rigol oscilloscope CSV")
+SPEC = ReaderSpec("rigol", "Rigol oscilloscope CSV", blocks=True)
 PC_SOFTWARE = "number of data points"
 
 

@@ -16,7 +16,7 @@ from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import find_grid
 from mrfit.ingest.text.textlog import Field, check_width, read_table
 
-SPEC = ReaderSpec("rohde-schwarz", "Rohde & Schwarz RTO/RTP waveform CSV with its settings file")
+SPEC = ReaderSpec("rohde-schwarz", "Rohde & Schwarz RTO/RTP waveform CSV with its settings file", blocks=True)
 PROPERTY = re.compile(r'Name="(\w+)"[^>]*?\bValue="([^"]*)"|^(\w+):([^:\r\n]*):', re.MULTILINE)
 LONGEST_SETTINGS = 1 << 18
 NEEDED = ("Resolution", "XStart")

@@ -9,7 +9,7 @@ from mrfit.ingest.text.body import Layout, number_pattern, split
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.textlog import Field, check_width, fields_at, meta_of, positive, read_table
 
-SPEC = ReaderSpec("tektronix-mso", "Tektronix MSO/DPO/MDO oscilloscope CSV")
+SPEC = ReaderSpec("tektronix-mso", "Tektronix MSO/DPO/MDO oscilloscope CSV", blocks=True)
 
 
 def sniff(head: Head) -> bool:

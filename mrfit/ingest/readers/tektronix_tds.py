@@ -12,7 +12,7 @@ from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import OVERLOAD
 from mrfit.ingest.text.textlog import Field, meta_of, positive, read_table, side_by_side
 
-SPEC = ReaderSpec("tektronix-tds", "Tektronix TDS oscilloscope CSV, one file per channel")
+SPEC = ReaderSpec("tektronix-tds", "Tektronix TDS oscilloscope CSV, one file per channel", blocks=True)
 TIME, VALUE = 3, 4
 META_LINES = 20
 

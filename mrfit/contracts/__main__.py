@@ -1,0 +1,78 @@
+"""Check the items of a plug-in file: ``python -m mrfit.contracts FILE.py``; exit code 1 if one breaks its contract."""
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from mrfit.cli import console
+from mrfit.contracts import effects, models, optimizers, readers
+from mrfit.contracts.check import Check, applying, broken
+from mrfit.core import plugins, registry
+from mrfit.core.built_in import Kind
+from mrfit.errors import DataError
+from mrfit.kernels.jit import is_cold
+
+CHECKS: dict[str, Sequence[Check[Any]]] = {
+    "model": models.CHECKS,
+    "effect": effects.CHECKS,
+    "optimizer": optimizers.CHECKS,
+}
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+
+@app.command()
+def contracts(
+    files: Annotated[list[Path], typer.Argument(help="Plug-in files, Python or TOML.", show_default=False)],
+    logs: Annotated[list[Path] | None, typer.Option("--log", help="Log that a reader in them reads.")] = None,
+) -> int:
+    """Check the models, effects, optimizers and readers of plug-in files against what each kind has to keep."""
+    before = {(p.kind, p.name) for p in plugins.of_files()}
+    for file in files:
+        plugins.use(file)
+    if is_cold():
+        console.note("compiling the kernels, this once")
+    wrong = 0
+    for plugin in plugins.of_files():
+        if (plugin.kind, plugin.name) in before:
+            continue
+        console.say(f"{plugin.kind} {plugin.name} ({plugin.where})")
+        results = of_reader(plugin.name, logs or []) if plugin.kind == "reader" else of_item(plugin.kind, plugin.name)
+        for text, fault in results:
+            console.say(f"  BROKEN  {text} {fault}" if fault else f"  holds   {text}")
+            wrong += bool(fault)
+        if plugin.kind == "reader" and not logs:
+            console.say("  not checked on a log: name one with --log")
+    console.say(f"{wrong} broken" if wrong else "all hold")
+    return int(wrong > 0)
+
+
+def of_item(kind: Kind, name: str) -> Iterator[tuple[str, str]]:
+    """Yield what a model, effect or optimizer has to keep, each with what is wrong, or nothing."""
+    item = registry.load(kind, name)
+    return ((check.text, broken(check, item)) for check in applying(CHECKS[kind], item))
+
+
+def of_reader(name: str, logs: Sequence[Path]) -> Iterator[tuple[str, str]]:
+    """Yield what a reader has to keep on each log, with what is wrong, or nothing."""
+    reader = registry.load("reader", name)
+    cases = [(log.name, _content(log)) for log in logs] or [("", b"")]
+    for log, data in cases:
+        for check in readers.CHECKS:
+            with tempfile.TemporaryDirectory() as folder:
+                case = readers.Case(reader, Path(folder), log, data)
+                if check.applies(case):
+                    yield check.text + (f" [{log}]" if log else ""), broken(check, case)
+
+
+def _content(log: Path) -> bytes:
+    try:
+        return log.read_bytes()
+    except OSError as error:
+        raise DataError(f"{log}: cannot be read ({error.strerror}); give the path of a log") from None
+
+
+if __name__ == "__main__":
+    console.run(app)

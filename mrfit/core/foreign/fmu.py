@@ -1,0 +1,125 @@
+"""A model that is an FMU for co-simulation (FMI 2 or 3), stepped from sample to sample by FMPy.
+
+The inputs of a sample are set before the step that leads to it and held over that step; the output is read after it.
+The output of sample 0 is read after initialisation.
+"""
+
+import atexit
+import hashlib
+import math
+import os
+import shutil
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from mrfit.core import plugins
+from mrfit.core.foreign.c_function import constant_only
+from mrfit.core.specs import Array, ModelSpec
+from mrfit.errors import ConfigError
+
+CAUTION = "the model {} is an FMU stepped from sample to sample: far slower than a model of mrfit's own"
+
+
+def register_fmu(spec: ModelSpec, file: Path, variables: Mapping[str, str], where: str = "") -> None:
+    """Add an FMU to the registry as a model; its bytes are part of the keys of its fits.
+
+    Parameters
+    ----------
+    spec
+        What the model is; its ``caution`` is set here.
+    file
+        The FMU.
+    variables
+        Its names of those channels and parameters that it calls otherwise.
+    where
+        Where the model comes from, in words; default: the plug-in file that is being run.
+
+    Raises
+    ------
+    ConfigError
+        If FMPy is not installed, the file is no FMU for co-simulation, or lacks a variable.
+    """
+    slave = _Slave(spec, file, variables)
+    response = constant_only(spec.name, plugins.one_by_one(slave.simulate))
+    item = SimpleNamespace(SPEC=replace(spec, caution=CAUTION.format(spec.name)), response=response, __doc__=spec.title)
+    digest = hashlib.sha256(file.read_bytes()).hexdigest()
+    plugins.register(item, where, f"{spec!r} {sorted(variables.items())} {digest}")
+
+
+class _Slave:
+    """An unpacked FMU, with one instance for each process that simulates it."""
+
+    def __init__(self, spec: ModelSpec, file: Path, variables: Mapping[str, str]) -> None:
+        try:
+            import fmpy
+        except ImportError:
+            raise ConfigError(f"{file}: an FMU needs FMPy; install it with: pip install 'mrfit[fmu]'") from None
+        try:
+            self.description = fmpy.read_model_description(str(file), validate=False)
+            self.folder = fmpy.extract(str(file))
+        except Exception as error:
+            text = " ".join(str(error).split())
+            raise ConfigError(f"{file}: cannot be read as an FMU ({text}); export it again") from None
+        made_in = os.getpid()
+        atexit.register(lambda: shutil.rmtree(self.folder, ignore_errors=True) if os.getpid() == made_in else None)
+        self.file, self.instances = file, dict[int, Any]()
+        if self.description.coSimulation is None:
+            raise ConfigError(f"{file}: is no FMU for co-simulation; export it as one")
+        self.three = self.description.fmiVersion.startswith("3")
+        references = {v.name: v.valueReference for v in self.description.modelVariables}
+        names = [variables.get(n, n) for n in (*spec.inputs, *spec.names, spec.output)]
+        if missing := [n for n in names if n not in references]:
+            known = ", ".join(list(references)[:20])
+            raise ConfigError(f"{file}: has no variable '{missing[0]}'; name it in [fmu.variables] (it has {known})")
+        found = [references[n] for n in names]
+        count = len(spec.inputs)
+        self.inputs, self.parameters, self.output = found[:count], found[count:-1], found[-1:]
+
+    def simulate(self, drive: Array, theta: Array, dt: float) -> Array:
+        """Return the output (N,) of a drive (C, N) and one parameter vector (K,); nan from where it fails."""
+        slave = self._instance()
+        write, read = (slave.setFloat64, slave.getFloat64) if self.three else (slave.setReal, slave.getReal)
+        output = np.full(drive.shape[1], np.nan)
+        try:
+            slave.reset()
+            self._begin(slave, write, drive[:, 0], theta)
+            output[0] = read(self.output)[0]
+            for n in range(1, len(output)):
+                write(self.inputs, drive[:, n].tolist())
+                slave.doStep(currentCommunicationPoint=(n - 1) * dt, communicationStepSize=dt)
+                output[n] = value = read(self.output)[0]
+                if not math.isfinite(value):
+                    break
+        except Exception:  # FMPy's own, for every status above a warning: this simulation has failed
+            # not freed: after a fatal error the standard allows no further call
+            self.instances.clear()
+        return output
+
+    def _begin(self, slave: Any, write: Any, first: Array, theta: Array) -> None:
+        write(self.parameters, theta.tolist())
+        if self.three:
+            slave.enterInitializationMode(startTime=0.0)
+        else:
+            slave.setupExperiment(startTime=0.0)
+            slave.enterInitializationMode()
+        write(self.inputs, first.tolist())
+        slave.exitInitializationMode()
+
+    def _instance(self) -> Any:
+        """Return this process's instance: a forked one must not step its parent's."""
+        import fmpy
+
+        process = os.getpid()
+        if process not in self.instances:
+            try:
+                made = fmpy.instantiate_fmu(self.folder, self.description, "CoSimulation", require_functions=False)
+            except Exception as error:
+                text = " ".join(str(error).split())
+                raise ConfigError(f"{self.file}: cannot be started ({text}); export it for this system") from None
+            self.instances = {process: made}
+        return self.instances[process]
