@@ -6,6 +6,7 @@ sine warms the damper (Savaia et al. sec. 3). Where they end the joint refinemen
 """
 
 import fnmatch
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -13,12 +14,14 @@ from typing import Any
 import numpy as np
 
 from mrfit.core import registry
-from mrfit.core.specs import Array, Index, Stage
+from mrfit.core.specs import Array, Index, OptimizerSpec, Stage
 from mrfit.errors import ConfigError
-from mrfit.search import optimize
+from mrfit.optimizers import lsq
+from mrfit.search.chain import Chain, Given, parts
 from mrfit.search.cube import Cube
-from mrfit.search.objective import Objective
-from mrfit.search.problem import Block, Posed
+from mrfit.search.limits import Limits, Run, own_generator, seconds_left, unheard
+from mrfit.search.problem import Block, Posed, Problem, measured
+from mrfit.search.result import SearchResult
 from mrfit.signal.cycles import last_event
 from mrfit.simulate.current_dependence import base_name
 
@@ -39,12 +42,61 @@ TESTS: Mapping[str, str] = {
 }
 
 
+SPEC = OptimizerSpec(
+    name=NAME,
+    title="Stage by stage on the tests made for each part of the model, then least squares on all",
+    reference="Savaia et al. sec. 3",
+    kind="local",
+    budget=lsq.SPEC.budget,
+)
+
+
 @dataclass(frozen=True)
-class Staged:
+class Identified:
     """Where the stages ended: parameters (K,), and what each of them did, ready for JSON."""
 
     theta: Array
     stages: list[dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class Staged:
+    """Strategy: the model's stages one after another, then a chain of optimizers that begins where they end, too.
+
+    Attributes
+    ----------
+    name
+        The chain as written (``staged``, ``staged-lsq``).
+    given
+        What the user gives for options of its optimizers.
+    """
+
+    name: str = NAME
+    given: Given = ()
+
+    @property
+    def many_starts(self) -> bool:
+        """The stages begin at the last start alone."""
+        return False
+
+    @property
+    def from_points(self) -> bool:
+        """Characteristic points are one start of several."""
+        return False
+
+    def budget(self, dimension: int) -> int:
+        """Return the evaluations that the chain asks for; the stages have their own."""
+        return Chain(self.name, self.given).budget(dimension)
+
+    def search(self, problem: Problem, starts: Array, how: Run) -> SearchResult:
+        """Return where the chain ends from the best of start points (S, F) and of the stages' end."""
+        posed, model = measured(problem), measured(problem).assembly.name
+        theta, rng = posed.cube.to_theta(starts[-1:])[0], own_generator(how.rng, "stages")
+        found = identify(posed, model, theta, rng, how.deadline)
+        starts = np.vstack([starts, posed.cube.to_points(found.theta[None, :])])
+        left = how._replace(limits=how.limits._replace(seconds=seconds_left(how.deadline)))
+        result = Chain(self.name, self.given).search(posed, starts, left)
+        return replace(result, stages=tuple(found.stages))
 
 
 def stages_of(model: str) -> tuple[Stage, ...]:
@@ -61,7 +113,7 @@ def check_staged(model: str, optimizer: str, per: str) -> bool:
     ConfigError
         If it does but the model has none, or conditions are to be fitted one by one.
     """
-    if NAME not in optimize.chain(optimizer):
+    if NAME not in parts(optimizer):
         return False
     if not stages_of(model):
         known = ", ".join(n for n in registry.names("model") if stages_of(n))
@@ -80,7 +132,9 @@ def kind_of(block: Block, inputs: Sequence[str]) -> str:
     return "constant-speed" if block.segment.waveform in CONSTANT_SPEED else "sine"
 
 
-def identify(posed: Posed, model: str, theta: Array, rng: np.random.Generator, deadline: float | None = None) -> Staged:
+def identify(
+    posed: Posed, model: str, theta: Array, rng: np.random.Generator, deadline: float | None = None
+) -> Identified:
     """Fit stage after stage, each from where those before it ended.
 
     The parameters of a stage whose tests are missing go to the next stage that has some.
@@ -115,7 +169,7 @@ def identify(posed: Posed, model: str, theta: Array, rng: np.random.Generator, d
             theta, ended = _fitted(posed, members, free, theta, rng, deadline)
             done[-1] |= ended
             left = []
-    return Staged(theta, done)
+    return Identified(theta, done)
 
 
 def warnings(stages: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
@@ -172,7 +226,7 @@ def _fitted(
     blocks = [settled(b, inputs) if kind_of(b, inputs) == "constant-speed" else b for b in blocks]
     part = Posed(blocks, posed.weights[list(members)], posed.assembly, Cube(params, free))
     budget = EVALUATIONS * (len(free) + 1)
-    objective = Objective(part.residuals, part.cube.start, budget=budget)
-    outcome = optimize.run("auto", objective, rng, budget, optimize.seconds_left(deadline))
-    found: Array = part.cube.to_theta(outcome.point[None, :])[0]
-    return found, {"cost": outcome.cost, "evaluations": outcome.evaluations}
+    how = Run(rng, Limits(budget, seconds_left(deadline)), time.monotonic(), unheard)
+    ended = Chain("multistart").search(part, part.cube.start[None, :], how)
+    found: Array = part.cube.to_theta(ended.point[None, :])[0]
+    return found, {"cost": ended.cost, "evaluations": ended.nfev}
