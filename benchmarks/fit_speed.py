@@ -43,7 +43,7 @@ def fit(posed: Problem, optimizer: str = "auto") -> dict[str, float]:
     group, assembly, cube = posed
     settings = SearchSettings(optimizer, 0, None, None, "none")
     found = search_optimum(group, assembly, cube, cube.start[None, :], settings, lambda evaluations, cost: None)
-    return {"cost": found["cost"], "evaluations": found["evaluations"], "point": found["point"]}
+    return {"cost": found.cost, "evaluations": found.nfev, "point": found.point}
 
 
 def best_time(run: Callable[[], object], repeats: int = 5, clock: Callable[[], float] = time.process_time) -> float:

@@ -153,6 +153,8 @@ def refine(objective: Objective, points: Array, tolerance: float = EXACT, dampin
     more, the farther the points may be from the optimum.
     """
     try:
+        if not objective.dimension:
+            return bool(np.isfinite(objective.costs(points[:1])).all())
         if len(points) > 1:
             points = points[_rivals(objective.costs(points))]
         front = Front(points, objective.normal_equations(points))

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from mrfit.core import registry
-from mrfit.search import optimize
+from mrfit.search import chain
+from mrfit.search.limits import Limits
 from mrfit.search.objective import Objective
 
 OPTIMIZERS = registry.names("optimizer")
@@ -39,7 +40,7 @@ def recorded(residuals, batches):
 def run(name, residuals, start, budget=None, seed=0, **more):
     batches = []
     objective = Objective(recorded(residuals, batches), np.asarray(start, dtype=float), 0, **more)
-    outcome = optimize.run(name, objective, np.random.default_rng(seed), budget)
+    outcome = chain.run(name, objective, np.random.default_rng(seed), Limits(budget))
     return outcome, batches
 
 
@@ -61,9 +62,9 @@ def test_options_at_their_bounds_still_search_within_the_cube_and_the_budget(nam
     for option in spec.options:
         for value in (option.low, option.high):
             objective = Objective(quadratic(np.full(3, 0.6)), np.full(3, 0.5), 0)
-            tuned = optimize.Tuned(name, ((option.name, value),))
-            outcome = optimize.run(tuned, objective, np.random.default_rng(0), budget=200)
-            assert np.isfinite(outcome.cost) and outcome.evaluations <= 200, option.name
+            given = ((option.name, value),)
+            outcome = chain.run(name, objective, np.random.default_rng(0), Limits(200), given)
+            assert np.isfinite(outcome.cost) and outcome.nfev <= 200, option.name
             assert outcome.point.min() >= 0.0 and outcome.point.max() <= 1.0
 
 
@@ -80,8 +81,8 @@ def test_points_stay_in_the_cube(name, target):
 @pytest.mark.parametrize("budget", [1, 4, 39, 40, 41, 997])
 def test_budget_is_never_exceeded_and_every_evaluation_counted(name, budget):
     outcome, batches = run(name, rosenbrock, [0.2, 0.7], budget=budget)
-    assert outcome.evaluations == sum(len(b) for b in batches) <= budget
-    assert outcome.links[0].evaluations == outcome.evaluations
+    assert outcome.nfev == sum(len(b) for b in batches) <= budget
+    assert outcome.links[0].evaluations == outcome.nfev
 
 
 @every_global_search
@@ -93,7 +94,7 @@ def test_global_search_uses_its_whole_budget_on_a_problem_that_needs_more(name, 
         return 2.0 + np.sin(points @ directions)
 
     outcome, _ = run(name, rugged, np.full(4, 0.5), budget=budget)
-    assert outcome.links[0].ending == "stalled" or budget - 4 <= outcome.evaluations <= budget
+    assert outcome.links[0].ending == "stalled" or budget - 4 <= outcome.nfev <= budget
 
 
 @every_optimizer
@@ -129,7 +130,7 @@ def test_progress_is_told_after_every_batch(name):
     )
     assert len(told) == len(batches)
     assert [e for e, _ in told] == list(np.cumsum([len(b) for b in batches]))
-    assert told[-1] == (outcome.evaluations, outcome.cost)
+    assert told[-1] == (outcome.nfev, outcome.cost)
 
 
 @every_optimizer
@@ -160,7 +161,7 @@ def test_simulations_that_diverge_in_a_part_of_the_cube_cost_only_themselves(nam
 def test_all_simulations_diverging_is_reported_not_raised(name, dimension):
     outcome, _ = run(name, lambda p: np.full((len(p), 4), np.nan), np.full(dimension, 0.5), budget=500)
     assert outcome.cost == np.inf
-    assert outcome.nonfinite == outcome.evaluations > 0
+    assert outcome.nonfinite == outcome.nfev > 0
     assert outcome.first_nonfinite.shape == (dimension,)
     assert not any(d.settled for d in outcome.descents)
 
