@@ -9,7 +9,7 @@ import numpy as np
 from mrfit.core.specs import Array, Options
 from mrfit.optimizers import multistart
 from mrfit.search import chain
-from mrfit.search.limits import Limits, Run, Told, seconds_left
+from mrfit.search.limits import Limits, Run, Told, seconds_left, told_after
 from mrfit.search.objective import Ended, Objective
 from mrfit.search.problem import PHASE_BINS, SETTLE_CYCLES, Block, Posed
 from mrfit.search.result import Link, SearchResult
@@ -135,7 +135,7 @@ def onward(posed: Posed, coarse: Coarse, run: Run) -> SearchResult:
     first, points, projection = coarse
     budget = _budget(posed, run)
     near = shortened(posed, points[:1], CLOSE, LEADS)
-    fine = objective_of(near, projection, points, lambda e, cost: run.on_progress(first.nfev + e, cost))
+    fine = objective_of(near, projection, points, told_after(first.nfev, run.on_progress))
     fine.allow(budget - first.nfev, deadline=run.deadline)
     tolerance = min(FALL / posed.samples, POLISHED)
     ended = multistart.refine(fine, np.asarray(fine.starts), tolerance)

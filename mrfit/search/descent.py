@@ -8,7 +8,7 @@ import numpy as np
 from mrfit.core.specs import Array
 from mrfit.optimizers import multistart
 from mrfit.search import coarse_to_fine
-from mrfit.search.limits import Run
+from mrfit.search.limits import Run, told_after
 from mrfit.search.objective import Objective
 from mrfit.search.problem import Problem, measured
 from mrfit.search.result import Link, SearchResult
@@ -55,8 +55,9 @@ class Descent:
         thin = replace(posed, blocks=coarse_to_fine.thinned(posed.blocks))
         projection = projection_of(thin)
         for at, damping in ((thin, multistart.FIRST_DAMPING), (posed, multistart.LAST_DAMPING)):
-            objective = coarse_to_fine.objective_of(at, projection, starts, how.on_progress)
-            links.append(self._link(objective, damping, how, exact=at is posed))
+            before = links[0].evaluations if links else 0
+            objective = coarse_to_fine.objective_of(at, projection, starts, told_after(before, how.on_progress))
+            links.append(self._link(objective, damping, how, before))
             starts = coarse_to_fine.whole(objective, objective.best_point[None, :])
         result = SearchResult(
             point=starts[0],
@@ -68,14 +69,14 @@ class Descent:
         )
         return coarse_to_fine.completed(result, objective, starts)
 
-    def _link(self, objective: Objective, damping: float, how: Run, exact: bool) -> Link:
-        """Return what a descent did on thinned data, or on all of them, where it may end exactly."""
+    def _link(self, objective: Objective, damping: float, how: Run, before: int) -> Link:
+        """Return what a descent did on thinned data or, after so many evaluations, on all, where it may end exactly."""
         allowed = self.evaluations * (objective.dimension + 1)
         if how.limits.budget is not None:
             allowed = min(allowed, max(how.limits.budget // 2, 1))
         objective.allow(allowed, deadline=how.deadline)
         over = multistart.refine(objective, np.asarray(objective.starts), self.tolerance, damping)
-        if exact and objective.best_cost < self.exact_below:
+        if before and objective.best_cost < self.exact_below:
             over = multistart.refine(objective, objective.best_point[None, :])
         late = how.deadline is not None and time.monotonic() >= how.deadline
         return Link(
@@ -86,5 +87,5 @@ class Descent:
             cost=objective.best_cost,
             ending="finished" if over else "time" if late else "budget",
             reason="settled" if over else "time limit reached" if late else f"budget of {allowed} evaluations spent",
-            history=tuple(objective.history),
+            history=tuple((before + e, cost) for e, cost in objective.history),
         )

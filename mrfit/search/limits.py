@@ -43,6 +43,11 @@ def seconds_left(deadline: float | None) -> float | None:
     return None if deadline is None else max(deadline - time.monotonic(), 1e-3)
 
 
+def told_after(before: int, told: Told) -> Told:
+    """Return how a part of a search tells of itself that began after so many evaluations."""
+    return lambda evaluations, cost: told(before + evaluations, cost)
+
+
 def unheard(evaluations: int, cost: float) -> None:
     """Tell nobody."""
 

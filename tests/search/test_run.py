@@ -72,6 +72,21 @@ def test_every_strategy_ends_at_the_closed_form_optimum(strategy: str | Strategy
     assert np.sqrt(np.mean(problem.residuals(found.point[None, :]) ** 2)) == pytest.approx(found.cost, rel=1e-9)
 
 
+@pytest.mark.parametrize("strategy", ["auto", Auto(own_parameters=True), Descent(60, 1e-9, np.inf)])
+def test_descents_find_by_steps_what_is_not_known_to_be_linear(strategy: str | Strategy) -> None:
+    problem, best, cost = planted()
+    assembly = replace(problem.assembly, spec=replace(problem.assembly.spec, linear=()))
+    stepped = replace(problem, assembly=assembly)
+    starts = np.array([stepped.cube.start, [0.5, 0.5, 0.5]])
+    found = search.run(stepped, starts, Limits(), np.random.default_rng(0), strategy)
+    assert found.cost == pytest.approx(cost, rel=1e-6)
+    assert found.nfev > 10 and found.success
+    steps = [e for e, _ in found.history]
+    assert steps == sorted(steps) and steps[-1] == found.nfev
+    last = [c for _, c in found.history[found.preliminary :]]
+    assert last == sorted(last, reverse=True)
+
+
 @every_strategy
 def test_the_seed_alone_decides(strategy: str | Strategy) -> None:
     problem, _, _ = planted()
