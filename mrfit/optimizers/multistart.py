@@ -13,7 +13,7 @@ from mrfit.search.objective import BudgetSpent, Descent, Ended, NormalEquations,
 
 SPEC = OptimizerSpec(
     name="multistart",
-    title="Multi-start bounded Levenberg-Marquardt, all starts side by side, until several agree",
+    title="Multi-start bounded Levenberg-Marquardt on all data and parameters, until several starts agree",
     reference="Levenberg (1944), Marquardt (1963); stop: Bates and Watts (1981); starts: McKay and others (1979)",
     kind="global",
     budget=lambda dimension, options: 1000 * (dimension + 1),

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import ModuleType
 from typing import Protocol
 
 from mrfit.core import registry
@@ -37,8 +38,8 @@ class Registered:
 
     Attributes
     ----------
-    spec
-        What it is, in words.
+    module
+        Where it is; its SPEC and docstring say what it is.
     make
         Gives the strategy for a chain as written, and what is given for its optimizers' options.
     leads
@@ -46,15 +47,21 @@ class Registered:
         elsewhere in a chain the optimizer that ``chain.PARTS`` says.
     """
 
-    spec: OptimizerSpec
+    module: ModuleType
     make: Callable[[str, Given], Strategy]
     leads: bool
+
+    @property
+    def spec(self) -> OptimizerSpec:
+        """What it is, in words."""
+        spec: OptimizerSpec = self.module.SPEC
+        return spec
 
 
 # Any other name is a chain of optimizers
 STRATEGIES: Mapping[str, Registered] = {
-    auto.SPEC.name: Registered(auto.SPEC, lambda name, given: auto.Auto(), leads=False),
-    staged.SPEC.name: Registered(staged.SPEC, staged.Staged, leads=True),
+    auto.SPEC.name: Registered(auto, lambda name, given: auto.Auto(), leads=False),
+    staged.SPEC.name: Registered(staged, staged.Staged, leads=True),
 }
 
 

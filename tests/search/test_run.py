@@ -9,6 +9,7 @@ from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
 from mrfit.search import run as search
 from mrfit.search.auto import Auto
+from mrfit.search.chain import Chain
 from mrfit.search.cube import cube_of
 from mrfit.search.descent import Descent
 from mrfit.search.limits import Limits, own_generator
@@ -24,7 +25,8 @@ TRUTH = {"c_pre": 2.2e4, "c_post": 1500.0, "f0": 40.0}
 NOISE = 5.0
 
 STRATEGIES: dict[str, str | Strategy] = {
-    **{name: name for name in ("auto", "staged", "staged-lsq", "lsq", "fmin", "multistart", "pso-lsq", "auto-lsq")},
+    **{name: name for name in ("auto", "staged", "staged-lsq", "lsq", "fmin", "multistart", "auto-lsq")},
+    "swarm": Chain("pso-lsq", (("population", 10.0), ("iterations", 20.0))),
     "own": Auto(own_parameters=True),
     "descent": Descent(60, 1e-9, np.inf),
 }

@@ -1,11 +1,13 @@
 """Strategies are found by name in one place, and nowhere is a search chosen by comparing a name."""
 
 import ast
+import re
 from pathlib import Path
 
 import pytest
 
 import mrfit
+from mrfit.cli import output
 from mrfit.core import registry
 from mrfit.errors import ConfigError
 from mrfit.search import chain
@@ -104,3 +106,18 @@ def test_the_objective_is_written_by_itself_alone() -> None:
             if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
                 owner = ast.unparse(node.value)
                 assert owner not in ("objective", "fine", "coarse", "self._objective"), f"{source}: {ast.unparse(node)}"
+
+
+def test_the_walk_through_a_search_names_files_that_there_are() -> None:
+    text = (PACKAGE.parent / "docs" / "architecture.md").read_text()
+    walk = text.partition("## How a parameter vector walks through a search")[2].partition("## ")[0]
+    named = re.findall(r"`((?:\w+/)?\w+\.py)`", walk)
+    assert len(named) > 10
+    for name in named:
+        assert (PACKAGE / name).exists() or (PACKAGE / "search" / name).exists(), name
+
+
+def test_the_list_of_optimizers_shows_strategies_beside_them() -> None:
+    assert [row["name"] for row in output.registry_rows("optimizers")] == chain.names()
+    assert output.item("auto")["kind"] == output.item("lsq")["kind"] == "optimizer"
+    assert "stages" in output.item("staged")["text"]
