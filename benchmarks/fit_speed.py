@@ -241,7 +241,7 @@ def _written(folder: Path, number: int) -> str:
 
 
 def _command_time(work: Path, name: str, jobs: str, only: str) -> float:
-    names = (f"{name} {number}" for number in itertools.count())
+    names = (f"{name}-{number}".replace(" ", "-") for number in itertools.count())
     return best_time(
         lambda: run_mrfit(work, "fit", "--model", "tanh", "--jobs", jobs, "--only", only, "--name", next(names)),
         3,

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from types import ModuleType
+from typing import Any
 
 import numpy as np
 
@@ -239,7 +239,7 @@ def check(limits: Limits) -> None:
         raise ConfigError(f"--stall {stall:g} is no share of a search: give more than 0, and at most 1 for never")
 
 
-def _module(part: str) -> ModuleType:
+def _module(part: str) -> Any:
     if part not in names():
         raise unknown_name("optimizer", part, names())
     return registry.load("optimizer", PARTS.get(part, part))

@@ -81,8 +81,8 @@ class Staged:
 
     @property
     def from_points(self) -> bool:
-        """Characteristic points are one start of several."""
-        return False
+        """Whether the chain is written to begin there."""
+        return Chain(self.name, self.given).from_points
 
     def budget(self, dimension: int) -> int:
         """Return the evaluations that the chain asks for; the stages have their own."""

@@ -175,3 +175,41 @@ def test_options_change_how_many_are_simulated_side_by_side():
     given = (("population", 7.0), ("iterations", 5.0))
     chain.run("mwoa", objective, np.random.default_rng(0), given=given)
     assert batches == [7] * 5
+
+
+@pytest.mark.parametrize(
+    ("name", "budget", "cut"),
+    [("lsq", 5, True), ("multistart", 30, True), ("pso", 80, False), ("pso-lsq", 60, True), ("lsq", 2000, False)],
+)
+def test_a_search_that_should_have_ended_by_itself_is_cut_short_by_its_budget(name, budget, cut):
+    # a population search ends with its budget by design
+    assert run(name, budget=budget).cut_short is cut
+
+
+def test_what_an_optimizer_found_before_it_was_stopped_is_told():
+    def many_wells(points):
+        return 2.0 + np.cos(40.0 * points)
+
+    whole = run("multistart", residuals=many_wells, budget=20_000)
+    short = run("multistart", residuals=many_wells, budget=whole.nfev // 2)
+    assert short.links[0].ending == "budget" and 0 < len(short.descents) < len(whole.descents)
+    assert list(short.starts) == sorted(short.starts) and short.starts[0] >= short.cost
+    assert run("lsq-multistart-lsq", residuals=many_wells, budget=20_000).descents
+
+
+def test_an_optimizer_that_says_nothing_of_its_end_used_what_it_had():
+    class Silent:
+        SPEC = registry.load("optimizer", "lsq").SPEC
+
+        @staticmethod
+        def minimise(objective, rng, options):
+            objective.costs(rng.random((objective.remaining, objective.dimension)))
+
+    step = chain.Step("silent", Silent.SPEC, Silent.minimise, {})
+    outcome = chain.run_steps([step], objective(), np.random.default_rng(0), Limits(17))
+    assert (outcome.nfev, outcome.links[0].ending, outcome.message) == (
+        17,
+        "budget",
+        "silent: its 17 evaluations are done",
+    )
+    assert not outcome.success and outcome.starts == ()

@@ -119,5 +119,5 @@ def test_the_walk_through_a_search_names_files_that_there_are() -> None:
 
 def test_the_list_of_optimizers_shows_strategies_beside_them() -> None:
     assert [row["name"] for row in output.registry_rows("optimizers")] == chain.names()
-    assert output.item("auto")["kind"] == output.item("lsq")["kind"] == "optimizer"
+    assert (output.item("auto")["kind"], output.item("staged")["kind"]) == ("global", "local")
     assert "stages" in output.item("staged")["text"]
