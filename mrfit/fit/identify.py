@@ -1,7 +1,7 @@
 """Fit one group of segments: search over the folded data, then judge on every sample."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -195,8 +195,12 @@ def as_json(found: SearchResult, cube: Cube) -> dict[str, Any]:
         "preliminary": found.preliminary,
         "starts": list(found.starts) or None,
         "agreeing": found.agreeing,
-        "stages": list(found.stages),
+        "stages": [{k: _listed(v) for k, v in asdict(one).items() if v is not None} for one in found.stages],
     }
+
+
+def _listed(value: object) -> object:
+    return list(value) if isinstance(value, tuple) else value
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Where a search ended: the point, its cost, and what was done on the way there."""
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 from mrfit.core.specs import Array
 from mrfit.search.objective import Descent
@@ -47,6 +47,30 @@ class Link:
     preliminary: bool = False
 
 
+@dataclass(frozen=True, slots=True)
+class StageResult:
+    """What one stage of a staged identification did.
+
+    Attributes
+    ----------
+    stage, test
+        Its name, and the kind of test in which its part of the model acts alone.
+    segments
+        Ids of the tests it was fitted to; none where there were none of the kind.
+    parameters
+        Names of the parameters it fitted, or left to a later stage.
+    cost, evaluations
+        Cost over these segments, and evaluations; None where there were none.
+    """
+
+    stage: str
+    test: str
+    segments: tuple[str, ...]
+    parameters: tuple[str, ...]
+    cost: float | None = None
+    evaluations: int | None = None
+
+
 @dataclass(frozen=True)
 class SearchResult:
     """Where a search ended.
@@ -66,7 +90,7 @@ class SearchResult:
     agreeing
         How many of these settled at the best cost.
     stages
-        What each stage before the joint search did, ready for JSON; none but for a staged search.
+        What each stage before the joint search did; none but for a staged search.
     """
 
     point: Array
@@ -77,7 +101,7 @@ class SearchResult:
     links: tuple[Link, ...]
     descents: tuple[Descent, ...] = ()
     agreeing: int = 0
-    stages: tuple[dict[str, Any], ...] = ()
+    stages: tuple[StageResult, ...] = ()
 
     @property
     def success(self) -> bool:

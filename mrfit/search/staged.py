@@ -21,7 +21,7 @@ from mrfit.search.chain import Chain, Given, parts
 from mrfit.search.cube import Cube
 from mrfit.search.limits import Limits, Run, own_generator, seconds_left, unheard
 from mrfit.search.problem import Block, Posed, Problem, measured
-from mrfit.search.result import SearchResult
+from mrfit.search.result import SearchResult, StageResult
 from mrfit.signal.cycles import last_event
 from mrfit.simulate.current_dependence import base_name
 
@@ -49,14 +49,6 @@ SPEC = OptimizerSpec(
     kind="local",
     budget=lsq.SPEC.budget,
 )
-
-
-@dataclass(frozen=True)
-class Identified:
-    """Where the stages ended: parameters (K,), and what each of them did, ready for JSON."""
-
-    theta: Array
-    stages: list[dict[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -92,11 +84,11 @@ class Staged:
         """Return where the chain ends from the best of start points (S, F) and of the stages' end."""
         posed, model = measured(problem), measured(problem).assembly.name
         theta, rng = posed.cube.to_theta(starts[-1:])[0], own_generator(how.rng, "stages")
-        found = identify(posed, model, theta, rng, how.deadline)
-        starts = np.vstack([starts, posed.cube.to_points(found.theta[None, :])])
+        theta, stages = identify(posed, model, theta, rng, how.deadline)
+        starts = np.vstack([starts, posed.cube.to_points(theta[None, :])])
         left = how._replace(limits=how.limits._replace(seconds=seconds_left(how.deadline)))
         result = Chain(self.name, self.given).search(posed, starts, left)
-        return replace(result, stages=tuple(found.stages))
+        return replace(result, stages=stages)
 
 
 def stages_of(model: str) -> tuple[Stage, ...]:
@@ -134,8 +126,8 @@ def kind_of(block: Block, inputs: Sequence[str]) -> str:
 
 def identify(
     posed: Posed, model: str, theta: Array, rng: np.random.Generator, deadline: float | None = None
-) -> Identified:
-    """Fit stage after stage, each from where those before it ended.
+) -> tuple[Array, tuple[StageResult, ...]]:
+    """Return parameters (K,) fitted stage after stage, each from where those before it ended, and what each stage did.
 
     The parameters of a stage whose tests are missing go to the next stage that has some.
 
@@ -154,7 +146,7 @@ def identify(
     """
     cube = posed.cube
     tests = [kind_of(b, posed.assembly.spec.inputs) for b in posed.blocks]
-    done: list[dict[str, Any]] = []
+    done: list[StageResult] = []
     left: list[int] = []
     for stage in stages_of(model):
         own = [int(k) for k in cube.free if _belongs(cube.params[int(k)].name, stage)]
@@ -162,14 +154,14 @@ def identify(
             continue
         left += own
         members = [k for k, test in enumerate(tests) if test == stage.test]
-        told = {"stage": stage.name, "test": stage.test, "segments": [posed.blocks[k].segment.id for k in members]}
-        done.append(told | {"parameters": [cube.params[k].name for k in left]})
+        segments, names = (posed.blocks[k].segment.id for k in members), (cube.params[k].name for k in left)
+        done.append(StageResult(stage.name, stage.test, tuple(segments), tuple(names)))
         if members:
             free = np.array(sorted(left), dtype=np.int64)
             theta, ended = _fitted(posed, members, free, theta, rng, deadline)
-            done[-1] |= ended
+            done[-1] = replace(done[-1], cost=ended.cost, evaluations=ended.nfev)
             left = []
-    return Identified(theta, done)
+    return theta, tuple(done)
 
 
 def warnings(stages: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
@@ -216,8 +208,8 @@ def _fitted(
     theta: Array,
     rng: np.random.Generator,
     deadline: float | None,
-) -> tuple[Array, dict[str, Any]]:
-    """Return theta (K,) with some parameters fitted to some blocks, and the cost there with the evaluations it took."""
+) -> tuple[Array, SearchResult]:
+    """Return theta (K,) with some parameters fitted to some blocks, and where the search for them ended."""
     params = tuple(
         replace(p, start=float(np.clip(value, p.low, p.high)))
         for p, value in zip(posed.cube.params, theta, strict=True)
@@ -229,4 +221,4 @@ def _fitted(
     how = Run(rng, Limits(budget, seconds_left(deadline)), time.monotonic(), unheard)
     ended = Chain("multistart").search(part, part.cube.start[None, :], how)
     found: Array = part.cube.to_theta(ended.point[None, :])[0]
-    return found, {"cost": ended.cost, "evaluations": ended.nfev}
+    return found, ended

@@ -131,8 +131,8 @@ def test_stages_are_told_with_the_result_of_a_staged_search_alone() -> None:
     problem, _, _ = planted()
     start, rng = problem.cube.start[None, :], np.random.default_rng
     stages = search.run(problem, start, Limits(), rng(0), "staged").stages
-    assert [s["stage"] for s in stages] == ["static map C"]
-    assert stages[0]["parameters"] == list(TRUTH)
+    assert [s.stage for s in stages] == ["static map C"]
+    assert stages[0].parameters == tuple(TRUTH)
     assert search.run(problem, start, Limits(), rng(0), "lsq").stages == ()
 
 
