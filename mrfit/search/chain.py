@@ -149,8 +149,17 @@ def options_of(part: str, given: Iterable[tuple[str, float]]) -> dict[str, float
 
 
 def names() -> list[str]:
-    """Return all that can be written in a chain, sorted."""
-    return sorted({*PARTS, *registry.names("optimizer")})
+    """Return all that can be written in a chain, sorted.
+
+    Raises
+    ------
+    ConfigError
+        If an optimizer has the name of a strategy.
+    """
+    optimizers = registry.names("optimizer")
+    for taken in sorted(set(PARTS) & set(optimizers)):
+        raise ConfigError(f"optimizer '{taken}' has the name of a strategy of mrfit's own; give it another")
+    return sorted([*PARTS, *optimizers])
 
 
 def steps(name: str, given: Given = ()) -> list[Step]:

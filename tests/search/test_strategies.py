@@ -121,3 +121,9 @@ def test_the_list_of_optimizers_shows_strategies_beside_them() -> None:
     assert [row["name"] for row in output.registry_rows("optimizers")] == chain.names()
     assert (output.item("auto")["kind"], output.item("staged")["kind"]) == ("global", "local")
     assert "stages" in output.item("staged")["text"]
+
+
+def test_an_optimizer_with_the_name_of_a_strategy_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "names", lambda kind: ["auto", "lsq"])
+    with pytest.raises(ConfigError, match="'auto' has the name of a strategy"):
+        find("lsq")
