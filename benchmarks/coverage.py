@@ -73,7 +73,7 @@ def covered(rho: float, step: float, seeds: int) -> tuple[Array, Array]:
         group = build_group("all", *reversed(logs(rho, step, np.random.default_rng(seed))), assembly, split=False)
         group = replace(group, floors=[NoiseFloor(NOISE, "cycles", NOISE, NOISE)] * 3)
         found = search_optimum(group, assembly, cube, cube.start[None, :], settings, lambda evaluations, cost: None)
-        point = np.array(found["point"])
+        point = found.point
         about = linearise(group, assembly, cube, point, "none")
         rows = derived_rows(assembly, cube, point, analyse(about.jacobians, about.residuals, about.periods))
         # an end that is not to be had becomes NaN, which holds nothing

@@ -43,7 +43,7 @@ def fit(posed: Problem, optimizer: str = "auto") -> dict[str, float]:
     group, assembly, cube = posed
     settings = SearchSettings(optimizer, 0, None, None, "none")
     found = search_optimum(group, assembly, cube, cube.start[None, :], settings, lambda evaluations, cost: None)
-    return {"cost": found["cost"], "evaluations": found["evaluations"], "point": found["point"]}
+    return {"cost": found.cost, "evaluations": found.nfev, "point": found.point}
 
 
 def best_time(run: Callable[[], object], repeats: int = 5, clock: Callable[[], float] = time.process_time) -> float:
@@ -245,7 +245,7 @@ def _written(folder: Path, number: int) -> str:
 
 
 def _command_time(work: Path, name: str, jobs: str, only: str) -> float:
-    names = (f"{name} {number}" for number in itertools.count())
+    names = (f"{name}-{number}".replace(" ", "-") for number in itertools.count())
     return best_time(
         lambda: run_mrfit(work, "fit", "--model", "tanh", "--jobs", jobs, "--only", only, "--name", next(names)),
         3,

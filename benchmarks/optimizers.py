@@ -50,9 +50,7 @@ Problem = tuple[Group, Assembly, Cube]
 
 def contestants() -> list[str]:
     """Return all optimizers and the usual chains, ``auto`` first."""
-    # the staged identification is a chain of its own for one model
-    names = [n for n in registry.names("optimizer") if n not in ("auto", "staged")]
-    return ["auto", *names, "pso-fmin", "cma-lsq", "mwoa-lsq"]
+    return ["auto", *registry.names("optimizer"), "pso-fmin", "cma-lsq", "mwoa-lsq"]
 
 
 def planted(models: list[str]) -> Iterator[tuple[str, str, Problem]]:
@@ -111,7 +109,7 @@ def race(posed: Problem, names: list[str]) -> dict[str, tuple[float, float]]:
         # the first run compiles kernels, and several of a short one show what it takes
         while not seconds or (name == "auto" and (len(seconds) < REPEATS or sum(seconds[1:]) < REPEATED)):
             begin = time.process_time()
-            cost = search_optimum(group, assembly, cube, starts, settings, lambda evaluations, best: None)["cost"]
+            cost = search_optimum(group, assembly, cube, starts, settings, lambda evaluations, best: None).cost
             seconds.append(time.process_time() - begin)
         found[name] = (float(cost), min(seconds))
     return found

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from mrfit.errors import ConfigError
 from mrfit.fit.diagnostics.trust import Intervals
 from mrfit.io.faults import plain_fault
-from mrfit.search.optimize import PATIENCE
+from mrfit.search.limits import PATIENCE
 
 Seed = Annotated[int, Field(ge=0)]
 

@@ -364,6 +364,10 @@ def registry_rows(kind: str) -> list[dict[str, str]]:
     if singular not in registry.KINDS:
         known = ", ".join(f"{k}s" for k in registry.KINDS)
         raise ConfigError(f"there are no '{kind}' to list; choose one of {known}")
+    if singular == "optimizer":
+        from mrfit.search import strategies
+
+        return [{"name": n, "title": spec.title} for n, spec in strategies.specs().items()]
     return [{"name": n, "title": registry.load(singular, n).SPEC.title} for n in registry.names(singular)]
 
 
@@ -383,12 +387,18 @@ def item(name: str) -> Summary:
     import inspect
     from dataclasses import asdict
 
+    from mrfit.search import strategies
+
     for kind in registry.KINDS:
         if name in registry.names(kind):
             module = registry.load(kind, name)
             spec = {k: v for k, v in asdict(module.SPEC).items() if not callable(v)}
             return {"kind": kind, **spec, "text": inspect.getdoc(module) or ""}
-    raise unknown_name("model", name, [n for kind in registry.KINDS for n in registry.names(kind)])
+    if own := strategies.STRATEGIES.get(name):
+        spec = {k: v for k, v in asdict(own.spec).items() if not callable(v)}
+        return {"kind": "optimizer", **spec, "text": inspect.getdoc(own.module) or ""}
+    known = [n for kind in registry.KINDS for n in registry.names(kind)]
+    raise unknown_name("model", name, [*known, *strategies.STRATEGIES])
 
 
 def show(found: Summary) -> None:

@@ -17,10 +17,10 @@ from mrfit.fit.identify import Group, build_group, weights_of
 from mrfit.io.csv_table import csv_table
 from mrfit.io.keys import code_version, digest_of, fit_key
 from mrfit.io.workspace import Workspace, plain, write_json, write_text
-from mrfit.optimizers import points
-from mrfit.search import coarse_to_fine, optimize, reparametrised, staged
-from mrfit.search.cube import Cube, FreeParameters
-from mrfit.search.objective import Objective
+from mrfit.search import chain, staged, strategies
+from mrfit.search import run as search
+from mrfit.search.cube import Cube
+from mrfit.search.limits import Limits
 from mrfit.search.problem import Posed
 from mrfit.search.starts import at_scales, characteristic_points, data_starts, to_points
 from mrfit.simulate.current_levels import base_of
@@ -62,10 +62,10 @@ def check(settings: Settings) -> None:
         If a model or an optimizer is unknown, or there is no seed to run.
     """
     mrfit.fit.stage.check(replace(settings.fit, options=()))
-    parts = [part for name in settings.optimizers for part in optimize.chain(name)]
-    optimize.check_options(list(dict.fromkeys(parts)), settings.fit.options)
+    parts = [part for name in settings.optimizers for part in chain.parts(name)]
+    chain.check_options(list(dict.fromkeys(parts)), settings.fit.options)
     for name in settings.optimizers:
-        if staged.NAME in optimize.chain(name):
+        if staged.NAME in chain.parts(name):
             raise ConfigError(f"'{name}' begins with stages, not with a start: `mrfit compare --models … --opt {name}`")
     if settings.seeds < 1:
         raise ConfigError(f"--seeds {settings.seeds} runs nothing; give at least 1")
@@ -133,22 +133,22 @@ def _one_run(
     group: Group, prepared: mrfit.fit.stage.Prepared, optimizer: str, seed: int, fit: mrfit.fit.stage.Settings
 ) -> _Run:
     weights = weights_of(group.search, group.training_floors, fit.weight)
-    posed, start = Posed(group.search, weights, prepared.assembly, prepared.cube), start_point(prepared.cube, seed)
+    posed, starts = (
+        Posed(group.search, weights, prepared.assembly, prepared.cube),
+        start_point(prepared.cube, seed)[None],
+    )
     rng = np.random.default_rng([seed, *group.name.encode()])
-    limits = coarse_to_fine.Limits(fit.budget, fit.seconds, fit.stall)
+    limits = Limits(fit.budget, fit.seconds, fit.stall)
     given = group.training, base_of(fit.model), prepared.dependence, dict(fit.start)
-    begin = time.perf_counter()
-    if optimizer == "auto":
-        starts = np.vstack([start, *to_points(prepared.cube, data_starts(*given))])
-        outcome = reparametrised.search(posed, starts, rng, limits, lambda evaluations, cost: None)
-    else:
-        if optimize.chain(optimizer)[0] == points.NAME:
-            start = characteristic_points(prepared.cube, *given)[0]
-        objective = Objective(posed.residuals, start, budget=0, coordinates=FreeParameters(prepared.cube))
-        outcome = optimize.run(optimize.Tuned(optimizer, fit.options), objective, rng, *limits)
+    begin, strategy = time.perf_counter(), strategies.find(optimizer, fit.options)
+    if strategy.many_starts:
+        starts = np.vstack([starts, *to_points(prepared.cube, data_starts(*given))])
+    if strategy.from_points:
+        starts = characteristic_points(prepared.cube, *given)
+    found = search.run(posed, starts, limits, rng, strategy)
     # costs of another problem than that of all optimizers are not shown beside theirs
-    history = [step for link in outcome.links if not link.preliminary for step in link.history]
-    return _Run(outcome.cost, outcome.evaluations, time.perf_counter() - begin, history)
+    history = list(found.history[found.preliminary :])
+    return _Run(found.cost, found.nfev, time.perf_counter() - begin, history)
 
 
 def start_point(cube: Cube, seed: int) -> Array:

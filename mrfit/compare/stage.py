@@ -15,7 +15,8 @@ from mrfit.core.progress import Progress, silent
 from mrfit.errors import DataError, MrfitError
 from mrfit.io.csv_table import csv_table
 from mrfit.io.workspace import Workspace, plain, write_json, write_text
-from mrfit.search import optimize
+from mrfit.search.chain import Given
+from mrfit.search.limits import PATIENCE
 
 SCHEMA = "mrfit/compare/1"
 COLUMNS = (
@@ -50,12 +51,12 @@ class Settings:
 
     models: tuple[str, ...] = ("all",)
     optimizer: str = "auto"
-    options: optimize.Given = ()
+    options: Given = ()
     per: Literal["condition", "all"] = "all"
     seed: int = 0
     budget: int | None = None
     seconds: float | None = None
-    stall: float = optimize.PATIENCE
+    stall: float = PATIENCE
     weight: Literal["none", "floor", "range"] = "none"
     current_order: str = "auto"
     only: str = ""

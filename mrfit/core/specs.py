@@ -288,6 +288,8 @@ class OptimizerSpec:
     coordinates
         ``parameters`` where its moves depend on where the origin lies: it then sees the parameters themselves, in
         physical units; all others see the unit cube.
+    ends
+        Whether a global search has a rule of its own that should end it before its evaluations are used up.
     """
 
     name: str
@@ -297,6 +299,7 @@ class OptimizerSpec:
     budget: Callable[[int, Options], int]
     options: tuple[Option, ...] = ()
     coordinates: Literal["cube", "parameters"] = "cube"
+    ends: bool = False
 
     @property
     def defaults(self) -> dict[str, float]:

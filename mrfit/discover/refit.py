@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -15,12 +15,13 @@ from mrfit.discover.bench import Bench
 from mrfit.discover.clusters import clustered
 from mrfit.errors import DataError
 from mrfit.fit.diagnostics.uncertainty import Uncertainty, analyse, long_run_covariance, sensitivities
-from mrfit.optimizers import auto
-from mrfit.search import coarse_to_fine
+from mrfit.search import run as search
+from mrfit.search.auto import Auto
 from mrfit.search.cube import Cube, cube_of
+from mrfit.search.descent import Descent
+from mrfit.search.limits import Limits
 from mrfit.search.problem import Posed, differences
 from mrfit.search.starts import at_scales, start_values_of
-from mrfit.search.variable_projection import projection_of
 from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 
@@ -34,6 +35,8 @@ THOROUGH_BUDGET = 200
 LOWER = 0.01
 # Multiples of the noise floor above which an optimum need not be exact, since the model is wrong, and its tolerance
 WORTH_POLISHING, ROUGH = 2.0, 3e-4
+# How refits are searched, next to their optimum and from many starts; effects are added to the base's own parameters
+NEARBY, THOROUGH = Descent(REFIT_BUDGET, ROUGH, WORTH_POLISHING), Auto(own_parameters=True)
 # Multiples of the noise floor at which nothing is left to be searched for
 NOISE = 1.05
 # A shape parameter this near an end of its range says no more than that it is large, or small
@@ -182,10 +185,8 @@ class Fitter:
         if () not in self.known:
             posed = self._posed(assembly, cube)
             starts = np.vstack([cube.start[None, :], self._data_driven(assembly, cube)])
-            outcome = coarse_to_fine.search(
-                posed, starts, np.random.default_rng(seed), coarse_to_fine.Limits(), _unheard
-            )
-            self._remember((), outcome.point, outcome.cost)
+            found = search.run(posed, starts, Limits(), np.random.default_rng(seed), THOROUGH)
+            self._remember((), found.point, found.cost)
         return self._judged((), assembly, cube, self.known[()])
 
     def refits(self, wanted: Sequence[Wanted]) -> Iterator[Refit]:
@@ -232,9 +233,9 @@ class Fitter:
         if found.chi("train") < NOISE:
             return found
         starts = np.vstack([found.point[None, :], self._data_driven(found.assembly, found.cube)])
-        limits = coarse_to_fine.Limits(THOROUGH_BUDGET * (len(found.point) + 1))
+        limits = Limits(THOROUGH_BUDGET * (len(found.point) + 1))
         posed = self._posed(found.assembly, found.cube)
-        outcome = coarse_to_fine.search(posed, starts, np.random.default_rng(0), limits, _unheard)
+        outcome = search.run(posed, starts, limits, np.random.default_rng(0), THOROUGH)
         again = self._judged(found.effects, found.assembly, found.cube, outcome.point)
         if not again.chi("train") < found.chi("train"):
             return found
@@ -306,19 +307,9 @@ def _params(effect: str) -> tuple[Param, ...]:
 
 
 def _descended(posed: Posed, starts: Array) -> tuple[Array, float]:
-    """Return point and cost where a descent from the best start ends: on thinned data first, then on all of them."""
-    thin = replace(posed, blocks=coarse_to_fine.thinned(posed.blocks))
-    projection = projection_of(thin)
-    for at, damping in ((thin, auto.FIRST_DAMPING), (posed, auto.LAST_DAMPING)):
-        objective = coarse_to_fine.objective_of(at, projection, starts, None)
-        objective.budget, exact = REFIT_BUDGET * (objective.dimension + 1), objective.tolerance
-        objective.tolerance = ROUGH
-        auto.refine(objective, np.asarray(objective.starts), damping)
-        if at is posed and objective.best_cost < WORTH_POLISHING:
-            objective.tolerance = exact
-            auto.refine(objective, objective.best_point[None, :])
-        starts = coarse_to_fine.whole(objective, objective.best_point[None, :])
-    return starts[0], objective.best_cost
+    """Return point and cost where a descent from the best start ends."""
+    found = search.run(posed, starts, Limits(), np.random.default_rng(0), NEARBY)
+    return found.point, found.cost
 
 
 @dataclass(frozen=True)
@@ -337,10 +328,6 @@ def _starts_lower(posed: Posed, starts: Array, known: Array) -> bool:
     """Return whether one of several starts (S, F) already costs less than an optimum known (F,), a local one then."""
     costs = np.mean(posed.residuals(np.vstack([known[None, :], starts])) ** 2, axis=1)
     return bool(np.any(costs[1:] < costs[0] * (1.0 - LOWER)))
-
-
-def _unheard(evaluations: int, cost: float) -> None:
-    """Progress of single searches is not told."""
 
 
 def paired_z(before: Sequence[Array], after: Sequence[Array]) -> float:

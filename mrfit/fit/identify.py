@@ -1,7 +1,7 @@
 """Fit one group of segments: search over the folded data, then judge on every sample."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,11 +10,14 @@ from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.fit.diagnostics.uncertainty import Linearised, condensed, sensitivities
-from mrfit.search import coarse_to_fine, optimize, reparametrised
-from mrfit.search.cube import Cube, FreeParameters
-from mrfit.search.objective import Objective
+from mrfit.search import run as search
+from mrfit.search import strategies
+from mrfit.search.chain import Given
+from mrfit.search.cube import Cube
+from mrfit.search.limits import PATIENCE, Limits, Told
 from mrfit.search.parts import Blocks, parts_of, split_cycles
 from mrfit.search.problem import AHEAD_CYCLES, Block, Posed, differences, folded_block
+from mrfit.search.result import SearchResult
 from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.signal.output_floor import output_floors, residual_floor
 from mrfit.simulate.assembly import Assembly
@@ -136,9 +139,9 @@ def search_optimum(
     cube: Cube,
     starts: Array,
     settings: "SearchSettings",
-    on_progress: Callable[[int, float], None],
-) -> dict[str, Any]:
-    """Search the cube for the least cost over the training blocks, and return where it ended, ready for JSON.
+    on_progress: Told,
+) -> SearchResult:
+    """Search the cube for the least cost over the training blocks, and return where it ended.
 
     Parameters
     ----------
@@ -160,52 +163,44 @@ def search_optimum(
     """
     weights = weights_of(group.search, group.training_floors, settings.weight)
     posed = Posed(group.search, weights, assembly, cube)
-    if settings.optimizer == "auto":
-        limits = coarse_to_fine.Limits(settings.budget, settings.seconds, settings.stall)
-        outcome = reparametrised.search(posed, starts, settings.rng(group.name), limits, on_progress)
-    else:
-        if settings.budget is not None:
-            starts = starts[: max(settings.budget - 1, 1)]
-        objective = Objective(
-            posed.residuals, starts[0], len(starts), on_progress, starts, coordinates=FreeParameters(cube)
-        )
-        if len(starts) > 1:
-            objective.costs(starts)
-        budget = None if settings.budget is None else max(settings.budget - objective.evaluations, 1)
-        rng, more = settings.rng(group.name), (budget, settings.seconds, settings.stall)
-        outcome = optimize.run(settings.tuned, objective, rng, *more)
-    if not np.isfinite(outcome.cost):
-        point = starts[0] if outcome.first_nonfinite is None else outcome.first_nonfinite
+    limits = Limits(settings.budget, settings.seconds, settings.stall)
+    found = search.run(posed, starts, limits, settings.rng(group.name), settings.strategy, on_progress)
+    if not np.isfinite(found.cost):
+        point = starts[0] if found.first_nonfinite is None else found.first_nonfinite
         theta = cube.to_theta(point[None, :])[0]
         shown = ", ".join(f"{p.name}={v:.4g}" for p, v in zip(cube.params, theta, strict=True))
         raise DataError(
             f"{group.name}: every simulation of '{assembly.name}' diverged, as with {shown}; narrow --bounds"
         )
-    return _ended(outcome, cube)
+    return found
 
 
-def _ended(outcome: optimize.Outcome, cube: Cube) -> dict[str, Any]:
-    """Return where a search ended, ready for JSON."""
-    last, first = outcome.links[-1], None
-    if outcome.first_nonfinite is not None:
-        values = cube.to_theta(outcome.first_nonfinite[None, :])[0]
+def as_json(found: SearchResult, cube: Cube) -> dict[str, Any]:
+    """Return where a search ended as fit.json has it."""
+    first = None
+    if found.first_nonfinite is not None:
+        values = cube.to_theta(found.first_nonfinite[None, :])[0]
         first = dict(zip((p.name for p in cube.params), values.tolist(), strict=True))
     return {
-        "point": outcome.point.tolist(),
-        "cost": outcome.cost,
-        "evaluations": outcome.evaluations,
-        "budget": sum(link.allowed for link in outcome.links),
-        # a population search ends with its budget by design; a local one should have stopped before
-        "budget_spent": last.ending in ("budget", "time") and (last.kind == "local" or last.name == "auto"),
-        "out_of_time": last.ending == "time",
-        "stopped": "; ".join(f"{link.name}: {link.reason}" for link in outcome.links),
-        "nonfinite": outcome.nonfinite,
+        "point": found.point.tolist(),
+        "cost": found.cost,
+        "evaluations": found.nfev,
+        "budget": found.allowed,
+        "budget_spent": found.cut_short,
+        "out_of_time": found.out_of_time,
+        "stopped": found.message,
+        "nonfinite": found.nonfinite,
         "first_nonfinite": first,
-        "history": [list(step) for link in outcome.links for step in link.history],
-        "preliminary": sum(len(link.history) for link in outcome.links if link.preliminary),
-        "starts": [d.cost for d in outcome.descents] or None,
-        "agreeing": outcome.agreeing,
+        "history": [list(step) for step in found.history],
+        "preliminary": found.preliminary,
+        "starts": list(found.starts) or None,
+        "agreeing": found.agreeing,
+        "stages": [{k: _listed(v) for k, v in asdict(one).items() if v is not None} for one in found.stages],
     }
+
+
+def _listed(value: object) -> object:
+    return list(value) if isinstance(value, tuple) else value
 
 
 @dataclass(frozen=True)
@@ -217,13 +212,13 @@ class SearchSettings:
     budget: int | None
     seconds: float | None
     weight: str
-    stall: float = optimize.PATIENCE
-    options: optimize.Given = ()
+    stall: float = PATIENCE
+    options: Given = ()
 
     @property
-    def tuned(self) -> optimize.Tuned:
-        """The optimizer with its options."""
-        return optimize.Tuned(self.optimizer, self.options)
+    def strategy(self) -> strategies.Strategy:
+        """The strategy that the optimizer's name and options mean."""
+        return strategies.find(self.optimizer, self.options)
 
     def rng(self, group: str) -> np.random.Generator:
         """Return the generator of one group: the same whatever else is fitted, and by however many workers."""

@@ -15,7 +15,7 @@ from mrfit.core.specs import Array
 from mrfit.core.workers import in_processes
 from mrfit.fit.diagnostics.trust import Intervals, drift_warnings, trust
 from mrfit.fit.files import write_fit
-from mrfit.fit.identify import Group, SearchSettings, build_group, search_optimum, weights_of
+from mrfit.fit.identify import Group, SearchSettings, as_json, build_group, search_optimum, weights_of
 from mrfit.fit.laws.choice import Choice
 from mrfit.fit.laws.laws_of_current import base_cube, dependence_of
 from mrfit.fit.result import metric_rows, simulate_block, warnings_of
@@ -26,14 +26,15 @@ from mrfit.io.schemas.reading import made
 from mrfit.io.workspace import Workspace, check_name, plain, write_json
 from mrfit.kernels.jit import is_cold
 from mrfit.optimizers import points
-from mrfit.search import optimize, staged
+from mrfit.search import chain, staged
 from mrfit.search.cube import Cube, cube_of
+from mrfit.search.limits import PATIENCE, seconds_left
 from mrfit.search.parts import Blocks
-from mrfit.search.problem import Posed
 from mrfit.search.starts import at_scales, characteristic_points, data_starts, level_fits, to_points, two_phase_start
 from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence, base_name
-from mrfit.simulate.current_levels import as_json, base_of, checked_order, sign_warnings
+from mrfit.simulate.current_levels import as_json as currents_as_json
+from mrfit.simulate.current_levels import base_of, checked_order, sign_warnings
 
 SCHEMA = "mrfit/fit/1"
 
@@ -82,13 +83,13 @@ class Settings:
 
     model: str
     optimizer: str = "auto"
-    options: optimize.Given = ()
+    options: chain.Given = ()
     per: Literal["condition", "all"] = "condition"
     name: str = ""
     seed: int = 0
     budget: int | None = None
     seconds: float | None = None
-    stall: float = optimize.PATIENCE
+    stall: float = PATIENCE
     weight: Literal["none", "floor", "range"] = "none"
     bounds: tuple[tuple[str, float, float], ...] = ()
     start: tuple[tuple[str, float], ...] = ()
@@ -216,7 +217,7 @@ def check(settings: Settings) -> None:
         If a model, optimizer or parameter name, a bound, an order or the fit's name is wrong.
     """
     assembly = assemble(settings.model)
-    optimize.check_options(optimize.chain(settings.optimizer), settings.options)
+    chain.check_options(chain.parts(settings.optimizer), settings.options)
     staged.check_staged(settings.model, settings.optimizer, settings.per)
     checked_order(settings.model, settings.current_order, settings.per)
     check_name(settings.fit_name)
@@ -319,7 +320,7 @@ class _Runner:
 
     def _search(self, group: Group, cube: Cube, search: SearchSettings) -> dict[str, Any]:
         name = group.name
-        total = search.budget or optimize.default_budget(search.tuned, len(cube.free))
+        total = search.budget or search.strategy.budget(len(cube.free))
 
         def told(evaluations: int, cost: float) -> None:
             unit = self.assembly.spec.output
@@ -328,12 +329,9 @@ class _Runner:
         # the searches that give starts count too
         deadline = None if search.seconds is None else time.monotonic() + search.seconds
         starts, levels = self._starts(group, cube, search, deadline)
-        stages: list[dict[str, Any]] = []
-        if staged.check_staged(self.settings.model, search.optimizer, self.settings.per):
-            starts, stages = self._staged(group, cube, search, starts, deadline)
-        search = replace(search, seconds=optimize.seconds_left(deadline))
-        found = search_optimum(group, self.assembly, cube, starts, search, told)
-        found |= {"per_current": levels, "stages": stages}
+        search = replace(search, seconds=seconds_left(deadline))
+        ended = search_optimum(group, self.assembly, cube, starts, search, told)
+        found = as_json(ended, cube) | {"per_current": levels}
         self.progress(f"{name}  best {found['cost']:.3g} {self.assembly.spec.output}", total, total)
         write_json(self._partial(name), {"key": self.key, "condition": name, "found": found})
         return found
@@ -344,7 +342,7 @@ class _Runner:
         """Return start points, the user's first, and what a first phase found at each current."""
         settings, dependence = self.settings, self.prepared.dependence
         base, given = base_of(settings.model), dict(settings.start)
-        if optimize.chain(settings.optimizer)[0] == points.NAME:
+        if search.strategy.from_points:
             return characteristic_points(cube, group.training, base, dependence, given), None
         starts: list[dict[str, float]] = [{}, *data_starts(group.training, base, dependence, given)]
         if dependence is None:
@@ -363,17 +361,6 @@ class _Runner:
             for i in levels
         ]
         return to_points(cube, starts), rows
-
-    def _staged(
-        self, group: Group, cube: Cube, search: SearchSettings, starts: Array, deadline: float | None
-    ) -> tuple[Array, list[dict[str, Any]]]:
-        """Return start points with the end of the model's stages added, and what each stage did."""
-        weights = weights_of(group.search, group.training_floors, search.weight)
-        posed = Posed(group.search, weights, self.assembly, cube)
-        found = staged.identify(
-            posed, self.settings.model, cube.to_theta(starts[-1:])[0], search.rng(f"{group.name} stages"), deadline
-        )
-        return np.vstack([starts, cube.to_points(found.theta[None, :])]), found.stages
 
     def _partial(self, name: str) -> Path:
         return self.folder / ".partial" / f"{digest_of(name)[:24]}.json"
@@ -411,7 +398,7 @@ def _summary(runner: _Runner, data_key: str, pieces: Sequence[_Piece], metrics: 
         "data_sha256": data_key,
         "versions": {p: version(p) for p in ("mrfit", "numpy", "scipy", "numba")},
         "settings": {k: v for k, v in asdict(settings).items() if k != "jobs"},
-        "current_dependence": as_json(runner.prepared.dependence),
+        "current_dependence": currents_as_json(runner.prepared.dependence),
         "current_choice": runner.prepared.choice.about if runner.prepared.choice else None,
         "output": spec.output,
         "inputs": list(spec.inputs),

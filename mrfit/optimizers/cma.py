@@ -3,7 +3,7 @@
 import numpy as np
 
 from mrfit.core.specs import Array, OptimizerSpec, Options
-from mrfit.search.objective import Objective
+from mrfit.search.objective import Ended, Objective
 
 FIRST_SPREAD = 0.25
 # Costs are told relative to the first finite one, so that the tolerances mean the same for every unit.
@@ -20,7 +20,7 @@ SPEC = OptimizerSpec(
 )
 
 
-def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> None:
+def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Ended:
     """Run CMA-ES from the best point known, then from random points with twice the population each time.
 
     Ends after the first restart that brings no gain. Populations are simulated in one batch.
@@ -34,7 +34,7 @@ def minimise(objective: Objective, rng: np.random.Generator, options: Options) -
         before = objective.best_cost
         _evolve(objective, start, population, rng)
         start, population = rng.random(objective.dimension), 2 * population
-    objective.verdict = "a restart with twice the population brought no gain"
+    return Ended("a restart with twice the population brought no gain")
 
 
 def _evolve(objective: Objective, start: Array, population: int, rng: np.random.Generator) -> None:

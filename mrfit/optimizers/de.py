@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from mrfit.core.specs import Array, OptimizerSpec, Option, Options
-from mrfit.search.objective import Objective
+from mrfit.search.objective import Ended, Objective
 
 # The least population scipy takes.
 SMALLEST = 5
@@ -24,7 +24,7 @@ SPEC = OptimizerSpec(
 )
 
 
-def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> None:
+def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Ended:
     """Evolve points by scipy's differential evolution, each generation simulated in one batch.
 
     Ends when the costs of the population agree within 1e-8. One point starts at the best known, the others anywhere.
@@ -48,4 +48,4 @@ def minimise(objective: Objective, rng: np.random.Generator, options: Options) -
         updating="deferred",
         vectorized=True,
     )
-    objective.verdict = str(result.message).rstrip(".")
+    return Ended(str(result.message).rstrip("."))

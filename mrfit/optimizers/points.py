@@ -3,7 +3,7 @@
 import numpy as np
 
 from mrfit.core.specs import OptimizerSpec, Options
-from mrfit.search.objective import Objective
+from mrfit.search.objective import Ended, Objective
 
 NAME = "points"
 
@@ -22,7 +22,7 @@ def warnings(optimizer: str) -> list[dict[str, str]]:
     return [{"kind": "no-search", "text": f"{text} searches on from them"}] if optimizer == NAME else []
 
 
-def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> None:
+def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Ended:
     """Take the best point known, where the fit stage has put what the characteristic points give, as it is."""
     objective.costs(objective.best_point[None, :])
-    objective.verdict = "read off the characteristic points, without a search"
+    return Ended("read off the characteristic points, without a search")

@@ -12,7 +12,7 @@ from mrfit.report.source import Source
 from mrfit.report.svg import inline
 from mrfit.report.tables import METRIC_COLUMNS, ROLES, metric_cells
 from mrfit.report.verdict import cautions, open_directions, verdict
-from mrfit.search.optimize import PATIENCE
+from mrfit.search.limits import PATIENCE
 from mrfit.signal.metrics import METRICS
 
 if TYPE_CHECKING:

@@ -1,17 +1,18 @@
 """Search on thinned data first, on all of it last: a descent far from the optimum needs no more than its direction."""
 
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from mrfit.core.specs import Array
-from mrfit.optimizers import auto
-from mrfit.search import optimize
-from mrfit.search.objective import Objective
+from mrfit.core.specs import Array, Options
+from mrfit.optimizers import multistart
+from mrfit.search import chain
+from mrfit.search.limits import Limits, Run, Told, seconds_left, told_after
+from mrfit.search.objective import Ended, Objective
 from mrfit.search.problem import PHASE_BINS, SETTLE_CYCLES, Block, Posed
+from mrfit.search.result import Link, SearchResult
 from mrfit.search.variable_projection import Projection, SeparableObjective, projection_of
 
 COARSE_BINS = 128
@@ -40,24 +41,8 @@ FALL = 1e-3
 # Steps on all data for which evaluations are kept back where they are limited
 STEPS = 15
 
-Told = Callable[[int, float], None]
-
-
-class Limits(NamedTuple):
-    """Evaluations and seconds of a whole search, None for no limit of its own, and when it stalls."""
-
-    budget: int | None = None
-    seconds: float | None = None
-    stall: float = optimize.PATIENCE
-
-
-class Run(NamedTuple):
-    """What a whole search has: randomness, limits, ``time.monotonic`` when it began, whom to tell."""
-
-    rng: np.random.Generator
-    limits: Limits
-    begin: float
-    on_progress: Told
+# Under what name its links are told
+NAME = "auto"
 
 
 class Coarse(NamedTuple):
@@ -66,14 +51,12 @@ class Coarse(NamedTuple):
     There are no such points where the search was one on all data.
     """
 
-    outcome: optimize.Outcome
+    outcome: SearchResult
     points: Array
     projection: Projection | None
 
 
-def search(
-    posed: Posed, starts: Array, rng: np.random.Generator, limits: Limits, on_progress: Told
-) -> optimize.Outcome:
+def search(posed: Posed, starts: Array, run: Run) -> SearchResult:
     """Return where `auto` ends: on thinned data where these are less work, then on all of them.
 
     Linear parameters are eliminated. The descents' points are those of the remaining parameters.
@@ -84,14 +67,9 @@ def search(
         The problem on all data.
     starts
         Start points (S, F).
-    rng
-        Source of further starts.
-    limits
-        Of the whole.
-    on_progress
-        Called as ``on_progress(evaluations, best_cost)``.
+    run
+        Source of further starts, and limits of the whole.
     """
-    run = Run(rng, limits, time.monotonic(), on_progress)
     coarse = search_thinned(posed, starts, run)
     return onward(posed, coarse, run) if len(coarse.points) else coarse.outcome
 
@@ -105,18 +83,34 @@ def search_thinned(posed: Posed, starts: Array, run: Run) -> Coarse:
     if eliminated or 2 * thin.rows > posed.rows:
         near = shortened(posed, seen, UNCHANGED, LEADS[:1])
         objective = objective_of(near, projection, starts, run.on_progress)
-        outcome = optimize.run("auto", objective, run.rng, budget, *run.limits[1:])
+        outcome = _many_starts(objective, run.rng, run.limits._replace(budget=budget))
         return Coarse(completed(outcome, objective, whole(objective, outcome.point[None, :])), nowhere, projection)
     coarse = objective_of(thin, projection, starts, run.on_progress)
-    coarse.tolerance = auto.SETTLED
     kept = min(STEPS * coarse.model_simulations, budget // 2)
-    first = _polished(optimize.run("auto", coarse, run.rng, max(budget - kept, 1), *run.limits[1:]), coarse)
+    limits = run.limits._replace(budget=max(budget - kept, 1))
+    first = _polished(_many_starts(coarse, run.rng, limits, multistart.SETTLED), coarse)
     points = whole(coarse, np.array(_apart(first)))
     return Coarse(completed(first, coarse, points), points if np.isfinite(first.cost) else nowhere, projection)
 
 
 def _budget(posed: Posed, run: Run) -> int:
-    return run.limits.budget or optimize.default_budget("auto", len(posed.cube.free))
+    return run.limits.budget or default_budget(len(posed.cube.free))
+
+
+def default_budget(dimension: int) -> int:
+    """Return the evaluations of a search without a limit of its own."""
+    return multistart.SPEC.budget(dimension, {})
+
+
+def _many_starts(
+    objective: Objective, rng: np.random.Generator, limits: Limits, tolerance: float = multistart.EXACT
+) -> SearchResult:
+    """Return where descents from many starts end on one problem, see ``optimizers.multistart``."""
+
+    def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Ended:
+        return multistart.search(objective, rng, tolerance)
+
+    return chain.run_steps([chain.Step(NAME, multistart.SPEC, minimise, {})], objective, rng, limits)
 
 
 def thin_problem(posed: Posed, points: Array, budget: int) -> tuple[Posed, Projection | None]:
@@ -133,7 +127,7 @@ def thin_problem(posed: Posed, points: Array, budget: int) -> tuple[Posed, Proje
     return thin, None if few else projection
 
 
-def onward(posed: Posed, coarse: Coarse, run: Run) -> optimize.Outcome:
+def onward(posed: Posed, coarse: Coarse, run: Run) -> SearchResult:
     """Return where a search on thinned data ends when it goes on on all of them.
 
     Where it does not settle there, or at another cost than before, `auto` begins anew on all data.
@@ -141,19 +135,19 @@ def onward(posed: Posed, coarse: Coarse, run: Run) -> optimize.Outcome:
     first, points, projection = coarse
     budget = _budget(posed, run)
     near = shortened(posed, points[:1], CLOSE, LEADS)
-    fine = objective_of(near, projection, points, lambda e, cost: run.on_progress(first.evaluations + e, cost))
-    fine.budget, fine.tolerance = budget - first.evaluations, min(FALL / posed.samples, POLISHED)
-    fine.deadline = None if run.limits.seconds is None else run.begin + run.limits.seconds
-    ended = auto.refine(fine, np.asarray(fine.starts))
+    fine = objective_of(near, projection, points, told_after(first.nfev, run.on_progress))
+    fine.allow(budget - first.nfev, deadline=run.deadline)
+    tolerance = min(FALL / posed.samples, POLISHED)
+    ended = multistart.refine(fine, np.asarray(fine.starts), tolerance)
     points = whole(fine, fine.best_point[None, :])
     if not _unchanged(posed, near, points, 10.0 * CLOSE):
         _pose(fine, posed)
-        ended = auto.refine(fine, fine.best_point[None, :])
+        ended = multistart.refine(fine, fine.best_point[None, :], tolerance)
         points = whole(fine, fine.best_point[None, :])
     if ended and FAITHFUL[0] * first.cost <= fine.best_cost <= FAITHFUL[1] * first.cost:
         return completed(_joined(first, fine, None), fine, points)
-    left = max(budget - first.evaluations - fine.evaluations, 1)
-    more = optimize.run("auto", fine, run.rng, left, optimize.seconds_left(fine.deadline), run.limits.stall)
+    left = Limits(max(budget - first.nfev - fine.evaluations, 1), seconds_left(run.deadline), run.limits.stall)
+    more = _many_starts(fine, run.rng, left, tolerance)
     return completed(_joined(first, fine, more), fine, whole(fine, fine.best_point[None, :]))
 
 
@@ -166,7 +160,7 @@ def objective_of(posed: Posed, projection: Projection | None, starts: Array, on_
     return SeparableObjective(own.residuals, points[0], 0, on_progress, points, projection=own)
 
 
-def completed(outcome: optimize.Outcome, objective: Objective, points: Array) -> optimize.Outcome:
+def completed(outcome: SearchResult, objective: Objective, points: Array) -> SearchResult:
     """Return an outcome in the whole cube, where its point is the first of some (P, F)."""
     if not isinstance(objective, SeparableObjective):
         return outcome
@@ -218,13 +212,13 @@ def _equal(one: Array, other: Array, share: float) -> bool:
 
 def _pose(objective: Objective, posed: Posed) -> None:
     """Let an objective go on from its best point with another problem."""
-    objective.residuals_of, objective.best_cost = posed.residuals, np.inf
     if isinstance(objective, SeparableObjective):
-        objective.projection = replace(objective.projection, posed=posed)
-        objective.residuals_of = objective.projection.residuals
+        objective.repose(posed)
+    else:
+        objective.restate(posed.residuals)
 
 
-def _apart(outcome: optimize.Outcome) -> list[Array]:
+def _apart(outcome: SearchResult) -> list[Array]:
     """Return the best descents that settled little above the least cost, at points of their own."""
     chosen = [outcome.point]
     for descent in outcome.descents:
@@ -234,35 +228,34 @@ def _apart(outcome: optimize.Outcome) -> list[Array]:
     return chosen
 
 
-def _polished(first: optimize.Outcome, coarse: Objective) -> optimize.Outcome:
+def _polished(first: SearchResult, coarse: Objective) -> SearchResult:
     """Return the outcome of the search on thinned data after its best descent has gone on."""
     if not np.isfinite(first.cost) or first.links[-1].ending == "time":
         return first
-    coarse.tolerance = POLISHED
-    auto.refine(coarse, first.point[None, :])
+    multistart.refine(coarse, first.point[None, :], POLISHED)
     spent, cost = coarse.evaluations, coarse.best_cost
     link = replace(first.links[-1], evaluations=spent, cost=cost, history=tuple(coarse.history))
-    return replace(first, point=coarse.best_point.copy(), cost=cost, evaluations=spent, links=(link,))
+    return replace(first, point=coarse.best_point.copy(), cost=cost, nfev=spent, links=(link,))
 
 
-def _joined(first: optimize.Outcome, fine: Objective, last: optimize.Outcome | None) -> optimize.Outcome:
+def _joined(first: SearchResult, fine: Objective, last: SearchResult | None) -> SearchResult:
     """Return one outcome of the search on thinned data and of that on all data, the latter ended by a chain or not."""
     ended = last.links[-1] if last else None
-    link = optimize.Link(
-        name="auto",
+    link = Link(
+        name=NAME,
         kind="local",
         allowed=ended.allowed if ended else fine.evaluations,
         evaluations=fine.evaluations,
         cost=fine.best_cost,
         ending=ended.ending if ended else "finished",
         reason=ended.reason if ended else "settled on all data",
-        history=tuple((first.evaluations + e, c) for e, c in fine.history),
+        history=tuple((first.nfev + e, c) for e, c in fine.history),
     )
     return replace(
         first,
         point=fine.best_point.copy(),
         cost=fine.best_cost,
-        evaluations=first.evaluations + fine.evaluations,
+        nfev=first.nfev + fine.evaluations,
         nonfinite=first.nonfinite + fine.nonfinite,
         first_nonfinite=fine.first_nonfinite if first.first_nonfinite is None else first.first_nonfinite,
         links=(*(replace(before, preliminary=True) for before in first.links), link),

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import InitVar, dataclass, field
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -22,8 +22,43 @@ STALL_RTOL = 1e-6
 BLOCK_NUMBERS = 1 << 22
 
 
+class Descent(NamedTuple):
+    """Where one of several starts ended: its cost, its point (K,) and whether it settled in a local minimum."""
+
+    cost: float
+    point: Array
+    settled: bool
+
+
+@dataclass(frozen=True)
+class Ended:
+    """What an optimizer says about its end.
+
+    Attributes
+    ----------
+    reason
+        Why it stopped by itself, in a few words; empty where it used all evaluations that it had.
+    descents
+        Where each of several starts ended, best first.
+    agreeing
+        How many of these settled at the best cost.
+    """
+
+    reason: str = ""
+    descents: tuple[Descent, ...] = ()
+    agreeing: int = 0
+
+
 class BudgetSpent(Exception):
-    """Raised by an Objective when the allowed evaluations are used up; the best point so far stays in the Objective."""
+    """Raised by an Objective when the allowed evaluations are used up; the best point so far stays in the Objective.
+
+    Attributes
+    ----------
+    ended
+        What the optimizer that was stopped adds to it, if anything.
+    """
+
+    ended = Ended()
 
 
 class TimeSpent(BudgetSpent):
@@ -34,12 +69,22 @@ class Stalled(BudgetSpent):
     """Raised by an Objective when the best cost has not improved for ``patience`` evaluations, or by an optimizer."""
 
 
-class Descent(NamedTuple):
-    """Where one of several starts ended: its cost, its point (K,) and whether it settled in a local minimum."""
+class Allowance(NamedTuple):
+    """When an objective ends a search.
 
-    cost: float
-    point: Array
-    settled: bool
+    Attributes
+    ----------
+    budget
+        Evaluations (simulated points, those of Jacobians included) up to which it counts.
+    patience
+        Evaluations without progress after which it ends, or None.
+    deadline
+        Reading of ``time.monotonic()`` at which it ends, or None; the first batch is always evaluated.
+    """
+
+    budget: int
+    patience: int | None = None
+    deadline: float | None = None
 
 
 class NormalEquations(NamedTuple):
@@ -99,7 +144,9 @@ class CubeCoordinates:
 
 @dataclass
 class Objective:
-    """Root-mean-square cost over the unit cube.
+    """Root-mean-square cost over the unit cube: counts evaluations, remembers the best point, ends with its allowance.
+
+    Nobody but itself writes what it counts; ``allow`` and ``restate`` are all that is done to it from outside.
 
     Parameters
     ----------
@@ -109,17 +156,11 @@ class Objective:
     start
         Start point, shape (K,), in the cube.
     budget
-        Evaluations allowed (simulated points, those of Jacobians included).
+        Evaluations allowed, see ``allow``.
     on_progress
         Called as ``on_progress(evaluations, best_cost)`` after every batch.
     starts
         Further start points worth trying, shape (S, K).
-    patience
-        Evaluations without progress after which the search ends, or None.
-    tolerance
-        Share of the squared cost that a local optimizer may leave where it can choose.
-    deadline
-        Reading of ``time.monotonic()`` at which the search ends, or None; the first batch is always evaluated.
     coordinates
         The parameters in physical units, for optimizers that ask for them; None where the cube is all there is.
 
@@ -133,38 +174,38 @@ class Objective:
         The least cost so far and where; infinity and ``start`` as long as nothing finite was met.
     history
         (evaluations, best cost) after every batch.
-    descents
-        Where an optimizer with several starts ended up, best first.
-    agreeing
-        How many of these settled at the best cost.
-    verdict
-        Why an optimizer that stopped by itself did so, in a few words.
+    allowance
+        When it ends the search.
     """
 
     residuals_of: Callable[[Array], Array]
     start: Array
-    budget: int
+    budget: InitVar[int]
     on_progress: Callable[[int, float], None] | None = None
     starts: Array | None = None
-    patience: int | None = None
-    tolerance: float = 1e-9
-    deadline: float | None = None
     coordinates: Coordinates | None = None
-    evaluations: int = 0
-    nonfinite: int = 0
-    first_nonfinite: Array | None = None
-    best_cost: float = np.inf
+    evaluations: int = field(init=False, default=0)
+    nonfinite: int = field(init=False, default=0)
+    first_nonfinite: Array | None = field(init=False, default=None)
+    best_cost: float = field(init=False, default=np.inf)
     best_point: Array = field(init=False)
-    history: list[tuple[int, float]] = field(default_factory=list)
-    descents: list[Descent] = field(default_factory=list)
-    agreeing: int = 0
-    verdict: str = ""
-    _gained: tuple[int, float] = (0, np.inf)
-    _width: int = 0
+    history: list[tuple[int, float]] = field(init=False, default_factory=list)
+    allowance: Allowance = field(init=False)
+    _gained: tuple[int, float] = field(init=False, default=(0, np.inf))
+    _width: int = field(init=False, default=0)
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, budget: int) -> None:
         self.start = np.clip(np.asarray(self.start, dtype=np.float64), 0.0, 1.0)
-        self.best_point = self.start.copy()
+        self.best_point, self.allowance = self.start.copy(), Allowance(budget)
+
+    def allow(self, evaluations: int, patience: int | None = None, deadline: float | None = None) -> None:
+        """Allow so many evaluations from here on, some of them without progress, until a time; see ``Allowance``."""
+        self.allowance = Allowance(self.evaluations + evaluations, patience, deadline)
+        self._gained = (self.evaluations, self.best_cost)
+
+    def restate(self, residuals_of: Callable[[Array], Array]) -> None:
+        """Go on with another problem over the same cube: the best point stays, what it costs is not known any more."""
+        self.residuals_of, self.best_cost = residuals_of, np.inf
 
     @property
     def dimension(self) -> int:
@@ -189,7 +230,7 @@ class Objective:
     @property
     def remaining(self) -> int:
         """Points whose cost the evaluations left allow."""
-        return max(self.budget - self.evaluations, 0) // self.simulations
+        return max(self.allowance.budget - self.evaluations, 0) // self.simulations
 
     def costs(self, points: Array) -> Array:
         """Return the RMS residual of every point, (P, K) -> (P,); points are clipped into the cube.
@@ -252,7 +293,7 @@ class Objective:
         """
         count, dimension = points.shape
         each = self.model_simulations
-        affordable = min(count, (self.budget - self.evaluations) // each)
+        affordable = min(count, (self.allowance.budget - self.evaluations) // each)
         if affordable < 1:
             raise BudgetSpent
         block = max(1, BLOCK_NUMBERS // (each * max(self._width, 1)))
@@ -270,10 +311,6 @@ class Objective:
         rows, flat = self._evaluate(around.reshape(-1, self.dimension))
         costs = flat.reshape(around.shape[:2])
         return costs[:, 0], *_products(rows.reshape(*costs.shape, self._width), costs, steps)
-
-    def restart_patience(self) -> None:
-        """Count evaluations without progress from here on."""
-        self._gained = (self.evaluations, self.best_cost)
 
     def _require(self, evaluations: int) -> None:
         if self.remaining < evaluations:
@@ -312,12 +349,13 @@ class Objective:
         give_up()
         if not self.evaluations:
             return
-        if self.deadline is not None and time.monotonic() >= self.deadline:
+        _, patience, deadline = self.allowance
+        if deadline is not None and time.monotonic() >= deadline:
             raise TimeSpent
         since, reference = self._gained
         if self.best_cost < reference * (1.0 - STALL_RTOL):
             self._gained = (self.evaluations, self.best_cost)
-        elif self.patience is not None and self.evaluations - since >= self.patience:
+        elif patience is not None and self.evaluations - since >= patience:
             raise Stalled
 
 

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,8 @@ from numpy.typing import NDArray
 from mrfit.core.recording import Segment
 from mrfit.core.specs import Array, Index
 from mrfit.kernels.folding import compare
-from mrfit.search.cube import Cube
+from mrfit.search.cube import Cube, FreeParameters
+from mrfit.search.objective import Coordinates
 from mrfit.signal.smoothing import Drive
 from mrfit.simulate.assembly import Assembly
 
@@ -286,6 +288,26 @@ def row_scales(blocks: Sequence[Block], weights: Array) -> list[Array]:
     return [w * np.sqrt(b.counts * rows / samples) for b, w in zip(blocks, weights, strict=True)]
 
 
+class Problem(Protocol):
+    """What every search needs of a problem: residuals over the unit cube."""
+
+    @property
+    def residuals(self) -> Callable[[Array], Array]:
+        """The map from points (P, F) of the cube to weighted residuals (P, M)."""
+
+    @property
+    def coordinates(self) -> Coordinates | None:
+        """The parameters in physical units, for optimizers that ask for them; None where the cube is all there is."""
+
+
+@dataclass(frozen=True)
+class LeastSquares:
+    """Any residuals over the unit cube, for searches that need nothing else of a problem."""
+
+    residuals: Callable[[Array], Array]
+    coordinates: Coordinates | None = None
+
+
 @dataclass(frozen=True)
 class Posed:
     """A least-squares problem at hand: what is compared, with which weights, by which model over which cube.
@@ -311,6 +333,11 @@ class Posed:
     def residuals(self) -> Callable[[Array], Array]:
         """The map from points (P, F) to weighted residuals (P, M), see ``residual_function``."""
         return residual_function(self.blocks, self.assembly, self.cube.to_theta, self.weights)
+
+    @property
+    def coordinates(self) -> FreeParameters:
+        """The free parameters in physical units."""
+        return FreeParameters(self.cube)
 
     @cached_property
     def of_theta(self) -> Callable[[Array], Array]:
@@ -351,3 +378,16 @@ class Posed:
     def samples(self) -> int:
         """Number of measured samples."""
         return sum(b.samples for b in self.blocks)
+
+
+def measured(problem: Problem) -> Posed:
+    """Return a problem as one of measured blocks, which some strategies look into.
+
+    Raises
+    ------
+    TypeError
+        If it is not such a one.
+    """
+    if not isinstance(problem, Posed):
+        raise TypeError(f"this strategy searches problems of measured blocks (Posed), not {type(problem).__name__}")
+    return problem

@@ -1,27 +1,22 @@
 """Search in the fewest parameters that give all responses of a model, and return to its own."""
 
-import time
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mrfit.core.specs import Array, Reduced
-from mrfit.search import coarse_to_fine, optimize
+from mrfit.search import coarse_to_fine
 from mrfit.search.cube import Cube, cube_of
+from mrfit.search.limits import Run
 from mrfit.search.problem import Posed
+from mrfit.search.result import SearchResult
 from mrfit.search.variable_projection import projection_of
 
 # Share of a parameter by which it may lie beyond its bound: rounding
 ROUNDING = 1e-9
 
 
-def search(
-    posed: Posed,
-    starts: Array,
-    rng: np.random.Generator,
-    limits: coarse_to_fine.Limits,
-    on_progress: coarse_to_fine.Told,
-) -> optimize.Outcome:
+def search(posed: Posed, starts: Array, run: Run) -> SearchResult:
     """Return where `auto` ends, as ``coarse_to_fine.search``; in the model's reduced parameters where it has such.
 
     Where what they reach lies outside the bounds of the model's own parameters, or at a bound that these do not have,
@@ -30,9 +25,8 @@ def search(
     reduced, own = posed.assembly.reduced, posed.cube
     as_given = [(p.low, p.high) for p in own.params] == [(p.low, p.high) for p in posed.assembly.spec.params]
     if reduced is None or not as_given or len(own.free) < len(own.params):
-        return coarse_to_fine.search(posed, starts, rng, limits, on_progress)
+        return coarse_to_fine.search(posed, starts, run)
     way = _Way(reduced, cube_of(reduced.spec, {}, {}, {}), own)
-    run = coarse_to_fine.Run(rng, limits, time.monotonic(), on_progress)
     assembly = replace(
         posed.assembly,
         spec=reduced.spec,
@@ -74,7 +68,7 @@ class _Way:
         within = np.all((theta >= low - slack) & (theta <= high + slack))
         return bool(within and np.count_nonzero(below | above) <= bound)
 
-    def restored(self, outcome: optimize.Outcome) -> optimize.Outcome:
+    def restored(self, outcome: SearchResult) -> SearchResult:
         """Return an outcome with its points as the nearest ones of the model's own cube."""
         bad = outcome.first_nonfinite
         first_nonfinite = None if bad is None else self.own.to_points(self.theta(bad))[0]

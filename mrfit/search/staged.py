@@ -6,6 +6,7 @@ sine warms the damper (Savaia et al. sec. 3). Where they end the joint refinemen
 """
 
 import fnmatch
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -13,13 +14,19 @@ from typing import Any
 import numpy as np
 
 from mrfit.core import registry
+<<<<<<< HEAD
 from mrfit.core.protocols import HasStages
 from mrfit.core.specs import Array, Index, Stage
+=======
+from mrfit.core.specs import Array, Index, OptimizerSpec, Stage
+>>>>>>> wt-search
 from mrfit.errors import ConfigError
-from mrfit.search import optimize
+from mrfit.optimizers import lsq
+from mrfit.search.chain import Chain, Given, parts
 from mrfit.search.cube import Cube
-from mrfit.search.objective import Objective
-from mrfit.search.problem import Block, Posed
+from mrfit.search.limits import Limits, Run, own_generator, seconds_left, unheard
+from mrfit.search.problem import Block, Posed, Problem, measured
+from mrfit.search.result import SearchResult, StageResult
 from mrfit.signal.cycles import last_event
 from mrfit.simulate.current_dependence import base_name
 
@@ -40,12 +47,53 @@ TESTS: Mapping[str, str] = {
 }
 
 
+SPEC = OptimizerSpec(
+    name=NAME,
+    title="Stage by stage on the tests made for each part of the model, then least squares on all",
+    reference="Savaia et al. sec. 3",
+    kind="local",
+    budget=lsq.SPEC.budget,
+)
+
+
 @dataclass(frozen=True)
 class Staged:
-    """Where the stages ended: parameters (K,), and what each of them did, ready for JSON."""
+    """Strategy: the model's stages one after another, then a chain of optimizers that begins where they end, too.
 
-    theta: Array
-    stages: list[dict[str, Any]]
+    Attributes
+    ----------
+    name
+        The chain as written (``staged``, ``staged-lsq``).
+    given
+        What the user gives for options of its optimizers.
+    """
+
+    name: str = NAME
+    given: Given = ()
+
+    @property
+    def many_starts(self) -> bool:
+        """The stages begin at the last start alone."""
+        return False
+
+    @property
+    def from_points(self) -> bool:
+        """Whether the chain is written to begin there."""
+        return Chain(self.name, self.given).from_points
+
+    def budget(self, dimension: int) -> int:
+        """Return the evaluations that the chain asks for; the stages have their own."""
+        return Chain(self.name, self.given).budget(dimension)
+
+    def search(self, problem: Problem, starts: Array, how: Run) -> SearchResult:
+        """Return where the chain ends from the best of start points (S, F) and of the stages' end."""
+        posed, model = measured(problem), measured(problem).assembly.name
+        theta, rng = posed.cube.to_theta(starts[-1:])[0], own_generator(how.rng, "stages")
+        theta, stages = identify(posed, model, theta, rng, how.deadline)
+        starts = np.vstack([starts, posed.cube.to_points(theta[None, :])])
+        left = how._replace(limits=how.limits._replace(seconds=seconds_left(how.deadline)))
+        result = Chain(self.name, self.given).search(posed, starts, left)
+        return replace(result, stages=stages)
 
 
 def stages_of(model: str) -> tuple[Stage, ...]:
@@ -62,7 +110,7 @@ def check_staged(model: str, optimizer: str, per: str) -> bool:
     ConfigError
         If it does but the model has none, or conditions are to be fitted one by one.
     """
-    if NAME not in optimize.chain(optimizer):
+    if NAME not in parts(optimizer):
         return False
     if not stages_of(model):
         known = ", ".join(n for n in registry.names("model") if stages_of(n))
@@ -81,8 +129,10 @@ def kind_of(block: Block, inputs: Sequence[str]) -> str:
     return "constant-speed" if block.segment.waveform in CONSTANT_SPEED else "sine"
 
 
-def identify(posed: Posed, model: str, theta: Array, rng: np.random.Generator, deadline: float | None = None) -> Staged:
-    """Fit stage after stage, each from where those before it ended.
+def identify(
+    posed: Posed, model: str, theta: Array, rng: np.random.Generator, deadline: float | None = None
+) -> tuple[Array, tuple[StageResult, ...]]:
+    """Return parameters (K,) fitted stage after stage, each from where those before it ended, and what each stage did.
 
     The parameters of a stage whose tests are missing go to the next stage that has some.
 
@@ -101,7 +151,7 @@ def identify(posed: Posed, model: str, theta: Array, rng: np.random.Generator, d
     """
     cube = posed.cube
     tests = [kind_of(b, posed.assembly.spec.inputs) for b in posed.blocks]
-    done: list[dict[str, Any]] = []
+    done: list[StageResult] = []
     left: list[int] = []
     for stage in stages_of(model):
         own = [int(k) for k in cube.free if _belongs(cube.params[int(k)].name, stage)]
@@ -109,14 +159,14 @@ def identify(posed: Posed, model: str, theta: Array, rng: np.random.Generator, d
             continue
         left += own
         members = [k for k, test in enumerate(tests) if test == stage.test]
-        told = {"stage": stage.name, "test": stage.test, "segments": [posed.blocks[k].segment.id for k in members]}
-        done.append(told | {"parameters": [cube.params[k].name for k in left]})
+        segments, names = (posed.blocks[k].segment.id for k in members), (cube.params[k].name for k in left)
+        done.append(StageResult(stage.name, stage.test, tuple(segments), tuple(names)))
         if members:
             free = np.array(sorted(left), dtype=np.int64)
             theta, ended = _fitted(posed, members, free, theta, rng, deadline)
-            done[-1] |= ended
+            done[-1] = replace(done[-1], cost=ended.cost, evaluations=ended.nfev)
             left = []
-    return Staged(theta, done)
+    return theta, tuple(done)
 
 
 def warnings(stages: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
@@ -163,8 +213,8 @@ def _fitted(
     theta: Array,
     rng: np.random.Generator,
     deadline: float | None,
-) -> tuple[Array, dict[str, Any]]:
-    """Return theta (K,) with some parameters fitted to some blocks, and the cost there with the evaluations it took."""
+) -> tuple[Array, SearchResult]:
+    """Return theta (K,) with some parameters fitted to some blocks, and where the search for them ended."""
     params = tuple(
         replace(p, start=float(np.clip(value, p.low, p.high)))
         for p, value in zip(posed.cube.params, theta, strict=True)
@@ -173,7 +223,7 @@ def _fitted(
     blocks = [settled(b, inputs) if kind_of(b, inputs) == "constant-speed" else b for b in blocks]
     part = Posed(blocks, posed.weights[list(members)], posed.assembly, Cube(params, free))
     budget = EVALUATIONS * (len(free) + 1)
-    objective = Objective(part.residuals, part.cube.start, budget=budget)
-    outcome = optimize.run("auto", objective, rng, budget, optimize.seconds_left(deadline))
-    found: Array = part.cube.to_theta(outcome.point[None, :])[0]
-    return found, {"cost": outcome.cost, "evaluations": outcome.evaluations}
+    how = Run(rng, Limits(budget, seconds_left(deadline)), time.monotonic(), unheard)
+    ended = Chain("multistart").search(part, part.cube.start[None, :], how)
+    found: Array = part.cube.to_theta(ended.point[None, :])[0]
+    return found, ended

@@ -12,10 +12,11 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
-from mrfit.search import optimize
+from mrfit.search import run as search
+from mrfit.search.chain import Chain
 from mrfit.search.cube import Cube
-from mrfit.search.objective import Objective
-from mrfit.search.problem import Block, residual_function
+from mrfit.search.limits import Limits, seconds_left
+from mrfit.search.problem import Block, LeastSquares, residual_function
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_dependence import CurrentDependence, base_name, expanded, through
 from mrfit.simulate.current_levels import level_of, levels_of
@@ -167,15 +168,12 @@ def level_fits(
     for level in reversed(levels):
         members = [k for k, b in enumerate(blocks) if level_of(b.segment, levels) == level]
         own = [replace(blocks[k], drive=np.ascontiguousarray(blocks[k].drive[:inputs])) for k in members]
-        objective = Objective(residual_function(own, base, cube.to_theta, weights[members]), cube.start, budget=1)
-        points = [cube.start, *([cube.to_points(fits[-1].theta[None, :])[0]] if fits else [])]
-        objective.budget = len(points)
-        objective.costs(np.array(points))
-        name, evaluations = ("lsq", OTHER_LEVELS) if fits else ("auto", FIRST_LEVEL)
-        outcome = optimize.run(
-            name, objective, rng, evaluations * (len(cube.free) + 1), optimize.seconds_left(deadline)
-        )
-        fits.append(Level(level, outcome.cost, cube.to_theta(outcome.point[None, :])[0]))
+        problem = LeastSquares(residual_function(own, base, cube.to_theta, weights[members]))
+        points = np.array([cube.start, *([cube.to_points(fits[-1].theta[None, :])[0]] if fits else [])])
+        name, evaluations = ("lsq", OTHER_LEVELS) if fits else ("multistart", FIRST_LEVEL)
+        limits = Limits(evaluations * (len(cube.free) + 1) + len(points), seconds_left(deadline))
+        found = search.run(problem, points, limits, rng, Chain(name, scored=True))
+        fits.append(Level(level, found.cost, cube.to_theta(found.point[None, :])[0]))
     return fits[::-1]
 
 

@@ -253,6 +253,11 @@ class SeparableObjective(Objective):
 
     projection: Projection = field(kw_only=True)
 
+    def repose(self, posed: Posed) -> None:
+        """Go on with another problem over the same cube, see ``Objective.restate``."""
+        self.projection = replace(self.projection, posed=posed)
+        self.restate(self.projection.residuals)
+
     @property
     def simulations(self) -> int:
         """Simulations that one point takes."""

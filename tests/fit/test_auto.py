@@ -16,6 +16,6 @@ def test_auto_is_not_worse_than_the_best_of_the_others(model: str) -> None:
     def cost(optimizer: str) -> float:
         settings = SearchSettings(optimizer, 0, None, None, "none")
         found = search_optimum(group, assembly, cube, cube.start[None, :], settings, lambda evaluations, best: None)
-        return float(found["cost"])
+        return found.cost
 
     assert cost("auto") <= 1.001 * min(map(cost, OTHERS))

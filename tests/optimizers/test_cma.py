@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from mrfit.search import optimize
+from mrfit.search import chain
+from mrfit.search.limits import Limits
 from mrfit.search.objective import Objective
 
 
@@ -12,7 +13,9 @@ def run(residuals, start, budget=None, seed=0):
         batches.append(points.copy())
         return residuals(points)
 
-    return optimize.run("cma", Objective(recorded, np.array(start), 0), np.random.default_rng(seed), budget), batches
+    return chain.run(
+        "cma", Objective(recorded, np.array(start), 0), np.random.default_rng(seed), Limits(budget)
+    ), batches
 
 
 def ellipsoid(points):
@@ -37,5 +40,5 @@ def test_search_does_not_hang_on_the_unit_of_the_residuals(unit):
 def test_restarts_double_the_population_until_one_brings_no_gain():
     outcome, batches = run(lambda p: np.hstack([p - 0.4, np.ones((len(p), 1))]), [0.8, 0.8, 0.8])
     assert {len(b) for b in batches} == {1, 7, 14}
-    assert outcome.converged
+    assert outcome.success
     assert "no gain" in outcome.links[0].reason

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from mrfit.search import optimize
+from mrfit.search import chain
+from mrfit.search.limits import Limits
 from mrfit.search.objective import Objective
 
 
@@ -12,7 +13,7 @@ def shifted_rastrigin(points):
 
 def test_minimum_is_found_among_a_hundred_others():
     objective = Objective(shifted_rastrigin, np.array([0.9, 0.1]), 0)
-    outcome = optimize.run("de", objective, np.random.default_rng(0))
+    outcome = chain.run("de", objective, np.random.default_rng(0))
     assert outcome.point == pytest.approx([0.37, 0.58], abs=1e-4)
 
 
@@ -23,13 +24,13 @@ def test_generations_are_batches_and_the_first_holds_the_start():
         batches.append(points.copy())
         return shifted_rastrigin(points)
 
-    optimize.run("de", Objective(residuals, np.array([0.9, 0.1]), 0), np.random.default_rng(0), 400)
+    chain.run("de", Objective(residuals, np.array([0.9, 0.1]), 0), np.random.default_rng(0), Limits(400))
     assert [len(b) for b in batches] == [40] * 10
     assert batches[0][0] == pytest.approx([0.9, 0.1], abs=1e-12)
 
 
 def test_agreeing_population_ends_the_search():
     objective = Objective(lambda p: p - [0.3, 0.4], np.array([0.9, 0.1]), 0)
-    outcome = optimize.run("de", objective, np.random.default_rng(0))
-    assert outcome.converged
-    assert outcome.evaluations < 20_000
+    outcome = chain.run("de", objective, np.random.default_rng(0))
+    assert outcome.success
+    assert outcome.nfev < 20_000

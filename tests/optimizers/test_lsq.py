@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mrfit.search import optimize
+from mrfit.search import chain
 from mrfit.search.objective import Objective
 from tests.optimizers.curve_fits import CERTIFIED
 
@@ -10,8 +10,8 @@ RAT42 = CERTIFIED[1]
 
 def test_certified_minimum_is_refined_from_the_start():
     objective = Objective(RAT42.residuals, RAT42.to_cube(RAT42.start), 0)
-    outcome = optimize.run("lsq", objective, np.random.default_rng(0))
-    assert outcome.converged
+    outcome = chain.run("lsq", objective, np.random.default_rng(0))
+    assert outcome.success
     assert outcome.cost == pytest.approx(RAT42.cost(), rel=1e-8)
     assert outcome.point == pytest.approx(RAT42.to_cube(RAT42.certified), rel=1e-4)
 
@@ -19,7 +19,7 @@ def test_certified_minimum_is_refined_from_the_start():
 def test_every_jacobian_is_one_batch():
     sizes = []
     objective = Objective(lambda p: (sizes.append(len(p)), RAT42.residuals(p))[1], RAT42.to_cube(RAT42.start), 0)
-    optimize.run("lsq", objective, np.random.default_rng(0))
+    chain.run("lsq", objective, np.random.default_rng(0))
     assert set(sizes) == {1, 4}
 
 
@@ -28,5 +28,5 @@ def test_search_goes_on_from_the_best_point_known():
     objective.costs(np.array([[0.4, 0.2]]))
     seen = []
     objective.residuals_of = lambda p: (seen.append(p.copy()), p - 0.3)[1]
-    optimize.run("lsq", objective, np.random.default_rng(0))
+    chain.run("lsq", objective, np.random.default_rng(0))
     assert seen[0].tolist() == [[0.4, 0.2]]

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from mrfit.optimizers import mwoa
-from mrfit.search import optimize
+from mrfit.search import chain
+from mrfit.search.limits import Limits
 from mrfit.search.objective import Objective
 
 
@@ -43,7 +44,7 @@ def test_immune_operation_comes_after_idle_iterations(given, count, monkeypatch)
     called = []
     monkeypatch.setattr(mwoa, "immune_operation", lambda whales, *rest: (called.append(1), whales)[1])
     objective = Objective(lambda p: np.ones((len(p), 2)), np.array([0.5, 0.5]), 0)
-    optimize.run(optimize.Tuned("mwoa", given), objective, np.random.default_rng(0), budget=40 * 100, stall=1.0)
+    chain.run("mwoa", objective, np.random.default_rng(0), Limits(40 * 100, stall=1.0), given)
     assert len(called) == count
 
 

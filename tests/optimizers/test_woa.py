@@ -4,8 +4,9 @@ import pytest
 from mrfit.core.specs import ModelSpec, Param
 from mrfit.models import rotational_erf
 from mrfit.optimizers.woa import swim
-from mrfit.search import optimize
+from mrfit.search import chain
 from mrfit.search.cube import FreeParameters, cube_of
+from mrfit.search.limits import Limits
 from mrfit.search.objective import InParameters, Objective
 
 PREY = np.array([0.4, 0.6, 0.5])
@@ -53,7 +54,7 @@ def searched(name, low, high, seed=0):
     objective = Objective(
         lambda points: cube.to_theta(points) - [1.0, 0.2], cube.start, 0, coordinates=FreeParameters(cube)
     )
-    return objective, optimize.run(name, objective, np.random.default_rng(seed), budget=4000, stall=1.0)
+    return objective, chain.run(name, objective, np.random.default_rng(seed), Limits(4000, stall=1.0))
 
 
 def test_an_optimizer_may_ask_for_the_parameters_themselves():
@@ -61,7 +62,7 @@ def test_an_optimizer_may_ask_for_the_parameters_themselves():
     seen = InParameters(objective)
     assert seen.low.tolist() == [-50.0, 0.01] and seen.high.tolist() == [50.0, 10.0]
     assert seen.best_values == pytest.approx([1.0, 0.2], abs=1e-4)
-    objective.budget = 10_000
+    objective.allow(10_000)
     costs = seen.costs(np.array([[1.0, 0.2], [4.0, 0.2], [-60.0, 0.2]]))
     # beyond a bound it is the bound that is simulated
     assert costs == pytest.approx(np.array([0.0, 3.0, 51.0]) / np.sqrt(2.0), abs=1e-9)
@@ -91,6 +92,6 @@ def test_whales_identify_the_published_rotary_damper_within_wide_bounds(name, mo
             0,
             coordinates=FreeParameters(cube),
         )
-        return optimize.run(name, objective, np.random.default_rng([seed, 1]), budget=12_000, stall=1.0).cost
+        return chain.run(name, objective, np.random.default_rng([seed, 1]), Limits(12_000, stall=1.0)).cost
 
     assert np.median([ended(seed) for seed in range(7)]) < most

@@ -7,11 +7,15 @@ import pytest
 
 from benchmarks.planted import PER_CYCLE, problem
 from mrfit.core.specs import Array
-from mrfit.optimizers import auto
-from mrfit.search import optimize
-from mrfit.search.coarse_to_fine import Limits, search, shortened, thinned
+from mrfit.optimizers import multistart
+from mrfit.search import chain
+from mrfit.search import run as search
+from mrfit.search.auto import Auto
+from mrfit.search.coarse_to_fine import shortened, thinned
+from mrfit.search.limits import Limits
 from mrfit.search.objective import Objective
 from mrfit.search.problem import Posed
+from mrfit.search.result import SearchResult
 from tests.fit.toy import block, linear_model
 
 
@@ -20,15 +24,15 @@ def posed(model: str, samples: int = 10_000, seed: int = 1) -> Posed:
     return Posed(group.search, np.ones(1), assembly, cube)
 
 
-def found(at: Posed, budget: int | None = None) -> optimize.Outcome:
-    return search(at, at.cube.start[None, :], np.random.default_rng(0), Limits(budget), lambda e, c: None)
+def found(at: Posed, budget: int | None = None) -> SearchResult:
+    return search.run(at, at.cube.start[None, :], Limits(budget), np.random.default_rng(0), Auto(own_parameters=True))
 
 
 @pytest.mark.parametrize("model", ["boucwen-flux", "guo", "rotational-erf", "spencer"])
 def test_the_optimum_is_that_of_all_data(model: str) -> None:
     at = posed(model)
     objective = Objective(at.residuals, at.cube.start, budget=0)
-    full = optimize.run("auto", objective, np.random.default_rng(0))
+    full = chain.run("multistart", objective, np.random.default_rng(0))
     assert found(at).cost < full.cost * (1 + 1e-4)
 
 
@@ -109,7 +113,7 @@ def test_short_records_are_left_as_they_are() -> None:
 def test_a_budget_holds_for_both_searches_together() -> None:
     at = posed("boucwen-flux")
     for budget in (150, 400):
-        assert found(at, budget).evaluations <= budget
+        assert found(at, budget).nfev <= budget
 
 
 @pytest.mark.parametrize("budget", [1, 2, 3, 5, 8])
@@ -121,7 +125,7 @@ def test_evaluations_in_the_history_rise_over_both_searches() -> None:
     outcome = found(posed("guo"))
     counts = [e for link in outcome.links for e, _ in link.history]
     assert counts == sorted(counts)
-    assert counts[-1] == outcome.evaluations
+    assert counts[-1] == outcome.nfev
 
 
 @pytest.mark.parametrize("model", ["guo", "boucwen-flux", "tanh"])
@@ -138,13 +142,13 @@ def test_refinement_ends_at_a_minimum_and_says_so() -> None:
         return np.column_stack([points[:, 0] - 0.3, np.sin(points[:, 1] - 0.6), np.full(len(points), 0.1)])
 
     objective = Objective(bowl, np.array([0.4, 0.5]), budget=200)
-    assert auto.refine(objective, np.array([[0.9, 0.1], [0.4, 0.5]]))
+    assert multistart.refine(objective, np.array([[0.9, 0.1], [0.4, 0.5]]))
     assert objective.best_point == pytest.approx([0.3, 0.6], abs=1e-6)
 
 
 def test_refinement_without_evaluations_does_not_claim_an_end() -> None:
     objective = Objective(lambda points: np.cos(9.0 * points) + 2.0, np.array([0.1, 0.2]), budget=5)
-    assert not auto.refine(objective, objective.start[None, :])
+    assert not multistart.refine(objective, objective.start[None, :])
     assert objective.evaluations <= 5
 
 
@@ -155,5 +159,5 @@ def test_refinement_follows_a_rival_that_ends_below_the_best() -> None:
 
     starts = np.array([[0.9], [0.37]])
     objective = Objective(narrow_and_wide, starts[0], budget=400)
-    auto.refine(objective, starts)
+    multistart.refine(objective, starts)
     assert objective.best_point == pytest.approx([0.2], abs=0.05)

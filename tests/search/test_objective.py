@@ -161,7 +161,8 @@ def test_progress_is_told_after_every_batch():
 
 
 def test_deadline_lets_the_first_batch_pass_and_no_other():
-    objective = make(deadline=time.monotonic() - 1.0)
+    objective = make()
+    objective.allow(1000, deadline=time.monotonic() - 1.0)
     objective.costs(np.array([[0.5, 0.5]]))
     with pytest.raises(TimeSpent):
         objective.costs(np.array([[0.4, 0.4]]))
@@ -169,7 +170,8 @@ def test_deadline_lets_the_first_batch_pass_and_no_other():
 
 
 def test_patience_ends_a_search_without_progress():
-    objective = make(patience=10)
+    objective = make()
+    objective.allow(1000, patience=10)
     objective.costs(np.array([[0.5, 0.5]]))
     with pytest.raises(Stalled):
         for _ in range(100):
@@ -178,15 +180,17 @@ def test_patience_ends_a_search_without_progress():
 
 
 def test_patience_starts_anew_with_every_gain():
-    objective = make(patience=5)
+    objective = make()
+    objective.allow(1000, patience=5)
     for step in range(60):
         objective.costs(np.array([[0.9, 0.9 - 0.01 * step]]))
     assert objective.evaluations == 60
 
 
-def test_patience_can_be_restarted():
-    objective = make(patience=5)
+def test_patience_begins_anew_with_every_allowance():
+    objective = make()
+    objective.allow(1000, patience=5)
     for _ in range(20):
-        objective.restart_patience()
+        objective.allow(1000, patience=5)
         objective.costs(np.array([[0.6, 0.6]]))
     assert objective.evaluations == 20

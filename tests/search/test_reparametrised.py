@@ -7,9 +7,13 @@ import pytest
 
 from benchmarks.planted import problem
 from mrfit.models.boucwen_flux import far_starts
-from mrfit.search import coarse_to_fine, optimize, reparametrised
+from mrfit.search import coarse_to_fine
+from mrfit.search import run as search
+from mrfit.search.auto import Auto
 from mrfit.search.cube import cube_of
+from mrfit.search.limits import Limits
 from mrfit.search.problem import Posed
+from mrfit.search.result import SearchResult
 from mrfit.search.starts import data_starts, to_points
 from mrfit.simulate.assembly import assemble
 
@@ -21,9 +25,8 @@ def posed(model: str, data: str = "") -> Posed:
     return Posed(group.search, np.ones(1), assembly, cube)
 
 
-def found(at: Posed, searched: bool = True) -> optimize.Outcome:
-    search = reparametrised.search if searched else coarse_to_fine.search
-    return search(at, at.cube.start[None, :], np.random.default_rng(0), coarse_to_fine.Limits(), lambda e, c: None)
+def found(at: Posed, searched: bool = True) -> SearchResult:
+    return search.run(at, at.cube.start[None, :], Limits(), np.random.default_rng(0), Auto(own_parameters=not searched))
 
 
 def cost(at: Posed, point: np.ndarray) -> float:
@@ -36,7 +39,7 @@ def test_the_optimum_is_that_of_the_models_own_parameters(model: str) -> None:
     less, own = found(at), found(at, searched=False)
     assert less.cost <= own.cost * (1 + 1e-4)
     assert cost(at, less.point) == pytest.approx(less.cost, rel=1e-6)
-    assert less.converged
+    assert less.success
 
 
 def test_where_the_optimum_is_outside_the_bounds_the_search_ends_at_these() -> None:
@@ -87,7 +90,7 @@ def test_flux_that_saturates_without_a_loop_is_found_from_what_the_data_give(see
     shown = assembly.simulate(whole.drive, KNEE, whole.dt)[0, whole.nodes[:, 0]]
     [given] = far_starts(whole.drive[:, whole.nodes[:, 0]], shown, whole.dt)
     starts = to_points(cube, [{}, given])
-    outcome = reparametrised.search(at, starts, np.random.default_rng(seed), coarse_to_fine.Limits(), lambda e, c: None)
+    outcome = search.run(at, starts, Limits(), np.random.default_rng(seed), Auto())
     assert outcome.cost < 1e-3 * np.ptp(output)
 
 
@@ -117,8 +120,6 @@ def test_effects_and_dependence_on_current_have_no_reduced_parameters() -> None:
 def test_a_budget_holds() -> None:
     at = posed("boucwen", "spencer")
     for budget in (60, 200, 700):
-        outcome = reparametrised.search(
-            at, at.cube.start[None, :], np.random.default_rng(0), coarse_to_fine.Limits(budget), lambda e, c: None
-        )
-        assert outcome.evaluations <= budget
+        outcome = search.run(at, at.cube.start[None, :], Limits(budget), np.random.default_rng(0), Auto())
+        assert outcome.nfev <= budget
         assert np.isfinite(outcome.cost)

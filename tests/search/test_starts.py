@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import mrfit.fit.stage
-from mrfit.search import optimize
+from mrfit.search import run as search
 from mrfit.simulate.assembly import assemble
 from tests.fit.benches import Bench, write_workspace
 
@@ -46,13 +46,13 @@ def test_a_limit_of_seconds_holds_for_the_searches_that_give_starts_too(
 ) -> None:
     assembly = assemble("tanh")
     workspace = write_workspace(tmp_path, Bench(assembly, np.array(assembly.spec.start), 0.01, 1), SINES, (0.0, 1.0))
-    run, given = optimize.run, []
+    run, given = search.run, []
 
-    def watched(name: str, objective: Any, rng: Any, budget: Any = None, seconds: Any = None, *rest: Any) -> Any:
-        given.append(seconds)
-        return run(name, objective, rng, budget, seconds, *rest)
+    def watched(problem: Any, starts: Any, limits: Any, *rest: Any) -> Any:
+        given.append(limits.seconds)
+        return run(problem, starts, limits, *rest)
 
-    monkeypatch.setattr(optimize, "run", watched)
+    monkeypatch.setattr(search, "run", watched)
     settings = mrfit.fit.stage.Settings("tanh", "lsq", per="all", seconds=0.5, current_order="1")
     (result,) = mrfit.fit.stage.run(workspace, settings)["results"]
     # two currents and the joint search

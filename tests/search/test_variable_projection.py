@@ -8,13 +8,18 @@ import pytest
 from benchmarks.planted import problem
 from mrfit.core import registry
 from mrfit.core.specs import Array
-from mrfit.search import optimize, variable_projection
-from mrfit.search.coarse_to_fine import Limits, objective_of, search
+from mrfit.search import chain, variable_projection
+from mrfit.search import run as search
+from mrfit.search.auto import Auto
+from mrfit.search.coarse_to_fine import objective_of
 from mrfit.search.cube import cube_of
+from mrfit.search.limits import Limits
 from mrfit.search.problem import Posed
 from mrfit.search.variable_projection import Projection, SeparableObjective, projection_of
 from mrfit.simulate.assembly import assemble
 from tests.fit.toy import block, linear_model
+
+OWN = Auto(own_parameters=True)
 
 
 def fits(effect: str) -> bool:
@@ -141,17 +146,17 @@ def test_exact_derivatives_give_the_model_that_differences_give(model: str) -> N
 def test_the_optimum_is_that_of_all_parameters(model: str) -> None:
     at = posed(model)
     objective = objective_of(at, None, at.cube.start[None, :], None)
-    whole = optimize.run("auto", objective, np.random.default_rng(0))
-    found = search(at, at.cube.start[None, :], np.random.default_rng(0), Limits(), lambda evaluations, cost: None)
+    whole = chain.run("multistart", objective, np.random.default_rng(0))
+    found = search.run(at, at.cube.start[None, :], Limits(), np.random.default_rng(0), OWN)
     assert found.cost <= whole.cost * (1 + 1e-4)
     assert rms(at.residuals(found.point[None, :]))[0] == pytest.approx(found.cost, rel=1e-6)
 
 
 def test_where_all_parameters_are_linear_there_is_nothing_to_search() -> None:
     at = posed("bingham")
-    found = search(at, at.cube.start[None, :], np.random.default_rng(0), Limits(), lambda evaluations, cost: None)
-    assert found.evaluations == 1
-    assert found.converged and found.links[0].reason == "all parameters are linear"
+    found = search.run(at, at.cube.start[None, :], Limits(), np.random.default_rng(0), OWN)
+    assert found.nfev == 1
+    assert found.success and found.links[0].reason == "all parameters are linear"
 
 
 def test_every_simulation_counts_as_an_evaluation_and_the_budget_holds() -> None:
@@ -171,8 +176,8 @@ def test_every_simulation_counts_as_an_evaluation_and_the_budget_holds() -> None
         objective.projection.solve(objective.start[None, :])
         objective.projection.posed.__dict__["of_theta"] = counted
         simulated.clear()
-        outcome = optimize.run("auto", objective, np.random.default_rng(0), budget)
-        assert sum(simulated) == outcome.evaluations <= budget
+        outcome = chain.run("multistart", objective, np.random.default_rng(0), Limits(budget))
+        assert sum(simulated) == outcome.nfev <= budget
 
 
 def test_only_shares_of_the_response_that_move_are_simulated_anew() -> None:

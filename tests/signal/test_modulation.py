@@ -169,7 +169,7 @@ def test_a_fit_to_unsteady_cycles_ends_at_the_noise(kind: str, model: str, theta
     cube = cube_of(assembly.spec, {}, dict(zip(assembly.spec.names, theta, strict=True)), {})
     search = SearchSettings("lsq", 0, None, None, "none")
     found = search_optimum(group, assembly, cube, cube.start[None, :], search, lambda evaluations, cost: None)
-    fitted = cube.to_theta(np.array([found["point"]]))[0]
+    fitted = cube.to_theta(found.point[None, :])[0]
     (block,) = group.full
     error = float(np.sqrt(np.mean((simulate_block(block, assembly, fitted)[0] - block.target) ** 2)))
     # folded, it errs by 2 to 16 times the noise; a stroke that jumps within a fifth of a cycle has no sharp speed

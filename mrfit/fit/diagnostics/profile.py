@@ -14,9 +14,9 @@ import numpy as np
 from mrfit.core.specs import Array
 from mrfit.fit.diagnostics.bootstrap import Interval
 from mrfit.fit.diagnostics.uncertainty import LEAN, Linearised, Uncertainty
-from mrfit.search import optimize
-from mrfit.search.objective import Objective
-from mrfit.search.problem import Posed
+from mrfit.search import run as search
+from mrfit.search.limits import Limits
+from mrfit.search.problem import LeastSquares, Posed
 
 FIRST_STEP = 0.05
 # An end is found when the rise is within this share of the quantile
@@ -141,16 +141,15 @@ class _Side:
 
     def rise(self, value: float, warm: Array) -> tuple[float, Array]:
         """Return the square root of the rise over σ²κ with the parameter held, and the point it was reached at."""
-        held, residuals = _at(warm, self.at, value), self.posed.residuals
+        held, residuals, count = _at(warm, self.at, value), self.posed.residuals, self.others.shape[1]
 
         def reached(moves: Array) -> Array:
             points: Array = np.clip(held + (2.0 * moves - 1.0) @ self.others.T, 0.0, 1.0)
             return points
 
-        if self.others.shape[1]:
-            objective = Objective(lambda moves: residuals(reached(moves)), np.full(self.others.shape[1], 0.5), budget=0)
-            budget = REFIT_BUDGET * (self.others.shape[1] + 1)
-            best = optimize.run("lsq", objective, np.random.default_rng(0), budget).point
+        if count:
+            problem, limits = LeastSquares(lambda moves: residuals(reached(moves))), Limits(REFIT_BUDGET * (count + 1))
+            best = search.run(problem, np.full((1, count), 0.5), limits, np.random.default_rng(0), "lsq").point
             held = reached(best[None, :])[0]
         rise = max(_mean_square(residuals, held) - self.base, 0.0) * self.posed.samples
         return math.sqrt(rise / self.variance) if self.variance > 0.0 else np.inf, held

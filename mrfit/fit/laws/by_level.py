@@ -17,10 +17,11 @@ import numpy as np
 from mrfit.core.specs import Array, Index, ModelSpec
 from mrfit.fit.diagnostics.uncertainty import effective_samples, sensitivities
 from mrfit.kernels.cube import Mask
-from mrfit.search import optimize
+from mrfit.search import run as search
+from mrfit.search.chain import Chain
 from mrfit.search.cube import Cube
-from mrfit.search.objective import Objective
-from mrfit.search.problem import Posed
+from mrfit.search.limits import Limits
+from mrfit.search.problem import LeastSquares, Posed
 from mrfit.search.starts import OTHER_LEVELS, Level
 from mrfit.simulate.current_dependence import LOG
 
@@ -226,11 +227,10 @@ def drawn_together(cube: Cube, fits: Sequence[Level], posed: Sequence[Posing], r
             own = at.posed
             rows = own.residuals(point[None, :])[0, :-1]
             weight = np.sqrt(float(rows @ rows) / at.worth(rows)) / spread
-            objective = Objective(_drawn(own, centre, weight), point, budget=1)
-            objective.costs(point[None, :])
-            outcome = optimize.run("lsq", objective, rng, OTHER_LEVELS * (len(point) + 1))
-            theta = cube.to_theta(outcome.point[None, :])[0]
-            cost = float(np.sqrt(np.mean(own.residuals(outcome.point[None, :])[0] ** 2)))
+            problem, limits = LeastSquares(_drawn(own, centre, weight)), Limits(1 + OTHER_LEVELS * (len(point) + 1))
+            found = search.run(problem, point[None, :], limits, rng, Chain("lsq", scored=True))
+            theta = cube.to_theta(found.point[None, :])[0]
+            cost = float(np.sqrt(np.mean(own.residuals(found.point[None, :])[0] ** 2)))
             fits[k] = Level(fits[k].current, cost, theta)
     return fits
 

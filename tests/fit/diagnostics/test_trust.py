@@ -23,7 +23,7 @@ def judged(intervals: Intervals = "hac", missing: float = 0.0, model: str = "bin
         group = replace(group, full=Blocks(parts))
     settings = SearchSettings("auto", 0, None, None, "none")
     found = search_optimum(group, assembly, cube, cube.start[None, :], settings, lambda evaluations, cost: None)
-    point = np.array(found["point"])
+    point = found.point
     theta = cube.to_theta(point[None, :])[0]
     simulated = [simulate_block(b, assembly, theta)[0] for b in group.full]
     return trust(group, assembly, cube, point, simulated, ("none", intervals, np.random.default_rng(2)))

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 
 from mrfit.kernels.ending import AGREEING
-from mrfit.optimizers import auto
-from mrfit.search import optimize
+from mrfit.optimizers import multistart
+from mrfit.search import chain
+from mrfit.search.limits import Limits
 from mrfit.search.objective import Objective
 from tests.optimizers.curve_fits import CERTIFIED, ZERO_MINIMUM
 
@@ -18,7 +19,9 @@ def run(residuals, start, seed=0, budget=None, **more):
         batches.append(points.copy())
         return residuals(points)
 
-    outcome = optimize.run("auto", Objective(recorded, start, 0, **more), np.random.default_rng(seed), budget)
+    outcome = chain.run(
+        "multistart", Objective(recorded, start, 0, **more), np.random.default_rng(seed), Limits(budget)
+    )
     return outcome, batches
 
 
@@ -64,7 +67,7 @@ def test_frequency_is_found_among_local_minima():
 def test_all_jacobians_of_an_iteration_are_one_batch():
     problem = ZERO_MINIMUM[0]
     _, batches = run(problem.residuals, problem.to_cube(problem.start))
-    starts, per_point = auto.FIRST_WAVE, 3
+    starts, per_point = multistart.FIRST_WAVE, 3
     assert len(batches[1]) == starts * per_point
     assert all(len(batch) % per_point == 0 for batch in batches[1:])
 
@@ -72,7 +75,7 @@ def test_all_jacobians_of_an_iteration_are_one_batch():
 def test_agreement_of_several_starts_ends_the_search_and_is_told():
     problem = CERTIFIED[1]
     outcome, _ = run(problem.residuals, problem.to_cube(problem.start))
-    assert outcome.converged
+    assert outcome.success
     assert outcome.agreeing >= AGREEING
     assert outcome.links[0].reason == f"{outcome.agreeing} of {len(outcome.descents)} starts agree"
     costs = [d.cost for d in outcome.descents]
@@ -89,7 +92,7 @@ def test_starts_that_end_in_different_minima_do_not_agree():
 
     outcome, _ = run(residuals, np.array([0.5, 0.5, 0.5, 0.5]), budget=600)
     assert outcome.agreeing < AGREEING
-    assert not outcome.converged
+    assert not outcome.success
 
 
 def test_a_search_in_which_many_starts_bring_nothing_better_ends_and_says_so():
@@ -101,7 +104,7 @@ def test_a_search_in_which_many_starts_bring_nothing_better_ends_and_says_so():
     link = outcome.links[0]
     assert link.ending == "stalled" and link.reason.startswith("none of the last")
     assert outcome.agreeing < AGREEING and link.evaluations < link.allowed
-    assert len(outcome.descents) > auto.IDLE
+    assert len(outcome.descents) > multistart.IDLE
 
 
 def test_descents_that_go_nowhere_are_given_up_for_the_sake_of_others():
@@ -111,9 +114,9 @@ def test_descents_that_go_nowhere_are_given_up_for_the_sake_of_others():
         return np.where(x < 0.6, 10.0 * (x - 0.3) + 0.01, 50.0 - 1e-2 * x) * np.ones((1, 3))
 
     problem = Objective(residuals, np.array([0.95]), budget=10**6)
-    outcome = optimize.run("auto", problem, np.random.default_rng(0))
+    outcome = chain.run("multistart", problem, np.random.default_rng(0))
     assert outcome.point == pytest.approx([0.299], abs=1e-3)
-    assert outcome.converged and outcome.evaluations < 400
+    assert outcome.success and outcome.nfev < 400
 
 
 def test_given_starts_are_descended_from():
@@ -155,7 +158,7 @@ def test_minimum_at_a_bound_settles_there():
     outcome, _ = run(residuals, np.array([0.3, 0.3]))
     # on the edge x = 1 the squares (y - 1.5)² + (0.6 - y)² + 0.01 y² are least at y = 2.1 / 2.01, beyond the corner
     assert outcome.point == pytest.approx([1.0, 1.0], abs=1e-9)
-    assert outcome.converged
+    assert outcome.success
 
 
 def test_curved_residuals_at_a_bound_are_minimised_along_it():
@@ -171,5 +174,5 @@ def test_descents_are_recorded_even_if_the_budget_ends_first():
     problem = CERTIFIED[4]
     outcome, _ = run(problem.residuals, problem.to_cube(problem.start), budget=200)
     assert outcome.links[0].ending == "budget"
-    assert len(outcome.descents) == auto.FIRST_WAVE
+    assert len(outcome.descents) == multistart.FIRST_WAVE
     assert outcome.agreeing == 0

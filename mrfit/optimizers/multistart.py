@@ -1,6 +1,7 @@
 """Several damped Gauss–Newton descents side by side, all their Jacobians in one batched simulation per iteration."""
 
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,14 +9,15 @@ from numpy.typing import NDArray
 from mrfit.core.specs import Array, Index, OptimizerSpec, Options
 from mrfit.kernels.descent import FIRST_RAISE, LONGEST_STEP, damped_steps, fanned_steps, keep_better
 from mrfit.kernels.ending import AGREEMENT_RTOL, RIVAL, decided, enough, going_on
-from mrfit.search.objective import BudgetSpent, Descent, NormalEquations, Objective, Stalled
+from mrfit.search.objective import BudgetSpent, Descent, Ended, NormalEquations, Objective, Stalled
 
 SPEC = OptimizerSpec(
-    name="auto",
-    title="Multi-start bounded Levenberg-Marquardt, all starts side by side, until several agree",
+    name="multistart",
+    title="Multi-start bounded Levenberg-Marquardt on all data and parameters, until several starts agree",
     reference="Levenberg (1944), Marquardt (1963); stop: Bates and Watts (1981); starts: McKay and others (1979)",
     kind="global",
     budget=lambda dimension, options: 1000 * (dimension + 1),
+    ends=True,
 )
 
 Mask = NDArray[np.bool_]
@@ -34,8 +36,8 @@ IDLE = 21
 ZERO = 1e-6
 
 # A descent has settled when the linear model can explain no more than this share of the squared cost; the best one then
-# goes on to the objective's tolerance.
-SETTLED = 1e-3
+# goes on to a tolerance of its own, this one where nobody gives another.
+SETTLED, EXACT = 1e-3, 1e-9
 # It has also settled when so many iterations lowered the squared cost by less than a share of it: along directions
 # that the data hardly determine the linear model promises again and again what the model does not keep. Of more than
 # so many parameters per iteration some may lie in a curved valley: then there are more iterations.
@@ -91,59 +93,75 @@ class Front:
         return ~(self.settled | self.stuck | self.given_up)
 
 
-def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> None:
+def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Ended:
+    """Minimise from the given starts and well-spread ones, wave by wave, until three descents agree; see `search`."""
+    return search(objective, rng, EXACT)
+
+
+def search(objective: Objective, rng: np.random.Generator, tolerance: float) -> Ended:
     """Minimise from the given starts and well-spread ones, wave by wave, until three descents agree.
 
     Of many, two are enough; where the least cost stays as it is for many more, the search ends without agreement.
     Every iteration takes one step of all descents, see ``kernels.descent``. A step that lowers the cost lowers its
-    damping, any other raises it. Where descents ended is left in the objective's ``descents``, how many agree in
-    ``agreeing``.
+    damping, any other raises it. What stops it carries where descents ended up to then.
+
+    Parameters
+    ----------
+    objective
+        What to minimise.
+    rng
+        Source of the starts that are not given.
+    tolerance
+        Share of the squared cost that the best descent of a wave may leave.
     """
     if not objective.dimension:
         cost = float(objective.costs(objective.start[None, :])[0])
-        objective.descents, objective.agreeing = [Descent(cost, objective.start, np.isfinite(cost))], 1
-        objective.verdict = "all parameters are linear"
-        return
+        return Ended("all parameters are linear", (Descent(cost, objective.start, np.isfinite(cost)),), 1)
     given = [objective.best_point[None, :], objective.start[None, :]]
     if objective.starts is not None:
         given.append(objective.starts)
     pool = np.array(list(dict.fromkeys(map(tuple, np.clip(np.vstack(given), 0.0, 1.0)))))
     count, zero, least, idle = FIRST_WAVE, np.inf, np.inf, 0
-    screened = SCREENED_EXACTLY if objective.exact else SCREENED
-    while True:
-        points = np.vstack([pool, _latin_hypercube(screened * count, objective.dimension, rng)])
-        costs = objective.costs(points)
-        zero = min(zero, ZERO * float(costs.min()))
-        starts = _choose(points, costs, len(pool), count)
-        front = Front(starts, objective.normal_equations(starts))
-        try:
-            _descend(objective, front, SETTLED, SLOW_SETTLED, ITERATIONS)
-            _polish(objective, front)
-        finally:
-            _record(objective, front, zero)
-        if objective.agreeing >= enough(len(objective.descents)):
-            objective.verdict = f"{objective.agreeing} of {len(objective.descents)} starts agree"
-            return
-        idle = 0 if objective.best_cost < least * (1.0 - AGREEMENT_RTOL) else idle + count
-        if idle >= IDLE:
-            raise Stalled(f"none of the last {idle} starts ended lower")
-        pool, count, least = pool[:0], LATER_WAVES, objective.best_cost
+    screened, ended = SCREENED_EXACTLY if objective.exact else SCREENED, Ended()
+    try:
+        while True:
+            points = np.vstack([pool, _latin_hypercube(screened * count, objective.dimension, rng)])
+            costs = objective.costs(points)
+            zero = min(zero, ZERO * float(costs.min()))
+            starts = _choose(points, costs, len(pool), count)
+            front = Front(starts, objective.normal_equations(starts))
+            try:
+                _descend(objective, front, SETTLED, SLOW_SETTLED, ITERATIONS, ended.descents)
+                _polish(objective, front, tolerance)
+            finally:
+                ended = _joined(ended, objective.best_cost, front, zero)
+            if ended.agreeing >= enough(len(ended.descents)):
+                return replace(ended, reason=f"{ended.agreeing} of {len(ended.descents)} starts agree")
+            idle = 0 if objective.best_cost < least * (1.0 - AGREEMENT_RTOL) else idle + count
+            if idle >= IDLE:
+                raise Stalled(f"none of the last {idle} starts ended lower")
+            pool, count, least = pool[:0], LATER_WAVES, objective.best_cost
+    except BudgetSpent as spent:
+        spent.ended = ended
+        raise
 
 
-def refine(objective: Objective, points: Array, damping: float = LAST_DAMPING) -> bool:
-    """Descend from the best of the points (P, K) to the objective's tolerance, and return whether the search is over.
+def refine(objective: Objective, points: Array, tolerance: float = EXACT, damping: float = LAST_DAMPING) -> bool:
+    """Descend from the best of the points (P, K) to a tolerance, and return whether the search is over.
 
     All those that cost little more than the best, but not the same, descend at first. The first steps are damped the
     more, the farther the points may be from the optimum.
     """
     try:
+        if not objective.dimension:
+            return bool(np.isfinite(objective.costs(points[:1])).all())
         if len(points) > 1:
             points = points[_rivals(objective.costs(points))]
         front = Front(points, objective.normal_equations(points))
         front.dampings[:] = damping
         if len(points) > 1:
             _descend(objective, front, SETTLED, SLOW_SETTLED, ITERATIONS)
-        leader = _polish(objective, front)
+        leader = _polish(objective, front, tolerance)
     except BudgetSpent:
         return False
     return bool(leader.settled[0] or leader.stuck[0])
@@ -179,11 +197,18 @@ def _choose(points: Array, costs: Array, given: int, count: int) -> Array:
     return points[chosen + rest[: max(0, count - len(chosen))]]
 
 
-def _descend(objective: Objective, front: Front, tolerance: float, slow: float, iterations: int) -> None:
+def _descend(
+    objective: Objective,
+    front: Front,
+    tolerance: float,
+    slow: float,
+    iterations: int,
+    ended: Sequence[Descent] = (),
+) -> None:
     """Step all descents of a front together until each has settled, is stuck, given up or has taken its iterations."""
     earlier, patience = front.model.costs**2, max(SLOW_ITERATIONS, objective.dimension // SLOW_PARAMETERS)
     hoped, several = np.zeros(len(earlier)), len(earlier) > 1
-    before = len(objective.descents), np.array([d.cost for d in objective.descents if d.settled])
+    before = len(ended), np.array([d.cost for d in ended if d.settled])
     for iteration in range(iterations):
         under_way, squares = front.under_way, front.model.costs**2
         if iteration % patience == patience - 1:
@@ -224,28 +249,28 @@ def _fan(objective: Objective, front: Front, active: Index, trial: tuple[Array, 
     front.dampings[active] = np.column_stack([front.dampings[active], dampings])[row, best]
 
 
-def _polish(objective: Objective, front: Front) -> Front:
-    """Let the leader of a front go on to the objective's tolerance, and return it."""
+def _polish(objective: Objective, front: Front, tolerance: float) -> Front:
+    """Let the leader of a front go on to a tolerance, and return it."""
     leader = slice(best := int(np.argmin(front.model.costs)), best + 1)
     # slices are views: the points and costs that the leader gains are the front's
     alone = Front(front.points[leader], NormalEquations(*(part[leader] for part in front.model)))
     alone.dampings = front.dampings[leader]
-    last = objective.tolerance < SETTLED
+    last = tolerance < SETTLED
     if last or (front.under_way[best] and front.model.costs[best] <= objective.best_cost):
         slow, iterations = (SLOW_POLISHED, LEADER_ITERATIONS) if last else (SLOW_SETTLED, ITERATIONS)
-        _descend(objective, alone, objective.tolerance, slow, iterations)
+        _descend(objective, alone, tolerance, slow, iterations)
         front.settled[best] |= alone.settled[0]
         front.stuck[best] |= alone.stuck[0]
     return alone
 
 
-def _record(objective: Objective, front: Front, zero: float) -> None:
-    """Add a front's descents to the objective's record, best first, and count how many settled at the best cost."""
-    limit = objective.best_cost * (1.0 + AGREEMENT_RTOL) + zero
+def _joined(ended: Ended, least: float, front: Front, zero: float) -> Ended:
+    """Return where descents ended with those of a front, best first, and how many settled at the least cost."""
+    limit = least * (1.0 + AGREEMENT_RTOL) + zero
     settled, near = front.settled | front.stuck, front.model.costs <= limit
     # what came as far as one that settled agrees with it
     settled |= near & np.any(settled & near)
-    ended = zip(front.model.costs, front.points, settled, strict=True)
-    descents = [Descent(float(c), p.copy(), bool(s)) for c, p, s in ended if np.isfinite(c)]
-    objective.descents = sorted([*objective.descents, *descents], key=lambda d: d.cost)
-    objective.agreeing = sum(d.settled and d.cost <= limit for d in objective.descents)
+    rows = zip(front.model.costs, front.points, settled, strict=True)
+    own = [Descent(float(c), p.copy(), bool(s)) for c, p, s in rows if np.isfinite(c)]
+    descents = tuple(sorted([*ended.descents, *own], key=lambda d: d.cost))
+    return Ended(ended.reason, descents, sum(d.settled and d.cost <= limit for d in descents))

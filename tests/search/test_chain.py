@@ -5,7 +5,8 @@ import pytest
 
 from mrfit.core import registry
 from mrfit.errors import ConfigError
-from mrfit.search import optimize
+from mrfit.search import chain
+from mrfit.search.limits import Limits
 from mrfit.search.objective import Objective
 
 
@@ -19,7 +20,7 @@ def objective(residuals=valley, start=(0.2, 0.75)):
 
 
 def run(name, residuals=valley, seed=0, **limits):
-    return optimize.run(name, objective(residuals), np.random.default_rng(seed), **limits)
+    return chain.run(name, objective(residuals), np.random.default_rng(seed), Limits(**limits))
 
 
 def test_chain_hands_the_best_point_on():
@@ -29,23 +30,23 @@ def test_chain_hands_the_best_point_on():
     assert finish.cost < swarm.cost
     assert outcome.cost == finish.cost < 1e-8
     assert outcome.point == pytest.approx([0.75, 0.75], abs=1e-6)
-    assert outcome.converged
+    assert outcome.success
 
 
 def test_links_take_what_their_specs_ask_for():
     outcome = run("pso-fmin")
-    asked = [optimize.default_budget(name, 2) for name in ("pso", "fmin")]
+    asked = [chain.Chain(name).budget(2) for name in ("pso", "fmin")]
     assert [link.allowed for link in outcome.links] == asked
 
 
 def test_total_budget_is_shared_in_proportion_and_kept():
     outcome = run("pso-woa-fmin", budget=3000)
     pso, woa, fmin = outcome.links
-    asked = {name: optimize.default_budget(name, 2) for name in ("pso", "woa", "fmin")}
+    asked = {name: chain.Chain(name).budget(2) for name in ("pso", "woa", "fmin")}
     assert pso.allowed == round(3000 * asked["pso"] / sum(asked.values()))
     assert woa.allowed / pso.allowed == pytest.approx(asked["woa"] / asked["pso"], rel=0.02)
     assert fmin.allowed == 3000 - pso.evaluations - woa.evaluations
-    assert outcome.evaluations == sum(link.evaluations for link in outcome.links) <= 3000
+    assert outcome.nfev == sum(link.evaluations for link in outcome.links) <= 3000
 
 
 def test_what_a_link_leaves_goes_to_the_next():
@@ -67,22 +68,22 @@ def test_histories_of_links_follow_each_other():
     outcome = run("pso-lsq", budget=1000)
     first, second = (link.history for link in outcome.links)
     assert first[-1][0] < second[0][0]
-    assert second[-1] == (outcome.evaluations, outcome.cost)
+    assert second[-1] == (outcome.nfev, outcome.cost)
 
 
 def test_time_limit_ends_the_whole_chain():
     outcome = run("pso-lsq", seconds=1e-9)
     assert [link.ending for link in outcome.links] == ["time"]
-    assert outcome.evaluations == 40
+    assert outcome.nfev == 40
     assert np.isfinite(outcome.cost)
-    assert not outcome.converged
+    assert not outcome.success
 
 
 def test_stall_is_recorded():
     outcome = run("ga", residuals=lambda p: np.ones((len(p), 3)), budget=2000)
     assert outcome.links[0].ending == "stalled"
     assert outcome.links[0].reason == "no progress in 1000 evaluations"
-    assert 1000 <= outcome.evaluations <= 1080
+    assert 1000 <= outcome.nfev <= 1080
 
 
 def test_same_seed_same_outcome():
@@ -100,7 +101,7 @@ def test_start_that_diverges_ends_a_local_search_with_its_reason():
 @pytest.mark.parametrize("name", ["", "-", "pso-", "-pso", "pso--fmin"])
 def test_empty_part_of_a_chain_is_refused(name):
     with pytest.raises(ConfigError, match="empty part"):
-        optimize.chain(name)
+        chain.parts(name)
 
 
 def test_unknown_optimizer_is_refused_with_near_matches():
@@ -119,37 +120,37 @@ def test_every_registered_optimizer_makes_a_chain():
     name = "-".join(sorted(registry.names("optimizer"), key=lambda n: n != "points"))
     outcome = run(name, budget=20_000)
     assert len(outcome.links) == len(registry.names("optimizer"))
-    assert outcome.evaluations <= 20_000
+    assert outcome.nfev <= 20_000
     assert outcome.cost < 1e-3
 
 
 @pytest.mark.parametrize(("stall", "ending", "evaluations"), [(0.25, "stalled", 240), (1.0, "budget", 800)])
 def test_a_search_without_progress_ends_after_the_share_it_is_given(stall, ending, evaluations):
     objective = Objective(lambda points: np.ones((len(points), 3)), np.array([0.3, 0.4]), 0)
-    outcome = optimize.run("pso", objective, np.random.default_rng(0), budget=800, stall=stall)
-    assert (outcome.links[0].ending, outcome.evaluations) == (ending, evaluations)
+    outcome = chain.run("pso", objective, np.random.default_rng(0), Limits(800, stall=stall))
+    assert (outcome.links[0].ending, outcome.nfev) == (ending, evaluations)
 
 
 @pytest.mark.parametrize("stall", [0.0, -1.0, 1.5, float("nan")])
 def test_a_share_that_is_none_is_refused(stall):
     objective = Objective(lambda points: points, np.array([0.3]), 0)
     with pytest.raises(ConfigError, match="--stall"):
-        optimize.run("pso", objective, np.random.default_rng(0), stall=stall)
+        chain.run("pso", objective, np.random.default_rng(0), Limits(stall=stall))
 
 
 def test_points_can_only_begin_a_chain():
-    assert optimize.chain("points-lsq") == ["points", "lsq"]
+    assert chain.parts("points-lsq") == ["points", "lsq"]
     with pytest.raises(ConfigError, match="points is a start, not a search: write it first"):
-        optimize.chain("lsq-points")
+        chain.parts("lsq-points")
 
 
 def test_options_go_to_every_optimizer_that_has_them_and_to_one_that_is_named():
     given = (("mwoa.b", 0.7), ("b", 2.0), ("population", 12.0))
-    assert optimize.options_of("woa", given) == {"b": 2.0, "population": 12.0, "iterations": 800}
-    assert optimize.options_of("mwoa", given)["b"] == 0.7
-    assert optimize.options_of("pso", given)["population"] == 12.0
-    assert optimize.options_of("lsq", given) == {}
-    assert optimize.default_budget(optimize.Tuned("woa-lsq", given), 3) == 12 * 800 + 200 * 4
+    assert chain.options_of("woa", given) == {"b": 2.0, "population": 12.0, "iterations": 800}
+    assert chain.options_of("mwoa", given)["b"] == 0.7
+    assert chain.options_of("pso", given)["population"] == 12.0
+    assert chain.options_of("lsq", given) == {}
+    assert chain.Chain("woa-lsq", given).budget(3) == 12 * 800 + 200 * 4
 
 
 @pytest.mark.parametrize(
@@ -165,13 +166,50 @@ def test_options_go_to_every_optimizer_that_has_them_and_to_one_that_is_named():
 )
 def test_a_wrong_option_is_told_with_those_there_are(parts, given, message):
     with pytest.raises(ConfigError, match=re.escape(message)):
-        optimize.check_options(parts, [given])
+        chain.check_options(parts, [given])
 
 
 def test_options_change_how_many_are_simulated_side_by_side():
     batches = []
     objective = Objective(lambda p: (batches.append(len(p)), p - 0.3)[1], np.array([0.5, 0.5]), 0)
-    optimize.run(
-        optimize.Tuned("mwoa", (("population", 7.0), ("iterations", 5.0))), objective, np.random.default_rng(0)
-    )
+    given = (("population", 7.0), ("iterations", 5.0))
+    chain.run("mwoa", objective, np.random.default_rng(0), given=given)
     assert batches == [7] * 5
+
+
+@pytest.mark.parametrize(
+    ("name", "budget", "cut"),
+    [("lsq", 5, True), ("multistart", 30, True), ("pso", 80, False), ("pso-lsq", 60, True), ("lsq", 2000, False)],
+)
+def test_a_search_that_should_have_ended_by_itself_is_cut_short_by_its_budget(name, budget, cut):
+    # a population search ends with its budget by design
+    assert run(name, budget=budget).cut_short is cut
+
+
+def test_what_an_optimizer_found_before_it_was_stopped_is_told():
+    def many_wells(points):
+        return 2.0 + np.cos(40.0 * points)
+
+    whole = run("multistart", residuals=many_wells, budget=20_000)
+    short = run("multistart", residuals=many_wells, budget=whole.nfev // 2)
+    assert short.links[0].ending == "budget" and 0 < len(short.descents) < len(whole.descents)
+    assert list(short.starts) == sorted(short.starts) and short.starts[0] >= short.cost
+    assert run("lsq-multistart-lsq", residuals=many_wells, budget=20_000).descents
+
+
+def test_an_optimizer_that_says_nothing_of_its_end_used_what_it_had():
+    class Silent:
+        SPEC = registry.load("optimizer", "lsq").SPEC
+
+        @staticmethod
+        def minimise(objective, rng, options):
+            objective.costs(rng.random((objective.remaining, objective.dimension)))
+
+    step = chain.Step("silent", Silent.SPEC, Silent.minimise, {})
+    outcome = chain.run_steps([step], objective(), np.random.default_rng(0), Limits(17))
+    assert (outcome.nfev, outcome.links[0].ending, outcome.message) == (
+        17,
+        "budget",
+        "silent: its 17 evaluations are done",
+    )
+    assert not outcome.success and outcome.starts == ()

@@ -1,0 +1,51 @@
+"""Multistart least squares: linear parameters eliminated, in the fewest parameters, on thinned data first."""
+
+from dataclasses import dataclass
+
+from mrfit.core.specs import Array, OptimizerSpec
+from mrfit.optimizers import multistart
+from mrfit.search import coarse_to_fine, reparametrised
+from mrfit.search.limits import Run
+from mrfit.search.problem import Problem, measured
+from mrfit.search.result import SearchResult
+
+SPEC = OptimizerSpec(
+    name=coarse_to_fine.NAME,
+    title="Multi-start bounded Levenberg-Marquardt, linear parameters solved for, on thinned data first",
+    reference=f"{multistart.SPEC.reference}; variable projection: Golub and Pereyra (1973), Kaufman (1975)",
+    kind="global",
+    budget=multistart.SPEC.budget,
+    ends=True,
+)
+
+
+@dataclass(frozen=True)
+class Auto:
+    """Strategy: descents from many starts, see ``reparametrised``, ``coarse_to_fine`` and ``variable_projection``.
+
+    Attributes
+    ----------
+    own_parameters
+        Whether to search in the model's own parameters where it has fewer that give its responses, too.
+    """
+
+    own_parameters: bool = False
+
+    @property
+    def many_starts(self) -> bool:
+        """Every start has a descent of its own."""
+        return True
+
+    @property
+    def from_points(self) -> bool:
+        """Characteristic points are one start of many."""
+        return False
+
+    def budget(self, dimension: int) -> int:
+        """Return the evaluations that it asks for where nobody limits them."""
+        return coarse_to_fine.default_budget(dimension)
+
+    def search(self, problem: Problem, starts: Array, how: Run) -> SearchResult:
+        """Return where it ends from start points (S, F) and further ones."""
+        way = coarse_to_fine.search if self.own_parameters else reparametrised.search
+        return way(measured(problem), starts, how)

@@ -1,0 +1,91 @@
+"""One descent from the best of a few starts near the optimum: on thinned data first, then on all of them."""
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mrfit.core.specs import Array
+from mrfit.optimizers import multistart
+from mrfit.search import coarse_to_fine
+from mrfit.search.limits import Run, told_after
+from mrfit.search.objective import Objective
+from mrfit.search.problem import Problem, measured
+from mrfit.search.result import Link, SearchResult
+from mrfit.search.variable_projection import projection_of
+
+NAME = "descent"
+
+
+@dataclass(frozen=True)
+class Descent:
+    """Strategy: a damped Gauss-Newton descent, linear parameters eliminated.
+
+    Attributes
+    ----------
+    evaluations
+        On thinned data, and on all of them again, for each remaining parameter and one more.
+    tolerance
+        Share of the squared cost that it may leave.
+    exact_below
+        Cost below which it goes on to the tolerance of ``multistart``.
+    """
+
+    evaluations: int
+    tolerance: float
+    exact_below: float
+
+    @property
+    def many_starts(self) -> bool:
+        """Starts that cost little more than the best descend, too."""
+        return True
+
+    @property
+    def from_points(self) -> bool:
+        """Characteristic points say nothing of an optimum nearby."""
+        return False
+
+    def budget(self, dimension: int) -> int:
+        """Return the evaluations that it asks for where nobody limits them."""
+        return 2 * self.evaluations * (dimension + 1)
+
+    def search(self, problem: Problem, starts: Array, how: Run) -> SearchResult:
+        """Return where it ends from the best of start points (S, F)."""
+        posed, links = measured(problem), list[Link]()
+        thin = replace(posed, blocks=coarse_to_fine.thinned(posed.blocks))
+        projection = projection_of(thin)
+        for at, damping in ((thin, multistart.FIRST_DAMPING), (posed, multistart.LAST_DAMPING)):
+            before = links[0].evaluations if links else 0
+            objective = coarse_to_fine.objective_of(at, projection, starts, told_after(before, how.on_progress))
+            links.append(self._link(objective, damping, how, before))
+            starts = coarse_to_fine.whole(objective, objective.best_point[None, :])
+        result = SearchResult(
+            point=starts[0],
+            cost=objective.best_cost,
+            nfev=sum(link.evaluations for link in links),
+            nonfinite=objective.nonfinite,
+            first_nonfinite=objective.first_nonfinite,
+            links=(replace(links[0], preliminary=True), links[1]),
+        )
+        return coarse_to_fine.completed(result, objective, starts)
+
+    def _link(self, objective: Objective, damping: float, how: Run, before: int) -> Link:
+        """Return what a descent did on thinned data or, after so many evaluations, on all, where it may end exactly."""
+        allowed = self.evaluations * (objective.dimension + 1)
+        if how.limits.budget is not None:
+            allowed = min(allowed, max(how.limits.budget // 2, 1))
+        objective.allow(allowed, deadline=how.deadline)
+        over = multistart.refine(objective, np.asarray(objective.starts), self.tolerance, damping)
+        if before and objective.best_cost < self.exact_below:
+            over = multistart.refine(objective, objective.best_point[None, :])
+        late = how.deadline is not None and time.monotonic() >= how.deadline
+        return Link(
+            name=NAME,
+            kind="local",
+            allowed=allowed,
+            evaluations=objective.evaluations,
+            cost=objective.best_cost,
+            ending="finished" if over else "time" if late else "budget",
+            reason="settled" if over else "time limit reached" if late else f"budget of {allowed} evaluations spent",
+            history=tuple((before + e, cost) for e, cost in objective.history),
+        )

@@ -1,0 +1,129 @@
+"""Strategies are found by name in one place, and nowhere is a search chosen by comparing a name."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+import mrfit
+from mrfit.cli import output
+from mrfit.core import registry
+from mrfit.errors import ConfigError
+from mrfit.search import chain
+from mrfit.search.auto import Auto
+from mrfit.search.chain import Chain
+from mrfit.search.staged import Staged
+from mrfit.search.strategies import STRATEGIES, Strategy, find, specs
+
+PACKAGE = Path(mrfit.__path__[0])
+# What may search, and nothing but ``search.run`` for it
+CALLERS = ("fit", "discover", "compare", "apply", "report", "cli")
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("auto", Auto()),
+        ("staged", Staged("staged")),
+        ("staged-lsq", Staged("staged-lsq")),
+        # in a chain `auto` is one optimizer of several
+        ("auto-lsq", Chain("auto-lsq")),
+        ("pso-auto", Chain("pso-auto")),
+        ("multistart", Chain("multistart")),
+        ("pso-fmin", Chain("pso-fmin")),
+    ],
+)
+def test_a_name_means_one_strategy(name: str, kind: Strategy) -> None:
+    assert find(name) == kind
+
+
+def test_options_reach_the_optimizers_of_a_chain() -> None:
+    given = (("population", 12.0),)
+    assert find("woa-lsq", given) == Chain("woa-lsq", given)
+    assert find("woa-lsq", given).budget(3) == 12 * 800 + 200 * 4
+    assert find("staged-woa", given).budget(3) == 12 * 800 + 200 * 4
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [("atuo", "unknown optimizer 'atuo': did you mean auto"), ("pso--lsq", "empty part"), ("lsq-points", "is a start")],
+)
+def test_a_wrong_name_is_told_with_what_there_is(name: str, message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        find(name)
+
+
+def test_what_a_strategy_is_in_a_chain_is_an_optimizer() -> None:
+    assert set(chain.PARTS) == set(STRATEGIES)
+    assert set(chain.PARTS.values()) <= set(registry.names("optimizer"))
+    assert not set(STRATEGIES) & set(registry.names("optimizer"))
+
+
+def test_every_strategy_and_optimizer_describes_itself() -> None:
+    assert list(specs()) == sorted({*STRATEGIES, *registry.names("optimizer")}) == chain.names()
+    for name, spec in specs().items():
+        assert spec.name == name and spec.title and spec.reference
+        assert find(name).budget(3) > 0
+
+
+def test_only_starts_are_read_off_the_data_and_only_some_strategies_use_several() -> None:
+    assert [n for n in specs() if find(n).from_points] == ["points"]
+    assert find("points-lsq").from_points and not find("pso-lsq").from_points
+    assert [n for n in specs() if find(n).many_starts] == ["auto"]
+
+
+def test_no_search_is_chosen_by_comparing_a_name() -> None:
+    for source in sorted(PACKAGE.rglob("*.py")):
+        for node in ast.walk(ast.parse(source.read_text())):
+            if isinstance(node, ast.Compare) and {"auto", "staged"} & {
+                n.value for n in ast.walk(node) if isinstance(n, ast.Constant) and isinstance(n.value, str)
+            }:
+                compared = ast.unparse(node)
+                assert "opt" not in compared and "strategy" not in compared, f"{source.name}: {compared}"
+
+
+def test_rooms_above_the_search_enter_it_by_its_one_door() -> None:
+    """No room above makes an objective or runs an optimizer, and none reaches into a strategy."""
+    for room in CALLERS:
+        for source in sorted((PACKAGE / room).rglob("*.py")):
+            for node in ast.walk(ast.parse(source.read_text())):
+                if isinstance(node, ast.ImportFrom) and node.module:
+                    names = {a.name for a in node.names}
+                    assert node.module != "mrfit.search.objective" or not names & {"Objective"}, source
+                    inner = {"coarse_to_fine", "reparametrised", "variable_projection"}
+                    assert node.module.rpartition(".")[2] not in inner, source
+                    assert node.module != "mrfit.search" or not names & inner, source
+                if isinstance(node, ast.Call):
+                    called = ast.unparse(node.func)
+                    assert called not in ("chain.run", "chain.run_steps", "strategy.search"), f"{source}: {called}"
+
+
+def test_the_objective_is_written_by_itself_alone() -> None:
+    """What it counts and remembers is its own: nobody else sets a field of an objective."""
+    for source in sorted(PACKAGE.rglob("*.py")):
+        for node in ast.walk(ast.parse(source.read_text())):
+            if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
+                owner = ast.unparse(node.value)
+                assert owner not in ("objective", "fine", "coarse", "self._objective"), f"{source}: {ast.unparse(node)}"
+
+
+def test_the_walk_through_a_search_names_files_that_there_are() -> None:
+    text = (PACKAGE.parent / "docs" / "architecture.md").read_text()
+    walk = text.partition("## How a parameter vector walks through a search")[2].partition("## ")[0]
+    named = re.findall(r"`((?:\w+/)?\w+\.py)`", walk)
+    assert len(named) > 10
+    for name in named:
+        assert (PACKAGE / name).exists() or (PACKAGE / "search" / name).exists(), name
+
+
+def test_the_list_of_optimizers_shows_strategies_beside_them() -> None:
+    assert [row["name"] for row in output.registry_rows("optimizers")] == chain.names()
+    assert (output.item("auto")["kind"], output.item("staged")["kind"]) == ("global", "local")
+    assert "stages" in output.item("staged")["text"]
+
+
+def test_an_optimizer_with_the_name_of_a_strategy_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "names", lambda kind: ["auto", "lsq"])
+    with pytest.raises(ConfigError, match="'auto' has the name of a strategy"):
+        find("lsq")
