@@ -8,6 +8,7 @@ import numpy as np
 from mrfit.core import registry
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array, EffectSpec
+from mrfit.discover.policy import STANDARD, Policy
 from mrfit.errors import DataError
 from mrfit.fit.identify import measured_output
 from mrfit.search.problem import Block, differences, full_block
@@ -15,9 +16,6 @@ from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.signal.output_floor import cycles_drift, output_floors, residual_floor, with_colour
 from mrfit.signal.smoothing import TIME, Drive, smooth
 from mrfit.simulate.assembly import Assembly
-
-# No error counts for more than this share of the range: floors of almost noiseless channels are not taken at their word
-LEAST_FLOOR = 2e-4
 
 
 @dataclass(frozen=True)
@@ -86,12 +84,15 @@ class Bench:
         Why a channel some effect needs is not to be had.
     span
         Range of the measured output over all segments.
+    least_floor
+        Share of it below which no error counts: floors of almost noiseless channels are not taken at their word.
     """
 
     stretches: tuple[Stretch, ...]
     channels: frozenset[str]
     lacking: dict[str, str]
     span: float
+    least_floor: float = STANDARD.least_floor
 
     def of_role(self, role: str) -> list[Stretch]:
         """Return the segments that are fitted (``train``) or held out (``holdout``)."""
@@ -109,7 +110,11 @@ class Bench:
 
 
 def build_bench(
-    segments: Sequence[Segment], recordings: dict[str, Recording], base: Assembly, effects: Sequence[EffectSpec]
+    segments: Sequence[Segment],
+    recordings: Mapping[str, Recording],
+    base: Assembly,
+    effects: Sequence[EffectSpec],
+    policy: Policy = STANDARD,
 ) -> Bench:
     """Return the bench of a base model and the effects that may be missing from it.
 
@@ -130,12 +135,13 @@ def build_bench(
     if span == 0.0:
         raise DataError(f"the {base.spec.output} is the same in every sample: there is no error to explain")
     floors = noise_floors(segments, recordings, [outputs[s.id][s.start : s.stop] for s in segments])
+    least = policy.least_floor * span
     stretches = [
-        _with_noise(_stretch(s, recordings[s.recording], found[s.id], common, outputs[s.id], noise), noise, span)
+        _with_noise(_stretch(s, recordings[s.recording], found[s.id], common, outputs[s.id], noise), noise, least)
         for s, noise in zip(segments, floors, strict=True)
     ]
     stretches = [_straightened(s) for s in stretches]
-    return Bench(tuple(stretches), frozenset([*common, TIME]), lacking, span)
+    return Bench(tuple(stretches), frozenset([*common, TIME]), lacking, span, policy.least_floor)
 
 
 def noise_floors(
@@ -157,12 +163,12 @@ def with_residual_floors(bench: Bench, fit: Sequence[Array], recordings: Mapping
     recordings
         Recordings by id.
     """
-    stretches = []
+    stretches, least = [], bench.least_floor * bench.span
     for stretch, error in zip(bench.stretches, fit, strict=True):
         noise = residual_floor(
             stretch.noise, recordings[stretch.segment.recording], stretch.segment, error * stretch.floor
         )
-        stretches.append(stretch if noise is stretch.noise else _with_noise(stretch, noise, bench.span))
+        stretches.append(stretch if noise is stretch.noise else _with_noise(stretch, noise, least))
     return replace(bench, stretches=tuple(stretches))
 
 
@@ -175,8 +181,8 @@ def _straightened(stretch: Stretch) -> Stretch:
     return replace(stretch, block=block, level_rate=drift.level_rate)
 
 
-def _with_noise(stretch: Stretch, noise: NoiseFloor, span: float) -> Stretch:
-    return replace(stretch, noise=noise, floor=max(noise.scale, LEAST_FLOOR * span))
+def _with_noise(stretch: Stretch, noise: NoiseFloor, least: float) -> Stretch:
+    return replace(stretch, noise=noise, floor=max(noise.scale, least))
 
 
 # Looked at when the error is located, whether or not the model needs them

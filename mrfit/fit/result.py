@@ -175,8 +175,8 @@ def passivity_rows(blocks: Sequence[Block], simulated: Sequence[Array], assembly
     for block, output in zip(blocks, simulated, strict=True):
         drive = work_drive(block, assembly)
         if block.segment.cycles and drive is not None:
-            # with flux as output it is the co-energy that is integrated, the loop run the other way round
-            sign = -1.0 if assembly.spec.output == "flux" else 1.0
+            # of the co-energy the loop is run the other way round
+            sign = -1.0 if assembly.spec.co_energy else 1.0
             area = sign * absorbed_energy(output, drive) / block.segment.cycles
             row = {"condition": block.segment.condition, "role": block.segment.role, "loop_area": area, "unit": "J"}
             rounding = ROUNDING * float(np.ptp(output) * np.ptp(drive))
