@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mrfit.core import registry
+from mrfit.core.channels import INTEGRALS, LOCATED_BY
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array, EffectSpec
 from mrfit.discover.policy import STANDARD, Policy
@@ -123,7 +124,7 @@ def build_bench(
     DataError
         If a recording lacks what the base itself needs.
     """
-    wanted = list(dict.fromkeys((*base.spec.inputs, *(i for e in effects for i in e.inputs), *REGION_CHANNELS)))
+    wanted = list(dict.fromkeys((*base.spec.inputs, *(i for e in effects for i in e.inputs), *LOCATED_BY)))
     found = {s.id: _channels(recordings[s.recording], s, wanted) for s in segments}
     lacking = {n: reason for drives in found.values() for n, reason in drives.lacking.items()}
     for name in base.spec.inputs:
@@ -185,10 +186,6 @@ def _with_noise(stretch: Stretch, noise: NoiseFloor, least: float) -> Stretch:
     return replace(stretch, noise=noise, floor=max(noise.scale, least))
 
 
-# Looked at when the error is located, whether or not the model needs them
-REGION_CHANNELS = ("displacement", "velocity", "current", "temperature")
-
-
 @dataclass(frozen=True)
 class _Found:
     drives: dict[str, Drive]
@@ -204,9 +201,10 @@ def _channels(recording: Recording, segment: Segment, names: Sequence[str]) -> _
             drives[name] = smooth(recording, segment, (name,))
         except DataError as error:
             lacking[name] = str(error)
-    if "displacement" in lacking and "velocity" in drives:
-        drives["displacement"] = _stroke_of(drives["velocity"])
-        del lacking["displacement"]
+    for name, rate in INTEGRALS.items():
+        if name in lacking and rate in drives:
+            drives[name] = _stroke_of(drives[rate])
+            del lacking[name]
     return _Found(drives, lacking)
 
 

@@ -5,6 +5,7 @@ never computes one itself: ``gather`` answers by simulation and keeps the table,
 """
 
 from collections.abc import Generator, Mapping, Sequence
+from contextlib import closing
 from dataclasses import dataclass, field
 from typing import Any, Generic, Protocol, TypeVar
 
@@ -316,3 +317,29 @@ class Reader:
     def each(self, questions: Sequence[Question[Answer]], labels: Sequence[str] = ()) -> Generator[Answer, None, None]:
         """Yield the answers in the next rows."""
         return (self.ask(q) for q in questions)
+
+
+class Recorder:
+    """Keeps what another source answers; it is a ``Source``."""
+
+    def __init__(self, source: Source) -> None:
+        self.base, self.noise, self.library = source.base, source.noise, source.library
+        self._source = source
+        self._rows: list[tuple[Question[Any], Any]] = []
+
+    def ask(self, question: Question[Answer]) -> Answer:
+        """Return the other source's answer."""
+        answer = self._source.ask(question)
+        self._rows.append((question, answer))
+        return answer
+
+    def each(self, questions: Sequence[Question[Answer]], labels: Sequence[str] = ()) -> Generator[Answer, None, None]:
+        """Yield the other source's answers."""
+        with closing(self._source.each(questions, labels)) as answers:
+            for question, answer in zip(questions, answers, strict=True):
+                self._rows.append((question, answer))
+                yield answer
+
+    def evidence(self) -> Evidence:
+        """Return the table of all that was asked so far."""
+        return Evidence(self.base, self.noise, self.library, tuple(self._rows))

@@ -1,4 +1,4 @@
-"""What is said of a decision, measured before anything is written: gaps, intervals, regions, what could stand instead."""
+"""What is said of a decision, measured before it is written: gaps, intervals, regions, what could stand instead."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Evidence by simulation: the questions of a decision answered from the recordings, and every answer kept.
+"""Evidence by simulation: the questions of a decision answered from the recordings.
 
 The table fills while a decision is taken, since that says which refit is worth its time; ``select`` then takes the same
 decision from the finished table alone.
@@ -20,11 +20,13 @@ from mrfit.discover.evidence import (
     Join,
     Question,
     Reach,
+    Recorder,
     Repeats,
     Repetition,
     Screen,
     Screening,
     Search,
+    Source,
     Steadiness,
     Strength,
     Structure,
@@ -77,34 +79,25 @@ class Gathering:
         self._refits: list[Refit] = []
         self._numbers: dict[int, int] = {}
         self._screened: dict[int, list[Screened]] = {}
-        self._rows: list[tuple[Question[Any], Any]] = []
         self.base = self._row(base)
 
     def ask(self, question: Question[Answer]) -> Answer:
-        """Return the answer to one question, and keep it."""
+        """Return the answer to one question."""
         answer: Answer = self._answer(question)
-        return self._kept(question, answer)
+        return answer
 
     def each(self, questions: Sequence[Question[Answer]], labels: Sequence[str] = ()) -> Generator[Answer, None, None]:
         """Yield refits one after the other, while processes make the descents of those to come."""
         fits = self.fitter.refits([self._wanted(q) for q in questions])
-        for done, (question, fit) in enumerate(zip(questions, fits, strict=True), 1):
+        for done, fit in enumerate(fits, 1):
             answer: Any = self._row(fit)
             if labels:
                 self.progress(labels[done - 1], done, len(questions))
-            yield self._kept(question, answer)
-
-    def evidence(self) -> Evidence:
-        """Return the table of all that was asked."""
-        return Evidence(self.base, self.noise, self.library, tuple(self._rows))
+            yield answer
 
     def refit_of(self, fit: Fit) -> Refit:
         """Return the refit that a row stands for."""
         return self._refits[fit.number]
-
-    def _kept(self, question: Question[Answer], answer: Answer) -> Answer:
-        self._rows.append((question, answer))
-        return answer
 
     def _answer(self, question: Question[Any]) -> Any:
         match question:
@@ -168,10 +161,11 @@ class Gathering:
         return Fit(number, refit.effects, refit.chi("train"), refit.chi("holdout"), refit.values, shapes)
 
 
-def gather(gathering: Gathering, policy: Policy) -> Evidence:
-    """Return all that a decision under this policy asks for."""
-    decide(gathering, policy)
-    return gathering.evidence()
+def gather(source: Source, policy: Policy) -> Evidence:
+    """Return all that a decision under this policy asks for, with what a source answers."""
+    recorder = Recorder(source)
+    decide(recorder, policy)
+    return recorder.evidence()
 
 
 def _effect(spec: EffectSpec) -> Effect:

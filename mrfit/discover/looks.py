@@ -10,14 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from mrfit.core.channels import LOOP_AXES
 from mrfit.core.specs import Array, Index
 from mrfit.discover.bench import Bench, Stretch
 from mrfit.discover.policy import Policy
 from mrfit.discover.refit import Refit
 from mrfit.signal.cycles import last_event
 
-# Channels over which people draw loops, in the order in which they are named where two fit alike
-OVER = ("velocity", "angular_velocity", "current", "displacement", "angle")
 BINS = 24
 
 
@@ -28,7 +27,7 @@ def looks(bench: Bench, fit: Refit) -> list[dict[str, Any]]:
     first.
     """
     rows: list[dict[str, Any]] = []
-    for name in OVER:
+    for name in LOOP_AXES:
         if name in bench.channels:
             rows.append(
                 {"over": name, **{shape: _predicted(bench, fit, name, places) for shape, places in SHAPES.items()}}

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from mrfit.core.channels import REMEMBERED, STATE
 from mrfit.core.specs import Array
 from mrfit.discover.bench import Bench, Stretch
 from mrfit.discover.refit import Refit
@@ -58,12 +59,12 @@ def explainable(bench: Bench, train: Sequence[Array], holdout: Sequence[Array], 
 
 def _inputs(stretch: Stretch) -> Array:
     columns = []
-    for name in ("current", "displacement", "velocity", "acceleration", "temperature"):
+    for name in STATE:
         values = stretch.channel(name)
         if values is None:
             continue
         columns.append(values)
-        if name in ("current", "velocity"):
+        if name in REMEMBERED:
             rate = np.gradient(values) / stretch.block.dt
             columns += [
                 np.sign(rate),

@@ -43,6 +43,11 @@ class Trial:
 # --- what is worth a refit
 
 
+def absorbed(left: float, policy: Policy) -> bool:
+    """Return whether a model has an effect already, by the share of its sensitivity that is left after projection."""
+    return left < policy.absorbed
+
+
 def worth_a_refit(candidates: Iterable[Candidate], policy: Policy) -> list[Candidate]:
     """Return the candidates that are refitted in a round, of candidates with the most promising first."""
     return [c for c in candidates if not c.reason and c.gain > policy.worth_a_refit][: policy.most_refits]

@@ -14,6 +14,7 @@ from mrfit.core.specs import Array, EffectSpec, Param
 from mrfit.discover.bench import Bench
 from mrfit.discover.policy import Policy
 from mrfit.discover.refit import Fitter, Refit
+from mrfit.discover.rules import absorbed
 from mrfit.fit.diagnostics.uncertainty import long_run_covariance, sensitivities
 
 # Values at which a shape parameter, which does nothing at neutral, is tried
@@ -107,7 +108,7 @@ def _screened(fitter: Fitter, present: Refit, effect: EffectSpec, data: _Data) -
     for columns, start in _sensitivities(fitter, present, effect):
         free = columns - data.basis @ (data.basis.T @ columns)
         left = np.linalg.norm(free, axis=0) / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-        if not np.all(np.isfinite(free)) or np.max(left) < data.policy.absorbed:
+        if not np.all(np.isfinite(free)) or absorbed(float(np.max(left)), data.policy):
             continue
         coefficients = np.asarray(-np.linalg.lstsq(free, data.errors, rcond=1e-6)[0], dtype=np.float64)
         fitted = _within(effect, coefficients)

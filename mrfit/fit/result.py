@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from mrfit.core.channels import WORK_AGAINST
 from mrfit.core.specs import Array
 from mrfit.fit.diagnostics.bootstrap import Interval
 from mrfit.fit.diagnostics.residual_tests import ALL
@@ -24,13 +25,6 @@ NOTHING = 5.0
 SIGNLESS = 0.25
 # Work per cycle below this share of the rectangle round the loop is none
 ROUNDING = 1e-9
-# Output -> the channel it does work against, and that channel's rate
-WORK_AGAINST = {
-    "flux": ("current", ""),
-    "current": ("flux", ""),
-    "force": ("displacement", "velocity"),
-    "torque": ("angle", "angular_velocity"),
-}
 
 
 def parameter_rows(cube: Cube, point: Array, uncertainty: Uncertainty) -> list[dict[str, Any]]:

@@ -235,3 +235,12 @@ def test_constant_channels_are_no_trouble(pair: tuple[EffectSpec, Assembly, Asse
     spec, _, whole = pair
     drive = np.repeat(drive_of(whole)[:, :1], 50, axis=1)
     assert np.isfinite(whole.simulate(drive, theta_of(whole, spec, anywhere(spec, 5)), DT)).all()
+
+
+def test_an_effect_that_knows_time_or_temperature_may_change_within_a_record(effect: ModuleType) -> None:
+    assert effect.SPEC.steady == (not {"time", "temperature"} & set(effect.SPEC.inputs))
+
+
+def test_what_must_move_is_an_input(effect: ModuleType) -> None:
+    assert {name for name, _ in effect.SPEC.moves} <= set(effect.SPEC.inputs)
+    assert all(least > 0.0 for _, least in effect.SPEC.moves)

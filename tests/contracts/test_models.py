@@ -291,3 +291,9 @@ def test_sensitivities_are_the_response_and_its_derivatives(name: str) -> None:
         # at its corners a response has two slopes
         apart = np.abs(steps[:, q, None] * rows[:, 1 + q] - rise) > 1e-3 * largest + 1e-12 * np.ptp(response)
         assert np.mean(apart) < 0.05, module.SPEC.names[column]
+
+
+def test_a_flux_has_an_unknown_constant_and_its_loop_is_co_energy(model: ModuleType) -> None:
+    integrated = model.SPEC.output == "flux"
+    assert model.SPEC.free_offset == integrated
+    assert model.SPEC.co_energy == integrated
