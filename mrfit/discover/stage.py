@@ -249,7 +249,7 @@ def current_dependence(
 
 
 def usual_dependence(
-    settings: Settings, segments: Sequence[Segment], recordings: dict[str, Recording]
+    settings: Settings, segments: Sequence[Segment], recordings: dict[str, Recording], policy: Policy = STANDARD
 ) -> CurrentDependence | None:
     """Return how the base's parameters depend on current as asked for, or by their roles; None if they do not."""
     name = settings.model.partition("+")[0]
@@ -259,7 +259,7 @@ def usual_dependence(
     if found or settings.current_order != "auto" or takes_current(spec):
         return found
     low, high = recorded_range(recordings)
-    if not high - low >= STANDARD.least_current_range:
+    if not high - low >= policy.least_current_range:
         return None
     orders = default_orders(spec, 3, shape) or orders_of(spec, "2")
     return CurrentDependence(orders, low, high)

@@ -52,7 +52,7 @@ def varies(high: float) -> Rule:
     channels = {"current": np.linspace(0.0, high, 50), "force": np.ones(50)}
     recordings = {"r": Recording("r", "r.csv", "r", "none", 1e-3, 0.0, channels, {})}
     held = replace(segment("train", "a"), current=0.1)
-    return lambda _: usual_dependence(Settings("tanh"), [held], recordings) is not None
+    return lambda p: usual_dependence(Settings("tanh"), [held], recordings, p) is not None
 
 
 def floored(noise: float) -> Rule:
@@ -152,7 +152,7 @@ CASES: dict[str, tuple[Rule, Rule]] = {
     "not_neutral": (proof(10.0, 1.5, 1.1), proof(10.0, 1.5, 0.9)),
     "half": (proof(10.0, 7.0, 3.5), proof(10.0, 7.2, 3.5)),
     "clear_of_half": (proof(10.0, 6.0, 3.1), proof(10.0, 6.0, 2.9)),
-    "least_gain": (proof(3.0, 2.97), proof(3.0, 2.99)),
+    "least_gain": (proof(1.1, 1.09), proof(1.1, 1.096)),
     "least_gap": (
         proof(6.0, 5.8, base=10.0, beside=("a",)),
         proof(6.0, 5.85, base=10.0, beside=("a",)),
@@ -233,6 +233,19 @@ def test_a_rule_fires_on_one_side_of_its_threshold_only(name: str) -> None:
     fires, not_here = CASES[name]
     assert fires(STANDARD)
     assert not not_here(STANDARD)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_it_is_this_threshold_that_decides(name: str) -> None:
+    """Moved past the evidence on one side, then on the other, it turns both."""
+    fires, not_here = CASES[name]
+    value = getattr(STANDARD, name)
+    moved = [
+        replace(STANDARD, **{name: type(value)(new)})
+        for new in (0.001 * value, 0.5 * value, 0.8 * value, 1.25 * value, 2.0 * value, 1000.0 * value)
+    ]
+    assert any(not fires(policy) for policy in moved)
+    assert any(not_here(policy) for policy in moved)
 
 
 def test_no_threshold_of_the_policy_is_without_a_test() -> None:

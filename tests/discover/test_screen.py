@@ -14,7 +14,7 @@ from mrfit.discover.evidence import Join, Reach, Screen
 from mrfit.discover.gather import Gathering, gather
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.refit import Fitter
-from mrfit.discover.screen import cosines, screen, unjudgeable
+from mrfit.discover.screen import cosines, present_basis, screen, unjudgeable
 from mrfit.discover.select import decide, select
 from mrfit.fit.select import load_recordings
 from mrfit.simulate.assembly import assemble
@@ -69,7 +69,11 @@ def test_directions_are_free_of_what_the_base_could_follow(fitter: Fitter) -> No
     shown = [s for s in found if len(s.direction)]
     assert screening.shown == tuple(s.name for s in shown)
     assert np.diag(cosines(shown)) == pytest.approx(1.0)
-    assert all(float(s.direction @ s.direction) == pytest.approx(1.0) for s in shown)
+    basis = present_basis(fitter, fitter.first(0))
+    for s in shown:
+        assert basis.T @ s.direction == pytest.approx(0.0, abs=1e-6)
+        # an effect whose bounds forbid the step that would help has no direction
+        assert float(np.linalg.norm(s.direction)) == pytest.approx(1.0 if s.gain else 0.0)
 
 
 def test_together_two_could_take_no_less_than_either(fitter: Fitter) -> None:
