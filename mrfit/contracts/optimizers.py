@@ -8,8 +8,10 @@ import numpy as np
 from mrfit.contracts.check import Check, check_of, need
 from mrfit.core.protocols import Optimizer
 from mrfit.core.specs import Array
-from mrfit.search import optimize
+from mrfit.search import chain
+from mrfit.search.limits import Limits
 from mrfit.search.objective import Objective
+from mrfit.search.result import SearchResult
 
 Residuals = Callable[[Array], Array]
 
@@ -32,7 +34,7 @@ def rosenbrock(points: Array) -> Array:
 
 def run(
     optimizer: Optimizer, residuals: Residuals, start: Any, budget: int | None = None, seed: int = 0, **more: Any
-) -> tuple[optimize.Outcome, list[Array]]:
+) -> tuple[SearchResult, list[Array]]:
     """Return how a search ended, and the points of every batch."""
     batches: list[Array] = []
 
@@ -41,7 +43,7 @@ def run(
         return residuals(points)
 
     objective = Objective(recorded, np.asarray(start, dtype=float), 0, **more)
-    return optimize.run(optimizer.SPEC.name, objective, np.random.default_rng(seed), budget), batches
+    return chain.run(optimizer.SPEC.name, objective, np.random.default_rng(seed), Limits(budget)), batches
 
 
 def specification_is_sound(optimizer: Optimizer) -> None:
@@ -62,10 +64,10 @@ def options_at_their_bounds_still_search(optimizer: Optimizer) -> None:
     for option in optimizer.SPEC.options:
         for value in (option.low, option.high):
             objective = Objective(quadratic(np.full(3, 0.6)), np.full(3, 0.5), 0)
-            tuned = optimize.Tuned(optimizer.SPEC.name, ((option.name, value),))
-            outcome = optimize.run(tuned, objective, np.random.default_rng(0), budget=200)
+            given = ((option.name, value),)
+            outcome = chain.run(optimizer.SPEC.name, objective, np.random.default_rng(0), Limits(200), given)
             what = f"{option.name}={value:g}"
-            need(np.isfinite(outcome.cost) and outcome.evaluations <= 200, f"{what}: {outcome.evaluations} of 200")
+            need(np.isfinite(outcome.cost) and outcome.nfev <= 200, f"{what}: {outcome.nfev} of 200")
             need(outcome.point.min() >= 0.0 and outcome.point.max() <= 1.0, f"{what}: a point outside the cube")
 
 
@@ -82,7 +84,7 @@ def budget_is_never_exceeded(optimizer: Optimizer) -> None:
     for budget in (1, 4, 39, 40, 41, 997):
         outcome, batches = run(optimizer, rosenbrock, [0.2, 0.7], budget=budget)
         done = sum(len(b) for b in batches)
-        need(outcome.evaluations == done <= budget, f"{done} of {budget}, {outcome.evaluations} counted")
+        need(outcome.nfev == done <= budget, f"{done} of {budget}, {outcome.nfev} counted")
         need(outcome.links[0].evaluations == done, f"{done} of {budget}, the chain says {outcome.links[0].evaluations}")
 
 
@@ -91,8 +93,8 @@ def whole_budget_is_used(optimizer: Optimizer) -> None:
     directions = 60.0 * np.random.default_rng(1).standard_normal((4, 30))
     for budget in (40, 203):
         outcome, _ = run(optimizer, lambda points: 2.0 + np.sin(points @ directions), np.full(4, 0.5), budget=budget)
-        spent = budget - 4 <= outcome.evaluations <= budget
-        need(outcome.links[0].ending == "stalled" or spent, f"{outcome.evaluations} of {budget}")
+        spent = budget - 4 <= outcome.nfev <= budget
+        need(outcome.links[0].ending == "stalled" or spent, f"{outcome.nfev} of {budget}")
 
 
 def result_is_never_worse_than_the_start(optimizer: Optimizer) -> None:
@@ -132,7 +134,7 @@ def progress_is_told_after_every_batch(optimizer: Optimizer) -> None:
         optimizer, rosenbrock, [0.2, 0.7], budget=500, on_progress=lambda done, cost: told.append((done, cost))
     )
     need([e for e, _ in told] == list(np.cumsum([len(b) for b in batches])), "not after every batch")
-    need(told[-1] == (outcome.evaluations, outcome.cost), f"told {told[-1]} at the end")
+    need(told[-1] == (outcome.nfev, outcome.cost), f"told {told[-1]} at the end")
 
 
 def best_so_far_falls(optimizer: Optimizer) -> None:
@@ -164,7 +166,7 @@ def all_diverging_is_no_error(optimizer: Optimizer) -> None:
     for dimension in (1, 3):
         outcome, _ = run(optimizer, lambda p: np.full((len(p), 4), np.nan), np.full(dimension, 0.5), budget=500)
         need(outcome.cost == np.inf, f"cost {outcome.cost}")
-        need(outcome.nonfinite == outcome.evaluations > 0, f"{outcome.nonfinite} of {outcome.evaluations} counted")
+        need(outcome.nonfinite == outcome.nfev > 0, f"{outcome.nonfinite} of {outcome.nfev} counted")
         need(outcome.first_nonfinite is not None and outcome.first_nonfinite.shape == (dimension,), "no first one")
         need(not any(d.settled for d in outcome.descents), "a descent settled")
 

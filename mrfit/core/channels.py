@@ -1,5 +1,9 @@
-"""The physical channels mrfit knows: canonical name, SI unit, symbol, and the names laboratories give them."""
+"""The physical channels mrfit knows: canonical name, SI unit, symbol, the names laboratories give them, their kinship.
 
+Fits, searches and discoveries know no channel by name: what they need to know of one stands here.
+"""
+
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 
@@ -59,6 +63,51 @@ CHANNELS: dict[str, Channel] = {
         ("torque", "N*m", "T", ("moment",)),
     )
 }
+
+ANTIDERIVATIVES: Mapping[str, tuple[tuple[str, int], ...]] = {
+    "velocity": (("displacement", 1),),
+    "acceleration": (("velocity", 1), ("displacement", 2)),
+    "angular_velocity": (("angle", 1),),
+    "angular_acceleration": (("angular_velocity", 1), ("angle", 2)),
+}
+"""What a channel is the derivative of, and of which order: it is computed where it was not recorded."""
+
+INTEGRALS: Mapping[str, str] = {"displacement": "velocity"}
+"""Channel -> its rate, from whose integral its course about its middle is known where it was not recorded."""
+
+LEVELS = ("current", "temperature")
+"""Channels that are held at a level, or drift: constant where they were not recorded."""
+
+FAST_INPUTS = ("current", "displacement", "angle")
+"""Inputs that change within a cycle."""
+
+DRIVING: Mapping[str, int] = {"displacement": 0, "angle": 0, "velocity": 1, "angular_velocity": 1, "current": 0}
+"""Channels that may drive a specimen -> the order of derivative that each is of the motion."""
+
+WORK_AGAINST: Mapping[str, tuple[str, str]] = {
+    "flux": ("current", ""),
+    "current": ("flux", ""),
+    "force": ("displacement", "velocity"),
+    "torque": ("angle", "angular_velocity"),
+}
+"""Output -> the channel it does work against, and that channel's rate."""
+
+LOCATED_BY = ("displacement", "velocity", "current", "temperature")
+"""Channels by which it is said where an error lies, whether or not the model needs them."""
+
+STATE = ("current", "displacement", "velocity", "acceleration", "temperature")
+"""What a model that knows no physics is told of the specimen."""
+
+REMEMBERED = ("current", "velocity")
+"""Channels of the state whose past it is told too."""
+
+LOOP_AXES = ("velocity", "angular_velocity", "current", "displacement", "angle")
+"""Channels over which people draw loops, in the order in which they are named where two fit alike."""
+
+MISSING: Mapping[str, str] = {
+    "flux": "give coil voltage and current in the channel map so that `mrfit flux` can reconstruct it",
+}
+"""What to do where a log lacks an output, if it is not to name its column."""
 
 
 def unit_of(name: str) -> str:

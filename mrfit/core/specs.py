@@ -87,6 +87,11 @@ class ModelSpec:
         Name, low and high of a parameter within which the model cannot give energy out, where its bounds are wider.
     caution
         What is to be said of every fit with it, as a warning; empty for nothing.
+    free_offset
+        Whether each record's output has an unknown constant: an integrated flux does, a load cell's force not.
+    co_energy
+        Whether output times rate of input is the co-energy, so that the loop is run the other way round: flux over
+        current.
     """
 
     name: str
@@ -101,6 +106,8 @@ class ModelSpec:
     derived: tuple[Derived, ...] = ()
     passive: tuple[str, float, float] | None = None
     caution: str = ""
+    free_offset: bool = False
+    co_energy: bool = False
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -219,6 +226,11 @@ class EffectSpec:
         Which test tells it from these.
     proposed
         Whether discovery may propose it; not where it is a block for building a known model from.
+    steady
+        Whether its strength is the same from a record's first sample to its last; not where it knows time or
+        temperature.
+    moves
+        Inputs that must move for it to be seen, each with the least range in its unit.
     """
 
     name: str
@@ -233,6 +245,8 @@ class EffectSpec:
     aliases: tuple[str, ...] = ()
     experiment: str = ""
     proposed: bool = True
+    steady: bool = True
+    moves: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,8 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mrfit.core import registry
+from mrfit.core.channels import INTEGRALS, LOCATED_BY
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array, EffectSpec
+from mrfit.discover.policy import STANDARD, Policy
 from mrfit.errors import DataError
 from mrfit.fit.identify import measured_output
 from mrfit.search.problem import Block, differences, full_block
@@ -15,9 +17,6 @@ from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.signal.output_floor import cycles_drift, output_floors, residual_floor, with_colour
 from mrfit.signal.smoothing import TIME, Drive, smooth
 from mrfit.simulate.assembly import Assembly
-
-# No error counts for more than this share of the range: floors of almost noiseless channels are not taken at their word
-LEAST_FLOOR = 2e-4
 
 
 @dataclass(frozen=True)
@@ -86,12 +85,15 @@ class Bench:
         Why a channel some effect needs is not to be had.
     span
         Range of the measured output over all segments.
+    least_floor
+        Share of it below which no error counts: floors of almost noiseless channels are not taken at their word.
     """
 
     stretches: tuple[Stretch, ...]
     channels: frozenset[str]
     lacking: dict[str, str]
     span: float
+    least_floor: float = STANDARD.least_floor
 
     def of_role(self, role: str) -> list[Stretch]:
         """Return the segments that are fitted (``train``) or held out (``holdout``)."""
@@ -109,7 +111,11 @@ class Bench:
 
 
 def build_bench(
-    segments: Sequence[Segment], recordings: dict[str, Recording], base: Assembly, effects: Sequence[EffectSpec]
+    segments: Sequence[Segment],
+    recordings: Mapping[str, Recording],
+    base: Assembly,
+    effects: Sequence[EffectSpec],
+    policy: Policy = STANDARD,
 ) -> Bench:
     """Return the bench of a base model and the effects that may be missing from it.
 
@@ -118,7 +124,7 @@ def build_bench(
     DataError
         If a recording lacks what the base itself needs.
     """
-    wanted = list(dict.fromkeys((*base.spec.inputs, *(i for e in effects for i in e.inputs), *REGION_CHANNELS)))
+    wanted = list(dict.fromkeys((*base.spec.inputs, *(i for e in effects for i in e.inputs), *LOCATED_BY)))
     found = {s.id: _channels(recordings[s.recording], s, wanted) for s in segments}
     lacking = {n: reason for drives in found.values() for n, reason in drives.lacking.items()}
     for name in base.spec.inputs:
@@ -130,12 +136,13 @@ def build_bench(
     if span == 0.0:
         raise DataError(f"the {base.spec.output} is the same in every sample: there is no error to explain")
     floors = noise_floors(segments, recordings, [outputs[s.id][s.start : s.stop] for s in segments])
+    least = policy.least_floor * span
     stretches = [
-        _with_noise(_stretch(s, recordings[s.recording], found[s.id], common, outputs[s.id], noise), noise, span)
+        _with_noise(_stretch(s, recordings[s.recording], found[s.id], common, outputs[s.id], noise), noise, least)
         for s, noise in zip(segments, floors, strict=True)
     ]
     stretches = [_straightened(s) for s in stretches]
-    return Bench(tuple(stretches), frozenset([*common, TIME]), lacking, span)
+    return Bench(tuple(stretches), frozenset([*common, TIME]), lacking, span, policy.least_floor)
 
 
 def noise_floors(
@@ -157,12 +164,12 @@ def with_residual_floors(bench: Bench, fit: Sequence[Array], recordings: Mapping
     recordings
         Recordings by id.
     """
-    stretches = []
+    stretches, least = [], bench.least_floor * bench.span
     for stretch, error in zip(bench.stretches, fit, strict=True):
         noise = residual_floor(
             stretch.noise, recordings[stretch.segment.recording], stretch.segment, error * stretch.floor
         )
-        stretches.append(stretch if noise is stretch.noise else _with_noise(stretch, noise, bench.span))
+        stretches.append(stretch if noise is stretch.noise else _with_noise(stretch, noise, least))
     return replace(bench, stretches=tuple(stretches))
 
 
@@ -175,12 +182,8 @@ def _straightened(stretch: Stretch) -> Stretch:
     return replace(stretch, block=block, level_rate=drift.level_rate)
 
 
-def _with_noise(stretch: Stretch, noise: NoiseFloor, span: float) -> Stretch:
-    return replace(stretch, noise=noise, floor=max(noise.scale, LEAST_FLOOR * span))
-
-
-# Looked at when the error is located, whether or not the model needs them
-REGION_CHANNELS = ("displacement", "velocity", "current", "temperature")
+def _with_noise(stretch: Stretch, noise: NoiseFloor, least: float) -> Stretch:
+    return replace(stretch, noise=noise, floor=max(noise.scale, least))
 
 
 @dataclass(frozen=True)
@@ -198,9 +201,10 @@ def _channels(recording: Recording, segment: Segment, names: Sequence[str]) -> _
             drives[name] = smooth(recording, segment, (name,))
         except DataError as error:
             lacking[name] = str(error)
-    if "displacement" in lacking and "velocity" in drives:
-        drives["displacement"] = _stroke_of(drives["velocity"])
-        del lacking["displacement"]
+    for name, rate in INTEGRALS.items():
+        if name in lacking and rate in drives:
+            drives[name] = _stroke_of(drives[rate])
+            del lacking[name]
     return _Found(drives, lacking)
 
 

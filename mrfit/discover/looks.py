@@ -10,16 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from mrfit.core.channels import LOOP_AXES
 from mrfit.core.specs import Array, Index
 from mrfit.discover.bench import Bench, Stretch
+from mrfit.discover.policy import Policy
 from mrfit.discover.refit import Refit
 from mrfit.signal.cycles import last_event
 
-# Channels over which people draw loops, in the order in which they are named where two fit alike
-OVER = ("velocity", "angular_velocity", "current", "displacement", "angle")
 BINS = 24
-# Least share of the squared hold-out error that a shape must predict, and a loop beyond the curve, to be spoken of
-LEAST, BEYOND = 0.1, 0.1
 
 
 def looks(bench: Bench, fit: Refit) -> list[dict[str, Any]]:
@@ -29,7 +27,7 @@ def looks(bench: Bench, fit: Refit) -> list[dict[str, Any]]:
     first.
     """
     rows: list[dict[str, Any]] = []
-    for name in OVER:
+    for name in LOOP_AXES:
         if name in bench.channels:
             rows.append(
                 {"over": name, **{shape: _predicted(bench, fit, name, places) for shape, places in SHAPES.items()}}
@@ -37,18 +35,18 @@ def looks(bench: Bench, fit: Refit) -> list[dict[str, Any]]:
     return sorted(rows, key=lambda row: -max(row[shape] for shape in SHAPES))
 
 
-def in_words(rows: Sequence[dict[str, Any]]) -> str:
+def in_words(rows: Sequence[dict[str, Any]], policy: Policy) -> str:
     """Return one sentence on the shape that says most, empty if none says much."""
-    if not rows or max(rows[0][shape] for shape in SHAPES) < LEAST:
+    if not rows or max(rows[0][shape] for shape in SHAPES) < policy.shape_told:
         return ""
     over, curve = rows[0]["over"].replace("_", " "), rows[0]["curve"]
     memory = max(("loop", "since it turned"), key=lambda shape: float(rows[0][shape]))
-    if rows[0][memory] - curve < BEYOND:
+    if rows[0][memory] - curve < policy.memory_told:
         return (
             f"{curve:.0%} of what is left on held-out conditions is one curve over the {over}: a static law is missing"
         )
     what = f"a loop over the {over}" if memory == "loop" else f"the way of the {over} since it last turned"
-    flat = f"a curve over it {curve:.0%}" if curve > 0.005 else "a curve over it nothing"
+    flat = f"a curve over it {curve:.0%}" if curve > policy.nothing else "a curve over it nothing"
     share = f"{rows[0][memory]:.0%} of what is left on held-out conditions"
     return f"{what} predicts {share}, {flat}: memory of the {over} is missing"
 

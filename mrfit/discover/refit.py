@@ -39,8 +39,6 @@ WORTH_POLISHING, ROUGH = 2.0, 3e-4
 NEARBY, THOROUGH = Descent(REFIT_BUDGET, ROUGH, WORTH_POLISHING), Auto(own_parameters=True)
 # Multiples of the noise floor at which nothing is left to be searched for
 NOISE = 1.05
-# A shape parameter this near an end of its range says no more than that it is large, or small
-END_OF_RANGE = 0.05
 # Bounds of a shape parameter that is a share
 SHARE = (0.0, 1.0)
 
@@ -114,16 +112,10 @@ class Refit:
         names = [p.name for p in self.cube.params]
         return int(np.flatnonzero(self.cube.free == names.index(f"{effect}.{param.name}"))[0])
 
-    def degenerate(self, effect: str, rival: str) -> int:
-        """Return how many shape parameters of an effect ended at a bound: it is so many times the limit of its form.
-
-        Those that its rival has too say nothing of which of the two it is, and a share of none or all is a form like
-        any other.
-        """
-        common = {p.name for p in _params(rival)}
-        shapes = [p for p in _params(effect) if p.role == "shape" and p.name not in common]
-        places = [float(self.point[self._place(effect, p)]) for p in shapes if (p.low, p.high) != SHARE]
-        return sum(min(at, 1.0 - at) < END_OF_RANGE for at in places)
+    def shapes(self, effect: str) -> dict[str, float]:
+        """Return where in their ranges, 0 to 1, an effect's shape parameters ended; a share is a form at either end."""
+        shapes = [p for p in _params(effect) if p.role == "shape" and (p.low, p.high) != SHARE]
+        return {p.name: float(self.point[self._place(effect, p)]) for p in shapes}
 
     def _neutral_theta(self, effect: str) -> Array:
         theta = self.theta[None, :].copy()

@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 from mrfit.core.channels import unit_of
 from mrfit.core.specs import Array
 from mrfit.discover.bench import Bench, Stretch
-
-# Held-out tests that leave the range of the training tests by more than this share of the larger one extrapolate
-BEYOND = 0.1
+from mrfit.discover.policy import Policy
 
 Mask = NDArray[np.bool_]
 
@@ -22,7 +20,6 @@ STEP_SHARE = 0.2
 PRE_YIELD = 0.15
 STROKE_END = 0.9
 NEAR_REVERSAL = 0.05
-WORTH_SAYING = 0.02
 
 
 @dataclass(frozen=True)
@@ -163,20 +160,20 @@ def _ends(bench: Bench, name: str) -> tuple[float, float]:
     return min(float(v.min()) for v in values), max(float(v.max()) for v in values)
 
 
-def in_words(regions: Sequence[Region], most: int = 3) -> list[str]:
+def in_words(regions: Sequence[Region], policy: Policy) -> list[str]:
     """Return the regions that hold more of the error than their samples, as sentences."""
-    worth = [r for r in regions if r.excess > WORTH_SAYING][:most]
+    worth = [r for r in regions if r.excess > policy.region_told][: policy.most_said]
     return [f"{r.share_of_error:.0%} of the error in {r.share_of_samples:.0%} of the samples: {r.name}" for r in worth]
 
 
-def beyond_training(bench: Bench) -> list[str]:
+def beyond_training(bench: Bench, policy: Policy) -> list[str]:
     """Return a sentence for each input that held-out tests take further than the training tests did."""
     said = []
     for name in ("current", "velocity", "angular_velocity", "temperature"):
         if name not in bench.channels:
             continue
         (low, high), (least, most) = (_range(bench.of_role(role), name) for role in ("train", "holdout"))
-        margin = BEYOND * max(high, -low, most, -least)
+        margin = policy.extrapolates * max(high, -low, most, -least)
         if least < low - margin or most > high + margin:
             unit = unit_of(name)
             said.append(

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from mrfit.core.channels import REMEMBERED, STATE
 from mrfit.core.specs import Array
 from mrfit.discover.bench import Bench, Stretch
 from mrfit.discover.refit import Refit
@@ -16,10 +17,6 @@ from mrfit.fit.diagnostics.uncertainty import differing
 FEATURES = 120
 RIDGE = 1e-3
 MOST_ROWS = 20_000
-# What does not repeat depends on the output, if in most of so many records its power differs by this factor between the
-# halves of a cycle with the larger and the smaller |output|, by so many standard errors from cycle to cycle
-FEWEST_RECORDS, FEWEST_CYCLES = 5, 4
-TIMES, STANDARD_ERRORS = 1.35, 2.0
 
 
 def explainable(bench: Bench, train: Sequence[Array], holdout: Sequence[Array], seed: int) -> float:
@@ -62,12 +59,12 @@ def explainable(bench: Bench, train: Sequence[Array], holdout: Sequence[Array], 
 
 def _inputs(stretch: Stretch) -> Array:
     columns = []
-    for name in ("current", "displacement", "velocity", "acceleration", "temperature"):
+    for name in STATE:
         values = stretch.channel(name)
         if values is None:
             continue
         columns.append(values)
-        if name in ("current", "velocity"):
+        if name in REMEMBERED:
             rate = np.gradient(values) / stretch.block.dt
             columns += [
                 np.sign(rate),
@@ -98,22 +95,18 @@ def repeated_error(bench: Bench, fit: Refit) -> float:
     return max(errors)
 
 
-def follows_the_state(bench: Bench, fit: Refit) -> bool:
-    """Return whether the part of the error that does not repeat from cycle to cycle depends on how large the output is.
+def powers_by_output(bench: Bench, fit: Refit, fewest_cycles: int) -> tuple[tuple[float, float], ...]:
+    """Return for each record of so many cycles how the error that does not repeat depends on how large the output is.
 
-    An instrument's noise is the same at any point of a cycle. What comes and goes through the specimen, in a rhythm of
-    its own, is not.
+    It is the logarithm of the ratio of its powers where |output| is large and small, and its standard score.
     """
     pairs = []
     stretches = [*bench.of_role("train"), *bench.of_role("holdout")]
     for error, stretch in zip([*fit.train, *fit.holdout], stretches, strict=True):
         cycles = int(len(error) / stretch.block.period) if stretch.repeats else 0
-        if cycles >= FEWEST_CYCLES:
+        if cycles >= fewest_cycles:
             pairs.append(_halves(error, stretch, cycles))
-    if len(pairs) < FEWEST_RECORDS:
-        return False
-    ratio, score = np.median(np.abs(pairs), axis=0)
-    return bool(ratio > np.log(TIMES) and score > STANDARD_ERRORS)
+    return tuple(pairs)
 
 
 def _halves(error: Array, stretch: Stretch, cycles: int) -> tuple[float, float]:

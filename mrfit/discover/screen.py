@@ -12,18 +12,16 @@ import numpy as np
 
 from mrfit.core.specs import Array, EffectSpec, Param
 from mrfit.discover.bench import Bench
+from mrfit.discover.policy import Policy
 from mrfit.discover.refit import Fitter, Refit
+from mrfit.discover.rules import absorbed
 from mrfit.fit.diagnostics.uncertainty import long_run_covariance, sensitivities
 
-# Less than this share of a sensitivity left after projection: the base has the effect already
-ABSORBED = 0.02
 # Values at which a shape parameter, which does nothing at neutral, is tried
 SHAPES = 5
 SIGNED_SHAPES = (0.02, 0.1, 0.5)
 # First step away from neutral, as a share of the parameter's range
 STEP = 1e-4
-# Cosine between projected sensitivities from which a wrong form of one effect may well look like the other
-ALIKE = 0.8
 
 
 @dataclass(frozen=True)
@@ -57,12 +55,12 @@ class Screened:
     start: dict[str, float] = field(default_factory=dict)
 
 
-def screen(fitter: Fitter, present: Refit, effects: Sequence[EffectSpec]) -> list[Screened]:
+def screen(fitter: Fitter, present: Refit, effects: Sequence[EffectSpec], policy: Policy) -> list[Screened]:
     """Return what each effect could add to a fitted model, best first."""
     stride = fitter.stride
     errors = np.concatenate(present.train)[::stride]
     ends = np.cumsum([len(e) for e in present.train])
-    data = _Data(errors, np.diff(-(-ends // stride), prepend=0).tolist(), present_basis(fitter, present))
+    data = _Data(errors, np.diff(-(-ends // stride), prepend=0).tolist(), present_basis(fitter, present), policy)
     found = [_screened(fitter, present, e, data) for e in effects if e.name not in present.effects]
     return sorted(found, key=lambda s: -s.gain)
 
@@ -85,10 +83,10 @@ def unjudgeable(bench: Bench, effect: EffectSpec) -> str:
     for name in effect.inputs:
         if name not in bench.channels:
             return f"cannot be judged: no {name}"
+    for name, least in effect.moves:
         values = [s.channel(name) for s in bench.stretches]
-        levels = np.concatenate([v for v in values if v is not None])
-        if name == "temperature" and float(np.ptp(levels)) < 1.0:
-            return "cannot be judged: the temperature does not move"
+        if float(np.ptp(np.concatenate([v for v in values if v is not None]))) < least:
+            return f"cannot be judged: the {name} does not move"
     return ""
 
 
@@ -99,6 +97,7 @@ class _Data:
     errors: Array
     lengths: list[int]
     basis: Array
+    policy: Policy
 
 
 def _screened(fitter: Fitter, present: Refit, effect: EffectSpec, data: _Data) -> Screened:
@@ -109,7 +108,7 @@ def _screened(fitter: Fitter, present: Refit, effect: EffectSpec, data: _Data) -
     for columns, start in _sensitivities(fitter, present, effect):
         free = columns - data.basis @ (data.basis.T @ columns)
         left = np.linalg.norm(free, axis=0) / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-        if not np.all(np.isfinite(free)) or np.max(left) < ABSORBED:
+        if not np.all(np.isfinite(free)) or absorbed(float(np.max(left)), data.policy):
             continue
         coefficients = np.asarray(-np.linalg.lstsq(free, data.errors, rcond=1e-6)[0], dtype=np.float64)
         fitted = _within(effect, coefficients)

@@ -1,7 +1,7 @@
 """The discover stage: where simulation and measurement disagree, which effect is missing, and proof that it helps."""
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from threading import Lock
 from typing import Any
@@ -12,10 +12,13 @@ import mrfit.fit.stage
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
-from mrfit.discover.account import Outcome, account, verdict_of
-from mrfit.discover.bench import Bench, build_bench, effects_for, with_residual_floors
-from mrfit.discover.decide import Verdict, decide
+from mrfit.discover.account import account
+from mrfit.discover.bench import build_bench, effects_for, with_residual_floors
+from mrfit.discover.findings import findings, series_of
+from mrfit.discover.gather import Gathering, gather
+from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.refit import Fitter, Refit
+from mrfit.discover.select import Selection, select
 from mrfit.errors import ConfigError
 from mrfit.fit.laws.choice import Choice
 from mrfit.fit.laws.laws_of_current import dependence_of
@@ -26,10 +29,17 @@ from mrfit.io.schemas.reading import made
 from mrfit.io.workspace import Workspace, plain, write_json, write_table, write_text
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence, base_name, orders_of
-from mrfit.simulate.current_levels import base_of, default_orders, dependence_on_current, tested, to_choose
+from mrfit.simulate.current_levels import (
+    base_of,
+    default_orders,
+    dependence_on_current,
+    recorded_range,
+    takes_current,
+    tested,
+    to_choose,
+)
 
 SCHEMA = "mrfit/discovery/1"
-FEWEST_TRAINING = 2
 
 
 @dataclass(frozen=True)
@@ -92,10 +102,10 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     existing = made(folder / "discovery.json", DiscoveryFile)
     if existing and existing.get("key") == key:
         return {**existing, "skipped": True}
-    lacking = too_little(segments)
+    lacking = too_little(segments, STANDARD)
     if lacking:
         summary = insufficient(settings, lacking, key, digest_of(data))
-        series: dict[str, Array] = {}
+        series: Mapping[str, Array] = {}
     else:
         recordings = load_recordings(workspace, segments)
         summary, series = _discovered(workspace, settings, (segments, recordings), key, progress)
@@ -113,7 +123,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     return {**plain(summary), "skipped": False}
 
 
-def too_little(segments: Sequence[Segment]) -> str:
+def too_little(segments: Sequence[Segment], policy: Policy) -> str:
     """Return what the data lack for any verdict, or an empty string."""
     training = {s.condition for s in segments if s.role == "train"}
     if not any(s.role == "holdout" for s in segments):
@@ -122,7 +132,7 @@ def too_little(segments: Sequence[Segment]) -> str:
             "`mrfit segment --holdout PATTERN`"
         )
     periodic = all(s.cycles for s in segments if s.role == "train")
-    if periodic and len(training) < FEWEST_TRAINING:
+    if periodic and len(training) < policy.fewest_training:
         return (
             "only one periodic training condition: a missing effect cannot be told from the base; log more conditions"
         )
@@ -155,35 +165,38 @@ def _discovered(
     data: tuple[Sequence[Segment], dict[str, Recording]],
     key: str,
     progress: Progress,
-) -> tuple[dict[str, Any], dict[str, Array]]:
+) -> tuple[dict[str, Any], Mapping[str, Array]]:
+    """Gather evidence, select, and return discovery.json's content with the errors of every sample."""
     dependence, choice = current_dependence(settings, *data)
     found = _judged(workspace, _started(settings, dependence, choice), dependence, data, key, progress)
-    if choice is not None and not choice.by_role and found.outcome.word == "unexplained":
+    if choice is not None and not choice.by_role and found.chosen.verdict == "unexplained":
         # laws of current chosen without an effect may have followed it: those of the parameters' roles have not
         usual = usual_dependence(settings, *data)
         other = _judged(workspace, settings, usual, data, f"{key} usual", progress)
-        if other.outcome.word in ("none", "named", "ambiguous"):
+        if other.chosen.verdict in ("none", "named", "ambiguous"):
             found, dependence, choice = other, usual, None
+    gathering, chosen = found.gathering, found.chosen
+    shown = findings(gathering, chosen, STANDARD)
     summary = {
         "schema": SCHEMA,
         "base_model": settings.model,
-        **account(found.fitter, found.verdict, found.outcome),
+        **account(settings.model, chosen, shown, STANDARD),
         "seed": settings.seed,
         "data_sha256": "",
         "current_dependence": None if dependence is None else asdict(dependence),
         "current_choice": choice.about if choice else None,
         "key": key,
     }
-    return summary, _series(found.fitter.bench, found.verdict)
+    errors = (gathering.refit_of(fit) for fit in (chosen.base, chosen.final))
+    return summary, series_of(gathering.fitter.bench, *errors)
 
 
 @dataclass(frozen=True)
 class _Judged:
-    """What was decided with one dependence of the base on current."""
+    """What was decided with one dependence of the base on current, and what it was decided from."""
 
-    fitter: Fitter
-    verdict: Verdict
-    outcome: Outcome
+    gathering: Gathering
+    chosen: Selection
 
 
 def _judged(
@@ -194,7 +207,7 @@ def _judged(
     key: str,
     progress: Progress,
 ) -> _Judged:
-    """Fit the base with a dependence on current, decide, and judge; what is kept of the refits bears the given key."""
+    """Gather evidence with a dependence of the base on current, and select; refits are kept under the given key."""
     fitter = _fitter(workspace, settings, dependence, data, key)
     progress("base fit", 0, 1)
     base = fitter.first(settings.seed)
@@ -203,8 +216,8 @@ def _judged(
         base = fitter.first(settings.seed)
     progress("base fit", 1, 1)
     effects = [e for e in effects_for(base.assembly.spec.output) if e.name not in settings.model.split("+")]
-    verdict = decide(fitter, base, effects, progress)
-    return _Judged(fitter, verdict, verdict_of(fitter.bench, verdict, settings.seed))
+    gathering = Gathering(fitter, base, effects, STANDARD, settings.seed, progress)
+    return _Judged(gathering, select(gather(gathering, STANDARD), STANDARD))
 
 
 def _with_residual_floors(fitter: Fitter, base: Refit, recordings: dict[str, Recording]) -> Fitter:
@@ -237,20 +250,17 @@ def current_dependence(
 
 
 def usual_dependence(
-    settings: Settings, segments: Sequence[Segment], recordings: dict[str, Recording]
+    settings: Settings, segments: Sequence[Segment], recordings: dict[str, Recording], policy: Policy = STANDARD
 ) -> CurrentDependence | None:
     """Return how the base's parameters depend on current as asked for, or by their roles; None if they do not."""
     name = settings.model.partition("+")[0]
     spec = base_of(name).spec
     shape = [p.name for p in spec.params if p.role == "hysteresis"]
     found = dependence_on_current(name, settings.current_order, segments, recordings, shape)
-    if found or settings.current_order != "auto" or spec.output == "flux" or "current" in spec.inputs:
+    if found or settings.current_order != "auto" or takes_current(spec):
         return found
-    values = [r.channels["current"] for r in recordings.values() if "current" in r.channels]
-    if not values:
-        return None
-    low, high = min(float(v.min()) for v in values), max(float(v.max()) for v in values)
-    if high - low < 0.1:
+    low, high = recorded_range(recordings)
+    if not high - low >= policy.least_current_range:
         return None
     orders = default_orders(spec, 3, shape) or orders_of(spec, "2")
     return CurrentDependence(orders, low, high)
@@ -274,7 +284,7 @@ def _fitter(
 ) -> Fitter:
     segments, recordings = data
     base = assemble(settings.model, dependence)
-    bench = build_bench(segments, recordings, base, effects_for(base.spec.output))
+    bench = build_bench(segments, recordings, base, effects_for(base.spec.output), STANDARD)
     path = workspace.root / "discover" / ".partial" / "fits.json"
     stored = made(path, PartialDiscovery) or {}
     known = {}
@@ -290,28 +300,3 @@ def _fitter(
             write_json(path, {"key": key, "fits": [{"effects": list(e), "point": p} for e, p in kept.items()]})
 
     return Fitter(bench, settings.model, dependence, dict(settings.start), known, keep, settings.jobs)
-
-
-def _series(bench: Bench, verdict: Verdict) -> dict[str, Array]:
-    """Return measured output and errors before and after for every sample, with segment numbers, for the page."""
-    columns: dict[str, list[Array]] = {
-        "segment": [],
-        "holdout": [],
-        "time": [],
-        "measured": [],
-        "before": [],
-        "after": [],
-    }
-    for role, before, after in (
-        ("train", verdict.base.train, verdict.final.train),
-        ("holdout", verdict.base.holdout, verdict.final.holdout),
-    ):
-        for stretch, b, a in zip(bench.of_role(role), before, after, strict=True):
-            count = len(b)
-            columns["segment"].append(np.full(count, float(bench.stretches.index(stretch))))
-            columns["holdout"].append(np.full(count, float(role == "holdout")))
-            columns["time"].append(stretch.recorded + np.arange(count, dtype=np.float64) * stretch.block.dt)
-            columns["measured"].append(stretch.measured)
-            columns["before"].append(b * stretch.floor)
-            columns["after"].append(a * stretch.floor)
-    return {name: np.concatenate(parts) for name, parts in columns.items()}

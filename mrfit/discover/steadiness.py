@@ -5,43 +5,23 @@ to grow linearly with time; where the residual asks for a growth that is a visib
 not this effect that was found but something that drifts.
 """
 
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
 
 from mrfit.core import registry
 from mrfit.core.specs import Array
+from mrfit.discover.bench import Stretch
+from mrfit.discover.evidence import Growth
 from mrfit.discover.refit import Fitter, Refit
 from mrfit.fit.diagnostics.uncertainty import long_run_covariance, sensitivities
 
-# Effects that know these may change within a record
-KNOWING = {"time", "temperature"}
-# Change from the middle of a record to its end, as a share of the strength, and its standard errors
-CHANGES, STANDARD_ERRORS = 0.2, 4.0
+# Share of its power that growth must have beside all that the model fits, to be told from it
+ALONE = 1e-12
 
 
-@dataclass(frozen=True)
-class Change:
-    """How an effect's strength changes within the records.
+def growths(fitter: Fitter, fit: Refit, effect: str) -> tuple[Growth, ...]:
+    """Return how each strength of an effect grows from the middle to the end of the records.
 
-    Attributes
-    ----------
-    share
-        Change from the middle of a record to its end, as a share of the strength.
-    rows
-        For each training record ``condition``, ``segment``, ``follows``, the effect, and ``rate``, the RMS change
-        of the output in its unit per second.
-    """
-
-    share: float
-    rows: list[dict[str, Any]]
-
-
-def change_within_records(fitter: Fitter, fit: Refit, effect: str) -> Change | None:
-    """Return how an effect's strength changes from the middle to the end of the records.
-
-    None where the change is small or may be chance, and for effects that know time or temperature.
+    Nothing for effects that may change within a record, as those that know time or temperature.
 
     Parameters
     ----------
@@ -52,34 +32,30 @@ def change_within_records(fitter: Fitter, fit: Refit, effect: str) -> Change | N
     effect
         Its name.
     """
-    spec = registry.load("effect", effect).SPEC
-    if KNOWING & set(spec.inputs):
-        return None
+    if not registry.load("effect", effect).SPEC.steady:
+        return ()
     jacobian = sensitivities(fitter.residuals(fit.assembly, fit.cube), fit.point)
     errors = np.concatenate(fit.train)
     ends = np.cumsum([len(e) for e in fit.train])[:-1]
     time = np.concatenate([np.linspace(-1.0, 1.0, len(e)) for e in fit.train])
     basis = np.linalg.qr(jacobian)[0]
+    found = []
     for place, distance in fit.distances(effect).items():
         grows = jacobian[:, place] * time
         free = grows - basis @ (basis.T @ grows)
         power = float(free @ free)
-        if not power > 1e-12 * float(grows @ grows):
+        if not power > ALONE * float(grows @ grows):
             continue
         change = -float(free @ errors) / power
         scores = np.split((free * errors)[:, None], ends)
         spread = float(np.sqrt(sum(long_run_covariance(s)[0, 0] for s in scores))) / power
-        if abs(change) > max(CHANGES * abs(distance), STANDARD_ERRORS * spread):
-            return Change(change / distance, _rows(fitter, effect, np.split(change * jacobian[:, place], ends)))
-    return None
+        moved = np.split(change * jacobian[:, place], ends)
+        rates = tuple(_rate(stretch, by) for stretch, by in zip(fitter.bench.of_role("train"), moved, strict=True))
+        found.append(Growth(change, distance, spread, rates))
+    return tuple(found)
 
 
-def _rows(fitter: Fitter, effect: str, moved: list[Array]) -> list[dict[str, Any]]:
-    """Return the rows of a change that moves the output by so many noise floors (N_s,) at the end of each record."""
-    rows: list[dict[str, Any]] = []
-    for stretch, by in zip(fitter.bench.of_role("train"), moved, strict=True):
-        half = 0.5 * stretch.segment.samples * stretch.block.dt
-        rate = float(np.sqrt(np.mean(by**2))) * stretch.floor / half
-        names = {"condition": stretch.segment.condition, "segment": stretch.segment.id, "follows": effect}
-        rows.append({**names, "rate": rate})
-    return rows
+def _rate(stretch: Stretch, moved: Array) -> float:
+    """Return the RMS rate of a change that moves the output by so many noise floors (N,) at the end of a record."""
+    half = 0.5 * stretch.segment.samples * stretch.block.dt
+    return float(np.sqrt(np.mean(moved**2))) * stretch.floor / half

@@ -23,6 +23,7 @@ SPEC = EffectSpec(
     aliases=("temperature",),
     experiment="one sine repeated after a rest, the amplifier left on: a warm fluid has cooled and gives its first "
     "force again, an amplifier's drift has gone on; a thermometer in the fluid",
+    steady=False,
 )
 
 

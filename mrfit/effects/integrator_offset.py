@@ -25,6 +25,7 @@ SPEC = EffectSpec(
     neutral=(0.0,),
     aliases=("resistance-heating",),
     experiment="record with the leads shorted and no current: an offset goes on drifting, heating does not",
+    steady=False,
 )
 
 

@@ -30,6 +30,7 @@ SPEC = EffectSpec(
     experiment="one long record of many cycles at high current: loops widen from the first cycle to the last, where "
     "a constant error widens all alike; or measure R by a direct current before and after; alternating current "
     "tells it from an integrator's offset",
+    steady=False,
 )
 
 

@@ -34,6 +34,8 @@ SPEC = EffectSpec(
     experiment="one sine repeated while the damper warms and again after it cooled, or in a climatic chamber: "
     "temperature must move against current, speed and time, or tests at high current and speed, which are the warm "
     "ones, look alike",
+    steady=False,
+    moves=(("temperature", 1.0),),
 )
 
 

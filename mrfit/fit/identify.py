@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from mrfit.core.channels import MISSING
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
@@ -115,11 +116,8 @@ def measured_output(recording: Recording, assembly: Assembly) -> Array:
     """
     name = assembly.spec.output
     if name not in recording.channels:
-        remedy = (
-            "give coil voltage and current in the channel map so that `mrfit flux` can reconstruct it"
-            if name == "flux"
-            else f"name its column in the channel map: [channels] {name} = {{column = …, unit = …}}"
-        )
+        column = f"name its column in the channel map: [channels] {name} = {{column = …, unit = …}}"
+        remedy = MISSING.get(name, column)
         raise DataError(f"{recording.source}: no {name} in this log, which the model predicts; {remedy}")
     return recording.channels[name]
 

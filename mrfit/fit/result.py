@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from mrfit.core.channels import WORK_AGAINST
 from mrfit.core.specs import Array
 from mrfit.fit.diagnostics.bootstrap import Interval
 from mrfit.fit.diagnostics.residual_tests import ALL
@@ -24,13 +25,6 @@ NOTHING = 5.0
 SIGNLESS = 0.25
 # Work per cycle below this share of the rectangle round the loop is none
 ROUNDING = 1e-9
-# Output -> the channel it does work against, and that channel's rate
-WORK_AGAINST = {
-    "flux": ("current", ""),
-    "current": ("flux", ""),
-    "force": ("displacement", "velocity"),
-    "torque": ("angle", "angular_velocity"),
-}
 
 
 def parameter_rows(cube: Cube, point: Array, uncertainty: Uncertainty) -> list[dict[str, Any]]:
@@ -175,8 +169,8 @@ def passivity_rows(blocks: Sequence[Block], simulated: Sequence[Array], assembly
     for block, output in zip(blocks, simulated, strict=True):
         drive = work_drive(block, assembly)
         if block.segment.cycles and drive is not None:
-            # with flux as output it is the co-energy that is integrated, the loop run the other way round
-            sign = -1.0 if assembly.spec.output == "flux" else 1.0
+            # of the co-energy the loop is run the other way round
+            sign = -1.0 if assembly.spec.co_energy else 1.0
             area = sign * absorbed_energy(output, drive) / block.segment.cycles
             row = {"condition": block.segment.condition, "role": block.segment.role, "loop_area": area, "unit": "J"}
             rounding = ROUNDING * float(np.ptp(output) * np.ptp(drive))

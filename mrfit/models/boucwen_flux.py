@@ -56,6 +56,8 @@ SPEC = ModelSpec(
         Derived("sharpness", "1", "n"),
         Derived("rho", "1", "(beta-gamma)/(beta+gamma): ratio that shapes the loop"),
     ),
+    free_offset=True,
+    co_energy=True,
 )
 
 # Least and greatest rho within the bounds of beta and gamma

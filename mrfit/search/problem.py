@@ -201,7 +201,7 @@ def cubic_weights(fractions: Array) -> Array:
 
 def free_offset(assembly: Assembly) -> bool:
     """Return whether each record's output has an unknown constant: an integrated flux does, a load cell's force not."""
-    return assembly.spec.output == "flux"
+    return assembly.spec.free_offset
 
 
 def differences(block: Block, assembly: Assembly, theta: Array) -> Array:

@@ -14,12 +14,8 @@ from typing import Any
 import numpy as np
 
 from mrfit.core import registry
-<<<<<<< HEAD
 from mrfit.core.protocols import HasStages
-from mrfit.core.specs import Array, Index, Stage
-=======
 from mrfit.core.specs import Array, Index, OptimizerSpec, Stage
->>>>>>> wt-search
 from mrfit.errors import ConfigError
 from mrfit.optimizers import lsq
 from mrfit.search.chain import Chain, Given, parts

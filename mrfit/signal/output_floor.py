@@ -6,6 +6,7 @@ from math import sqrt
 
 import numpy as np
 
+from mrfit.core.channels import DRIVING, LEVELS
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.signal.drift import Drift, steady_drift
@@ -22,8 +23,6 @@ from mrfit.signal.smoothing import cycles_agree, inputs_repeat
 PATCHED = 0.005
 # Two estimates of one floor that differ by less say the same
 SAME = 1.3
-# Channels that may drive a specimen -> the order of derivative that each is of the motion
-DRIVING = {"displacement": 0, "angle": 0, "velocity": 1, "angular_velocity": 1, "current": 0}
 
 
 def output_floors(
@@ -157,7 +156,7 @@ def motion_of(recording: Recording, segment: Segment) -> Motion | None:
     if DRIVING[name] == 1:
         parts.insert(0, np.cumsum(parts[0] - parts[0].mean()) * recording.dt)
     others = []
-    for other in ("current", "temperature"):
+    for other in LEVELS:
         values = recording.channels.get(other)
         if other != name and values is not None and _varies(values[window]):
             others.append(Smoother(values[window]).smoothed(0).values[kept])

@@ -4,11 +4,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from mrfit.core.channels import FAST_INPUTS
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.signal.noise import noise_level
 from mrfit.signal.noise_floor import NoiseFloor, measured_samples
-from mrfit.signal.smoothing import FAST_INPUTS
 
 # Inputs are the same where they differ by no more than so many times their noise, or this share of their range
 AGREEMENT, EXACT = 1.5, 1e-5

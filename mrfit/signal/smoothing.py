@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mrfit.core.channels import ANTIDERIVATIVES, FAST_INPUTS, LEVELS
 from mrfit.core.recording import FLUX_RESISTANCE, Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
@@ -35,15 +36,6 @@ CHANCE, CHANCE_IF_WHITE, MANY = 1e-4, 0.05, 2.0
 # A modulated series is taken where it leaves no more than this above the channel's own white noise
 MODULATED_EXCESS = 1.1
 
-ANTIDERIVATIVES: Mapping[str, tuple[tuple[str, int], ...]] = {
-    "velocity": (("displacement", 1),),
-    "acceleration": (("velocity", 1), ("displacement", 2)),
-    "angular_velocity": (("angle", 1),),
-    "angular_acceleration": (("angular_velocity", 1), ("angle", 2)),
-}
-LEVELS = ("current", "temperature")
-# Inputs that change within a cycle
-FAST_INPUTS = ("current", "displacement", "angle")
 # Seconds from the record's first sample: what does not repeat with the drive depends on it
 TIME = "time"
 

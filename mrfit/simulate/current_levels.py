@@ -132,6 +132,19 @@ def tested(segments: Sequence[Segment], recordings: Mapping[str, Recording]) -> 
     return Tested(levels, varying, min(ends, default=0.0), max(ends, default=0.0))
 
 
+def takes_current(spec: ModelSpec) -> bool:
+    """Return whether the current is an input of a model itself, so that no parameter of it depends on current."""
+    return "current" in spec.inputs
+
+
+def recorded_range(recordings: Mapping[str, Recording]) -> tuple[float, float]:
+    """Return the least and the greatest current of recordings, NaN where none has a current."""
+    values = [r.channels["current"] for r in recordings.values() if "current" in r.channels]
+    if not values:
+        return np.nan, np.nan
+    return min(float(v.min()) for v in values), max(float(v.max()) for v in values)
+
+
 def to_choose(model: str, text: str, currents: Tested) -> bool:
     """Return whether orders are chosen by what predicts held-out levels: none are asked for, two levels were held."""
     spec = base_of(model).spec

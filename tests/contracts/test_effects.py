@@ -51,3 +51,12 @@ def test_parameters_and_their_units_are_in_the_docstring(effect: ModuleType) -> 
     for p in effect.SPEC.params:
         assert p.name in effect.__doc__
         assert f"({p.unit}" in effect.__doc__
+
+
+def test_an_effect_that_knows_time_or_temperature_may_change_within_a_record(effect: ModuleType) -> None:
+    assert effect.SPEC.steady == (not {"time", "temperature"} & set(effect.SPEC.inputs))
+
+
+def test_what_must_move_is_an_input(effect: ModuleType) -> None:
+    assert {name for name, _ in effect.SPEC.moves} <= set(effect.SPEC.inputs)
+    assert all(least > 0.0 for _, least in effect.SPEC.moves)

@@ -38,3 +38,9 @@ def test_every_input_and_parameter_is_in_the_docstring(model: ModuleType) -> Non
     if len(model.SPEC.params) <= 16:
         missing = [p.name for p in model.SPEC.params if p.name not in model.__doc__]
         assert not missing
+
+
+def test_a_flux_has_an_unknown_constant_and_its_loop_is_co_energy(model: ModuleType) -> None:
+    integrated = model.SPEC.output == "flux"
+    assert model.SPEC.free_offset == integrated
+    assert model.SPEC.co_energy == integrated

@@ -1,41 +1,89 @@
-"""Effects that together leave too much are not named, and all that had proof are said to take part."""
+"""What discovery.json says of a decision: alike effects, candidates in order, no more of the rest than is worth it."""
 
-import numpy as np
+from dataclasses import replace
+
 import pytest
 
-from mrfit.discover.account import confusable, cosine_table, drop_shadows
-from mrfit.discover.decide import Verdict
-from mrfit.discover.screen import Screened
-from tests.discover.test_trials import fitted
+from mrfit.discover.account import account, candidate_rows, confusable, cosine_table
+from mrfit.discover.evidence import Candidate, Screening
+from mrfit.discover.findings import Findings, Followed, Gap, Interval, Named, Suspect
+from mrfit.discover.policy import STANDARD
+from mrfit.discover.regions import Region
+from mrfit.discover.select import Selection
+from tests.discover.world import fit
+
+BASE, FINAL = fit(10.0), fit(1.1, "delay")
+MASS = Interval("m", "kg", 12.0, 11.0, 13.0)
 
 
-def test_all_effects_with_proof_are_taken_back_where_they_leave_too_much() -> None:
-    base, one, both = fitted((), 10.0), fitted(("delay",), 7.0), fitted(("delay", "inertia"), 6.0)
-    verdict = Verdict(base, one, both)
-    drop_shadows(verdict)
-    assert verdict.taken_back
-    assert verdict.final is base
-    assert verdict.proven is both
-    assert set(verdict.reasons) == {"delay", "inertia"}
-    assert verdict.reasons["inertia"].startswith("delay and inertia would take 6")
+def screening(cosine: float) -> Screening:
+    candidates = (Candidate("inertia", gain=0.9), Candidate("delay", gain=0.5))
+    return Screening(BASE, candidates, ((1.0, cosine), (cosine, 1.0)))
 
 
-def test_effects_that_leave_little_stay() -> None:
-    base, both = fitted((), 10.0), fitted(("delay", "inertia"), 1.1)
-    verdict = Verdict(base, both, both)
-    drop_shadows(verdict)
-    assert not verdict.taken_back
-    assert verdict.final is both
+def selection(cosine: float = 0.0) -> Selection:
+    reasons = {"inertia": "no", "delay": "yes", "gas-spring": "no"}
+    return Selection(BASE, FINAL, FINAL, screening(cosine), reasons=reasons, gains={"delay": 0.9}, verdict="named")
+
+
+def found(closed: float, regions: int = 2) -> Findings:
+    gap = Gap(0.01, 0.1, 0.02, closed)
+    where = tuple(Region(f"region {k}", 0.9, 0.1) for k in range(regions))
+    return Findings(
+        gap=gap,
+        named=(Named("delay", (MASS,), gap),),
+        suspects=(Suspect("inertia", (MASS,), gap, "delay"), Suspect("stribeck", (), gap)),
+        where=where,
+        rest=where,
+        looks=(),
+        share_left=1.0 - closed,
+        drifts=(),
+        followed=(Followed("c", "s", "delay", 0.5),),
+        beyond=(),
+        advice=("log more",),
+        stretches=(),
+        span=1.0,
+    )
 
 
 @pytest.mark.parametrize(("cosine", "alike"), [(0.75, False), (0.85, True), (-0.85, True), (0.95, True)])
 def test_what_the_decision_takes_for_alike_is_told_as_confusable_and_marked_in_the_table(
     cosine: float, alike: bool
 ) -> None:
-    directions = np.array([[1.0, 0.0], [cosine, np.sqrt(1.0 - cosine**2)]])
-    screened = [Screened(n, direction=d) for n, d in zip(("delay", "inertia"), directions, strict=True)]
-    verdict = Verdict(fitted((), 10.0), fitted((), 10.0), fitted((), 10.0), screened=screened)
-    table = cosine_table(verdict)
-    assert (verdict.alike("delay") == {"inertia"}) == alike
-    assert bool(confusable(verdict)) == alike
+    table = cosine_table(screening(cosine), STANDARD)
+    assert table["names"] == ["delay", "inertia"]
+    assert (screening(cosine).alike("delay", STANDARD.alike) == {"inertia"}) == alike
+    assert bool(confusable(screening(cosine), STANDARD)) == alike
     assert (abs(table["matrix"][0][1]) > table["alike"]) == alike
+    told = account("tanh", selection(cosine), found(0.99), STANDARD)
+    assert told["effects"][0]["aliases"] == (["inertia"] if alike else [])
+
+
+def test_accepted_candidates_stand_first_and_then_those_that_could_take_most() -> None:
+    rows = candidate_rows(selection())
+    assert [r["name"] for r in rows] == ["delay", "inertia", "gas-spring"]
+    assert [r["accepted"] for r in rows] == [True, False, False]
+    assert [r["holdout_gain"] for r in rows] == [0.9, None, None] and rows[2]["screen"] == 0.0
+
+
+def test_of_the_rest_is_told_only_where_more_than_a_tenth_of_the_gap_is_left() -> None:
+    little, much = (account("tanh", selection(), found(c), STANDARD)["unexplained"] for c in (0.95, 0.85))
+    assert little["where"] == [] and little["text"] == []
+    assert len(much["where"]) == 2 and "90% of the error in 10% of the samples: region 0" in much["text"]
+    unknown = replace(found(0.95), share_left=None)
+    assert account("tanh", selection(), unknown, STANDARD)["unexplained"]["where"]
+
+
+def test_no_more_regions_are_listed_than_a_page_holds() -> None:
+    for count, listed in ((7, 7), (8, 8), (9, 8)):
+        assert len(account("tanh", selection(), found(0.5, count), STANDARD)["where"]) == listed
+
+
+def test_effects_suspects_and_drifts_are_written_with_their_parameters() -> None:
+    told = account("tanh", selection(), found(0.99), STANDARD)
+    (effect,) = told["effects"]
+    assert effect["parameters"] == [{"name": "m", "unit": "kg", "value": 12.0, "low": 11.0, "high": 13.0}]
+    assert (effect["holdout_nrmse_before"], effect["holdout_nrmse_after"]) == (0.1, 0.02)
+    assert [s.get("instead_of") for s in told["suspects"]] == ["delay", None]
+    assert told["drift"] == [{"condition": "c", "segment": "s", "follows": "delay", "rate": 0.5}]
+    assert told["augmented_model"] == "tanh+delay"

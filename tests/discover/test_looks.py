@@ -8,6 +8,7 @@ import pytest
 
 from mrfit.core.specs import Array
 from mrfit.discover.looks import in_words, looks
+from mrfit.discover.policy import STANDARD
 
 
 class _Stretch:
@@ -48,7 +49,7 @@ def rows_for(shape: str) -> list[dict[str, Any]]:
     ],
 )
 def test_shape_is_told(shape: str, words: str) -> None:
-    said = in_words(rows_for(shape))
+    said = in_words(rows_for(shape), STANDARD)
     assert words in said if words else not said
 
 

@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
+from mrfit.core import registry
+from mrfit.discover.evidence import Effect, Fit
+from mrfit.discover.policy import STANDARD
 from mrfit.discover.refit import Refit, paired_z
+from mrfit.discover.rules import limits
 from mrfit.search.cube import cube_of
 from mrfit.simulate.assembly import assemble
 
@@ -17,19 +21,27 @@ def refit(effect: str, **values: float) -> Refit:
     return Refit((effect,), assembly, cube, cube.to_points(theta)[0], [], [], lambda: pytest.fail("not asked for"))
 
 
+def ended(found: Refit, rival: str) -> int:
+    """Return how many shape parameters of a fit's effect ended where it may be its rival."""
+    (effect,) = found.effects
+    row = Fit(0, found.effects, 1.0, 1.0, shapes={effect: found.shapes(effect)})
+    parameters = frozenset(p.name for p in registry.load("effect", rival).SPEC.params)
+    return limits(row, effect, Effect(rival, parameters=parameters), STANDARD)
+
+
 def test_a_stribeck_velocity_at_its_bound_is_the_limit_of_coulomb_friction() -> None:
-    assert refit("stribeck", fs=10.0, vs=0.5).degenerate("stribeck", "coulomb-friction") == 1
-    assert refit("stribeck", fs=10.0, vs=0.02).degenerate("stribeck", "coulomb-friction") == 0
+    assert ended(refit("stribeck", fs=10.0, vs=0.5), "coulomb-friction") == 1
+    assert ended(refit("stribeck", fs=10.0, vs=0.02), "coulomb-friction") == 0
 
 
 def test_a_shape_that_both_rivals_have_tells_nothing_of_either() -> None:
-    assert refit("coulomb-friction", fc=10.0, v_r=1e-5).degenerate("coulomb-friction", "stribeck") == 0
-    assert refit("coulomb-friction", fc=10.0, v_r=1e-5).degenerate("coulomb-friction", "delay") == 1
+    assert ended(refit("coulomb-friction", fc=10.0, v_r=1e-5), "stribeck") == 0
+    assert ended(refit("coulomb-friction", fc=10.0, v_r=1e-5), "delay") == 1
 
 
 @pytest.mark.parametrize("share", [0.0, 1.0])
 def test_dead_time_alone_and_lag_alone_are_forms_like_any_other(share: float) -> None:
-    assert refit("delay", tau=1e-3, s=share).degenerate("delay", "inertia") == 0
+    assert ended(refit("delay", tau=1e-3, s=share), "inertia") == 0
 
 
 def test_equal_errors_score_nothing_and_a_real_fall_scores_much() -> None:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from mrfit.discover.bench import Bench
+from mrfit.discover.policy import STANDARD
 from mrfit.discover.regions import _after_steps, _near_reversal, beyond_training
 
 
@@ -21,13 +22,13 @@ def bench(train: tuple[float, float], holdout: tuple[float, float]) -> Bench:
 
 
 def test_held_out_tests_beyond_the_trained_current_are_said() -> None:
-    (said,) = beyond_training(bench((0.8, 1.2), (0.3, 2.0)))
+    (said,) = beyond_training(bench((0.8, 1.2), (0.3, 2.0)), STANDARD)
     assert said.startswith("held-out tests span 0.3 to 2 A of current, training tests only 0.8 to 1.2 A")
 
 
 def test_held_out_tests_within_the_training_range_are_not() -> None:
-    assert beyond_training(bench((0.3, 2.0), (0.8, 1.2))) == []
-    assert beyond_training(bench((0.3, 2.0), (0.25, 2.05))) == []
+    assert beyond_training(bench((0.3, 2.0), (0.8, 1.2)), STANDARD) == []
+    assert beyond_training(bench((0.3, 2.0), (0.25, 2.05)), STANDARD) == []
 
 
 def test_forty_milliseconds_after_each_step_are_marked_by_its_direction() -> None:

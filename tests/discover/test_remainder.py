@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from mrfit.discover.remainder import _halves
+from mrfit.discover.policy import STANDARD
+from mrfit.discover.remainder import _halves, powers_by_output
 
 PERIOD, CYCLES = 250.0, 18
 
@@ -28,3 +29,21 @@ def test_only_what_acts_through_the_specimen_depends_on_the_output(disturbance: 
     rng = np.random.default_rng(6)
     ratio, score = np.median(np.abs([scores(rng, disturbance) for _ in range(12)]), axis=0)
     assert (ratio > np.log(1.35) and score > 2.0) == seen
+
+
+def test_records_of_too_few_cycles_are_not_asked() -> None:
+    rng = np.random.default_rng(8)
+
+    def stretch(cycles: int) -> SimpleNamespace:
+        n = np.arange(int(PERIOD * cycles))
+        block = SimpleNamespace(period=PERIOD)
+        return SimpleNamespace(block=block, measured=np.sin(2 * np.pi * n / PERIOD), repeats=True)
+
+    train, holdout = [stretch(4), stretch(3)], [stretch(6)]
+    bench = SimpleNamespace(of_role=lambda role: train if role == "train" else holdout)
+    errors = {
+        role: [rng.standard_normal(len(s.measured)) for s in found] for role, found in (("t", train), ("h", holdout))
+    }
+    fit = SimpleNamespace(train=errors["t"], holdout=errors["h"])
+    for fewest, records in ((3, 3), (STANDARD.fewest_cycles, 2), (7, 0)):
+        assert len(powers_by_output(bench, fit, fewest)) == records  # type: ignore[arg-type]

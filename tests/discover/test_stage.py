@@ -212,8 +212,9 @@ def test_laws_by_role_are_tried_only_where_chosen_ones_leave_a_gap_and_kept_only
 
     def judged(workspace: Any, settings: Any, dependence: CurrentDependence, *rest: Any) -> Any:
         tried.append(dependence)
+        gathering = SimpleNamespace(fitter=SimpleNamespace(bench=None), refit_of=lambda fit: fit)
         return SimpleNamespace(
-            fitter=SimpleNamespace(bench=None), verdict=None, outcome=SimpleNamespace(word=words[dependence])
+            gathering=gathering, chosen=SimpleNamespace(base=None, final=None, verdict=words[dependence])
         )
 
     choice = SimpleNamespace(by_role=by_role, about={"text": ["chosen"]})
@@ -221,8 +222,9 @@ def test_laws_by_role_are_tried_only_where_chosen_ones_leave_a_gap_and_kept_only
     monkeypatch.setattr(stage, "current_dependence", lambda *_: (CHOSEN, choice))
     monkeypatch.setattr(stage, "usual_dependence", lambda *_: USUAL)
     monkeypatch.setattr(stage, "_started", lambda settings, *_: settings)
-    monkeypatch.setattr(stage, "account", lambda fitter, verdict, outcome: {"verdict": outcome.word})
-    monkeypatch.setattr(stage, "_series", lambda *_: {})
+    monkeypatch.setattr(stage, "findings", lambda *_: None)
+    monkeypatch.setattr(stage, "account", lambda model, chosen, *_: {"verdict": chosen.verdict})
+    monkeypatch.setattr(stage, "series_of", lambda *_: {})
     summary, _ = stage._discovered(Workspace(Path()), Settings("tanh"), ([], {}), "k", silent)
     assert tried == list(words) and summary["verdict"] == words[taken]
     assert summary["current_dependence"] == asdict(taken)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
+from mrfit.core.channels import unit_of
 from mrfit.core.recording import Segment
 from mrfit.core.specs import Array, Index, Param
 from mrfit.fit.diagnostics.uncertainty import Uncertainty
@@ -196,7 +197,7 @@ def _small_loops(segments: Sequence[Segment]) -> str:
     amplitudes = sorted({s.amplitude for s in segments if s.cycles})
     if not amplitudes:
         return "add cycles of small amplitude"
-    unit = {"current": "A", "displacement": "m", "velocity": "m/s", "angle": "rad"}.get(segments[0].drive, "")
+    unit = unit_of(segments[0].drive)
     low, high = 0.02 * amplitudes[0], 0.2 * amplitudes[0]
     return f"add cycles of small amplitude ({low:.2g} to {high:.2g} {unit}), where the loop's knee shows"
 

@@ -1,4 +1,4 @@
-"""What discovery says where the noise floor is not known, or an effect follows a drift."""
+"""What discovery says where an effect follows a drift."""
 
 import json
 import subprocess
@@ -12,41 +12,6 @@ import pytest
 from datasets.rig import coil_bench
 from datasets.rig.flux_coil import base_coil
 from datasets.rig.style import Style
-from mrfit.discover.account import _word
-from mrfit.discover.trials import leaves_too_much
-
-
-class Fit:
-    """A fit whose error is so many noise floors."""
-
-    def __init__(self, chi: float) -> None:
-        self.value = chi
-
-    def chi(self, role: str) -> float:
-        return self.value
-
-
-@pytest.mark.parametrize(
-    ("chi", "noise", "told", "word"),
-    [
-        (1.1, 5.0, True, "none"),
-        (3.0, 5.0, False, "insufficient-data"),
-        (3.0, 5.0, True, "unexplained"),
-        (8.0, 5.0, False, "unexplained"),
-        (8.0, np.inf, False, "insufficient-data"),
-    ],
-)
-def test_an_error_within_the_bounds_of_the_noise_is_neither_noise_nor_proof(
-    chi: float, noise: float, told: bool, word: str
-) -> None:
-    assert _word(chi, noise, told) == word
-
-
-def test_what_may_be_noise_is_not_held_against_effects() -> None:
-    base, final = Fit(10.0), Fit(4.8)
-    assert leaves_too_much(base, final)
-    assert not leaves_too_much(base, final, noise=5.0)
-    assert leaves_too_much(base, Fit(9.0), noise=5.0)
 
 
 def discovered(folder: Path, settling: float, error: float) -> dict:

@@ -1,0 +1,172 @@
+"""One effect on trial, and against its rivals: what it has to show before it is believed."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from mrfit.discover.evidence import Fall, Fit, Join, Screening, Source, Strength
+from mrfit.discover.policy import Policy
+from mrfit.discover.rules import (
+    Trial,
+    beyond_chance,
+    claim,
+    comparable,
+    helps,
+    leaves_far_more,
+    limits,
+    objection,
+)
+
+
+@dataclass(frozen=True)
+class Inquiry:
+    """What a decision rests on.
+
+    Attributes
+    ----------
+    source
+        Answers questions.
+    policy
+        The thresholds.
+    screening
+        What each effect could add to the base.
+    """
+
+    source: Source
+    policy: Policy
+    screening: Screening
+
+    @property
+    def base(self) -> Fit:
+        """The fit of the base alone."""
+        return self.source.base
+
+    def alike(self, name: str) -> frozenset[str]:
+        """Return the effects that an effect looks like in these data."""
+        return self.screening.alike(name, self.policy.alike)
+
+    def passes(self, trial: Trial) -> bool:
+        """Return whether an effect has proof."""
+        return not objection(trial, self.policy)
+
+
+def judge(
+    inquiry: Inquiry, name: str, before: Fit, after: Fit, base: Fit | None = None, alike: Collection[str] = ()
+) -> Trial:
+    """Return the trial of an effect from the fits without and with it, see ``claim``.
+
+    No more is asked than decides: an effect that does not help needs no interval.
+    """
+    trial = claim(name, before, after, base or inquiry.base, inquiry.policy, alike)
+    if not helps(trial, inquiry.policy):
+        return trial
+    if not trial.overwhelms:
+        trial = replace(trial, score=inquiry.source.ask(Fall(before, after)))
+    if beyond_chance(trial, inquiry.policy):
+        trial = replace(trial, strength=inquiry.source.ask(Strength(after, name)))
+    return trial
+
+
+@dataclass(frozen=True)
+class Ending:
+    """How a duel ended.
+
+    Attributes
+    ----------
+    winner
+        The best trial.
+    equals
+        Rivals that it cannot be told from.
+    reasons
+        Why others were turned down, by name.
+    """
+
+    winner: Trial
+    equals: tuple[str, ...] = ()
+    reasons: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def together(self) -> tuple[str, ...]:
+        """The winner and those it cannot be told from; empty if there are none."""
+        return (self.winner.name, *self.equals) if self.equals else ()
+
+    def turned_down(self, name: str, reason: str) -> "Ending":
+        """Return the same with a reason against an effect."""
+        return replace(self, reasons={**self.reasons, name: reason})
+
+
+def duel(inquiry: Inquiry, present: Fit, passing: Sequence[Trial]) -> Ending:
+    """Return how the best trial stands after encompassing tests against its rivals.
+
+    Parameters
+    ----------
+    inquiry
+        Evidence and policy.
+    present
+        The model beside which each was tried.
+    passing
+        Trials, the one with the least error on held-out conditions first.
+    """
+    ending = Ending(passing[0])
+    for rival in passing[1:]:
+        if comparable(present, ending.winner.fit, rival.fit, inquiry.policy):
+            ending = _against(inquiry, present, ending, rival)
+        else:
+            ending = ending.turned_down(rival.name, _closes_less(ending.winner))
+    return ending
+
+
+def _against(inquiry: Inquiry, present: Fit, ending: Ending, rival: Trial) -> Ending:
+    """Put both effects in together: the one that still earns its place beside the other is real, the other a shadow."""
+    winner = ending.winner
+    both = inquiry.source.ask(
+        Join(
+            (*present.effects, winner.name, rival.name),
+            ({**rival.fit.values, **winner.fit.values}, winner.fit.values),
+        )
+    )
+    # each is fitted again from where it came to stand beside the other, which may be lower
+    fits = [inquiry.source.ask(Join((*present.effects, t.name), (both.values,))) for t in (winner, rival)]
+    again = [replace(t, fit=fit) for t, fit in zip((winner, rival), fits, strict=True)]
+    if again[1].fit.holdout < again[0].fit.holdout:
+        again, ending = again[::-1], replace(ending, equals=())
+    winner, rival = again
+    ending = replace(ending, winner=winner)
+    adds = inquiry.passes(judge(inquiry, rival.name, winner.fit, both, None, inquiry.alike(rival.name)))
+    needed = inquiry.passes(judge(inquiry, winner.name, rival.fit, both, rival.fit))
+    if adds and needed:
+        return ending
+    if adds:
+        return Ending(rival, (), ending.reasons).turned_down(winner.name, f"it adds nothing beside {rival.name}")
+    if needed:
+        return ending.turned_down(rival.name, f"it adds nothing beside {winner.name}")
+    return _without_proof(inquiry, ending, rival)
+
+
+def _without_proof(inquiry: Inquiry, ending: Ending, rival: Trial) -> Ending:
+    """Settle between two of which neither has proof beside the other."""
+    winner, policy, library = ending.winner, inquiry.policy, inquiry.source.library
+    if _far_behind(inquiry, winner, rival):
+        return ending.turned_down(rival.name, _closes_less(winner))
+    own = limits(winner.fit, winner.name, library[rival.name], policy)
+    other = limits(rival.fit, rival.name, library[winner.name], policy)
+    if other > own:
+        return ending.turned_down(rival.name, _is_a_limit(winner))
+    if other < own:
+        return Ending(rival, (), ending.reasons).turned_down(winner.name, _is_a_limit(rival))
+    ending = ending.turned_down(rival.name, f"these data cannot tell it from {winner.name}")
+    return replace(ending, equals=(*ending.equals, rival.name))
+
+
+def _far_behind(inquiry: Inquiry, winner: Trial, rival: Trial) -> bool:
+    """Return whether a rival leaves far more of held-out conditions, and significantly so."""
+    if not leaves_far_more(winner.fit, rival.fit, inquiry.policy):
+        return False
+    return inquiry.source.ask(Fall(rival.fit, winner.fit)) > inquiry.policy.holdout_clear
+
+
+def _closes_less(winner: Trial) -> str:
+    return f"it closes less of the gap than {winner.name}"
+
+
+def _is_a_limit(other: Trial) -> str:
+    return f"its shape ends at a bound, where it is no other than {other.name}"

@@ -1,0 +1,280 @@
+"""What is said of a decision, measured before it is written: gaps, intervals, regions, what could stand instead."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mrfit.core import registry
+from mrfit.core.specs import Array
+from mrfit.discover import looks
+from mrfit.discover.bench import Bench, Stretch
+from mrfit.discover.evidence import Fit, Join
+from mrfit.discover.gather import Gathering
+from mrfit.discover.policy import Policy
+from mrfit.discover.refit import Refit
+from mrfit.discover.regions import Region, beyond_training, locate
+from mrfit.discover.select import Selection
+from mrfit.fit.result import parameter_rows
+from mrfit.signal.drift import drift_row, steady_drift
+
+
+@dataclass(frozen=True)
+class Gap:
+    """Noise floor and errors as NRMSE on held-out conditions, and the share of the gap closed; None if not known."""
+
+    noise_floor: float | None
+    before: float
+    after: float
+    closed: float | None
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A parameter of an effect with its 95 % interval."""
+
+    name: str
+    unit: str
+    value: float
+    low: float | None
+    high: float | None
+
+
+@dataclass(frozen=True)
+class Named:
+    """An accepted effect: its parameters, and the gap without and with it."""
+
+    name: str
+    parameters: tuple[Interval, ...]
+    gap: Gap
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """An effect that is not named, in a fit that is not the final one, and the gap it would close.
+
+    ``instead_of`` is the effect in whose place it would stand, where that was taken back too.
+    """
+
+    name: str
+    parameters: tuple[Interval, ...]
+    gap: Gap
+    instead_of: str = ""
+
+
+@dataclass(frozen=True)
+class Drift:
+    """A record in which the output drifts steadily, at rates in its unit, and as a share, per second."""
+
+    condition: str
+    segment: str
+    level_rate: float
+    gain_rate: float
+
+
+@dataclass(frozen=True)
+class Followed:
+    """A record with a drift that an effect only followed, at a rate in the output's unit per second."""
+
+    condition: str
+    segment: str
+    follows: str
+    rate: float
+
+
+@dataclass(frozen=True)
+class Findings:
+    """All that is written of a decision.
+
+    Attributes
+    ----------
+    gap
+        Without and with all accepted effects.
+    named, suspects
+        Effects that are accepted, and those that may take part.
+    where, rest
+        Regions of the error without any effect, and of what is left; the one with the largest excess first.
+    looks
+        How what is left looks over each channel; empty where too little is left to speak of.
+    share_left
+        Share of the gap without a name, None if the noise floor is not known.
+    drifts, followed
+        Records that drift.
+    beyond
+        Inputs that held-out tests take further than the training tests did, in words.
+    advice
+        What to log next.
+    stretches
+        The segments, and the range of the output that errors are shares of.
+    span
+        That range.
+    """
+
+    gap: Gap
+    named: tuple[Named, ...]
+    suspects: tuple[Suspect, ...]
+    where: tuple[Region, ...]
+    rest: tuple[Region, ...]
+    looks: tuple[dict[str, Any], ...]
+    share_left: float | None
+    drifts: tuple[Drift, ...]
+    followed: tuple[Followed, ...]
+    beyond: tuple[str, ...]
+    advice: tuple[str, ...]
+    stretches: tuple[Stretch, ...]
+    span: float
+
+    def tells_of_the_rest(self, policy: Policy) -> bool:
+        """Return whether enough is left without a name to say where it lies and how it looks."""
+        return self.share_left is None or self.share_left > policy.worth_telling
+
+
+def findings(gathering: Gathering, chosen: Selection, policy: Policy) -> Findings:
+    """Return what is said of a decision; refits that only show what could stand instead are made here."""
+    bench = gathering.fitter.bench
+    before, after = gathering.refit_of(chosen.base), gathering.refit_of(chosen.final)
+    gap = gap_of(bench, before, after)
+    share = None if gap.noise_floor is None else 1.0 - (gap.closed or 0.0)
+    taken_back = _taken_back(gathering, chosen)
+    named = tuple(_named(gathering, chosen, name) for name in chosen.named)
+    standing = {e: group[0] for group in chosen.ambiguous for e in group}
+    undecided = [_swapped(gathering, chosen, chosen.final, (standing[e], e)) for e in sorted(standing)]
+    specs = {e: registry.load("effect", e).SPEC for e in registry.names("effect")}
+    return Findings(
+        gap=gap,
+        named=named,
+        suspects=(*undecided, *taken_back),
+        where=tuple(regions_of(bench, before)),
+        rest=tuple(regions_of(bench, after)),
+        looks=tuple(looks.looks(bench, after)) if share is None or share > policy.worth_telling else (),
+        share_left=share,
+        drifts=tuple(drifts_of(bench, after)),
+        followed=tuple(_followed(bench, chosen)),
+        beyond=tuple(beyond_training(bench, policy)),
+        advice=(
+            *(f"{s.name}: {specs[s.name].experiment}" for s in (undecided or taken_back)),
+            *_unknown_noise(bench, chosen.verdict),
+        ),
+        stretches=bench.stretches,
+        span=bench.span,
+    )
+
+
+def gap_of(bench: Bench, before: Refit, after: Refit) -> Gap:
+    """Return noise floor and errors as NRMSE on held-out conditions, and the share of the gap closed."""
+    floors = [s.floor for s in bench.of_role("holdout")]
+    counts = [s.segment.samples for s in bench.of_role("holdout")]
+    floor = float(np.sqrt(np.average(np.square(floors), weights=counts)))
+    errors = [_rms(fit.holdout, floors) for fit in (before, after)]
+    span = bench.span
+    above = errors[0] ** 2 - floor**2
+    # an error below the floor by chance closes all of the gap, not more
+    closed = min((errors[0] ** 2 - errors[1] ** 2) / above, 1.0) if above > 0 else None
+    known = all(s.noise.known for s in bench.of_role("holdout"))
+    return Gap(floor / span if known else None, errors[0] / span, errors[1] / span, closed if known else None)
+
+
+def _rms(errors: Sequence[Array], floors: Sequence[float]) -> float:
+    physical = np.concatenate([e * f for e, f in zip(errors, floors, strict=True)])
+    return float(np.sqrt(np.mean(physical**2)))
+
+
+def regions_of(bench: Bench, fit: Refit) -> list[Region]:
+    """Return where a fit errs, over training and held-out segments together."""
+    stretches = [*bench.of_role("train"), *bench.of_role("holdout")]
+    errors = [e * s.floor for e, s in zip([*fit.train, *fit.holdout], stretches, strict=True)]
+    return locate(bench, errors, stretches)
+
+
+def drifts_of(bench: Bench, fit: Refit) -> list[Drift]:
+    """Return one row per record in which the output drifts steadily, where a fit does not explain it."""
+    rows = []
+    for role, errors in (("train", fit.train), ("holdout", fit.holdout)):
+        for stretch, error in zip(bench.of_role(role), errors, strict=True):
+            residual, segment = -error * stretch.floor, stretch.segment
+            found = steady_drift(residual, stretch.measured + error * stretch.floor, stretch.block.dt, segment.cycles)
+            level, gain = stretch.level_rate, 0.0
+            if found is not None:
+                own = drift_row(segment.condition, segment.id, found)
+                level, gain = level or own["level_rate"], own["gain_rate"]
+            if level or gain:
+                rows.append(Drift(segment.condition, segment.id, level, gain))
+    return rows
+
+
+def intervals_of(fit: Refit, effect: str) -> tuple[Interval, ...]:
+    """Return an effect's parameters with intervals."""
+    return tuple(
+        Interval(row["name"].partition(".")[2], row["unit"], row["value"], row["low"], row["high"])
+        for row in parameter_rows(fit.cube, fit.point, fit.uncertainty)
+        if row["name"].startswith(effect + ".")
+    )
+
+
+def _named(gathering: Gathering, chosen: Selection, name: str) -> Named:
+    final, rest = chosen.final, tuple(e for e in chosen.final.effects if e != name)
+    without = gathering.ask(Join(rest, (final.values,))) if rest else chosen.base
+    after = gathering.refit_of(final)
+    return Named(name, intervals_of(after, name), gap_of(gathering.fitter.bench, gathering.refit_of(without), after))
+
+
+def _taken_back(gathering: Gathering, chosen: Selection) -> list[Suspect]:
+    """Return the effects that were taken back, and then those that could stand instead of one of them."""
+    if not chosen.taken_back:
+        return []
+    fit = chosen.proven
+    others = [
+        _swapped(gathering, chosen, fit, (own, other), own)
+        for own, *rivals in chosen.doubtful
+        for other in rivals
+        if other not in fit.effects
+    ]
+    return [*(_suspect(gathering, chosen, fit, e) for e in fit.effects), *others]
+
+
+def _swapped(gathering: Gathering, chosen: Selection, fit: Fit, swap: tuple[str, str], instead_of: str = "") -> Suspect:
+    """Return what the second of two effects would be in a fit in place of the first, from which it cannot be told."""
+    own, other = swap
+    effects = tuple(other if e == own else e for e in fit.effects)
+    return _suspect(gathering, chosen, gathering.ask(Join(effects, (fit.values,))), other, instead_of)
+
+
+def _suspect(gathering: Gathering, chosen: Selection, fit: Fit, name: str, instead_of: str = "") -> Suspect:
+    refit = gathering.refit_of(fit)
+    gap = gap_of(gathering.fitter.bench, gathering.refit_of(chosen.base), refit)
+    return Suspect(name, intervals_of(refit, name), gap, instead_of)
+
+
+def _followed(bench: Bench, chosen: Selection) -> list[Followed]:
+    return [
+        Followed(stretch.segment.condition, stretch.segment.id, effect, rate)
+        for effect, growth in chosen.drifting
+        for stretch, rate in zip(bench.of_role("train"), growth.rates, strict=True)
+    ]
+
+
+def _unknown_noise(bench: Bench, verdict: str) -> list[str]:
+    if verdict != "insufficient-data":
+        return []
+    conditions = sorted({s.segment.condition for s in bench.of_role("holdout") if not s.noise.known})
+    return [
+        f"the noise floor of {', '.join(conditions)} is not known, and the error is within its bounds: log each "
+        "of these tests twice with the same drive, or some tests of ten steady cycles, to tell noise from the rest"
+    ]
+
+
+def series_of(bench: Bench, before: Refit, after: Refit) -> Mapping[str, Array]:
+    """Return measured output and errors before and after for every sample, with segment numbers, for the page."""
+    names = ("segment", "holdout", "time", "measured", "before", "after")
+    columns: dict[str, list[Array]] = {name: [] for name in names}
+    for role, first, last in (("train", before.train, after.train), ("holdout", before.holdout, after.holdout)):
+        for stretch, b, a in zip(bench.of_role(role), first, last, strict=True):
+            count = len(b)
+            columns["segment"].append(np.full(count, float(bench.stretches.index(stretch))))
+            columns["holdout"].append(np.full(count, float(role == "holdout")))
+            columns["time"].append(stretch.recorded + np.arange(count, dtype=np.float64) * stretch.block.dt)
+            columns["measured"].append(stretch.measured)
+            columns["before"].append(b * stretch.floor)
+            columns["after"].append(a * stretch.floor)
+    return {name: np.concatenate(parts) for name, parts in columns.items()}

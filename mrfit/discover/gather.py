@@ -1,0 +1,185 @@
+"""Evidence by simulation: the questions of a decision answered from the recordings.
+
+The table fills while a decision is taken, since that says which refit is worth its time; ``select`` then takes the same
+decision from the finished table alone.
+"""
+
+from collections.abc import Generator, Mapping, Sequence
+from typing import Any
+
+from mrfit.core import registry
+from mrfit.core.progress import Progress
+from mrfit.core.specs import EffectSpec
+from mrfit.discover.evidence import (
+    Answer,
+    Candidate,
+    Effect,
+    Evidence,
+    Fall,
+    Fit,
+    Join,
+    Question,
+    Reach,
+    Recorder,
+    Repeats,
+    Repetition,
+    Screen,
+    Screening,
+    Search,
+    Source,
+    Steadiness,
+    Strength,
+    Structure,
+    Try,
+)
+from mrfit.discover.policy import Policy
+from mrfit.discover.refit import Fitter, Refit, Wanted, paired_z
+from mrfit.discover.remainder import explainable, powers_by_output, repeated_error
+from mrfit.discover.screen import Screened, cosines, reach, screen
+from mrfit.discover.select import decide
+from mrfit.discover.steadiness import growths
+
+# Starts of a candidate: a nudge off neutral, what first order asks for, and thrice that where first order falls short
+AWAY = (0.1, 1.0, 3.0)
+
+
+class Gathering:
+    """Answers questions by simulation; it is a ``Source``.
+
+    Parameters
+    ----------
+    fitter
+        Fits assemblies to the training segments.
+    base
+        The fitted base.
+    effects
+        The library for this output.
+    policy
+        The thresholds that screening and the questions of the unknown noise need.
+    seed
+        Of the random features of the model that knows no physics.
+    progress
+        Told of every refit.
+    """
+
+    def __init__(
+        self,
+        fitter: Fitter,
+        base: Refit,
+        effects: Sequence[EffectSpec],
+        policy: Policy,
+        seed: int,
+        progress: Progress,
+    ) -> None:
+        self.fitter = fitter
+        self.library = {e.name: _effect(e) for e in effects}
+        self.noise = fitter.bench.most_noise("holdout")
+        self.progress = progress
+        self._effects, self._policy, self._seed = effects, policy, seed
+        self._refits: list[Refit] = []
+        self._numbers: dict[int, int] = {}
+        self._screened: dict[int, list[Screened]] = {}
+        self.base = self._row(base)
+
+    def ask(self, question: Question[Answer]) -> Answer:
+        """Return the answer to one question."""
+        answer: Answer = self._answer(question)
+        return answer
+
+    def each(self, questions: Sequence[Question[Answer]], labels: Sequence[str] = ()) -> Generator[Answer, None, None]:
+        """Yield refits one after the other, while processes make the descents of those to come."""
+        fits = self.fitter.refits([self._wanted(q) for q in questions])
+        for done, fit in enumerate(fits, 1):
+            answer: Any = self._row(fit)
+            if labels:
+                self.progress(labels[done - 1], done, len(questions))
+            yield answer
+
+    def refit_of(self, fit: Fit) -> Refit:
+        """Return the refit that a row stands for."""
+        return self._refits[fit.number]
+
+    def _answer(self, question: Question[Any]) -> Any:
+        match question:
+            case Screen(present):
+                return self._screening(present)
+            case Try() | Join():
+                return self._row(next(self.fitter.refits([self._wanted(question)])))
+            case Search(fit):
+                return self._row(self.fitter.thorough(self.refit_of(fit)))
+            case Fall(before, after):
+                return paired_z(self.refit_of(before).holdout, self.refit_of(after).holdout)
+            case Strength(fit, effect):
+                return self.refit_of(fit).strength(effect)
+            case _:
+                return self._property(question)
+
+    def _property(self, question: Question[Any]) -> Any:
+        bench = self.fitter.bench
+        match question:
+            case Reach(screened, effects, fit):
+                found = [s for name in effects for s in self._screened[screened.number] if s.name == name]
+                return reach(found, self.refit_of(fit), self.fitter.stride)
+            case Steadiness(fit, effect):
+                return growths(self.fitter, self.refit_of(fit), effect)
+            case Structure(fit):
+                refit = self.refit_of(fit)
+                return explainable(bench, refit.train, refit.holdout, self._seed)
+            case Repeats(fit):
+                refit = self.refit_of(fit)
+                powers = powers_by_output(bench, refit, self._policy.fewest_cycles)
+                return Repetition(repeated_error(bench, refit), powers)
+            case _:
+                raise TypeError(f"{type(question).__name__} is no question of a discovery")
+
+    def _wanted(self, question: Question[Any]) -> Wanted:
+        """Return the effects of a refit and where it starts from."""
+        match question:
+            case Try(present, candidate):
+                starts = [{**present.values, **_scaled(self.fitter, candidate, factor)} for factor in AWAY]
+                return [*present.effects, candidate.name], [*starts, dict(present.values)]
+            case Join(effects, starts):
+                return effects, [dict(s) for s in starts]
+            case _:
+                raise TypeError(f"{type(question).__name__} is no refit")
+
+    def _screening(self, present: Fit) -> Screening:
+        found = screen(self.fitter, self.refit_of(present), self._effects, self._policy)
+        self._screened[present.number] = found
+        candidates = tuple(
+            Candidate(s.name, s.reason, s.gain, s.strength, bool(len(s.direction)), s.start) for s in found
+        )
+        matrix = cosines([s for s in found if len(s.direction)])
+        return Screening(present, candidates, tuple(tuple(row) for row in matrix.tolist()))
+
+    def _row(self, refit: Refit) -> Fit:
+        """Return the row of a refit; the same optimum has the same number."""
+        number = self._numbers.setdefault(id(refit), len(self._refits))
+        if number == len(self._refits):
+            self._refits.append(refit)
+        shapes = {e: refit.shapes(e) for e in refit.effects}
+        return Fit(number, refit.effects, refit.chi("train"), refit.chi("holdout"), refit.values, shapes)
+
+
+def gather(source: Source, policy: Policy) -> Evidence:
+    """Return all that a decision under this policy asks for, with what a source answers."""
+    recorder = Recorder(source)
+    decide(recorder, policy)
+    return recorder.evidence()
+
+
+def _effect(spec: EffectSpec) -> Effect:
+    others = (registry.load("effect", n).SPEC for n in registry.names("effect"))
+    mistaken = {o.name for o in others if spec.name in o.aliases}
+    return Effect(spec.name, frozenset(spec.aliases) | mistaken, frozenset(p.name for p in spec.params))
+
+
+def _scaled(fitter: Fitter, candidate: Candidate, factor: float) -> Mapping[str, float]:
+    """Return a candidate's parameters, by name, at so many times the distance from neutral that screening found."""
+    params = {p.name: p for p in fitter.assembly([candidate.name]).spec.params}
+    values = {}
+    for name, value in candidate.start.items():
+        p = params[name]
+        wanted = value if p.role == "shape" else p.start + factor * (value - p.start)
+        values[name] = min(max(wanted, p.low), p.high)
+    return values

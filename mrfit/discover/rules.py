@@ -1,0 +1,198 @@
+"""The rules of a decision, each a pure function of rows of evidence and the policy."""
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mrfit.discover.evidence import Candidate, Effect, Fit, Growth, Repetition
+from mrfit.discover.policy import Policy
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One effect added to a model and refitted.
+
+    Attributes
+    ----------
+    name
+        The effect.
+    fit
+        The refit.
+    gain
+        Share of the squared hold-out error taken away; 0 if it is no visible share of the base's gap.
+    overwhelms
+        Whether it takes nearly all of what is left, far above the noise.
+    needed
+        Standard errors from neutral that are asked of it.
+    score
+        Standard score of the fall in squared hold-out error; 0 where it was not asked for.
+    strength
+        Standard errors of the effect's parameter from neutral; 0 where they were not asked for.
+    """
+
+    name: str
+    fit: Fit
+    gain: float
+    overwhelms: bool
+    needed: float
+    score: float = 0.0
+    strength: float = 0.0
+
+
+# --- what is worth a refit
+
+
+def absorbed(left: float, policy: Policy) -> bool:
+    """Return whether a model has an effect already, by the share of its sensitivity that is left after projection."""
+    return left < policy.absorbed
+
+
+def worth_a_refit(candidates: Iterable[Candidate], policy: Policy) -> list[Candidate]:
+    """Return the candidates that are refitted in a round, of candidates with the most promising first."""
+    return [c for c in candidates if not c.reason and c.gain > policy.worth_a_refit][: policy.most_refits]
+
+
+def asks_for_pairs(present: Fit, base: Fit, policy: Policy) -> bool:
+    """Return whether so much is left beside the effects of a fit that two more may be missing."""
+    left, gap = (fit.holdout**2 - 1.0 for fit in (present, base))
+    return not (left < policy.left_for_two * gap or present.holdout < policy.above_noise)
+
+
+def leaves_little(pair: Fit, base: Fit, policy: Policy) -> bool:
+    """Return whether a pair leaves so little that no other pair is worth a refit."""
+    return pair.holdout**2 - 1.0 < policy.little_left * (base.holdout**2 - 1.0)
+
+
+# --- proof
+
+
+def claim(name: str, before: Fit, after: Fit, base: Fit, policy: Policy, alike: Collection[str] = ()) -> Trial:
+    """Return what an effect takes by the fits without and with it, and how clear it then has to be.
+
+    Its share of the base's gap must be visible; beside one of those it is ``alike`` to, it must take more.
+    """
+    squares = [[fit.train**2, fit.holdout**2] for fit in (base, before, after)]
+    gaps, lefts, rests = (np.maximum(np.array(row) - 1.0, 1e-12) for row in squares)
+    shares, of_rest = (lefts - rests) / gaps, float((lefts - rests)[1] / lefts[1])
+    least = policy.least_gap
+    if set(alike) & set(before.effects):
+        least = policy.least_gap_of_alike
+    elif of_rest > policy.most_of_the_rest:
+        least = policy.least_gap_of_the_rest
+    gain = float(1.0 - squares[2][1] / squares[1][1]) if shares.max() > least else 0.0
+    far = before.holdout > policy.above_noise
+    overwhelms = of_rest > policy.overwhelming and far
+    first = before == base and of_rest > policy.half and far
+    needed = policy.not_neutral if overwhelms else policy.clear_of_half if first else policy.clear
+    return Trial(name, after, gain, overwhelms, needed)
+
+
+def helps(trial: Trial, policy: Policy) -> bool:
+    """Return whether an effect lowers the error on held-out conditions at all."""
+    return trial.gain > policy.least_gain
+
+
+def beyond_chance(trial: Trial, policy: Policy) -> bool:
+    """Return whether what an effect takes on held-out conditions is more than chance does."""
+    return trial.overwhelms or trial.score > policy.holdout_clear
+
+
+def objection(trial: Trial, policy: Policy) -> str:
+    """Return what an effect lacks for a proof; empty if nothing."""
+    if not helps(trial, policy):
+        return "it does not lower the error on held-out conditions"
+    if not beyond_chance(trial, policy):
+        return "its gain on held-out conditions may be chance"
+    if trial.strength <= trial.needed:
+        return f"its parameter is only {trial.strength:.1f} standard errors from neutral"
+    return ""
+
+
+# --- rivals
+
+
+def comparable(present: Fit, winner: Fit, rival: Fit, policy: Policy) -> bool:
+    """Return whether a rival takes enough of what the winner takes to be looked at."""
+    before = present.holdout**2
+    best, other = before - winner.holdout**2, before - rival.holdout**2
+    return other > policy.rival_takes * best
+
+
+def leaves_far_more(winner: Fit, rival: Fit, policy: Policy) -> bool:
+    """Return whether a rival leaves so much more that a wrong form of the winner is no excuse."""
+    least, other = (max(fit.holdout**2 - 1.0, 0.0) for fit in (winner, rival))
+    return other > policy.far_behind * least
+
+
+def limits(fit: Fit, effect: str, rival: Effect, policy: Policy) -> int:
+    """Return how many shape parameters of an effect ended at a bound: it is so many times the limit of its form.
+
+    Those that its rival has too say nothing of which of the two it is.
+    """
+    ended = {n: at for n, at in fit.shapes.get(effect, {}).items() if n not in rival.parameters}
+    return sum(min(at, 1.0 - at) < policy.end_of_range for at in ended.values())
+
+
+# --- shadows
+
+
+def leaves_too_much(base: Fit, final: Fit, noise: float, policy: Policy) -> bool:
+    """Return whether all effects together leave so much of the base's gap that something else must be missing.
+
+    ``noise`` is the most that the noise can be, in multiples of the floor.
+    """
+    before, after = (fit.holdout**2 for fit in (base, final))
+    allowed = policy.left_in_sight if after > (policy.in_sight * noise) ** 2 else policy.left_by_shadows
+    return before > noise**2 and after - noise**2 > allowed * (before - noise**2)
+
+
+def below_the_rest(final: Fit, without: Fit, policy: Policy) -> bool:
+    """Return whether an effect takes less than what all together leave, by the fit without it."""
+    fall = without.holdout**2 - final.holdout**2
+    return not fall > policy.above_the_rest * (final.holdout**2 - 1.0)
+
+
+def drift(growths: Sequence[Growth], policy: Policy) -> Growth | None:
+    """Return the first strength of an effect that changes within the records, which a steady effect's does not."""
+    for g in growths:
+        if abs(g.change) > max(policy.drifts * abs(g.distance), policy.drift_clear * g.spread):
+            return g
+    return None
+
+
+# --- is something left without a name?
+
+
+def follows_the_output(repetition: Repetition, policy: Policy) -> bool:
+    """Return whether the part of the error that does not repeat depends on how large the output is.
+
+    An instrument's noise is the same at any point of a cycle. What comes and goes through the specimen, in a rhythm of
+    its own, is not.
+    """
+    if len(repetition.powers) < policy.fewest_records:
+        return False
+    ratio, score = np.median(np.abs(repetition.powers), axis=0)
+    return bool(ratio > np.log(policy.power_ratio) and score > policy.power_clear)
+
+
+def goes_on(repetition: Repetition, policy: Policy) -> bool:
+    """Return whether what repeats from cycle to cycle, or what does not, cannot be noise."""
+    return repetition.error > policy.far_above or follows_the_output(repetition, policy)
+
+
+def clearly_left(error: float, structure: float, taken_back: bool, policy: Policy) -> bool:
+    """Return whether an error above a noise floor that is known is no noise: something is told of it."""
+    told = structure > policy.structure or taken_back or error > policy.beyond_any_colour
+    return error > policy.clearly_above and told
+
+
+def word_of_unknown_noise(error: float, noise: float, told: bool, policy: Policy) -> str:
+    """Return the verdict's word where the noise floor is not known: it lies between 1 and ``noise``, as the error does.
+
+    What is within the least noise is noise. What is above the most, or follows the inputs, is not. Of what is between,
+    nothing can be said.
+    """
+    if error <= policy.clearly_above:
+        return "none"
+    return "unexplained" if told or error > policy.clearly_above * noise else "insufficient-data"

@@ -1,0 +1,81 @@
+"""What discovery works on: channels that are there or can be had, noise floors, no bend of a drifting level."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mrfit.core import registry
+from mrfit.core.recording import Recording
+from mrfit.core.specs import Array
+from mrfit.discover.bench import Bench, build_bench, effects_for, with_residual_floors
+from mrfit.errors import DataError
+from mrfit.signal.noise_floor import NoiseFloor
+from mrfit.simulate.assembly import assemble
+from tests.discover.test_rules import segment
+
+DT, COUNT = 1e-3, 1000
+TIME = np.arange(COUNT) * DT
+X, V = 0.01 * np.sin(10 * np.pi * TIME), 0.1 * np.pi * np.cos(10 * np.pi * TIME)
+
+
+def bench(noise: float = 1.0, offsets: tuple[float, ...] = (0.0,), **channels: Array) -> Bench:
+    rng, recordings, segments = np.random.default_rng(3), {}, []
+    for k, offset in enumerate(offsets):
+        force = 800.0 * V + offset + noise * rng.standard_normal(COUNT)
+        own = channels or {"displacement": X, "velocity": V}
+        recordings[str(k)] = Recording(str(k), "r.csv", "r", "none", DT, 0.0, {**own, "force": force}, {})
+        role = "holdout" if k else "train"
+        segments.append(replace(segment(role, str(k), COUNT), recording=str(k)))
+    base = assemble("regularised-bingham")
+    return build_bench(segments, recordings, base, [registry.load("effect", "temperature").SPEC])
+
+
+def test_the_noise_floor_is_that_of_the_cycles() -> None:
+    found = bench(noise=2.0)
+    assert found.stretches[0].repeats
+    assert found.stretches[0].floor == pytest.approx(2.0, rel=0.1)
+
+
+def test_a_channel_that_is_not_to_be_had_is_lacking_and_says_why() -> None:
+    found = bench()
+    assert "temperature" in found.lacking and "temperature" not in found.channels
+    assert found.stretches[0].channel("temperature") is None
+    assert {"displacement", "velocity", "time"} <= found.channels
+
+
+def test_a_stroke_that_was_not_recorded_is_the_integral_of_the_velocity_about_its_middle() -> None:
+    found = bench(velocity=V).stretches[0].channel("displacement")
+    assert found is not None
+    assert found == pytest.approx(X, abs=2e-4)
+
+
+def test_a_velocity_that_was_not_recorded_is_no_reason_to_stop_but_both_missing_are() -> None:
+    velocity = bench(displacement=X).stretches[0].channel("velocity")
+    assert velocity == pytest.approx(V, abs=1e-3)
+    with pytest.raises(DataError, match="velocity"):
+        bench(current=np.ones(COUNT))
+
+
+def test_errors_are_multiples_of_the_floor() -> None:
+    found, assembly = bench(noise=2.0, offsets=(0.0, 0.0)), assemble("regularised-bingham")
+    theta = np.array([[p.start for p in assembly.spec.params]])
+    for role in ("train", "holdout"):
+        (error,), (stretch,) = found.errors(assembly, theta, role), found.of_role(role)
+        simulated = assembly.simulate(stretch.block_for(assembly).drive, theta, DT)[0]
+        assert error[0] * stretch.floor == pytest.approx(simulated[-COUNT:] - stretch.measured, abs=1e-9)
+
+
+def test_known_floors_stay_and_the_most_noise_is_that_of_unknown_ones() -> None:
+    found = bench(offsets=(0.0, 0.0))
+    assert found.most_noise("holdout") == 1.0
+    assert with_residual_floors(found, [np.ones(COUNT)] * 2, {"0": None, "1": None}) == found  # type: ignore[dict-item]
+    train, holdout = found.stretches
+    unknown = replace(holdout, noise=NoiseFloor(float("nan"), "not known", holdout.floor, 3.0 * holdout.floor))
+    assert replace(found, stretches=(train, unknown)).most_noise("holdout") == pytest.approx(3.0)
+
+
+def test_only_effects_on_the_output_that_may_be_proposed_are_in_the_library() -> None:
+    flux, force = ({e.name for e in effects_for(output)} for output in ("flux", "force"))
+    assert "eddy-current" in flux and "eddy-current" not in force
+    assert "inertia" in force and not {"force-filter", "current-filter"} & force

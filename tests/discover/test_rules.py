@@ -1,0 +1,267 @@
+"""Every threshold of the policy: evidence on which its rule fires, and evidence beside it on which it does not."""
+
+from collections.abc import Callable
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mrfit.core.recording import Recording, Segment
+from mrfit.discover import looks, rules
+from mrfit.discover.bench import build_bench
+from mrfit.discover.evidence import Candidate, Effect, Growth, Repetition, Screening
+from mrfit.discover.policy import STANDARD, Policy
+from mrfit.discover.regions import Region, beyond_training, in_words
+from mrfit.discover.select import decide
+from mrfit.discover.stage import Settings, too_little, usual_dependence
+from mrfit.simulate.assembly import assemble
+from tests.discover.test_regions import bench as bench_of_currents
+from tests.discover.world import World, fit
+
+Rule = Callable[[Policy], bool]
+"""Whether a rule fires on some evidence, under a policy."""
+
+
+def segment(role: str, condition: str, samples: int = 100) -> Segment:
+    return Segment(
+        id=condition,
+        condition=condition,
+        recording="r",
+        start=0,
+        stop=samples,
+        warm_up=0,
+        waveform="sine",
+        drive="displacement",
+        frequency=5.0,
+        amplitude=0.01,
+        offset=0.0,
+        cycles=5,
+        current=float("nan"),
+        temperature=float("nan"),
+        role=role,
+    )
+
+
+def too_few(conditions: int) -> Rule:
+    segments = [segment("train", str(k)) for k in range(conditions)]
+    return lambda p: bool(too_little([*segments, segment("holdout", "h")], p))
+
+
+def varies(high: float) -> Rule:
+    channels = {"current": np.linspace(0.0, high, 50), "force": np.ones(50)}
+    recordings = {"r": Recording("r", "r.csv", "r", "none", 1e-3, 0.0, channels, {})}
+    held = replace(segment("train", "a"), current=0.1)
+    return lambda p: usual_dependence(Settings("tanh"), [held], recordings, p) is not None
+
+
+def floored(noise: float) -> Rule:
+    def fires(policy: Policy) -> bool:
+        rng, time = np.random.default_rng(1), np.arange(1000) * 1e-3
+        x, v = 0.01 * np.sin(10 * np.pi * time), 0.1 * np.pi * np.cos(10 * np.pi * time)
+        channels = {"displacement": x, "velocity": v, "force": v + noise * rng.standard_normal(1000)}
+        recordings = {"r": Recording("r", "r.csv", "r", "none", 1e-3, 0.0, channels, {})}
+        bench = build_bench([segment("train", "a", 1000)], recordings, assemble("tanh"), [], policy)
+        return bool(bench.stretches[0].floor == policy.least_floor * bench.span)
+
+    return fires
+
+
+def worth(gain: float, count: int = 1) -> Rule:
+    candidates = [Candidate(str(k), gain=gain) for k in range(count)]
+    return lambda p: len(rules.worth_a_refit(candidates, p)) == count
+
+
+def proof(before: float, after: float, strength: float = 50.0, score: float = 50.0, **more: Any) -> Rule:
+    """Whether an effect passes that brings the error from one value to another beside ``beside``, of a base's error."""
+    beside: tuple[str, ...] = more.get("beside", ())
+    base = fit(more.get("base", before), number=0)
+    first = fit(before, *beside, number=1) if beside else base
+    last = fit(after, *beside, "x", number=2)
+
+    def fires(policy: Policy) -> bool:
+        claimed = rules.claim("x", first, last, base, policy, more.get("alike", ()))
+        return not rules.objection(replace(claimed, strength=strength, score=score), policy)
+
+    return fires
+
+
+def alike(cosine: float) -> Rule:
+    screening = Screening(fit(1.0), (Candidate("a"), Candidate("b")), ((1.0, cosine), (cosine, 1.0)))
+    return lambda p: screening.alike("a", p.alike) == {"b"}
+
+
+def ended(place: float, rival: str = "none") -> Rule:
+    return lambda p: (
+        rules.limits(fit(1.0, "a", a={"v": place}), "a", Effect("b", frozenset(), frozenset({rival})), p) > 0
+    )
+
+
+def drifts(change: float, distance: float, spread: float) -> Rule:
+    return lambda p: rules.drift([Growth(change, distance, spread)], p) is not None
+
+
+def too_much(before: float, after: float, noise: float = 1.0) -> Rule:
+    return lambda p: rules.leaves_too_much(fit(before), fit(after), noise, p)
+
+
+def follows(records: int, ratio: float, score: float) -> Rule:
+    return lambda p: rules.goes_on(Repetition(1.0, ((np.log(ratio), score),) * records), p)
+
+
+def left(error: float, structure: float) -> Rule:
+    return lambda p: rules.clearly_left(error, structure, False, p)
+
+
+def asked_rivals(reach: float, count: int = 1) -> Rule:
+    """Whether so many effects, that could take a share to first order, are all tried in the place of one that is in."""
+    others = [f"r{k}" for k in range(count)]
+    errors = {(): 20.0, ("a",): 8.0, ("b",): 19.0, ("a", "b"): 1.05}
+    world = World(errors, reaches=dict.fromkeys(others, reach), unseen=())
+    errors |= {(o,): 20.0 for o in others}
+
+    def fires(policy: Policy) -> bool:
+        world.asked.clear()
+        decide(world, replace(policy, most_refits=2))
+        tried = {q.candidate.name for q in world.asked if hasattr(q, "candidate") and q.present.effects == ("b",)}
+        return tried >= set(others)
+
+    return fires
+
+
+def shape(curve: float, loop: float, words: str) -> Rule:
+    row = {"over": "velocity", "curve": curve, "loop": loop, "since it turned": 0.0}
+    return lambda p: words in looks.in_words([row], p)
+
+
+def region(excess: float, count: int = 1) -> Rule:
+    return lambda p: len(in_words([Region(str(k), 0.5 + excess, 0.5) for k in range(count)], p)) == count
+
+
+CASES: dict[str, tuple[Rule, Rule]] = {
+    "fewest_training": (too_few(1), too_few(2)),
+    "least_current_range": (varies(0.2), varies(0.05)),
+    "least_floor": (floored(1e-6), floored(1e-2)),
+    "absorbed": (lambda p: rules.absorbed(0.01, p), lambda p: rules.absorbed(0.03, p)),
+    "worth_a_refit": (worth(2e-3), worth(5e-4)),
+    "most_refits": (worth(0.1, 7), worth(0.1, 8)),
+    "clear": (proof(3.0, 2.7, 4.1), proof(3.0, 2.7, 3.9)),
+    "holdout_clear": (proof(3.0, 2.7, score=2.1), proof(3.0, 2.7, score=1.9)),
+    "overwhelming": (proof(10.0, 4.4, 1.1), proof(10.0, 4.7, 1.1)),
+    "above_noise": (proof(1.55, 1.05, 1.1), proof(1.45, 1.05, 1.1)),
+    "not_neutral": (proof(10.0, 1.5, 1.1), proof(10.0, 1.5, 0.9)),
+    "half": (proof(10.0, 7.0, 3.5), proof(10.0, 7.2, 3.5)),
+    "clear_of_half": (proof(10.0, 6.0, 3.1), proof(10.0, 6.0, 2.9)),
+    "least_gain": (proof(1.1, 1.09), proof(1.1, 1.096)),
+    "least_gap": (
+        proof(6.0, 5.8, base=10.0, beside=("a",)),
+        proof(6.0, 5.85, base=10.0, beside=("a",)),
+    ),
+    "least_gap_of_alike": (
+        proof(6.0, 5.0, base=10.0, beside=("a",), alike=("a",)),
+        proof(6.0, 5.3, base=10.0, beside=("a",), alike=("a",)),
+    ),
+    "most_of_the_rest": (
+        proof(1.5, 1.26, base=10.0, beside=("a",)),
+        proof(1.5, 1.3, base=10.0, beside=("a",)),
+    ),
+    "least_gap_of_the_rest": (
+        proof(1.4, 1.05, base=10.0, beside=("a",)),
+        proof(1.2, 1.0, base=10.0, beside=("a",)),
+    ),
+    "alike": (alike(-0.85), alike(0.75)),
+    "rival_takes": (
+        lambda p: rules.comparable(fit(10.0), fit(2.0), fit(8.0), p),
+        lambda p: rules.comparable(fit(10.0), fit(2.0), fit(8.3), p),
+    ),
+    "far_behind": (
+        lambda p: rules.leaves_far_more(fit(2.0), fit(2.7), p),
+        lambda p: rules.leaves_far_more(fit(2.0), fit(2.6), p),
+    ),
+    "end_of_range": (ended(0.96), ended(0.94)),
+    "most_rivals": (asked_rivals(0.5, 4), asked_rivals(0.5, 5)),
+    "worth_a_duel": (asked_rivals(0.06), asked_rivals(0.04)),
+    "left_for_two": (
+        lambda p: rules.asks_for_pairs(fit(2.5), fit(10.0), p),
+        lambda p: rules.asks_for_pairs(fit(2.3), fit(10.0), p),
+    ),
+    "little_left": (
+        lambda p: rules.leaves_little(fit(1.35), fit(10.0), p),
+        lambda p: rules.leaves_little(fit(1.45), fit(10.0), p),
+    ),
+    "above_the_rest": (
+        lambda p: rules.below_the_rest(fit(3.0), fit(3.6), p),
+        lambda p: rules.below_the_rest(fit(3.0), fit(3.7), p),
+    ),
+    "left_by_shadows": (too_much(3.0, 1.7), too_much(3.0, 1.5)),
+    "left_in_sight": (too_much(10.0, 2.6), too_much(12.5, 2.6)),
+    "in_sight": (too_much(10.0, 2.55), too_much(10.0, 2.45)),
+    "drifts": (drifts(0.21, 1.0, 1e-3), drifts(0.19, 1.0, 1e-3)),
+    "drift_clear": (drifts(0.5, 1.0, 0.12), drifts(0.5, 1.0, 0.13)),
+    "far_above": (
+        lambda p: rules.goes_on(Repetition(2.1), p),
+        lambda p: rules.goes_on(Repetition(1.9), p),
+    ),
+    "clearly_above": (left(1.3, 0.5), left(1.2, 0.5)),
+    "structure": (left(3.0, 0.16), left(3.0, 0.14)),
+    "beyond_any_colour": (left(8.1, 0.0), left(7.9, 0.0)),
+    "fewest_records": (follows(5, 2.0, 4.0), follows(4, 2.0, 4.0)),
+    "power_ratio": (follows(6, 1.4, 4.0), follows(6, 1.3, 4.0)),
+    "power_clear": (follows(6, 2.0, 2.1), follows(6, 2.0, 1.9)),
+    "shape_told": (shape(0.12, 0.12, "static law"), shape(0.08, 0.08, "static law")),
+    "memory_told": (shape(0.2, 0.31, "memory"), shape(0.2, 0.29, "memory")),
+    "nothing": (shape(0.004, 0.5, "a curve over it nothing"), shape(0.006, 0.5, "a curve over it nothing")),
+    "region_told": (region(0.03), region(0.01)),
+    "most_said": (region(0.1, 3), region(0.1, 4)),
+    "extrapolates": (
+        lambda p: bool(beyond_training(bench_of_currents((0.3, 1.0), (0.3, 1.2)), p)),
+        lambda p: bool(beyond_training(bench_of_currents((0.3, 1.0), (0.3, 1.05)), p)),
+    ),
+}
+# Thresholds whose rules are tested where evidence takes more than a row to invent
+ELSEWHERE = {
+    "most_rounds": "test_select.py",
+    "most_pairs": "test_pairs.py",
+    "fewest_cycles": "test_remainder.py",
+    "worth_telling": "test_account.py",
+    "most_regions": "test_account.py",
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_a_rule_fires_on_one_side_of_its_threshold_only(name: str) -> None:
+    fires, not_here = CASES[name]
+    assert fires(STANDARD)
+    assert not not_here(STANDARD)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_it_is_this_threshold_that_decides(name: str) -> None:
+    """Moved past the evidence on one side, then on the other, it turns both."""
+    fires, not_here = CASES[name]
+    value = getattr(STANDARD, name)
+    moved = [
+        replace(STANDARD, **{name: type(value)(new)})
+        for new in (0.001 * value, 0.5 * value, 0.8 * value, 1.25 * value, 2.0 * value, 1000.0 * value)
+    ]
+    assert any(not fires(policy) for policy in moved)
+    assert any(not_here(policy) for policy in moved)
+
+
+def test_no_threshold_of_the_policy_is_without_a_test() -> None:
+    assert {f.name for f in fields(Policy)} == set(CASES) | set(ELSEWHERE)
+
+
+def test_a_shape_that_the_rival_has_too_says_nothing() -> None:
+    assert ended(0.99)(STANDARD) and not ended(0.99, rival="v")(STANDARD)
+
+
+def test_what_may_be_noise_is_not_held_against_effects() -> None:
+    assert too_much(10.0, 4.8)(STANDARD)
+    assert not too_much(10.0, 4.8, noise=5.0)(STANDARD)
+    assert too_much(10.0, 9.0, noise=5.0)(STANDARD)
+
+
+def test_what_was_taken_back_is_told_of_the_error_left() -> None:
+    assert rules.clearly_left(3.0, 0.0, True, STANDARD)
+    assert not rules.clearly_left(1.2, 0.0, True, STANDARD)

@@ -1,0 +1,98 @@
+"""Screening: what each effect could take to first order, beside all that the base could absorb."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mrfit.core import registry
+from mrfit.core.progress import silent
+from mrfit.core.specs import EffectSpec
+from mrfit.discover.bench import build_bench
+from mrfit.discover.evidence import Join, Reach, Screen
+from mrfit.discover.gather import Gathering, gather
+from mrfit.discover.policy import STANDARD
+from mrfit.discover.refit import Fitter
+from mrfit.discover.screen import cosines, present_basis, screen, unjudgeable
+from mrfit.discover.select import decide, select
+from mrfit.fit.select import load_recordings
+from mrfit.simulate.assembly import assemble
+from tests.discover.studies import workspace
+
+NAMES = ("inertia", "quadratic-drag", "coulomb-friction", "temperature", "force-offset")
+EFFECTS: list[EffectSpec] = [registry.load("effect", name).SPEC for name in NAMES]
+
+
+@pytest.fixture(scope="module")
+def fitter(tmp_path_factory: pytest.TempPathFactory) -> Fitter:
+    """A damper with a moving mass of 12 kg, to which a base without one was fitted."""
+    study = workspace(Path(tmp_path_factory.mktemp("study")), mass=12.0)
+    segments, _ = study.read_segments()
+    bench = build_bench(segments, load_recordings(study, segments), assemble("tanh"), EFFECTS)
+    found = Fitter(bench, "tanh", None, {}, {}, lambda effects, point: None)
+    found.first(0)
+    return found
+
+
+def gathering(fitter: Fitter) -> Gathering:
+    return Gathering(fitter, fitter.first(0), EFFECTS, STANDARD, 0, silent)
+
+
+def test_the_hidden_effect_could_take_most_and_its_first_step_is_about_its_size(fitter: Fitter) -> None:
+    first, *others = screen(fitter, fitter.first(0), EFFECTS, STANDARD)
+    assert first.name == "inertia" and first.gain > 0.9 and first.strength > 10.0
+    assert first.start["inertia.m"] == pytest.approx(12.0, rel=0.2)
+    assert all(o.gain < 0.5 for o in others)
+
+
+def test_what_the_base_has_already_is_absorbed_and_what_was_not_recorded_cannot_be_judged(fitter: Fitter) -> None:
+    found = {s.name: s for s in screen(fitter, fitter.first(0), EFFECTS, STANDARD)}
+    assert found["force-offset"].reason == "absorbed by what the model has"
+    assert found["temperature"].reason == "cannot be judged: no temperature"
+    everything = screen(fitter, fitter.first(0), EFFECTS, replace(STANDARD, absorbed=1.01))
+    assert {s.reason for s in everything} == {"absorbed by what the model has", "cannot be judged: no temperature"}
+
+
+def test_an_input_that_must_move_and_does_not_shows_nothing(fitter: Fitter) -> None:
+    drag = registry.load("effect", "quadratic-drag").SPEC
+    top = float(np.ptp(np.concatenate([s.channel("velocity") for s in fitter.bench.stretches])))
+    assert unjudgeable(fitter.bench, replace(drag, moves=(("velocity", 0.9 * top),))) == ""
+    still = unjudgeable(fitter.bench, replace(drag, moves=(("velocity", 1.1 * top),)))
+    assert still == "cannot be judged: the velocity does not move"
+
+
+def test_directions_are_free_of_what_the_base_could_follow(fitter: Fitter) -> None:
+    source = gathering(fitter)
+    screening = source.ask(Screen(source.base))
+    found = screen(fitter, fitter.first(0), EFFECTS, STANDARD)
+    shown = [s for s in found if len(s.direction)]
+    assert screening.shown == tuple(s.name for s in shown)
+    assert np.diag(cosines(shown)) == pytest.approx(1.0)
+    basis = present_basis(fitter, fitter.first(0))
+    for s in shown:
+        assert basis.T @ s.direction == pytest.approx(0.0, abs=1e-6)
+        # an effect whose bounds forbid the step that would help has no direction
+        assert float(np.linalg.norm(s.direction)) == pytest.approx(1.0 if s.gain else 0.0)
+
+
+def test_together_two_could_take_no_less_than_either(fitter: Fitter) -> None:
+    source = gathering(fitter)
+    source.ask(Screen(source.base))
+    one, other, both = (
+        source.ask(Reach(source.base, names, source.base))
+        for names in (("inertia",), ("quadratic-drag",), ("inertia", "quadratic-drag"))
+    )
+    assert both >= max(one, other) - 1e-12 and 0.0 <= one <= 1.0
+    assert source.ask(Reach(source.base, ("temperature",), source.base)) == 0.0
+
+
+def test_the_same_optimum_is_one_row_and_the_decision_from_the_table_is_that_of_the_simulation(fitter: Fitter) -> None:
+    source = gathering(fitter)
+    (twice, again) = (source.ask(Join(("inertia",), (source.base.values,))) for _ in range(2))
+    assert twice.number == again.number != source.base.number
+    evidence = gather(source, STANDARD)
+    chosen = select(evidence, STANDARD)
+    assert (chosen.verdict, chosen.named) == ("named", ("inertia",))
+    assert chosen == decide(source, STANDARD)
+    assert chosen.final.holdout == source.refit_of(chosen.final).chi("holdout")

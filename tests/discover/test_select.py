@@ -1,0 +1,233 @@
+"""The decision on invented evidence: what is named, what is not, and why; no simulation, milliseconds each."""
+
+import ast
+from dataclasses import FrozenInstanceError, replace
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import mrfit.discover
+from mrfit.discover.evidence import Growth, Join, Repetition, Try
+from mrfit.discover.gather import gather
+from mrfit.discover.policy import STANDARD, Policy
+from mrfit.discover.rules import leaves_too_much
+from mrfit.discover.select import Selection, decide, select, take_back
+from tests.discover.world import UNCLEAR, World, fit
+
+
+def chosen(world: World, policy: Policy = STANDARD) -> Selection:
+    return select(gather(world, policy), policy)
+
+
+def test_where_only_noise_is_left_nothing_is_named() -> None:
+    found = chosen(World({(): 1.02, ("a",): 1.02, ("b",): 1.02}))
+    assert (found.verdict, found.final.effects) == ("none", ())
+    assert found.reasons["a"] == "it does not lower the error on held-out conditions"
+
+
+def test_an_effect_with_proof_is_named_and_one_without_is_not() -> None:
+    found = chosen(World({(): 10.0, ("a",): 1.05, ("b",): 9.99}))
+    assert (found.verdict, found.named) == ("named", ("a",))
+    assert found.reasons["a"] == "its parameter is 50 standard errors from neutral"
+    unclear = chosen(World({(): 10.0, ("a",): 8.0}, strengths={"a": UNCLEAR}))
+    assert unclear.final.effects == ()
+    assert unclear.reasons["a"] == "its parameter is only 0.1 standard errors from neutral"
+    by_chance = chosen(World({(): 10.0, ("a",): 8.0}, falls={("a",): 1.0}))
+    assert by_chance.reasons["a"] == "its gain on held-out conditions may be chance"
+
+
+def test_an_effect_that_the_data_cannot_show_is_never_fitted_and_says_why() -> None:
+    world = World({(): 10.0, ("a",): 1.05}, unseen=("z",))
+    found = chosen(world)
+    assert found.reasons["z"] == "cannot be judged: no channel"
+    assert not [q for q in world.asked if isinstance(q, Try) and q.candidate.name == "z"]
+
+
+def test_two_that_leave_the_same_alone_and_together_are_ambiguous() -> None:
+    found = chosen(World({(): 10.0, ("a",): 1.5, ("b",): 1.5}))
+    assert (found.verdict, found.named) == ("ambiguous", ())
+    assert found.ambiguous == (("a", "b"),)
+    assert found.reasons["b"] == "these data cannot tell it from a"
+
+
+def test_a_shadow_adds_nothing_beside_what_it_imitates() -> None:
+    errors = {(): 10.0, ("a",): 1.2, ("b",): 5.0, ("a", "b"): 1.2}
+    found = chosen(World(errors))
+    assert (found.verdict, found.named) == ("named", ("a",))
+    assert found.reasons["b"] == "it adds nothing beside a"
+
+
+def test_a_worse_fit_in_which_the_rival_is_still_needed_loses_to_it() -> None:
+    # beside b, a takes nothing; beside a, b takes most of the rest: b is real though a alone leaves less
+    errors = {(): 10.0, ("a",): 3.0, ("b",): 3.1, ("a", "b"): 1.05}
+    world = World(errors, strengths={"a": UNCLEAR + 1.5})
+    found = chosen(world)
+    assert "b" in found.final.effects
+
+
+def test_two_effects_are_both_named_where_each_has_proof_beside_the_other() -> None:
+    found = chosen(World({(): 20.0, ("a",): 8.0, ("b",): 18.0, ("a", "b"): 1.05}))
+    assert (found.verdict, found.named) == ("named", ("a", "b"))
+
+
+def test_two_effects_neither_of_which_helps_alone_are_found_as_a_pair() -> None:
+    errors = {(): 10.0, ("a",): 10.0, ("b",): 10.0, ("c",): 9.99, ("a", "b"): 1.05}
+    assert chosen(World(errors)).named == ("a", "b")
+    assert chosen(World(errors | {("a", "b"): 9.99})).final.effects == ()
+
+
+def test_no_pair_is_fitted_where_little_is_left() -> None:
+    world = World({(): 1.3, ("a",): 1.3, ("b",): 1.3})
+    chosen(world)
+    assert not [q for q in world.asked if isinstance(q, Join)]
+    far = World({(): 10.0, ("a",): 10.0, ("b",): 10.0})
+    chosen(far)
+    assert [q for q in far.asked if isinstance(q, Join)]
+
+
+def test_what_was_put_in_one_by_one_and_leaves_too_much_gives_way_to_a_pair() -> None:
+    errors = {(): 20.0, ("c",): 6.0, ("a",): 19.0, ("b",): 19.0, ("a", "b"): 1.05}
+    found = chosen(World(errors))
+    assert found.named == ("a", "b")
+    assert found.reasons["c"].startswith("it adds nothing beside")
+    alone = chosen(World({k: v for k, v in errors.items() if k != ("a", "b")}))
+    assert alone.taken_back and alone.verdict == "unexplained"
+
+
+def test_effects_that_leave_too_much_together_are_taken_back_and_said_to_take_part() -> None:
+    found = chosen(World({(): 10.0, ("a",): 6.0}))
+    assert (found.verdict, found.final.effects, found.proven.effects) == ("unexplained", (), ("a",))
+    assert found.reasons["a"].startswith("a would take 65% of the gap and leave 6 times the noise")
+    assert chosen(World({(): 10.0, ("a",): 1.9})).verdict == "named"
+
+
+def test_all_effects_with_proof_are_taken_back_though_one_was_dropped_before() -> None:
+    base, one, both = fit(10.0), fit(7.0, "a"), fit(6.0, "a", "b")
+    before = Selection(base, one, both, World({(): 10.0}).ask_screening())
+    after = take_back(before, 1.0, STANDARD)
+    assert after.taken_back and after.final == base and after.proven == both
+    assert set(after.reasons) == {"a", "b"} and after.reasons["b"].startswith("a and b would take 6")
+    assert not before.taken_back and before.final == one and before.reasons == {}
+    little = replace(before, final=fit(1.1, "a", "b"), proven=fit(1.1, "a", "b"))
+    assert take_back(little, 1.0, STANDARD) is little
+
+
+def test_an_effect_that_follows_a_drift_is_taken_out() -> None:
+    errors = {(): 10.0, ("a",): 1.05}
+    drifting = chosen(World(errors, growths={"a": Growth(0.1, 0.2, 0.01)}))
+    assert drifting.final.effects == () and [e for e, _ in drifting.drifting] == ["a"]
+    assert drifting.reasons["a"] == "it changes by 50% in half a record: a drift, not this effect"
+    steady = chosen(World(errors, growths={"a": Growth(0.1, 2.0, 0.01)}))
+    assert steady.named == ("a",) and not steady.drifting
+
+
+def test_of_two_effects_the_one_that_takes_less_than_is_left_is_taken_out() -> None:
+    errors = {(): 20.0, ("a",): 4.0, ("b",): 19.0}
+    found = chosen(World(errors | {("a", "b"): 2.8}), replace(STANDARD, above_the_rest=2.0))
+    assert found.proven.effects == ("a", "b") and found.final.effects == ("a",)
+    assert found.reasons["b"] == "it takes less than what is left without a name"
+    kept = chosen(World(errors | {("a", "b"): 2.8}))
+    assert kept.final.effects == ("a", "b")
+
+
+def test_a_first_effect_that_a_later_one_makes_idle_is_taken_out() -> None:
+    errors = {(): 20.0, ("a",): 8.0, ("b",): 19.9, ("c",): 19.9, ("a", "b"): 5.0, ("b", "c"): 1.05}
+    world = World(errors, aliases={"a": ("c",)})
+    assert chosen(world).named == ("b", "c")
+
+
+def test_no_more_rounds_are_made_than_the_policy_allows() -> None:
+    errors = {(): 32.0, ("a",): 16.0, ("a", "b"): 6.0, ("a", "b", "c"): 1.2}
+    assert chosen(World(errors)).proven.effects == ("a", "b", "c")
+    assert chosen(World(errors), replace(STANDARD, most_rounds=2)).proven.effects == ("a", "b")
+
+
+@pytest.mark.parametrize(
+    ("error", "noise", "structure", "word"),
+    [
+        (1.1, 5.0, 0.9, "none"),
+        (3.0, 5.0, 0.0, "insufficient-data"),
+        (3.0, 5.0, 0.9, "unexplained"),
+        (8.0, 5.0, 0.0, "unexplained"),
+        (8.0, float("inf"), 0.0, "insufficient-data"),
+        (1.1, 1.0, 0.9, "none"),
+        (3.0, 1.0, 0.0, "none"),
+        (3.0, 1.0, 0.9, "unexplained"),
+        (9.0, 1.0, 0.0, "unexplained"),
+    ],
+)
+def test_the_word_for_what_is_left(error: float, noise: float, structure: float, word: str) -> None:
+    assert chosen(World({(): error}, noise=noise, structure=structure)).verdict == word
+
+
+def test_errors_that_repeat_or_follow_the_output_are_no_noise() -> None:
+    quiet = World({(): 1.1})
+    assert chosen(quiet).verdict == "none"
+    assert chosen(replace(quiet, repetition=Repetition(2.5))).verdict == "unexplained"
+    assert chosen(replace(quiet, repetition=Repetition(1.0, ((0.5, 3.0),) * 6))).verdict == "unexplained"
+    assert chosen(replace(quiet, repetition=Repetition(1.0, ((0.5, 3.0),) * 4))).verdict == "none"
+
+
+def test_evidence_gathered_under_another_policy_that_asks_for_less_is_refused() -> None:
+    evidence = gather(World({(): 10.0, ("a",): 1.05, ("b",): 10.0}), STANDARD)
+    assert select(evidence, STANDARD).named == ("a",)
+    assert select(evidence, replace(STANDARD, region_told=0.5)) == select(evidence, STANDARD)
+    with pytest.raises(LookupError, match="the evidence does not answer"):
+        select(evidence, replace(STANDARD, worth_a_refit=2.0))
+
+
+def test_evidence_and_policy_and_selection_cannot_be_changed() -> None:
+    evidence = gather(World({(): 10.0, ("a",): 1.05}), STANDARD)
+    with pytest.raises(FrozenInstanceError):
+        evidence.noise = 2.0  # type: ignore[misc]
+    with pytest.raises(FrozenInstanceError):
+        STANDARD.clear = 1.0  # type: ignore[misc]
+    with pytest.raises(FrozenInstanceError):
+        select(evidence, STANDARD).verdict = "none"  # type: ignore[misc]
+
+
+def test_what_decides_imports_nothing_that_simulates_reads_or_writes() -> None:
+    allowed = {"policy", "evidence", "rules", "duels", "pairs", "select"}
+    for name in allowed:
+        tree = ast.parse((Path(mrfit.discover.__path__[0]) / f"{name}.py").read_text())
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("mrfit"):
+                assert (node.module or "").removeprefix("mrfit.discover.") in allowed, f"{name} imports {node.module}"
+            assert not (isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "open")
+
+
+ERRORS = st.floats(1.0, 30.0)
+
+
+@st.composite
+def worlds(draw: st.DrawFn) -> World:
+    errors = {(): draw(ERRORS)}
+    for effects in (("a",), ("b",), ("c",), ("a", "b"), ("a", "c"), ("b", "c"), ("a", "b", "c")):
+        errors[effects] = draw(ERRORS)
+    return World(
+        errors,
+        noise=draw(st.sampled_from([1.0, 1.0, 3.0])),
+        strengths={n: draw(st.floats(0.0, 10.0)) for n in "abc"},
+        cosines={("a", "b"): draw(st.floats(-1.0, 1.0))},
+        aliases={"a": draw(st.sampled_from([(), ("b",), ("b", "c")]))},
+        structure=draw(st.floats(-0.5, 1.0)),
+    )
+
+
+@given(worlds())
+@settings(max_examples=150, deadline=None)
+def test_in_any_world_the_same_evidence_gives_the_same_selection_and_names_stand_on_what_they_take(
+    world: World,
+) -> None:
+    evidence = gather(world, STANDARD)
+    first = select(evidence, STANDARD)
+    assert first == select(evidence, STANDARD) == decide(world, STANDARD)
+    assert set(first.reasons) == {"a", "b", "c"}
+    if first.verdict == "named":
+        assert first.final.holdout < first.base.holdout
+        assert not leaves_too_much(first.base, first.final, world.noise, STANDARD)
+    if first.verdict in ("none", "unexplained", "insufficient-data"):
+        assert first.final == first.base and not first.ambiguous
+    assert set(first.final.effects) <= set("abc")

@@ -1,0 +1,77 @@
+"""The engine knows no effect and no channel by name: a plug-in's effect or channel is treated as the built-in ones are.
+
+What it needs to know of an effect or a model stands in its SPEC, of a channel in ``mrfit/core/channels.py``.
+"""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+import mrfit
+from mrfit.core import registry
+from mrfit.core.channels import CHANNELS
+
+PACKAGE = Path(mrfit.__path__[0])
+ENGINE = ("discover", "fit", "search", "signal", "optimizers")
+# File and name -> why it may say it
+ALLOWED = {
+    (
+        "discover/regions.py",
+        "displacement",
+    ): "regions are told to people in words that only suit this channel: end of stroke",
+    ("discover/regions.py", "velocity"): "pre-yield, post-yield, rebound",
+    ("discover/regions.py", "angular_velocity"): "held-out tests that go faster",
+    ("discover/regions.py", "current"): "after a step of the current",
+    ("discover/regions.py", "temperature"): "cold and hot third; the channel, not the effect of this name",
+    ("fit/select.py", "velocity"): "`--only MH` is defined by peak velocity",
+    ("fit/select.py", "displacement"): "from which it is derived",
+    ("fit/diagnostics/identifiability.py", "inertia"): "a role of parameters, not the effect of this name",
+    ("fit/laws/choice.py", "current"): "a key of fit.json",
+    ("fit/predict.py", "current"): "a key of fit.json",
+    ("fit/stage.py", "current"): "a key of fit.json",
+    ("search/staged.py", "velocity"): "the kind of test `constant-speed` is told by it",
+    ("search/staged.py", "temperature"): "the kind of test `heating` is told by it",
+}
+
+
+def known() -> set[str]:
+    return {*registry.names("effect"), *CHANNELS}
+
+
+def said(tree: ast.AST) -> set[str]:
+    """Return the names of effects and channels that stand as strings in a syntax tree."""
+    return {n.value for n in ast.walk(tree) if isinstance(n, ast.Constant) and isinstance(n.value, str)} & known()
+
+
+def place(path: Path) -> str:
+    return path.relative_to(PACKAGE).as_posix()
+
+
+def engine() -> list[Path]:
+    return [p for room in ENGINE for p in sorted((PACKAGE / room).rglob("*.py"))]
+
+
+@pytest.mark.parametrize("path", engine(), ids=place)
+def test_no_effect_and_no_channel_is_known_by_name(path: Path) -> None:
+    unknown = {name for name in said(ast.parse(path.read_text())) if (place(path), name) not in ALLOWED}
+    assert not unknown, f"{place(path)} says {sorted(unknown)}: let the SPEC or core/channels.py say it"
+
+
+def test_what_is_allowed_is_said() -> None:
+    found = {(place(p), name) for p in engine() for name in said(ast.parse(p.read_text()))}
+    assert set(ALLOWED) <= found
+
+
+@pytest.mark.parametrize(
+    ("code", "names"),
+    [
+        ('if name == "temperature": pass', {"temperature"}),
+        ('x = spec.output == "flux"', {"flux"}),
+        ('if "delay" in effects: pass', {"delay"}),
+        ('text = "the temperature does not move"', set()),
+        ('"""Of the delay."""', set()),
+    ],
+)
+def test_a_name_in_code_is_seen_and_a_sentence_is_not(code: str, names: set[str]) -> None:
+    assert said(ast.parse(code)) == names
