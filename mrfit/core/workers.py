@@ -35,7 +35,10 @@ START = "forkserver" if sys.platform == "linux" else "spawn"
 MADE, FAILED, UNKNOWN = "made", "failed", "unknown"
 # What ends a command
 ENDING = (signal.SIGINT, signal.SIGTERM)
-KILLED = "a worker process was killed; there may be too little memory: try --jobs 1"
+KILLED = (
+    "a worker process has ended: there may be too little memory, or a script may start work outside of "
+    "`if __name__ == '__main__':`; try --jobs 1"
+)
 # Seconds between two messages of a process about its progress, and between two looks at these
 QUIET = 0.1
 
