@@ -4,7 +4,9 @@ import json
 from pathlib import Path
 
 import pytest
+import typer
 
+from mrfit.cli.main import app
 from tests.plugin_files import EXAMPLE, TRUTH, acme_log, install, run_python
 
 FILES = [EXAMPLE / "mrfit_example" / f"{n}.py" for n in ("cubic_damper", "hardening_spring", "hooke", "acme")]
@@ -15,6 +17,12 @@ def cli(folder: Path, *arguments: object, **environment: str) -> str:
     done = run_python(folder, "mrfit.cli", *arguments, **environment)
     assert done.returncode == 0, done.stderr
     return done.stdout
+
+
+def test_every_command_that_finds_items_by_name_takes_plugins() -> None:
+    commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+    without = {n for n, c in commands.items() if "--plugin" not in {o for p in c.params for o in p.opts}}
+    assert without == {"flux", "segment", "datasets"}
 
 
 def test_an_installed_package_is_read_with_fitted_with_and_reported(tmp_path: Path) -> None:
