@@ -42,6 +42,9 @@ def test_an_installed_package_is_read_with_fitted_with_and_reported(tmp_path: Pa
     other = Path(site) / "mrfit_example" / "cubic_damper.py"
     other.write_text(other.read_text() + "\n")
     assert not json.loads(cli(tmp_path, *FIT, site=site))["skipped"]
+    again = json.loads(cli(tmp_path, "ingest", "run1.log", "--json", site=site))
+    assert again["replaced"] == ["run1.log"] and "its reader" in again["reasons"]["run1.log"]
+    assert json.loads(cli(tmp_path, "ingest", "run1.log", "--json", site=site))["skipped"]
 
 
 def test_files_are_named_as_options_or_in_the_environment(tmp_path: Path) -> None:
@@ -51,7 +54,6 @@ def test_files_are_named_as_options_or_in_the_environment(tmp_path: Path) -> Non
     fit = json.loads(cli(tmp_path, *FIT, *options))
     paths = ":".join(map(str, FILES))
     assert json.loads(cli(tmp_path, *FIT, MRFIT_PLUGINS=paths))["skipped"]
-    assert json.loads(cli(tmp_path, "report", "--json", MRFIT_PLUGINS=paths))["fits"]
     unknown = run_python(tmp_path, "mrfit.cli", *FIT)
     assert unknown.returncode == 2 and unknown.stderr.startswith("mrfit: unknown model 'cubic-damper'")
     assert fit["warnings"] == []
@@ -65,41 +67,3 @@ def test_code_that_lies_beside_logs_is_never_run(tmp_path: Path) -> None:
     (tmp_path / "run1.log").rename(tmp_path / "logs" / "run1.log")
     cli(tmp_path, "ingest", "logs", "--plugin", FILES[3])
     assert not (tmp_path / "was_run").exists()
-
-
-RIVAL = """
-from mrfit.core.specs import ReaderSpec
-SPEC = ReaderSpec("rival", "Claims what begins with a mark")
-def sniff(head):
-    {sniff}
-def read(source):
-    return 1 / 0
-"""
-
-
-def test_two_readers_that_claim_a_file_are_both_named(tmp_path: Path) -> None:
-    acme_log(tmp_path / "run1.log")
-    rival = tmp_path / "rival.py"
-    rival.write_text(RIVAL.format(sniff="return head.lines[0].startswith('ACME')"))
-    done = run_python(tmp_path, "mrfit.cli", "ingest", "run1.log", "--plugin", rival, "--plugin", FILES[3])
-    names = f"(acme of {FILES[3]} and rival of {rival})"
-    assert done.returncode == 1
-    assert f"run1.log: it has the marks of more than one format {names}; let the plug-in's sniff ask" in done.stderr
-    rival.write_text(RIVAL.format(sniff="return head.lines[0].startswith('OTHER')"))
-    cli(tmp_path, "ingest", "run1.log", "--plugin", rival, "--plugin", FILES[3])
-
-
-@pytest.mark.parametrize(
-    ("sniff", "told"),
-    [
-        ("return 1 / 0", "the plug-in reader rival ({}) failed to tell whether it is its own (ZeroDivisionError"),
-        ("return True", "a fault in the plug-in reader rival ({}) (ZeroDivisionError: division by zero); mend the"),
-    ],
-)
-def test_a_reader_that_fails_is_named_with_the_log(tmp_path: Path, sniff: str, told: str) -> None:
-    (tmp_path / "log.csv").write_text("time (s),force (N)\n" + "".join(f"{k / 1000},{k % 7}\n" for k in range(500)))
-    rival = tmp_path / "rival.py"
-    rival.write_text(RIVAL.format(sniff=sniff))
-    done = run_python(tmp_path, "mrfit.cli", "ingest", "log.csv", "--plugin", rival)
-    assert done.returncode == 1 and f"log.csv: {told.format(rival)}" in done.stderr
-    assert done.stderr.count("\n") <= 2
