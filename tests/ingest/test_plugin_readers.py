@@ -1,4 +1,4 @@
-"""Readers of plug-ins among mrfit's own: one that claims another's file, or fails, is named with where it comes from."""
+"""Readers of plug-ins among mrfit's own: one that claims another's file, or fails, is named with its place."""
 
 from pathlib import Path
 
