@@ -59,6 +59,21 @@ def test_files_are_named_as_options_or_in_the_environment(tmp_path: Path) -> Non
     assert fit["warnings"] == []
 
 
+@pytest.mark.slow
+def test_discovery_names_the_effect_of_a_plugin_that_a_plugins_model_lacks(tmp_path: Path) -> None:
+    for frequency in (0.5, 1.0, 2.0, 3.0):
+        for stroke in (5, 10, 20):
+            path = tmp_path / f"{frequency}Hz-{stroke}mm.log"
+            acme_log(path, 200.0, 8.0 / frequency, frequency, 1e-3 * stroke)
+    around = {"MRFIT_PLUGINS": ":".join(map(str, FILES))}
+    cli(tmp_path, "ingest", *sorted(tmp_path.glob("*.log")), **around)
+    found = json.loads(cli(tmp_path, "discover", "--model", "cubic-damper", "--json", "--jobs", 2, **around))
+    (effect,) = found["effects"]
+    assert effect["name"] == "hardening-spring"
+    (parameter,) = effect["parameters"]
+    assert parameter["value"] == pytest.approx(TRUTH["k3"], rel=0.01)
+
+
 def test_code_that_lies_beside_logs_is_never_run(tmp_path: Path) -> None:
     acme_log(tmp_path / "run1.log")
     for name in ("plugin.py", "mrfit_plugins.py", "conftest.py", "sitecustomize.py", "mrfit.py"):
