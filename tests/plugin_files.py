@@ -39,11 +39,13 @@ def _groups(project: Mapping[str, Mapping[str, Mapping[str, str]]]) -> Mapping[s
     return project["entry-points"]
 
 
-def acme_log(path: Path, rate: float = 500.0, seconds: float = 8.0) -> Path:
-    """Write a log of the example's test bench: a 2 Hz stroke of 15 mm, its force with a little noise."""
+def acme_log(
+    path: Path, rate: float = 500.0, seconds: float = 8.0, frequency: float = 2.0, stroke: float = 0.015
+) -> Path:
+    """Write a log of the example's test bench: a sine (Hz, m), its force with a little noise."""
     t = np.arange(round(rate * seconds)) / rate
-    w = 2 * np.pi * 2.0
-    x, v = 0.015 * np.sin(w * t), 0.015 * w * np.cos(w * t)
+    w = 2 * np.pi * frequency
+    x, v = stroke * np.sin(w * t), stroke * w * np.cos(w * t)
     force = TRUTH["c"] * v + TRUTH["c3"] * v**3 + TRUTH["f0"] + TRUTH["k3"] * x**3
     force += 0.2 * np.random.default_rng(3).standard_normal(len(t))
     rows = "".join(f"{1e3 * a:.6f}; {b:.4f}\n" for a, b in zip(x, force, strict=True))

@@ -4,7 +4,9 @@ import json
 from pathlib import Path
 
 import pytest
+import typer
 
+from mrfit.cli.main import app
 from tests.plugin_files import EXAMPLE, TRUTH, acme_log, install, run_python
 
 FILES = [EXAMPLE / "mrfit_example" / f"{n}.py" for n in ("cubic_damper", "hardening_spring", "hooke", "acme")]
@@ -15,6 +17,12 @@ def cli(folder: Path, *arguments: object, **environment: str) -> str:
     done = run_python(folder, "mrfit.cli", *arguments, **environment)
     assert done.returncode == 0, done.stderr
     return done.stdout
+
+
+def test_every_command_that_finds_items_by_name_takes_plugins() -> None:
+    commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]
+    without = {n for n, c in commands.items() if "--plugin" not in {o for p in c.params for o in p.opts}}
+    assert without == {"flux", "segment", "datasets"}
 
 
 def test_an_installed_package_is_read_with_fitted_with_and_reported(tmp_path: Path) -> None:
@@ -34,6 +42,9 @@ def test_an_installed_package_is_read_with_fitted_with_and_reported(tmp_path: Pa
     other = Path(site) / "mrfit_example" / "cubic_damper.py"
     other.write_text(other.read_text() + "\n")
     assert not json.loads(cli(tmp_path, *FIT, site=site))["skipped"]
+    again = json.loads(cli(tmp_path, "ingest", "run1.log", "--json", site=site))
+    assert again["replaced"] == ["run1.log"] and "its reader" in again["reasons"]["run1.log"]
+    assert json.loads(cli(tmp_path, "ingest", "run1.log", "--json", site=site))["skipped"]
 
 
 def test_files_are_named_as_options_or_in_the_environment(tmp_path: Path) -> None:
@@ -43,10 +54,24 @@ def test_files_are_named_as_options_or_in_the_environment(tmp_path: Path) -> Non
     fit = json.loads(cli(tmp_path, *FIT, *options))
     paths = ":".join(map(str, FILES))
     assert json.loads(cli(tmp_path, *FIT, MRFIT_PLUGINS=paths))["skipped"]
-    assert json.loads(cli(tmp_path, "report", "--json", MRFIT_PLUGINS=paths))["fits"]
     unknown = run_python(tmp_path, "mrfit.cli", *FIT)
     assert unknown.returncode == 2 and unknown.stderr.startswith("mrfit: unknown model 'cubic-damper'")
     assert fit["warnings"] == []
+
+
+@pytest.mark.slow
+def test_discovery_names_the_effect_of_a_plugin_that_a_plugins_model_lacks(tmp_path: Path) -> None:
+    for frequency in (0.5, 1.0, 2.0, 3.0):
+        for stroke in (5, 10, 20):
+            path = tmp_path / f"{frequency}Hz-{stroke}mm.log"
+            acme_log(path, 200.0, 8.0 / frequency, frequency, 1e-3 * stroke)
+    around = {"MRFIT_PLUGINS": ":".join(map(str, FILES))}
+    cli(tmp_path, "ingest", *sorted(tmp_path.glob("*.log")), **around)
+    found = json.loads(cli(tmp_path, "discover", "--model", "cubic-damper", "--json", "--jobs", 2, **around))
+    (effect,) = found["effects"]
+    assert effect["name"] == "hardening-spring"
+    (parameter,) = effect["parameters"]
+    assert parameter["value"] == pytest.approx(TRUTH["k3"], rel=0.01)
 
 
 def test_code_that_lies_beside_logs_is_never_run(tmp_path: Path) -> None:
@@ -57,41 +82,3 @@ def test_code_that_lies_beside_logs_is_never_run(tmp_path: Path) -> None:
     (tmp_path / "run1.log").rename(tmp_path / "logs" / "run1.log")
     cli(tmp_path, "ingest", "logs", "--plugin", FILES[3])
     assert not (tmp_path / "was_run").exists()
-
-
-RIVAL = """
-from mrfit.core.specs import ReaderSpec
-SPEC = ReaderSpec("rival", "Claims what begins with a mark")
-def sniff(head):
-    {sniff}
-def read(source):
-    return 1 / 0
-"""
-
-
-def test_two_readers_that_claim_a_file_are_both_named(tmp_path: Path) -> None:
-    acme_log(tmp_path / "run1.log")
-    rival = tmp_path / "rival.py"
-    rival.write_text(RIVAL.format(sniff="return head.lines[0].startswith('ACME')"))
-    done = run_python(tmp_path, "mrfit.cli", "ingest", "run1.log", "--plugin", rival, "--plugin", FILES[3])
-    names = f"(acme of {FILES[3]} and rival of {rival})"
-    assert done.returncode == 1
-    assert f"run1.log: it has the marks of more than one format {names}; let the plug-in's sniff ask" in done.stderr
-    rival.write_text(RIVAL.format(sniff="return head.lines[0].startswith('OTHER')"))
-    cli(tmp_path, "ingest", "run1.log", "--plugin", rival, "--plugin", FILES[3])
-
-
-@pytest.mark.parametrize(
-    ("sniff", "told"),
-    [
-        ("return 1 / 0", "the plug-in reader rival ({}) failed to tell whether it is its own (ZeroDivisionError"),
-        ("return True", "a fault in the plug-in reader rival ({}) (ZeroDivisionError: division by zero); mend the"),
-    ],
-)
-def test_a_reader_that_fails_is_named_with_the_log(tmp_path: Path, sniff: str, told: str) -> None:
-    (tmp_path / "log.csv").write_text("time (s),force (N)\n" + "".join(f"{k / 1000},{k % 7}\n" for k in range(500)))
-    rival = tmp_path / "rival.py"
-    rival.write_text(RIVAL.format(sniff=sniff))
-    done = run_python(tmp_path, "mrfit.cli", "ingest", "log.csv", "--plugin", rival)
-    assert done.returncode == 1 and f"log.csv: {told.format(rival)}" in done.stderr
-    assert done.stderr.count("\n") <= 2

@@ -287,7 +287,7 @@ def discover(
 
 
 @app.command()
-def advise(work: Work = WORK, as_json: Json = False) -> None:
+def advise(work: Work = WORK, plugins: Plugins = None, as_json: Json = False) -> None:
     """Say which test would settle what the last discovery left open.
 
     Example: mrfit advise

@@ -178,10 +178,13 @@ def predict(summary: Summary) -> None:
         say(f"  refused {refused['source']}: {refused['reason']}; {refused['remedy']}")
 
 
+OUTDATED = "made from older data, or by another mrfit or plug-in, than are here now"
+
+
 def outdated(fits: Sequence[str]) -> None:
     """Print which fits were made from other data than those now in the workspace."""
     for name in fits:
-        say(f"  warning outdated: {name}: made from older data, or by another mrfit, than are here now: fit again")
+        say(f"  warning outdated: {name}: {OUTDATED}: fit again")
 
 
 def compare_models(summary: Summary, work: Path) -> None:
@@ -268,7 +271,7 @@ def discover(summary: Summary, work: Path) -> None:
 def advise(summary: Summary) -> None:
     """Print which tests would settle what a discovery left open."""
     if summary.get("outdated"):
-        say("  warning outdated: made from older data, or by another mrfit, than are here now: discover again")
+        say(f"  warning outdated: {OUTDATED}: discover again")
     if not summary["advice"]:
         say(f"Nothing to settle: the last discovery on {summary['base_model']} ended with '{summary['verdict']}'.")
         return

@@ -84,7 +84,7 @@ class Earlier:
             return "has changed since it was last read"
         if self.keys.get(source) == key:
             return "read again, since its recordings were damaged or missing"
-        return "read again, since its channel map, the options or mrfit itself has changed"
+        return "read again, since its channel map, the options, its reader or mrfit itself has changed"
 
     def refusals(self, source: str) -> list[Refusal]:
         """Return why a source was refused."""

@@ -192,7 +192,8 @@ def _with_effects(base: Assembly, modules: list[Effect]) -> Assembly:
         params=(*base.spec.params, *params),
         rate_independent=False,
     )
-    chain = _Chain(base, spec, modules, specs)
+    erring = frozenset(m.SPEC.name for m in modules if isinstance(m, ErrsInRecord))
+    chain = _Chain(base, spec, modules, specs, erring)
     whole = replace(base, spec=spec, simulate=chain.simulate, derived=chain.derived, start_values=chain.start_values)
     return replace(whole, adds=any(e.slot in ("add", "record") for e in specs))
 
@@ -205,6 +206,7 @@ class _Chain:
     spec: ModelSpec
     modules: list[Effect]
     effects: list[EffectSpec]
+    erring: frozenset[str]
 
     def simulate(self, drive: Array, theta: Array, dt: float) -> Array:
         """Simulate points that share their input effects together, since these change the drive itself."""
@@ -289,8 +291,8 @@ class _Chain:
     def _recorded(self, output: Array, drive: Array, parts: list[Array], dt: float) -> Array:
         channels = dict(zip(self.spec.inputs, drive, strict=True))
         for module, theta in (*self._active("input", parts), *self._active("record", parts)):
-            if isinstance(module, ErrsInRecord):
-                output = output + module.error(channels, theta, dt)
+            if module.SPEC.name in self.erring:
+                output = output + cast(ErrsInRecord, module).error(channels, theta, dt)
         return output
 
     def _scaled(self, channels: dict[str, Array], parts: list[Array], dt: float) -> Array:

@@ -14,6 +14,7 @@ from mrfit.core import plugins, registry
 from mrfit.core.progress import silent
 from mrfit.core.specs import Array, ModelSpec, Param
 from mrfit.core.workers import in_processes
+from mrfit.discover.bench import effects_for
 from mrfit.errors import ConfigError
 from mrfit.io.keys import discovery_key, fit_key, plugins_used
 from mrfit.kernels.theta import columns
@@ -232,6 +233,13 @@ def test_effects_of_plugins_are_part_of_a_discoverys_key_whatever_its_model(writ
     after = discovery_key({"model": "tanh"}, {}, []), fit_key({"model": "tanh", "optimizer": "auto"}, {}, [])
     assert after[0] != before[0] and after[1] == before[1]
     assert fit_key({"model": "tanh+hardening-spring", "optimizer": "auto"}, {}, []) != after[1]
+
+
+def test_an_effect_of_a_plugin_is_among_the_candidates_of_a_discovery(write: Write) -> None:
+    before = {s.name for s in effects_for("force")}
+    plugins.use(write((EXAMPLE / "mrfit_example" / "hardening_spring.py").read_text()))
+    assert {s.name for s in effects_for("force")} - before == {"hardening-spring"}
+    assert "hardening-spring" not in {s.name for s in effects_for("flux")}
 
 
 def test_bounds_of_a_decorated_function_are_part_of_its_keys() -> None:

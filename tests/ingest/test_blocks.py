@@ -12,7 +12,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from mrfit.core import registry
+from mrfit.core import plugins, registry
 from mrfit.errors import DataError
 from mrfit.ingest import reading, series
 from mrfit.ingest.containers import memory
@@ -22,6 +22,7 @@ from mrfit.ingest.stage import Settings, preview, run
 from mrfit.io.workspace import Workspace, free_memory, write_table
 from tests.ingest.samples import RS_SETTINGS, WRITERS, sample
 from tests.ingest.test_fuzz import TEXT, WHOLE_LINES
+from tests.plugin_files import EXAMPLE, acme_log
 
 WHOLE = 1 << 30
 IN_BLOCKS = sorted(set(registry.names("reader")) - {"matlab", "hdf5", "tdms", "mdf"})
@@ -239,3 +240,15 @@ def test_a_recording_longer_than_memory_is_one_line_in_later_stages(
 
 def test_a_damaged_time_stamp_among_the_few_rows_of_a_block_is_one_row_refused() -> None:
     assert_same("daq-text", damaged("daq-text", [0], 33), 200, 37)
+
+
+def test_a_plugin_reader_that_reads_no_blocks_is_given_long_logs_as_a_whole(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(plugins, "_store", plugins.Store())
+    monkeypatch.setenv(plugins.VARIABLE, "")
+    plugins.use(EXAMPLE / "mrfit_example" / "acme.py")
+    path = acme_log(tmp_path / "run.log", seconds=2.0)
+    digest = reading.hash_of(path)
+    outcome = read_item(Item(((path, digest),), "acme", Rules()), Pieces(tmp_path / "pieces", block=500))
+    assert outcome.recordings[0].rows_kept == 1000

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import IO, Any
 
-from mrfit.core import registry
+from mrfit.core import plugins, registry
 from mrfit.ingest.containers.memory import held_to, out_of_memory
 from mrfit.ingest.refusal import Passing, Refusal
 from mrfit.ingest.table import Source, Table
@@ -26,8 +26,13 @@ HAS_TIMER = hasattr(signal, "setitimer")
 """Whether the system counts computing; else the clock has to do."""
 
 
-def read_tables(reader: str, source: Source) -> list[Table]:
-    """Return what a reader makes of a file, in this process, which may take ``source.memory`` for it."""
+def read_tables(reader: str, source: Source, named: str | None = None) -> list[Table]:
+    """Return what a reader makes of a file, in this process, which may take ``source.memory`` for it.
+
+    ``named`` are the plug-in files of the process that asks, which may have been named since this one was started.
+    """
+    if named is not None:
+        os.environ[plugins.VARIABLE] = named
     module = registry.load("reader", reader)
     try:
         with held_to(source.memory):
@@ -151,7 +156,8 @@ def read_apart(reader: str, source: Source, seconds: float | None = None) -> lis
     if seconds is None:
         seconds = SECONDS + SECONDS_FOR_A_MEGABYTE * source.head.size / 1e6
     try:
-        tables: list[Table] = _worker.call(seconds, read_tables, reader, replace(source, memory=limit))
+        named = os.environ.get(plugins.VARIABLE, "")
+        tables: list[Table] = _worker.call(seconds, read_tables, reader, replace(source, memory=limit), named)
     except MemoryError:
         raise out_of_memory(path, limit) from None
     except EOFError:

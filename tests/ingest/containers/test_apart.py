@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from mrfit.core import plugins, registry
 from mrfit.ingest.containers import apart
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.refusal import Passing, Refusal
@@ -17,6 +18,23 @@ from mrfit.ingest.table import Source
 from mrfit.ingest.text.head import open_head
 from tests.conftest import ROOT
 from tests.ingest.samples import sample
+
+PLUGIN = """
+import os
+import numpy as np
+from mrfit.core.specs import ReaderSpec
+from mrfit.ingest.table import Column, Table
+
+SPEC = ReaderSpec("fragile", "Tells which process reads it", fragile=True)
+
+
+def sniff(head):
+    return head.raw.startswith(b"fragile")
+
+
+def read(source):
+    return [Table((Column("process", None, np.array([float(os.getpid())]), 0),), np.array([1]), dt=1.0)]
+"""
 
 
 def crash(*_: object) -> None:
@@ -31,6 +49,21 @@ def hang(*_: object) -> None:
 def source(tmp_path: Path) -> Source:
     _, path = sample("matlab", tmp_path)
     return Source(open_head(path), Rules())
+
+
+def test_a_plugin_named_after_the_process_has_started_reads_there(
+    source: Source, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    apart.read_apart("matlab", source)
+    monkeypatch.setattr(plugins, "_store", plugins.Store())
+    monkeypatch.setenv(plugins.VARIABLE, "")
+    (tmp_path / "own.py").write_text(PLUGIN)
+    plugins.use(tmp_path / "own.py")
+    (tmp_path / "log.bin").write_bytes(b"fragile" + bytes(range(200)))
+    head = open_head(tmp_path / "log.bin")
+    assert registry.load("reader", "fragile").sniff(head)
+    (table,) = apart.read_apart("fragile", Source(head, Rules()))
+    assert table.columns[0].values[0] not in (0.0, os.getpid())
 
 
 def test_tables_come_back_whole(source: Source) -> None:
@@ -79,6 +112,7 @@ def test_waiting_for_other_work_of_the_machine_is_no_hang() -> None:
 
 STUCK = """
 import os, signal, sys, threading, time
+from mrfit.core import plugins, registry
 from mrfit.ingest.containers import apart
 from tests.ingest.containers.test_apart import spin
 worker = apart.Worker()
@@ -114,8 +148,6 @@ def test_a_stuck_library_ends_though_its_command_was_killed() -> None:
 def test_a_missing_extra_is_named_with_its_command(
     reader: str, library: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from mrfit.core import registry
-
     _, path = sample(reader, tmp_path)
     monkeypatch.setitem(sys.modules, library, None)  # type: ignore[arg-type]
     with pytest.raises(Refusal) as error:
