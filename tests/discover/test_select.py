@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import mrfit.discover
-from mrfit.discover.evidence import Growth, Join, Repetition, Try
+from mrfit.discover.evidence import Fall, Growth, Join, Repetition, Strength, Try
 from mrfit.discover.gather import gather
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.rules import leaves_too_much
@@ -43,6 +43,17 @@ def test_an_effect_that_the_data_cannot_show_is_never_fitted_and_says_why() -> N
     found = chosen(world)
     assert found.reasons["z"] == "cannot be judged: no channel"
     assert not [q for q in world.asked if isinstance(q, Try) and q.candidate.name == "z"]
+
+
+def test_an_effect_that_does_not_help_is_never_asked_for_its_interval() -> None:
+    world = World({(): 3.0, ("a",): 3.0, ("b",): 2.5}, falls={("b",): 1.0})
+    chosen(world)
+    assert not [q for q in world.asked if isinstance(q, Strength)]
+    assert {q.after.effects for q in world.asked if isinstance(q, Fall)} == {("b",)}
+    overwhelming = World({(): 10.0, ("a",): 1.05})
+    chosen(overwhelming)
+    assert [q for q in overwhelming.asked if isinstance(q, Strength)]
+    assert not [q for q in overwhelming.asked if isinstance(q, Fall)]
 
 
 def test_two_that_leave_the_same_alone_and_together_are_ambiguous() -> None:
