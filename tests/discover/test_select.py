@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import mrfit.discover
-from mrfit.discover.evidence import Growth, Join, Repetition, Try
+from mrfit.discover.evidence import Fall, Growth, Join, Repetition, Strength, Try
 from mrfit.discover.gather import gather
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.rules import leaves_too_much
@@ -45,6 +45,17 @@ def test_an_effect_that_the_data_cannot_show_is_never_fitted_and_says_why() -> N
     assert not [q for q in world.asked if isinstance(q, Try) and q.candidate.name == "z"]
 
 
+def test_an_effect_that_does_not_help_is_never_asked_for_its_interval() -> None:
+    world = World({(): 3.0, ("a",): 3.0, ("b",): 2.5}, falls={("b",): 1.0})
+    chosen(world)
+    assert not [q for q in world.asked if isinstance(q, Strength)]
+    assert {q.after.effects for q in world.asked if isinstance(q, Fall)} == {("b",)}
+    overwhelming = World({(): 10.0, ("a",): 1.05})
+    chosen(overwhelming)
+    assert [q for q in overwhelming.asked if isinstance(q, Strength)]
+    assert not [q for q in overwhelming.asked if isinstance(q, Fall)]
+
+
 def test_two_that_leave_the_same_alone_and_together_are_ambiguous() -> None:
     found = chosen(World({(): 10.0, ("a",): 1.5, ("b",): 1.5}))
     assert (found.verdict, found.named) == ("ambiguous", ())
@@ -59,12 +70,30 @@ def test_a_shadow_adds_nothing_beside_what_it_imitates() -> None:
     assert found.reasons["b"] == "it adds nothing beside a"
 
 
-def test_a_worse_fit_in_which_the_rival_is_still_needed_loses_to_it() -> None:
-    # beside b, a takes nothing; beside a, b takes most of the rest: b is real though a alone leaves less
-    errors = {(): 10.0, ("a",): 3.0, ("b",): 3.1, ("a", "b"): 1.05}
-    world = World(errors, strengths={"a": UNCLEAR + 1.5})
-    found = chosen(world)
-    assert "b" in found.final.effects
+def test_the_better_fit_loses_to_a_rival_beside_which_it_has_no_proof() -> None:
+    errors = {(): 10.0, ("a",): 1.9, ("b",): 2.0, ("a", "b"): 1.05}
+    found = chosen(World(errors, strengths={"a in a+b": UNCLEAR}))
+    assert found.named == ("b",) and found.reasons["a"] == "it adds nothing beside b"
+    assert chosen(World(errors, strengths={"b in a+b": UNCLEAR})).named == ("a",)
+    assert chosen(World(errors)).named == ("a", "b")
+
+
+def test_of_two_alike_the_one_whose_shape_ends_at_a_bound_is_the_limit_of_the_other() -> None:
+    errors = {(): 10.0, ("a",): 1.5, ("b",): 1.5}
+    found = chosen(World(errors, shapes={"a": {"v": 0.99}}))
+    assert found.named == ("b",)
+    assert found.reasons["a"] == "its shape ends at a bound, where it is no other than b"
+    assert chosen(World(errors, shapes={"b": {"v": 0.01}})).named == ("a",)
+    assert chosen(World(errors, shapes={"a": {"v": 0.5}})).verdict == "ambiguous"
+
+
+def test_a_rival_that_leaves_far_more_for_certain_is_no_equal() -> None:
+    errors = {(): 10.0, ("a",): 1.5, ("b",): 2.4}
+    together = {"a in a+b": UNCLEAR, "b in a+b": UNCLEAR}
+    assert chosen(World(errors, strengths=together)).reasons["b"] == "it closes less of the gap than a"
+    # b leaves more than twice what a leaves, but that may be chance
+    by_chance = World(errors, strengths=together, falls={("a",): 1.0})
+    assert chosen(by_chance).verdict == "ambiguous"
 
 
 def test_two_effects_are_both_named_where_each_has_proof_beside_the_other() -> None:

@@ -45,7 +45,8 @@ class World:
     cosines
         Between two effects; 0 if not named.
     strengths, falls
-        Of an effect, and of a set of effects over any smaller; clear if not named.
+        Of an effect (``a``, or in one set only ``a in a+b``), and of a set of effects over any smaller; clear if not
+        named.
     aliases
         Of an effect.
     shapes
@@ -120,8 +121,9 @@ class World:
                 return found if error == found.holdout else fit(error, *found.effects)
             case Fall(_, after):
                 return self.falls.get(after.effects, CLEAR)
-            case Strength(_, effect):
-                return self.strengths.get(effect, CLEAR)
+            case Strength(found, effect):
+                own = self.strengths.get(effect, CLEAR)
+                return self.strengths.get(f"{effect} in {'+'.join(found.effects)}", own)
             case _:
                 return self._property(question)
 
