@@ -176,6 +176,7 @@ def predict(
     there holds for the logs too; one that was found there is used where the logs state none.
     """
     import mrfit.fit.predict
+    import mrfit.fit.select
     import mrfit.flux.stage
     import mrfit.ingest.stage
     import mrfit.segment.stage
@@ -187,7 +188,7 @@ def predict(
         mrfit.flux.stage.run(other, _flux_to_predict(workspace, settings.resistance), progress)
         segmenting = mrfit.segment.stage.last_settings(workspace)
         cut = mrfit.segment.stage.run(other, replace(segmenting, holdout="none"), progress)
-        prediction = mrfit.fit.predict.predict(found, other)
+        prediction = mrfit.fit.predict.predict(found, mrfit.fit.select.read_dataset(other))
     oddities = [f"{r['id']}: {f['text']}" for r in ingested["recordings"] for f in r["findings"]]
     return {
         "fit": fit_name,

@@ -14,6 +14,7 @@ from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
 from mrfit.fit.identify import Group, build_group, weights_of
+from mrfit.fit.select import read_dataset
 from mrfit.io.csv_table import csv_table
 from mrfit.io.workspace import Workspace, plain, write_json, write_text
 from mrfit.optimizers import points
@@ -95,7 +96,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         If the recordings lack what the model needs.
     """
     check(settings)
-    prepared = mrfit.fit.stage.prepare(workspace, settings.fit)
+    prepared = mrfit.fit.stage.prepare(read_dataset(workspace), settings.fit)
     rows: list[dict[str, Any]] = []
     curves: list[dict[str, Any]] = []
     total = len(prepared.groups) * len(settings.optimizers)

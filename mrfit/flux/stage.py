@@ -6,7 +6,7 @@ Source: Tang, Bankosz and Goldasz, "Reconstructing Magnetic Hysteresis Behavior 
 
 import os
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
@@ -107,6 +107,36 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         summary = plain(_summary(settings, key, rows, analysed, resistances))
     write_json(workspace.flux_json, summary)
     return {**summary, "skipped": False}
+
+
+def reconstruct(recordings: Sequence[Recording], settings: Settings) -> tuple[list[Recording], float | None]:
+    """Return recordings in memory with flux linkage, as ``run`` makes it of those of a workspace.
+
+    Parameters
+    ----------
+    recordings
+        The recordings; their ids are unique.
+    settings
+        Resistance, drift and integration rule.
+
+    Returns
+    -------
+    tuple
+        The recordings, and the coil resistance in Ω (the median, if they differ), None where nothing was integrated.
+
+    Raises
+    ------
+    ConfigError
+        If a setting is wrong or a resistance is not positive.
+    DataError
+        If the resistance cannot be found.
+    """
+    _check(settings)
+    analysed = [_analyse(r, settings) for r in recordings]
+    found = _resistances(analysed, settings)
+    made_of = zip(recordings, analysed, strict=True)
+    changed = [_integrated(r, a, found[r.id], settings)[0] if r.id in found else r for r, a in made_of]
+    return changed, float(np.median([r.value for r in found.values()])) if found else None
 
 
 def last_settings(workspace: Workspace) -> Settings:
@@ -246,20 +276,26 @@ def _write(
         write_atomic(workspace.recording_file(found.identifier, staging), copy)
         return row
     recording = workspace.read_recording(found.identifier)
+    changed, drift = _integrated(recording, found, resistance, settings)
+    workspace.write_recording(changed, staging)
+    return {**row, **_row(found, resistance, drift)}
+
+
+def _integrated(
+    recording: Recording, found: _Analysed, resistance: _Resistance, settings: Settings
+) -> tuple[Recording, Drift]:
+    """Return a recording with its flux linkage, and the drift that was removed from it."""
     voltage, current = recording.channels["voltage"], recording.channels["current"]
     integral = integrate(voltage - resistance.value * current, recording.dt, settings.rule)
     flux, drift = remove_drift(integral, current, recording.dt, found.stretches, settings.drift)
-    workspace.write_recording(
-        replace(
-            recording,
-            channels={**recording.channels, "flux": flux},
-            units={**recording.units, "flux": unit_of("flux")},
-            condition={**recording.condition, FLUX_RESISTANCE: resistance.value},
-            history=(*recording.history, _history(resistance, drift, settings)),
-        ),
-        staging,
+    changed = replace(
+        recording,
+        channels={**recording.channels, "flux": flux},
+        units={**recording.units, "flux": unit_of("flux")},
+        condition={**recording.condition, FLUX_RESISTANCE: resistance.value},
+        history=(*recording.history, _history(resistance, drift, settings)),
     )
-    return {**row, **_row(found, resistance, drift)}
+    return changed, drift
 
 
 def _history(resistance: _Resistance, drift: Drift, settings: Settings) -> str:
