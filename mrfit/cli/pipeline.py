@@ -79,21 +79,13 @@ def discover(
     work: Path, settings: mrfit.discover.stage.Settings, resistance: float | str | None, progress: Progress
 ) -> Summary:
     """Find what a model lacks and draw the page, running flux and segment first, with the settings they last had."""
+    import mrfit.discover.stage
+
     workspace = Workspace(work)
-    _check_discovery(settings)
+    mrfit.discover.stage.check(settings)
     with workspace.locked():
         notes = _segments_as_before(workspace, resistance, progress)
         return {**_discover(workspace, settings, progress), "notes": notes}
-
-
-def _check_discovery(settings: mrfit.discover.stage.Settings) -> None:
-    import mrfit.fit.stage
-
-    mrfit.fit.stage.check(
-        mrfit.fit.stage.Settings(
-            settings.model, per="all", start=settings.start, current_order=settings.current_order, seed=settings.seed
-        )
-    )
 
 
 def _discover(workspace: Workspace, settings: mrfit.discover.stage.Settings, progress: Progress) -> Summary:
@@ -207,12 +199,8 @@ def predict(
 def _flux_to_predict(workspace: Workspace, resistance: float | str | None) -> mrfit.flux.stage.Settings:
     import mrfit.flux.stage
 
-    settings = mrfit.flux.stage.last_settings(workspace)
-    if resistance is not None:
-        return replace(settings, resistance=resistance)
-    if settings.resistance == "auto":
-        settings = replace(settings, resistance=None)
-    return replace(settings, fallback=mrfit.flux.stage.last_resistance(workspace))
+    settings, found = mrfit.flux.stage.last_settings(workspace), mrfit.flux.stage.last_resistance(workspace)
+    return mrfit.flux.stage.to_predict(settings, found, resistance)
 
 
 def report(work: Path, settings: mrfit.report.stage.Settings, progress: Progress) -> Summary:
@@ -232,6 +220,7 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
     ConfigError
         If a pattern of ``[ingest] logs`` matches nothing, or a fit's settings are wrong.
     """
+    import mrfit.discover.stage
     import mrfit.fit.stage
     import mrfit.flux.stage
     import mrfit.ingest.stage
@@ -245,7 +234,7 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
         mrfit.fit.stage.check(settings)
     discovery = _discover_settings(config.discover, overrides.jobs) if config.discover else None
     if discovery:
-        _check_discovery(discovery)
+        mrfit.discover.stage.check(discovery)
     logs = list(overrides.logs) if overrides.logs else _expand(config.ingest.logs, folder)
     map_file = folder / config.ingest.map if config.ingest.map else None
     given = config.ingest

@@ -16,6 +16,7 @@ from mrfit.errors import ConfigError
 from mrfit.fit.identify import Group, build_group, weights_of
 from mrfit.fit.select import read_dataset
 from mrfit.io.csv_table import csv_table
+from mrfit.io.dataset import Dataset
 from mrfit.io.workspace import Workspace, plain, write_json, write_text
 from mrfit.optimizers import points
 from mrfit.search import coarse_to_fine, optimize, reparametrised, staged
@@ -95,8 +96,16 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     DataError
         If the recordings lack what the model needs.
     """
+    summary = compared(read_dataset(workspace), settings, progress)
+    stable = {**summary, "rows": [{k: v for k, v in r.items() if k != "seconds"} for r in summary["rows"]]}
+    _write(workspace.root / "compare", summary, stable)
+    return summary
+
+
+def compared(dataset: Dataset, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
+    """Run every optimizer from every start on segments in memory, and return what ``run`` does."""
     check(settings)
-    prepared = mrfit.fit.stage.prepare(read_dataset(workspace), settings.fit)
+    prepared = mrfit.fit.stage.prepare(dataset, settings.fit)
     rows: list[dict[str, Any]] = []
     curves: list[dict[str, Any]] = []
     total = len(prepared.groups) * len(settings.optimizers)
@@ -113,8 +122,6 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     content = {"schema": SCHEMA, "settings": {"seeds": settings.seeds, **fit}, "rows": rows, "curves": curves}
     content["warnings"] = prepared.cautions
     summary: dict[str, Any] = plain(content)
-    stable = {**summary, "rows": [{k: v for k, v in r.items() if k != "seconds"} for r in summary["rows"]]}
-    _write(workspace.root / "compare", summary, stable)
     return summary
 
 

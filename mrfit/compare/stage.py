@@ -3,7 +3,7 @@
 import csv
 import re
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -32,6 +32,7 @@ COLUMNS = (
     "fit",
 )
 ROLES = ("holdout", "train")
+Fitting = Callable[[mrfit.fit.stage.Settings], dict[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -115,28 +116,64 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     """
     check(settings)
     earlier = _earlier_seconds(workspace.root / "compare" / "compare.csv")
-    fits: list[dict[str, Any]] = []
-    left_out: list[dict[str, str]] = []
-    seconds: dict[str, float | None] = {}
+    tried = fit_all(settings, lambda one: mrfit.fit.stage.run(workspace, one, progress), progress)
+    seconds = {
+        fit["model"]: earlier.get((fit["model"], fit["name"])) if fit["skipped"] else tried.seconds[fit["model"]]
+        for fit in tried.fits
+    }
+    summary = summary_of(settings, tried)
+    _write(workspace.root / "compare", summary, seconds)
+    return {**summary, "seconds": seconds}
+
+
+@dataclass(frozen=True)
+class Tried:
+    """What became of the models.
+
+    Attributes
+    ----------
+    fits
+        Contents of their fit.json, in the order of the models.
+    left_out
+        ``model`` and ``reason`` of those that cannot be fitted.
+    seconds
+        Time that each fit took, by model.
+    """
+
+    fits: list[dict[str, Any]]
+    left_out: list[dict[str, str]]
+    seconds: dict[str, float]
+
+
+def fit_all(settings: Settings, fit: Fitting, progress: Progress = silent) -> Tried:
+    """Fit every model by ``fit``, which takes the settings of one fit and returns the content of its fit.json.
+
+    Raises
+    ------
+    DataError
+        If no model can be fitted; the message has the first reason.
+    """
+    tried = Tried([], [], {})
     for done, model in enumerate(settings.names, 1):
         progress("compare", done - 1, len(settings.names))
         begin = time.perf_counter()
         try:
-            fit = mrfit.fit.stage.run(workspace, settings.of_fit(model), progress)
+            tried.fits.append(fit(settings.of_fit(model)))
         except MrfitError as error:
-            left_out.append({"model": model, "reason": str(error)})
+            tried.left_out.append({"model": model, "reason": str(error)})
             continue
-        spent = time.perf_counter() - begin
-        seconds[model] = earlier.get((model, fit["name"])) if fit["skipped"] else spent
-        fits.append(fit)
+        tried.seconds[model] = time.perf_counter() - begin
     progress("compare", len(settings.names), len(settings.names))
-    if not fits:
-        raise DataError(
-            f"none of {len(left_out)} models can be fitted; {left_out[0]['model']}: {left_out[0]['reason']}"
-        )
-    summary = plain(_summary(settings, sorted(fits, key=rank), left_out))
-    _write(workspace.root / "compare", summary, seconds)
-    return {**summary, "seconds": seconds}
+    if not tried.fits:
+        first = tried.left_out[0]
+        raise DataError(f"none of {len(tried.left_out)} models can be fitted; {first['model']}: {first['reason']}")
+    return tried
+
+
+def summary_of(settings: Settings, tried: Tried) -> dict[str, Any]:
+    """Return the content of compare.json."""
+    summary: dict[str, Any] = plain(_summary(settings, sorted(tried.fits, key=rank), tried.left_out))
+    return summary
 
 
 def rank(fit: Mapping[str, Any]) -> tuple[str, int, int, float, str]:

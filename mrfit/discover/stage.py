@@ -57,6 +57,20 @@ class Settings:
     jobs: int = 1
 
 
+def check(settings: Settings) -> None:
+    """Check settings before any data are touched.
+
+    Raises
+    ------
+    ConfigError
+        If the model, a parameter name or an order is wrong.
+    """
+    base = mrfit.fit.stage.Settings(
+        settings.model, per="all", start=settings.start, current_order=settings.current_order, seed=settings.seed
+    )
+    mrfit.fit.stage.check(base)
+
+
 def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
     """Find what a base model lacks, and write ``discover/``.
 

@@ -151,6 +151,25 @@ def last_resistance(workspace: Workspace) -> float | None:
     return None if value is None else float(value)
 
 
+def to_predict(settings: Settings, found: float | None, given: float | str | None) -> Settings:
+    """Return the settings for logs that are predicted by a fit.
+
+    Parameters
+    ----------
+    settings
+        Those of the fit's own logs: a resistance that was given there holds for the others too.
+    found
+        Resistance in Ω that was found there, used where the logs state none.
+    given
+        Resistance for these logs, or None.
+    """
+    if given is not None:
+        return replace(settings, resistance=given)
+    if settings.resistance == "auto":
+        settings = replace(settings, resistance=None)
+    return replace(settings, fallback=found)
+
+
 def _check(settings: Settings) -> None:
     for name, choice, known in (("drift", settings.drift, DRIFTS), ("rule", settings.rule, RULES)):
         if choice not in known:
