@@ -49,15 +49,15 @@ def write_fit_json(path: Path, fit: dict[str, Any]) -> None:
     write_json(path, fit)
 
 
-def read_fit_json(path: Path) -> dict[str, Any] | None:
-    """Return the content of a fit.json with the defaults of what it leaves out, None if it is not there.
+def read_fit_json(path: Path, kind: type[Fit] = Fit) -> dict[str, Any] | None:
+    """Return the content of a fit.json of a kind with the defaults of what it leaves out, None if it is not there.
 
     Raises
     ------
     DataError
         If it is damaged, of an unknown schema, or lacks a parameter of its model.
     """
-    fit = content(path, Fit, AGAIN)
+    fit = content(path, kind, AGAIN)
     if fit is not None:
         names = set(assembly_of(fit).spec.names)
         if not fit["results"] or any(names - {p["name"] for p in r["parameters"]} for r in fit["results"]):
@@ -103,10 +103,16 @@ def _write_residuals(path: Path, fitted: Fitted) -> None:
 
 def residual_table(part: Part, simulated: Array, assembly: Assembly) -> Any:
     """Return a part's measured and simulated output and the model's inputs over time, as a pyarrow table."""
-    segment, block = part.segment, part.block
+    segment = part.segment
     names = {"condition": segment.condition, "segment": segment.id, "role": segment.role}
+    same = {name: repeated(text, part.block.samples) for name, text in names.items()}
+    columns = residual_columns(part, simulated, assembly)
+    return table(same | {name: numbers(values) for name, values in columns.items()})
+
+
+def residual_columns(part: Part, simulated: Array, assembly: Assembly) -> dict[str, Array]:
+    """Return time, measured and simulated output and the model's inputs of a part, each (N,)."""
+    block = part.block
     time = (part.before + np.arange(block.samples)) * part.dt
     columns = {"time": time, "measured": part.output, "simulated": simulated}
-    columns |= {n: block.inputs(row) for row, n in enumerate(assembly.spec.inputs)}
-    same = {name: repeated(text, block.samples) for name, text in names.items()}
-    return table(same | {name: numbers(values) for name, values in columns.items()})
+    return columns | {n: block.inputs(row) for row, n in enumerate(assembly.spec.inputs)}

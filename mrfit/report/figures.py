@@ -299,14 +299,15 @@ class Grid:
     def canvas(self) -> "Canvas":
         """Return the figure as matplotlib has it."""
         across, up = self.about[3]
-        page, errors = self.page, {(m.condition, m.role): m.nrmse for m in self.fit.metrics}
+        page = self.page
+        errors: dict[tuple[str, str], float | None] = {(m.condition, m.role): m.nrmse for m in self.fit.metrics}
         columns = columns_of(len(page))
         lines = -(-len(page) // columns)
         canvas = canvas_of(WIDTH, 0.75 + (3.6 if columns == 1 else 2.9 if columns == 2 else 2.15) * lines)
         panels = canvas.subplots(lines, columns, squeeze=False).ravel()
         for axes, one in zip(panels, page, strict=False):
             self.panel(axes, one, CURVE_POINTS if len(page) <= 2 else CURVE_POINTS // 2)
-            nrmse = errors.get((one.condition, one.role))  # type: ignore[arg-type]
+            nrmse = errors.get((one.condition, one.role))
             axes.set_title(_heading(one, nrmse, TITLE_WIDTHS[columns]))
         for axes in panels[len(page) :]:
             axes.remove()
