@@ -4,16 +4,16 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, overload
 
-import mrfit.compare.optimizers
-import mrfit.compare.stage
-import mrfit.fit.stage
 from mrfit.api.fitting import FitResult
 from mrfit.api.options import Options, check_names, settings_of, with_options
 from mrfit.api.preparing import SETTINGS, Prepared, as_asked, prepared
 from mrfit.api.words import frame_of, html_page, html_table, text_table
+from mrfit.compare import optimizers as compare_optimizers
+from mrfit.compare import stage as compare_stage
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.errors import ConfigError
+from mrfit.fit import stage as fit_stage
 from mrfit.fit.files import Fitted
 from mrfit.io.workspace import plain
 
@@ -97,7 +97,7 @@ class OptimizerComparison:
     @property
     def table(self) -> "DataFrame":
         """For each condition and optimizer the best, median and worst cost over the seeds, evaluations, seconds."""
-        return frame_of(self.content["rows"], mrfit.compare.optimizers.COLUMNS, "optimizer")
+        return frame_of(self.content["rows"], compare_optimizers.COLUMNS, "optimizer")
 
     def to_json(self) -> dict[str, Any]:
         """Return rows and curves."""
@@ -169,29 +169,29 @@ def compare(
         if models != "all":
             raise ConfigError("optimizers are compared on one model: give it as model='…', not as models")
         return _optimizers(recordings, _names(optimizers), options, progress)
-    kind = mrfit.compare.stage.Settings
+    kind = compare_stage.Settings
     check_names((kind, *SETTINGS), options)
     settings = settings_of(kind, options, models=_names(models))
-    mrfit.compare.stage.check(settings)
+    compare_stage.check(settings)
     made, fitted = prepared(recordings, as_asked(options), progress), dict[str, Fitted]()
 
-    def one(of_fit: mrfit.fit.stage.Settings) -> dict[str, Any]:
-        origin = mrfit.fit.stage.origin_of(made.dataset, of_fit)
-        fitted[of_fit.model] = mrfit.fit.stage.identify(made.dataset, of_fit, origin, progress)
+    def one(of_fit: fit_stage.Settings) -> dict[str, Any]:
+        origin = fit_stage.origin_of(made.dataset, of_fit)
+        fitted[of_fit.model] = fit_stage.identify(made.dataset, of_fit, origin, progress)
         content: dict[str, Any] = plain(fitted[of_fit.model].content)
         return content
 
-    tried = mrfit.compare.stage.fit_all(settings, one, progress)
+    tried = compare_stage.fit_all(settings, one, progress)
     return _comparison(settings, tried, made, fitted)
 
 
 def _comparison(
-    settings: mrfit.compare.stage.Settings,
-    tried: mrfit.compare.stage.Tried,
+    settings: compare_stage.Settings,
+    tried: compare_stage.Tried,
     made: Prepared,
     fitted: Mapping[str, Fitted],
 ) -> Comparison:
-    content = mrfit.compare.stage.summary_of(settings, tried)
+    content = compare_stage.summary_of(settings, tried)
     results = {f["model"]: FitResult(f, made.preparation, fitted[f["model"]]) for f in tried.fits}
     return Comparison(content, {row["model"]: results[row["model"]] for row in content["models"]}, tried.seconds)
 
@@ -204,16 +204,16 @@ def _optimizers(
     recordings: Recording | Iterable[Recording], names: tuple[str, ...], options: Options, progress: Progress
 ) -> OptimizerComparison:
     """Compare optimizers on one model."""
-    kinds = (mrfit.fit.stage.Settings, mrfit.compare.optimizers.Settings, *SETTINGS)
+    kinds = (fit_stage.Settings, compare_optimizers.Settings, *SETTINGS)
     check_names(kinds, options, ("optimizers", "fit", "optimizer", "seed"))
     if "model" not in options:
         raise ConfigError("optimizers are compared on one model: give model='…'")
     # a comparison is of joint fits where nothing else is said, as on the command line
-    fit = settings_of(mrfit.fit.stage.Settings, {"per": "all", **options})
-    settings = settings_of(mrfit.compare.optimizers.Settings, options, optimizers=names, fit=fit)
-    mrfit.compare.optimizers.check(settings)
+    fit = settings_of(fit_stage.Settings, {"per": "all", **options})
+    settings = settings_of(compare_optimizers.Settings, options, optimizers=names, fit=fit)
+    compare_optimizers.check(settings)
     made = prepared(recordings, as_asked(options), progress)
-    return OptimizerComparison(mrfit.compare.optimizers.compared(made.dataset, settings, progress))
+    return OptimizerComparison(compare_optimizers.compared(made.dataset, settings, progress))
 
 
-with_options(compare, (mrfit.compare.stage.Settings, *SETTINGS), ("models",))
+with_options(compare, (compare_stage.Settings, *SETTINGS), ("models",))

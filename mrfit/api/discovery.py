@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
-import mrfit.discover.stage
 from mrfit.api.options import check_names, settings_of, with_options
 from mrfit.api.preparing import SETTINGS, as_asked, on_disk, prepared
 from mrfit.api.recordings import PathText
 from mrfit.api.words import frame_of, html_page, html_table, text_table
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
+from mrfit.discover import stage as discover_stage
 from mrfit.io.schemas.discovery import DiscoveryFile
 from mrfit.io.workspace import write_json
 from mrfit.report.explain import headline, next_step, sentences
@@ -161,15 +161,15 @@ def discover(
     DataError
         If the recordings lack what the model needs, or no segment is found.
     """
-    kind = mrfit.discover.stage.Settings
+    kind = discover_stage.Settings
     check_names((kind, *SETTINGS), options)
     settings = settings_of(kind, options, model=model)
-    mrfit.discover.stage.check(settings)
+    discover_stage.check(settings)
     made = prepared(recordings, as_asked(options), progress)
     with on_disk(made.dataset) as workspace:
-        found = mrfit.discover.stage.run(workspace, settings, progress)
+        found = discover_stage.run(workspace, settings, progress)
     DiscoveryFile.of(found)
     return Discovery({name: value for name, value in found.items() if name != "skipped"})
 
 
-with_options(discover, (mrfit.discover.stage.Settings, *SETTINGS), ("model",))
+with_options(discover, (discover_stage.Settings, *SETTINGS), ("model",))

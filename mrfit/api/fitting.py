@@ -5,7 +5,6 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import mrfit.fit.stage
 import mrfit.flux.stage
 import mrfit.segment.stage
 from mrfit.api import drawing
@@ -18,6 +17,7 @@ from mrfit.core.channels import unit_of
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.errors import DataError
+from mrfit.fit import stage as fit_stage
 from mrfit.fit.files import Fitted, read_fit_json, write_fit_json
 from mrfit.io.schemas.fit import Fit, SavedFit
 from mrfit.io.workspace import plain
@@ -215,13 +215,11 @@ def fit(
     >>> found.params["value"].round(3).to_dict()
     {'fy': 300.0, 'c': 900.0, 'f0': 0.0}
     """
-    check_names((mrfit.fit.stage.Settings, *SETTINGS), options)
-    settings = settings_of(mrfit.fit.stage.Settings, options, model=model)
-    mrfit.fit.stage.check(settings)
+    check_names((fit_stage.Settings, *SETTINGS), options)
+    settings = settings_of(fit_stage.Settings, options, model=model)
+    fit_stage.check(settings)
     made = prepared(recordings, as_asked(options), progress)
-    fitted = mrfit.fit.stage.identify(
-        made.dataset, settings, mrfit.fit.stage.origin_of(made.dataset, settings), progress
-    )
+    fitted = fit_stage.identify(made.dataset, settings, fit_stage.origin_of(made.dataset, settings), progress)
     return FitResult(plain(fitted.content), made.preparation, fitted)
 
 
@@ -247,4 +245,4 @@ def _preparation(how: Mapping[str, Any]) -> Preparation:
     return Preparation(flux, segment, how["resistance"])
 
 
-with_options(fit, (mrfit.fit.stage.Settings, *SETTINGS), ("model",))
+with_options(fit, (fit_stage.Settings, *SETTINGS), ("model",))

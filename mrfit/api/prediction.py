@@ -4,13 +4,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import mrfit.fit.predict
 from mrfit.api import drawing
 from mrfit.api.preparing import Preparation, prepared
 from mrfit.api.words import METRICS, Caution, frame_of, html_page, html_table, text_table
 from mrfit.core.channels import unit_of
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
+from mrfit.fit import predict as fit_predict
 from mrfit.io.schemas.fit import Fit, MetricRow
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_levels import assembly_of
@@ -40,7 +40,7 @@ class Prediction:
 
     fit: Fit
     assembly: Assembly
-    found: mrfit.fit.predict.Prediction
+    found: fit_predict.Prediction
     findings: tuple[str, ...]
 
     @property
@@ -107,7 +107,7 @@ def predicted(
 ) -> Prediction:
     """Return the prediction of recordings by a fit, the content of whose fit.json is given."""
     made = prepared(recordings, how, progress)
-    found = mrfit.fit.predict.predict(content, made.dataset)
+    found = fit_predict.predict(content, made.dataset)
     return Prediction(Fit.of(content), assembly_of(content), found, made.findings)
 
 

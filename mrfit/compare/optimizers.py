@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-import mrfit.fit.stage
 from mrfit.compare.page import optimizers_page
 from mrfit.core.channels import unit_of
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
+from mrfit.fit import stage as fit_stage
 from mrfit.fit.identify import Group, build_group, weights_of
 from mrfit.fit.select import read_dataset
 from mrfit.io.csv_table import csv_table
@@ -50,7 +50,7 @@ class Settings:
     """
 
     optimizers: tuple[str, ...]
-    fit: mrfit.fit.stage.Settings
+    fit: fit_stage.Settings
     seeds: int = 5
 
 
@@ -62,7 +62,7 @@ def check(settings: Settings) -> None:
     ConfigError
         If a model or an optimizer is unknown, or there is no seed to run.
     """
-    mrfit.fit.stage.check(replace(settings.fit, options=()))
+    fit_stage.check(replace(settings.fit, options=()))
     parts = [part for name in settings.optimizers for part in optimize.chain(name)]
     optimize.check_options(list(dict.fromkeys(parts)), settings.fit.options)
     for name in settings.optimizers:
@@ -105,7 +105,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
 def compared(dataset: Dataset, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
     """Run every optimizer from every start on segments in memory, and return what ``run`` does."""
     check(settings)
-    prepared = mrfit.fit.stage.prepare(dataset, settings.fit)
+    prepared = fit_stage.prepare(dataset, settings.fit)
     rows: list[dict[str, Any]] = []
     curves: list[dict[str, Any]] = []
     total = len(prepared.groups) * len(settings.optimizers)
@@ -133,9 +133,7 @@ class _Run:
     history: list[tuple[int, float]]
 
 
-def _one_run(
-    group: Group, prepared: mrfit.fit.stage.Prepared, optimizer: str, seed: int, fit: mrfit.fit.stage.Settings
-) -> _Run:
+def _one_run(group: Group, prepared: fit_stage.Prepared, optimizer: str, seed: int, fit: fit_stage.Settings) -> _Run:
     weights = weights_of(group.search, group.training_floors, fit.weight)
     posed, start = Posed(group.search, weights, prepared.assembly, prepared.cube), start_point(prepared.cube, seed)
     rng = np.random.default_rng([seed, *group.name.encode()])

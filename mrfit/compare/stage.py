@@ -8,11 +8,11 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-import mrfit.fit.stage
 from mrfit.compare.page import models_page
 from mrfit.core import registry
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import DataError, MrfitError
+from mrfit.fit import stage as fit_stage
 from mrfit.io.csv_table import csv_table
 from mrfit.io.workspace import Workspace, plain, write_json, write_text
 from mrfit.search import optimize
@@ -32,7 +32,7 @@ COLUMNS = (
     "fit",
 )
 ROLES = ("holdout", "train")
-Fitting = Callable[[mrfit.fit.stage.Settings], dict[str, Any]]
+Fitting = Callable[[fit_stage.Settings], dict[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -62,11 +62,11 @@ class Settings:
     only: str = ""
     jobs: int = 1
 
-    def of_fit(self, model: str) -> mrfit.fit.stage.Settings:
+    def of_fit(self, model: str) -> fit_stage.Settings:
         """Return the settings of one model's fit."""
         shared = {k: v for k, v in asdict(self).items() if k != "models"}
         name = f"{model}.{self.optimizer}" + (".all" if self.per == "all" else "") + (f".{self.only}" * bool(self.only))
-        return mrfit.fit.stage.Settings(model=model, name=re.sub(r"[^A-Za-z0-9._+-]+", "_", name), **shared)
+        return fit_stage.Settings(model=model, name=re.sub(r"[^A-Za-z0-9._+-]+", "_", name), **shared)
 
     @property
     def names(self) -> list[str]:
@@ -83,10 +83,10 @@ def check(settings: Settings) -> None:
         If a model, the optimizer or an option is wrong.
     """
     for model in settings.names:
-        mrfit.fit.stage.check(_without_order(settings, model))
+        fit_stage.check(_without_order(settings, model))
 
 
-def _without_order(settings: Settings, model: str) -> mrfit.fit.stage.Settings:
+def _without_order(settings: Settings, model: str) -> fit_stage.Settings:
     """Return a fit's settings; a model that cannot depend on current as asked is left out later, with the reason."""
     return replace(settings.of_fit(model), current_order="auto")
 
@@ -116,7 +116,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     """
     check(settings)
     earlier = _earlier_seconds(workspace.root / "compare" / "compare.csv")
-    tried = fit_all(settings, lambda one: mrfit.fit.stage.run(workspace, one, progress), progress)
+    tried = fit_all(settings, lambda one: fit_stage.run(workspace, one, progress), progress)
     seconds = {
         fit["model"]: earlier.get((fit["model"], fit["name"])) if fit["skipped"] else tried.seconds[fit["model"]]
         for fit in tried.fits
