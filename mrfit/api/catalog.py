@@ -15,7 +15,7 @@ def models() -> "DataFrame":
     --------
     >>> import mrfit
     >>> mrfit.models().loc["bingham", ["output", "parameters"]].to_dict()
-    {'output': 'force', 'parameters': 'fy, c, f0'}
+    {'output': 'force', 'parameters': 'fy, C_inf, f0'}
     """
     from pandas import DataFrame
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, overload
 from mrfit.api.fitting import FitResult
 from mrfit.api.options import Options, check_names, settings_of, with_options
 from mrfit.api.preparing import SETTINGS, Prepared, as_asked, prepared
+from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import frame_of, html_page, html_table, text_table
 from mrfit.compare import optimizers as compare_optimizers
 from mrfit.compare import stage as compare_stage
@@ -173,7 +174,13 @@ def compare(
     check_names((kind, *SETTINGS), options)
     settings = settings_of(kind, options, models=_names(models))
     compare_stage.check(settings)
-    made, fitted = prepared(recordings, as_asked(options), progress), dict[str, Fitted]()
+    with one_blas_thread():
+        return _models(prepared(recordings, as_asked(options), progress), settings, progress)
+
+
+def _models(made: Prepared, settings: compare_stage.Settings, progress: Progress) -> Comparison:
+    """Compare models."""
+    fitted: dict[str, Fitted] = {}
 
     def one(of_fit: fit_stage.Settings) -> dict[str, Any]:
         origin = fit_stage.origin_of(made.dataset, of_fit)
@@ -182,15 +189,6 @@ def compare(
         return content
 
     tried = compare_stage.fit_all(settings, one, progress)
-    return _comparison(settings, tried, made, fitted)
-
-
-def _comparison(
-    settings: compare_stage.Settings,
-    tried: compare_stage.Tried,
-    made: Prepared,
-    fitted: Mapping[str, Fitted],
-) -> Comparison:
     content = compare_stage.summary_of(settings, tried)
     results = {f["model"]: FitResult(f, made.preparation, fitted[f["model"]]) for f in tried.fits}
     return Comparison(content, {row["model"]: results[row["model"]] for row in content["models"]}, tried.seconds)
@@ -212,8 +210,9 @@ def _optimizers(
     fit = settings_of(fit_stage.Settings, {"per": "all", **options})
     settings = settings_of(compare_optimizers.Settings, options, optimizers=names, fit=fit)
     compare_optimizers.check(settings)
-    made = prepared(recordings, as_asked(options), progress)
-    return OptimizerComparison(compare_optimizers.compared(made.dataset, settings, progress))
+    with one_blas_thread():
+        made = prepared(recordings, as_asked(options), progress)
+        return OptimizerComparison(compare_optimizers.compared(made.dataset, settings, progress))
 
 
 with_options(compare, (compare_stage.Settings, *SETTINGS), ("models",))

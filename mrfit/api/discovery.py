@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 from mrfit.api.options import check_names, settings_of, with_options
 from mrfit.api.preparing import SETTINGS, as_asked, on_disk, prepared
 from mrfit.api.recordings import PathText
+from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import frame_of, html_page, html_table, text_table
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
@@ -165,9 +166,10 @@ def discover(
     check_names((kind, *SETTINGS), options)
     settings = settings_of(kind, options, model=model)
     discover_stage.check(settings)
-    made = prepared(recordings, as_asked(options), progress)
-    with on_disk(made.dataset) as workspace:
-        found = discover_stage.run(workspace, settings, progress)
+    with one_blas_thread():
+        made = prepared(recordings, as_asked(options), progress)
+        with on_disk(made.dataset) as workspace:
+            found = discover_stage.run(workspace, settings, progress)
     DiscoveryFile.of(found)
     return Discovery({name: value for name, value in found.items() if name != "skipped"})
 

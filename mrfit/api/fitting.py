@@ -12,6 +12,7 @@ from mrfit.api.options import check_names, settings_of, with_options
 from mrfit.api.prediction import Prediction, predicted
 from mrfit.api.preparing import SETTINGS, Preparation, as_asked, prepared
 from mrfit.api.recordings import PathText
+from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import METRICS, Caution, frame_of, html_page, html_table, text_table
 from mrfit.core.channels import unit_of
 from mrfit.core.progress import Progress, silent
@@ -213,13 +214,14 @@ def fit(
     >>> log = mrfit.Recording.from_arrays(dt=1e-3, velocity=velocity, force=300 * np.sign(velocity) + 900 * velocity)
     >>> found = mrfit.fit(log, model="bingham", optimizer="lsq")
     >>> found.params["value"].round(3).to_dict()
-    {'fy': 300.0, 'c': 900.0, 'f0': 0.0}
+    {'fy': 300.0, 'C_inf': 900.0, 'f0': 0.0}
     """
     check_names((fit_stage.Settings, *SETTINGS), options)
     settings = settings_of(fit_stage.Settings, options, model=model)
     fit_stage.check(settings)
-    made = prepared(recordings, as_asked(options), progress)
-    fitted = fit_stage.identify(made.dataset, settings, fit_stage.origin_of(made.dataset, settings), progress)
+    with one_blas_thread():
+        made = prepared(recordings, as_asked(options), progress)
+        fitted = fit_stage.identify(made.dataset, settings, fit_stage.origin_of(made.dataset, settings), progress)
     return FitResult(plain(fitted.content), made.preparation, fitted)
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from mrfit.api import drawing
 from mrfit.api.preparing import Preparation, prepared
+from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import METRICS, Caution, frame_of, html_page, html_table, text_table
 from mrfit.core.channels import unit_of
 from mrfit.core.progress import Progress, silent
@@ -106,8 +107,9 @@ def predicted(
     progress: Progress = silent,
 ) -> Prediction:
     """Return the prediction of recordings by a fit, the content of whose fit.json is given."""
-    made = prepared(recordings, how, progress)
-    found = fit_predict.predict(content, made.dataset)
+    with one_blas_thread():
+        made = prepared(recordings, how, progress)
+        found = fit_predict.predict(content, made.dataset)
     return Prediction(Fit.of(content), assembly_of(content), found, made.findings)
 
 
