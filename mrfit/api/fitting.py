@@ -209,12 +209,13 @@ def fit(
     Examples
     --------
     >>> import mrfit, numpy as np
-    >>> time = np.arange(4000) / 1000
-    >>> velocity = 0.1 * np.cos(2 * np.pi * 2 * time)
-    >>> log = mrfit.Recording.from_arrays(dt=1e-3, velocity=velocity, force=300 * np.sign(velocity) + 900 * velocity)
-    >>> found = mrfit.fit(log, model="bingham", optimizer="lsq")
-    >>> found.params["value"].round(3).to_dict()
-    {'fy': 300.0, 'C_inf': 900.0, 'f0': 0.0}
+    >>> phase = 2 * np.pi * 2 * np.arange(4000) / 1000
+    >>> x, v = 0.01 * np.sin(phase), 0.04 * np.pi * np.cos(phase)
+    >>> force = 300 * np.tanh(v / 0.02) + 900 * v
+    >>> log = mrfit.Recording.from_arrays(dt=1e-3, displacement=x, velocity=v, force=force)
+    >>> found = mrfit.fit(log, model="tanh")
+    >>> found.params.loc[["fy", "a1", "c"], "value"].round(2).to_dict()
+    {'fy': 300.0, 'a1': 50.0, 'c': 900.0}
     """
     check_names((fit_stage.Settings, *SETTINGS), options)
     settings = settings_of(fit_stage.Settings, options, model=model)
