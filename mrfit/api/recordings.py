@@ -4,18 +4,19 @@ import glob
 import html
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 import mrfit.ingest.stage
 from mrfit.core import recording as core
 from mrfit.core.channels import CHANNELS, unit_of
 from mrfit.core.progress import Progress, silent
+from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 from mrfit.ingest.build import Origin, build
 from mrfit.ingest.meaning.channel_map import Rules
@@ -134,7 +135,7 @@ class Recording(core.Recording):
         return cls._of_columns(columns, _Test(name, dt, condition or {}, "frame"))
 
     @classmethod
-    def _of_columns(cls, columns: "Mapping[str, tuple[np.ndarray, str | None]]", test: "_Test") -> Self:
+    def _of_columns(cls, columns: Mapping[str, tuple[Array, str | None]], test: "_Test") -> Self:
         if test.dt is not None and not (np.isfinite(test.dt) and test.dt > 0.0):
             raise ConfigError(f"{test.name}: dt {test.dt} is no sample interval; give seconds above 0")
         lengths = {n: len(v) for n, (v, _) in columns.items()}
@@ -180,11 +181,14 @@ class Recording(core.Recording):
         return f"<p>{html.escape(repr(self))}</p>" + (f"<ul>{findings}</ul>" if findings else "")
 
 
+@dataclass(frozen=True, slots=True)
 class _Test:
     """What is said of a log beside its columns."""
 
-    def __init__(self, name: str, dt: float | None, condition: Mapping[str, float], reader: str) -> None:
-        self.name, self.dt, self.condition, self.reader = name, dt, condition, reader
+    name: str
+    dt: float | None
+    condition: Mapping[str, float]
+    reader: str
 
 
 def _listed(lengths: Mapping[str, int]) -> str:
@@ -207,7 +211,7 @@ def _with_units(
     return [(n, v, given.get(n, name_and_unit(n)[1] or known.get(n))) for n, v in columns.items()]
 
 
-def _values(log: str, column: str, values: ArrayLike) -> "np.ndarray":
+def _values(log: str, column: str, values: ArrayLike) -> Array:
     given = np.asarray(values)
     if given.dtype.kind in "mM":
         given = _seconds(given)
@@ -220,12 +224,12 @@ def _values(log: str, column: str, values: ArrayLike) -> "np.ndarray":
     return numbers
 
 
-def _seconds(times: "np.ndarray") -> "np.ndarray":
+def _seconds(times: NDArray[Any]) -> Array:
     from_first = times - times[0] if len(times) else times
     return np.asarray(from_first / np.timedelta64(1, "s"), dtype=np.float64)
 
 
-def _index_times(frame: "DataFrame", name: str) -> "np.ndarray":
+def _index_times(frame: "DataFrame", name: str) -> Array:
     index = frame.index.to_numpy()
     if index.dtype.kind in "mM":
         return _seconds(index)
