@@ -333,6 +333,11 @@ def test_options_of_the_commands_are_those_of_the_functions() -> None:
     defaults = {f.name: f.default for f in fields(mrfit.fit.stage.Settings)}
     own = inspect.signature(mrfit.fit).parameters
     assert all(own[n].default == defaults[n] for n in defaults if n != "model")
+    assert all(
+        f"{n}=" in str(mrfit.fit.__doc__)
+        for n in own
+        if own[n].kind is inspect.Parameter.KEYWORD_ONLY and n != "progress"
+    )
 
 
 @pytest.mark.parametrize(

@@ -157,7 +157,7 @@ def compare(
     progress
         Called as ``progress(what, done, total)``.
     **options
-        Those of ``mrfit compare``, ``mrfit flux`` and ``mrfit segment``; ``help(mrfit.compare)`` shows them.
+        Those of ``mrfit compare``, ``mrfit flux`` and ``mrfit segment``, see below.
 
     Raises
     ------

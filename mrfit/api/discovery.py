@@ -153,7 +153,7 @@ def discover(
     progress
         Called as ``progress(what, done, total)``.
     **options
-        Those of ``mrfit discover``, ``mrfit flux`` and ``mrfit segment``; ``help(mrfit.discover)`` shows them.
+        Those of ``mrfit discover``, ``mrfit flux`` and ``mrfit segment``, see below.
 
     Raises
     ------

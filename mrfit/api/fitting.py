@@ -195,9 +195,9 @@ def fit(
     progress
         Called as ``progress(what, done, total)``.
     **options
-        Those of ``mrfit fit``, ``mrfit flux`` and ``mrfit segment``; ``help(mrfit.fit)`` shows names and defaults,
-        ``mrfit.fit.stage.Settings`` what each means. ``bounds`` is a dictionary of names and (low, high); ``start``,
-        ``fixed`` and ``options`` are dictionaries of names and numbers.
+        Those of ``mrfit fit``, ``mrfit flux`` and ``mrfit segment``, see below; the stages' ``Settings``, as
+        ``mrfit.fit.stage.Settings``, say what each means. ``bounds`` is a dictionary of names and (low, high);
+        ``start``, ``fixed`` and ``options`` are dictionaries of names and numbers.
 
     Raises
     ------

@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, Field, fields
 from difflib import get_close_matches
 from operator import index
+from textwrap import wrap
 from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
 from mrfit.errors import ConfigError
@@ -52,7 +53,7 @@ def check_names(kinds: Sequence[type[Any]], given: Options, decided: Sequence[st
 
 
 def with_options(function: Callable[..., Made], kinds: Sequence[type[Any]], decided: Sequence[str]) -> None:
-    """Give a function the signature that its options have, in place of ``**options``."""
+    """Give a function the signature that its options have, in place of ``**options``, and list them in its help."""
     own = inspect.signature(function)
     named = [p for p in own.parameters.values() if p.kind is not p.VAR_KEYWORD]
     more = [
@@ -62,6 +63,8 @@ def with_options(function: Callable[..., Made], kinds: Sequence[type[Any]], deci
         if f.name not in (*decided, *(p.name for p in named))
     ]
     setattr(function, "__signature__", own.replace(parameters=[*named, *more]))  # noqa: B010
+    listed = "\n".join(wrap(", ".join(f"{p.name}={p.default!r}" for p in more), 100))
+    function.__doc__ = f"{inspect.getdoc(function)}\n\nOptions and defaults\n--------------------\n{listed}\n"
 
 
 def _canonical(given: Options) -> dict[str, object]:
