@@ -96,6 +96,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     DataError
         If the recordings lack what the model needs.
     """
+    check(settings)
     summary = compared(read_dataset(workspace), settings, progress)
     stable = {**summary, "rows": [{k: v for k, v in r.items() if k != "seconds"} for r in summary["rows"]]}
     _write(workspace.root / "compare", summary, stable)
@@ -103,8 +104,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
 
 
 def compared(dataset: Dataset, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
-    """Run every optimizer from every start on segments in memory, and return what ``run`` does."""
-    check(settings)
+    """Run every optimizer from every start on segments in memory, settings checked, and return what ``run`` does."""
     prepared = fit_stage.prepare(dataset, settings.fit)
     rows: list[dict[str, Any]] = []
     curves: list[dict[str, Any]] = []
