@@ -27,6 +27,7 @@ from mrfit.cli.catalog import read_catalog  # noqa: E402
 from mrfit.core import registry  # noqa: E402
 from mrfit.errors import MrfitError  # noqa: E402
 from mrfit.fit.identify import Group, SearchSettings, build_group, search_optimum  # noqa: E402
+from mrfit.fit.select import read_dataset  # noqa: E402
 from mrfit.io.workspace import Workspace  # noqa: E402
 from mrfit.search.cube import Cube  # noqa: E402
 from mrfit.search.starts import at_scales, data_starts, to_points  # noqa: E402
@@ -76,7 +77,7 @@ def measured(
         run_mrfit(folder, *command)
     for model in models:
         try:
-            prepared = mrfit.fit.stage.prepare(Workspace(folder), mrfit.fit.stage.Settings(model))
+            prepared = mrfit.fit.stage.prepare(read_dataset(Workspace(folder)), mrfit.fit.stage.Settings(model))
         except MrfitError:
             continue
         names = list(prepared.groups)

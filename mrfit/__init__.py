@@ -1,0 +1,110 @@
+"""From laboratory logs of magnetorheological dampers and their coils to identified models.
+
+``read`` logs or make a ``Recording`` of arrays or of a data frame; then ``fit``, ``predict``, ``discover`` and
+``compare``. ``models`` lists the models, ``load`` reads a fit that was saved. A name is loaded at its first use.
+"""
+
+import sys
+from types import ModuleType
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from mrfit.api.catalog import models
+    from mrfit.api.comparison import Comparison, OptimizerComparison, compare
+    from mrfit.api.discovery import Discovery, discover
+    from mrfit.api.fitting import FitResult, fit, load
+    from mrfit.api.prediction import Prediction, predict
+    from mrfit.api.recordings import Recording, read
+    from mrfit.errors import ConfigError, DataError, MrfitError
+
+__all__ = [
+    "Comparison",
+    "ConfigError",
+    "DataError",
+    "Discovery",
+    "FitResult",
+    "MrfitError",
+    "OptimizerComparison",
+    "Prediction",
+    "Recording",
+    "compare",
+    "discover",
+    "fit",
+    "load",
+    "models",
+    "predict",
+    "read",
+]
+
+# Where each name is defined
+_HOMES = {
+    "api.catalog": ("models",),
+    "api.comparison": ("Comparison", "OptimizerComparison", "compare"),
+    "api.discovery": ("Discovery", "discover"),
+    "api.fitting": ("FitResult", "fit", "load"),
+    "api.prediction": ("Prediction", "predict"),
+    "api.recordings": ("Recording", "read"),
+    "errors": ("ConfigError", "DataError", "MrfitError"),
+}
+_HOME = {name: home for home, names in _HOMES.items() for name in names}
+# Functions that a room of the package has the name of: the room is called in their place
+_ROOMS = ("compare", "discover", "fit", "models")
+
+
+def _of_face(name: str) -> object:
+    from importlib import import_module
+
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+
+
+class _Room(ModuleType):
+    """A package whose name is a function's too: ``mrfit.fit(…)`` is ``mrfit.api.fitting.fit(…)``."""
+
+    def __call__(self, *args: object, **kwargs: object) -> object:
+        return self.__wrapped__(*args, **kwargs)  # type: ignore[operator]
+
+    @property
+    def __wrapped__(self) -> object:
+        return _of_face(self.__name__.rpartition(".")[2])
+
+    @property
+    def __signature__(self) -> object:
+        from inspect import signature
+
+        return signature(self.__wrapped__)  # type: ignore[arg-type]
+
+    @property
+    def __doc__(self) -> str | None:  # type: ignore[override]
+        return self.__wrapped__.__doc__
+
+
+class _Package(ModuleType):
+    """The package itself: a room of a function's name, as the import system sets it, can be called."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if name in _ROOMS and isinstance(value, ModuleType):
+            value.__class__ = _Room
+        super().__setattr__(name, value)
+
+
+sys.modules[__name__].__class__ = _Package
+
+
+def __getattr__(name: str) -> object:
+    from importlib import import_module
+
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version(__name__)
+    if name in _ROOMS:
+        return import_module(f"{__name__}.{name}")
+    if name not in _HOME:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    value = _of_face(name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*__all__, "__version__", *(n for n in globals() if n.startswith("__"))})

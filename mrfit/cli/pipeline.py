@@ -16,13 +16,13 @@ from mrfit.errors import ConfigError
 from mrfit.io.workspace import Workspace
 
 if TYPE_CHECKING:
-    import mrfit.discover.stage
-    import mrfit.fit.stage
     import mrfit.flux.stage
     import mrfit.ingest.stage
     import mrfit.report.stage
     import mrfit.segment.stage
     from mrfit.cli.config import DiscoverSection, FitSection, PipelineFile
+    from mrfit.discover import stage as discover_stage
+    from mrfit.fit import stage as fit_stage
 
 Summary = dict[str, Any]
 
@@ -64,43 +64,35 @@ def segment(work: Path, settings: mrfit.segment.stage.Settings, progress: Progre
         return mrfit.segment.stage.run(workspace, settings, progress)
 
 
-def fit(work: Path, settings: mrfit.fit.stage.Settings, resistance: float | str | None, progress: Progress) -> Summary:
+def fit(work: Path, settings: fit_stage.Settings, resistance: float | str | None, progress: Progress) -> Summary:
     """Fit a model, running flux and segment first where they are due, with the settings they last had."""
-    import mrfit.fit.stage
+    from mrfit.fit import stage as fit_stage
 
     workspace = Workspace(work)
-    mrfit.fit.stage.check(settings)
+    fit_stage.check(settings)
     with workspace.locked():
         notes = _segments_as_before(workspace, resistance, progress)
-        return {**mrfit.fit.stage.run(workspace, settings, progress), "notes": notes}
+        return {**fit_stage.run(workspace, settings, progress), "notes": notes}
 
 
 def discover(
-    work: Path, settings: mrfit.discover.stage.Settings, resistance: float | str | None, progress: Progress
+    work: Path, settings: discover_stage.Settings, resistance: float | str | None, progress: Progress
 ) -> Summary:
     """Find what a model lacks and draw the page, running flux and segment first, with the settings they last had."""
+    from mrfit.discover import stage as discover_stage
+
     workspace = Workspace(work)
-    _check_discovery(settings)
+    discover_stage.check(settings)
     with workspace.locked():
         notes = _segments_as_before(workspace, resistance, progress)
         return {**_discover(workspace, settings, progress), "notes": notes}
 
 
-def _check_discovery(settings: mrfit.discover.stage.Settings) -> None:
-    import mrfit.fit.stage
-
-    mrfit.fit.stage.check(
-        mrfit.fit.stage.Settings(
-            settings.model, per="all", start=settings.start, current_order=settings.current_order, seed=settings.seed
-        )
-    )
-
-
-def _discover(workspace: Workspace, settings: mrfit.discover.stage.Settings, progress: Progress) -> Summary:
-    import mrfit.discover.stage
+def _discover(workspace: Workspace, settings: discover_stage.Settings, progress: Progress) -> Summary:
     import mrfit.report.discovery
+    from mrfit.discover import stage as discover_stage
 
-    found = mrfit.discover.stage.run(workspace, settings, progress)
+    found = discover_stage.run(workspace, settings, progress)
     return {**found, "page": mrfit.report.discovery.run(workspace, progress)["page"]}
 
 
@@ -113,29 +105,29 @@ def advise(work: Path) -> Summary:
 
 def compare_models(work: Path, models: Sequence[str], options: dict[str, Any], progress: Progress) -> Summary:
     """Fit several models and put them into one table; ``options`` are those of ``mrfit.compare.stage.Settings``."""
-    import mrfit.compare.stage
+    from mrfit.compare import stage as compare_stage
 
-    settings = mrfit.compare.stage.Settings(models=tuple(models), **options)
-    mrfit.compare.stage.check(settings)
+    settings = compare_stage.Settings(models=tuple(models), **options)
+    compare_stage.check(settings)
     workspace = Workspace(work)
     with workspace.locked():
         notes = _segments_as_before(workspace, None, progress)
-        return {**mrfit.compare.stage.run(workspace, settings, progress), "notes": notes}
+        return {**compare_stage.run(workspace, settings, progress), "notes": notes}
 
 
 def compare_optimizers(
     work: Path, optimizers: Sequence[str], options: dict[str, Any], seeds: int, progress: Progress
 ) -> Summary:
     """Run several optimizers on one model; ``options`` are those of ``mrfit.fit.stage.Settings``."""
-    import mrfit.compare.optimizers
-    import mrfit.fit.stage
+    from mrfit.compare import optimizers as compare_optimizers
+    from mrfit.fit import stage as fit_stage
 
-    settings = mrfit.compare.optimizers.Settings(tuple(optimizers), mrfit.fit.stage.Settings(**options), seeds)
-    mrfit.compare.optimizers.check(settings)
+    settings = compare_optimizers.Settings(tuple(optimizers), fit_stage.Settings(**options), seeds)
+    compare_optimizers.check(settings)
     workspace = Workspace(work)
     with workspace.locked():
         notes = _segments_as_before(workspace, None, progress)
-        return {**mrfit.compare.optimizers.run(workspace, settings, progress), "notes": notes}
+        return {**compare_optimizers.run(workspace, settings, progress), "notes": notes}
 
 
 def _segments_as_before(workspace: Workspace, resistance: float | str | None, progress: Progress) -> list[str]:
@@ -175,19 +167,20 @@ def predict(
     The flux and segment settings of the fit's workspace apply, but for the hold-out. A coil resistance that was given
     there holds for the logs too; one that was found there is used where the logs state none.
     """
-    import mrfit.fit.predict
     import mrfit.flux.stage
     import mrfit.ingest.stage
     import mrfit.segment.stage
+    from mrfit.fit import predict as fit_predict
+    from mrfit.fit import select as fit_select
 
     workspace = Workspace(work)
-    found = mrfit.fit.predict.read_fit(workspace, fit_name)
+    found = fit_predict.read_fit(workspace, fit_name)
     with workspace.aside() as other:
         ingested = mrfit.ingest.stage.run(logs, settings, other, progress)
         mrfit.flux.stage.run(other, _flux_to_predict(workspace, settings.resistance), progress)
         segmenting = mrfit.segment.stage.last_settings(workspace)
         cut = mrfit.segment.stage.run(other, replace(segmenting, holdout="none"), progress)
-        prediction = mrfit.fit.predict.predict(found, other)
+        prediction = fit_predict.predict(found, fit_select.read_dataset(other))
     oddities = [f"{r['id']}: {f['text']}" for r in ingested["recordings"] for f in r["findings"]]
     return {
         "fit": fit_name,
@@ -206,12 +199,8 @@ def predict(
 def _flux_to_predict(workspace: Workspace, resistance: float | str | None) -> mrfit.flux.stage.Settings:
     import mrfit.flux.stage
 
-    settings = mrfit.flux.stage.last_settings(workspace)
-    if resistance is not None:
-        return replace(settings, resistance=resistance)
-    if settings.resistance == "auto":
-        settings = replace(settings, resistance=None)
-    return replace(settings, fallback=mrfit.flux.stage.last_resistance(workspace))
+    settings, found = mrfit.flux.stage.last_settings(workspace), mrfit.flux.stage.last_resistance(workspace)
+    return mrfit.flux.stage.to_predict(settings, found, resistance)
 
 
 def status(work: Path, progress: Progress) -> Summary:
@@ -247,20 +236,21 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
     ConfigError
         If a pattern of ``[ingest] logs`` matches nothing, or a fit's settings are wrong.
     """
-    import mrfit.fit.stage
     import mrfit.flux.stage
     import mrfit.ingest.stage
     import mrfit.report.stage
     import mrfit.segment.stage
+    from mrfit.discover import stage as discover_stage
+    from mrfit.fit import stage as fit_stage
     from mrfit.ingest.containers.memory import size_of
 
     work = overrides.work or Path(config.work)
     fits = [_fit_settings(section, overrides.jobs) for section in config.fit]
     for settings in fits:
-        mrfit.fit.stage.check(settings)
+        fit_stage.check(settings)
     discovery = _discover_settings(config.discover, overrides.jobs) if config.discover else None
     if discovery:
-        _check_discovery(discovery)
+        discover_stage.check(discovery)
     logs = list(overrides.logs) if overrides.logs else _expand(config.ingest.logs, folder)
     map_file = folder / config.ingest.map if config.ingest.map else None
     given = config.ingest
@@ -278,7 +268,7 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
         summary: Summary = {"work": str(work)}
         for name, stage in stages:
             summary[name] = stage(workspace)
-        summary["fits"] = [mrfit.fit.stage.run(workspace, settings, progress) for settings in fits]
+        summary["fits"] = [fit_stage.run(workspace, settings, progress) for settings in fits]
         if discovery:
             summary["discovery"] = _discover(workspace, discovery, progress)
         if fits:
@@ -314,18 +304,18 @@ def _segment_settings(config: PipelineFile) -> mrfit.segment.stage.Settings:
     return mrfit.segment.stage.Settings(drive=section.drive, min_cycles=section.min_cycles, holdout=section.holdout)
 
 
-def _discover_settings(section: DiscoverSection, jobs: int) -> mrfit.discover.stage.Settings:
-    import mrfit.discover.stage
+def _discover_settings(section: DiscoverSection, jobs: int) -> discover_stage.Settings:
+    from mrfit.discover import stage as discover_stage
 
-    return mrfit.discover.stage.Settings(
+    return discover_stage.Settings(
         section.model, str(section.current_order), tuple(section.start.items()), section.seed, jobs
     )
 
 
-def _fit_settings(section: FitSection, jobs: int) -> mrfit.fit.stage.Settings:
-    import mrfit.fit.stage
+def _fit_settings(section: FitSection, jobs: int) -> fit_stage.Settings:
+    from mrfit.fit import stage as fit_stage
 
-    return mrfit.fit.stage.Settings(
+    return fit_stage.Settings(
         model=section.model,
         optimizer=section.opt,
         options=section.options,

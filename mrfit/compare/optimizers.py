@@ -7,14 +7,16 @@ from typing import Any
 
 import numpy as np
 
-import mrfit.fit.stage
 from mrfit.compare.page import optimizers_page
 from mrfit.core.channels import unit_of
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
+from mrfit.fit import stage as fit_stage
 from mrfit.fit.identify import Group, build_group, weights_of
+from mrfit.fit.select import read_dataset
 from mrfit.io.csv_table import csv_table
+from mrfit.io.dataset import Dataset
 from mrfit.io.keys import code_version, digest_of, fit_key
 from mrfit.io.workspace import Workspace, plain, write_json, write_text
 from mrfit.search import chain, staged, strategies
@@ -49,7 +51,7 @@ class Settings:
     """
 
     optimizers: tuple[str, ...]
-    fit: mrfit.fit.stage.Settings
+    fit: fit_stage.Settings
     seeds: int = 5
 
 
@@ -61,7 +63,7 @@ def check(settings: Settings) -> None:
     ConfigError
         If a model or an optimizer is unknown, or there is no seed to run.
     """
-    mrfit.fit.stage.check(replace(settings.fit, options=()))
+    fit_stage.check(replace(settings.fit, options=()))
     parts = [part for name in settings.optimizers for part in chain.parts(name)]
     chain.check_options(list(dict.fromkeys(parts)), settings.fit.options)
     for name in settings.optimizers:
@@ -96,7 +98,15 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         If the recordings lack what the model needs.
     """
     check(settings)
-    prepared = mrfit.fit.stage.prepare(workspace, settings.fit)
+    summary = compared(read_dataset(workspace), settings, progress)
+    stable = {**summary, "rows": [{k: v for k, v in r.items() if k != "seconds"} for r in summary["rows"]]}
+    _write(workspace.root / "compare", summary, stable)
+    return summary
+
+
+def compared(dataset: Dataset, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
+    """Run every optimizer from every start on segments in memory, settings checked, and return what ``run`` does."""
+    prepared = fit_stage.prepare(dataset, settings.fit)
     rows: list[dict[str, Any]] = []
     curves: list[dict[str, Any]] = []
     total = len(prepared.groups) * len(settings.optimizers)
@@ -112,12 +122,10 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     fit: dict[str, Any] = {k: v for k, v in asdict(settings.fit).items() if k not in ("jobs", "optimizer", "seed")}
     content = {"schema": SCHEMA, "settings": {"seeds": settings.seeds, **fit}, "rows": rows, "curves": curves}
     content["warnings"] = prepared.cautions
-    contents, cut = workspace.made_from(workspace.read_segments()[0])
+    contents, cut = dataset.made_from()
     content["key"] = fit_key({"seeds": settings.seeds, **fit}, contents, cut)
     content |= {"code": code_version("fit"), "data_sha256": digest_of(contents)}
     summary: dict[str, Any] = plain(content)
-    stable = {**summary, "rows": [{k: v for k, v in r.items() if k != "seconds"} for r in summary["rows"]]}
-    _write(workspace.root / "compare", summary, stable)
     return summary
 
 
@@ -129,9 +137,7 @@ class _Run:
     history: list[tuple[int, float]]
 
 
-def _one_run(
-    group: Group, prepared: mrfit.fit.stage.Prepared, optimizer: str, seed: int, fit: mrfit.fit.stage.Settings
-) -> _Run:
+def _one_run(group: Group, prepared: fit_stage.Prepared, optimizer: str, seed: int, fit: fit_stage.Settings) -> _Run:
     weights = weights_of(group.search, group.training_floors, fit.weight)
     posed, starts = (
         Posed(group.search, weights, prepared.assembly, prepared.cube),

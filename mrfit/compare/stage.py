@@ -3,16 +3,16 @@
 import csv
 import re
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-import mrfit.fit.stage
 from mrfit.compare.page import models_page
 from mrfit.core import registry
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import DataError, MrfitError
+from mrfit.fit import stage as fit_stage
 from mrfit.io.csv_table import csv_table
 from mrfit.io.workspace import Workspace, plain, write_json, write_text
 from mrfit.search.chain import Given
@@ -33,6 +33,7 @@ COLUMNS = (
     "fit",
 )
 ROLES = ("holdout", "train")
+Fitting = Callable[[fit_stage.Settings], dict[str, Any]]
 
 
 @dataclass(frozen=True)
@@ -62,11 +63,11 @@ class Settings:
     only: str = ""
     jobs: int = 1
 
-    def of_fit(self, model: str) -> mrfit.fit.stage.Settings:
+    def of_fit(self, model: str) -> fit_stage.Settings:
         """Return the settings of one model's fit."""
         shared = {k: v for k, v in asdict(self).items() if k != "models"}
         name = f"{model}.{self.optimizer}" + (".all" if self.per == "all" else "") + (f".{self.only}" * bool(self.only))
-        return mrfit.fit.stage.Settings(model=model, name=re.sub(r"[^A-Za-z0-9._+-]+", "_", name), **shared)
+        return fit_stage.Settings(model=model, name=re.sub(r"[^A-Za-z0-9._+-]+", "_", name), **shared)
 
     @property
     def names(self) -> list[str]:
@@ -83,10 +84,10 @@ def check(settings: Settings) -> None:
         If a model, the optimizer or an option is wrong.
     """
     for model in settings.names:
-        mrfit.fit.stage.check(_without_order(settings, model))
+        fit_stage.check(_without_order(settings, model))
 
 
-def _without_order(settings: Settings, model: str) -> mrfit.fit.stage.Settings:
+def _without_order(settings: Settings, model: str) -> fit_stage.Settings:
     """Return a fit's settings; a model that cannot depend on current as asked is left out later, with the reason."""
     return replace(settings.of_fit(model), current_order="auto")
 
@@ -116,28 +117,64 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     """
     check(settings)
     earlier = _earlier_seconds(workspace.root / "compare" / "compare.csv")
-    fits: list[dict[str, Any]] = []
-    left_out: list[dict[str, str]] = []
-    seconds: dict[str, float | None] = {}
+    tried = fit_all(settings, lambda one: fit_stage.run(workspace, one, progress), progress)
+    seconds = {
+        fit["model"]: earlier.get((fit["model"], fit["name"])) if fit["skipped"] else tried.seconds[fit["model"]]
+        for fit in tried.fits
+    }
+    summary = summary_of(settings, tried)
+    _write(workspace.root / "compare", summary, seconds)
+    return {**summary, "seconds": seconds}
+
+
+@dataclass(frozen=True)
+class Tried:
+    """What became of the models.
+
+    Attributes
+    ----------
+    fits
+        Contents of their fit.json, in the order of the models.
+    left_out
+        ``model`` and ``reason`` of those that cannot be fitted.
+    seconds
+        Time that each fit took, by model.
+    """
+
+    fits: list[dict[str, Any]]
+    left_out: list[dict[str, str]]
+    seconds: dict[str, float]
+
+
+def fit_all(settings: Settings, fit: Fitting, progress: Progress = silent) -> Tried:
+    """Fit every model by ``fit``, which takes the settings of one fit and returns the content of its fit.json.
+
+    Raises
+    ------
+    DataError
+        If no model can be fitted; the message has the first reason.
+    """
+    tried = Tried([], [], {})
     for done, model in enumerate(settings.names, 1):
         progress("compare", done - 1, len(settings.names))
         begin = time.perf_counter()
         try:
-            fit = mrfit.fit.stage.run(workspace, settings.of_fit(model), progress)
+            tried.fits.append(fit(settings.of_fit(model)))
         except MrfitError as error:
-            left_out.append({"model": model, "reason": str(error)})
+            tried.left_out.append({"model": model, "reason": str(error)})
             continue
-        spent = time.perf_counter() - begin
-        seconds[model] = earlier.get((model, fit["name"])) if fit["skipped"] else spent
-        fits.append(fit)
+        tried.seconds[model] = time.perf_counter() - begin
     progress("compare", len(settings.names), len(settings.names))
-    if not fits:
-        raise DataError(
-            f"none of {len(left_out)} models can be fitted; {left_out[0]['model']}: {left_out[0]['reason']}"
-        )
-    summary = plain(_summary(settings, sorted(fits, key=rank), left_out))
-    _write(workspace.root / "compare", summary, seconds)
-    return {**summary, "seconds": seconds}
+    if not tried.fits:
+        first = tried.left_out[0]
+        raise DataError(f"none of {len(tried.left_out)} models can be fitted; {first['model']}: {first['reason']}")
+    return tried
+
+
+def summary_of(settings: Settings, tried: Tried) -> dict[str, Any]:
+    """Return the content of compare.json."""
+    summary: dict[str, Any] = plain(_summary(settings, sorted(tried.fits, key=rank), tried.left_out))
+    return summary
 
 
 def rank(fit: Mapping[str, Any]) -> tuple[str, int, int, float, str]:

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-import mrfit.fit.stage
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
@@ -20,6 +19,7 @@ from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.refit import Fitter, Refit
 from mrfit.discover.select import Selection, select
 from mrfit.errors import ConfigError
+from mrfit.fit import stage as fit_stage
 from mrfit.fit.laws.choice import Choice
 from mrfit.fit.laws.laws_of_current import dependence_of
 from mrfit.fit.select import load_recordings, usable
@@ -65,6 +65,20 @@ class Settings:
     start: tuple[tuple[str, float], ...] = ()
     seed: int = 0
     jobs: int = 1
+
+
+def check(settings: Settings) -> None:
+    """Check settings before any data are touched.
+
+    Raises
+    ------
+    ConfigError
+        If the model, a parameter name or an order is wrong.
+    """
+    base = fit_stage.Settings(
+        settings.model, per="all", start=settings.start, current_order=settings.current_order, seed=settings.seed
+    )
+    fit_stage.check(base)
 
 
 def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
@@ -243,7 +257,7 @@ def current_dependence(
     spec = base_of(name).spec
     if to_choose(name, settings.current_order, tested(segments, recordings)):
         start = tuple((n, v) for n, v in settings.start if base_name(n) in spec.names)
-        alike = mrfit.fit.stage.Settings(name, per="all", start=start, seed=settings.seed)
+        alike = fit_stage.Settings(name, per="all", start=start, seed=settings.seed)
         found, choice = dependence_of(alike, usable(segments, recordings, base_of(name))[0], recordings)
         return choice.as_base() if choice else found, choice
     return usual_dependence(settings, segments, recordings), None

@@ -1,39 +1,75 @@
 """What a fit leaves in its folder: tables for people, residuals for figures, fit.json for the stages that follow."""
 
-from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from mrfit.core.specs import Array
+from mrfit.errors import DataError
 from mrfit.io.arrow import numbers, repeated, table
 from mrfit.io.csv_table import csv_table
+from mrfit.io.schemas.fit import Fit
+from mrfit.io.schemas.reading import content
 from mrfit.io.workspace import ROW_GROUP, write_atomic, write_json, write_text
 from mrfit.search.parts import Blocks, Part
 from mrfit.simulate.assembly import Assembly
+from mrfit.simulate.current_levels import assembly_of
 
 PARAMETER_COLUMNS = ("condition", "parameter", "value", "unit", "low", "high", "at_bound", "identifiable")
 
 
-def write_fit(
-    folder: Path, fit: dict[str, Any], blocks: Blocks, simulated: Sequence[Array], assembly: Assembly
-) -> None:
-    """Write a fit's folder; fit.json comes last, since its key says that the rest is there.
+# What a reader of a damaged fit.json is to do
+AGAIN = "delete it and run `mrfit fit` again"
 
-    Parameters
+
+@dataclass(frozen=True)
+class Fitted:
+    """What a fit came to.
+
+    Attributes
     ----------
-    folder
-        ``fits/NAME``.
-    fit
+    content
         Content of fit.json.
     blocks, simulated
         Full blocks of all segments and the simulated output of each, (N,).
     assembly
         The model.
     """
+
+    content: dict[str, Any]
+    blocks: Blocks
+    simulated: list[Array]
+    assembly: Assembly
+
+
+def write_fit_json(path: Path, fit: dict[str, Any]) -> None:
+    """Write fit.json."""
+    write_json(path, fit)
+
+
+def read_fit_json(path: Path, kind: type[Fit] = Fit) -> dict[str, Any] | None:
+    """Return the content of a fit.json of a kind with the defaults of what it leaves out, None if it is not there.
+
+    Raises
+    ------
+    DataError
+        If it is damaged, of an unknown schema, or lacks a parameter of its model.
+    """
+    fit = content(path, kind, AGAIN)
+    if fit is not None:
+        names = set(assembly_of(fit).spec.names)
+        if not fit["results"] or any(names - {p["name"] for p in r["parameters"]} for r in fit["results"]):
+            raise DataError(f"{path}: damaged, or another mrfit's: not all parameters are in it; {AGAIN}")
+    return fit
+
+
+def write_fit(folder: Path, fitted: Fitted) -> None:
+    """Write a fit's folder, ``fits/NAME``; fit.json comes last, since its key says that the rest is there."""
     import shutil
 
+    fit = fitted.content
     rows = [
         {"condition": r["condition"], "parameter": p["name"], **p}
         for r in fit["results"]
@@ -43,17 +79,18 @@ def write_fit(
     (folder / "fit.json").unlink(missing_ok=True)
     write_text(folder / "parameters.csv", csv_table(PARAMETER_COLUMNS, rows))
     write_text(folder / "metrics.csv", csv_table(list(fit["metrics"][0]), fit["metrics"]))
-    write_atomic(folder / "residuals.parquet", lambda p: _write_residuals(p, blocks, simulated, assembly))
-    write_json(folder / "fit.json", fit)
+    write_atomic(folder / "residuals.parquet", lambda p: _write_residuals(p, fitted))
+    write_fit_json(folder / "fit.json", fit)
     shutil.rmtree(folder / ".partial", ignore_errors=True)
 
 
-def _write_residuals(path: Path, blocks: Blocks, simulated: Sequence[Array], assembly: Assembly) -> None:
+def _write_residuals(path: Path, fitted: Fitted) -> None:
     """Write the tables of all segments, a row group as soon as there are enough rows for it."""
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    tables = (residual_table(p, y, assembly) for p, y in zip(blocks.parts, simulated, strict=True))
+    pairs = zip(fitted.blocks.parts, fitted.simulated, strict=True)
+    tables = (residual_table(p, y, fitted.assembly) for p, y in pairs)
     held = [next(tables)]
     with pq.ParquetWriter(path, held[0].schema, compression="zstd") as writer:
         for one in tables:
@@ -66,10 +103,16 @@ def _write_residuals(path: Path, blocks: Blocks, simulated: Sequence[Array], ass
 
 def residual_table(part: Part, simulated: Array, assembly: Assembly) -> Any:
     """Return a part's measured and simulated output and the model's inputs over time, as a pyarrow table."""
-    segment, block = part.segment, part.block
+    segment = part.segment
     names = {"condition": segment.condition, "segment": segment.id, "role": segment.role}
-    time = (part.before + np.arange(block.samples)) * part.dt
-    columns = {"time": time, "measured": part.output, "simulated": simulated}
-    columns |= {n: block.inputs(row) for row, n in enumerate(assembly.spec.inputs)}
-    same = {name: repeated(text, block.samples) for name, text in names.items()}
+    same = {name: repeated(text, part.block.samples) for name, text in names.items()}
+    columns = residual_columns(part, simulated, assembly)
     return table(same | {name: numbers(values) for name, values in columns.items()})
+
+
+def residual_columns(part: Part, simulated: Array, assembly: Assembly) -> dict[str, Array]:
+    """Return time, measured and simulated output and the model's inputs of a part, each (N,)."""
+    block = part.block
+    time = (part.before + np.arange(block.samples, dtype=np.float64)) * part.dt
+    columns = {"time": time, "measured": part.output, "simulated": simulated}
+    return columns | {n: block.inputs(row) for row, n in enumerate(assembly.spec.inputs)}

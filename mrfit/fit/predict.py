@@ -1,6 +1,6 @@
 """Simulate a fitted model on other logs, free run, and say how far off it is there."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,11 +10,11 @@ from mrfit.core.channels import unit_of
 from mrfit.core.recording import Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
+from mrfit.fit.files import read_fit_json
 from mrfit.fit.identify import measured_output
 from mrfit.fit.result import metric_rows, simulate_block
-from mrfit.fit.select import left_out_warnings, load_recordings, usable
-from mrfit.io.schemas.fit import Fit
-from mrfit.io.schemas.reading import content
+from mrfit.fit.select import left_out_warnings, usable
+from mrfit.io.dataset import Dataset
 from mrfit.io.workspace import Workspace
 from mrfit.search.parts import Blocks, Part, parts_of
 from mrfit.signal.output_floor import output_floors
@@ -56,26 +56,22 @@ def read_fit(workspace: Workspace, name: str) -> dict[str, Any]:
     DataError
         If there is no such fit, when the message lists those there are, or its file is damaged.
     """
-    path, remedy = workspace.fit_folder(name) / "fit.json", "delete it and run `mrfit fit` again"
-    fit = content(path, Fit, remedy)
+    fit = read_fit_json(workspace.fit_folder(name) / "fit.json")
     if fit is None:
         there = ", ".join(workspace.fit_names()) or "none yet; run `mrfit fit` first"
         raise DataError(f"{workspace.root}: no fit named '{name}' (there are: {there})")
-    names = set(assembly_of(fit).spec.names)
-    if not fit["results"] or any(names - {p["name"] for p in r["parameters"]} for r in fit["results"]):
-        raise DataError(f"{path}: damaged, or another mrfit's: not all parameters are in it; {remedy}")
     return fit
 
 
-def predict(fit: dict[str, Any], logs: Workspace) -> Prediction:
-    """Simulate a fit on all segments of a workspace.
+def predict(fit: Mapping[str, Any], dataset: Dataset) -> Prediction:
+    """Simulate a fit on all segments of other logs.
 
     Parameters
     ----------
     fit
         Content of fit.json.
-    logs
-        Workspace in which the logs were ingested and segmented.
+    dataset
+        The segments and their recordings.
 
     Raises
     ------
@@ -83,8 +79,7 @@ def predict(fit: dict[str, Any], logs: Workspace) -> Prediction:
         If every log lacks a channel the model needs; where only some do, these are left out.
     """
     assembly = assembly_of(fit)
-    found, _ = logs.read_segments()
-    recordings = load_recordings(logs, found)
+    found, recordings = dataset.segments, dataset.recordings
     segments, left_out = usable(found, recordings, assembly)
     outputs: list[Array] = []
     used: dict[str, str] = {}

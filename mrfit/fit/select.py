@@ -8,6 +8,7 @@ import numpy as np
 from mrfit.core.recording import Recording, Segment
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.identify import measured_output
+from mrfit.io.dataset import Dataset
 from mrfit.io.workspace import Workspace
 from mrfit.signal.smoothing import check_inputs, smooth
 from mrfit.simulate.assembly import Assembly
@@ -30,6 +31,12 @@ def load_recordings(workspace: Workspace, segments: Sequence[Segment]) -> dict[s
     if beyond is not None:
         raise DataError(f"{workspace.segments_file}: '{beyond}' ends after its recording; run `mrfit segment` again")
     return found
+
+
+def read_dataset(workspace: Workspace) -> Dataset:
+    """Return the segments of a workspace and their recordings."""
+    segments, _ = workspace.read_segments()
+    return Dataset(segments, load_recordings(workspace, segments))
 
 
 def usable(

@@ -14,12 +14,13 @@ from mrfit.core.recording import NAMING, Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.core.workers import in_processes
 from mrfit.fit.diagnostics.trust import Intervals, drift_warnings, trust
-from mrfit.fit.files import write_fit
+from mrfit.fit.files import Fitted, write_fit
 from mrfit.fit.identify import Group, SearchSettings, as_json, build_group, search_optimum, weights_of
 from mrfit.fit.laws.choice import Choice
 from mrfit.fit.laws.laws_of_current import base_cube, dependence_of
 from mrfit.fit.result import metric_rows, simulate_block, warnings_of
-from mrfit.fit.select import left_out_warnings, load_recordings, named, select, usable
+from mrfit.fit.select import left_out_warnings, named, read_dataset, select, usable
+from mrfit.io.dataset import Dataset
 from mrfit.io.keys import code_version, digest_of, fit_key
 from mrfit.io.schemas.fit import Fit, PartialFit
 from mrfit.io.schemas.reading import made
@@ -136,17 +137,58 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     existing = made(folder / "fit.json", Fit)
     if existing and existing.get("key") == key:
         return {**existing, "skipped": True}
-    prepared = prepare(workspace, settings)
-    runner = _Runner(prepared, settings, folder, key, progress)
+    origin = Origin(key, digest_of(contents), folder)
+    fitted = identify(read_dataset(workspace), settings, origin, progress)
+    write_fit(folder, fitted)
+    return {**plain(fitted.content), "skipped": False}
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What a fit is made from: its key, the hash of its data, and where finished searches are kept meanwhile.
+
+    A kill then loses little; in memory, without a folder, nothing is kept.
+    """
+
+    key: str
+    data_sha256: str
+    folder: Path | None = None
+
+
+def origin_of(dataset: Dataset, settings: Settings) -> Origin:
+    """Return the origin of a fit in memory: the key and hash that the same data in a workspace have."""
+    contents, cut = dataset.made_from()
+    return Origin(fit_key(asdict(settings), contents, cut), digest_of(contents))
+
+
+def identify(dataset: Dataset, settings: Settings, origin: Origin, progress: Progress = silent) -> Fitted:
+    """Fit a model to segments in memory.
+
+    Parameters
+    ----------
+    dataset
+        Segments and recordings.
+    settings
+        What to fit and how, checked.
+    origin
+        Key and hash that the result bears.
+    progress
+        Told of every condition's evaluations.
+
+    Raises
+    ------
+    ConfigError, DataError
+        As ``run`` does.
+    """
+    prepared = prepare(dataset, settings)
+    runner = _Runner(prepared, settings, origin, progress)
     pieces = runner.fit_groups()
     blocks = Blocks(part for p in pieces for part in p.group.full.parts)
     simulated = [s for p in pieces for s in p.simulated]
     metrics = pieces[0].metrics
     if len(pieces) > 1:
         metrics = metric_rows(blocks, [f for p in pieces for f in p.group.floors], simulated, prepared.assembly)
-    fit = _summary(runner, digest_of(contents), pieces, metrics)
-    write_fit(folder, fit, blocks, simulated, prepared.assembly)
-    return {**plain(fit), "skipped": False}
+    return Fitted(_summary(runner, origin.data_sha256, pieces, metrics), blocks, simulated, prepared.assembly)
 
 
 @dataclass(frozen=True)
@@ -178,7 +220,7 @@ class Prepared:
     cautions: list[dict[str, str]]
 
 
-def prepare(workspace: Workspace, settings: Settings) -> Prepared:
+def prepare(dataset: Dataset, settings: Settings) -> Prepared:
     """Return the model as the data call for it and the segments it is fitted to.
 
     Raises
@@ -188,13 +230,12 @@ def prepare(workspace: Workspace, settings: Settings) -> Prepared:
     DataError
         If segments or recordings are missing, or the levels of current do not carry the order asked for.
     """
-    segments, _ = workspace.read_segments()
-    recordings = load_recordings(workspace, segments)
+    segments, recordings = dataset.segments, dict(dataset.recordings)
     asked = [s for s in segments if named(s.condition, settings.only)]
     # a condition by itself holds a part of its own cycles out
     roles = ("train",) if settings.per == "all" else ("train", "holdout")
     if not any(s.role in roles for s in asked):
-        asked = segments  # of which ``select`` says what there is
+        asked = list(segments)  # of which ``select`` says what there is
     able, left_out = usable(asked, recordings, assemble(settings.model), roles)
     chosen = select(able, settings.only, recordings, roles)
     dependence, choice = dependence_of(settings, chosen, recordings)
@@ -255,17 +296,20 @@ class _Piece:
 
 @dataclass(frozen=True)
 class _Runner:
-    """Fits groups, keeping every finished search on disk until the whole fit is written: a kill loses little."""
+    """Fits groups, keeping every finished search in the origin's folder until the whole fit is written."""
 
     prepared: Prepared
     settings: Settings
-    folder: Path
-    key: str
+    origin: Origin
     progress: Progress
 
     @property
     def assembly(self) -> Assembly:
         return self.prepared.assembly
+
+    @property
+    def key(self) -> str:
+        return self.origin.key
 
     def fit_groups(self) -> list[_Piece]:
         groups, jobs, pieces = list(self.prepared.groups.items()), self.settings.jobs, []
@@ -333,7 +377,7 @@ class _Runner:
         ended = search_optimum(group, self.assembly, cube, starts, search, told)
         found = as_json(ended, cube) | {"per_current": levels}
         self.progress(f"{name}  best {found['cost']:.3g} {self.assembly.spec.output}", total, total)
-        write_json(self._partial(name), {"key": self.key, "condition": name, "found": found})
+        self._keep(name, found)
         return found
 
     def _starts(
@@ -362,11 +406,17 @@ class _Runner:
         ]
         return to_points(cube, starts), rows
 
-    def _partial(self, name: str) -> Path:
-        return self.folder / ".partial" / f"{digest_of(name)[:24]}.json"
+    def _keep(self, name: str, found: dict[str, Any]) -> None:
+        if path := self._partial(name):
+            write_json(path, {"key": self.key, "condition": name, "found": found})
+
+    def _partial(self, name: str) -> Path | None:
+        folder = self.origin.folder
+        return folder / ".partial" / f"{digest_of(name)[:24]}.json" if folder else None
 
     def _resumed(self, name: str, free: int) -> dict[str, Any] | None:
-        stored = made(self._partial(name), PartialFit)
+        path = self._partial(name)
+        stored = made(path, PartialFit) if path else None
         whole = stored is not None and stored["key"] == self.key and len(stored["found"]["point"]) == free
         return dict(stored["found"]) if stored and whole else None
 

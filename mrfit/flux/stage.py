@@ -6,7 +6,7 @@ Source: Tang, Bankosz and Goldasz, "Reconstructing Magnetic Hysteresis Behavior 
 
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -117,6 +117,36 @@ def _complete(workspace: Workspace, existing: dict[str, Any]) -> bool:
     return all(workspace.recording_file(i, STAGE).is_file() for i in changed)
 
 
+def reconstruct(recordings: Sequence[Recording], settings: Settings) -> tuple[list[Recording], float | None]:
+    """Return recordings in memory with flux linkage, as ``run`` makes it of those of a workspace.
+
+    Parameters
+    ----------
+    recordings
+        The recordings; their ids are unique.
+    settings
+        Resistance, drift and integration rule.
+
+    Returns
+    -------
+    tuple
+        The recordings, and the coil resistance in Ω (the median, if they differ), None where nothing was integrated.
+
+    Raises
+    ------
+    ConfigError
+        If a setting is wrong or a resistance is not positive.
+    DataError
+        If the resistance cannot be found.
+    """
+    _check(settings)
+    analysed = [_analyse(r, settings) for r in recordings]
+    found = _resistances(analysed, settings)
+    made_of = zip(recordings, analysed, strict=True)
+    changed = [_integrated(r, a, found[r.id], settings)[0] if r.id in found else r for r, a in made_of]
+    return changed, float(np.median([r.value for r in found.values()])) if found else None
+
+
 def last_settings(workspace: Workspace) -> Settings:
     """Return the settings of the workspace's last flux run, or the defaults."""
     stored = workspace.flux_file()
@@ -127,6 +157,25 @@ def last_resistance(workspace: Workspace) -> float | None:
     """Return the coil resistance in Ω of the workspace's last flux run (the median, if recordings differ), or None."""
     value = (workspace.flux_file() or {}).get("resistance")
     return None if value is None else float(value)
+
+
+def to_predict(settings: Settings, found: float | None, given: float | str | None) -> Settings:
+    """Return the settings for logs that are predicted by a fit.
+
+    Parameters
+    ----------
+    settings
+        Those of the fit's own logs: a resistance that was given there holds for the others too.
+    found
+        Resistance in Ω that was found there, used where the logs state none.
+    given
+        Resistance for these logs, or None.
+    """
+    if given is not None:
+        return replace(settings, resistance=given)
+    if settings.resistance == "auto":
+        settings = replace(settings, resistance=None)
+    return replace(settings, fallback=found)
 
 
 def _check(settings: Settings) -> None:
@@ -260,20 +309,26 @@ def _write(
     if resistance is None:
         return row
     recording = workspace.read_recording(found.identifier)
+    changed, drift = _integrated(recording, found, resistance, settings)
+    workspace.write_recording(changed, staging)
+    return {**row, **_row(found, resistance, drift)}
+
+
+def _integrated(
+    recording: Recording, found: _Analysed, resistance: _Resistance, settings: Settings
+) -> tuple[Recording, Drift]:
+    """Return a recording with its flux linkage, and the drift that was removed from it."""
     voltage, current = recording.channels["voltage"], recording.channels["current"]
     integral = integrate(voltage - resistance.value * current, recording.dt, settings.rule)
     flux, drift = remove_drift(integral, current, recording.dt, found.stretches, settings.drift)
-    workspace.write_recording(
-        replace(
-            recording,
-            channels={**recording.channels, "flux": flux},
-            units={**recording.units, "flux": unit_of("flux")},
-            condition={**recording.condition, FLUX_RESISTANCE: resistance.value},
-            history=(*recording.history, _history(resistance, drift, settings)),
-        ),
-        staging,
+    changed = replace(
+        recording,
+        channels={**recording.channels, "flux": flux},
+        units={**recording.units, "flux": unit_of("flux")},
+        condition={**recording.condition, FLUX_RESISTANCE: resistance.value},
+        history=(*recording.history, _history(resistance, drift, settings)),
     )
-    return {**row, **_row(found, resistance, drift)}
+    return changed, drift
 
 
 def _history(resistance: _Resistance, drift: Drift, settings: Settings) -> str:

@@ -9,6 +9,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
+import numpy as np
+
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.core.workers import in_order
@@ -144,6 +146,44 @@ def preview(paths: Sequence[Path], settings: Settings) -> list[dict[str, Any]]:
         row = dict.fromkeys(PREVIEW_COLUMNS, "") | {"source": refusal.path, "reader": "refused"}
         rows.append(row | {"oddities": refusal.reason, "remedy": refusal.remedy})
     return sorted(rows, key=lambda row: str(row["source"]))
+
+
+@dataclass(frozen=True, slots=True)
+class Logs:
+    """What logs came to: their recordings, sorted by id, and the files that could not be read."""
+
+    recordings: tuple[Recording, ...]
+    refusals: tuple[Refusal, ...]
+
+
+def read(paths: Sequence[Path], settings: Settings, progress: Progress = silent) -> Logs:
+    """Read logs into memory, as ``run`` reads them into an empty workspace.
+
+    Raises
+    ------
+    ConfigError
+        If the settings or a channel map are wrong.
+    DataError
+        If no file could be read.
+    """
+    plan, refusals = plan_items(paths, settings, lambda path: hash_of(path, progress))
+    recordings: list[Recording] = []
+    taken: set[str] = set()
+    with TemporaryDirectory(prefix="mrfit-") as place:
+        # numbers of a log longer than eight blocks lie there meanwhile
+        pieces = Pieces(Path(place), settings.block, progress)
+        plan = part_copies(plan, Earlier(Workspace(Path(place))))[1]
+        outcomes = in_order(lambda item: read_item(item, pieces), (item for item, _ in plan), settings.jobs)
+        for number, outcome in enumerate(outcomes, start=1):
+            refusals += outcome.refusals
+            recordings += [_in_memory(r) for r in _named(outcome, outcome.item.source, taken)]
+            progress("ingest", number, len(plan))
+    _check_any([r.source for r in recordings], refusals)
+    return Logs(tuple(sorted(recordings, key=lambda r: r.id)), tuple(refusals))
+
+
+def _in_memory(recording: Recording) -> Recording:
+    return replace(recording, channels={n: np.array(v[:], np.float64) for n, v in recording.channels.items()})
 
 
 KEPT = " (the recordings read from it before are kept)"

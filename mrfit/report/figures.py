@@ -125,7 +125,7 @@ def _drawings(fit: Fit, shown: Sequence[Series]) -> list[Drawing]:
     return drawings
 
 
-def history_figures(fit: Fit, series: Sequence[Series]) -> list[Drawing]:
+def history_figures(fit: Fit, series: Sequence[Series]) -> list["Grid"]:
     """Return drawings of measured and simulated output against time over two cycles of every condition."""
     cut = [s.time[shown_cycles(s)] for s in series]
     seconds, time_unit = prefixed(max(float(t[-1]) for t in cut), "s")
@@ -142,7 +142,7 @@ def history_figures(fit: Fit, series: Sequence[Series]) -> list[Drawing]:
     return _grids(fit, series, draw, ("time-history", "Time history", caption + _WORST, labels))
 
 
-def loop_figures(fit: Fit, series: Sequence[Series], channel: str) -> list[Drawing]:
+def loop_figures(fit: Fit, series: Sequence[Series], channel: str) -> list["Grid"]:
     """Return drawings of output against one input channel over two cycles of every condition."""
     across, across_unit = scale_of([s.inputs[channel] for s in series], channel)
     factor, unit = scale_of([s.measured for s in series], fit.output)
@@ -160,7 +160,7 @@ def loop_figures(fit: Fit, series: Sequence[Series], channel: str) -> list[Drawi
     return _grids(fit, series, draw, about)
 
 
-def residual_figures(fit: Fit, series: Sequence[Series]) -> list[Drawing]:
+def residual_figures(fit: Fit, series: Sequence[Series]) -> list["Grid"]:
     """Return drawings of measured minus simulated output over all of every condition; a band is the noise floor."""
     seconds, time_unit = prefixed(max(float(s.time[-1]) for s in series), "s")
     factor, unit = scale_of([s.measured - s.simulated for s in series], fit.output)
@@ -282,32 +282,65 @@ def _noise_ticks(axes: "Axes", rows: Sequence[MetricRow], names: Sequence[str]) 
         axes.plot(values, places, "|", ms=13, mew=2.0, color="#475569", ls="none", label="noise floor", zorder=2)
 
 
-def _grids(fit: Fit, series: Sequence[Series], draw: Panel, about: About) -> list[Drawing]:
-    """Return drawings of small multiples, one panel a condition, at most 12 a figure."""
+@dataclass(frozen=True)
+class Grid:
+    """Small multiples of a fit, one panel a condition, at most 12 of them.
+
+    Attributes
+    ----------
+    fit
+        The fit.
+    page
+        What the panels show.
+    panel
+        Draws one of them.
+    about
+        Kind, title, caption and axis labels.
+    number, pages
+        Which of how many figures of its kind it is.
+    """
+
+    fit: Fit
+    page: Sequence[Series]
+    panel: Panel
+    about: About
+    number: int
+    pages: int
+
+    def canvas(self) -> "Canvas":
+        """Return the figure as matplotlib has it."""
+        across, up = self.about[3]
+        page = self.page
+        errors: dict[tuple[str, str], float | None] = {(m.condition, m.role): m.nrmse for m in self.fit.metrics}
+        columns = columns_of(len(page))
+        lines = -(-len(page) // columns)
+        canvas = canvas_of(WIDTH, 0.75 + (3.6 if columns == 1 else 2.9 if columns == 2 else 2.15) * lines)
+        panels = canvas.subplots(lines, columns, squeeze=False).ravel()
+        for axes, one in zip(panels, page, strict=False):
+            self.panel(axes, one, CURVE_POINTS if len(page) <= 2 else CURVE_POINTS // 2)
+            nrmse = errors.get((one.condition, one.role))
+            axes.set_title(_heading(one, nrmse, TITLE_WIDTHS[columns]))
+        for axes in panels[len(page) :]:
+            axes.remove()
+        canvas.supxlabel(across)
+        canvas.supylabel(up)
+        canvas.legend(*panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
+        return canvas
+
+    def __call__(self) -> Figure:
+        """Return the finished figure."""
+        kind, title, caption, _ = self.about
+        page, name = self.page, f"{self.fit.name}.{kind}" + (f"-{self.number}" if self.pages > 1 else "")
+        last = _part(page, self.number, self.pages)
+        alt = f"{title} of {page[0].condition}" + (f" to {page[-1].condition}" if len(page) > 1 else "")
+        svg = to_svg(self.canvas(), f"{self.fit.name}: {title}{last}")
+        return Figure(name, title + last, caption, f"{alt}.", svg)
+
+
+def _grids(fit: Fit, series: Sequence[Series], draw: Panel, about: About) -> list[Grid]:
+    """Return drawings of small multiples."""
     pages = sheets(series)
-    return [partial(_grid, fit, page, draw, about, (number, len(pages))) for number, page in enumerate(pages, start=1)]
-
-
-def _grid(fit: Fit, page: Sequence[Series], draw: Panel, about: About, part: tuple[int, int]) -> Figure:
-    kind, title, caption, (across, up) = about
-    number, pages = part
-    errors: dict[tuple[str, str], float | None] = {(m.condition, m.role): m.nrmse for m in fit.metrics}
-    columns = columns_of(len(page))
-    lines = -(-len(page) // columns)
-    canvas = canvas_of(WIDTH, 0.75 + (3.6 if columns == 1 else 2.9 if columns == 2 else 2.15) * lines)
-    panels = canvas.subplots(lines, columns, squeeze=False).ravel()
-    for axes, one in zip(panels, page, strict=False):
-        draw(axes, one, CURVE_POINTS if len(page) <= 2 else CURVE_POINTS // 2)
-        axes.set_title(_heading(one, errors.get((one.condition, one.role)), TITLE_WIDTHS[columns]))
-    for axes in panels[len(page) :]:
-        axes.remove()
-    canvas.supxlabel(across)
-    canvas.supylabel(up)
-    canvas.legend(*panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
-    last = _part(page, number, pages)
-    name = f"{fit.name}.{kind}" + (f"-{number}" if pages > 1 else "")
-    alt = f"{title} of {page[0].condition}" + (f" to {page[-1].condition}" if len(page) > 1 else "")
-    return Figure(name, title + last, caption, f"{alt}.", to_svg(canvas, f"{fit.name}: {title}{last}"))
+    return [Grid(fit, page, draw, about, number, len(pages)) for number, page in enumerate(pages, start=1)]
 
 
 def _heading(one: Series, nrmse: float | None, width: int) -> str:

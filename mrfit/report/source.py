@@ -110,15 +110,19 @@ def input_files(workspace: Workspace, names: list[str]) -> list[Path]:
 
 
 def _read_fit(workspace: Workspace, name: str) -> Fit:
-    """Return a fit, conditions in natural order, pooled rows last in their role."""
     path, remedy = workspace.fit_folder(name) / "fit.json", "delete it and run `mrfit fit` again"
     fit = load(path, Fit, remedy)
     if fit is None or not fit.results or not fit.metrics:
         raise DataError(f"{path}: holds no result; {remedy}")
+    return in_order(fit.model_copy(update={"name": name}))
+
+
+def in_order(fit: Fit) -> Fit:
+    """Return a fit, conditions in natural order, pooled rows last in their role."""
     order = {"train": 0, "holdout": 1}
     results = sorted(fit.results, key=lambda r: natural(r.condition))
     metrics = sorted(fit.metrics, key=lambda m: (order.get(m.role, 2), m.condition == "all", natural(m.condition)))
-    return fit.model_copy(update={"name": name, "results": results, "metrics": metrics})
+    return fit.model_copy(update={"results": results, "metrics": metrics})
 
 
 def _read_series(path: Path, frequencies: dict[str, float]) -> list[Series]:

@@ -1,12 +1,12 @@
 """The segment stage: recordings in, segments by test condition with training and hold-out roles out."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from mrfit.core.progress import Progress, silent
-from mrfit.core.recording import Segment
+from mrfit.core.recording import Recording, Segment
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.keys import code_version, segment_key
 from mrfit.io.schemas.reading import UnknownSchema
@@ -74,18 +74,46 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     existing = _made(workspace)
     if existing and existing.get("key") == key:
         return {**existing, "skipped": True}
-    detections = _detections(workspace, identifiers, workspace.latest, settings, progress)
+    stage = workspace.latest
+    recordings = (workspace.read_recording(i, stage) for i in identifiers)
+    segments, detections = cut(recordings, len(identifiers), settings, progress)
+    summary = plain(_summary(key, settings, segments, detections))
+    workspace.write_segments(segments, {METADATA: json.dumps(summary, ensure_ascii=False)})
+    return {**summary, "skipped": False}
+
+
+def cut(
+    recordings: Iterable[Recording], number: int, settings: Settings, progress: Progress = silent
+) -> tuple[list[Segment], list[Detection]]:
+    """Return the segments of recordings with their roles, and what was found in each recording.
+
+    Parameters
+    ----------
+    recordings
+        The recordings, sorted by id.
+    number
+        How many they are.
+    settings
+        How to cut.
+    progress
+        Told of every recording.
+
+    Raises
+    ------
+    ConfigError
+        If a setting is wrong or names what there is not.
+    DataError
+        If no segment is found.
+    """
+    _check(settings)
+    detections = _detections(recordings, number, settings, progress)
     found = [s for d in detections for s in d.segments]
     stated = {d.recording.id: d.recording.condition for d in detections}
     wording = {d.recording.id: d.recording.wording for d in detections}
     named, (how, _, when) = name_conditions(found, stated, wording), settings.holdout.partition("=")
     if how == "after":
-        segments = hold_out_after(named, when, {d.recording.id: d.recording.dt for d in detections})
-    else:
-        segments = assign_roles(named, settings.holdout)
-    summary = plain(_summary(key, settings, segments, detections))
-    workspace.write_segments(segments, {METADATA: json.dumps(summary, ensure_ascii=False)})
-    return {**summary, "skipped": False}
+        return hold_out_after(named, when, {d.recording.id: d.recording.dt for d in detections}), detections
+    return assign_roles(named, settings.holdout), detections
 
 
 def last_settings(workspace: Workspace) -> Settings:
@@ -122,11 +150,10 @@ def _check(settings: Settings) -> None:
 
 
 def _detections(
-    workspace: Workspace, identifiers: Sequence[str], stage: str, settings: Settings, progress: Progress
+    recordings: Iterable[Recording], number: int, settings: Settings, progress: Progress
 ) -> list[Detection]:
     detections, lacking, channels = [], [], set()
-    for done, identifier in enumerate(identifiers, 1):
-        recording = workspace.read_recording(identifier, stage)
+    for done, recording in enumerate(recordings, 1):
         channels |= set(recording.channels)
         drive = drive_channel(recording, settings.drive)
         if drive is None:
@@ -135,11 +162,11 @@ def _detections(
                 f"{recording.source}: {'no ' if settings.drive else ''}{wanted} in {_held(recording.channels)}"
             )
             detections.append(
-                Detection(recording, (), (f"{identifier}: {lacking[-1].split(': ', 1)[1]}; left out",), 0)
+                Detection(recording, (), (f"{recording.id}: {lacking[-1].split(': ', 1)[1]}; left out",), 0)
             )
         else:
             detections.append(detect(recording, drive, settings.min_cycles, settings.settle, settings.tolerance))
-        progress("segment", done, len(identifiers))
+        progress("segment", done, number)
     if settings.drive is not None and settings.drive not in channels:
         raise ConfigError(f"--drive '{settings.drive}': no recording has this channel; there are {_held(channels)}")
     if not any(d.segments for d in detections):

@@ -13,6 +13,7 @@ import mrfit.fit.stage
 from mrfit.compare.optimizers import Settings, start_point
 from mrfit.errors import ConfigError
 from mrfit.fit.identify import build_group
+from mrfit.fit.select import read_dataset
 from mrfit.io.workspace import Workspace
 from mrfit.models import guo
 from mrfit.search.cube import cube_of
@@ -88,7 +89,7 @@ def test_seeds_start_at_the_models_start_and_then_at_random_points_equal_for_all
 def test_auto_starts_where_the_data_say_as_a_fit_does(tmp_path: Path) -> None:
     workspace = write_workspace(tmp_path, Bench(assemble("guo"), TRUTH, 0.01, 2), ((0.5, 0.004), (2.0, 0.008)), (0.5,))
     fit = mrfit.fit.stage.Settings(model="guo", per="all", budget=4)
-    prepared = mrfit.fit.stage.prepare(workspace, fit)
+    prepared = mrfit.fit.stage.prepare(read_dataset(workspace), fit)
     group = build_group("all", prepared.groups["all"], prepared.recordings, prepared.assembly, split=False)
     posed = Posed(group.search, np.ones(len(group.search)), prepared.assembly, prepared.cube)
     given = to_points(prepared.cube, data_starts(group.training, prepared.assembly, prepared.dependence, ()))

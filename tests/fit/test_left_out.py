@@ -12,6 +12,7 @@ import mrfit.report.stage
 from mrfit.cli import output
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.predict import predict, read_fit
+from mrfit.fit.select import read_dataset
 from mrfit.fit.stage import Settings
 from mrfit.io.workspace import Workspace
 from mrfit.simulate.assembly import assemble
@@ -92,14 +93,14 @@ def test_where_no_log_is_left_to_train_on_the_reason_is_the_error(tmp_path: Path
 def test_a_prediction_leaves_out_what_it_cannot_simulate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     fitted = damper(tmp_path / "fit", {})
     fit: dict[str, Any] = mrfit.fit.stage.run(fitted, Settings("bingham", "lsq", per="all"))
-    found = predict(fit, damper(tmp_path / "logs", {"2": "velocity"}))
+    found = predict(fit, read_dataset(damper(tmp_path / "logs", {"2": "velocity"})))
     assert len(found.used) == 3 and found.warnings[0]["kind"] == "recordings-left-out"
     told = {"fit": fit["name"], "output": "force", "metrics": found.metrics, "used": found.used}
     told |= {"conditions": {b.segment.id: b.segment.condition for b in found.blocks}, "findings": []}
     output.predict({**told, "outdated": False, "refused": [], "warnings": found.warnings})
     assert "warning recordings-left-out: 1 of 4 segments" in capsys.readouterr().out
     with pytest.raises(DataError, match="no velocity in this log"):
-        predict(fit, damper(tmp_path / "none", {f"{f:g}": "velocity" for f, _ in SINES}))
+        predict(fit, read_dataset(damper(tmp_path / "none", {f"{f:g}": "velocity" for f, _ in SINES})))
 
 
 @pytest.mark.parametrize("damage", ["{", "[]", '{"model": "bingham"}', '{"results": []}'])

@@ -10,6 +10,7 @@ import mrfit.fit.stage
 from mrfit.core.specs import Array
 from mrfit.fit.predict import predict
 from mrfit.fit.result import simulate_block
+from mrfit.fit.select import read_dataset
 from mrfit.fit.stage import Settings
 from mrfit.io.workspace import Workspace
 from mrfit.simulate.assembly import Assembly, assemble
@@ -46,7 +47,7 @@ def test_a_condition_that_was_not_fitted_is_predicted_with_a_warning_that_says_h
     tmp_path: Path,
 ) -> None:
     fit = mrfit.fit.stage.run(fitted, Settings("bingham", "lsq"))
-    found = predict(fit, logs(tmp_path, frequency, amplitude, current))
+    found = predict(fit, read_dataset(logs(tmp_path, frequency, amplitude, current)))
     assert [w["kind"] for w in found.warnings] == ["nearest-set"]
     text = found.warnings[0]["text"]
     assert all(part in text for part in told), text
@@ -55,9 +56,9 @@ def test_a_condition_that_was_not_fitted_is_predicted_with_a_warning_that_says_h
 
 def test_its_own_condition_and_a_joint_fit_are_predicted_without_one(fitted: Workspace, tmp_path: Path) -> None:
     own = mrfit.fit.stage.run(fitted, Settings("bingham", "lsq"))
-    assert predict(own, logs(tmp_path / "own", 2.0, 0.010, 1.0)).warnings == []
+    assert predict(own, read_dataset(logs(tmp_path / "own", 2.0, 0.010, 1.0))).warnings == []
     joint = mrfit.fit.stage.run(fitted, Settings("bingham", "lsq", per="all"))
-    assert predict(joint, logs(tmp_path / "other", 4.0, 0.020, 3.0)).warnings == []
+    assert predict(joint, read_dataset(logs(tmp_path / "other", 4.0, 0.020, 3.0))).warnings == []
 
 
 def test_a_moving_current_is_not_taken_for_a_level(fitted: Workspace, tmp_path: Path) -> None:
@@ -65,7 +66,7 @@ def test_a_moving_current_is_not_taken_for_a_level(fitted: Workspace, tmp_path: 
     moving = logs(tmp_path, 2.0, 0.010, 1.0)
     segment = replace(moving.read_segments()[0][0], current=float("nan"), condition="sine-2Hz-0.01")
     moving.write_segments([segment], {})
-    assert "current 1 A instead of a moving one" in predict(fit, moving).warnings[0]["text"]
+    assert "current 1 A instead of a moving one" in predict(fit, read_dataset(moving)).warnings[0]["text"]
 
 
 @pytest.mark.parametrize("model", ["bingham", "boucwen-flux"])
@@ -78,7 +79,7 @@ def test_a_block_is_simulated_once(model: str, tmp_path: Path) -> None:
     from mrfit.fit.stage import prepare
     from mrfit.search.problem import differences
 
-    prepared = prepare(workspace, settings)
+    prepared = prepare(read_dataset(workspace), settings)
     ((name, segments),) = prepared.groups.items()
     block = build_group(name, segments, prepared.recordings, assembly, split=False).full[0]
     calls = []

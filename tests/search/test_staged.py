@@ -11,6 +11,7 @@ import mrfit.compare.stage
 import mrfit.fit.stage
 from mrfit.errors import ConfigError
 from mrfit.fit.identify import build_group
+from mrfit.fit.select import read_dataset
 from mrfit.fit.stage import Settings, check, prepare
 from mrfit.io.workspace import Workspace
 from mrfit.search.staged import kind_of, settled, stages_of, warnings
@@ -36,7 +37,7 @@ def staged(workspace: Workspace) -> dict[str, Any]:
 
 
 def test_the_segments_of_every_log_are_the_kind_of_test_it_was_made_as(workspace: Workspace) -> None:
-    prepared = prepare(workspace, Settings(model=WHOLE, per="all"))
+    prepared = prepare(read_dataset(workspace), Settings(model=WHOLE, per="all"))
     group = build_group("all", prepared.groups["all"], prepared.recordings, prepared.assembly, split=False)
     found = {b.segment.recording: kind_of(b, prepared.assembly.spec.inputs) for b in group.search}
     assert len(found) == len(programme(KINDS[:4]))
@@ -44,7 +45,7 @@ def test_the_segments_of_every_log_are_the_kind_of_test_it_was_made_as(workspace
 
 
 def test_samples_near_reversals_of_a_constant_speed_count_nothing(workspace: Workspace) -> None:
-    prepared = prepare(workspace, Settings(model=WHOLE, per="all"))
+    prepared = prepare(read_dataset(workspace), Settings(model=WHOLE, per="all"))
     group = build_group("all", prepared.groups["all"], prepared.recordings, prepared.assembly, split=False)
     block = next(b for b in group.search if b.segment.recording == "speed-0.25-1.6")
     kept = settled(block, prepared.assembly.spec.inputs)

@@ -13,6 +13,7 @@ from mrfit.cli.config import read_pipeline
 from mrfit.core.recording import Recording
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.predict import predict
+from mrfit.fit.select import read_dataset
 from mrfit.io.workspace import Workspace, write_json
 from mrfit.models import bingham, boucwen, polynomial, tanh
 from mrfit.search.cube import cube_of
@@ -59,7 +60,7 @@ def test_a_saved_generalised_fit_predicts_a_current_it_has_not_seen(tmp_path: Pa
     fit = fitted(a_workspace(tmp_path / "train"))
     write_json(tmp_path / "fit.json", fit)
     other = a_workspace(tmp_path / "other", levels=(0.25, 0.75))
-    rows = predict(fit, other).metrics
+    rows = predict(fit, read_dataset(other)).metrics
     assert rows[-1]["role"] == "predict"
     assert rows[-1]["rmse"] <= 1.05 * rows[-1]["noise_floor"]
     assert assembly_of(fit).spec.names == tuple(TRUTH)
@@ -156,7 +157,7 @@ def test_pieces_that_were_planted_come_back_and_predict_currents_not_seen(tmp_pa
     stored = json.loads((tmp_path / "fit.json").read_text())
     assert assembly_of(stored).spec.names == tuple(found)
     other = write_workspace(tmp_path / "other", replace(bench, seed=4), SINES, (0.1, 0.6, 1.2))
-    assert (row := predict(stored, other).metrics[-1])["rmse"] <= 1.05 * row["noise_floor"]
+    assert (row := predict(stored, read_dataset(other)).metrics[-1])["rmse"] <= 1.05 * row["noise_floor"]
 
 
 @pytest.mark.parametrize(
@@ -229,7 +230,7 @@ def test_a_yield_force_that_turns_negative_between_the_currents_is_said() -> Non
 def test_data_driven_starts_leave_out_what_the_user_gave_and_stay_inside_bounds(tmp_path: Path) -> None:
     workspace = a_workspace(tmp_path)
     settings = mrfit.fit.stage.Settings(model="bingham", per="all")
-    prepared = mrfit.fit.stage.prepare(workspace, settings)
+    prepared = mrfit.fit.stage.prepare(read_dataset(workspace), settings)
     group = mrfit.fit.stage.build_group(
         "all", prepared.groups["all"], prepared.recordings, prepared.assembly, split=False
     )

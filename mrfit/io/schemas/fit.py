@@ -7,6 +7,7 @@ from pydantic import field_validator, model_validator
 
 from mrfit.core.channels import unit_of
 from mrfit.io.schemas.reading import Part, Stored
+from mrfit.io.schemas.stages import FluxSettings, SegmentSettings
 
 
 class Quantity(Part):
@@ -231,3 +232,17 @@ class PartialFit(Stored):
 
     key: str
     found: FoundPoint
+
+
+class FitPreparation(Part):
+    """How the recordings of a fit were prepared, and the coil resistance in Ω by which their flux was found."""
+
+    flux: FluxSettings
+    segment: SegmentSettings
+    resistance: float | None = None
+
+
+class SavedFit(Fit):
+    """Content of a fit saved by itself: fit.json, and what other logs need that it is to predict."""
+
+    preparation: FitPreparation | None = None

@@ -8,7 +8,7 @@ import json
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -26,6 +26,11 @@ class Stored(Part):
     """A whole file; ``known`` lists the schemas that can be read, where the file names one."""
 
     known: ClassVar[tuple[str, ...]] = ()
+
+    @classmethod
+    def of(cls, content: Mapping[str, Any]) -> Self:
+        """Return the content of a file, as JSON has it, checked."""
+        return cls.model_validate_json(json.dumps(dict(content)))
 
 
 File = TypeVar("File", bound=Stored)

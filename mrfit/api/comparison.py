@@ -1,0 +1,218 @@
+"""Compare models, or optimizers, on recordings in memory."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, overload
+
+from mrfit.api.fitting import FitResult
+from mrfit.api.options import Options, check_names, settings_of, with_options
+from mrfit.api.preparing import SETTINGS, Prepared, as_asked, prepared
+from mrfit.api.threads import one_blas_thread
+from mrfit.api.words import frame_of, html_page, html_table, text_table
+from mrfit.compare import optimizers as compare_optimizers
+from mrfit.compare import stage as compare_stage
+from mrfit.core.progress import Progress, silent
+from mrfit.core.recording import Recording
+from mrfit.errors import ConfigError
+from mrfit.fit import stage as fit_stage
+from mrfit.fit.files import Fitted
+from mrfit.io.workspace import plain
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+TABLE = ("model", "output", "parameters", "evaluations", "holdout_nrmse", "holdout_fit_percent")
+TRAINING = ("train_nrmse", "train_fit_percent", "seconds")
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Comparison:
+    """Models ranked by their error on held-out data, output by output.
+
+    Attributes
+    ----------
+    content
+        Content of compare.json, all there is to say.
+    fits
+        The fits by model, the best first.
+    seconds
+        Time that each fit took, by model.
+    """
+
+    content: Mapping[str, Any]
+    fits: Mapping[str, FitResult]
+    seconds: Mapping[str, float]
+
+    @property
+    def table(self) -> "DataFrame":
+        """One row a model, the best first: parameters, errors over all conditions, time of its fit."""
+        rows = [{**row, "seconds": self.seconds[row["model"]]} for row in self.content["models"]]
+        return frame_of(rows, (*TABLE, *TRAINING), "model")
+
+    @property
+    def metrics(self) -> "DataFrame":
+        """Errors of every model on every condition, SI."""
+        return frame_of(self.content["metrics"], list(self.content["metrics"][0]))
+
+    @property
+    def best(self) -> FitResult:
+        """The fit of the best model."""
+        return self.fits[self.content["models"][0]["model"]]
+
+    @property
+    def left_out(self) -> dict[str, str]:
+        """Why models could not be fitted, by model."""
+        return {row["model"]: row["reason"] for row in self.content["left_out"]}
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the content of compare.json."""
+        return dict(self.content)
+
+    def __repr__(self) -> str:
+        return "\n".join([self._title, text_table(self.table), *self._said])
+
+    def _repr_html_(self) -> str:
+        return html_page(self._title, [html_table(self.table)], self._said)
+
+    @property
+    def _title(self) -> str:
+        return "Models, the best on held-out data first"
+
+    @property
+    def _said(self) -> list[str]:
+        return [f"left out {model}: {reason}" for model, reason in self.left_out.items()]
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class OptimizerComparison:
+    """Optimizers on one model.
+
+    Attributes
+    ----------
+    content
+        Rows and convergence curves, as optimizers.json has them.
+    """
+
+    content: Mapping[str, Any]
+
+    @property
+    def table(self) -> "DataFrame":
+        """For each condition and optimizer the best, median and worst cost over the seeds, evaluations, seconds."""
+        return frame_of(self.content["rows"], compare_optimizers.COLUMNS, "optimizer")
+
+    def to_json(self) -> dict[str, Any]:
+        """Return rows and curves."""
+        return dict(self.content)
+
+    def __repr__(self) -> str:
+        return f"{self._title}\n{text_table(self.table)}"
+
+    def _repr_html_(self) -> str:
+        return html_page(self._title, [html_table(self.table)], [])
+
+    @property
+    def _title(self) -> str:
+        settings = self.content["settings"]
+        return f"Optimizers on {settings['model']}, {settings['seeds']} seeds: RMS error"
+
+
+@overload
+def compare(
+    recordings: Recording | Iterable[Recording],
+    models: str | Sequence[str] = "all",
+    *,
+    optimizers: None = None,
+    progress: Progress = silent,
+    **options: object,
+) -> Comparison: ...
+@overload
+def compare(
+    recordings: Recording | Iterable[Recording],
+    models: str | Sequence[str] = "all",
+    *,
+    optimizers: str | Sequence[str],
+    progress: Progress = silent,
+    **options: object,
+) -> OptimizerComparison: ...
+def compare(
+    recordings: Recording | Iterable[Recording],
+    models: str | Sequence[str] = "all",
+    *,
+    optimizers: str | Sequence[str] | None = None,
+    progress: Progress = silent,
+    **options: object,
+) -> Comparison | OptimizerComparison:
+    """Fit several models and rank them by their error on held-out data, or compare optimizers on one model.
+
+    It does what ``mrfit compare`` does, without a workspace.
+
+    Parameters
+    ----------
+    recordings
+        One or several, of ``mrfit.read``, ``Recording.from_frame`` or ``Recording.from_arrays``.
+    models
+        Names, or ``all``.
+    optimizers
+        Instead: names of optimizers or chains, on one model, given as ``model``; ``seeds`` is the number of runs.
+    progress
+        Called as ``progress(what, done, total)``.
+    **options
+        Those of ``mrfit compare``, ``mrfit flux`` and ``mrfit segment``, see below.
+
+    Raises
+    ------
+    ConfigError
+        If a name or an option is wrong.
+    DataError
+        If no model can be fitted, or no segment is found.
+    """
+    if optimizers is not None:
+        if models != "all":
+            raise ConfigError("optimizers are compared on one model: give it as model='…', not as models")
+        return _optimizers(recordings, _names(optimizers), options, progress)
+    kind = compare_stage.Settings
+    check_names((kind, *SETTINGS), options)
+    settings = settings_of(kind, options, models=_names(models))
+    compare_stage.check(settings)
+    with one_blas_thread():
+        return _models(prepared(recordings, as_asked(options), progress), settings, progress)
+
+
+def _models(made: Prepared, settings: compare_stage.Settings, progress: Progress) -> Comparison:
+    """Compare models."""
+    fitted: dict[str, Fitted] = {}
+
+    def one(of_fit: fit_stage.Settings) -> dict[str, Any]:
+        origin = fit_stage.origin_of(made.dataset, of_fit)
+        fitted[of_fit.model] = fit_stage.identify(made.dataset, of_fit, origin, progress)
+        content: dict[str, Any] = plain(fitted[of_fit.model].content)
+        return content
+
+    tried = compare_stage.fit_all(settings, one, progress)
+    content = compare_stage.summary_of(settings, tried)
+    results = {f["model"]: FitResult(f, made.preparation, fitted[f["model"]]) for f in tried.fits}
+    return Comparison(content, {row["model"]: results[row["model"]] for row in content["models"]}, tried.seconds)
+
+
+def _names(names: str | Sequence[str]) -> tuple[str, ...]:
+    return tuple(n.strip() for n in (names.split(",") if isinstance(names, str) else names))
+
+
+def _optimizers(
+    recordings: Recording | Iterable[Recording], names: tuple[str, ...], options: Options, progress: Progress
+) -> OptimizerComparison:
+    """Compare optimizers on one model."""
+    kinds = (fit_stage.Settings, compare_optimizers.Settings, *SETTINGS)
+    check_names(kinds, options, ("optimizers", "fit", "optimizer", "seed"))
+    if "model" not in options:
+        raise ConfigError("optimizers are compared on one model: give model='…'")
+    # a comparison is of joint fits where nothing else is said, as on the command line
+    fit = settings_of(fit_stage.Settings, {"per": "all", **options})
+    settings = settings_of(compare_optimizers.Settings, options, optimizers=names, fit=fit)
+    compare_optimizers.check(settings)
+    with one_blas_thread():
+        made = prepared(recordings, as_asked(options), progress)
+        return OptimizerComparison(compare_optimizers.compared(made.dataset, settings, progress))
+
+
+with_options(compare, (compare_stage.Settings, *SETTINGS), ("models",))

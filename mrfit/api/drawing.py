@@ -1,0 +1,81 @@
+"""Figures of fits and predictions: the report's, as matplotlib has them."""
+
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from mrfit.core.specs import Array
+from mrfit.errors import ConfigError, DataError
+from mrfit.fit.files import residual_columns
+from mrfit.io.schemas.fit import Fit
+from mrfit.report.curves import worst_of_each
+from mrfit.report.figures import LOOPS, Grid, history_figures, loop_figures, residual_figures
+from mrfit.report.source import Series, in_order
+from mrfit.report.svg import style
+from mrfit.search.parts import Blocks
+from mrfit.simulate.assembly import Assembly
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Kind = Literal["loop", "time-history", "residual"]
+
+
+def series_of(blocks: Blocks, simulated: list[Array], assembly: Assembly) -> list[Series]:
+    """Return measured and simulated output of every segment; a long one, fitted in pieces, is put together again."""
+    parts: dict[tuple[str, str, str], list[dict[str, Array]]] = {}
+    frequencies = {}
+    for part, output in zip(blocks.parts, simulated, strict=True):
+        key = part.segment.condition, part.segment.id, part.segment.role
+        parts.setdefault(key, []).append(residual_columns(part, output, assembly))
+        frequencies[key] = part.segment.frequency
+    found = []
+    for key, pieces in parts.items():
+        columns = {name: np.concatenate([p[name] for p in pieces]) for name in pieces[0]}
+        time, measured, output = (columns.pop(name) for name in ("time", "measured", "simulated"))
+        found.append(Series(*key, time, measured, output, columns, frequencies[key]))
+    return found
+
+
+def plot(fit: Fit, series: list[Series], kind: str, page: int = 0) -> "Figure":
+    """Return a figure of a fit, one panel a condition.
+
+    Parameters
+    ----------
+    fit
+        The fit.
+    series
+        What it measured and simulated.
+    kind
+        ``loop``: output against an input, or over time where the output has no loop; ``time-history``; ``residual``.
+    page
+        Which figure, counted from 0, where there are more than 12 conditions.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such kind or page.
+    DataError
+        If there is nothing to draw.
+    """
+    if not series:
+        raise DataError(
+            f"{fit.name}: read from a file, without data: draw a prediction, fit.predict(recordings).plot()"
+        )
+    ordered, shown = in_order(fit), worst_of_each(series)
+    grids = _grids(ordered, shown, kind)
+    if not 0 <= page < len(grids):
+        raise ConfigError(f"there is no page {page} of '{kind}'; there are {len(grids)}, counted from 0")
+    with style():
+        return grids[page].canvas()
+
+
+def _grids(fit: Fit, shown: list[Series], kind: str) -> list[Grid]:
+    if kind == "loop":
+        channel = next((c for c in LOOPS.get(fit.output, ()) if all(c in s.inputs for s in shown)), None)
+        return loop_figures(fit, shown, channel) if channel else history_figures(fit, shown)
+    if kind == "time-history":
+        return history_figures(fit, shown)
+    if kind == "residual":
+        return residual_figures(fit, shown)
+    raise ConfigError(f"there is no figure '{kind}'; choose loop, time-history or residual")

@@ -1,0 +1,251 @@
+"""Fit a model to recordings in memory; the result, saved and read again."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import mrfit.flux.stage
+import mrfit.segment.stage
+from mrfit.api import drawing
+from mrfit.api.options import check_names, settings_of, with_options
+from mrfit.api.prediction import Prediction, predicted
+from mrfit.api.preparing import SETTINGS, Preparation, as_asked, prepared
+from mrfit.api.recordings import PathText
+from mrfit.api.threads import one_blas_thread
+from mrfit.api.words import METRICS, Caution, frame_of, html_page, html_table, text_table
+from mrfit.core.channels import unit_of
+from mrfit.core.progress import Progress, silent
+from mrfit.core.recording import Recording
+from mrfit.errors import DataError
+from mrfit.fit import stage as fit_stage
+from mrfit.fit.files import Fitted, read_fit_json, write_fit_json
+from mrfit.io.schemas.fit import Fit, SavedFit
+from mrfit.io.workspace import plain
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+COLUMNS = ("parameter", "condition", "value", "unit", "low", "high", "bound_low", "bound_high", "at_bound")
+SHOWN = ("value", "unit", "low", "high", "identifiable")
+# Sets of parameters that are printed in full
+FEW = 3
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class FitResult:
+    """What a fit came to.
+
+    Attributes
+    ----------
+    content
+        Content of fit.json, all there is to say.
+    preparation
+        How its recordings were prepared.
+    fitted
+        Simulated outputs, for figures; None where the fit was read from a file.
+    """
+
+    content: Mapping[str, Any]
+    preparation: Preparation = field(default_factory=Preparation)
+    fitted: Fitted | None = None
+
+    @property
+    def name(self) -> str:
+        """Name of the fit."""
+        return str(self.content["name"])
+
+    @property
+    def model(self) -> str:
+        """Model as it was asked for."""
+        return str(self.content["model"])
+
+    @property
+    def output(self) -> str:
+        """Channel the model predicts."""
+        return str(self.content["output"])
+
+    @property
+    def params(self) -> "DataFrame":
+        """Parameters and derived quantities by name, SI, with 95 % intervals ``low`` to ``high``; nan where open.
+
+        A fit of conditions has a row of each name for every condition.
+        """
+        rows = [
+            {"parameter": p["name"], "condition": result["condition"], "derived": derived, **p}
+            for result in self.content["results"]
+            for derived, some in ((False, result["parameters"]), (True, result["derived"]))
+            for p in some
+        ]
+        return frame_of(rows, (*COLUMNS, "identifiable", "fixed", "derived", "text"), "parameter")
+
+    @property
+    def metrics(self) -> "DataFrame":
+        """Errors of every condition and role, and of ``all`` conditions together, SI."""
+        return frame_of(self.content["metrics"], list(self.content["metrics"][0]))
+
+    @property
+    def success(self) -> bool:
+        """Whether every search ended before its evaluations or its time."""
+        return not any(r.get("budget_spent") for r in self.content["results"])
+
+    @property
+    def message(self) -> str:
+        """Why the searches ended."""
+        results = self.content["results"]
+        told = {r["condition"]: str(r.get("stopped", "")) for r in results}
+        return next(iter(told.values())) if len(told) == 1 else "; ".join(f"{c}: {text}" for c, text in told.items())
+
+    @property
+    def nfev(self) -> int:
+        """Evaluations: parameter vectors that were simulated."""
+        return sum(int(r["evaluations"]) for r in self.content["results"])
+
+    @property
+    def warnings(self) -> tuple[Caution, ...]:
+        """Reasons to distrust the fit."""
+        whole = [Caution(w["kind"], w["text"]) for w in self.content["warnings"]]
+        own = [Caution(w["kind"], w["text"], r["condition"]) for r in self.content["results"] for w in r["warnings"]]
+        return (*whole, *own)
+
+    def predict(
+        self,
+        recordings: Recording | Iterable[Recording],
+        *,
+        resistance: float | str | None = None,
+        progress: Progress = silent,
+    ) -> Prediction:
+        """Simulate the model on other recordings, as ``mrfit predict`` does; see ``mrfit.predict``."""
+        return predicted(dict(self.content), recordings, self.preparation.to_predict(resistance), progress)
+
+    def plot(self, kind: drawing.Kind = "loop", page: int = 0) -> "Figure":
+        """Return a figure: ``loop``, ``time-history`` or ``residual``; ``page`` where there are over 12 conditions.
+
+        Raises
+        ------
+        DataError
+            If the fit was read from a file, which holds no data.
+        """
+        made = self.fitted
+        series = drawing.series_of(made.blocks, made.simulated, made.assembly) if made else []
+        return drawing.plot(Fit.of(self.content), series, kind, page)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what ``save`` writes: the content of fit.json, and how the recordings were prepared."""
+        return {**self.content, "preparation": asdict(self.preparation)}
+
+    def save(self, path: PathText) -> None:
+        """Write the fit as a file that ``mrfit.load`` reads.
+
+        Raises
+        ------
+        DataError
+            If the file cannot be written.
+        """
+        write_fit_json(Path(path), self.to_json())
+
+    def __repr__(self) -> str:
+        sets = [text_table(self._parameters(r)) for r in self._few]
+        return "\n".join([self._title, text_table(self._errors), *sets, *self._said])
+
+    def _repr_html_(self) -> str:
+        sets = [html_table(self._parameters(r)) for r in self._few]
+        return html_page(self._title, [html_table(self._errors), *sets], self._said)
+
+    @property
+    def _title(self) -> str:
+        unit = unit_of(self.output)
+        errors = f"errors of {self.output}" + (f" in {unit}" if unit else "")
+        return f"{self.model} by {self.content['optimizer']}, seed {self.content['seed']}; {errors}"
+
+    @property
+    def _errors(self) -> "DataFrame":
+        return frame_of([m for m in self.content["metrics"] if m["condition"] == "all"], METRICS)
+
+    @property
+    def _few(self) -> list[dict[str, Any]]:
+        results = list(self.content["results"])
+        return results if len(results) <= FEW else results[:1]
+
+    def _parameters(self, result: Mapping[str, Any]) -> "DataFrame":
+        called = f"parameter, {result['condition']}"
+        rows = [{called: p["name"], **p} for p in (*result["parameters"], *result["derived"])]
+        return frame_of(rows, (called, *SHOWN))
+
+    @property
+    def _said(self) -> list[str]:
+        """What is printed below the tables."""
+        number = len(self.content["results"])
+        more = [f"{number} sets of parameters, of which the first is shown: params has all"] if number > FEW else []
+        return [*more, *map(str, self.warnings)]
+
+
+def fit(
+    recordings: Recording | Iterable[Recording], model: str, *, progress: Progress = silent, **options: object
+) -> FitResult:
+    """Fit a model to recordings, as ``mrfit fit`` does, without a workspace.
+
+    Parameters
+    ----------
+    recordings
+        One or several, of ``mrfit.read``, ``Recording.from_frame`` or ``Recording.from_arrays``.
+    model
+        Name of a model, of ``mrfit.models()``, with effects as in ``boucwen-flux+eddy-current``.
+    progress
+        Called as ``progress(what, done, total)``.
+    **options
+        Those of ``mrfit fit``, ``mrfit flux`` and ``mrfit segment``, see below; the stages' ``Settings``, as
+        ``mrfit.fit.stage.Settings``, say what each means. ``bounds`` is a dictionary of names and (low, high);
+        ``start``, ``fixed`` and ``options`` are dictionaries of names and numbers.
+
+    Raises
+    ------
+    ConfigError
+        If a name or an option is wrong.
+    DataError
+        If the recordings lack what the model needs, or no segment is found.
+
+    Examples
+    --------
+    >>> import mrfit, numpy as np
+    >>> phase = 2 * np.pi * 2 * np.arange(4000) / 1000
+    >>> x, v = 0.01 * np.sin(phase), 0.04 * np.pi * np.cos(phase)
+    >>> force = 300 * np.tanh(v / 0.02) + 900 * v
+    >>> log = mrfit.Recording.from_arrays(dt=1e-3, displacement=x, velocity=v, force=force)
+    >>> found = mrfit.fit(log, model="tanh")
+    >>> found.params.loc[["fy", "a1", "c"], "value"].round(2).to_dict()
+    {'fy': 300.0, 'a1': 50.0, 'c': 900.0}
+    """
+    check_names((fit_stage.Settings, *SETTINGS), options)
+    settings = settings_of(fit_stage.Settings, options, model=model)
+    fit_stage.check(settings)
+    with one_blas_thread():
+        made = prepared(recordings, as_asked(options), progress)
+        fitted = fit_stage.identify(made.dataset, settings, fit_stage.origin_of(made.dataset, settings), progress)
+    return FitResult(plain(fitted.content), made.preparation, fitted)
+
+
+def load(path: PathText) -> FitResult:
+    """Return a fit that ``FitResult.save`` or the command ``mrfit fit`` wrote (``fits/NAME/fit.json``).
+
+    Of a file that the command wrote the coil resistance is not known: logs that state none have it estimated.
+
+    Raises
+    ------
+    DataError
+        If there is no such file, it is damaged, or of an unknown schema.
+    """
+    content = read_fit_json(Path(path), SavedFit)
+    if content is None:
+        raise DataError(f"{path}: no such file; write one by fit.save(path)")
+    how = content.pop("preparation")
+    return FitResult(content, _preparation(how) if how else Preparation())
+
+
+def _preparation(how: Mapping[str, Any]) -> Preparation:
+    flux, segment = mrfit.flux.stage.Settings(**how["flux"]), mrfit.segment.stage.Settings(**how["segment"])
+    return Preparation(flux, segment, how["resistance"])
+
+
+with_options(fit, (fit_stage.Settings, *SETTINGS), ("model",))

@@ -1,0 +1,141 @@
+"""What a fitted model says of other logs."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from mrfit.api import drawing
+from mrfit.api.preparing import Preparation, prepared
+from mrfit.api.threads import one_blas_thread
+from mrfit.api.words import METRICS, Caution, frame_of, html_page, html_table, text_table
+from mrfit.core.channels import unit_of
+from mrfit.core.progress import Progress, silent
+from mrfit.core.recording import Recording
+from mrfit.fit import predict as fit_predict
+from mrfit.io.schemas.fit import Fit, MetricRow
+from mrfit.simulate.assembly import Assembly
+from mrfit.simulate.current_levels import assembly_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+    from mrfit.api.fitting import FitResult
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Prediction:
+    """Errors of a fitted model on other logs, in free run.
+
+    Attributes
+    ----------
+    fit
+        The fit, as its file has it.
+    assembly
+        Its model.
+    found
+        What the model makes of the logs.
+    findings
+        What was odd about these.
+    """
+
+    fit: Fit
+    assembly: Assembly
+    found: fit_predict.Prediction
+    findings: tuple[str, ...]
+
+    @property
+    def metrics(self) -> "DataFrame":
+        """Errors of every condition, and of ``all`` together, SI."""
+        return frame_of(self.found.metrics, list(self.found.metrics[0]))
+
+    @property
+    def nrmse(self) -> float:
+        """RMS error over all logs as a share of the measured range."""
+        return float(self.found.metrics[-1]["nrmse"])
+
+    @property
+    def used(self) -> dict[str, str]:
+        """For each segment the condition whose parameters were used."""
+        return dict(self.found.used)
+
+    @property
+    def warnings(self) -> tuple[Caution, ...]:
+        """On logs that were left out, and on conditions whose parameters are another's."""
+        return tuple(Caution(w["kind"], w["text"]) for w in self.found.warnings)
+
+    def to_frame(self) -> "DataFrame":
+        """Return time, measured and simulated output and the model's inputs of every sample, SI."""
+        from pandas import DataFrame, concat
+
+        series = drawing.series_of(self.found.blocks, self.found.simulated, self.assembly)
+        frames = [
+            DataFrame(
+                {"segment": s.segment, "time": s.time, "measured": s.measured, "simulated": s.simulated, **s.inputs}
+            )
+            for s in series
+        ]
+        return concat(frames, ignore_index=True)
+
+    def plot(self, kind: drawing.Kind = "loop", page: int = 0) -> "Figure":
+        """Return a figure: ``loop``, ``time-history`` or ``residual``; ``page`` where there are over 12 conditions."""
+        rows = [MetricRow.model_construct(**row) for row in self.found.metrics]
+        series = drawing.series_of(self.found.blocks, self.found.simulated, self.assembly)
+        return drawing.plot(self.fit.model_copy(update={"metrics": rows}), series, kind, page)
+
+    def __repr__(self) -> str:
+        lines = [self._title, text_table(self._shown), *self.findings, *map(str, self.warnings)]
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return html_page(self._title, [html_table(self._shown)], [*self.findings, *self.warnings])
+
+    @property
+    def _title(self) -> str:
+        unit = unit_of(self.fit.output)
+        return f"Prediction of {self.fit.output} by {self.fit.name}" + (f", errors in {unit}" if unit else "")
+
+    @property
+    def _shown(self) -> "DataFrame":
+        return frame_of(self.found.metrics, METRICS)
+
+
+def predicted(
+    content: dict[str, Any],
+    recordings: Recording | Iterable[Recording],
+    how: Preparation,
+    progress: Progress = silent,
+) -> Prediction:
+    """Return the prediction of recordings by a fit, the content of whose fit.json is given."""
+    with one_blas_thread():
+        made = prepared(recordings, how, progress)
+        found = fit_predict.predict(content, made.dataset)
+    return Prediction(Fit.of(content), assembly_of(content), found, made.findings)
+
+
+def predict(
+    fit: "FitResult",
+    recordings: Recording | Iterable[Recording],
+    *,
+    resistance: float | str | None = None,
+    progress: Progress = silent,
+) -> Prediction:
+    """Simulate a fitted model on other recordings, as ``mrfit predict`` does; the same as ``fit.predict(recordings)``.
+
+    Parameters
+    ----------
+    fit
+        The fit.
+    recordings
+        One or several.
+    resistance
+        Their coil resistance in Ω, ``auto`` to estimate it; default: their own, else that of the fit.
+    progress
+        Called as ``progress(what, done, total)``.
+
+    Raises
+    ------
+    DataError
+        If every recording lacks a channel that the model needs.
+    """
+    return fit.predict(recordings, resistance=resistance, progress=progress)

@@ -1,0 +1,313 @@
+"""Logs in memory: read from files, or made of arrays and of data frames."""
+
+import glob
+import html
+import warnings
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+import mrfit.ingest.stage
+from mrfit.core import recording as core
+from mrfit.core.channels import CHANNELS, unit_of
+from mrfit.core.progress import Progress, silent
+from mrfit.core.specs import Array
+from mrfit.errors import ConfigError, DataError
+from mrfit.ingest.build import Origin, build
+from mrfit.ingest.meaning.channel_map import Rules
+from mrfit.ingest.table import Column, Table
+from mrfit.ingest.text.layout import TIME_NAMES, name_and_unit
+from mrfit.io.escapes import visible
+from mrfit.io.workspace import recording_id
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+PathText = str | PathLike[str]
+
+
+class Recording(core.Recording):
+    """One log on a uniform time base, in SI units.
+
+    Made by ``mrfit.read``, ``Recording.from_arrays`` or ``Recording.from_frame``.
+
+    Examples
+    --------
+    >>> import mrfit, numpy as np
+    >>> time = np.arange(2000) / 1000
+    >>> stroke = 10 * np.sin(2 * np.pi * 2 * time)
+    >>> log = mrfit.Recording.from_arrays(
+    ...     dt=1e-3, displacement=stroke, force=50 * stroke, units={"displacement": "mm"}, condition={"current": 1.5}
+    ... )
+    >>> log
+    <Recording 'recording': 2000 samples of 0.001 s; displacement (m), force (N); current 1.5>
+    >>> round(float(log.channels["displacement"].max()), 6)
+    0.01
+    """
+
+    __slots__ = ()
+
+    @classmethod
+    def from_arrays(
+        cls,
+        *,
+        dt: float,
+        units: Mapping[str, str] | None = None,
+        condition: Mapping[str, float] | None = None,
+        name: str = "recording",
+        **channels: ArrayLike,
+    ) -> Self:
+        """Return a recording of equally long arrays, one argument a channel.
+
+        Parameters
+        ----------
+        dt
+            Sample interval in s.
+        units
+            Channel -> unit of its numbers; default: SI.
+        condition
+            What is known of the test, in SI: ``current``, ``temperature``, ``resistance``, ``frequency`` …
+        name
+            Name of the log.
+        **channels
+            Arrays of shape (N,), as ``displacement``, ``velocity``, ``force``, ``current``, ``voltage``, ``flux``.
+
+        Raises
+        ------
+        ConfigError
+            If a unit is given for no channel.
+        DataError
+            If the arrays do not make a log: of different lengths, no numbers, an unknown unit, or with gaps.
+        """
+        columns = {n: (_values(name, n, v), unit) for n, v, unit in _with_units(channels, units, name)}
+        return cls._of_columns(columns, _Test(name, dt, condition or {}, "arrays"))
+
+    @classmethod
+    def from_frame(
+        cls,
+        frame: "DataFrame",
+        *,
+        dt: float | None = None,
+        units: Mapping[str, str] | None = None,
+        condition: Mapping[str, float] | None = None,
+        name: str = "recording",
+    ) -> Self:
+        """Return a recording of a data frame, one column a channel.
+
+        Parameters
+        ----------
+        frame
+            Columns are named as in a log: ``force``, ``Load (kN)``, ``x``. A column ``time`` gives the times in s.
+        dt
+            Sample interval in s; None where the frame has a column of times, or an index of times.
+        units
+            Column -> unit of its numbers; default: that in the column's name, else SI.
+        condition
+            What is known of the test, in SI: ``current``, ``temperature``, ``resistance``, ``frequency`` …
+        name
+            Name of the log.
+
+        Raises
+        ------
+        ConfigError
+            If there is neither a sample interval nor a column of times, or a unit is given for no column.
+        DataError
+            If the frame does not make a log: no numbers, an unknown unit, or with gaps.
+
+        Examples
+        --------
+        >>> import mrfit, numpy as np, pandas as pd
+        >>> frame = pd.DataFrame({"time": np.arange(500) / 100, "Load (kN)": np.ones(500), "x": np.zeros(500)})
+        >>> mrfit.Recording.from_frame(frame, units={"x": "mm"}).channels["force"][0]
+        np.float64(1000.0)
+        """
+        named = {str(column): frame[column].to_numpy() for column in frame.columns}
+        if len(named) < len(frame.columns):
+            raise DataError(f"{name}: two columns have one name; rename one of them")
+        columns = {n: (_values(name, n, v), unit) for n, v, unit in _with_units(named, units, name)}
+        if dt is None and not any(_is_time(n) for n in columns):
+            columns = {"time": (_index_times(frame, name), "s"), **columns}
+        return cls._of_columns(columns, _Test(name, dt, condition or {}, "frame"))
+
+    @classmethod
+    def _of_columns(cls, columns: Mapping[str, tuple[Array, str | None]], test: "_Test") -> Self:
+        if test.dt is not None and not (np.isfinite(test.dt) and test.dt > 0.0):
+            raise ConfigError(f"{test.name}: dt {test.dt} is no sample interval; give seconds above 0")
+        lengths = {n: len(v) for n, (v, _) in columns.items()}
+        if len(set(lengths.values())) > 1:
+            raise DataError(f"{test.name}: channels of different lengths: {_listed(lengths)}; cut them to one length")
+        made = [Column(name_and_unit(n)[0], unit, values, k) for k, (n, (values, unit)) in enumerate(columns.items())]
+        clock = next((c for c in made if c.name.lower() in TIME_NAMES), None)
+        table = Table(
+            tuple(c for c in made if c is not clock),
+            np.arange(1, 1 + max(lengths.values(), default=0), dtype=np.int64),
+            time=clock,
+            dt=None if test.dt is None else float(test.dt),
+            condition={k: float(v) for k, v in test.condition.items()},
+        )
+        found = build(table, Origin(test.name, "", test.reader, Rules()))
+        if len(found) > 1:
+            raise DataError(
+                f"{test.name}: its samples have gaps and make {len(found)} stretches; fill the gaps, or make a "
+                "recording of each stretch"
+            )
+        return cls._of(replace(found[0], id=recording_id(Path(f"{test.name}.x"), set())))
+
+    @classmethod
+    def _of(cls, recording: core.Recording) -> Self:
+        return cls(**{f.name: getattr(recording, f.name) for f in fields(recording)})
+
+    def to_frame(self) -> "DataFrame":
+        """Return the channels in SI units over time in s."""
+        from pandas import DataFrame, Index
+
+        return DataFrame(dict(self.channels), index=Index(np.arange(self.samples) * self.dt, name="time"))
+
+    def __repr__(self) -> str:
+        units = (f"{n} ({self.units[n]})" if self.units.get(n) else n for n in self.channels)
+        condition = ", ".join(f"{k} {v:.4g}" for k, v in self.condition.items() if not k.startswith("measured_"))
+        text = f"{self.samples} samples of {self.dt:.6g} s; {', '.join(units)}" + (
+            f"; {condition}" if condition else ""
+        )
+        return visible(f"<Recording '{self.id}': {text}>")
+
+    def _repr_html_(self) -> str:
+        findings = "".join(f"<li>{html.escape(visible(f.text))}</li>" for f in self.findings)
+        return f"<p>{html.escape(repr(self))}</p>" + (f"<ul>{findings}</ul>" if findings else "")
+
+
+@dataclass(frozen=True, slots=True)
+class _Test:
+    """What is said of a log beside its columns."""
+
+    name: str
+    dt: float | None
+    condition: Mapping[str, float]
+    reader: str
+
+
+def _listed(lengths: Mapping[str, int]) -> str:
+    return ", ".join(f"{n} {length}" for n, length in lengths.items())
+
+
+def _is_time(column: str) -> bool:
+    return name_and_unit(column)[0].lower() in TIME_NAMES
+
+
+def _with_units(
+    columns: Mapping[str, ArrayLike], units: Mapping[str, str] | None, name: str
+) -> list[tuple[str, ArrayLike, str | None]]:
+    """Return (name, values, unit) of the columns; SI where a channel is called by its own name and nothing is said."""
+    given = dict(units or {})
+    for column in given:
+        if column not in columns:
+            raise ConfigError(f"{name}: units name '{column}', which is no column; there are {', '.join(columns)}")
+    known = {n: unit_of(n) for n in columns if n in CHANNELS} | {n: "s" for n in columns if n.lower() == "time"}
+    return [(n, v, given.get(n, name_and_unit(n)[1] or known.get(n))) for n, v in columns.items()]
+
+
+def _values(log: str, column: str, values: ArrayLike) -> Array:
+    given = np.asarray(values)
+    if given.dtype.kind in "mM":
+        given = _seconds(given)
+    try:
+        numbers = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise DataError(f"{log}: '{column}' holds what is no number ({error}); convert or leave it out") from None
+    if numbers.ndim != 1:
+        raise DataError(f"{log}: '{column}' has the shape {numbers.shape}; give one row of samples, shape (N,)")
+    return numbers
+
+
+def _seconds(times: NDArray[Any]) -> Array:
+    from_first = times - times[0] if len(times) else times
+    return np.asarray(from_first / np.timedelta64(1, "s"), dtype=np.float64)
+
+
+def _index_times(frame: "DataFrame", name: str) -> Array:
+    index = frame.index.to_numpy()
+    if index.dtype.kind in "mM":
+        return _seconds(index)
+    if str(frame.index.name).lower() in TIME_NAMES:
+        return _values(name, "time", index)
+    raise ConfigError(f"{name}: no sample interval: give dt = SECONDS, or a column 'time'")
+
+
+def read(
+    paths: PathText | Iterable[PathText],
+    map: PathText | None = None,
+    *,
+    pattern: str | None = None,
+    resistance: float | None = None,
+    jobs: int = 1,
+    progress: Progress = silent,
+) -> list[Recording]:
+    """Read logs, as ``mrfit ingest`` does, into memory.
+
+    A file that cannot be read is left out with a warning; what is odd about a log is in its ``findings``.
+
+    Parameters
+    ----------
+    paths
+        Files, folders or patterns as ``logs/*.csv``; one, or several.
+    map
+        Channel map (TOML); None looks for ``mrfit.toml`` beside each log.
+    pattern
+        Conditions in file names, as ``{frequency:Hz}Hz-{current:A}A``.
+    resistance
+        Coil resistance in Ω of all logs.
+    jobs
+        Files read at the same time.
+    progress
+        Called as ``progress(what, done, total)``.
+
+    Raises
+    ------
+    ConfigError
+        If a pattern matches nothing, or the channel map is wrong.
+    DataError
+        If no file can be read.
+    """
+    wanted = [paths] if isinstance(paths, (str, PathLike)) else list(paths)
+    settings = mrfit.ingest.stage.Settings(None if map is None else Path(map), resistance, pattern, jobs)
+    logs = mrfit.ingest.stage.read([f for p in wanted for f in _matching(p)], settings, progress)
+    for refusal in logs.refusals:
+        warnings.warn(f"left out {refusal}", stacklevel=2)
+    return [Recording._of(r) for r in logs.recordings]
+
+
+def _matching(path: PathText) -> list[Path]:
+    text = str(path)
+    # a name may hold what means something to glob
+    if Path(path).exists() or not glob.has_magic(text):
+        return [Path(path)]
+    found = sorted(glob.glob(text, recursive=True))
+    if not found:
+        raise ConfigError(f"'{text}' matches nothing; check the folder and the ending")
+    return [Path(f) for f in found]
+
+
+def several(recordings: core.Recording | Iterable[core.Recording]) -> list[core.Recording]:
+    """Return recordings as a list sorted by id, every id once.
+
+    Raises
+    ------
+    ConfigError
+        If there are none, or something is no recording.
+    """
+    given: Sequence[object] = [recordings] if isinstance(recordings, core.Recording) else list(recordings)
+    if not given:
+        raise ConfigError("there are no recordings; give some of mrfit.read or mrfit.Recording.from_frame")
+    taken: set[str] = set()
+    found = []
+    for one in given:
+        if not isinstance(one, core.Recording):
+            kind = type(one).__name__
+            raise ConfigError(f"a {kind} is no recording; make one by mrfit.read or mrfit.Recording.from_frame")
+        found.append(replace(one, id=recording_id(Path(f"{one.id}.x"), taken)))
+    return sorted(found, key=lambda r: r.id)
