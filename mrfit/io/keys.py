@@ -31,7 +31,9 @@ def sources(stage: str = "") -> list[Path]:
     package = Path(__file__).parents[1]
     if not stage:
         return sorted(package.rglob("*.py"))
-    return sorted([*package.glob("*.py"), *(p for room in ROOMS[stage] for p in (package / room).rglob("*.py"))])
+    # the package's own __init__ names the face, which no stage uses
+    own = (p for p in package.glob("*.py") if p.name != "__init__.py")
+    return sorted([*own, *(p for room in ROOMS[stage] for p in (package / room).rglob("*.py"))])
 
 
 @cache
