@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from mrfit.api.fitting import FitResult, fit, load
     from mrfit.api.prediction import Prediction, predict
     from mrfit.api.recordings import Recording, read
+    from mrfit.core.plugins import model
+    from mrfit.core.specs import Param
     from mrfit.errors import ConfigError, DataError, MrfitError
 
 __all__ = [
@@ -25,12 +27,14 @@ __all__ = [
     "FitResult",
     "MrfitError",
     "OptimizerComparison",
+    "Param",
     "Prediction",
     "Recording",
     "compare",
     "discover",
     "fit",
     "load",
+    "model",
     "models",
     "predict",
     "read",
@@ -44,6 +48,8 @@ _HOMES = {
     "api.fitting": ("FitResult", "fit", "load"),
     "api.prediction": ("Prediction", "predict"),
     "api.recordings": ("Recording", "read"),
+    "core.plugins": ("model",),
+    "core.specs": ("Param",),
     "errors": ("ConfigError", "DataError", "MrfitError"),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}

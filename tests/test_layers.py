@@ -20,8 +20,8 @@ LAYERS = [
     {"discover", "apply"},
     {"report"},
     {"compare"},
-    {"api", "contracts"},
-    {"cli"},
+    {"api"},
+    {"cli", "contracts"},
 ]
 STAGES = {"ingest", "flux", "segment", "fit", "report"}
 

@@ -50,7 +50,8 @@ LOADED = {"model": "models", "effect": "effects", "optimizer": "optimizers", "re
 @pytest.mark.parametrize("stage", STARTS)
 def test_what_the_registry_loads_by_name_is_in_the_keys(stage: str) -> None:
     inside = set(sources(stage))
-    text = "".join(p.read_text(encoding="utf-8") for p in inside)
+    # keys name what is loaded, and load nothing
+    text = "".join(p.read_text(encoding="utf-8") for p in inside - {PACKAGE / "io" / "keys.py"})
     for kind, folder in LOADED.items():
         if f'registry.load("{kind}"' in text or f'registry.names("{kind}"' in text:
             assert {p for p in (PACKAGE / folder).glob("*.py") if p.name != "__init__.py"} <= inside
