@@ -22,7 +22,7 @@ def cli(folder: Path, *arguments: object, **environment: str) -> str:
 def test_every_command_that_finds_items_by_name_takes_plugins() -> None:
     commands = typer.main.get_command(app).commands  # type: ignore[attr-defined]
     without = {n for n, c in commands.items() if "--plugin" not in {o for p in c.params for o in p.opts}}
-    assert without == {"flux", "segment", "datasets"}
+    assert without == {"flux", "segment", "datasets", "remove"}
 
 
 def test_an_installed_package_is_read_with_fitted_with_and_reported(tmp_path: Path) -> None:

@@ -349,7 +349,7 @@ def compare(
 
 
 @app.command()
-def status(work: Work = WORK, as_json: Json = False) -> None:
+def status(work: Work = WORK, plugins: Plugins = None, as_json: Json = False) -> None:
     """Show what the workspace holds, what each step used, and what is out of date and why.
 
     Example: mrfit status
