@@ -111,7 +111,8 @@ def workspace(folder: Path, model: str, law: str, seed: int) -> tuple[Workspace,
 def error(made: Workspace, model: str, order: str, noise: float) -> tuple[float, float, str]:
     """Return the error on held-out currents in units of the noise, the seconds a fit took, and its orders."""
     begin = time.perf_counter()
-    settings = mrfit.fit.stage.Settings(model, per="all", current_order=order, name=f"fit {order}".replace("/", "_"))
+    name = "fit-" + re.sub(r"[^\w.-]", "-", order)
+    settings = mrfit.fit.stage.Settings(model, per="all", current_order=order, name=name)
     fit = mrfit.fit.stage.run(made, settings)
     whole = next(m for m in fit["metrics"] if (m["role"], m["condition"]) == ("holdout", "all"))
     orders = (fit["current_dependence"] or {"orders": {}})["orders"]
