@@ -10,6 +10,7 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import re
 import sys  # noqa: E402
 import tempfile  # noqa: E402
 import time  # noqa: E402

@@ -11,8 +11,9 @@ from mrfit.cli.config import DiscoverSection, FitSection, FluxSection, IngestSec
 from mrfit.errors import ConfigError
 
 HEAD = '[ingest]\nlogs = ["*.csv"]\n'
-# how a command is called, not what it makes of the logs; the resistance stands in [ingest] for every stage
-ELSEWHERE = {"work", "jobs", "as_json", "preview", "resistance"}
+# how a command is called, not what it makes of the logs; the resistance stands in [ingest] for every stage,
+# and plug-ins are named by the user alone: a pipeline file runs no code
+ELSEWHERE = {"work", "jobs", "as_json", "preview", "resistance", "plugins"}
 NAMES = {"map_file": "map", "fix": "fixed"}
 
 
