@@ -129,8 +129,7 @@ def full_block(segment: Segment, drive: Drive, output: Array) -> Block:
         cycle = math.ceil(1.0 / (segment.frequency * drive.dt))
         lead = int(round(SETTLE_CYCLES / (segment.frequency * drive.dt)))
         ahead = int(round(AHEAD_CYCLES / (segment.frequency * drive.dt)))
-        first, count = (drive.warm_up - lead) * drive.dt, lead + len(output) + ahead
-        values, warm_up = np.stack([fit.sampled(first, drive.dt, count) for fit in drive.fits]), lead
+        values, warm_up = _series(drive, lead, lead + len(output) + ahead), lead
     nodes = warm_up + np.arange(len(output))[:, None]
     return Block(
         segment=segment,
@@ -144,6 +143,17 @@ def full_block(segment: Segment, drive: Drive, output: Array) -> Block:
         method=drive.method,
         cycle=cycle,
     )
+
+
+def _series(drive: Drive, lead: int, count: int) -> Array:
+    """Return the inputs of a periodic drive at so many samples (C, N), ``lead`` of them before the segment."""
+    assert drive.fits is not None
+    first = drive.warm_up - lead
+    if not drive.values.size:
+        # a piece of a long segment, whose inputs are made again and again
+        return np.stack([fit.sampled(first * drive.dt, drive.dt, count) for fit in drive.fits])
+    times = np.arange(first, first + count, dtype=np.float64) * drive.dt
+    return np.stack([fit.evaluate(times) for fit in drive.fits])
 
 
 def folded_block(segment: Segment, drive: Drive, output: Array, ahead: int = 0) -> Block:
