@@ -102,7 +102,7 @@ def test_a_library_that_asks_for_more_is_held_to_the_limit(tmp_path: Path, monke
     assert len(apart.read_apart("matlab", source)) == 1
 
 
-def greedy(reader: str, source: Source) -> None:
+def greedy(reader: str, source: Source, named: str) -> None:
     with memory.held_to(source.memory):
         np.ones(20_000_000)
 
