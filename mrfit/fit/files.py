@@ -17,6 +17,8 @@ from mrfit.search.parts import Blocks, Part
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_levels import assembly_of
 
+# Folder of finished searches, in that of their fit
+PARTIAL = ".partial"
 PARAMETER_COLUMNS = ("condition", "parameter", "value", "unit", "low", "high", "at_bound", "identifiable")
 
 
@@ -67,8 +69,6 @@ def read_fit_json(path: Path, kind: type[Fit] = Fit) -> dict[str, Any] | None:
 
 def write_fit(folder: Path, fitted: Fitted) -> None:
     """Write a fit's folder, ``fits/NAME``; fit.json comes last, since its key says that the rest is there."""
-    import shutil
-
     fit = fitted.content
     rows = [
         {"condition": r["condition"], "parameter": p["name"], **p}
@@ -81,7 +81,14 @@ def write_fit(folder: Path, fitted: Fitted) -> None:
     write_text(folder / "metrics.csv", csv_table(list(fit["metrics"][0]), fit["metrics"]))
     write_atomic(folder / "residuals.parquet", lambda p: _write_residuals(p, fitted))
     write_fit_json(folder / "fit.json", fit)
-    shutil.rmtree(folder / ".partial", ignore_errors=True)
+    drop_partial(folder)
+
+
+def drop_partial(folder: Path) -> None:
+    """Remove the finished searches that a fit kept in case it was killed."""
+    import shutil
+
+    shutil.rmtree(folder / PARTIAL, ignore_errors=True)
 
 
 def _write_residuals(path: Path, fitted: Fitted) -> None:

@@ -14,7 +14,7 @@ from mrfit.core.recording import NAMING, Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.core.workers import in_processes
 from mrfit.fit.diagnostics.trust import Intervals, drift_warnings, trust
-from mrfit.fit.files import Fitted, write_fit
+from mrfit.fit.files import PARTIAL, Fitted, drop_partial, write_fit
 from mrfit.fit.identify import Group, SearchSettings, as_json, build_group, search_optimum, weights_of
 from mrfit.fit.laws.choice import Choice
 from mrfit.fit.laws.laws_of_current import base_cube, dependence_of
@@ -136,6 +136,8 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     folder = workspace.fit_folder(settings.fit_name)
     existing = made(folder / "fit.json", Fit)
     if existing and existing.get("key") == key:
+        # a kill between the writing of fit.json and the end leaves them
+        drop_partial(folder)
         return {**existing, "skipped": True}
     origin = Origin(key, digest_of(contents), folder)
     fitted = identify(read_dataset(workspace), settings, origin, progress)
@@ -412,7 +414,7 @@ class _Runner:
 
     def _partial(self, name: str) -> Path | None:
         folder = self.origin.folder
-        return folder / ".partial" / f"{digest_of(name)[:24]}.json" if folder else None
+        return folder / PARTIAL / f"{digest_of(name)[:24]}.json" if folder else None
 
     def _resumed(self, name: str, free: int) -> dict[str, Any] | None:
         path = self._partial(name)

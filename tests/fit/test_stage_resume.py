@@ -109,6 +109,23 @@ def test_a_kill_between_tables_and_key_is_not_taken_for_the_fit_before(
     assert table.read_bytes() == before
 
 
+def test_a_kill_after_the_key_leaves_nothing_of_the_searches(
+    workspace: Workspace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    settings = Settings(model="boucwen-flux", budget=50)
+
+    def killed(folder: Path) -> None:
+        assert any((folder / mrfit.fit.files.PARTIAL).iterdir())
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr(mrfit.fit.files, "drop_partial", killed)
+        with pytest.raises(KeyboardInterrupt):
+            mrfit.fit.stage.run(workspace, settings)
+    assert mrfit.fit.stage.run(workspace, settings)["skipped"]
+    assert not (workspace.fit_folder(settings.fit_name) / mrfit.fit.files.PARTIAL).exists()
+
+
 def test_results_do_not_depend_on_the_number_of_workers(workspace: Workspace) -> None:
     one, two = (
         mrfit.fit.stage.run(workspace, Settings(model="boucwen-flux", name=f"j{jobs}", jobs=jobs))["results"]
