@@ -85,7 +85,6 @@ def predict(fit: Mapping[str, Any], dataset: Dataset) -> Prediction:
     used: dict[str, str] = {}
     simulated: list[Array] = []
     parts: list[Part] = []
-    floors_of: list[int] = []
     borrowed: dict[str, dict[str, str]] = {}
     for segment in segments:
         recording = recordings[segment.recording]
@@ -96,12 +95,11 @@ def predict(fit: Mapping[str, Any], dataset: Dataset) -> Prediction:
             borrowed.setdefault(segment.condition, _borrowed(result, segment))
         own = parts_of(replace(segment, role="predict"), recording, assembly.spec.inputs, output)
         parts += own
-        floors_of += [len(outputs)] * len(own)
         outputs.append(output[segment.start : segment.stop])
         simulated += [simulate_block(p.block, assembly, theta_of(assembly, result))[0] for p in own]
-    found_floors = output_floors(segments, recordings, outputs)
-    blocks, floors = Blocks(parts), [found_floors[k] for k in floors_of]
-    metrics = metric_rows(blocks, floors, simulated, assembly)
+    floors = dict(zip((s.id for s in segments), output_floors(segments, recordings, outputs), strict=True))
+    blocks = Blocks(parts)
+    metrics = metric_rows(blocks, [floors[p.segment.id] for p in parts], simulated, assembly)
     warnings = [*left_out_warnings(left_out, len(found)), *borrowed.values()]
     return Prediction(metrics, used, blocks, simulated, warnings)
 

@@ -19,8 +19,10 @@ def thinned(recording: Recording, drive: str) -> tuple[Recording, int]:
     """
     values = recording.channels[drive]
     step = 1 << ((len(values) - 1) // LONG).bit_length()
-    while step > 1 and not _shows(values, step):
-        step //= 2
+    if step > 1:
+        limit = max(NOISES * noise_level(values), SHARE * float(np.ptp(values)))
+        while step > 1 and _left(values, step) > limit:
+            step //= 2
     if step == 1:
         return recording, 1
     channels = {name: means(channel, step) for name, channel in recording.channels.items()}
@@ -33,13 +35,12 @@ def means(values: Array, step: int) -> Array:
     return found
 
 
-def _shows(values: Array, step: int) -> bool:
-    """Return whether straight lines between the means follow the drive, in windows spread over it."""
+def _left(values: Array, step: int) -> float:
+    """Return the RMS of what straight lines between the means leave of a drive, in windows spread over it."""
     power, count = 0.0, 0
     for window in windows(values):
         middles = np.arange(len(window) // step) * step + (step - 1) / 2.0
         inner = np.arange(step, len(middles) * step - step)
         left = window[inner] - np.interp(inner, middles, means(window, step))
         power, count = power + float(left @ left), count + len(left)
-    limit = max(NOISES * noise_level(values), SHARE * float(np.ptp(values)))
-    return bool(np.sqrt(power / count) <= limit)
+    return float(np.sqrt(power / count))

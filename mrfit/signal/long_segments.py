@@ -5,9 +5,10 @@ from dataclasses import replace
 
 from mrfit.core.recording import Segment
 from mrfit.signal.noise import LONG
+from mrfit.signal.smoothing import FITTED_CYCLES
 
-# Samples of a piece, and fewest cycles of one
-PIECE, FEWEST_CYCLES = 1 << 19, 4
+# Samples of a piece; one of slow cycles has as many as a Fourier series takes without its lead-in
+PIECE = 1 << 19
 # Cycles that lead the model in to a piece, and the share of its samples that does where there are none
 LEAD_CYCLES, LEAD_IN = 2, 0.1
 
@@ -21,7 +22,7 @@ def pieces(segment: Segment, dt: float) -> list[Segment]:
         return [segment]
     if segment.cycles:
         period = 1.0 / (segment.frequency * dt)
-        each = max(round(PIECE / period), FEWEST_CYCLES)
+        each = max(round(PIECE / period), FITTED_CYCLES)
         count, lead = max(segment.cycles // each, 1), round(LEAD_CYCLES * period)
         cycles = [segment.cycles * k // count for k in range(count + 1)]
         places = [segment.start + round(c * period) for c in cycles[:-1]] + [segment.stop]

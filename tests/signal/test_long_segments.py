@@ -17,7 +17,7 @@ from mrfit.cli import main
 from mrfit.core.recording import Recording, Segment
 from mrfit.segment import thinning
 from mrfit.signal import long_segments, noise
-from mrfit.signal.long_segments import FEWEST_CYCLES, LEAD_CYCLES, PIECE, middle_piece, pieces
+from mrfit.signal.long_segments import FITTED_CYCLES, LEAD_CYCLES, PIECE, middle_piece, pieces
 from mrfit.signal.noise import LONG, noise_level, quantisation
 
 DT = 1e-4
@@ -42,11 +42,11 @@ def test_pieces_cover_a_long_segment_once_by_whole_cycles(samples: int, cycles: 
     period = samples / cycles if cycles else 0.0
     for piece in found:
         assert abs(piece.samples - piece.cycles * period) <= 1.0 or not cycles
-        assert piece.cycles >= FEWEST_CYCLES or not cycles
+        assert piece.cycles >= FITTED_CYCLES or not cycles
         assert piece.start - piece.warm_up >= 0
     assert all(p.warm_up == (round(LEAD_CYCLES * period) if cycles else PIECE // 10) for p in found[1:])
     # a piece is no longer than twice what it is to be, but where few slow cycles are
-    assert all(p.samples <= 2 * max(PIECE, 2 * FEWEST_CYCLES * period) for p in found)
+    assert all(p.samples <= 2 * max(PIECE, 2 * FITTED_CYCLES * period) for p in found)
     assert middle_piece(whole, DT) in found
 
 
