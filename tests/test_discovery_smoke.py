@@ -7,7 +7,6 @@ import pytest
 
 from tests.conftest import ROOT
 
-
 SMALL = ("null_damper-white", "little_delay")
 """The cases of the smoke set with nothing hidden and with too few data; test_discover_cli.py has the hidden effects."""
 

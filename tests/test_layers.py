@@ -1,6 +1,7 @@
 """Imports point one way, so that any file can be understood with what lies below it alone."""
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import mrfit
@@ -26,6 +27,7 @@ LAYERS = [
 STAGES = {"ingest", "flux", "segment", "fit", "report"}
 
 
+@cache
 def modules() -> list[tuple[str, ast.Module]]:
     return [(str(p.relative_to(PACKAGE)), ast.parse(p.read_text())) for p in sorted(PACKAGE.rglob("*.py"))]
 
