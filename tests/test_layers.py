@@ -10,6 +10,7 @@ PACKAGE = Path(mrfit.__path__[0])
 LAYERS = [
     {"errors"},
     {"core"},
+    {"settings"},
     {"kernels"},
     {"io"},
     {"signal"},

@@ -1,9 +1,11 @@
 """The report as one HTML file that opens offline: style and figures inside, no address outside."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mrfit.core.setting import Defined, defined
 from mrfit.io.schemas.fit import Fit, Quantity, Result
 from mrfit.report.figures import Figure
 from mrfit.report.numbers import in_html, percent, significant, unit_html, with_interval
@@ -12,7 +14,7 @@ from mrfit.report.source import Source
 from mrfit.report.svg import inline
 from mrfit.report.tables import METRIC_COLUMNS, ROLES, metric_cells
 from mrfit.report.verdict import cautions, open_directions, verdict
-from mrfit.search.limits import PATIENCE
+from mrfit.settings.fit import Settings as FitSettings
 from mrfit.signal.metrics import METRICS
 
 if TYPE_CHECKING:
@@ -104,25 +106,19 @@ def _facts(fit: Fit) -> list[tuple[str, str]]:
     return [(label, text) for label, text in facts if text]
 
 
-def _changes(settings: dict[str, Any]) -> str:
+def _changes(settings: Mapping[str, Any]) -> str:
     """Return what the user set otherwise than the model and the optimizer have it, in words."""
-    words = [f"{k} of {n} {low:g} to {high:g}" for k in ("bounds",) for n, low, high in settings.get(k) or ()]
-    words += [f"{n} {verb} {v:g}" for k, verb in _VERBS.items() for n, v in settings.get(k) or ()]
-    given = {k: v for k, v in settings.items() if k in _DEFAULTS and v != _DEFAULTS[k]}
-    return "; ".join([*words, *(f"{k.replace('_', ' ')} {v}" for k, v in sorted(given.items()))])
+    told = [(f, f.setting.told, settings[f.name]) for f in _TOLD if f.setting and f.setting.told and f.name in settings]
+    items = [text.format(*item) for f, text, value in told if isinstance(f.default, tuple) for item in value or ()]
+    single = [(f.name.replace("_", " "), text, value) for f, text, value in told if _changed(f, value)]
+    return "; ".join([*items, *(text.format(name, value) for name, text, value in sorted(single, key=itemgetter(0)))])
 
 
-# Settings said on the page where they are others than these
-_DEFAULTS: dict[str, Any] = {
-    "budget": None,
-    "seconds": None,
-    "weight": "none",
-    "stall": PATIENCE,
-    "current_order": "auto",
-    "only": "",
-    "intervals": "hac",
-}
-_VERBS = {"start": "started at", "fixed": "fixed at"}
+_TOLD = defined(FitSettings)
+
+
+def _changed(field: Defined, value: object) -> bool:
+    return not isinstance(field.default, tuple) and value != field.default
 
 
 def _overview(fit: Fit) -> dict[str, Any]:
