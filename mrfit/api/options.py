@@ -1,7 +1,7 @@
 """Options of a call: the fields of the stages' settings, by name, as a notebook writes them.
 
-An option is defined once, in the settings of its stage (``mrfit/settings``); from there it has its name, type, limits and
-default here.
+An option is defined once, in the settings of its stage (``mrfit/settings``); from there it has its name, type, limits
+and default here.
 """
 
 import inspect

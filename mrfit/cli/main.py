@@ -13,7 +13,7 @@ import mrfit.settings.ingest
 import mrfit.settings.report
 import mrfit.settings.segment
 from mrfit.cli import console
-from mrfit.cli.options import Catalog, DataSet, Folder, Json, Logs, Plugins, Work, options
+from mrfit.cli.options import Catalog, DataSet, Folder, Json, Logs, Only, Plugins, Work, options
 from mrfit.settings.shared import Jobs, Resistance
 
 app = typer.Typer(
@@ -119,7 +119,7 @@ def fit(
 def predict(
     logs: Logs,
     fit_name: Annotated[str, typer.Option("--fit", help="Name of a finished fit.")],
-    settings: mrfit.settings.ingest.Settings,
+    settings: Annotated[mrfit.settings.ingest.Settings, Only(("map", "resistance", "pattern"))],
     work: Work,
     plugins: Plugins,
     as_json: Json,

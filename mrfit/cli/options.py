@@ -2,11 +2,11 @@
 
 import inspect
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, is_dataclass
 from functools import wraps
 from pathlib import Path
-from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, Union, cast, get_args, get_origin, get_type_hints
 
 import typer
 
@@ -23,6 +23,13 @@ class Default:
     """What an option of several commands is where it is not written."""
 
     value: object
+
+
+@dataclass(frozen=True)
+class Only:
+    """Which fields of its settings are options of a command; the others are at their defaults."""
+
+    fields: tuple[str, ...]
 
 
 def _use(paths: list[Path] | None) -> list[Path] | None:
@@ -62,53 +69,63 @@ Catalog = Annotated[Path | None, typer.Option("--catalog", help="Catalog (TOML) 
 def options(command: Callable[..., None]) -> Callable[..., None]:
     """Give a command the options that its parameters define, in place of these.
 
-    A parameter that is a settings class becomes the options of its fields; one with a ``Setting`` in its annotation
-    becomes an option; one with a ``Default`` has that default. Options that change no result come after all others but
-    those of several commands.
+    A parameter that is a settings class becomes the options of its fields, or of ``Only`` some; one with a ``Setting``
+    in its annotation becomes an option; one with a ``Default`` has that default. Options that change no result come
+    after all others but those of several commands.
     """
+    taken = _Parameters([], [], [])
     hints = get_type_hints(command, include_extras=True)
-    given = inspect.signature(command).parameters
-    own: list[inspect.Parameter] = []
-    late: list[inspect.Parameter] = []
-    common: list[inspect.Parameter] = []
-    for name, hint in _arguments(hints, given):
-        written = given[name].default
-        if is_dataclass(hint):
-            for field in _offered(hint):
-                (own if field.setting.changes_result else late).append(_option(field))  # type: ignore[union-attr]
-        elif (field := defined_as(name, hint, UNSET if written is inspect.Parameter.empty else written)).setting:
-            (own if field.setting.changes_result else late).append(_option(field))
-        else:
-            default = next((a for a in get_args(hint) if isinstance(a, Default)), None)
+    given = {name: p.default for name, p in inspect.signature(command).parameters.items()}
+    for name, written in given.items():
+        fields = _fields(name, hints[name], written)
+        for field in fields:
+            (taken.own if field.setting and field.setting.changes_result else taken.late).append(_option(field))
+        if not fields:
+            default = next((a for a in get_args(hints[name]) if isinstance(a, Default)), None)
             chosen = default.value if default and written is inspect.Parameter.empty else written
-            parameter = inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=chosen, annotation=hint)
-            (common if default else own).append(parameter)
-    taken = [*own, *late, *common]
+            parameter = inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=chosen, annotation=hints[name])
+            (taken.common if default else taken.own).append(parameter)
 
     @wraps(command)
     def called(**values: Any) -> None:
-        command(**{name: _argument(name, hint, given[name].default, values) for name, hint in _arguments(hints, given)})
+        command(**{name: _argument(name, hints[name], written, values) for name, written in given.items()})
 
-    called.__signature__ = inspect.Signature(taken)  # type: ignore[attr-defined]
-    called.__annotations__ = {p.name: p.annotation for p in taken}
+    called.__signature__ = inspect.Signature(taken.all)  # type: ignore[attr-defined]
+    called.__annotations__ = {p.name: p.annotation for p in taken.all}
     return called
 
 
-def _arguments(hints: Mapping[str, Any], given: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    return ((name, hints[name]) for name in given)
+@dataclass(frozen=True)
+class _Parameters:
+    """Options of a command: its own, those that change no result, those of several commands."""
+
+    own: list[inspect.Parameter]
+    late: list[inspect.Parameter]
+    common: list[inspect.Parameter]
+
+    @property
+    def all(self) -> list[inspect.Parameter]:
+        return [*self.own, *self.late, *self.common]
 
 
-def _offered(kind: Any) -> list[Defined]:
-    return [field for field in defined(kind) if field.setting]
+def _fields(name: str, hint: Any, written: object) -> list[Defined]:
+    """Return the fields that a parameter of a command stands for; none where typer reads it as it is."""
+    kind, *said = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+    if is_dataclass(kind):
+        only = next((one.fields for one in said if isinstance(one, Only)), None)
+        return [f for f in defined(cast(type, kind)) if f.setting and (only is None or f.name in only)]
+    field = defined_as(name, hint, UNSET if written is inspect.Parameter.empty else written)
+    return [field] if field.setting else []
 
 
 def _argument(name: str, hint: Any, written: object, values: Mapping[str, Any]) -> object:
     """Return what a command gets for one of its parameters, of the values of its options."""
-    if is_dataclass(hint):
-        kind: Any = hint
-        return kind(**{f.name: value_of(f, values[flag_of(f)]) for f in _offered(hint)})
-    field = defined_as(name, hint, written)
-    return value_of(field, values[flag_of(field)]) if field.setting else values[name]
+    fields = _fields(name, hint, written)
+    if not fields:
+        return values[name]
+    found = {f.name: value_of(f, values[flag_of(f)]) for f in fields}
+    kind: Any = get_args(hint)[0] if get_origin(hint) is Annotated else hint
+    return kind(**found) if is_dataclass(kind) else found[name]  # type: ignore[operator]
 
 
 def value_of(field: Defined, written: Any) -> Any:

@@ -37,6 +37,7 @@ class Strategy(Protocol):
         ConfigError
             If it cannot; here it can.
         """
+        return
 
     def budget(self, dimension: int) -> int:
         """Return the evaluations that it asks for where nobody limits them."""

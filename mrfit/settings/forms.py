@@ -3,6 +3,7 @@
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from os import PathLike
 from pathlib import Path
 from typing import Any, Literal
 
@@ -182,7 +183,7 @@ def _names_taken(name: str, value: object) -> tuple[str, ...]:
 
 
 def _path_taken(name: str, value: object) -> Path | None:
-    if not isinstance(value, (str, Path, type(None))):
+    if not isinstance(value, (str, PathLike, type(None))):
         raise ConfigError(f"{name} takes a path, not {value!r}")
     return Path(value) if value else None
 
