@@ -85,9 +85,9 @@ def _value(field: Defined, value: object) -> object:
     if field.setting and field.setting.form:
         return field.setting.form.take(field.name, value)
     kinds = field.alternatives
-    if value is None and field.optional or value in field.choices or isinstance(value, str) and str in kinds:
+    if value is None and field.optional or isinstance(value, bool) and bool in kinds:
         return value
-    if isinstance(value, bool) and bool in kinds:
+    if isinstance(value, str) and (value in field.choices or str in kinds):
         return value
     for kind, taken in ((int, _whole), (float, of_python)):
         if kind in kinds and value is not None and not isinstance(value, str):

@@ -1,7 +1,6 @@
 """The report as one HTML file that opens offline: style and figures inside, no address outside."""
 
 from collections.abc import Mapping, Sequence
-from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -99,26 +98,25 @@ def _facts(fit: Fit) -> list[tuple[str, str]]:
         ("Optimizer", f"{fit.optimizer}, {sum(r.evaluations for r in fit.results)} evaluations in all"),
         ("Parameters", sets),
         ("Seed", "" if fit.seed is None else str(fit.seed)),
-        ("Settings", _changes(fit.settings)),
+        ("Settings", changes(fit.settings)),
         ("Data", f"SHA-256 {fit.data_sha256[:16]}…" if fit.data_sha256 else ""),
         ("Versions", ", ".join(f"{k} {v}" for k, v in fit.versions.items())),
     ]
     return [(label, text) for label, text in facts if text]
 
 
-def _changes(settings: Mapping[str, Any]) -> str:
+def changes(settings: Mapping[str, Any], fields: Sequence[Defined] = defined(FitSettings)) -> str:
     """Return what the user set otherwise than the model and the optimizer have it, in words."""
-    told = [(f, f.setting.told, settings[f.name]) for f in _TOLD if f.setting and f.setting.told and f.name in settings]
+    told = [
+        (f, f.setting.told, settings[f.name]) for f in fields if f.setting and f.setting.told and f.name in settings
+    ]
     items = [text.format(*item) for f, text, value in told if isinstance(f.default, tuple) for item in value or ()]
-    single = [(f.name.replace("_", " "), text, value) for f, text, value in told if _changed(f, value)]
-    return "; ".join([*items, *(text.format(name, value) for name, text, value in sorted(single, key=itemgetter(0)))])
-
-
-_TOLD = defined(FitSettings)
-
-
-def _changed(field: Defined, value: object) -> bool:
-    return not isinstance(field.default, tuple) and value != field.default
+    single = [
+        text.format(f.name.replace("_", " "), value)
+        for f, text, value in sorted(told, key=lambda one: one[0].name)
+        if not isinstance(f.default, tuple) and value != f.default
+    ]
+    return "; ".join([*items, *single])
 
 
 def _overview(fit: Fit) -> dict[str, Any]:

@@ -9,10 +9,9 @@ from mrfit.core import registry
 from mrfit.core.setting import Setting
 from mrfit.errors import ConfigError
 from mrfit.settings.fit import PATIENCE, Bounds, Budget, Fixed, Only, Options, Per, Seconds, Stall, Weight
-from mrfit.settings.forms import NAMES
+from mrfit.settings.forms import NAMES, Names
 from mrfit.settings.shared import CurrentOrder, Jobs, Seed, Start
 
-Names = tuple[str, ...]
 Models = Annotated[Names, Setting("Models by commas, or all.", form=NAMES, show_default=False)]
 Seeds = Annotated[int, Setting("Runs of each optimizer, from different starts.", low=1)]
 

@@ -10,6 +10,7 @@ from typing import Any, Literal
 from mrfit.core.setting import Form
 from mrfit.errors import ConfigError
 
+Names = tuple[str, ...]
 Pairs = tuple[tuple[str, float], ...]
 Limits = tuple[tuple[str, float, float], ...]
 SIZES = {"": 1.0, "K": 1e3, "M": 1e6, "G": 1e9, "T": 1e12, "KI": 2.0**10, "MI": 2.0**20, "GI": 2.0**30, "TI": 2.0**40}
