@@ -5,7 +5,7 @@ import inspect
 import subprocess
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields, make_dataclass
+from dataclasses import asdict, dataclass, field, fields, make_dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -25,6 +25,7 @@ from mrfit.cli.options import Json, Only, options
 from mrfit.core.setting import UNSET, Setting, defined, flag_of, key_of
 from mrfit.errors import ConfigError
 from mrfit.io.faults import plain_fault
+from mrfit.io.schemas import stages as stored_stages
 from mrfit.report.page import changes
 from mrfit.settings import compare, discover, fit, flux, ingest, report, segment
 from mrfit.settings.forms import LIMITS, NAMES, NUMBERS, SIZE, Limits, Names, Pairs
@@ -257,3 +258,11 @@ finally:
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stderr.splitlines()[-1] == "[]" and "Usage" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("kind", "stored"),
+    [(flux.Settings, stored_stages.FluxSettings), (segment.Settings, stored_stages.SegmentSettings)],
+)
+def test_what_a_stage_stores_of_its_settings_is_all_of_them(kind: Any, stored: Any) -> None:
+    assert stored().model_dump() == asdict(kind())
