@@ -5,7 +5,6 @@ from dataclasses import asdict, dataclass, fields
 from typing import Annotated
 
 import mrfit.settings.fit
-from mrfit.core import registry
 from mrfit.core.setting import Setting
 from mrfit.errors import ConfigError
 from mrfit.settings.fit import PATIENCE, Bounds, Budget, Fixed, Only, Options, Per, Seconds, Stall, Weight
@@ -52,6 +51,9 @@ class Settings:
     @property
     def names(self) -> list[str]:
         """The models' names, all written out."""
+        # help looks for no plug-in
+        from mrfit.core import registry
+
         return registry.names("model") if self.models == ("all",) else list(dict.fromkeys(self.models))
 
 
