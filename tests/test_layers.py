@@ -11,6 +11,7 @@ PACKAGE = Path(mrfit.__path__[0])
 LAYERS = [
     {"errors"},
     {"core"},
+    {"settings"},
     {"kernels"},
     {"io"},
     {"signal"},

@@ -21,9 +21,10 @@ from threadpoolctl import threadpool_limits
 
 import mrfit
 import mrfit.cli.main
+import mrfit.discover.stage
 import mrfit.fit.stage
 import mrfit.ingest.stage
-from mrfit.api.options import COMMAND_NAMES
+from mrfit.api.options import canonical
 from mrfit.core import registry
 from mrfit.io import workspace as on_disk
 from tests.conftest import ROOT, Run
@@ -341,7 +342,8 @@ def test_options_of_the_commands_are_those_of_the_functions() -> None:
     for name in ("fit", "discover"):
         command = set(inspect.signature(getattr(mrfit.cli.main, name)).parameters) - {"work", "as_json", "plugins"}
         own = inspect.signature(getattr(mrfit, name)).parameters
-        assert {COMMAND_NAMES.get(n, n) for n in command} <= set(own), name
+        kind = {"fit": mrfit.fit.stage.Settings, "discover": mrfit.discover.stage.Settings}[name]
+        assert set(canonical([kind], dict.fromkeys(command))) <= set(own), name
     defaults = {f.name: f.default for f in fields(mrfit.fit.stage.Settings)}
     own = inspect.signature(mrfit.fit).parameters
     assert all(own[n].default == defaults[n] for n in defaults if n != "model")
