@@ -21,7 +21,7 @@ LAYERS = [
     {"fit"},
     {"discover", "apply"},
     {"report"},
-    {"compare"},
+    {"compare", "advise"},
     {"api"},
     {"cli", "contracts"},
 ]

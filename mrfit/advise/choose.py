@@ -85,7 +85,13 @@ class _Place:
 
 
 def choose(
-    bench: Bench, judge: Judge, seed: int, progress: Progress, wanted: Callable[[Array], Array], kinds: Sequence[str]
+    bench: Bench,
+    judge: Judge,
+    seed: int,
+    progress: Progress,
+    wanted: Callable[[Array], Array],
+    kinds: Sequence[str],
+    enough: float = ENOUGH,
 ) -> Chosen:
     """Return the best test of each kind.
 
@@ -103,6 +109,8 @@ def choose(
         Maps the most that any test gives of each thing (M,) to which of them count, a mask.
     kinds
         Kinds of test to look at.
+    enough
+        A test that gives less of something wanted is run several times.
     """
     from scipy.stats import qmc
 
@@ -115,13 +123,14 @@ def choose(
     if not places:
         return Chosen((), np.zeros(0), search.looked_at, search.refused)
     mask = wanted(np.max([p.judged.amounts for p in places], axis=0))
-    best = [max((p for p in places if p.kind == kind), key=lambda p: p.judged.worth(mask), default=None) for kind in kinds]
-    ranked = sorted((p for p in best if p is not None), key=lambda p: -p.judged.worth(mask))
+    best = {kind: [p for p in places if p.kind == kind] for kind in kinds}
+    ranked = [max(some, key=lambda p: p.judged.worth(mask)) for some in best.values() if some]
+    ranked.sort(key=lambda p: -p.judged.worth(mask))
     rng = np.random.default_rng([seed, len(kinds)])
     progress("tests", len(kinds), len(kinds) + 1)
     ranked = [_polished(search, p, mask, rng) if k < POLISHED else p for k, p in enumerate(ranked)]
     ranked.sort(key=lambda p: -p.judged.worth(mask))
-    tests = tuple(_long_enough(search, p.judged, mask) for p in ranked)
+    tests = tuple(_long_enough(search, p.judged, mask, enough) for p in ranked)
     most = np.max([p.judged.amounts for p in (*places, *ranked)], axis=0)
     progress("tests", len(kinds) + 1, len(kinds) + 1)
     return Chosen(tests, most, search.looked_at, search.refused)
@@ -156,11 +165,11 @@ def _polished(search: _Search, place: _Place, mask: Array, rng: np.random.Genera
     return best
 
 
-def _long_enough(search: _Search, judged: Judged, mask: Array) -> Judged:
+def _long_enough(search: _Search, judged: Judged, mask: Array, enough: float) -> Judged:
     """Return a test run as often as puts all that is wanted far enough apart, within the longest test."""
     least = float(np.min(judged.amounts[mask])) if mask.any() else 0.0
-    if not 0.0 < least < ENOUGH:
+    if not 0.0 < least < enough:
         return judged
-    longer = lengthened(judged.test, (ENOUGH / least) ** 2, search.bench)
+    longer = lengthened(judged.test, (enough / least) ** 2, search.bench)
     found = None if longer is judged.test else search.judge(longer)
     return found or judged

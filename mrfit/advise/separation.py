@@ -9,11 +9,9 @@ import numpy as np
 from mrfit.advise.criterion import Known, added, without
 from mrfit.advise.drives import Test
 from mrfit.advise.specimen import Specimen, rows_of
-from mrfit.advise.standing import Standing
+from mrfit.advise.standing import Standing, stencil
 from mrfit.core.specs import Array
 
-# Step of the differences in the cube, as in a search
-STEP = 1e-4
 # Samples of a test that are looked at; of a longer one every so-manieth, each standing for several
 SAMPLES = 4000
 
@@ -124,7 +122,7 @@ class Contest:
     def _reading(
         self, standing: Standing, drawn: Array, channels: dict[str, Array], test: Test
     ) -> tuple[Reading, float]:
-        points, steps = _stencil(standing.point)
+        points, steps = stencil(standing.point)
         theta = standing.cube.to_theta(np.vstack([points, drawn]))
         rows = standing.assembly.simulate(rows_of(channels, standing.assembly), theta, test.dt)
         every = -(-rows.shape[1] // SAMPLES)
@@ -148,9 +146,7 @@ class Contest:
     def with_test(self, shown: Shown) -> "Contest":
         """Return the contest after a test has been made."""
         known = {
-            (a, b): one.and_(
-                shown.readings[b].jacobian, (shown.readings[a].drawn - shown.readings[b].centre).T
-            )
+            (a, b): one.and_(shown.readings[b].jacobian, (shown.readings[a].drawn - shown.readings[b].centre).T)
             for (a, b), one in self.known.items()
         }
         return replace(self, known=known)
@@ -166,9 +162,3 @@ def orders(standings: Sequence[Standing]) -> list[tuple[int, int]]:
     count = range(len(standings))
     effects = [set(s.rival.effects) for s in standings]
     return [(a, b) for a in count for b in count if a != b and not effects[a] <= effects[b]]
-
-
-def _stencil(point: Array) -> tuple[Array, Array]:
-    """Return a point (F,) with its neighbours (F + 1, F), one step into the cube along each axis, and the steps."""
-    steps = np.where(point > 0.5, -STEP, STEP)
-    return np.vstack([point, point + np.diag(steps)]), steps

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mrfit.advise.drives import Test
-from mrfit.advise.rig import Rig
+from mrfit.advise.drives import Bench as Rigged
+from mrfit.advise.drives import Test, least_cycles
+from mrfit.advise.rig import Rig, current_reach, motion_reach
 from mrfit.core.channels import ANTIDERIVATIVES, WORK_AGAINST
 from mrfit.core.recording import FLUX_RESISTANCE
 from mrfit.core.specs import Array
@@ -139,3 +140,11 @@ def _heating(bench: Bench, channels: Channels) -> float:
 def unmovable(effects_inputs: Sequence[str], specimen: Specimen, rig: Rig) -> str:
     """Return the first channel of an effect that a rig cannot move, or an empty string."""
     return next((n for n in effects_inputs if not specimen.moves(n, rig)), "")
+
+
+def rigged_of(bench: Bench, channels: Channels, rig: Rig) -> Rigged:
+    """Return the rig as tests see it."""
+    rate = rig.sampling or 1.0 / float(np.median([s.block.dt for s in bench.stretches]))
+    if channels.motion == CURRENT:
+        return Rigged(rig, current_reach(rig, least_cycles(), rate), None, 1.0 / rate)
+    return Rigged(rig, motion_reach(rig, least_cycles(), rate), rig.current, 1.0 / rate)

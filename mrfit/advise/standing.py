@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,8 +27,17 @@ PRIOR = 0.5
 # An effect of which the data show nothing is taken to make this share of the output's range, and at most this of its own
 HIDDEN_SHARE, HIDDEN_MOST = 0.05, 0.1
 DRAWS = 6
+# Step of the differences in the cube
+STEP = 1e-4
 # Evaluations of a descent for each free parameter, its tolerance, and floors above which it need not be exact
 NEARBY = Descent(60, 3e-4, 2.0)
+
+
+class Stencil(NamedTuple):
+    """Points (F + 1, F) and the steps (F,) between the first and the others."""
+
+    points: Array
+    steps: Array
 
 
 @dataclass(frozen=True)
@@ -157,7 +167,7 @@ def _standing(bench: Bench, model: Model, rival: Rival, base: Mapping[str, float
         outcome = search.run(_posed(bench, assembly, cube), starts, Limits(), np.random.default_rng(0), NEARBY)
         _check(outcome.cost, assembly)
         point = outcome.point
-    evaluate = _errors_of(bench, assembly, cube)
+    evaluate = errors_of(bench, assembly, cube)
     jacobian = sensitivities(evaluate, point)
     errors = evaluate(point[None, :])[0]
     return Standing(rival, assembly, cube, point, errors, jacobian, _prior(bench, rival, cube, jacobian))
@@ -171,7 +181,14 @@ def _nudged(theta: Array, cube: Cube, rival: Rival) -> Array:
     return moved
 
 
-def _errors_of(bench: Bench, assembly: Assembly, cube: Cube) -> Callable[[Array], Array]:
+def stencil(point: Array) -> Stencil:
+    """Return a point (F,) of the cube with its neighbours, one step into it along each axis."""
+    steps = np.where(point > 0.5, -STEP, STEP)
+    return Stencil(np.vstack([point, point + np.diag(steps)]), steps)
+
+
+def errors_of(bench: Bench, assembly: Assembly, cube: Cube) -> Callable[[Array], Array]:
+    """Return the map from points (P, F) to the errors of all training samples in multiples of the noise floor (P, N)."""
     blocks = [(s.block_for(assembly), s.floor) for s in bench.of_role("train")]
 
     def evaluate(points: Array) -> Array:
