@@ -1,4 +1,4 @@
-"""Advised tests, closed loop: what a discovery left open, the test that mrfit advises, made on the rig, discovered again.
+"""Advised tests, closed loop: discover, let mrfit advise, make the advised tests on the rig, discover again.
 
 python -m benchmarks.advise [--jobs 2] [--count N] [--first K] [--match TEXT] [--keep DIR] [--out FILE.md]
 
@@ -227,12 +227,13 @@ def document(outcomes: list[Outcome]) -> str:
     lines = [
         "# Advised tests, closed loop",
         "",
-        "Cases that the tests made so far cannot tell apart or cannot show: discovered, advised, the two advised drives",
-        "made on the rig, discovered again. `python -m benchmarks.advise`.",
+        "Cases that the tests made so far cannot tell apart or cannot show: discovered, advised, the two advised",
+        "drives made on the rig, discovered again. `python -m benchmarks.advise`.",
         "",
         "| figure | of | |",
         "|---|---|---|",
-        f"| not told by the data there were; named rightly after the advised tests | {len(open_before)} | {separated} |",
+        f"| not told by the data there were, named rightly after the advised tests | {len(open_before)} | "
+        f"{separated} |",
         f"| all cases: named rightly after the advised tests | {len(outcomes)} | {right} |",
         f"| a wrong name after the advised tests | {len(outcomes)} | {wrong} |",
         "",

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mrfit.advise.drives import DIMENSIONS, Bench, Test, lengthened, test_at
 from mrfit.core.progress import Progress
@@ -18,6 +19,7 @@ EVALUATIONS, POPULATION, SPREAD = 40, 8, 0.15
 ENOUGH = 30.0
 
 Judge = Callable[[Test], "Judged | None"]
+Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,7 @@ class Judged:
     test: Test
     amounts: Array
 
-    def worth(self, wanted: Array) -> float:
+    def worth(self, wanted: Mask) -> float:
         """Return the least of what is wanted (M,), a mask, squared and per second: it grows in proportion to time."""
         return float(np.min(self.amounts[wanted]) ** 2) / self.test.cost if wanted.any() else 0.0
 
@@ -60,18 +62,42 @@ class Chosen:
     refused: int
 
 
-@dataclass
-class _Search:
-    """Tests judged so far, by kind and point."""
+@dataclass(frozen=True)
+class Task:
+    """What is looked for.
+
+    Attributes
+    ----------
+    bench
+        The rig.
+    judge
+        Simulates a test; None if it breaks a limit that only a simulation shows.
+    wanted
+        Maps the most that any test gives of each thing (M,) to which of them count.
+    kinds
+        Kinds of test to look at.
+    enough
+        A test that gives less of something wanted is run several times.
+    """
 
     bench: Bench
     judge: Judge
+    wanted: Callable[[Array], Mask]
+    kinds: Sequence[str]
+    enough: float = ENOUGH
+
+
+@dataclass
+class _Search:
+    """Tests judged so far."""
+
+    task: Task
     looked_at: int = 0
     refused: int = 0
 
     def at(self, kind: str, point: Array) -> Judged | None:
         give_up()
-        found = self.judge(test_at(kind, np.clip(point, 0.0, 1.0), self.bench))
+        found = self.task.judge(test_at(kind, np.clip(point, 0.0, 1.0), self.task.bench))
         self.looked_at += 1
         self.refused += found is None
         return found
@@ -84,37 +110,21 @@ class _Place:
     judged: Judged
 
 
-def choose(
-    bench: Bench,
-    judge: Judge,
-    seed: int,
-    progress: Progress,
-    wanted: Callable[[Array], Array],
-    kinds: Sequence[str],
-    enough: float = ENOUGH,
-) -> Chosen:
+def choose(task: Task, seed: int, progress: Progress) -> Chosen:
     """Return the best test of each kind.
 
     Parameters
     ----------
-    bench
-        The rig.
-    judge
-        Simulates a test; None if it breaks a limit that only a simulation shows.
+    task
+        What is looked for.
     seed
         Of the Sobol points and the polish.
     progress
         Told of every kind.
-    wanted
-        Maps the most that any test gives of each thing (M,) to which of them count, a mask.
-    kinds
-        Kinds of test to look at.
-    enough
-        A test that gives less of something wanted is run several times.
     """
     from scipy.stats import qmc
 
-    search = _Search(bench, judge)
+    search, kinds = _Search(task), task.kinds
     places: list[_Place] = []
     for k, kind in enumerate(kinds):
         progress("tests", k, len(kinds) + 1)
@@ -122,7 +132,7 @@ def choose(
         places += [_Place(kind, p, found) for p in points if (found := search.at(kind, p)) is not None]
     if not places:
         return Chosen((), np.zeros(0), search.looked_at, search.refused)
-    mask = wanted(np.max([p.judged.amounts for p in places], axis=0))
+    mask = task.wanted(np.max([p.judged.amounts for p in places], axis=0))
     best = {kind: [p for p in places if p.kind == kind] for kind in kinds}
     ranked = [max(some, key=lambda p: p.judged.worth(mask)) for some in best.values() if some]
     ranked.sort(key=lambda p: -p.judged.worth(mask))
@@ -130,13 +140,13 @@ def choose(
     progress("tests", len(kinds), len(kinds) + 1)
     ranked = [_polished(search, p, mask, rng) if k < POLISHED else p for k, p in enumerate(ranked)]
     ranked.sort(key=lambda p: -p.judged.worth(mask))
-    tests = tuple(_long_enough(search, p.judged, mask, enough) for p in ranked)
+    tests = tuple(_long_enough(task, p.judged, mask) for p in ranked)
     most = np.max([p.judged.amounts for p in (*places, *ranked)], axis=0)
     progress("tests", len(kinds) + 1, len(kinds) + 1)
     return Chosen(tests, most, search.looked_at, search.refused)
 
 
-def _polished(search: _Search, place: _Place, mask: Array, rng: np.random.Generator) -> _Place:
+def _polished(search: _Search, place: _Place, mask: Mask, rng: np.random.Generator) -> _Place:
     """Return the best place that CMA-ES finds about one."""
     from cma import CMAEvolutionStrategy
 
@@ -165,11 +175,11 @@ def _polished(search: _Search, place: _Place, mask: Array, rng: np.random.Genera
     return best
 
 
-def _long_enough(search: _Search, judged: Judged, mask: Array, enough: float) -> Judged:
+def _long_enough(task: Task, judged: Judged, mask: Mask) -> Judged:
     """Return a test run as often as puts all that is wanted far enough apart, within the longest test."""
     least = float(np.min(judged.amounts[mask])) if mask.any() else 0.0
-    if not 0.0 < least < enough:
+    if not 0.0 < least < task.enough:
         return judged
-    longer = lengthened(judged.test, (enough / least) ** 2, search.bench)
-    found = None if longer is judged.test else search.judge(longer)
+    longer = lengthened(judged.test, (task.enough / least) ** 2, task.bench)
+    found = None if longer is judged.test else task.judge(longer)
     return found or judged

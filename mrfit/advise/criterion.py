@@ -5,9 +5,9 @@ and effect alike. To first order about its present fit it leaves
 
     d^2 = min over p of |e + R p|^2 + rest + |y + J p|^2
 
-in squares of standard errors of the noise. R (F, F) and e (F,) are the triangle and the projected difference of the data
-there are, rest is what no refit takes of that, J (N, F) and y (N,) are sensitivities and difference on the test. What a
-refit of s could absorb, on both together, counts nothing. It is T-optimality (Atkinson and Fedorov 1975).
+in squares of standard errors of the noise. R (F, F) and e (F,) are the triangle and the projected difference of the
+data there are, rest is what no refit takes of that, J (N, F) and y (N,) are sensitivities and difference on the test.
+What a refit of s could absorb, on both together, counts nothing. It is T-optimality (Atkinson and Fedorov 1975).
 """
 
 from collections.abc import Sequence
@@ -82,6 +82,12 @@ def without(columns: Array, nuisance: Array) -> Array:
     orthogonal, _ = np.linalg.qr(nuisance)
     free: Array = columns - orthogonal @ (orthogonal.T @ columns)
     return free
+
+
+def triangle(jacobian: Array) -> Array:
+    """Return R (F, F) with RᵀR = JᵀJ of sensitivities (N, F)."""
+    root: Array = np.linalg.qr(jacobian)[1]
+    return root
 
 
 def half_widths(roots: Sequence[Array], prior: Array) -> Array:

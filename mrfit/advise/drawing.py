@@ -74,13 +74,18 @@ def _curves(contest: Contest, test: Test, wanted: str) -> tuple[list[_Curve], st
     across = wanted if wanted in channels else contest.specimen.channels.motion
     curves = []
     for standing, drawn in zip(contest.standings, contest.draws, strict=True):
-        point = (
-            drawn[np.argmax(np.abs(drawn - standing.point).sum(axis=1))] if standing.rival.hidden else standing.point
-        )
+        point = _typical(drawn, standing.point) if standing.rival.hidden else standing.point
         theta = standing.cube.to_theta(point[None, :])
         output = standing.assembly.simulate(rows_of(channels, standing.assembly), theta, test.dt)[0]
         curves.append(_Curve(standing.rival.name, channels[across], output))
     return curves, across
+
+
+def _typical(drawn: Array, point: Array) -> Array:
+    """Return the draw whose distance from a point is in the middle: at the point a hidden effect is absent."""
+    far = np.linalg.norm(drawn - point, axis=1)
+    typical: Array = drawn[np.argsort(far)[len(far) // 2]]
+    return typical
 
 
 def _draw(axes: "Axes", curves: list[_Curve]) -> None:

@@ -26,6 +26,8 @@ JITTER = 0.4
 GOLDEN = 0.6180339887498949
 # Share of a period over which the corner of a triangle is rounded
 CORNER = 0.04
+# Share of a limit that samples may reach: between them a peak is up to 1.2 % higher
+WITHIN = 0.98
 # Ends of the band of a sweep are at least this factor apart
 SWEEP = 3.0
 # Lengths of a sweep and of a repeated test, as shares of the longest test
@@ -68,7 +70,7 @@ class Test:
     @property
     def seconds(self) -> float:
         """Seconds that the specimen is driven."""
-        return self.motion.shape[1] * self.dt
+        return len(self.motion[0]) * self.dt
 
     @property
     def cost(self) -> float:
@@ -155,6 +157,10 @@ def lengthened(test: Test, factor: float, bench: Bench) -> Test:
     return Test(test.kind, test.dt, motion, current, test.warmth, test.waiting, {**test.numbers, "times": float(times)})
 
 
+def _times(seconds: float, dt: float) -> Array:
+    return np.arange(round(seconds / dt), dtype=np.float64) * dt
+
+
 def _log(low: float, high: float, share: float) -> float:
     return float(low * (high / low) ** share)
 
@@ -162,15 +168,15 @@ def _log(low: float, high: float, share: float) -> float:
 def _largest(shape: Array, reach: Reach) -> float:
     """Return the factor on a shape (3, N) with which a limit of the rig is just kept."""
     peaks = np.abs(shape).max(axis=1)
-    limits = (reach.amplitude, reach.speed, reach.acceleration)
-    return min(limit / peak for limit, peak in zip(limits, peaks, strict=True) if peak > 0.0)
+    limits = np.array([reach.amplitude, reach.speed, reach.acceleration])
+    return WITHIN * float(np.min(limits[peaks > 0.0] / peaks[peaks > 0.0]))
 
 
 def _steady(kind: str, frequency: float, longest: float, dt: float) -> Array:
     """Return whole cycles of a sine or triangle (3, N), no longer than allowed where the least number fits."""
     cycles = max(CYCLES, math.ceil(STEADY * frequency))
     cycles = max(CYCLES, min(cycles, math.floor(longest * frequency) - FADES))
-    time = np.arange(round((cycles + FADES) / frequency / dt)) * dt
+    time = _times((cycles + FADES) / frequency, dt)
     whole = _triangle(time, frequency) if kind == "triangle" else _sine(time, frequency)
     return _faded(whole, time, 1.0 / frequency)
 
@@ -206,7 +212,7 @@ def _sweep(point: Array, bench: Bench) -> tuple[Array, dict[str, float]]:
     low = _log(reach.low, reach.high / SWEEP, float(point[0]))
     high = _log(SWEEP * low, reach.high, float(point[3]))
     seconds = min(bench.rig.seconds, max(SWEEP_SECONDS, least_cycles() / low))
-    time = np.arange(round(seconds / bench.dt)) * bench.dt
+    time = _times(seconds, bench.dt)
     growth = math.log(high / low) / seconds
     w = 2.0 * np.pi * low * np.exp(growth * time)
     phase = (w - w[0]) / growth

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mrfit.advise.choose import Chosen, Judged, choose
-from mrfit.advise.criterion import determinant_gain, half_widths, without
+from mrfit.advise.choose import Chosen, Judged, Task, choose
+from mrfit.advise.criterion import determinant_gain, half_widths, triangle, without
 from mrfit.advise.drives import Bench as Rigged
 from mrfit.advise.drives import Test
 from mrfit.advise.specimen import Specimen, rows_of
@@ -55,7 +55,7 @@ class Known:
             cold = self.assembly.simulate(rows_of(channels, self.assembly), self.cube.to_theta(points[:1]), test.dt)[0]
             warm = specimen.heated(channels, cold, test.dt)
             rows = self.assembly.simulate(rows_of(warm, self.assembly), self.cube.to_theta(points), test.dt)
-        columns = ((rows[1:] - rows[0]) / steps[:, None]).T / self.noise
+        columns: Array = ((rows[1:] - rows[0]) / steps[:, None]).T / self.noise
         if self.assembly.spec.free_offset:
             columns = without(columns, np.ones((len(columns), 1)))
         return columns
@@ -96,7 +96,7 @@ def known_of(bench: Bench, fit: Fit) -> Known:
     point = cube.start
     evaluate = errors_of(bench, assembly, cube)
     excess = max(float(np.sqrt(np.mean(evaluate(point[None, :]) ** 2))), 1.0)
-    root = np.linalg.qr(sensitivities(evaluate, point) / excess, mode="r")
+    root = triangle(sensitivities(evaluate, point) / excess)
     floor = float(np.sqrt(np.mean([s.floor**2 for s in bench.of_role("train")])))
     return Known(assembly, cube, point, root, np.full(len(point), PRIOR), floor * excess)
 
@@ -118,7 +118,7 @@ def narrow(known: Known, specimen: Specimen, rigged: Rigged, seed: int, progress
         gain = determinant_gain(known.root, jacobian, known.prior)
         return Judged(test, np.array([np.sqrt(max(gain, 0.0))]))
 
-    return choose(rigged, judge, seed, progress, lambda amounts: amounts > 0.0, rigged.kinds, enough=0.0)
+    return choose(Task(rigged, judge, lambda most: most > 0.0, rigged.kinds, enough=0.0), seed, progress)
 
 
 def widths(known: Known, fit: Fit, test: Test, specimen: Specimen) -> tuple[Width, ...]:

@@ -1,12 +1,12 @@
 """The limits of a press or an amplifier: the table ``[rig]`` of a TOML file."""
 
 import math
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Self
 
-import tomllib
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from mrfit.errors import ConfigError

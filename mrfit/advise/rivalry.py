@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mrfit.advise.choose import Chosen, Judged, choose
+from mrfit.advise.choose import Chosen, Judge, Judged, Mask, Task, choose
 from mrfit.advise.drives import Bench as Rigged
 from mrfit.advise.drives import Test
 from mrfit.advise.rig import Rig
@@ -52,47 +52,65 @@ class Advice:
     rivals: tuple[Rival, ...]
     pairs: tuple[tuple[int, int], ...]
     before: Array
-    open: Array
+    open: Mask
     chosen: Chosen
     companion: Judged | None
     contest: Contest
 
 
 def separate(bench: Bench, found: DiscoveryFile, rig: Rig, seed: int, progress: Progress = silent) -> Advice:
-    """Return the tests that separate the rivals that a discovery left standing."""
-    stored = found.current_dependence
-    dependence = stored and CurrentDependence(tuple(tuple(o) for o in stored.orders), stored.low, stored.high)
-    start = {str(n): float(v) for n, v in found.settings.get("start", [])}
-    base = assemble(found.base_model, dependence)
-    specimen = Specimen.of(bench, base, rig)
+    """Return the tests that separate the rivals that a discovery left standing.
+
+    Raises
+    ------
+    ConfigError
+        If the rig's limits leave no test, or a rival needs a channel that the rig does not move.
+    DataError
+        If there are no rivals.
+    """
+    model = _model(found, seed)
+    specimen = Specimen.of(bench, assemble(model.base, model.dependence), rig)
     rigged = rigged_of(bench, specimen.channels, rig)
     rivals = _movable(rivals_of(found), specimen, rig)
-    standings = fitted(bench, Model(found.base_model, dependence, start, seed), rivals, progress)
+    standings = fitted(bench, model, rivals, progress)
     draws = [s.draws(DRAWS, np.random.default_rng([seed, k])) for k, s in enumerate(standings)]
     noise = float(np.sqrt(np.mean([s.floor**2 for s in bench.of_role("train")])))
     contest = Contest.of(standings, draws, noise, specimen)
 
-    def judge(contest: Contest, test: Test) -> Judged | None:
+    def judge(test: Test) -> Judged | None:
         shown = contest.shown(test)
-        if not shown.finite or (rig.force is not None and shown.peak > rig.force and specimen.channels.rate):
+        if not shown.finite or (rig.force is not None and specimen.channels.rate and shown.peak > rig.force):
             return None
         return Judged(test, contest.distances(shown))
 
-    chosen = choose(rigged, lambda t: judge(contest, t), seed, progress, lambda most: most >= APART, rigged.kinds)
+    chosen = choose(Task(rigged, judge, lambda most: most >= APART, rigged.kinds), seed, progress)
     if not chosen.tests:
-        raise ConfigError(f"every test within [rig] takes more than its force, {rig.force:g}; give wider limits")
+        limit = "diverges" if rig.force is None else f"diverges or takes more than its force, {rig.force:g}"
+        raise ConfigError(f"every test within [rig] {limit}; give other limits")
     separable = chosen.most >= APART
-    companion = None
-    if separable.any():
-        first = chosen.tests[0].test
-
-        def other(test: Test) -> Judged | None:
-            return judge(contest, test) if _differs(test, first, rigged) else None
-
-        companion = next(
-            iter(choose(rigged, other, seed + 1, silent, lambda most: separable, (first.kind,)).tests), None
-        )
+    companion = _companion(rigged, judge, chosen.tests[0].test, separable, seed + 1)
     return Advice(tuple(rivals), tuple(contest.pairs), contest.left(), separable, chosen, companion, contest)
+
+
+def _companion(rigged: Rigged, judge: Judge, first: Test, separable: Mask, seed: int) -> Judged | None:
+    """Return the best test of the kind of the first one that is no repetition of it, so that one can be held out."""
+    if not separable.any():
+        return None
+
+    def other(test: Test) -> Judged | None:
+        return judge(test) if _differs(test, first, rigged) else None
+
+    found = choose(Task(rigged, other, lambda most: separable, (first.kind,)), seed, silent)
+    return found.tests[0] if found.tests else None
+
+
+def _model(found: DiscoveryFile, seed: int) -> Model:
+    """Return what a discovery fitted."""
+    stored = found.current_dependence
+    orders = () if stored is None else tuple((name, order) for name, order in stored.orders)
+    dependence = None if stored is None else CurrentDependence(orders, stored.low, stored.high)
+    start = {str(name): float(value) for name, value in found.settings.get("start", [])}
+    return Model(found.base_model, dependence, start, seed)
 
 
 def _differs(test: Test, first: Test, rigged: Rigged) -> bool:

@@ -65,7 +65,8 @@ def rivals_of(found: DiscoveryFile) -> list[Rival]:
 
 def _told(found: DiscoveryFile, present: tuple[str, ...]) -> list[Rival]:
     """Return the rivals that a discovery states; none where it states none."""
-    values = {s.name: {f"{s.name}.{p.name}": p.value for p in s.parameters} for s in (*found.effects, *found.suspects)}
+    values = {e.name: {f"{e.name}.{p.name}": p.value for p in e.parameters} for e in found.effects}
+    values |= {s.name: {f"{s.name}.{p.name}": p.value for p in s.parameters} for s in found.suspects}
     swaps: dict[str, str] = {}
     for name in found.ambiguous_set:
         swaps[name] = name if name in present else _counterpart(name, [p for p in present if p in found.ambiguous_set])

@@ -158,7 +158,7 @@ class Contest:
 
 
 def orders(standings: Sequence[Standing]) -> list[tuple[int, int]]:
-    """Return the pairs of a true rival and one that may pass for it; not those in which the other one holds the true."""
+    """Return the pairs of a true rival and another that may pass for it: it does not hold the true one."""
     count = range(len(standings))
     effects = [set(s.rival.effects) for s in standings]
     return [(a, b) for a in count for b in count if a != b and not effects[a] <= effects[b]]

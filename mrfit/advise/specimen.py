@@ -17,6 +17,8 @@ from mrfit.signal.smoothing import TIME
 from mrfit.simulate.assembly import Assembly
 
 TEMPERATURE, CURRENT = "temperature", "current"
+# Share of the rig's currents from which on those of the data are a range
+TESTED = 0.2
 # Channels that are what the record was made with, not what drives the specimen
 CONSTANTS = (FLUX_RESISTANCE,)
 
@@ -147,4 +149,14 @@ def rigged_of(bench: Bench, channels: Channels, rig: Rig) -> Rigged:
     rate = rig.sampling or 1.0 / float(np.median([s.block.dt for s in bench.stretches]))
     if channels.motion == CURRENT:
         return Rigged(rig, current_reach(rig, least_cycles(), rate), None, 1.0 / rate)
-    return Rigged(rig, motion_reach(rig, least_cycles(), rate), rig.current, 1.0 / rate)
+    return Rigged(rig, motion_reach(rig, least_cycles(), rate), _currents(bench, rig), 1.0 / rate)
+
+
+def _currents(bench: Bench, rig: Rig) -> tuple[float, float] | None:
+    """Return the currents of tests: those of the data there are where they range, beyond which no law is known."""
+    found = [c for s in bench.of_role("train") if (c := s.channel(CURRENT)) is not None]
+    if rig.current is None or not found:
+        return rig.current
+    low = max(rig.current[0], min(float(c.min()) for c in found))
+    high = min(rig.current[1], max(float(c.max()) for c in found))
+    return (low, high) if high - low > TESTED * (rig.current[1] - rig.current[0]) else rig.current

@@ -6,18 +6,18 @@ from pathlib import Path
 import numpy as np
 
 from mrfit.advise import drawing, words
-from mrfit.advise.choose import Chosen, Judged
+from mrfit.advise.choose import Chosen, Judged, Mask
 from mrfit.advise.parameters import known_of, narrow, widths
 from mrfit.advise.rig import Rig, read_rig, rig_beside
-from mrfit.advise.rivalry import Advice, separate
+from mrfit.advise.rivalry import separate
 from mrfit.advise.specimen import Specimen, rigged_of
 from mrfit.core.progress import Progress, silent
-from mrfit.core.specs import Array
 from mrfit.discover.bench import Bench, build_bench, effects_for
 from mrfit.errors import ConfigError, DataError
-from mrfit.fit.select import load_recordings
+from mrfit.fit.select import read_dataset
+from mrfit.io.dataset import Dataset
 from mrfit.io.keys import code_version
-from mrfit.io.schemas.advice import SCHEMA, AdvisedTest, AdviceFile, Pair
+from mrfit.io.schemas.advice import SCHEMA, AdviceFile, AdvisedTest, Pair
 from mrfit.io.schemas.discovery import DiscoveryFile
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.reading import load
@@ -66,9 +66,13 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     DataError
         If there is no discovery or fit, or it left no rivals.
     """
-    rig = rig_for(workspace, settings)
-    made = advised(workspace, rig, settings, progress)
-    folder = workspace.root / FOLDER
+    made = advised(workspace, rig_for(workspace, settings), settings, progress)
+    write(workspace.root / FOLDER, made)
+    return made.content
+
+
+def write(folder: Path, made: Made) -> None:
+    """Write an advice: advise.json, the drives, the figure."""
     # a kill from here on must not leave the drives of one advice beside the words of another
     (folder / JSON).unlink(missing_ok=True)
     for old in (*folder.glob("*.csv"), *folder.glob("loops.*")):
@@ -76,11 +80,10 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     for name, text in made.drives.items():
         write_text(folder / name, text)
     if made.figure is not None:
-        write_text(folder / "loops.svg", made.figure.svg)
         png = made.figure.png
+        write_text(folder / "loops.svg", made.figure.svg)
         write_atomic(folder / "loops.png", lambda path: path.write_bytes(png))
     write_json(folder / JSON, {"schema": SCHEMA, **made.content.model_dump(mode="json")})
-    return made.content
 
 
 def rig_for(workspace: Workspace, settings: Settings) -> Rig:
@@ -109,14 +112,14 @@ def _sources(workspace: Workspace) -> list[str]:
 
 def advised(workspace: Workspace, rig: Rig, settings: Settings, progress: Progress = silent) -> Made:
     """Return the advice on a workspace for a rig, nothing written."""
+    data = read_dataset(workspace)
     if settings.goal == "parameters":
-        return _on_parameters(workspace, rig, settings, progress)
+        fit = _read_fit(workspace, settings.fit)
+        return of_fit(bench_of(data, fit.model), fit, rig, settings.seed, progress)
     if settings.fit:
         raise ConfigError("--fit goes with --goal parameters")
     found = read_found(workspace)
-    bench = _bench(workspace, found.base_model)
-    advice = separate(bench, found, rig, settings.seed, progress)
-    return _told(advice, found, rig, settings)
+    return of_discovery(bench_of(data, found.base_model), found, rig, settings.seed, progress)
 
 
 def read_found(workspace: Workspace) -> DiscoveryFile:
@@ -147,14 +150,15 @@ def _read_fit(workspace: Workspace, name: str) -> Fit:
     return fit
 
 
-def _bench(workspace: Workspace, model: str) -> Bench:
-    segments, _ = workspace.read_segments()
-    recordings = load_recordings(workspace, segments)
-    base = assemble(model)
-    return build_bench(segments, recordings, base, effects_for(base.spec.output))
+def bench_of(data: Dataset, model: str) -> Bench:
+    """Return data as a discovery takes them, for a base model with or without effects."""
+    base = assemble(model.partition("+")[0])
+    return build_bench(data.segments, data.recordings, base, effects_for(base.spec.output))
 
 
-def _told(advice: Advice, found: DiscoveryFile, rig: Rig, settings: Settings) -> Made:
+def of_discovery(bench: Bench, found: DiscoveryFile, rig: Rig, seed: int, progress: Progress = silent) -> Made:
+    """Return the tests that separate what a discovery left standing."""
+    advice = separate(bench, found, rig, seed, progress)
     contest, chosen = advice.contest, advice.chosen
     names = [contest.names(pair) for pair in advice.pairs]
     pairs = tuple(
@@ -165,9 +169,10 @@ def _told(advice: Advice, found: DiscoveryFile, rig: Rig, settings: Settings) ->
     tests = tuple(
         _row(t, f"test-{k}.csv", contest.specimen, advice.open, drives) for k, t in enumerate(chosen.tests, start=1)
     )
-    second = advice.companion and _row(advice.companion, "companion.csv", contest.specimen, advice.open, drives)
+    other = advice.companion
+    second = None if other is None else _row(other, "companion.csv", contest.specimen, advice.open, drives)
     content = AdviceFile(
-        goal=settings.goal,
+        goal="rivals",
         model=found.base_model,
         rivals=tuple(r.name for r in advice.rivals),
         pairs=pairs,
@@ -178,13 +183,13 @@ def _told(advice: Advice, found: DiscoveryFile, rig: Rig, settings: Settings) ->
         looked_at=chosen.looked_at,
         refused=chosen.refused,
         noise=contest.noise,
-        seed=settings.seed,
+        seed=seed,
         code=code_version("advise"),
     )
     return Made(content, drives, drawing.loops(contest, chosen.tests[0].test, tests[0].text))
 
 
-def _row(judged: Judged, name: str, specimen: Specimen, wanted: Array, drives: dict[str, str]) -> AdvisedTest:
+def _row(judged: Judged, name: str, specimen: Specimen, wanted: Mask, drives: dict[str, str]) -> AdvisedTest:
     test = judged.test
     drives[name] = words.drive_csv(test, specimen.channels, specimen.driven(test))
     return AdvisedTest(
@@ -199,37 +204,30 @@ def _row(judged: Judged, name: str, specimen: Specimen, wanted: Array, drives: d
     )
 
 
-def _on_parameters(workspace: Workspace, rig: Rig, settings: Settings, progress: Progress) -> Made:
-    fit = _read_fit(workspace, settings.fit)
-    bench = _bench(workspace, fit.model.partition("+")[0])
+def of_fit(bench: Bench, fit: Fit, rig: Rig, seed: int, progress: Progress = silent) -> Made:
+    """Return the tests that narrow the intervals of a fit."""
     known = known_of(bench, fit)
     specimen = Specimen.of(bench, known.assembly, rig)
-    chosen: Chosen = narrow(known, specimen, rigged_of(bench, specimen.channels, rig), settings.seed, progress)
+    chosen: Chosen = narrow(known, specimen, rigged_of(bench, specimen.channels, rig), seed, progress)
     if not chosen.tests:
         raise ConfigError("no test within [rig] can be simulated or keeps its force; give wider limits")
     drives: dict[str, str] = {}
     mask = np.ones(1, dtype=np.bool_)
-    tests = tuple(
-        _without_distances(_row(t, f"test-{k}.csv", specimen, mask, drives))
-        for k, t in enumerate(chosen.tests, start=1)
-    )
-    rows = widths(known, fit, chosen.tests[0].test, specimen)
+    rows = [_row(t, f"test-{k}.csv", specimen, mask, drives) for k, t in enumerate(chosen.tests, start=1)]
+    # of parameters there are no distances
+    tests = tuple(row.model_copy(update={"distances": ()}) for row in rows)
+    narrower = widths(known, fit, chosen.tests[0].test, specimen)
     content = AdviceFile(
-        goal=settings.goal,
+        goal="parameters",
         model=fit.model,
-        text=tuple(words.of_parameters(rows, tests[0])),
+        text=tuple(words.of_parameters(narrower, tests[0])),
         tests=tests,
-        widths=rows,
+        widths=narrower,
         rig=rig.model_dump(),
         looked_at=chosen.looked_at,
         refused=chosen.refused,
         noise=known.noise,
-        seed=settings.seed,
+        seed=seed,
         code=code_version("advise"),
     )
     return Made(content, drives)
-
-
-def _without_distances(row: AdvisedTest) -> AdvisedTest:
-    """Return a test without distances: an advice on parameters has none."""
-    return row.model_copy(update={"distances": ()})

@@ -24,7 +24,7 @@ from mrfit.simulate.current_dependence import CurrentDependence
 
 # Standard deviation of a free parameter before any data, as a share of its bounds
 PRIOR = 0.5
-# An effect of which the data show nothing is taken to make this share of the output's range, and at most this of its own
+# An effect of which the data show nothing is taken to make this share of the output's range, at most this of its own
 HIDDEN_SHARE, HIDDEN_MOST = 0.05, 0.1
 DRAWS = 6
 # Step of the differences in the cube
@@ -188,7 +188,7 @@ def stencil(point: Array) -> Stencil:
 
 
 def errors_of(bench: Bench, assembly: Assembly, cube: Cube) -> Callable[[Array], Array]:
-    """Return the map from points (P, F) to the errors of all training samples in multiples of the noise floor (P, N)."""
+    """Return the map from points (P, F) to errors of all training samples in multiples of the noise floor (P, N)."""
     blocks = [(s.block_for(assembly), s.floor) for s in bench.of_role("train")]
 
     def evaluate(points: Array) -> Array:

@@ -6,7 +6,6 @@ from typing import Any
 from mrfit.cli import console
 from mrfit.cli.options import Json, Plugins, Work, options
 from mrfit.core.progress import Progress
-from mrfit.io.workspace import Workspace
 from mrfit.settings.advise import Settings
 
 # Words before a discovery's own advice where no rig is stated
@@ -30,6 +29,7 @@ def advice(work: Path, settings: Settings, progress: Progress) -> dict[str, Any]
     """Return the next test; the advice of the last discovery in words where no rig is stated."""
     from mrfit.advise import stage
     from mrfit.cli import pipeline
+    from mrfit.io.workspace import Workspace
 
     workspace = Workspace(work)
     if settings.goal == "rivals" and settings.rig is None:

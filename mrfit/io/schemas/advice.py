@@ -14,7 +14,7 @@ class Row(Part):
 
 
 class Pair(Row):
-    """Two rivals: standard errors between them in the data there are, and whether a test of the rig tells them apart."""
+    """Two rivals: standard errors between them in the data there are, and whether the rig can tell them apart."""
 
     names: tuple[str, str]
     before: float
