@@ -26,8 +26,8 @@ JITTER = 0.4
 GOLDEN = 0.6180339887498949
 # Share of a period over which the corner of a triangle is rounded
 CORNER = 0.04
-# Share of a limit that samples may reach: between them a peak is up to 1.2 % higher
-WITHIN = 0.98
+# Share of a limit that samples may reach: between them a peak is up to 0.8 % higher
+WITHIN = 0.99
 # Ends of the band of a sweep are at least this factor apart
 SWEEP = 3.0
 # Lengths of a sweep and of a repeated test, as shares of the longest test
@@ -153,7 +153,7 @@ def lengthened(test: Test, factor: float, bench: Bench) -> Test:
     times = min(math.ceil(factor), math.floor(bench.rig.seconds / test.seconds))
     if times <= 1 or test.kind in ("repeat", "warm-up"):
         return test
-    motion, current = np.tile(test.motion, times), np.tile(test.current, times)
+    motion, current = np.tile(test.motion, times), _limited(np.tile(test.current, times), bench)
     return Test(test.kind, test.dt, motion, current, test.warmth, test.waiting, {**test.numbers, "times": float(times)})
 
 

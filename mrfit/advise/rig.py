@@ -15,7 +15,7 @@ from mrfit.ingest.meaning.units import compatible, quantity, to_unit
 from mrfit.io.faults import plain_fault
 
 # A sine is sampled at least so often in a cycle
-LEAST_PER_CYCLE = 20
+LEAST_PER_CYCLE = 25
 # Where no highest frequency is given: the one at which speed and acceleration leave this share of the stroke
 LEAST_STROKE = 0.02
 
