@@ -77,11 +77,11 @@ def _told(found: DiscoveryFile, present: tuple[str, ...]) -> list[Rival]:
         instead = getattr(suspect, "instead_of", "")
         if instead and suspect.name not in swaps:
             swaps |= {instead: instead, suspect.name: instead}
-    rivals = [
-        Rival(name, tuple(sorted({*(e for e in present if e != own), name})), start=values.get(name, {}))
-        for name, own in swaps.items()
-    ]
-    return rivals if len(rivals) > 1 else []
+    models: dict[tuple[str, ...], Rival] = {}
+    for name, own in swaps.items():
+        effects = tuple(sorted({*(e for e in present if e != own), name}))
+        models.setdefault(effects, Rival(name, effects, start=values.get(name, {})))
+    return list(models.values()) if len(models) > 1 else []
 
 
 def _counterpart(name: str, standing: Sequence[str]) -> str:

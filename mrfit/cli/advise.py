@@ -32,12 +32,12 @@ def advice(work: Path, settings: Settings, progress: Progress) -> dict[str, Any]
     from mrfit.io.workspace import Workspace
 
     workspace = Workspace(work)
-    if settings.goal == "rivals" and settings.rig is None:
-        words = pipeline.advise(work)
-        if not stage.has_rig(workspace, settings):
-            return words
+    words = pipeline.advise(work) if settings.goal == "rivals" else {}
+    if words and not stage.has_rig(workspace, settings):
+        return words
     with workspace.locked():
-        return {**stage.run(workspace, settings, progress).model_dump(mode="json")}
+        made = stage.run(workspace, settings, progress)
+    return {**made.model_dump(mode="json"), "outdated": words.get("outdated", False)}
 
 
 def _in_words(summary: dict[str, Any]) -> None:
@@ -49,6 +49,10 @@ def _in_words(summary: dict[str, Any]) -> None:
 
 
 def _told(summary: dict[str, Any], work: Path) -> None:
+    from mrfit.cli.output import OUTDATED
+
+    if summary["outdated"]:
+        console.say(f"  warning outdated: {OUTDATED}: discover again")
     for line in summary["text"]:
         console.say(line)
     apart = [k for k, p in enumerate(summary["pairs"]) if p["separable"]]
