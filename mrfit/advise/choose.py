@@ -77,7 +77,7 @@ class Task:
     kinds
         Kinds of test to look at.
     enough
-        A test that gives less of something wanted is run several times.
+        A test that gives less of something wanted is made longer.
     """
 
     bench: Bench

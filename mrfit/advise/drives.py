@@ -5,7 +5,7 @@ with which stroke, speed and acceleration stay within their limits, so that no p
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -55,6 +55,8 @@ class Test:
         Seconds beside the test itself that it takes.
     numbers
         What it is told by: ``frequency``, ``to`` Hz, ``amplitude``, ``current``, ``low`` A, ``dwell``, ``wait`` s.
+    point
+        The point of the unit cube that it stands for (5,).
     """
 
     __test__ = False  # not one of pytest's
@@ -66,6 +68,7 @@ class Test:
     warmth: Array
     waiting: float = 0.0
     numbers: dict[str, float] = field(default_factory=dict)
+    point: Array = field(default_factory=lambda: np.empty(0))
 
     @property
     def seconds(self) -> float:
@@ -97,12 +100,15 @@ class Bench:
         Lowest and highest current in A beside a motion; None where the current drives, or cannot be set.
     dt
         Sample interval in s.
+    steady
+        Seconds that steady cycles take at least, or the whole of a sweep.
     """
 
     rig: Rig
     reach: Reach
     current: tuple[float, float] | None
     dt: float
+    steady: float = STEADY
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -135,7 +141,7 @@ def test_at(kind: str, point: Array, bench: Bench) -> Test:
     elif kind in ("repeat", "warm-up"):
         shape, numbers = _twice(kind, frequency, float(point[4]), bench)
     else:
-        shape, numbers = _steady(kind, frequency, bench.rig.seconds, bench.dt), {"frequency": frequency}
+        shape, numbers = _steady(kind, frequency, bench.rig.seconds, bench), {"frequency": frequency}
     share = LEAST_AMPLITUDE + (1.0 - LEAST_AMPLITUDE) * float(point[1])
     motion = share * _largest(shape, bench.reach) * shape
     current, levels = _current(kind, point, motion.shape[1], bench)
@@ -145,16 +151,15 @@ def test_at(kind: str, point: Array, bench: Bench) -> Test:
         half = motion.shape[1] // 2
         warm, waiting = (np.arange(motion.shape[1]) >= half).astype(np.float64), bench.rig.warm_up
     numbers |= {"amplitude": float(np.abs(motion[0]).max())} | levels
-    return Test(kind, bench.dt, motion, current, warm, waiting, numbers)
+    return Test(kind, bench.dt, motion, current, warm, waiting, numbers, point)
 
 
 def lengthened(test: Test, factor: float, bench: Bench) -> Test:
-    """Return a test run so many times in a row, as far as the longest test allows; it fades in and out each time."""
-    times = min(math.ceil(factor), math.floor(bench.rig.seconds / test.seconds))
-    if times <= 1 or test.kind in ("repeat", "warm-up"):
+    """Return a test that lasts so many times as long, as far as the longest one allows: more cycles, a slower sweep."""
+    steady = min(factor * test.seconds, bench.rig.seconds)
+    if test.kind in ("repeat", "warm-up") or steady <= test.seconds:
         return test
-    motion, current = np.tile(test.motion, times), _limited(np.tile(test.current, times), bench)
-    return Test(test.kind, test.dt, motion, current, test.warmth, test.waiting, {**test.numbers, "times": float(times)})
+    return test_at(test.kind, test.point, replace(bench, steady=steady))
 
 
 def _times(seconds: float, dt: float) -> Array:
@@ -172,11 +177,11 @@ def _largest(shape: Array, reach: Reach) -> float:
     return WITHIN * float(np.min(limits[peaks > 0.0] / peaks[peaks > 0.0]))
 
 
-def _steady(kind: str, frequency: float, longest: float, dt: float) -> Array:
+def _steady(kind: str, frequency: float, longest: float, bench: Bench) -> Array:
     """Return whole cycles of a sine or triangle (3, N), no longer than allowed where the least number fits."""
-    cycles = max(CYCLES, math.ceil(STEADY * frequency))
+    cycles = max(CYCLES, math.ceil(bench.steady * frequency))
     cycles = max(CYCLES, min(cycles, math.floor(longest * frequency) - FADES))
-    time = _times((cycles + FADES) / frequency, dt)
+    time = _times((cycles + FADES) / frequency, bench.dt)
     whole = _triangle(time, frequency) if kind == "triangle" else _sine(time, frequency)
     return _faded(whole, time, 1.0 / frequency)
 
@@ -211,7 +216,7 @@ def _sweep(point: Array, bench: Bench) -> tuple[Array, dict[str, float]]:
     reach = bench.reach
     low = _log(reach.low, reach.high / SWEEP, float(point[0]))
     high = _log(SWEEP * low, reach.high, float(point[3]))
-    seconds = min(bench.rig.seconds, max(SWEEP_SECONDS, least_cycles() / low))
+    seconds = min(bench.rig.seconds, max(SWEEP_SECONDS, least_cycles() / low, bench.steady))
     time = _times(seconds, bench.dt)
     growth = math.log(high / low) / seconds
     w = 2.0 * np.pi * low * np.exp(growth * time)
@@ -228,7 +233,7 @@ def _twice(kind: str, frequency: float, share: float, bench: Bench) -> tuple[Arr
     """Return a sine, a standstill and the same sine; where it is to be warmed in between it stands still no longer."""
     longest = bench.rig.seconds
     frequency = max(frequency, 2.0 * least_cycles() / longest)
-    burst = _steady("sine", frequency, 0.5 * longest, bench.dt)
+    burst = _steady("sine", frequency, 0.5 * longest, bench)
     room = max(longest - 2 * burst.shape[1] * bench.dt, 0.0)
     wait = share * room if kind == "repeat" else 0.0
     still = np.zeros((3, round(wait / bench.dt)))

@@ -26,7 +26,6 @@ def test_words(test: Test, channels: Channels) -> str:
     own = test.numbers
     unit, factor = SAID.get(unit_of(channels.motion), (unit_of(channels.motion), 1.0))
     size = f"{number(factor * own['amplitude'])} {unit}"
-    times = f", {own['times']:g} times" if own.get("times", 1.0) > 1.0 else ""
     if test.kind == "sweep":
         what = f"a sweep from {number(own['frequency'])} to {number(own['to'])} Hz at constant speed, up to {size}"
     else:
@@ -35,14 +34,14 @@ def test_words(test: Test, channels: Channels) -> str:
     if "dwell" in own:
         return (
             f"{what} under a current stepped between {number(own['low'])} and {number(own['current'])} A "
-            f"about every {number(own['dwell'])} s{times}"
+            f"about every {number(own['dwell'])} s"
         )
     held = f" at {number(own['current'])} A" if "current" in own else ""
     if test.kind == "repeat":
         return f"{what}{held}, {number(own['wait'])} s of rest, and the same again"
     if test.kind == "warm-up":
         return f"{what}{held}, once cold and once warm"
-    return f"{what}{held}{times}"
+    return f"{what}{held}"
 
 
 def drive_csv(test: Test, channels: Channels, driven: dict[str, Array]) -> str:

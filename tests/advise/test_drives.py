@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -79,9 +80,10 @@ def test_kinds_follow_what_the_rig_has():
     assert "repeat" not in press(frequency=1.5).kinds
 
 
-def test_a_test_is_run_again_as_long_as_the_longest_one():
+def test_a_test_is_made_longer_up_to_the_longest_one():
     bench = press(frequency=6.0)
     test = test_at("sine", np.array([1.0, 1.0, 0.5, 0.5, 0.5]), bench)
     longer = lengthened(test, 100.0, bench)
     assert 2 * test.seconds <= longer.seconds <= 9.0 + bench.dt
+    assert longer.numbers == pytest.approx(test.numbers)
     assert lengthened(test, 0.5, bench) is test
