@@ -81,6 +81,8 @@ def ingest(
 
     Example: mrfit ingest datasets/coil/*.csv
     """
+    from dataclasses import asdict
+
     from mrfit.cli import output, pipeline
     from mrfit.ingest.containers.memory import size_of
     from mrfit.ingest.stage import Settings
@@ -89,7 +91,7 @@ def ingest(
     most = None if max_memory is None else size_of(max_memory)
     settings = Settings(map_file, ohms(resistance), pattern, jobs, max_memory=most)
     if preview:
-        rows = preview_logs(logs, settings)
+        rows = [asdict(row) for row in preview_logs(logs, settings)]
         return console.print_json(rows) if as_json else output.preview(rows)
     with console.progress_bar() as progress:
         summary = pipeline.ingest(work, logs, settings, progress)

@@ -190,6 +190,7 @@ def outdated(fits: Sequence[str]) -> None:
 def compare_models(summary: Summary, work: Path) -> None:
     """Print models against conditions, output by output: errors over all conditions, the time of each fit, NRMSE."""
     from mrfit.compare.page import together
+    from mrfit.io.schemas.compare import LeftOut, ModelCaution
 
     names = ("parameters", "holdout_nrmse", "holdout_fit_percent", "train_nrmse", "train_fit_percent")
     columns = ("model", "parameters", "hold-out NRMSE", "hold-out fit (%)", "train NRMSE", "train fit (%)", "time (s)")
@@ -206,9 +207,9 @@ def compare_models(summary: Summary, work: Path) -> None:
                 errors = [[m["model"], *(_percent(found.get((m["model"], role, c))) for c in some)] for m in models]
                 print_table(f"NRMSE of {output} in percent, {role}", ("model", *some), errors)
     _notes(summary)
-    for which, text in together(summary["warnings"], "text"):
+    for which, text in together([ModelCaution(**row) for row in summary["warnings"]], "text"):
         say(f"  warning recordings-left-out: {which}: {text}")
-    for which, reason in together(summary["left_out"], "reason"):
+    for which, reason in together([LeftOut(**row) for row in summary["left_out"]], "reason"):
         say(f"  left out {which}: {reason}")
     say(f"Files: {work / 'compare'}/compare.html, compare.csv, compare.json")
 

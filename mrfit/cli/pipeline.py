@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from mrfit.core.progress import Progress
 from mrfit.errors import ConfigError
-from mrfit.io.workspace import Workspace
+from mrfit.io.workspace import Workspace, plain, to_json
 
 if TYPE_CHECKING:
     import mrfit.flux.stage
@@ -42,7 +42,7 @@ def ingest(work: Path, logs: Sequence[Path], settings: mrfit.ingest.stage.Settin
 
     workspace = Workspace(work)
     with workspace.locked():
-        return mrfit.ingest.stage.run(logs, settings, workspace, progress)
+        return to_json(mrfit.ingest.stage.run(logs, settings, workspace, progress))
 
 
 def flux(work: Path, settings: mrfit.flux.stage.Settings, progress: Progress) -> Summary:
@@ -51,7 +51,7 @@ def flux(work: Path, settings: mrfit.flux.stage.Settings, progress: Progress) ->
 
     workspace = Workspace(work)
     with workspace.locked():
-        return mrfit.flux.stage.run(workspace, settings, progress)
+        return to_json(mrfit.flux.stage.run(workspace, settings, progress))
 
 
 def segment(work: Path, settings: mrfit.segment.stage.Settings, progress: Progress) -> Summary:
@@ -61,7 +61,7 @@ def segment(work: Path, settings: mrfit.segment.stage.Settings, progress: Progre
     workspace = Workspace(work)
     with workspace.locked():
         _flux_as_before(workspace, None, progress)
-        return mrfit.segment.stage.run(workspace, settings, progress)
+        return to_json(mrfit.segment.stage.run(workspace, settings, progress))
 
 
 def fit(work: Path, settings: fit_stage.Settings, resistance: float | str | None, progress: Progress) -> Summary:
@@ -72,7 +72,7 @@ def fit(work: Path, settings: fit_stage.Settings, resistance: float | str | None
     fit_stage.check(settings)
     with workspace.locked():
         notes = _segments_as_before(workspace, resistance, progress)
-        return {**fit_stage.run(workspace, settings, progress), "notes": notes}
+        return {**to_json(fit_stage.run(workspace, settings, progress)), "notes": notes}
 
 
 def discover(
@@ -112,7 +112,7 @@ def compare_models(work: Path, models: Sequence[str], options: dict[str, Any], p
     workspace = Workspace(work)
     with workspace.locked():
         notes = _segments_as_before(workspace, None, progress)
-        return {**compare_stage.run(workspace, settings, progress), "notes": notes}
+        return {**to_json(compare_stage.run(workspace, settings, progress)), "notes": notes}
 
 
 def compare_optimizers(
@@ -127,7 +127,7 @@ def compare_optimizers(
     workspace = Workspace(work)
     with workspace.locked():
         notes = _segments_as_before(workspace, None, progress)
-        return {**compare_optimizers.run(workspace, settings, progress), "notes": notes}
+        return {**to_json(compare_optimizers.run(workspace, settings, progress)), "notes": notes}
 
 
 def _segments_as_before(workspace: Workspace, resistance: float | str | None, progress: Progress) -> list[str]:
@@ -149,7 +149,7 @@ def _flux_as_before(workspace: Workspace, resistance: float | str | None, progre
     settings = mrfit.flux.stage.last_settings(workspace)
     if resistance is not None:
         settings = replace(settings, resistance=resistance)
-    integrated = mrfit.flux.stage.run(workspace, settings, progress)["resistance"] is not None
+    integrated = mrfit.flux.stage.run(workspace, settings, progress).resistance is not None
     if settings.resistance is None or not integrated:
         return []
     auto = settings.resistance == "auto"
@@ -181,18 +181,18 @@ def predict(
         segmenting = mrfit.segment.stage.last_settings(workspace)
         cut = mrfit.segment.stage.run(other, replace(segmenting, holdout="none"), progress)
         prediction = fit_predict.predict(found, fit_select.read_dataset(other))
-    oddities = [f"{r['id']}: {f['text']}" for r in ingested["recordings"] for f in r["findings"]]
+    oddities = [f"{r.id}: {f.text}" for r in ingested.recordings for f in r.findings]
     return {
         "fit": fit_name,
-        "model": found["model"],
-        "output": found["output"],
-        "metrics": prediction.metrics,
+        "model": found.model,
+        "output": found.output,
+        "metrics": [asdict(row) for row in prediction.metrics],
         "used": prediction.used,
         "conditions": {s.id: s.condition for s in prediction.blocks.segments},
-        "findings": [*oddities, *cut["findings"]],
+        "findings": [*oddities, *cut.findings],
         "outdated": bool(workspace.outdated([found])),
-        "refused": ingested["refused"],
-        "warnings": prediction.warnings,
+        "refused": plain(ingested.refused),
+        "warnings": plain(prediction.warnings),
     }
 
 
@@ -225,7 +225,7 @@ def report(work: Path, settings: mrfit.report.stage.Settings, progress: Progress
 
     workspace = Workspace(work)
     with workspace.locked():
-        return mrfit.report.stage.run(workspace, settings, progress)
+        return to_json(mrfit.report.stage.run(workspace, settings, progress))
 
 
 def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Progress) -> Summary:
@@ -259,21 +259,21 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
         map_file, given.resistance, given.pattern, jobs=overrides.jobs, max_memory=most
     )
     stages: list[tuple[str, Callable[[Workspace], Summary]]] = [
-        ("ingest", lambda w: mrfit.ingest.stage.run(logs, reading, w, progress)),
-        ("flux", lambda w: mrfit.flux.stage.run(w, _flux_settings(config), progress)),
-        ("segment", lambda w: mrfit.segment.stage.run(w, _segment_settings(config), progress)),
+        ("ingest", lambda w: to_json(mrfit.ingest.stage.run(logs, reading, w, progress))),
+        ("flux", lambda w: to_json(mrfit.flux.stage.run(w, _flux_settings(config), progress))),
+        ("segment", lambda w: to_json(mrfit.segment.stage.run(w, _segment_settings(config), progress))),
     ]
     workspace = Workspace(work)
     with workspace.locked():
         summary: Summary = {"work": str(work)}
         for name, stage in stages:
             summary[name] = stage(workspace)
-        summary["fits"] = [fit_stage.run(workspace, settings, progress) for settings in fits]
+        summary["fits"] = [to_json(fit_stage.run(workspace, settings, progress)) for settings in fits]
         if discovery:
             summary["discovery"] = _discover(workspace, discovery, progress)
         if fits:
             told = mrfit.report.stage.Settings(tuple(s.fit_name for s in fits), overrides.jobs)
-            summary["report"] = mrfit.report.stage.run(workspace, told, progress)
+            summary["report"] = to_json(mrfit.report.stage.run(workspace, told, progress))
     return summary
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 
 from mrfit.core.specs import OptimizerSpec, Options
+from mrfit.io.schemas.fit import Caution
 from mrfit.search.objective import Ended, Objective
 
 NAME = "points"
@@ -16,10 +17,10 @@ SPEC = OptimizerSpec(
 )
 
 
-def warnings(optimizer: str) -> list[dict[str, str]]:
+def warnings(optimizer: str) -> list[Caution]:
     """Return the warning that a fit by this optimizer alone did not search; none for a chain that goes on from it."""
     text = "the parameters are read off characteristic points; intervals are those of a fit that ends here: points-lsq"
-    return [{"kind": "no-search", "text": f"{text} searches on from them"}] if optimizer == NAME else []
+    return [Caution(kind="no-search", text=f"{text} searches on from them")] if optimizer == NAME else []
 
 
 def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Ended:
