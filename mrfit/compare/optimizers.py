@@ -183,7 +183,7 @@ def _row(condition: str, optimizer: str, runs: list[_Run], output: str) -> Optim
 
 
 def _median_curve(runs: list[_Run]) -> tuple[list[float], list[float]]:
-    """Return evaluations and the median over runs of the best cost so far, at evaluations spread evenly on a logarithmic scale."""
+    """Return evaluations, spread evenly on a logarithmic scale, and the median over runs of the best cost by then."""
     last = max(r.evaluations for r in runs)
     at = np.unique(np.round(np.geomspace(1, max(last, 2), CURVE_POINTS)))
     costs = []

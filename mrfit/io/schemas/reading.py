@@ -7,7 +7,7 @@ is the way back: documents to what JSON can hold.
 
 import json
 import re
-from collections.abc import Collection, Hashable, Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cache
 from pathlib import Path
@@ -77,7 +77,7 @@ Kind = TypeVar("Kind")
 
 
 @cache
-def _adapter(kind: Hashable) -> TypeAdapter[Any]:
+def _adapter(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 
@@ -89,14 +89,14 @@ def of_json(kind: type[Kind], text: str | bytes) -> Kind:
     pydantic.ValidationError
         If a value is missing or of a wrong type.
     """
-    found: Kind = _adapter(kind).validate_json(text)
+    found: Kind = _adapter(kind).validate_json(text)  # type: ignore[arg-type]
     return found
 
 
 def of_row(kind: type[Kind], row: Mapping[str, object]) -> Kind:
     """Return what a row of a table says, checked as ``of_json`` does."""
-    found: Kind = _adapter(kind).validate_python(dict(row))
-    return found
+    # in JSON, of which strict reading makes documents
+    return of_json(kind, json.dumps(dict(row), default=str))
 
 
 class UnknownSchema(DataError):
@@ -112,7 +112,7 @@ def parsed(path: Path, text: str | bytes, kind: type[File], remedy: str) -> File
         If it is of an unknown schema, no JSON, or a value is missing or of a wrong type; the message names the file
         and the value, and ends with ``remedy``.
     """
-    _check_schema(path, text, kind)
+    _check_schema(path, text, kind.known)
     try:
         return of_json(kind, text)
     except ValidationError as error:
@@ -166,7 +166,7 @@ def reusable(path: Path, kind: type[File]) -> File | None:
         text = path.read_bytes()
     except OSError:
         return None
-    _check_schema(path, text, kind)
+    _check_schema(path, text, kind.known)
     try:
         return of_json(kind, text)
     except ValidationError:
@@ -185,22 +185,22 @@ def made(path: Path, kind: type[Stored]) -> dict[str, Any] | None:
         text = path.read_bytes()
     except OSError:
         return None
-    _check_schema(path, text, kind)
+    _check_schema(path, text, kind.known)
     try:
         return as_json(text, kind.model_validate_json(text))
     except ValidationError:
         return None
 
 
-def _check_schema(path: Path, text: str | bytes, kind: type[Stored] | type[Document]) -> None:
+def _check_schema(path: Path, text: str | bytes, known: tuple[str, ...]) -> None:
     try:
         whole = json.loads(text)
     except (ValueError, RecursionError):
         return  # said by pydantic
     named = whole.get("schema") if isinstance(whole, Mapping) else None
-    if kind.known and named is not None and named not in kind.known:
+    if known and named is not None and named not in known:
         shown = re.sub(r"\s+", " ", str(named))[:60]
         raise UnknownSchema(
-            f"{path}: of the schema '{shown}', which this mrfit does not know (it reads {', '.join(kind.known)}); use "
+            f"{path}: of the schema '{shown}', which this mrfit does not know (it reads {', '.join(known)}); use "
             "the mrfit that wrote it, or another --work folder"
         )
