@@ -90,8 +90,8 @@ def test_ten_lines_read_fit_print_predict_and_discover(
     fit = names["fit"]
     for name, planted in (("fy", FY), ("c", DAMPING)):
         row = fit.params.loc[name]
-        assert row["low"] <= planted <= row["high"]
-        assert abs(row["value"] / planted - 1.0) < 0.01
+        assert row.low <= planted <= row.high
+        assert abs(row.value / planted - 1.0) < 0.01
         assert name in printed
     assert fit.success and fit.nfev > 10
     (nrmse,) = [float(line) for line in printed.splitlines() if re.fullmatch(r"[\d.e-]+", line)]
@@ -154,13 +154,13 @@ def test_a_fit_is_that_of_the_command_to_the_last_digit(
     found = face.fit(face.read(source), model=model, name="x", **options)
     found.save(tmp_path / "own.json")
     own = json.loads((tmp_path / "own.json").read_text())
-    assert own.pop("preparation")["resistance"] == (2.1 if "coil" in folder else None)
+    assert own.pop("preparation").resistance == (2.1 if "coil" in folder else None)
     assert own == json.loads(stored.read_text())
     log = next(source.glob("*.csv"))
     done = mrfit("predict", "--fit", "x", log, "--json")
     assert done.returncode == 0, done.stderr
     for one in (found, face.load(tmp_path / "own.json")):
-        metrics = json.loads(done.stdout)["metrics"]
+        metrics = json.loads(done.stdout).metrics
         pd.testing.assert_frame_equal(one.predict(face.read(log)).metrics, pd.DataFrame(metrics), rtol=0, atol=0)
 
 
@@ -259,9 +259,9 @@ def test_a_fit_that_cannot_be_read_ends_in_one_line(
     path = tmp_path / "fit.json"
     content = json.loads(json.dumps(fitted.to_json()))
     if text == "preparation":
-        content["preparation"]["segment"]["drive"] = 7
+        content["preparation"]["segment"].drive = 7
     if text == "parameter":
-        content["results"][0]["parameters"].pop()
+        content["results"][0].parameters.pop()
     if text is not None:
         path.write_text(json.dumps(content) if text.isalpha() else text)
     with pytest.raises(mrfit.DataError, match=told) as error:
@@ -301,12 +301,12 @@ def test_figures_are_matplotlibs(fitted: mrfit.FitResult, logs: list[mrfit.Recor
 def test_tables_of_a_result(fitted: mrfit.FitResult, logs: list[mrfit.Recording]) -> None:
     assert {"value", "unit", "low", "high"} <= set(fitted.params.columns)
     assert fitted.params.loc["fy", "unit"] == "N"
-    assert set(fitted.metrics["role"]) == {"train", "holdout"}
+    assert set(fitted.metrics.role) == {"train", "holdout"}
     prediction = fitted.predict(logs)
     assert prediction.nrmse == prediction.metrics.set_index("condition").loc["all", "nrmse"]
     samples = prediction.to_frame()
     rmse = float(np.sqrt(np.mean((samples["measured"] - samples["simulated"]) ** 2)))
-    assert rmse == pytest.approx(prediction.metrics.iloc[-1]["rmse"], rel=1e-9)
+    assert rmse == pytest.approx(prediction.metrics.iloc[-1].rmse, rel=1e-9)
     apart = mrfit.fit(logs[:2], model="bingham", optimizer="lsq")
     assert list(apart.params.loc["fy", "condition"]) == ["sine-1Hz-10mm", "sine-2Hz-10mm"]
 
@@ -314,10 +314,10 @@ def test_tables_of_a_result(fitted: mrfit.FitResult, logs: list[mrfit.Recording]
 def test_what_comes_from_files_is_escaped(fitted: mrfit.FitResult) -> None:
     evil = "<script>alert(1)</script>\x1b[31m"
     content = json.loads(json.dumps(fitted.to_json()).replace("sine-1Hz-10mm", "c1"))
-    content["results"][0]["condition"] = evil
+    content["results"][0].condition = evil
     content["metrics"] = [m | {"role": "train"} for m in content["metrics"]]
-    content["results"][0]["warnings"] = [{"kind": "made", "text": evil}]
-    content["results"][0]["parameters"][0]["unit"] = evil
+    content["results"][0].warnings = [{"kind": "made", "text": evil}]
+    content["results"][0].parameters[0].unit = evil
     made = mrfit.FitResult(content)
     assert "<script" not in made._repr_html_() and "&lt;script&gt;" in made._repr_html_()
     assert "\x1b" not in repr(made) + made._repr_html_()
@@ -478,7 +478,7 @@ def test_long_logs_are_in_memory_once_read(place: Path) -> None:
 def test_recordings_of_one_name_are_told_apart(logs: list[mrfit.Recording]) -> None:
     frames = [r.to_frame().reset_index() for r in logs]
     found = mrfit.fit([mrfit.Recording.from_frame(f) for f in frames], model="bingham", optimizer="lsq", per="all")
-    segments = [s["id"] for s in found.content["results"][0]["segments"]]
+    segments = [s.id for s in found.content["results"][0].segments]
     assert len(set(segments)) == len(segments) == len(logs)
     for wrong in ([], ["logs/a.csv"]):
         with pytest.raises(mrfit.ConfigError, match="recording"):

@@ -41,7 +41,7 @@ METRICS = [
 
 
 def kinds(change: dict[str, Any], metrics: list[dict[str, Any]] = METRICS) -> list[str]:
-    return [w["kind"] for w in warnings_of({**SOUND, **change}, metrics)]
+    return [w.kind for w in warnings_of({**SOUND, **change}, metrics)]
 
 
 def test_a_sound_result_has_no_warning() -> None:
@@ -72,7 +72,7 @@ def test_a_sound_result_has_no_warning() -> None:
             },
             "repeats-disagree",
         ),
-        ({"residual_tests": [{**SOUND["residual_tests"][0], "independent": False}]}, "input-residual"),
+        ({"residual_tests": [{**SOUND.residual_tests[0], "independent": False}]}, "input-residual"),
     ],
 )
 def test_each_fault_has_its_warning(change: dict[str, Any], kind: str) -> None:
@@ -92,7 +92,7 @@ def test_the_condition_in_which_the_residual_goes_most_with_an_input_is_said(
 ) -> None:
     row = {**TESTED, "correlation": 0.9, "independent": False, **change}
     (warning,) = warnings_of({**SOUND, "residual_tests": [row]}, METRICS)
-    assert words in warning["text"]
+    assert words in warning.text
 
 
 def test_an_error_that_grows_on_held_out_data_is_a_warning() -> None:
@@ -133,16 +133,16 @@ def test_a_derived_quantity_is_determined_by_the_rule_of_parameters(
     value: float, width: float, determined: bool
 ) -> None:
     row = derived_row(value, width)
-    assert row["identifiable"] == determined
-    assert (row["low"] is not None) == determined == (row["high"] is not None)
+    assert row.identifiable == determined
+    assert (row.low is not None) == determined == (row.high is not None)
     if determined:
-        assert row["high"] - row["low"] == pytest.approx(width, rel=1e-3)
+        assert row.high - row.low == pytest.approx(width, rel=1e-3)
 
 
 @pytest.mark.parametrize("change", [{"budget_spent": True}, {"nonfinite": 1}])
 def test_wording_does_not_depend_on_counts(change: dict[str, Any]) -> None:
     texts = {
-        w["text"]
+        w.text
         for n in (500, 900)
         for w in warnings_of(
             {**SOUND, **change, "evaluations": n, "nonfinite": change.get("nonfinite", 0) * n}, METRICS
@@ -154,19 +154,19 @@ def test_wording_does_not_depend_on_counts(change: dict[str, Any]) -> None:
 @pytest.mark.parametrize(("out_of_time", "remedy"), [(False, "--budget"), (True, "--seconds")])
 def test_what_ended_a_search_is_what_to_raise(out_of_time: bool, remedy: str) -> None:
     (warning,) = warnings_of({**SOUND, "budget_spent": True, "out_of_time": out_of_time}, METRICS)
-    assert warning["text"].endswith(f"raise {remedy}")
+    assert warning.text.endswith(f"raise {remedy}")
 
 
 def test_what_would_keep_a_model_passive_is_said_where_it_is_known() -> None:
     active = {**SOUND, "passivity": [{"condition": "a", "loop_area": -0.1, "passive": False}]}
-    texts = [warnings_of(active, METRICS, passive)[0]["text"] for passive in (("A", 1.0, 1.5), None)]
+    texts = [warnings_of(active, METRICS, passive)[0].text for passive in (("A", 1.0, 1.5), None)]
     assert texts[0] == f"{texts[1]}; it cannot with --bounds A=1:1.5"
 
 
 @pytest.mark.parametrize(("spent", "remedy"), [(False, "--seed"), (True, "raise --budget")])
 def test_starts_that_disagree_ask_for_more_of_what_ran_out(spent: bool, remedy: str) -> None:
     said = warnings_of({**SOUND, "agreeing": 1, "budget_spent": spent, "out_of_time": False}, METRICS)
-    assert remedy in next(w["text"] for w in said if w["kind"] == "starts-disagree")
+    assert remedy in next(w.text for w in said if w.kind == "starts-disagree")
 
 
 def test_a_search_without_starts_cannot_disagree() -> None:
@@ -179,5 +179,5 @@ def test_other_intervals_replace_those_there_are_and_one_end_is_something(
 ) -> None:
     fixed = {**PARAMETER, "name": "A", "fixed": True}
     rows = with_intervals([PARAMETER, fixed], {"n": Interval(low, high), "A": Interval(0.0, 1.0)})
-    assert (rows[0]["low"], rows[0]["high"], rows[0]["identifiable"]) == (low, high, known)
+    assert (rows[0].low, rows[0].high, rows[0].identifiable) == (low, high, known)
     assert rows[1] == fixed

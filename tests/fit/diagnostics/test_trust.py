@@ -31,21 +31,21 @@ def judged(intervals: Intervals = "hac", missing: float = 0.0, model: str = "bin
 
 def test_a_model_that_fits_is_determined_and_leaves_nothing_of_its_input() -> None:
     result = judged()
-    assert result["conditioning"]["rank"] == 3
-    assert result["identifiability"] == ["The data determine all 3 parameters."]
-    assert [r["independent"] for r in result["residual_tests"]] == [True]
-    assert all(p["low"] < p["value"] < p["high"] for p in result["parameters"])
+    assert result.conditioning.rank == 3
+    assert result.identifiability == ["The data determine all 3 parameters."]
+    assert [r.independent for r in result.residual_tests] == [True]
+    assert all(p.low < p.value < p.high for p in result.parameters)
 
 
 def test_a_force_the_model_leaves_out_is_found_in_the_residual() -> None:
-    row = judged(missing=2e4)["residual_tests"][0]
-    assert row["channel"] == "velocity"
-    assert not row["independent"]
+    row = judged(missing=2e4).residual_tests[0]
+    assert row.channel == "velocity"
+    assert not row.independent
 
 
 @pytest.mark.parametrize("intervals", ["bootstrap", "profile"])
 def test_other_intervals_agree_with_those_from_the_jacobian(intervals: Intervals) -> None:
-    theirs, ours = judged(intervals, model="guo")["parameters"], judged(model="guo")["parameters"]
+    theirs, ours = judged(intervals, model="guo").parameters, judged(model="guo").parameters
     for a, b in zip(theirs, ours, strict=True):
-        assert a["high"] - a["low"] == pytest.approx(b["high"] - b["low"], rel=0.4)
-        assert (a["low"] + a["high"]) / 2 == pytest.approx(b["value"], abs=0.3 * (b["high"] - b["low"]))
+        assert a.high - a.low == pytest.approx(b.high - b.low, rel=0.4)
+        assert (a.low + a.high) / 2 == pytest.approx(b.value, abs=0.3 * (b.high - b.low))
