@@ -17,7 +17,7 @@ from mrfit.errors import ConfigError, DataError
 from mrfit.io.keys import fit_key
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.stages import About
-from mrfit.io.workspace import Workspace, read_json, recording_id, write_atomic, write_json, write_table
+from mrfit.io.workspace import Workspace, plain, read_json, recording_id, write_atomic, write_json, write_table
 
 
 def a_recording() -> Recording:

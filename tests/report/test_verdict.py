@@ -98,6 +98,6 @@ def test_how_the_noise_floor_was_found_is_said(fits):
         "The noise floor is by regression on the inputs in 1 segment, not known in 1 segment; it lies between 1.00 and "
         "3.00 N."
     ]
-    for segment in fit.results[0].segments:
-        segment.noise_floor_method = "cycles"
+    only = replace(only, segments=[replace(s, noise_floor_method="cycles") for s in only.segments])
+    fit = replace(fit, results=[only])
     assert not [text for text in verdict(fit) if text.startswith("The noise floor")]

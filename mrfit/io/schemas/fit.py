@@ -1,7 +1,7 @@
 """What a fit comes to, as fit.json holds it, and what is kept of an unfinished fit."""
 
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, Literal, Self
 
@@ -369,7 +369,7 @@ class Fit(Document):
 
     @field_validator("settings")
     @classmethod
-    def _changes(cls, settings: Mapping[str, Any]) -> Mapping[str, Any]:
+    def _changes(cls, settings: object) -> object:
         # as JSON, whose lists may be tuples
         of_json(Changes, json.dumps(settings))
         return settings
