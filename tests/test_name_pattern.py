@@ -37,7 +37,7 @@ def answer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captu
 
 
 def conditions(summary: Any) -> dict[str, dict[str, float]]:
-    return {r.id: r.condition for r in summary.recordings}
+    return {r["id"]: r["condition"] for r in summary["recordings"]}
 
 
 def test_a_pattern_on_the_command_line_gives_conditions(answer: Answer, tmp_path: Path) -> None:
@@ -46,9 +46,9 @@ def test_a_pattern_on_the_command_line_gives_conditions(answer: Answer, tmp_path
     summary = answer("ingest", "5mm4Hz0x75A.csv", "9mm4Hz1A.csv", "--pattern", PATTERN)
     found = conditions(summary)
     one = found["5mm4Hz0x75A"]
-    assert (one.amplitude, one.frequency, one.current) == (pytest.approx(5e-3), 4.0, 0.75)
+    assert (one["amplitude"], one["frequency"], one["current"]) == (pytest.approx(5e-3), 4.0, 0.75)
     assert found["9mm4Hz1A"]["measured_amplitude"] == pytest.approx(5e-3, rel=0.01)
-    texts = [f.text for r in summary.recordings for f in r.findings]
+    texts = [f["text"] for r in summary["recordings"] for f in r["findings"]]
     assert any("the stated amplitude is 0.009 but the data say 0.005" in t for t in texts)
     # the same log under another pattern is read again
     again = answer("ingest", "5mm4Hz0x75A.csv", "--pattern", "{amplitude:mm}mm*")
@@ -59,7 +59,7 @@ def test_a_pattern_in_a_pipeline_file(answer: Answer, tmp_path: Path) -> None:
     press_log(tmp_path, "5mm4Hz0x75A.csv")
     text = f'[ingest]\nlogs = ["*.csv"]\npattern = "{PATTERN}"\n[[fit]]\nmodel = "bingham"\nbudget = 50\n'
     (tmp_path / "run.toml").write_text(text)
-    assert conditions(answer("run", "run.toml")["ingest"])["5mm4Hz0x75A"].current == 0.75
+    assert conditions(answer("run", "run.toml")["ingest"])["5mm4Hz0x75A"]["current"] == 0.75
 
 
 def test_a_bad_pattern_is_one_line(mrfit: Run, tmp_path: Path) -> None:
@@ -76,6 +76,6 @@ def test_logs_that_differ_in_any_stated_quantity_are_conditions_of_their_own(ans
     with (tmp_path / "again-5bar-4Hz.csv").open("a") as log:
         log.write("2.000,0.00000,251.32741\n")
     answer("ingest", ".", "--pattern", "{pressure:bar}bar-{frequency:Hz}Hz")
-    found = {s.recording: s.condition for s in answer("segment").segments}
+    found = {s["recording"]: s["condition"] for s in answer("segment")["segments"]}
     low, high = "sine-4Hz-5mm-5bar", "sine-4Hz-5mm-7bar"
     assert found == {"5bar-4Hz": low, "7bar-4Hz": high, "again-5bar-4Hz": low}

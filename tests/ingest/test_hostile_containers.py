@@ -171,7 +171,7 @@ def test_links_out_of_a_matlab_file_are_not_followed(tmp_path: Path) -> None:
         file["force"] = one
 
     def fill(file: h5py.File) -> None:
-        file["time"], file.current = time[None, :], one[None, :]
+        file["time"], file["current"] = time[None, :], one[None, :]
         file["force"] = h5py.ExternalLink(str(tmp_path / "secret.h5"), "force")
 
     path = tmp_path / "run.mat"

@@ -1,7 +1,6 @@
 """What is said of a fit's trustworthiness comes from its own residuals and sensitivities."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -10,10 +9,11 @@ from benchmarks.planted import problem
 from mrfit.fit.diagnostics.trust import Intervals, trust
 from mrfit.fit.identify import SearchSettings, search_optimum
 from mrfit.fit.result import simulate_block
+from mrfit.io.schemas.fit import Trust
 from mrfit.search.parts import Blocks
 
 
-def judged(intervals: Intervals = "hac", missing: float = 0.0, model: str = "bingham") -> dict[str, Any]:
+def judged(intervals: Intervals = "hac", missing: float = 0.0, model: str = "bingham") -> Trust:
     """Fit planted logs, to which a force in proportion to displacement was added, and judge the fit."""
     group, assembly, cube = problem(model, 2, 6000, np.random.default_rng(1))
     if missing:
@@ -26,7 +26,9 @@ def judged(intervals: Intervals = "hac", missing: float = 0.0, model: str = "bin
     point = found.point
     theta = cube.to_theta(point[None, :])[0]
     simulated = [simulate_block(b, assembly, theta)[0] for b in group.full]
-    return trust(group, assembly, cube, point, simulated, ("none", intervals, np.random.default_rng(2)))
+    return trust(
+        group, assembly, cube, point, simulated, weight="none", intervals=intervals, rng=np.random.default_rng(2)
+    )
 
 
 def test_a_model_that_fits_is_determined_and_leaves_nothing_of_its_input() -> None:
