@@ -91,8 +91,8 @@ def ingest(
     most = None if max_memory is None else size_of(max_memory)
     settings = Settings(map_file, ohms(resistance), pattern, jobs, max_memory=most)
     if preview:
-        rows = [asdict(row) for row in preview_logs(logs, settings)]
-        return console.print_json(rows) if as_json else output.preview(rows)
+        rows = preview_logs(logs, settings)
+        return console.print_json([asdict(row) for row in rows]) if as_json else output.preview(rows)
     with console.progress_bar() as progress:
         summary = pipeline.ingest(work, logs, settings, progress)
     return console.print_json(summary) if as_json else output.ingest(summary, work)
