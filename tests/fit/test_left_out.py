@@ -14,7 +14,7 @@ from mrfit.errors import ConfigError, DataError
 from mrfit.fit.predict import predict, read_fit
 from mrfit.fit.select import read_dataset
 from mrfit.fit.stage import Settings
-from mrfit.io.workspace import Workspace
+from mrfit.io.workspace import Workspace, plain
 from mrfit.simulate.assembly import assemble
 from tests.fit.benches import Bench, write_workspace
 
@@ -93,9 +93,9 @@ def test_a_prediction_leaves_out_what_it_cannot_simulate(tmp_path: Path, capsys:
     fit: dict[str, Any] = mrfit.fit.stage.run(fitted, Settings("bingham", "lsq", per="all"))
     found = predict(fit, read_dataset(damper(tmp_path / "logs", {"2": "velocity"})))
     assert len(found.used) == 3 and found.warnings[0].kind == "recordings-left-out"
-    told = {"fit": fit.name, "output": "force", "metrics": found.metrics, "used": found.used}
+    told = {"fit": fit.name, "output": "force", "metrics": plain(found.metrics), "used": found.used}
     told |= {"conditions": {b.segment.id: b.segment.condition for b in found.blocks}, "findings": []}
-    output.predict({**told, "outdated": False, "refused": [], "warnings": found.warnings})
+    output.predict({**told, "outdated": False, "refused": [], "warnings": plain(found.warnings)})
     assert "warning recordings-left-out: 1 of 4 segments" in capsys.readouterr().out
     with pytest.raises(DataError, match="no velocity in this log"):
         predict(fit, read_dataset(damper(tmp_path / "none", {f"{f:g}": "velocity" for f, _ in SINES})))

@@ -31,33 +31,33 @@ def press(mrfit: Run, real_logs: Path, tmp_path: Path) -> Path:
 def compared(mrfit: Run, models: tuple[str, ...]) -> dict[str, dict[str, Any]]:
     result = mrfit("compare", "--models", ",".join(models), "--json", timeout=1200.0)
     assert result.returncode == 0, result.stderr
-    return {m["model"]: m for m in json.loads(result.stdout).models}
+    return {m["model"]: m for m in json.loads(result.stdout)["models"]}
 
 
 def test_one_set_of_parameters_for_five_currents_predicts_held_out_conditions(mrfit: Run, press: Path) -> None:
     models = compared(mrfit, ("hysteretic-biviscous", "tanh", "bingham"))
     # the authors of the data reach 5.1 % of the range with twelve parameters
-    assert models["hysteretic-biviscous"].holdout_nrmse <= 0.030
-    assert models["tanh"].holdout_nrmse <= 0.045
-    assert models["bingham"].holdout_nrmse > models["tanh"].holdout_nrmse
-    assert models["tanh"].current_orders == {"fy": 2, "a1": 2, "c": 1}
+    assert models["hysteretic-biviscous"]["holdout_nrmse"] <= 0.030
+    assert models["tanh"]["holdout_nrmse"] <= 0.045
+    assert models["bingham"]["holdout_nrmse"] > models["tanh"]["holdout_nrmse"]
+    assert models["tanh"]["current_orders"] == {"fy": 2, "a1": 2, "c": 1}
 
 
 @pytest.mark.slow
 def test_spencer_is_best_and_models_without_hysteresis_are_worst(mrfit: Run, press: Path) -> None:
     models = compared(mrfit, (*HYSTERETIC, *PLAIN))
     assert next(iter(models)) == "spencer"
-    assert models["spencer"].holdout_nrmse <= 0.030
-    assert models["spencer"].train_nrmse <= 0.020
-    worst_of = max(models[m].train_nrmse for m in HYSTERETIC)
-    assert all(models[m].train_nrmse > worst_of for m in PLAIN)
+    assert models["spencer"]["holdout_nrmse"] <= 0.030
+    assert models["spencer"]["train_nrmse"] <= 0.020
+    worst_of = max(models[m]["train_nrmse"] for m in HYSTERETIC)
+    assert all(models[m]["train_nrmse"] > worst_of for m in PLAIN)
 
 
 def test_data_of_fast_tests_alone_are_chosen_by_their_peak_velocity(mrfit: Run, press: Path) -> None:
     result = mrfit("fit", "--model", "guo", "--per", "all", "--only", "MH", "--json")
     assert result.returncode == 0, result.stderr
     # 25 mm at 0.5 Hz, 5 mm at 3 Hz and 2 mm at 5 Hz: 78, 87 and 52 mm/s, none slow
-    assert len({s["condition"] for s in json.loads(result.stdout).results[0]["segments"]}) == 10
+    assert len({s["condition"] for s in json.loads(result.stdout)["results"][0]["segments"]}) == 10
     refused = mrfit("fit", "--model", "guo", "--per", "all", "--only", "H")
     assert refused.returncode == 2 and "leaves nothing to train on" in refused.stderr
 
@@ -89,7 +89,7 @@ def test_a_free_run_on_random_motion_beats_the_bouc_wen_model(mrfit: Run, real_l
     for model in ("lugre+delay", "dahl"):
         result = mrfit("predict", "--fit", model, "validation.csv", "--json")
         assert result.returncode == 0, result.stderr
-        found[model] = json.loads(result.stdout).metrics[-1]["fit_percent"]
+        found[model] = json.loads(result.stdout)["metrics"][-1]["fit_percent"]
     # 84.6 % is what a simple Bouc-Wen model was reported to reach; friction that falls with speed explains the rest
     assert found["lugre+delay"] >= 87.0
     assert 80.0 <= found["dahl"] <= 84.6
@@ -113,6 +113,6 @@ def test_friction_that_falls_with_speed_behind_a_filter_reaches_88_percent_on_al
     given = [word for start in starts for word in ("--start", start)]
     fit = mrfit("fit", "--model", model, "--opt", "lsq", "--per", "all", *given, "--json", timeout=600.0)
     assert fit.returncode == 0, fit.stderr
-    held = next(m for m in json.loads(fit.stdout).metrics if (m["role"], m["condition"]) == ("holdout", "all"))
-    assert held.samples == 1499
-    assert held.fit_percent >= 88.0
+    held = next(m for m in json.loads(fit.stdout)["metrics"] if (m["role"], m["condition"]) == ("holdout", "all"))
+    assert held["samples"] == 1499
+    assert held["fit_percent"] >= 88.0

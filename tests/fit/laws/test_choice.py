@@ -71,7 +71,7 @@ def held_out(fit: dict[str, Any], noise: float) -> float:
 
 
 def orders(fit: dict[str, Any]) -> dict[str, Any]:
-    return dict((fit.current_dependence or {"orders": {}}).orders)
+    return dict(fit.current_dependence.orders if fit.current_dependence else {})
 
 
 def rotary(i: float) -> dict[str, float]:
