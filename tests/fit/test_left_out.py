@@ -14,7 +14,7 @@ from mrfit.errors import ConfigError, DataError
 from mrfit.fit.predict import predict, read_fit
 from mrfit.fit.select import read_dataset
 from mrfit.fit.stage import Settings
-from mrfit.io.workspace import Workspace, plain
+from mrfit.io.workspace import Workspace, plain, to_json
 from mrfit.simulate.assembly import assemble
 from tests.fit.benches import Bench, write_workspace
 
@@ -49,7 +49,7 @@ def test_the_others_are_fitted_and_the_warning_names_log_and_reason(
     assert force.text.startswith("2 of 4 segments (1 held out) take no part, those of 0.5Hz0.004at0.5, 3Hz")
     assert "no force in this log" in force.text
     assert velocity.text.startswith("1 of 4 segments take no part, those of 2Hz") and "no velocity" in velocity.text
-    output.fit(fit, tmp_path)
+    output.fit(to_json(fit), tmp_path)
     assert "warning recordings-left-out: 2 of 4 segments" in capsys.readouterr().out
     mrfit.report.stage.run(workspace, mrfit.report.stage.Settings())
     page, table = ((workspace.report_folder / name).read_text() for name in ("index.html", "metrics.tex"))
