@@ -162,7 +162,7 @@ def test_a_fit_is_that_of_the_command_to_the_last_digit(
     done = mrfit("predict", "--fit", "x", log, "--json")
     assert done.returncode == 0, done.stderr
     for one in (found, face.load(tmp_path / "own.json")):
-        metrics = json.loads(done.stdout).metrics
+        metrics = json.loads(done.stdout)["metrics"]
         pd.testing.assert_frame_equal(one.predict(face.read(log)).metrics, pd.DataFrame(metrics), rtol=0, atol=0)
 
 

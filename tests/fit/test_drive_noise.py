@@ -57,4 +57,4 @@ def test_current_noise_leaves_exponent_and_hysteretic_share_in_place(
     found = {d.name: d.value for d in mrfit.fit.stage.run(workspace, settings).results[0].derived}
     slope, amplitude, _, n, _ = boucwen_flux.derived(TRUTH)[0]
     assert found["sharpness"] == pytest.approx(n, rel=tolerance)
-    assert found.amplitude / found["slope"] == pytest.approx(amplitude / slope, rel=tolerance)
+    assert found["amplitude"] / found["slope"] == pytest.approx(amplitude / slope, rel=tolerance)

@@ -72,7 +72,7 @@ def inside(name: str, fit: dict[str, Any]) -> list[tuple[str, bool]]:
     derived = assembly.derived(theta[None, :])[0].tolist()
     truth |= dict(zip((d.name for d in assembly.spec.derived), derived, strict=True))
     rows = [*fit.results[0].parameters, *fit.results[0].derived]
-    counted = [r for r in rows if r.identifiable and not r.get("fixed")]
+    counted = [r for r in rows if r.identifiable and not r.fixed]
     return [(r.name, r.low <= truth[r.name] <= r.high) for r in counted]
 
 

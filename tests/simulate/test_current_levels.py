@@ -1,6 +1,5 @@
 """Joint fits over current: which parameters vary, where the search starts, and that planted polynomials come back."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,8 @@ from mrfit.core.recording import Recording
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.predict import predict
 from mrfit.fit.select import read_dataset
+from mrfit.io.schemas.fit import Fit, FitDependence
+from mrfit.io.schemas.reading import of_json
 from mrfit.io.workspace import Workspace, write_json
 from mrfit.models import bingham, boucwen, polynomial, tanh
 from mrfit.search.cube import cube_of
@@ -42,7 +43,7 @@ def fitted(workspace: Workspace, **changes: Any) -> dict[str, Any]:
 
 def test_polynomials_of_current_that_were_planted_come_back_within_their_intervals(tmp_path: Path) -> None:
     fit = fitted(a_workspace(tmp_path))
-    assert fit.current_dependence == {"orders": {"fy": 2, "C_inf": 1}, "low": 0.0, "high": 1.0}
+    assert fit.current_dependence == FitDependence(orders={"fy": 2, "C_inf": 1}, low=0.0, high=1.0)
     found = {p.name: p for p in fit.results[0].parameters}
     assert list(found) == list(TRUTH)
     for name, value in TRUTH.items():
@@ -69,7 +70,7 @@ def test_a_saved_generalised_fit_predicts_a_current_it_has_not_seen(tmp_path: Pa
 def test_the_first_phase_is_kept_with_the_fit(tmp_path: Path) -> None:
     fit = fitted(a_workspace(tmp_path))
     levels = fit.results[0].per_current
-    assert [level.current for level in levels] == pytest.approx(LEVELS, abs=1e-9)
+    assert [level["current"] for level in levels] == pytest.approx(LEVELS, abs=1e-9)
     assert [level["fy"] for level in levels] == pytest.approx([100.0, 450.0, 1000.0], rel=0.05)
 
 
@@ -154,7 +155,7 @@ def test_pieces_that_were_planted_come_back_and_predict_currents_not_seen(tmp_pa
     whole = next(m for m in fit.metrics if m.condition == "all")
     assert whole.rmse <= 1.05 * whole.noise_floor
     write_json(tmp_path / "fit.json", fit)
-    stored = json.loads((tmp_path / "fit.json").read_text())
+    stored = of_json(Fit, (tmp_path / "fit.json").read_bytes())
     assert assembly_of(stored).spec.names == tuple(found)
     other = write_workspace(tmp_path / "other", replace(bench, seed=4), SINES, (0.1, 0.6, 1.2))
     assert (row := predict(stored, read_dataset(other)).metrics[-1]).rmse <= 1.05 * row.noise_floor
