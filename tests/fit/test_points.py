@@ -97,9 +97,8 @@ def test_a_model_whose_points_leave_parameters_open_is_refused_in_one_line(
 
 def test_optimizers_and_models_are_compared_with_it(workspace: Workspace) -> None:
     fit = Settings("tanh", budget=400)
-    rows = mrfit.compare.optimizers.run(workspace, mrfit.compare.optimizers.Settings(("points", "points-lsq"), fit, 3))[
-        "rows"
-    ]
+    asked = mrfit.compare.optimizers.Settings(("points", "points-lsq"), fit, 3)
+    rows = mrfit.compare.optimizers.run(workspace, asked).rows
     points = [r for r in rows if r.optimizer == "points"]
     # every seed takes the same points
     assert all(r.best == r.worst and r.evaluations == 1 for r in points)
