@@ -12,7 +12,7 @@ from mrfit.cli import output
 from mrfit.core.specs import Array
 from mrfit.fit.diagnostics.residual_tests import ALL, Dependence, input_dependence
 from mrfit.fit.stage import Settings
-from mrfit.io.workspace import Workspace
+from mrfit.io.workspace import Workspace, to_json
 from mrfit.simulate.assembly import assemble
 from tests.fit.benches import Bench, write_workspace
 from tests.fit.toy import coloured
@@ -158,7 +158,7 @@ def test_a_stiffness_that_changes_sign_with_current_is_said_of_a_joint_fit(
     (warning,) = [w for w in fit.results[0].warnings if w.kind == "input-residual"]
     said = f"goes with velocity in 4 of 5 conditions, most on {row.condition} (correlation {row.correlation:.2f}"
     assert said in warning.text
-    output.fit(fit, tmp_path)
+    output.fit(to_json(fit), tmp_path)
     mrfit.report.stage.run(workspace, mrfit.report.stage.Settings())
     page = (workspace.report_folder / "index.html").read_text()
     for shown in (" ".join(capsys.readouterr().out.split()), " ".join(page.split())):
