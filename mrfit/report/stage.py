@@ -3,7 +3,7 @@
 import hashlib
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 
@@ -15,22 +15,7 @@ from mrfit.io.schemas.stages import ReportFile
 from mrfit.io.workspace import TEMPORARY, Workspace, write_json
 from mrfit.report import figures, page, tables
 from mrfit.report.source import Source, fit_names, input_files, read_source
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What to report.
-
-    Attributes
-    ----------
-    fits
-        Names of fits in the order to show them; empty for all finished ones.
-    jobs
-        Worker processes; does not change the result.
-    """
-
-    fits: tuple[str, ...] = ()
-    jobs: int = 1
+from mrfit.settings.report import Settings as Settings
 
 
 def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> ReportFile:
