@@ -265,4 +265,4 @@ finally:
     [(flux.Settings, stored_stages.FluxSettings), (segment.Settings, stored_stages.SegmentSettings)],
 )
 def test_what_a_stage_stores_of_its_settings_is_all_of_them(kind: Any, stored: Any) -> None:
-    assert stored().model_dump() == asdict(kind())
+    assert asdict(stored()) == asdict(kind())
