@@ -1,6 +1,6 @@
 """The advise stage: the next test, from what a discovery or a fit left open and from what the rig can do."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +17,7 @@ from mrfit.errors import ConfigError, DataError
 from mrfit.fit.select import read_dataset
 from mrfit.io.dataset import Dataset
 from mrfit.io.keys import code_version
-from mrfit.io.schemas.advice import SCHEMA, AdviceFile, AdvisedTest, Pair
+from mrfit.io.schemas.advice import AdviceFile, AdvisedTest, Pair
 from mrfit.io.schemas.discovery import DiscoveryFile
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.reading import load
@@ -83,7 +83,7 @@ def write(folder: Path, made: Made) -> None:
         png = made.figure.png
         write_text(folder / "loops.svg", made.figure.svg)
         write_atomic(folder / "loops.png", lambda path: path.write_bytes(png))
-    write_json(folder / JSON, {"schema": SCHEMA, **made.content.model_dump(mode="json")})
+    write_json(folder / JSON, made.content)
 
 
 def rig_for(workspace: Workspace, settings: Settings) -> Rig:
@@ -215,7 +215,7 @@ def of_fit(bench: Bench, fit: Fit, rig: Rig, seed: int, progress: Progress = sil
     mask = np.ones(1, dtype=np.bool_)
     rows = [_row(t, f"test-{k}.csv", specimen, mask, drives) for k, t in enumerate(chosen.tests, start=1)]
     # of parameters there are no distances
-    tests = tuple(row.model_copy(update={"distances": ()}) for row in rows)
+    tests = tuple(replace(row, distances=()) for row in rows)
     narrower = widths(known, fit, chosen.tests[0].test, specimen)
     content = AdviceFile(
         goal="parameters",

@@ -16,9 +16,9 @@ from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import frame_of, text_table
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
-from mrfit.io.schemas.advice import SCHEMA, AdviceFile
+from mrfit.io.schemas.advice import AdviceFile
 from mrfit.io.schemas.discovery import DiscoveryFile
-from mrfit.io.schemas.fit import Fit
+from mrfit.io.workspace import plain
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -56,7 +56,7 @@ class Advice:
         apart = [k for k, pair in enumerate(self.content.pairs) if pair.separable]
         companion = (self.content.companion,) if self.content.companion else ()
         rows = [
-            {"test": t.text, "least": min((t.distances[k] for k in apart), default=None), **t.model_dump()}
+            {"test": t.text, "least": min((t.distances[k] for k in apart), default=None), **vars(t)}
             for t in (*self.content.tests, *companion)
         ]
         return frame_of(rows, COLUMNS)
@@ -64,7 +64,7 @@ class Advice:
     @property
     def widths(self) -> "DataFrame":
         """Half-widths of a fit's 95 % intervals, and those expected after the best test."""
-        rows = [{"parameter": w.name, **w.model_dump()} for w in self.content.widths]
+        rows = [{"parameter": w.name, **vars(w)} for w in self.content.widths]
         return frame_of(rows, WIDTHS, "parameter")
 
     def drive(self, name: str = "test-1.csv") -> "DataFrame":
@@ -75,7 +75,8 @@ class Advice:
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of advise.json."""
-        return {"schema": SCHEMA, **self.content.model_dump(mode="json")}
+        found: dict[str, Any] = plain(self.content)
+        return found
 
     def save(self, folder: PathText) -> None:
         """Write advise.json, the drives and the figure into a folder."""
@@ -123,8 +124,7 @@ def advise(
     with one_blas_thread():
         data = prepared(recordings, Preparation(how.flux, how.segment), progress).dataset
         if isinstance(found, FitResult):
-            fit = Fit.of(found.to_json())
-            made = stage.of_fit(stage.bench_of(data, fit.model), fit, limits, seed, progress)
+            made = stage.of_fit(stage.bench_of(data, found.model), found.content, limits, seed, progress)
         else:
             content = DiscoveryFile.of(found.to_json())
             made = stage.of_discovery(stage.bench_of(data, content.base_model), content, limits, seed, progress)

@@ -1,14 +1,20 @@
 """The command ``mrfit advise``."""
 
+from __future__ import annotations
+
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mrfit.cli import console
 from mrfit.cli.options import Json, Plugins, Work, options
 from mrfit.core.progress import Progress
 from mrfit.settings.advise import Settings
 
-# Words before a discovery's own advice where no rig is stated
+if TYPE_CHECKING:
+    from mrfit.io.schemas.advice import AdviceFile, AdvisedTest
+
+# What follows a discovery's own advice where no rig is stated
 NO_RIG = "State the rig's limits in a table [rig] of mrfit.toml to have this test computed."
 
 
@@ -18,57 +24,54 @@ def advise(settings: Settings, work: Work, plugins: Plugins, as_json: Json) -> N
 
     Example: mrfit advise --rig press.toml
     """
+    from mrfit.cli import output, pipeline
+    from mrfit.io.workspace import to_json
+
     with console.progress_bar() as progress:
-        summary = advice(work, settings, progress)
+        made = computed(work, settings, progress)
+    if made is not None:
+        return console.print_json(to_json(made)) if as_json else _say(made, work)
+    words = pipeline.advise(work)
     if as_json:
-        return console.print_json(summary)
-    return _in_words(summary) if "advice" in summary else _told(summary, work)
+        return console.print_json(words)
+    output.advise(words)
+    if words["verdict"] == "ambiguous":
+        console.say(NO_RIG)
+    return None
 
 
-def advice(work: Path, settings: Settings, progress: Progress) -> dict[str, Any]:
-    """Return the next test; the advice of the last discovery in words where no rig is stated."""
+def computed(work: Path, settings: Settings, progress: Progress) -> AdviceFile | None:
+    """Return the next test; None where no rig is stated, so that a discovery's own words are all there is to say."""
     from mrfit.advise import stage
     from mrfit.cli import pipeline
     from mrfit.io.workspace import Workspace
 
-    workspace = Workspace(work)
-    words = pipeline.advise(work) if settings.goal == "rivals" else {}
-    if words and not stage.has_rig(workspace, settings):
-        return words
+    workspace, on_rivals = Workspace(work), settings.goal == "rivals"
+    outdated = on_rivals and bool(pipeline.advise(work)["outdated"])
+    if on_rivals and not stage.has_rig(workspace, settings):
+        return None
     with workspace.locked():
-        made = stage.run(workspace, settings, progress)
-    return {**made.model_dump(mode="json"), "outdated": words.get("outdated", False)}
+        return replace(stage.run(workspace, settings, progress), outdated=outdated)
 
 
-def _in_words(summary: dict[str, Any]) -> None:
-    from mrfit.cli import output
-
-    output.advise(summary)
-    if summary["verdict"] == "ambiguous":
-        console.say(NO_RIG)
-
-
-def _told(summary: dict[str, Any], work: Path) -> None:
+def _say(made: AdviceFile, work: Path) -> None:
     from mrfit.cli.output import OUTDATED
 
-    if summary["outdated"]:
+    if made.outdated:
         console.say(f"  warning outdated: {OUTDATED}: discover again")
-    for line in summary["text"]:
+    for line in made.text:
         console.say(line)
-    apart = [k for k, p in enumerate(summary["pairs"]) if p["separable"]]
-    rows = [_row(t, [t["distances"][k] for k in apart]) for t in _tests(summary)]
-    last = "least distance, standard errors" if summary["pairs"] else "gain per second"
+    apart = [k for k, pair in enumerate(made.pairs) if pair.separable]
+    tests = [*made.tests, *([made.companion] if made.companion else [])]
+    last = "least distance, standard errors" if apart else "gain per second"
+    rows = [_row(t, apart) for t in tests]
     console.print_table("Tests", ("test", "seconds", "waiting", last, "drive"), rows)
-    if summary["widths"]:
-        shown = [[w["name"], w["unit"], w["value"], w["before"], w["after"]] for w in summary["widths"]]
+    if made.widths:
+        shown = [[w.name, w.unit, w.value, w.before, w.after] for w in made.widths]
         console.print_table("Half-widths of 95 % intervals", ("parameter", "unit", "value", "now", "expected"), shown)
-    console.say(f"Drives{' and loops' if summary['pairs'] else ''}: {work / 'advise'}")
+    console.say(f"Drives{' and loops' if made.pairs else ''}: {work / 'advise'}")
 
 
-def _tests(summary: dict[str, Any]) -> list[dict[str, Any]]:
-    return [*summary["tests"], *([summary["companion"]] if summary["companion"] else [])]
-
-
-def _row(test: dict[str, Any], distances: list[float]) -> list[object]:
-    worth = min(distances) if distances else test["worth"]
-    return [test["text"], test["seconds"], test["waiting"], worth, test["drive"]]
+def _row(test: AdvisedTest, apart: list[int]) -> list[object]:
+    worth = min(test.distances[k] for k in apart) if apart else test.worth
+    return [test.text, test.seconds, test.waiting, worth, test.drive]

@@ -10,6 +10,7 @@ import mrfit
 from mrfit.io.schemas.advice import AdviceFile
 from mrfit.io.schemas.discovery import DiscoveryFile
 from mrfit.io.schemas.reading import load
+from mrfit.io.workspace import plain
 from tests.advise.lab import MASS, MODEL, RATE, RIG, SPRING, advised, one_frequency
 
 DRIVES = ("test-1.csv", "companion.csv")
@@ -35,6 +36,7 @@ def test_the_advised_test_names_what_one_frequency_cannot(truth, size, tmp_path:
     stored = load(tmp_path / "advise.json", AdviceFile, "")
     assert stored is not None and stored.text[0].startswith("Run a ")
     assert (stored.tests, stored.pairs) == (advice.content.tests, advice.content.pairs)
+    assert plain(stored) == advice.to_json()
     assert {p.name for p in tmp_path.iterdir()} >= {*DRIVES, "loops.png", "loops.svg"}
     rows = np.genfromtxt(tmp_path / "test-1.csv", delimiter=",", skip_header=1)
     assert np.abs(rows[:, 1]).max() <= 0.015 and np.abs(rows[:, 2]).max() <= 0.3

@@ -54,13 +54,13 @@ def test_limits_are_always_kept(bench, kind, point, factor):
 @given(st.sampled_from(("sine", "triangle", "sweep", "steps", "repeat")), POINT)
 def test_motion_starts_and_ends_at_rest_and_its_rates_are_its_derivatives(kind, point):
     # sampled so finely that sums are integrals
-    bench = replace(press(current=2.0, frequency=6.0, seconds=4.0), dt=2e-4)
+    bench = replace(press(current=2.0, frequency=6.0, seconds=4.0), dt=5e-5)
     x, v, a = test_at(kind, point, bench).motion
     assert abs(x[0]) < 1e-9 and abs(v[0]) < 1e-3 * np.abs(v).max()
     assert abs(x[-1]) < 0.02 * np.abs(x).max()
     for value, rate in ((x, v), (v, a)):
         travelled = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * bench.dt)]) + value[0]
-        assert np.abs(travelled - value).max() <= 0.02 * np.ptp(value)
+        assert np.abs(travelled - value).max() <= 0.03 * np.ptp(value)
 
 
 def test_a_coil_is_driven_by_its_current():

@@ -1,27 +1,24 @@
 """What advise.json holds: the next test, from what a discovery or a fit left open."""
 
-from pydantic import ConfigDict
+from dataclasses import dataclass, field
+from typing import ClassVar
 
-from mrfit.io.schemas.reading import Part, Stored
+from mrfit.io.schemas.reading import Document, Entry, Number, told
 
 SCHEMA = "mrfit/advice/1"
 
 
-class Row(Part):
-    """A part of an advice, which nobody changes."""
-
-    model_config = ConfigDict(frozen=True)
-
-
-class Pair(Row):
+@dataclass(frozen=True, kw_only=True)
+class Pair(Entry):
     """Two rivals: standard errors between them in the data there are, and whether the rig can tell them apart."""
 
     names: tuple[str, str]
-    before: float
+    before: Number
     separable: bool
 
 
-class AdvisedTest(Row):
+@dataclass(frozen=True, kw_only=True)
+class AdvisedTest(Entry):
     """A test that a rig can run.
 
     Attributes
@@ -44,25 +41,27 @@ class AdvisedTest(Row):
 
     kind: str
     text: str
-    numbers: dict[str, float]
-    seconds: float
-    waiting: float
-    distances: tuple[float, ...] = ()
-    worth: float
+    numbers: dict[str, Number]
+    seconds: Number
+    waiting: Number
+    distances: tuple[Number, ...] = ()
+    worth: Number
     drive: str = ""
 
 
-class Width(Row):
+@dataclass(frozen=True, kw_only=True)
+class Width(Entry):
     """A parameter with the half-width of its 95 % interval now, and expected after the test; None where open."""
 
     name: str
     unit: str
-    value: float
-    before: float | None
-    after: float | None
+    value: Number
+    before: Number | None
+    after: Number | None
 
 
-class AdviceFile(Stored):
+@dataclass(frozen=True, kw_only=True)
+class AdviceFile(Document):
     """Content of advise.json.
 
     Attributes
@@ -87,11 +86,12 @@ class AdviceFile(Stored):
         Tests simulated, and those among them that the rig cannot run after all.
     noise
         Standard error of one sample of the output, SI.
+    outdated
+        Whether the discovery was made from other data than are there now.
     """
 
-    known = (SCHEMA,)
-    model_config = ConfigDict(frozen=True)
-
+    known: ClassVar = (SCHEMA,)
+    schema: str = SCHEMA
     goal: str
     model: str
     rivals: tuple[str, ...] = ()
@@ -100,9 +100,10 @@ class AdviceFile(Stored):
     tests: tuple[AdvisedTest, ...]
     companion: AdvisedTest | None = None
     widths: tuple[Width, ...] = ()
-    rig: dict[str, float | tuple[float, float] | None] = {}
+    rig: dict[str, Number | tuple[Number, Number] | None] = field(default_factory=dict)
     looked_at: int
     refused: int
-    noise: float
+    noise: Number
     seed: int
     code: str = ""
+    outdated: bool = told(False)
