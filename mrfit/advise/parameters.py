@@ -9,7 +9,7 @@ from mrfit.advise.criterion import determinant_gain, half_widths, triangle, with
 from mrfit.advise.drives import Bench as Rigged
 from mrfit.advise.drives import Test
 from mrfit.advise.specimen import Specimen, rows_of
-from mrfit.advise.standing import PRIOR, errors_of, stencil
+from mrfit.advise.standing import PRIOR, errors_of, stencil, stride_of
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.discover.bench import Bench
@@ -95,7 +95,7 @@ def known_of(bench: Bench, fit: Fit) -> Known:
     cube = cube_of(assembly.spec, ends, {n: q.value for n, q in free.items()}, held)
     point = cube.start
     evaluate = errors_of(bench, assembly, cube)
-    excess = max(float(np.sqrt(np.mean(evaluate(point[None, :]) ** 2))), 1.0)
+    excess = max(float(np.sqrt(np.mean(evaluate(point[None, :]) ** 2) / stride_of(bench))), 1.0)
     root = triangle(sensitivities(evaluate, point) / excess)
     floor = float(np.sqrt(np.mean([s.floor**2 for s in bench.of_role("train")])))
     return Known(assembly, cube, point, root, np.full(len(point), PRIOR), floor * excess)

@@ -71,7 +71,7 @@ def separate(bench: Bench, found: DiscoveryFile, rig: Rig, seed: int, progress: 
     model = _model(found, seed)
     specimen = Specimen.of(bench, assemble(model.base, model.dependence), rig)
     rigged = rigged_of(bench, specimen.channels, rig)
-    rivals = _movable(rivals_of(found), specimen, rig)
+    rivals = _movable(rivals_of(found), bench, specimen, rig)
     standings = fitted(bench, model, rivals, progress)
     draws = [s.draws(DRAWS, np.random.default_rng([seed, k])) for k, s in enumerate(standings)]
     noise = float(np.sqrt(np.mean([s.floor**2 for s in bench.of_role("train")])))
@@ -120,15 +120,19 @@ def _differs(test: Test, first: Test, rigged: Rigged) -> bool:
     return max(ratio, 1.0 / ratio) >= OTHER_FREQUENCY or moved > OTHER_CURRENT * span > 0.0
 
 
-def _movable(rivals: Sequence[Rival], specimen: Specimen, rig: Rig) -> list[Rival]:
+def _movable(rivals: Sequence[Rival], bench: Bench, specimen: Specimen, rig: Rig) -> list[Rival]:
     """Return the rivals that the rig can show; of those that a discovery states it has to be all."""
     kept = []
     for rival in rivals:
-        lacking = "" if rival.name == NOTHING else unmovable(spec_of(rival.name).inputs, specimen, rig)
-        if not lacking:
+        inputs = () if rival.name == NOTHING else spec_of(rival.name).inputs
+        lacking = unmovable(inputs, specimen, rig)
+        # what was never recorded is no part of the data that a rival has to go with
+        recorded = not rival.hidden or bench.channels.issuperset(inputs)
+        if not lacking and recorded:
             kept.append(rival)
         elif not rival.hidden:
             raise ConfigError(f"{rival.name} needs {lacking} to move, which [rig] does not state: add {lacking} to it")
     if len(kept) < 2:
-        raise DataError("no rival is left that the rig can show: [rig] moves none of what they need")
+        names = ", ".join(r.name for r in rivals if r.name != NOTHING)
+        raise DataError(f"no rival is left that the rig can show: [rig] moves, or the logs hold, not what {names} need")
     return kept

@@ -27,6 +27,8 @@ PRIOR = 0.5
 # An effect of which the data show nothing is taken to make this share of the output's range, at most this of its own
 HIDDEN_SHARE, HIDDEN_MOST = 0.05, 0.1
 DRAWS = 6
+# Training samples that are looked at; of more every so-manieth, each standing for several
+SAMPLES = 40_000
 # Step of the differences in the cube
 STEP = 1e-4
 # Evaluations of a descent for each free parameter, its tolerance, and floors above which it need not be exact
@@ -63,11 +65,13 @@ class Standing:
     point
         Its optimum (F,) in the cube.
     errors
-        Simulated − measured in multiples of the noise floor, all training samples (N,).
+        Simulated − measured in multiples of the noise floor, samples of all training segments (N,), see ``errors_of``.
     jacobian
         Sensitivities of these in the cube (N, F).
     prior
         Standard deviations of the parameters before any data (F,), in the cube.
+    stride
+        Samples that each one stands for.
     """
 
     rival: Rival
@@ -77,6 +81,7 @@ class Standing:
     errors: Array
     jacobian: Array
     prior: Array
+    stride: int
 
     @property
     def values(self) -> dict[str, float]:
@@ -87,7 +92,7 @@ class Standing:
     @property
     def chi(self) -> float:
         """RMS error in multiples of the noise floor."""
-        return float(np.sqrt(np.mean(self.errors**2)))
+        return float(np.sqrt(np.mean(self.errors**2) / self.stride))
 
     def draws(self, count: int, rng: np.random.Generator) -> Array:
         """Return parameters (D, F) from the intervals that the data and the bounds leave; the optimum is the first.
@@ -170,7 +175,9 @@ def _standing(bench: Bench, model: Model, rival: Rival, base: Mapping[str, float
     evaluate = errors_of(bench, assembly, cube)
     jacobian = sensitivities(evaluate, point)
     errors = evaluate(point[None, :])[0]
-    return Standing(rival, assembly, cube, point, errors, jacobian, _prior(bench, rival, cube, jacobian))
+    stride = stride_of(bench)
+    prior = _prior(bench, rival, cube, jacobian / np.sqrt(stride))
+    return Standing(rival, assembly, cube, point, errors, jacobian, prior, stride)
 
 
 def _nudged(theta: Array, cube: Cube, rival: Rival) -> Array:
@@ -187,13 +194,22 @@ def stencil(point: Array) -> Stencil:
     return Stencil(np.vstack([point, point + np.diag(steps)]), steps)
 
 
+def stride_of(bench: Bench) -> int:
+    """Return the training samples for each one that is looked at."""
+    return -(-sum(s.segment.samples for s in bench.of_role("train")) // SAMPLES)
+
+
 def errors_of(bench: Bench, assembly: Assembly, cube: Cube) -> Callable[[Array], Array]:
-    """Return the map from points (P, F) to errors of all training samples in multiples of the noise floor (P, N)."""
-    blocks = [(s.block_for(assembly), s.floor) for s in bench.of_role("train")]
+    """Return the map from points (P, F) to errors of training samples in multiples of the noise floor (P, N).
+
+    A sample that stands for several is multiplied by the root of their number, so that sums of squares stay.
+    """
+    blocks, stride = [(s.block_for(assembly), s.floor) for s in bench.of_role("train")], stride_of(bench)
 
     def evaluate(points: Array) -> Array:
         theta = cube.to_theta(points)
-        return np.hstack([differences(b, assembly, theta) / floor for b, floor in blocks])
+        weight = np.sqrt(stride)
+        return np.hstack([differences(b, assembly, theta)[:, ::stride] * (weight / floor) for b, floor in blocks])
 
     return evaluate
 

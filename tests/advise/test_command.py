@@ -100,6 +100,17 @@ def test_a_rival_whose_input_the_rig_cannot_move_is_one_line(work, run, capsys) 
     assert "current-lag needs current to move, which [rig] does not state: add current" in capsys.readouterr().err
 
 
+def test_a_hidden_rival_that_was_never_recorded_is_left_aside(work, run, capsys) -> None:
+    path = work / "w" / "discover" / "discovery.json"
+    stored = json.loads(path.read_text()) | {"verdict": "none", "ambiguous_set": [], "suspects": [], "effects": []}
+    hidden = {"name": "temperature", "screen": 0.0, "holdout_gain": None, "accepted": False}
+    stored |= {"candidates": [hidden | {"reason": "cannot be judged: no temperature"}], "augmented_model": MODEL}
+    path.write_text(json.dumps(stored))
+    assert run("advise", "--work", "w", "--rig", rig(work, f"[rig]\n{PRESS}temperature = [20, 50]\n")) == 1
+    told = capsys.readouterr().err
+    assert "no rival is left that the rig can show" in told and told.count("\n") == 1
+
+
 def test_no_rivals_and_no_fit_are_one_line(work, run, capsys) -> None:
     path = work / "w" / "discover" / "discovery.json"
     stored = json.loads(path.read_text()) | {"verdict": "none", "ambiguous_set": [], "suspects": [], "candidates": []}
