@@ -28,7 +28,7 @@ PRIOR = 0.5
 HIDDEN_SHARE, HIDDEN_MOST = 0.05, 0.1
 DRAWS = 6
 # Training samples that are looked at; of more every so-manieth, each standing for several
-SAMPLES = 40_000
+SAMPLES = 100_000
 # Step of the differences in the cube
 STEP = 1e-4
 # Evaluations of a descent for each free parameter, its tolerance, and floors above which it need not be exact
