@@ -245,7 +245,8 @@ def page_and_words(workspace: Workspace) -> None:
     with contextlib.redirect_stdout(io.StringIO()):
         try:
             found = mrfit.report.discovery.read_found(workspace)
-            output.discover({**found, **mrfit.report.discovery.run(workspace)}, workspace.root)
+            page = str(mrfit.report.discovery.run(workspace).path)
+            output.discover({**found.to_json(), "skipped": False, "page": page}, workspace.root)
         except Exception as error:
             text, code = console.explain(error)
             assert code in (1, 2) and "unexpected" not in text and "\n" not in text, text

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from mrfit.core.progress import Progress
 from mrfit.errors import ConfigError
-from mrfit.io.workspace import Workspace
+from mrfit.io.workspace import Workspace, plain
 
 if TYPE_CHECKING:
     import mrfit.flux.stage
@@ -92,15 +92,16 @@ def _discover(workspace: Workspace, settings: discover_stage.Settings, progress:
     import mrfit.report.discovery
     from mrfit.discover import stage as discover_stage
 
-    found = discover_stage.run(workspace, settings, progress)
-    return {**found, "page": mrfit.report.discovery.run(workspace, progress)["page"]}
+    made = discover_stage.run(workspace, settings, progress)
+    page = mrfit.report.discovery.run(workspace, progress).path
+    return {**plain(made.found.to_json()), "skipped": made.skipped, "page": str(page)}
 
 
 def advise(work: Path) -> Summary:
     """Return the last discovery's advice."""
     import mrfit.report.discovery
 
-    return mrfit.report.discovery.advice(Workspace(work))
+    return asdict(mrfit.report.discovery.advice(Workspace(work)))
 
 
 def compare_models(work: Path, models: Sequence[str], options: dict[str, Any], progress: Progress) -> Summary:

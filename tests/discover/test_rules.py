@@ -10,11 +10,13 @@ import pytest
 from mrfit.core.recording import Recording, Segment
 from mrfit.discover import looks, rules
 from mrfit.discover.bench import build_bench
-from mrfit.discover.evidence import Candidate, Effect, Growth, Repetition, Screening
+from mrfit.discover.evidence import Candidate, Contrast, Effect, Growth, Repetition, Screening
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.regions import Region, beyond_training, in_words
 from mrfit.discover.select import decide
 from mrfit.discover.stage import Settings, too_little, usual_dependence
+from mrfit.io.dataset import Dataset
+from mrfit.io.schemas.discovery import Look
 from mrfit.simulate.assembly import assemble
 from tests.discover.test_regions import bench as bench_of_currents
 from tests.discover.world import World, fit
@@ -52,7 +54,7 @@ def varies(high: float) -> Rule:
     channels = {"current": np.linspace(0.0, high, 50), "force": np.ones(50)}
     recordings = {"r": Recording("r", "r.csv", "r", "none", 1e-3, 0.0, channels, {})}
     held = replace(segment("train", "a"), current=0.1)
-    return lambda p: usual_dependence(Settings("tanh"), [held], recordings, p) is not None
+    return lambda p: usual_dependence(Settings("tanh"), Dataset([held], recordings), p) is not None
 
 
 def floored(noise: float) -> Rule:
@@ -106,7 +108,7 @@ def too_much(before: float, after: float, noise: float = 1.0) -> Rule:
 
 
 def follows(records: int, ratio: float, score: float) -> Rule:
-    return lambda p: rules.goes_on(Repetition(1.0, ((np.log(ratio), score),) * records), p)
+    return lambda p: rules.goes_on(Repetition(1.0, (Contrast(np.log(ratio), score),) * records), p)
 
 
 def left(error: float, structure: float) -> Rule:
@@ -130,7 +132,7 @@ def asked_rivals(reach: float, count: int = 1) -> Rule:
 
 
 def shape(curve: float, loop: float, words: str) -> Rule:
-    row = {"over": "velocity", "curve": curve, "loop": loop, "since it turned": 0.0}
+    row = Look(over="velocity", curve=curve, loop=loop, since_it_turned=0.0)
     return lambda p: words in looks.in_words([row], p)
 
 

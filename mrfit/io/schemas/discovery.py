@@ -1,14 +1,22 @@
-"""What discovery.json holds, and what is kept of an unfinished discovery."""
+"""What discovery.json holds, which is the result of a discovery, and what is kept of an unfinished one."""
 
 from typing import Any, Self
 
-from pydantic import model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from mrfit.io.schemas.reading import Part, Stored
 
+SCHEMA = "mrfit/discovery/1"
 
-class EffectParameter(Part):
-    """A parameter of an effect with its interval."""
+
+class Row(Part):
+    """A part of a discovery, which nobody changes."""
+
+    model_config = ConfigDict(frozen=True, populate_by_name=True)
+
+
+class EffectParameter(Row):
+    """A parameter of an effect with its 95 % interval; None where the data leave an end open."""
 
     name: str
     unit: str
@@ -17,25 +25,30 @@ class EffectParameter(Part):
     high: float | None
 
 
-class FoundEffect(Part):
-    """An effect that a discovery names."""
+class FoundEffect(Row):
+    """An effect that a discovery names, those it looks like in these data, and the errors without and with it."""
 
     name: str
-    parameters: list[EffectParameter]
+    parameters: tuple[EffectParameter, ...]
+    aliases: tuple[str, ...] = ()
     holdout_nrmse_before: float | None
     holdout_nrmse_after: float | None
 
 
-class Suspect(Part):
-    """An effect that a discovery does not name, and what it would take of the gap."""
+class Suspect(Row):
+    """An effect that a discovery does not name, and what it would take of the gap.
+
+    ``instead_of`` is the effect in whose place it would stand, where that was taken back too.
+    """
 
     name: str
-    parameters: list[EffectParameter]
+    parameters: tuple[EffectParameter, ...]
     holdout_nrmse_after: float | None
     closed: float | None = None
+    instead_of: str = ""
 
 
-class Where(Part):
+class Where(Row):
     """A region with its shares of the squared error and of the samples."""
 
     region: str
@@ -43,8 +56,8 @@ class Where(Part):
     share_of_samples: float
 
 
-class Gap(Part):
-    """Noise floor and errors as shares of the output's range."""
+class Gap(Row):
+    """Noise floor and errors as shares of the output's range, and the share of the gap closed."""
 
     noise_floor: float | None
     before: float | None
@@ -52,30 +65,40 @@ class Gap(Part):
     closed: float | None
 
 
-class Unexplained(Part):
-    """What is left of the gap."""
+class Drifting(Row):
+    """A record that drifts steadily, at rates in the output's unit and as a share per second, or an effect follows."""
 
-    share_of_gap: float | None
-    where: list[Where] = []
-    text: list[str] = []
-    looks_text: str = ""
+    condition: str
+    segment: str
+    level_rate: float = 0.0
+    gain_rate: float = 0.0
+    follows: str = ""
+    rate: float = 0.0
 
 
-class Candidate(Part):
+class Candidate(Row):
     """What became of an effect of the library."""
 
     name: str
     screen: float
+    strength: float = 0.0
     holdout_gain: float | None
     accepted: bool
     reason: str
 
 
-class Cosines(Part):
+class Pair(Row):
+    """Two effects that look alike in these data, and the cosine between what they do."""
+
+    pair: tuple[str, str]
+    cosine: float
+
+
+class Cosines(Row):
     """Cosines between what effects do, a square matrix."""
 
-    names: list[str]
-    matrix: list[list[float]]
+    names: tuple[str, ...]
+    matrix: tuple[tuple[float, ...], ...]
     alike: float = 1.0
 
     @model_validator(mode="after")
@@ -86,45 +109,71 @@ class Cosines(Part):
         return self
 
 
-class SegmentFloor(Part):
+class Look(Row):
+    """Shares of the squared hold-out error that shapes over a channel predict; negative where that is nothing."""
+
+    over: str
+    curve: float
+    loop: float
+    since_it_turned: float = Field(alias="since it turned")
+
+
+class Unexplained(Row):
+    """What is left of the gap."""
+
+    share_of_gap: float | None
+    predictable: float | None = None
+    where: tuple[Where, ...] = ()
+    text: tuple[str, ...] = ()
+    looks: tuple[Look, ...] = ()
+    looks_text: str = ""
+
+
+class SegmentFloor(Row):
     """A segment of a discovery with its noise floor."""
 
     id: str
     condition: str
     role: str
     noise_floor: float | None = None
+    noise_floor_method: str = ""
+    noise_floor_bounds: tuple[float | None, float | None] = (None, None)
 
 
-class DiscoveryDependence(Part):
+class DiscoveryDependence(Row):
     """How the base's parameters depend on current."""
 
-    orders: list[tuple[str, int | str]]
+    orders: tuple[tuple[str, int | str], ...]
     low: float
     high: float
 
 
 class DiscoveryFile(Stored):
-    """Content of discovery.json."""
+    """Content of discovery.json, the result of a discovery."""
 
-    known = ("mrfit/discovery/1",)
+    model_config = ConfigDict(frozen=True)
+    known = (SCHEMA,)
     base_model: str
     verdict: str
-    effects: list[FoundEffect]
-    ambiguous_set: list[str]
-    suspects: list[Suspect] = []
-    advice: list[str]
-    where: list[Where]
-    where_text: list[str] = []
-    beyond_training: list[str] = []
+    effects: tuple[FoundEffect, ...]
+    ambiguous_set: tuple[str, ...]
+    suspects: tuple[Suspect, ...] = ()
+    advice: tuple[str, ...]
+    where: tuple[Where, ...]
+    where_text: tuple[str, ...] = ()
+    beyond_training: tuple[str, ...] = ()
     gap: Gap
-    candidates: list[Candidate]
+    drift: tuple[Drifting, ...] = ()
+    candidates: tuple[Candidate, ...]
+    confusable: tuple[Pair, ...] = ()
     cosines: Cosines | None = None
     unexplained: Unexplained
     augmented_model: str
-    segments: list[SegmentFloor] = []
-    current_dependence: DiscoveryDependence | None = None
+    segments: tuple[SegmentFloor, ...] = ()
     seed: int
     data_sha256: str
+    current_dependence: DiscoveryDependence | None = None
+    current_choice: dict[str, Any] | None = None
     key: str
     code: str = ""
     settings: dict[str, Any] = {}
@@ -136,10 +185,15 @@ class DiscoveryFile(Stored):
             raise ValueError("gap: no errors for this verdict")
         known = {s.name for s in self.suspects}
         for suspect in self.suspects:
-            other = (suspect.model_extra or {}).get("instead_of")
-            if "instead_of" in (suspect.model_extra or {}) and (not isinstance(other, str) or other not in known):
+            if "instead_of" in suspect.model_fields_set and suspect.instead_of not in known:
+                other = suspect.instead_of
                 raise ValueError(f"suspects: '{other}', instead of which '{suspect.name}' may stand, is none of them")
         return self
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the file's content as JSON has it, without what was never set."""
+        whole = self.model_dump(mode="json", by_alias=True, exclude_unset=True)
+        return {"schema": whole.pop("schema", SCHEMA), **whole}
 
 
 class PartialPoint(Part):
