@@ -1,0 +1,68 @@
+"""What a base model gives to an examination: terms of its own for the nuisance, and its response."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mrfit.core.channels import CONTROL
+from mrfit.core.specs import Array
+from mrfit.discover.invariance.records import Record
+from mrfit.simulate.assembly import Assembly
+from mrfit.simulate.current_dependence import base_name
+
+
+@dataclass(frozen=True)
+class Base:
+    """A base at the parameters of its fit, on some records.
+
+    Attributes
+    ----------
+    terms
+        Its linear terms, per record (L + N, K): shares of the response of the parameters that enter linearly, each
+        divided by its parameter; those of powers of the current above the lowest are left out.
+    response
+        Its response, per record (N,); empty where it is not known.
+    """
+
+    terms: tuple[Array, ...]
+    response: tuple[Array, ...] = ()
+
+
+def none(records: Sequence[Record]) -> Base:
+    """Return a base that gives nothing."""
+    return Base(tuple(np.empty((len(r.speed), 0)) for r in records))
+
+
+def base_of(assembly: Assembly, theta: Array, records: Sequence[Record]) -> Base:
+    """Return what a base model gives, at the parameters (K,) of its fit.
+
+    A base that takes the current itself, not through its parameters, gives no terms: they could not follow an effect
+    that moves the current.
+    """
+    spec = assembly.spec
+    linear: dict[str, int] = {}
+    for k, p in enumerate(spec.params):
+        if p.name in spec.linear:
+            linear.setdefault(base_name(p.name), k)
+    own = CONTROL not in spec.inputs or len(set(map(base_name, spec.names))) < len(spec.names)
+    terms, responses = [], []
+    for record in records:
+        drive = np.ascontiguousarray(np.stack([record.channels[n] for n in spec.inputs]))
+        points = np.repeat(theta[None], 1 + len(linear), axis=0)
+        steps = np.array([max(abs(theta[k]), 1.0) for k in linear.values()])
+        for row, (k, step) in enumerate(zip(linear.values(), steps, strict=True), start=1):
+            points[row, k] += step
+        found = assembly.simulate(drive, points, record.dt)
+        responses.append(record.measured(found[0]))
+        terms.append(((found[1:] - found[:1]) / steps[:, None]).T if own else np.empty((len(record.speed), 0)))
+    return Base(tuple(_scaled(terms)), tuple(responses))
+
+
+def _scaled(terms: Sequence[Array]) -> list[Array]:
+    """Return terms of unit RMS over all records; those that are not finite, zero or constant are left out."""
+    whole = np.concatenate(list(terms))
+    size = np.sqrt(np.mean(whole**2, axis=0))
+    with np.errstate(invalid="ignore"):
+        good = np.isfinite(size) & (size > 0.0)
+    return [t[:, good] / size[good] for t in terms]
