@@ -19,8 +19,8 @@ class Base:
     Attributes
     ----------
     terms
-        Its linear terms, per record (L + N, K): shares of the response of the parameters that enter linearly, each
-        divided by its parameter; those of powers of the current above the lowest are left out.
+        Its linear terms, per record (L + N, K): what the motion makes of the parameters that enter linearly, each
+        divided by its parameter, all others as they are at the middle current.
     response
         Its response, per record (N,); empty where it is not known.
     """
@@ -41,21 +41,26 @@ def base_of(assembly: Assembly, theta: Array, records: Sequence[Record]) -> Base
     that moves the current.
     """
     spec = assembly.spec
-    linear: dict[str, int] = {}
+    linear: dict[str, list[int]] = {}
     for k, p in enumerate(spec.params):
         if p.name in spec.linear:
-            linear.setdefault(base_name(p.name), k)
-    own = CONTROL not in spec.inputs or len(set(map(base_name, spec.names))) < len(spec.names)
+            linear.setdefault(base_name(p.name), []).append(k)
+    expanded = len(set(map(base_name, spec.names))) < len(spec.names)
+    if CONTROL in spec.inputs and not expanded:
+        linear = {}
+    middle = 0.5 * (min(float(r.control.min()) for r in records) + max(float(r.control.max()) for r in records))
+    points, steps = np.repeat(theta[None], 1 + len(linear), axis=0), np.empty(len(linear))
+    for row, places in enumerate(linear.values()):
+        steps[row] = max(float(np.max(np.abs(theta[places]))), 1.0)
+        points[row + 1, places] += steps[row]
     terms, responses = [], []
     for record in records:
         drive = np.ascontiguousarray(np.stack([record.channels[n] for n in spec.inputs]))
-        points = np.repeat(theta[None], 1 + len(linear), axis=0)
-        steps = np.array([max(abs(theta[k]), 1.0) for k in linear.values()])
-        for row, (k, step) in enumerate(zip(linear.values(), steps, strict=True), start=1):
-            points[row, k] += step
-        found = assembly.simulate(drive, points, record.dt)
-        responses.append(record.measured(found[0]))
-        terms.append(((found[1:] - found[:1]) / steps[:, None]).T if own else np.empty((len(record.speed), 0)))
+        responses.append(record.measured(assembly.simulate(drive, theta[None], record.dt)[0]))
+        if CONTROL in spec.inputs:
+            drive[spec.inputs.index(CONTROL)] = middle
+        found = assembly.simulate(drive, points, record.dt) if linear else np.empty((1, len(record.speed)))
+        terms.append(((found[1:] - found[:1]) / steps[:, None]).T)
     return Base(tuple(_scaled(terms)), tuple(responses))
 
 

@@ -99,7 +99,7 @@ class Table:
         return damped
 
     def beside(self, columns: Index, level: int = FULL, offset: bool = True) -> Array:
-        """Return the weights (M, C) of the residuals of some columns, the target's last, beside nuisance and effects."""
+        """Return weights (M, C) that make residuals of some columns, the target last, beside nuisance and effects."""
         gram = self.total
         place = self.kept(level, offset)
         at = np.concatenate([place, self.size + np.arange(len(self.free))])
@@ -148,7 +148,8 @@ class Rows:
 
 def rows_of(setting: Setting, state: State) -> Rows:
     """Return the rows at a state of the effects."""
-    law, target, ends = [], [], ()
+    law, target = [], []
+    ends: tuple[int, ...] = ()
     for at in range(len(setting.records)):
         found = setting.law(at, state)
         ends = found.ends
@@ -249,7 +250,7 @@ def derivative(setting: Setting, at: int, state: State, free: Free, law: Array) 
 
 
 def force_of_law(setting: Setting, at: int, state: State, law: Array) -> Array:
-    """Return the force (L + N,) of a law with coefficients (p,) as the effects of a state let it pass, over the range."""
+    """Return the force (L + N,) of a law with coefficients (p,) behind the effects of a state, over the range."""
     force = setting.law(at, state).values @ law
     passed: Array = setting.passed(at, state, force[:, None])[:, 0]
     return passed
@@ -265,7 +266,7 @@ class Fitted:
 
 
 def refine(setting: Setting, weights: Sequence[Array], state: Mapping[str, Array], level: int = FULL) -> Fitted:
-    """Return effects with their best numbers, by Gauss-Newton steps that are halved where they do not lower the error."""
+    """Return effects with their best numbers, by Gauss-Newton steps that are cut where they do not lower the error."""
     best, current, shrink = None, dict(state), 1.0
     for _ in range(ROUNDS):
         made = table(setting, weights, current)

@@ -26,15 +26,13 @@ from mrfit.discover.invariance.findings import (
 )
 from mrfit.discover.invariance.generic import broken
 from mrfit.discover.invariance.law_gap import law_gap
-from mrfit.discover.invariance.nuisance import scales_of
 from mrfit.discover.invariance.owned import lawful, owns
 from mrfit.discover.invariance.policy import STANDARD, Policy
 from mrfit.discover.invariance.records import Record
-from mrfit.discover.invariance.screening import level_of, screened
+from mrfit.discover.invariance.screening import level_of, of_place, screened
 from mrfit.discover.invariance.selection import (
     Refined,
     decide,
-    objection,
     screened_out,
     weakest,
     worth_refining,
@@ -179,6 +177,10 @@ def _chosen(setting: Setting, policy: Policy) -> _Chosen:
 def _beside_each_other(setting: Setting, chosen: _Chosen, policy: Policy) -> _Chosen:
     """Return what stands when every effect is judged beside all others, the weakest without proof taken out in turn."""
     state, reasons, rows = dict(chosen.state), dict(chosen.reasons), dict(chosen.rows)
+    if any(of_place(setting.known[n]) for n in state):
+        for name in [n for n in state if setting.known[n].constant]:
+            del state[name]
+            reasons[name] = "the origin of a force of the place may be anywhere"
     found: tuple[Described, ...] = ()
     while state:
         weights = weights_of(setting, state)
@@ -222,6 +224,7 @@ def _named(setting: Setting, found: Described, rivals: tuple[str, ...]) -> Named
         breaks=effect.breaks.invariance,
         tier=TIERS[effect.breaks.invariance],
         parameters=parameters,
+        force=found.force,
         common=effect.common,
         standing=found.row.standing,
         rivals=rivals,
@@ -257,6 +260,3 @@ def _base_error(setting: Setting, response: Sequence[Array]) -> float | None:
         whole = np.concatenate([np.zeros(record.lead), own])
         parts.append(setting.targets[at] - setting.row_means(at, whole) / setting.scales.span)
     return rms(parts)
-
-
-__all__ = ["FURTHER", "TIERS", "examine", "objection", "scales_of"]

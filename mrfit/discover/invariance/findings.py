@@ -62,6 +62,8 @@ class NamedEffect:
         The effect, the invariance that it breaks, and what has to hold for the name.
     parameters
         Its parameters; those of a common factor are all the same, see ``common``.
+    force
+        Its largest force with its 95 % interval, which the data may tell better than single parameters.
     common
         Whether its strengths were taken as one: a law whose form is open has no parts to scale apart.
     standing
@@ -76,6 +78,7 @@ class NamedEffect:
     breaks: Invariance
     tier: Tier
     parameters: tuple[Parameter, ...]
+    force: Parameter
     common: bool
     standing: Standing
     rivals: tuple[str, ...] = ()

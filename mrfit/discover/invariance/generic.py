@@ -1,4 +1,4 @@
-"""Generic tests: is an invariance broken by something that no known effect describes?
+"""Generic tests: invariances that are broken by something which no known effect describes.
 
 For each invariance a few flexible forces that break it, beside the best law with the effects that are named. They are
 judged together by what they predict of conditions left out.
@@ -83,12 +83,11 @@ def _judged(made: Table, extra: Sequence[Sequence[Array]], invariance: Invarianc
     count, behind = len(extra[0]), made.size + len(made.free)
     weights = made.beside(behind + np.arange(count))
     grams = np.einsum("ia,gij,jb->gab", weights, made.grams, weights, optimize=True)
-    total = grams.sum(axis=0)
-    ridge = PENALTY * made.rows * np.eye(count)
+    total: Array = np.sum(grams, axis=0)
+    ridge = np.diag(np.full(count, PENALTY * made.rows))
 
     def fitted(gram: Array) -> Array:
-        found: Array = np.linalg.solve(gram[:-1, :-1] + ridge, gram[:-1, -1])
-        return found
+        return np.asarray(np.linalg.solve(gram[:-1, :-1] + ridge, gram[:-1, -1]), dtype=np.float64)
 
     best = fitted(total)
     left = sum(squares(g, fitted(total - g)) for g in grams)

@@ -9,8 +9,8 @@ They are columns of a regression, level by level, each times powers of the curre
     3 time        LP_tau[tanh(v/(s*V))*i^p], the current inside
     4 relaxation  (LP_tau[v] - v)*i^p, p >= 1
 
-V is the speed that 99 % of the samples stay below, X the largest half stroke, w the fastest circular frequency; memories
-end at ``horizon`` times 0.2*X of travel and 0.4/w of time.
+V is the speed that 99 % of the samples stay below, X the largest half stroke, w the fastest circular frequency.
+Memories end at ``horizon`` times 0.2*X of travel and 0.4/w of time.
 """
 
 from collections.abc import Sequence

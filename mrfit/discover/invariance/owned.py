@@ -12,7 +12,7 @@ from mrfit.discover.invariance.sensitivity import Tested, added
 
 
 def owns(base: Base, records: Sequence[Record], effect: Tested, policy: Policy) -> bool:
-    """Return whether the force that an effect adds at its neutral shape is one of a base's own terms, or a sum of some."""
+    """Return whether the force that an effect adds at its neutral shape is a sum of a base's own terms."""
     if not effect.adds or not base.terms[0].shape[1]:
         return False
     unit = effect.at(np.array(effect.spec.neutral), 0, 1.0 if effect.of(0).high > 0.0 else -1.0)

@@ -38,8 +38,8 @@ class Record:
         Samples L before the first that has an output, in which memories settle.
     output
         Measured output (N,), in SI.
-    motion
-        Names of the channels of place, speed and acceleration.
+    made
+        Name of the output.
     fastest
         Frequency below which nearly all of the speed's power lies, in Hz.
     noise
@@ -51,9 +51,14 @@ class Record:
     channels: Mapping[str, Array]
     lead: int
     output: Array
-    motion: tuple[str, str, str]
+    made: str
     fastest: float
     noise: float
+
+    @property
+    def motion(self) -> tuple[str, str, str]:
+        """Names of the channels of place, speed and acceleration."""
+        return MOTION[self.made]
 
     @property
     def place(self) -> Array:
@@ -97,7 +102,7 @@ def from_block(block: Block, names: Sequence[str], output: str) -> Record:
     lead = int(block.nodes[0, 0])
     drive = block.drive[:, : lead + len(block.target)]
     channels = dict(zip(names, drive, strict=True))
-    return thinned(block.segment.condition, block.dt, channels, block.target, MOTION[output])
+    return thinned(block.segment.condition, block.dt, channels, block.target, output)
 
 
 def from_segment(recording: Recording, segment: Segment, output: str) -> Record:
@@ -153,10 +158,9 @@ def from_arrays(
     return from_segment(recording, segment, output)
 
 
-def thinned(
-    condition: str, dt: float, channels: Mapping[str, Array], output: Array, motion: tuple[str, str, str]
-) -> Record:
+def thinned(condition: str, dt: float, channels: Mapping[str, Array], output: Array, made: str) -> Record:
     """Return a record as means over as many samples as the motion allows; channels may begin before the output."""
+    motion = MOTION[made]
     lead = len(next(iter(channels.values()))) - len(output)
     fastest = _fastest(channels[motion[1]][lead:], dt)
     every = max(int(round(1.0 / dt / max(MOST_RATE, SAMPLES_OF_FASTEST * fastest))), 1)
@@ -167,7 +171,7 @@ def thinned(
         inputs[CONTROL] = np.full(len(inputs[motion[1]]), float(np.mean(inputs.get(CONTROL, np.zeros(1)))))
     noise = noise_level(output) / np.sqrt(every)
     return Record(
-        condition, dt * every, inputs, lead // every, _means(output[: count * every], every), motion, fastest, noise
+        condition, dt * every, inputs, lead // every, _means(output[: count * every], every), made, fastest, noise
     )
 
 

@@ -5,18 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Index, Invariance
 from mrfit.discover.invariance.estimate import Table, derivative, force_added, force_of_law, rows_of, table
 from mrfit.discover.invariance.nuisance import FULL, TIME
 from mrfit.discover.invariance.selection import Candidate
 from mrfit.discover.invariance.sensitivity import Tested, added, moved, starts
 from mrfit.discover.invariance.setting import Setting, State
-from mrfit.discover.invariance.weights import equal
 
 # Step of the current by which a law's slope to it is told, as a share of the largest
 SLOPE = 0.02
-# A column that is the same in all rows is the instruments' constant
-CONSTANT = 1e-6
 
 
 @dataclass(frozen=True)
@@ -36,7 +33,7 @@ def screened(setting: Setting, weights: Sequence[Array], state: State) -> list[C
         for theta in starts(effect, setting.scales, setting.middle):
             own = _column(setting, state, effect, theta, plain.law, slopes)
             if any(np.any(c) for c in own):
-                tried.append(_Tried(effect, theta, not _constant(own)))
+                tried.append(_Tried(effect, theta, not effect.constant))
                 columns.append(own)
     if not tried:
         return []
@@ -53,9 +50,22 @@ def screened(setting: Setting, weights: Sequence[Array], state: State) -> list[C
 
 
 def _lacking(setting: Setting, state: State) -> list[Tested]:
-    """Return the effects that may join: one current moved by two effects is more than records can tell."""
-    taken = any(setting.known[n].moves for n in state)
-    return [e for n, e in setting.known.items() if n not in state and not (e.moves and taken)]
+    """Return the effects that may join.
+
+    One current moved by two effects is more than records can tell; beside a force of the place, whose origin is free, a
+    constant force is none of its own.
+    """
+    taken, placed = any(setting.known[n].moves for n in state), any(of_place(setting.known[n]) for n in state)
+    return [
+        e
+        for n, e in setting.known.items()
+        if n not in state and not (e.moves and taken) and not (e.constant and placed)
+    ]
+
+
+def of_place(effect: Tested) -> bool:
+    """Return whether an effect is a force of the place."""
+    return effect.breaks.invariance is Invariance.POSITION
 
 
 def _level(effect: Tested) -> int:
@@ -67,12 +77,7 @@ def level_of(effect: Tested) -> int:
     return _level(effect)
 
 
-def _constant(columns: Sequence[Array]) -> bool:
-    values = np.concatenate(list(columns))
-    return bool(np.ptp(values) < CONSTANT * np.max(np.abs(values)))
-
-
-def _judged(setting: Setting, made: Table, tried: Sequence[_Tried], places: Array, level: int) -> list[Candidate]:
+def _judged(setting: Setting, made: Table, tried: Sequence[_Tried], places: Index, level: int) -> list[Candidate]:
     if not tried:
         return []
     behind = made.size + len(made.free)
@@ -149,6 +154,3 @@ def early(setting: Setting, state: State, law: Array) -> list[Array]:
         force = force_of_law(setting, at, state, law) + force_added(setting, at, state) / setting.scales.span
         found.append(setting.row_means(at, np.gradient(force) / record.dt))
     return found
-
-
-__all__ = ["contribution", "early", "equal", "level_of", "screened"]

@@ -70,6 +70,11 @@ class Tested:
         return self.spec.slot in ("add", "record")
 
     @property
+    def constant(self) -> bool:
+        """Whether it adds a force that nothing changes: instruments may add one to any record."""
+        return self.adds and not self.spec.inputs
+
+    @property
     def moves(self) -> bool:
         """Whether it moves the current that the law sees."""
         return self.spec.slot == "input"

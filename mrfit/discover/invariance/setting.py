@@ -11,7 +11,7 @@ from mrfit.discover.invariance.policy import Policy
 from mrfit.discover.invariance.records import Record
 from mrfit.discover.invariance.sensitivity import Tested, changed, moved
 
-# A row is a mean over so many seconds at most, with a current that moves and without, and this share of the fastest cycle
+# A row is a mean over so many seconds, with a current that moves and without, at most this share of the fastest cycle
 ROW_MOVING, ROW, ROW_OF_CYCLE = 0.004, 0.01, 0.08
 
 State = Mapping[str, Array]
