@@ -242,6 +242,7 @@ def discover(summary: Summary, work: Path) -> None:
     """Print a discovery: verdict in words, where the error sits, effects, errors on held-out data, candidates."""
     from mrfit.io.schemas.discovery import DiscoveryFile
     from mrfit.report.explain import headline, next_step, parameter_rows, sentences
+    from mrfit.report.law_words import other_law_sentences
 
     found = DiscoveryFile.of(summary)
     say(f"{headline(found)}{_state(summary)}")
@@ -263,6 +264,10 @@ def discover(summary: Summary, work: Path) -> None:
         names = ("name", "screen", "holdout_gain", "accepted", "reason")
         columns = ("candidate", "share of error, screened", "gain on held-out data", "accepted", "reason")
         print_table("Candidates", columns, [numbers(c, names) for c in summary["candidates"]])
+    if found.other_laws:
+        say("Other laws:")
+        for line in other_law_sentences(found):
+            say(f"  {line} --work {work}")
     if summary["verdict"] == "ambiguous":
         advise(summary)
     if next_step(found):

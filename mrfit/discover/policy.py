@@ -104,6 +104,20 @@ class Policy:
     power_ratio: float = 1.35
     power_clear: float = 2.0
 
+    # --- where the law itself may be off
+    # Share of the gap that a base with its effects may leave and still be taken as exact (named beside a wrong law)
+    left_open: float = 0.2
+    # Share of what an effect leaves that something else takes which breaks the same invariance, from which the effect
+    # may be a part of that (outside: cavitation)
+    broken_beside: float = 0.25
+    # Share of the base's gap that another law must take to be told of; laws that are fitted have at most so many
+    # parameters, and so many are told of (time: 60 s for one discovery)
+    law_takes: float = 0.2
+    most_law_parameters: int = 10
+    most_laws: int = 3
+    # Errors of another law, in multiples of the noise floor, up to which it is offered as a base to be taken as exact
+    near_floor: float = 2.0
+
     # --- what is said of it
     # Share of the gap without a name above which its place and shape are told; regions listed (a page to read)
     worth_telling: float = 0.1

@@ -181,6 +181,8 @@ class Fitter:
         Worker processes.
     judged
         The last fit judged of each set of effects: the same optimum is asked for again and again.
+    fixed
+        Parameters that are held, by name.
     """
 
     bench: Bench
@@ -191,6 +193,7 @@ class Fitter:
     keep: Callable[[tuple[str, ...], Array], None]
     jobs: int = 1
     judged: dict[tuple[str, ...], Refit] = field(default_factory=dict)
+    fixed: Mapping[str, float] = field(default_factory=dict)
 
     def assembly(self, effects: Sequence[str]) -> Assembly:
         """Return the base with these effects."""
@@ -198,7 +201,7 @@ class Fitter:
 
     def cube(self, effects: Sequence[str]) -> Cube:
         """Return the search space; start values are the SPEC's, neutral for effects."""
-        cube, plain = cube_of(self.assembly(effects).spec, {}, self.start, {}), self.assembly(())
+        cube, plain = cube_of(self.assembly(effects).spec, {}, self.start, self.fixed), self.assembly(())
         return at_scales(cube, (s.block_for(plain) for s in self.bench.of_role("train")), plain)
 
     def first(self, seed: int) -> Refit:
@@ -210,6 +213,14 @@ class Fitter:
             found = search.run(posed, starts, Limits(), np.random.default_rng(seed), THOROUGH)
             self._remember((), found.point, found.cost)
         return self._judged((), assembly, cube, self.known[()])
+
+    def rough(self) -> Refit:
+        """Return the base alone where a descent ends from characteristic points of the data: enough to judge it by."""
+        assembly, cube = self.assembly(()), self.cube(())
+        starts = np.vstack([cube.start[None, :], self._data_driven(assembly, cube)])
+        found = _descent(_Problem((), self._posed(assembly, cube), starts), silent)
+        self._remember((), found.point, found.cost)
+        return self._judged((), assembly, cube, found.point)
 
     def refits(self, wanted: Sequence[Wanted]) -> Iterator[Refit]:
         """Yield refits one after the other, while processes make the descents of those to come."""

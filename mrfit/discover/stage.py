@@ -12,6 +12,8 @@ from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.discover.account import Asked, account
 from mrfit.discover.bench import build_bench, effects_for, with_residual_floors
+from mrfit.discover.combine import worth_examining
+from mrfit.discover.examined import beside_open_law
 from mrfit.discover.findings import findings, series_of
 from mrfit.discover.gather import Gathering, gather
 from mrfit.discover.policy import STANDARD, Policy
@@ -140,10 +142,17 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         (folder / name).unlink(missing_ok=True)
     if told.series:
         write_table(folder / "residuals.parquet", told.series)
-    write_text(folder / "model.toml", f'[[fit]]\nmodel = "{found.augmented_model}"\nper = "all"\n')
+    write_text(folder / "model.toml", model_toml(found))
     write_json(folder / "discovery.json", found.to_json())
     shutil.rmtree(folder / ".partial", ignore_errors=True)
     return Outcome(found)
+
+
+def model_toml(found: DiscoveryFile) -> str:
+    """Return the augmented model as a pipeline file has it; what was found whatever the law is stays held."""
+    held = ", ".join(f'"{name}" = {value!r}' for name, value in found.held)
+    fixed = f"fixed = {{ {held} }}\n" if held else ""
+    return f'[[fit]]\nmodel = "{found.augmented_model}"\nper = "all"\n{fixed}'
 
 
 def too_little(segments: Sequence[Segment], policy: Policy) -> str:
@@ -232,6 +241,7 @@ def _discovered(job: _Job) -> Told:
 
 
 def _told(job: _Job, found: _Judged, currents: Currents) -> Told:
+    """Return what is written of a decision, with an examination by invariances where the law may be off."""
     gathering, chosen = found.gathering, found.chosen
     dependence, choice = currents.dependence, currents.choice
     asked = replace(
@@ -240,8 +250,16 @@ def _told(job: _Job, found: _Judged, currents: Currents) -> Told:
         choice=choice.about if choice else None,
     )
     told = account(asked, chosen, findings(gathering, chosen, STANDARD), STANDARD)
-    errors = (gathering.refit_of(fit) for fit in (chosen.base, chosen.final))
-    return Told(told, series_of(gathering.fitter.bench, *errors))
+    before, after = (gathering.refit_of(fit) for fit in (chosen.base, chosen.final))
+    if worth_examining(chosen, gathering.noise, STANDARD):
+        job.progress("law and invariances", 0, 1)
+        own = replace(job.settings, current_order="auto", start=())
+        beside = beside_open_law(
+            gathering, chosen, told, lambda law: usual_dependence(replace(own, model=law), job.data), STANDARD
+        )
+        told, after = beside.found, beside.after
+        job.progress("law and invariances", 1, 1)
+    return Told(told, series_of(gathering.fitter.bench, before, after))
 
 
 def _judged(job: _Job, dependence: CurrentDependence | None) -> _Judged:

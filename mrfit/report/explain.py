@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from mrfit.core import registry
 from mrfit.io.schemas.discovery import DiscoveryFile, FoundEffect, Suspect
 from mrfit.report.curves import prefixed
+from mrfit.report.law_words import BROKEN, law_sentences, listed
 from mrfit.report.numbers import WITHIN_NOISE, in_html, percent, significant, with_interval
 from mrfit.signal.drift import drift_words
 
@@ -13,19 +14,26 @@ from mrfit.signal.drift import drift_words
 def headline(found: DiscoveryFile) -> str:
     """Return the verdict in one sentence."""
     base, verdict = found.base_model, found.verdict
-    named = _listed([effect_words(e.name) for e in found.effects])
-    suspects = _listed(found.ambiguous_set, "or")
+    named = listed([effect_words(e.name) for e in found.effects])
+    suspects = listed(found.ambiguous_set, "or")
     if verdict == "named":
-        return f"{base} lacks {named}."
+        return f"{base} lacks {named}" + (", and its law itself is off." if found.held else ".")
     if verdict == "ambiguous":
         known = f"{base} lacks {named}, and something else besides" if named else f"Something is missing from {base}"
         return f"{known}: these data cannot tell whether it is {suspects}."
     if verdict == "unexplained":
+        broken = [row.invariance for row in found.invariance.broken] if found.invariance else []
+        if broken:
+            return f"Something is missing from {base} that no law makes and no effect of the library is: it {_what(broken)}."
         much = "all of it" if found.suspects else "it"
         return f"Something is missing from {base}, and no effect of the library explains {much}."
     if verdict == "none":
         return f"Nothing that these data can show is missing from {base}."
     return f"These data are too few to say whether something is missing from {base}."
+
+
+def _what(broken: Sequence[str]) -> str:
+    return listed([BROKEN.get(name, f"breaks {name}") for name in broken])
 
 
 def effect_words(name: str) -> str:
@@ -39,10 +47,10 @@ def sentences(found: DiscoveryFile) -> list[str]:
     drift = [_sentence(drift_words([d.model_dump() for d in found.drift]))] if found.drift else []
     if found.verdict == "insufficient-data":
         return [_sentence(text) for text in found.advice] + drift
-    said = [_sentence(text) for text in found.where_text[:1]]
+    said = law_sentences(found) if found.held else [_sentence(text) for text in found.where_text[:1]]
     said.append(_gap(found))
     rest = found.unexplained
-    if found.effects and _left_open(found):
+    if found.effects and not found.held and _left_open(found):
         place = "; ".join(rest.text[:2])
         said.append(f"{percent(rest.share_of_gap)} of the gap stay unexplained" + (f": {place}." if place else "."))
     if rest.looks_text and _left_open(found):
@@ -51,6 +59,8 @@ def sentences(found: DiscoveryFile) -> list[str]:
         said += [_sentence(text) for text in found.beyond_training]
     if found.verdict == "unexplained" and found.suspects:
         said.append(_partial(found))
+    if not found.held:
+        said += law_sentences(found)
     return said + drift
 
 
@@ -67,7 +77,7 @@ def _partial(found: DiscoveryFile) -> str:
     closed = found.suspects[0].closed
     share = "part" if closed is None else percent(closed)
     return _sentence(
-        f"{_listed(list(said.values()))} would take {share} of the gap, too little to be all that is missing: "
+        f"{listed(list(said.values()))} would take {share} of the gap, too little to be all that is missing: "
         "a cause among others, or the shadow of another"
     )
 
@@ -82,12 +92,17 @@ def _gap(found: DiscoveryFile) -> str:
     gap = found.gap
     known = gap.noise_floor is not None
     floor = f"the noise floor is {percent(gap.noise_floor)}" if known else "the noise floor is not known"
+    if found.held:
+        return (
+            f"With what was found held and the base fitted again, the error on held-out conditions is "
+            f"{percent(gap.after)} of the range, {percent(gap.before)} without; {floor}."
+        )
     if gap.before == gap.after:
         ratio = gap.before / gap.noise_floor if gap.before is not None and gap.noise_floor else None
         times = f"{in_html(significant(ratio))} times the noise floor" if ratio else floor
         return f"On held-out conditions the error is {percent(gap.before)} of the range, {times}."
     standing = [e for e in found.augmented_model.split("+") if e in found.ambiguous_set]
-    stand_in = f" with {_listed(standing)} standing for the set" if standing else ""
+    stand_in = f" with {listed(standing)} standing for the set" if standing else ""
     closed = f": {closed_share(gap.closed)} % of the gap is closed" if gap.closed is not None else ""
     return (
         f"On held-out conditions the error falls from {percent(gap.before)} to {percent(gap.after)} of the range"
@@ -129,13 +144,8 @@ def next_step(found: DiscoveryFile) -> str:
         return ""
     orders = found.current_dependence.orders if found.current_dependence else ()
     order = f" --current-order {','.join(f'{name}={order}' for name, order in orders)}" if orders else ""
-    return f"mrfit fit --model {found.augmented_model}{order} --per all"
-
-
-def _listed(names: Sequence[str], joint: str = "and") -> str:
-    if len(names) < 2:
-        return "".join(names)
-    return f"{', '.join(names[:-1])} {joint} {names[-1]}"
+    held = "".join(f" --fix {name}={value:.6g}" for name, value in found.held)
+    return f"mrfit fit --model {found.augmented_model}{order}{held} --per all"
 
 
 def _sentence(text: str) -> str:

@@ -6,7 +6,9 @@ from pydantic import ConfigDict, Field, model_validator
 
 from mrfit.io.schemas.reading import Part, Stored
 
-SCHEMA = "mrfit/discovery/1"
+SCHEMA = "mrfit/discovery/2"
+# The first had no examination by invariances
+EARLIER = "mrfit/discovery/1"
 
 
 class Row(Part):
@@ -148,11 +150,164 @@ class DiscoveryDependence(Row):
     high: float
 
 
+class LawPlace(Row):
+    """A part of the samples, of travel since a reversal, speed or current, and the share of the law's error in it."""
+
+    over: str
+    low: float
+    high: float
+    unit: str
+    share_of_error: float
+    share_of_samples: float
+
+
+class LawGap(Row):
+    """How far the base's law itself is off, effects put aside.
+
+    Attributes
+    ----------
+    error
+        RMS error over the output's range.
+    share, effects, rest
+        Shares of the base's squared error beyond noise: the law's, that of the effects named, and what neither makes.
+    left
+        RMS error that no law and no effect named makes, over the output's range.
+    taken
+        Share that the effects named take of the squared error that no law makes.
+    where, text, looks
+        Where it lies, the same in words, and how it looks.
+    """
+
+    error: float
+    share: float
+    effects: float
+    rest: float
+    left: float
+    taken: float
+    where: tuple[LawPlace, ...] = ()
+    text: tuple[str, ...] = ()
+    looks: str = ""
+
+
+class Confounded(Row):
+    """An effect that the law could imitate on these data, why, and the test that would separate them."""
+
+    name: str
+    reason: str
+    test: str
+
+
+class Standing(Row):
+    """How clearly an effect shows beside the best law; see ``mrfit.discover.invariance.findings``."""
+
+    share: float
+    kept: float
+    held: float
+    size: float
+    z: float
+    left: float
+    improved: float
+
+
+class InvariantEffect(Row):
+    """An effect that stands whatever the law is, as long as the law keeps what ``tier`` says, or why it does not."""
+
+    name: str
+    breaks: str
+    tier: str = ""
+    parameters: tuple[EffectParameter, ...] = ()
+    force: EffectParameter | None = None
+    standing: Standing | None = None
+    one_of: tuple[str, ...] = ()
+    reason: str = ""
+
+
+class BrokenInvariance(Row):
+    """An invariance that is broken by something that no effect of the library describes."""
+
+    invariance: str
+    share: float
+    kept: float
+    size: float
+
+
+class Examination(Row):
+    """What was found whatever the law is.
+
+    Attributes
+    ----------
+    not_applicable
+        Why nothing was examined; empty otherwise.
+    named, turned_down
+        Effects that stand, and those that were tested and do not.
+    broken
+        Invariances broken by something without a name.
+    travel, travel_unit, time
+        Horizon of travel and time (s) within which a law was let remember.
+    base, law, after, noise
+        RMS errors over the output's range: of the base, of the best law, with the effects named, and noise.
+    """
+
+    not_applicable: str = ""
+    named: tuple[InvariantEffect, ...] = ()
+    turned_down: tuple[InvariantEffect, ...] = ()
+    broken: tuple[BrokenInvariance, ...] = ()
+    travel: float = 0.0
+    travel_unit: str = ""
+    time: float = 0.0
+    base: float | None = None
+    law: float = 0.0
+    after: float = 0.0
+    noise: float = 0.0
+
+
+class Way(Row):
+    """What one way of discovery says on its own."""
+
+    verdict: str
+    effects: tuple[str, ...] = ()
+    ambiguous_set: tuple[str, ...] = ()
+
+
+class Ways(Row):
+    """Whether the base taken as exact and the invariances agree, and how they differ."""
+
+    exact_base: Way
+    invariances: Way
+    agree: bool
+    difference: str = ""
+
+
+class OtherLaw(Row):
+    """Another base and the share of the gap that it takes on held-out conditions, and where the effects are held.
+
+    Attributes
+    ----------
+    model
+        Its name.
+    holdout_nrmse
+        Its error on held-out conditions.
+    takes, takes_beside
+        Share of the base's gap it takes, alone and with the effects named held at their values; None without effects.
+    floors
+        Its error, effects held, in multiples of the noise floor; None where that is not known.
+    command
+        That looks for what this law lacks.
+    """
+
+    model: str
+    holdout_nrmse: float | None
+    takes: float
+    takes_beside: float | None = None
+    floors: float | None = None
+    command: str
+
+
 class DiscoveryFile(Stored):
     """Content of discovery.json, the result of a discovery."""
 
     model_config = ConfigDict(frozen=True)
-    known = (SCHEMA,)
+    known = (SCHEMA, EARLIER)
     base_model: str
     verdict: str
     effects: tuple[FoundEffect, ...]
@@ -168,7 +323,13 @@ class DiscoveryFile(Stored):
     confusable: tuple[Pair, ...] = ()
     cosines: Cosines | None = None
     unexplained: Unexplained
+    law_gap: LawGap | None = None
+    confounded: tuple[Confounded, ...] = ()
+    invariance: Examination | None = None
+    ways: Ways | None = None
+    other_laws: tuple[OtherLaw, ...] = ()
     augmented_model: str
+    held: tuple[tuple[str, float], ...] = ()
     segments: tuple[SegmentFloor, ...] = ()
     seed: int
     data_sha256: str
