@@ -3,8 +3,8 @@
 Each is fitted once, from where its characteristic points in the data put it, and judged on held-out conditions.
 """
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from mrfit.core import registry
 from mrfit.core.specs import ModelSpec
@@ -41,26 +41,49 @@ def other_laws(
     laws = []
     for name in candidates(fitter, base.assembly.spec.output, policy):
         try:
-            laws.append(_law(fitter, base, name, held, dependence(name)))
+            laws.append(_law(_Question(fitter, base, held, policy), name, dependence(name)))
         except MrfitError:
             continue  # a law that cannot be fitted to these data is no candidate
+    return worth_telling(laws, policy)
+
+
+def worth_telling(laws: Sequence[OtherLaw], policy: Policy) -> tuple[OtherLaw, ...]:
+    """Return the laws that take a visible share of the gap, effects held, the one that takes most first."""
     told = [law for law in laws if _taken(law) > policy.law_takes]
     return tuple(sorted(told, key=lambda law: -_taken(law))[: policy.most_laws])
 
 
+def near_the_floor(floors: float, policy: Policy) -> bool:
+    """Return whether a law errs so little that it may be taken as exact, by its error in multiples of the floor."""
+    return floors <= policy.near_floor
+
+
+def suits(spec: ModelSpec, output: str, channels: Collection[str], policy: Policy) -> bool:
+    """Return whether a base is a law of few parameters with this output that the channels can drive."""
+    able = spec.output == output and all(i in channels for i in spec.inputs)
+    return able and len(spec.params) <= policy.most_law_parameters
+
+
 def candidates(fitter: Fitter, output: str, policy: Policy) -> Iterator[str]:
-    """Yield the bases of the same output that the data can drive and that are laws of few parameters."""
+    """Yield the bases that may be the law."""
     own = fitter.base.partition("+")[0]
     for name in registry.names("model"):
-        spec: ModelSpec = registry.load("model", name).SPEC
-        able = spec.output == output and all(i in fitter.bench.channels for i in spec.inputs)
-        if able and name != own and len(spec.params) <= policy.most_law_parameters:
+        if name != own and suits(registry.load("model", name).SPEC, output, fitter.bench.channels, policy):
             yield name
 
 
-def _law(
-    fitter: Fitter, base: Refit, name: str, held: Mapping[str, float], dependence: CurrentDependence | None
-) -> OtherLaw:
+@dataclass(frozen=True)
+class _Question:
+    """A base with its fit, and what is held beside other laws."""
+
+    fitter: Fitter
+    base: Refit
+    held: Mapping[str, float]
+    policy: Policy
+
+
+def _law(asked: _Question, name: str, dependence: CurrentDependence | None) -> OtherLaw:
+    fitter, base, held = asked.fitter, asked.base, asked.held
     written = "+".join([name, *fitter.base.split("+")[1:]])
     other = replace(
         fitter, base=written, dependence=dependence, start={}, known={}, keep=lambda effects, point: None, judged={}
@@ -70,12 +93,14 @@ def _law(
     last = refitted(with_held(other, held), alone) if held else alone
     beside = gap_of(fitter.bench, base, last)
     known = all(s.noise.known for s in fitter.bench.of_role("holdout"))
+    floors = last.chi("holdout")
     return OtherLaw(
         model=written,
         holdout_nrmse=gap.after,
         takes=_share(gap.before, gap.after, gap.noise_floor),
         takes_beside=_share(beside.before, beside.after, beside.noise_floor) if held else None,
-        floors=last.chi("holdout") if known else None,
+        floors=floors if known else None,
+        near_the_floor=known and near_the_floor(floors, asked.policy),
         command=f"mrfit discover --model {written}",
     )
 

@@ -1,12 +1,11 @@
 """A discovery in words, for the terminal and the page: verdict, where the error sits, effects, what would settle it."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mrfit.core import registry
 from mrfit.io.schemas.discovery import DiscoveryFile, FoundEffect, Suspect
 from mrfit.report.curves import prefixed
-from mrfit.report.law_words import BROKEN, law_sentences, listed
+from mrfit.report.law_words import broken_words, law_sentences, listed
 from mrfit.report.numbers import WITHIN_NOISE, in_html, percent, significant, with_interval
 from mrfit.signal.drift import drift_words
 
@@ -22,18 +21,14 @@ def headline(found: DiscoveryFile) -> str:
         known = f"{base} lacks {named}, and something else besides" if named else f"Something is missing from {base}"
         return f"{known}: these data cannot tell whether it is {suspects}."
     if verdict == "unexplained":
-        broken = [row.invariance for row in found.invariance.broken] if found.invariance else []
+        broken = [broken_words(row.invariance) for row in found.invariance.broken] if found.invariance else []
         if broken:
-            return f"Something is missing from {base} that no law makes and no effect of the library is: it {_what(broken)}."
+            return f"Something is missing from {base} that no effect of the library is: it {listed(broken)}."
         much = "all of it" if found.suspects else "it"
         return f"Something is missing from {base}, and no effect of the library explains {much}."
     if verdict == "none":
         return f"Nothing that these data can show is missing from {base}."
     return f"These data are too few to say whether something is missing from {base}."
-
-
-def _what(broken: Sequence[str]) -> str:
-    return listed([BROKEN.get(name, f"breaks {name}") for name in broken])
 
 
 def effect_words(name: str) -> str:

@@ -23,6 +23,8 @@ BROKEN = {
     "current-at-once": "does not follow the current at once",
     "memory": "is not made by the motion so far",
 }
+# Share of the gap that is the law's from which the law is spoken of where nothing is named
+LAW_TOLD = 0.2
 # Names that are listed of what the law may have
 ANY_LAW = "any law may have it"
 
@@ -43,7 +45,8 @@ def other_law_sentences(found: DiscoveryFile) -> list[str]:
     said = []
     for law in found.other_laws:
         beside = "" if law.takes_beside is None else f", {law.takes_beside:.0%} with the effects held at their values"
-        said.append(f"{law.model} takes {law.takes:.0%} of the gap on held-out conditions{beside}: {law.command}")
+        near = f" and leaves {law.floors:.2g} times the noise" if law.near_the_floor and law.floors else ""
+        said.append(f"{law.model} takes {law.takes:.0%} of the gap on held-out conditions{beside}{near}: {law.command}")
     return said
 
 
@@ -81,7 +84,7 @@ def _interval(p: EffectParameter) -> str:
 
 def _law(found: DiscoveryFile) -> list[str]:
     gap = found.law_gap
-    if gap is None:
+    if gap is None or (gap.share < LAW_TOLD and not found.held):
         return []
     place = f": {'; '.join(gap.text)}" if gap.text else ""
     said = [f"{found.base_model} itself errs by {percent(gap.error)} of the range, {gap.share:.0%} of its gap{place}."]
@@ -101,10 +104,15 @@ def _broken(found: DiscoveryFile) -> list[str]:
     rows = found.invariance.broken if found.invariance else ()
     left = "of what the effects named leave" if found.invariance and found.invariance.named else "of what no law makes"
     return [
-        f"Something {BROKEN.get(row.invariance, 'breaks ' + row.invariance)}, which no effect of the library describes: "
-        f"{row.kept:.0%} {left} on conditions left out, at most {percent(row.size)} of the range."
+        f"Something {broken_words(row.invariance)}, which no effect of the library describes: {row.kept:.0%} {left} on "
+        f"conditions left out, at most {percent(row.size)} of the range."
         for row in rows
     ]
+
+
+def broken_words(invariance: str) -> str:
+    """Return what breaks an invariance, in words."""
+    return BROKEN.get(invariance, f"breaks {invariance}")
 
 
 def listed(names: Sequence[str], joint: str = "and") -> str:

@@ -8,15 +8,18 @@ import numpy as np
 import pytest
 
 from mrfit.core.recording import Recording, Segment
-from mrfit.discover import looks, rules
+from mrfit.core.specs import Invariance
+from mrfit.discover import laws, looks, rules
 from mrfit.discover.bench import build_bench
+from mrfit.discover.combine import combine, worth_examining
 from mrfit.discover.evidence import Candidate, Contrast, Effect, Growth, Repetition, Screening
+from mrfit.discover.invariance.findings import BrokenInvariance, Findings, NamedEffect, Parameter, Standing
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.regions import Region, beyond_training, in_words
-from mrfit.discover.select import decide
+from mrfit.discover.select import Selection, decide
 from mrfit.discover.stage import Settings, too_little, usual_dependence
 from mrfit.io.dataset import Dataset
-from mrfit.io.schemas.discovery import Look
+from mrfit.io.schemas.discovery import Look, OtherLaw
 from mrfit.simulate.assembly import assemble
 from tests.discover.test_regions import bench as bench_of_currents
 from tests.discover.world import World, fit
@@ -140,7 +143,39 @@ def region(excess: float, count: int = 1) -> Rule:
     return lambda p: len(in_words([Region(str(k), 0.5 + excess, 0.5) for k in range(count)], p)) == count
 
 
+def law(takes: float, count: int = 1) -> Rule:
+    rows = [OtherLaw(model="guo", holdout_nrmse=0.1, takes=takes, command="") for _ in range(count)]
+    return lambda p: len(laws.worth_telling(rows, p)) == count
+
+
+def of_parameters(count: int) -> Rule:
+    spec = replace(assemble("tanh").spec, params=assemble("tanh").spec.params[:1] * count)
+    return lambda p: laws.suits(spec, "force", {"displacement", "velocity"}, p)
+
+
+def left_open(after: float) -> Rule:
+    base, final = fit(10.0), fit(after, "a")
+    chosen = Selection(base, final, final, Screening(base), verdict="named")
+    return lambda p: worth_examining(chosen, 1.0, p)
+
+
+def in_the_shadow(kept: float) -> Rule:
+    rows = (BrokenInvariance(Invariance.POSITION, kept, kept, 0.1),)
+    proof_of = Standing(0.9, 0.9, 0.9, 0.1, 20.0, 0.1, 1.0)
+    force = Parameter("largest force", "N", 1.0, 0.9, 1.1)
+    effects = (NamedEffect("a", Invariance.POSITION, "short-memory", (), force, False, proof_of),)
+    base = fit(10.0)
+    chosen = Selection(base, base, base, Screening(base), verdict="unexplained")
+    return lambda p: bool(combine(chosen, Findings(named=effects, broken=rows), p).shadows)
+
+
 CASES: dict[str, tuple[Rule, Rule]] = {
+    "left_open": (left_open(4.6), left_open(4.3)),
+    "broken_beside": (in_the_shadow(0.3), in_the_shadow(0.2)),
+    "law_takes": (law(0.25), law(0.15)),
+    "most_laws": (law(0.5, 3), law(0.5, 4)),
+    "most_law_parameters": (of_parameters(10), of_parameters(11)),
+    "near_floor": (lambda p: laws.near_the_floor(1.9, p), lambda p: laws.near_the_floor(2.1, p)),
     "fewest_training": (too_few(1), too_few(2)),
     "least_current_range": (varies(0.2), varies(0.05)),
     "least_floor": (floored(1e-6), floored(1e-2)),

@@ -214,7 +214,7 @@ def test_laws_by_role_are_tried_only_where_chosen_ones_leave_a_gap_and_kept_only
 
     def judged(job: Any, dependence: CurrentDependence) -> Any:
         tried.append(dependence)
-        gathering = SimpleNamespace(fitter=SimpleNamespace(bench=None), refit_of=lambda fit: fit)
+        gathering = SimpleNamespace(fitter=SimpleNamespace(bench=None), refit_of=lambda fit: fit, noise=1.0)
         return SimpleNamespace(
             gathering=gathering, chosen=SimpleNamespace(base=None, final=None, verdict=words[dependence])
         )
@@ -229,6 +229,7 @@ def test_laws_by_role_are_tried_only_where_chosen_ones_leave_a_gap_and_kept_only
         stage, "account", lambda asked, chosen, *_: SimpleNamespace(asked=asked, verdict=chosen.verdict)
     )
     monkeypatch.setattr(stage, "series_of", lambda *_: {})
+    monkeypatch.setattr(stage, "worth_examining", lambda *_: False)
     asked = Asked("tanh", 0, "", "k")
     job = stage._Job(Workspace(Path()), Settings("tanh"), Dataset([], {}), asked, silent)
     found: Any = stage._discovered(job).found

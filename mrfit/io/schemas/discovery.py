@@ -291,6 +291,8 @@ class OtherLaw(Row):
         Share of the base's gap it takes, alone and with the effects named held at their values; None without effects.
     floors
         Its error, effects held, in multiples of the noise floor; None where that is not known.
+    near_the_floor
+        Whether that is so little that it may be taken as exact.
     command
         That looks for what this law lacks.
     """
@@ -300,6 +302,7 @@ class OtherLaw(Row):
     takes: float
     takes_beside: float | None = None
     floors: float | None = None
+    near_the_floor: bool = False
     command: str
 
 
