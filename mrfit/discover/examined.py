@@ -1,6 +1,6 @@
 """An examination by invariances on the data of a discovery, and what is told of it beside a base taken as exact."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from mrfit.core import registry
@@ -17,7 +17,7 @@ from mrfit.discover.invariance.records import from_block
 from mrfit.discover.laws import Dependence, other_laws
 from mrfit.discover.open_law import with_examination, with_gap, with_laws
 from mrfit.discover.policy import Policy
-from mrfit.discover.refit import Refit
+from mrfit.discover.refit import Fitter, Refit
 from mrfit.discover.select import Selection
 from mrfit.io.schemas.discovery import DiscoveryFile
 
@@ -55,10 +55,17 @@ def beside_open_law(
     after, held = gathering.refit_of(chosen.final), held_at(combined.standing)
     if combined.law_is_open:
         after = refitted(with_held(fitter, held), base)
-        found = with_gap(found, gap_of(fitter.bench, base, after))
+        without = {n: _without(fitter, base, held, n) for n in combined.named}
+        found = with_gap(found, gap_of(fitter.bench, base, after), without)
     if not examined.not_applicable:
         found = with_laws(found, other_laws(fitter, base, held, dependence, policy))
     return Beside(found, after)
+
+
+def _without(fitter: Fitter, base: Refit, held: Mapping[str, float], effect: str) -> float | None:
+    """Return the error on held-out conditions (NRMSE) with all effects held but one."""
+    others = {name: value for name, value in held.items() if name.partition(".")[0] != effect}
+    return gap_of(fitter.bench, base, refitted(with_held(fitter, others), base) if others else base).after
 
 
 def examination(bench: Bench, base: Refit, model: str) -> Findings:

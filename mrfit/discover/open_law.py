@@ -1,5 +1,6 @@
 """A decision beside a law that may be off, as discovery.json has it. Nothing is decided, fitted or measured here."""
 
+from collections.abc import Mapping
 from dataclasses import asdict
 
 from mrfit.core.channels import MOTION, unit_of
@@ -70,13 +71,20 @@ def with_examination(
     return exact.model_copy(update=told)
 
 
-def with_gap(found: DiscoveryFile, gap: Gap) -> DiscoveryFile:
-    """Return a discovery whose augmented model leaves another gap than that of the base taken as exact."""
+def with_gap(found: DiscoveryFile, gap: Gap, without: Mapping[str, float | None]) -> DiscoveryFile:
+    """Return a discovery whose augmented model leaves another gap than that of the base taken as exact.
+
+    ``without`` is the error on held-out conditions (NRMSE) without each effect that is named, the others held.
+    """
+    effects = tuple(
+        e.model_copy(update={"holdout_nrmse_before": without[e.name], "holdout_nrmse_after": gap.after})
+        for e in found.effects
+    )
     rest = found.law_gap.rest if found.law_gap else None
     unexplained = found.unexplained.model_copy(
         update={"share_of_gap": rest, "where": (), "text": (), "looks": (), "looks_text": ""}
     )
-    return found.model_copy(update={"gap": gap, "unexplained": unexplained})
+    return found.model_copy(update={"gap": gap, "effects": effects, "unexplained": unexplained})
 
 
 def with_laws(found: DiscoveryFile, laws: tuple[OtherLaw, ...]) -> DiscoveryFile:
@@ -161,7 +169,8 @@ def _where(places: tuple[Place, ...], policy: Policy) -> list[str]:
 
 
 def _bin(p: Place) -> str:
-    low, high = f"{p.low:.3g}", f"{p.high:.3g} {p.unit}"
+    factor, unit = (1e3, "mm") if p.unit == "m" else (1.0, p.unit)
+    low, high = f"{factor * p.low:.2g}", f"{factor * p.high:.2g} {unit}"
     if p.over == "travel":
         return f"within {high} of a reversal" if p.low == 0.0 else f"{low} to {high} after a reversal"
     what = {"speed": "speed", "control": "current"}.get(p.over, p.over)

@@ -9,7 +9,16 @@ from pathlib import Path
 from mrfit.core import registry
 from mrfit.core.progress import Progress, silent
 from mrfit.io.keys import discovery_key, key_of
-from mrfit.io.schemas.discovery import Candidate, Cosines, DiscoveryDependence, FoundEffect, Suspect
+from mrfit.io.schemas.discovery import (
+    Candidate,
+    Confounded,
+    Cosines,
+    DiscoveryDependence,
+    DiscoveryFile,
+    FoundEffect,
+    InvariantEffect,
+    Suspect,
+)
 from mrfit.io.workspace import Workspace, write_text
 from mrfit.report import page
 from mrfit.report.curves import prefixed
@@ -24,6 +33,7 @@ from mrfit.report.explain import (
     parameter_rows,
     sentences,
 )
+from mrfit.report.law_words import law_sentences
 from mrfit.report.numbers import in_html, percent, significant
 from mrfit.report.page import template_of
 from mrfit.report.svg import inline
@@ -107,7 +117,7 @@ def render(discovery: Discovery, key: str) -> str:
         found=found,
         key=key,
         headline=headline(found),
-        sentences=sentences(found),
+        sentences=sentences(found, law=False),
         effects=[_effect(e) for e in found.effects],
         suspects=[effect_words(name) for name in found.ambiguous_set],
         suspected=[_suspect(row) for row in found.suspects],
@@ -116,6 +126,7 @@ def render(discovery: Discovery, key: str) -> str:
         candidates=[_candidate(c) for c in found.candidates],
         matrix=confusion(found.cosines, found.candidates),
         facts=_facts(discovery),
+        law=_law(found),
         command=next_step(found),
         version=version("mrfit"),
     )
@@ -175,6 +186,64 @@ def _candidate(row: Candidate) -> CandidateRow:
         _percentage(row.screen, significant(100.0 * row.screen)),
         _percentage(gain, "" if gain is None else closed_share(gain)),
     )
+
+
+@dataclass(frozen=True)
+class TestedRow:
+    """An effect that was tested against any law, as the page shows it."""
+
+    name: str
+    breaks: str
+    named: bool
+    numbers: tuple[Number, ...]
+    reason: str
+
+
+@dataclass(frozen=True)
+class LawRow:
+    """Another law as the page shows it."""
+
+    model: str
+    numbers: tuple[Number, ...]
+    command: str
+
+
+@dataclass(frozen=True)
+class Law:
+    """What the page says of effects beside an open law."""
+
+    sentences: list[str]
+    tested: tuple[TestedRow, ...] = ()
+    others: tuple[LawRow, ...] = ()
+    confounded: tuple[Confounded, ...] = ()
+
+
+def _law(found: DiscoveryFile) -> Law:
+    examined = found.invariance
+    tested: list[TestedRow] = []
+    if examined is not None:
+        tested = [_tested(e, e in examined.named) for e in (*examined.named, *examined.turned_down)]
+    others = tuple(
+        LawRow(
+            o.model,
+            (_of_hundred(o.takes), _of_hundred(o.takes_beside), _percentage(o.floors, significant(o.floors))),
+            o.command,
+        )
+        for o in found.other_laws
+    )
+    return Law(law_sentences(found), tuple(tested), others, found.confounded)
+
+
+def _tested(effect: InvariantEffect, named: bool) -> TestedRow:
+    s = effect.standing
+    shares = (s.share, s.kept, s.held) if s else (None, None, None)
+    numbers = (*map(_of_hundred, shares), _percentage(s.z if s else None, significant(s.z) if s else ""))
+    reason = effect.reason or ("one of a set" if effect.one_of else "no law makes what it does")
+    return TestedRow(effect.name, effect.breaks, named, numbers, reason)
+
+
+def _of_hundred(share: float | None) -> Number:
+    return _percentage(share, "" if share is None else significant(100.0 * share))
 
 
 @dataclass(frozen=True)

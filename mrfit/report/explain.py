@@ -37,12 +37,16 @@ def effect_words(name: str) -> str:
     return f"{title[:1].lower()}{title[1:]} ({name})"
 
 
-def sentences(found: DiscoveryFile) -> list[str]:
-    """Return the explanation: where the error sat, what the gap was and is, and what remains unexplained."""
+def sentences(found: DiscoveryFile, law: bool = True) -> list[str]:
+    """Return the explanation: where the error sat, what the gap was and is, and what remains unexplained.
+
+    What is said of the law comes with it, unless it is said elsewhere.
+    """
+    beside = law_sentences(found) if law else []
     drift = [_sentence(drift_words([d.model_dump() for d in found.drift]))] if found.drift else []
     if found.verdict == "insufficient-data":
         return [_sentence(text) for text in found.advice] + drift
-    said = law_sentences(found) if found.held else [_sentence(text) for text in found.where_text[:1]]
+    said = list(beside) if found.held else [_sentence(text) for text in found.where_text[:1]]
     said.append(_gap(found))
     rest = found.unexplained
     if found.effects and not found.held and _left_open(found):
@@ -55,7 +59,7 @@ def sentences(found: DiscoveryFile) -> list[str]:
     if found.verdict == "unexplained" and found.suspects:
         said.append(_partial(found))
     if not found.held:
-        said += law_sentences(found)
+        said += beside
     return said + drift
 
 
