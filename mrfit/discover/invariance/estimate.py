@@ -3,7 +3,8 @@
 By Frisch and Waugh the coefficient of an effect beside a nuisance is that of its sensitivity's residual. All that is
 asked for is a solve of sums of one Gram matrix a group of samples, with groups or columns left out.
 
-Numbers that do not enter linearly are found by Gauss-Newton steps, the nuisance refitted at each (variable projection).
+Numbers that do not enter linearly are found by damped Gauss-Newton steps, the nuisance refitted at each (variable
+projection).
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,13 +14,15 @@ import numpy as np
 
 from mrfit.core.specs import Array, Index
 from mrfit.discover.invariance.nuisance import FULL
-from mrfit.discover.invariance.sensitivity import added, step_of
+from mrfit.discover.invariance.sensitivity import added, is_place, step_of
 from mrfit.discover.invariance.setting import Setting, State
 
 # Penalty on the nuisance's coefficients, for columns of unit RMS: it decides between columns that are alike
 RIDGE, JITTER = 1e-6, 1e-12
-# Gauss-Newton: rounds, relative change at which it ends, and the factor a number may move by in a round
-ROUNDS, SETTLED, FURTHEST = 6, 0.01, 3.0
+# Refinement: rounds, relative change of a number and of the error at which it ends, and the factor a number may move by
+ROUNDS, SETTLED, LITTLE, FURTHEST = 20, 1e-3, 1e-4, 3.0
+# Levenberg's damping at first, its factors after a step that helps and one that does not, and where to give up
+DAMPING, LESS, MORE, HOPELESS = 1e-3, 5.0, 8.0, 1e3
 TINY = 1e-30
 
 Free = tuple[str, int]
@@ -98,11 +101,11 @@ class Table:
         damped[np.diag_indices_from(damped)] += JITTER * self.rows
         return damped
 
-    def beside(self, columns: Index, level: int = FULL, offset: bool = True) -> Array:
+    def beside(self, columns: Index, level: int = FULL, offset: bool = True, effects: int | None = None) -> Array:
         """Return weights (M, C) that make residuals of some columns, the target last, beside nuisance and effects."""
         gram = self.total
         place = self.kept(level, offset)
-        at = np.concatenate([place, self.size + np.arange(len(self.free))])
+        at = np.concatenate([place, self.size + np.arange(len(self.free) if effects is None else effects)])
         wanted = np.append(columns, len(gram) - 1)
         weights = np.zeros((len(gram), len(wanted)))
         weights[wanted, np.arange(len(wanted))] = 1.0
@@ -211,13 +214,9 @@ def table(
 
 
 def _free(setting: Setting, name: str, number: int) -> bool:
-    effect = setting.known[name]
-    return (
-        number == 0
-        or effect.of(number).role != "shape"
-        or effect.of(number).scale == "log"
-        or effect.of(number).unit == "m"
-    )
+    """Return whether a number is fitted: strengths, and shapes that screening gave a start that is not neutral."""
+    param = setting.known[name].of(number)
+    return param.role != "shape" or param.scale == "log" or is_place(param, setting.scales)
 
 
 def _grams(setting: Setting, weights: Sequence[Array], rows: Rows, behind: Sequence[Sequence[Array]]) -> Array:
@@ -266,26 +265,40 @@ class Fitted:
 
 
 def refine(setting: Setting, weights: Sequence[Array], state: Mapping[str, Array], level: int = FULL) -> Fitted:
-    """Return effects with their best numbers, by Gauss-Newton steps that are cut where they do not lower the error."""
-    best, current, shrink = None, dict(state), 1.0
+    """Return effects with their best numbers, by Levenberg and Marquardt's steps."""
+    best, current, damping = _fitted(setting, weights, state, level), dict(state), DAMPING
     for _ in range(ROUNDS):
-        made = table(setting, weights, current)
-        # beside a law refitted at this state, effects where they are
-        left = squares(made.total, made.solve(made.total, level, effects=0))
-        if best is None or left <= best.left:
-            step, done = made.steps(level), best is not None and left > best.left * (1.0 - SETTLED * 1e-2)
-            best, shrink = Fitted(current, made, left), 1.0
-            if done:
+        step = _damped_step(best.table, level, damping)
+        current, most = _moved(setting, best.state, best.table.free, step)
+        if most < SETTLED:
+            break
+        tried = _fitted(setting, weights, current, level)
+        if tried.left < best.left:
+            little = tried.left > best.left * (1.0 - LITTLE)
+            best, damping = tried, damping / LESS
+            if little:
                 break
         else:
-            shrink *= 0.3
-            if shrink < 0.02:
+            damping = max(damping, DAMPING) * MORE
+            if damping > HOPELESS:
                 break
-        current, most = _moved(setting, best.state, best.table.free, step * shrink)
-        if most < SETTLED * 0.1:
-            break
-    assert best is not None
     return best
+
+
+def _fitted(setting: Setting, weights: Sequence[Array], state: State, level: int) -> Fitted:
+    made = table(setting, weights, state)
+    # the law is refitted beside effects that stay where they are
+    return Fitted(state, made, squares(made.total, made.solve(made.total, level, effects=0)))
+
+
+def _damped_step(made: Table, level: int, damping: float) -> Array:
+    """Return the step (E,) of the effects' numbers beside a nuisance that follows."""
+    count = len(made.free)
+    weights = made.beside(made.size + np.arange(count), level, effects=0)
+    own = weights.T @ made.total @ weights
+    normal = own[:-1, :-1] + np.diag(damping * own.diagonal()[:-1] + JITTER * made.rows)
+    step: Array = np.linalg.solve(normal, own[:-1, -1]) / made.scales[:count]
+    return step
 
 
 def _moved(setting: Setting, state: State, free: Sequence[Free], steps: Array) -> tuple[dict[str, Array], float]:

@@ -31,13 +31,17 @@ from mrfit.discover.invariance.policy import STANDARD, Policy
 from mrfit.discover.invariance.records import Record
 from mrfit.discover.invariance.screening import level_of, of_place, screened
 from mrfit.discover.invariance.selection import (
+    Candidate,
     Refined,
+    Screening,
+    both,
     decide,
     screened_out,
     weakest,
+    worth_pairing,
     worth_refining,
 )
-from mrfit.discover.invariance.sensitivity import Tested, missing, tested
+from mrfit.discover.invariance.sensitivity import Examined, examined, missing
 from mrfit.discover.invariance.setting import Setting, setting_of
 from mrfit.discover.invariance.standing import Described, described
 from mrfit.discover.invariance.weights import residuals, rms, weights_of
@@ -96,7 +100,7 @@ def examine(
 
 def _able(
     records: Sequence[Record], base: Base, effects: Sequence[Effect], policy: Policy
-) -> tuple[list[Tested], list[Confounded]]:
+) -> tuple[list[Examined], list[Confounded]]:
     """Return the effects that can be tested, and why others cannot."""
     channels = frozenset.intersection(*(frozenset(r.channels) for r in records))
     spans = {
@@ -106,7 +110,7 @@ def _able(
     }
     able, confounded = [], []
     for module in effects:
-        effect, spec = tested(module), module.SPEC
+        effect, spec = examined(module), module.SPEC
         if effect is None:
             confounded.append(Confounded(spec.name, "it breaks no invariance: any law may have it", spec.experiment))
             continue
@@ -122,7 +126,7 @@ def _able(
     return able, confounded
 
 
-def _without_unlawful(records: Sequence[Record], base: Base, able: Sequence[Tested]) -> Base:
+def _without_unlawful(records: Sequence[Record], base: Base, able: Sequence[Examined]) -> Base:
     """Return a base without terms that an effect would be lost in."""
     if not base.terms[0].shape[1]:
         return base
@@ -139,39 +143,60 @@ class _Chosen:
     rivals: dict[str, tuple[str, ...]] = field(default_factory=dict)
     reasons: dict[str, str] = field(default_factory=dict)
     rows: dict[str, Refined] = field(default_factory=dict)
-    shares: dict[str, float] = field(default_factory=dict)
-    lefts: dict[str, float] = field(default_factory=dict)
+    screened: dict[str, Candidate] = field(default_factory=dict)
 
 
 def _chosen(setting: Setting, policy: Policy) -> _Chosen:
-    """Add effects one by one, then judge all again."""
-    state: dict[str, Array] = {}
-    reasons: dict[str, str] = {}
-    rivals: dict[str, tuple[str, ...]] = {}
-    rows: dict[str, Refined] = {}
-    shares: dict[str, float] = {}
-    lefts: dict[str, float] = {}
-    for turn in range(policy.most_named):
-        weights = weights_of(setting, state)
-        candidates = screened(setting, weights, state)
-        good, rest = worth_refining(candidates, policy)
-        if turn == 0:
-            shares = {c.name: c.share for c in candidates}
-            lefts = {c.name: c.left for c in candidates}
-        reasons |= {c.name: screened_out(c, policy) for c in rest if c.name not in reasons}
-        fits: dict[str, Fitted] = {}
-        for c in good:
-            start = {**state, c.name: np.array(c.theta)}
-            fits[c.name] = refine(setting, weights, start, level_of(setting.known[c.name]))
-        tried = [described(setting, weights, fits[c.name], c.name).row for c in good]
-        rows |= {r.name: r for r in tried}
-        outcome = decide(tried, policy)
-        reasons |= dict(outcome.reasons)
-        if not outcome.winner:
+    """Add effects one by one, or two at once where none alone is there, then judge all again."""
+    chosen = _Chosen()
+    while len(chosen.state) < policy.most_named:
+        weights = weights_of(setting, chosen.state)
+        screening = screened(setting, weights, chosen.state)
+        if not chosen.state:
+            chosen = replace(chosen, screened={c.name: c for c in screening.candidates})
+        further = _one_more(setting, weights, chosen, screening, policy)
+        if further.state is chosen.state:
+            further = _two_more(setting, weights, further, screening, policy)
+        found, chosen = further.state is not chosen.state, further
+        if not found:
             break
+    return _beside_each_other(setting, chosen, policy)
+
+
+def _one_more(
+    setting: Setting, weights: Sequence[Array], chosen: _Chosen, screening: Screening, policy: Policy
+) -> _Chosen:
+    """Return what stands with the effect that leaves least, the same state where none has proof."""
+    good, rest = worth_refining(screening.candidates, policy)
+    reasons = {c.name: screened_out(c, policy) for c in rest} | chosen.reasons
+    fits: dict[str, Fitted] = {}
+    for c in good:
+        start = {**chosen.state, c.name: np.array(c.theta)}
+        fits[c.name] = refine(setting, weights, start, level_of(setting.known[c.name]))
+    tried = [described(setting, weights, fits[c.name], c.name).row for c in good]
+    outcome = decide(tried, policy)
+    reasons |= dict(outcome.reasons)
+    rows = chosen.rows | {r.name: r for r in tried}
+    state, rivals = chosen.state, dict(chosen.rivals)
+    if outcome.winner:
         state = dict(fits[outcome.winner].state)
         rivals[outcome.winner] = outcome.rivals
-    return _beside_each_other(setting, _Chosen(state, (), rivals, reasons, rows, shares, lefts), policy)
+    return replace(chosen, state=state, reasons=reasons, rows=rows, rivals=rivals)
+
+
+def _two_more(
+    setting: Setting, weights: Sequence[Array], chosen: _Chosen, screening: Screening, policy: Policy
+) -> _Chosen:
+    """Return what stands with two effects at once, the same state where no two have proof."""
+    for pair in worth_pairing(screening, policy):
+        start = {**chosen.state, **{n: np.array(t) for n, t in zip(pair.names, pair.thetas, strict=True)}}
+        if len(start) > policy.most_named:
+            continue
+        level = min(level_of(setting.known[n]) for n in pair.names)
+        fitted = refine(setting, weights, start, level)
+        if both([described(setting, weights, fitted, n).row for n in pair.names], policy):
+            return replace(chosen, state=dict(fitted.state))
+    return chosen
 
 
 def _beside_each_other(setting: Setting, chosen: _Chosen, policy: Policy) -> _Chosen:
@@ -235,7 +260,7 @@ def _named(setting: Setting, found: Described, rivals: tuple[str, ...]) -> Named
 def _turned_down(setting: Setting, chosen: _Chosen) -> list[TurnedDown]:
     return [
         TurnedDown(
-            name, setting.known[name].breaks.invariance, why, chosen.shares.get(name, 0.0),
+            name, setting.known[name].breaks.invariance, why, chosen.screened[name].share,
             chosen.rows[name].standing if name in chosen.rows else None,
         )
         for name, why in chosen.reasons.items()
@@ -245,9 +270,9 @@ def _turned_down(setting: Setting, chosen: _Chosen) -> list[TurnedDown]:
 
 def _no_sensitivity(setting: Setting, chosen: _Chosen, policy: Policy) -> list[Confounded]:
     return [
-        Confounded(name, f"the law takes all but {left:.2g} of its square", setting.known[name].spec.experiment)
-        for name, left in chosen.lefts.items()
-        if left < policy.left
+        Confounded(name, f"the law takes all but {c.left:.2g} of its square", setting.known[name].spec.experiment)
+        for name, c in chosen.screened.items()
+        if c.left < policy.left
     ]
 
 

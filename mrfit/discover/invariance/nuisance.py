@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mrfit.core.channels import unit_of
 from mrfit.core.specs import Array
 from mrfit.discover.invariance.records import Record
 from mrfit.kernels.filters import lag
@@ -52,6 +53,8 @@ class Scales:
         Powers of the current that the levels of the records can tell apart.
     span
         Range of the output.
+    unit
+        Of the place.
     horizon
         Factor on the longest memories.
     """
@@ -62,6 +65,7 @@ class Scales:
     rate: float
     order: int
     span: float
+    unit: str = "m"
     horizon: float = 1.0
 
     @property
@@ -95,6 +99,7 @@ def scales_of(records: Sequence[Record], horizon: float = 1.0) -> Scales:
         rate=2.0 * np.pi * max(r.fastest for r in records),
         order=min(max(told - 1, 0), MOST_POWERS),
         span=max(float(o.max()) for o in outputs) - min(float(o.min()) for o in outputs),
+        unit=unit_of(records[0].motion[0]),
         horizon=horizon,
     )
 

@@ -8,10 +8,10 @@ from mrfit.core.specs import Array
 from mrfit.discover.invariance.base import Base
 from mrfit.discover.invariance.policy import Policy
 from mrfit.discover.invariance.records import Record
-from mrfit.discover.invariance.sensitivity import Tested, added
+from mrfit.discover.invariance.sensitivity import Examined, added
 
 
-def owns(base: Base, records: Sequence[Record], effect: Tested, policy: Policy) -> bool:
+def owns(base: Base, records: Sequence[Record], effect: Examined, policy: Policy) -> bool:
     """Return whether the force that an effect adds at its neutral shape is a sum of a base's own terms."""
     if not effect.adds or not base.terms[0].shape[1]:
         return False
@@ -30,7 +30,7 @@ def explained(terms: Array, force: Array) -> float:
     return 1.0 - float(np.sum((force - terms @ found) ** 2)) / power
 
 
-def lawful(base: Base, records: Sequence[Record], effects: Sequence[Tested], law: Sequence[Array]) -> Base:
+def lawful(base: Base, records: Sequence[Record], effects: Sequence[Examined], law: Sequence[Array]) -> Base:
     """Return a base without the terms that break an invariance which the base has no effect of its own for.
 
     A term such as v + Omega*x, set free beside v, is a spring: what it has beyond the other forces of a law (``law``,

@@ -30,6 +30,11 @@ class Policy:
     # Effects refined in a round, and named at most (time; two at once are the most that was planted)
     most_refined: int = 4
     most_named: int = 4
+    # Where no effect alone is there, pairs are refined that could take this share and so many times what both take
+    # alone: a spring and a mass that oppose each other at one frequency
+    pair: float = 0.4
+    gain_of_pair: float = 1.3
+    most_pairs: int = 2
     # A rival leaves at most so many times the winner's squared error
     rival: float = 1.3
     # Share of a mass's that a force that is early takes, from which the two are not told apart: true masses take at

@@ -23,6 +23,8 @@ class Candidate:
         Parameters to start from.
     wrong
         Whether its strength has a sign that is not physical.
+    tried
+        Which of the starts that were screened it is.
     """
 
     name: str
@@ -30,11 +32,39 @@ class Candidate:
     left: float
     theta: tuple[float, ...] = ()
     wrong: bool = False
+    tried: int = -1
 
     @property
     def rank(self) -> float:
         """Share, 0 for one of the wrong sign."""
         return 0.0 if self.wrong else self.share
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two effects that could take more together than either alone: opposed, each hides the other.
+
+    Attributes
+    ----------
+    names
+        Of the effects.
+    share
+        Of the squared error beside the best law, how much they could take together to first order.
+    thetas
+        Parameters to start from.
+    """
+
+    names: tuple[str, str]
+    share: float
+    thetas: tuple[tuple[float, ...], tuple[float, ...]]
+
+
+@dataclass(frozen=True)
+class Screening:
+    """What screening says of every effect, and of pairs, those that could take most first."""
+
+    candidates: tuple[Candidate, ...] = ()
+    pairs: tuple[Pair, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -68,6 +98,19 @@ def worth_refining(candidates: Sequence[Candidate], policy: Policy) -> tuple[lis
     least = policy.worth_refining * policy.share
     good = [c for c in ordered if c.left >= policy.left and c.rank >= least][: policy.most_refined]
     return good, [c for c in ordered if c not in good]
+
+
+def worth_pairing(screening: Screening, policy: Policy) -> list[Pair]:
+    """Return the pairs to refine where no effect alone is there: together they take more than both alone."""
+    alone = {c.name: c.rank for c in screening.candidates}
+    return [
+        p for p in screening.pairs if p.share >= max(policy.pair, policy.gain_of_pair * sum(alone[n] for n in p.names))
+    ][: policy.most_pairs]
+
+
+def both(rows: Sequence[Refined], policy: Policy) -> bool:
+    """Return whether two effects stand beside each other without objection."""
+    return all(not objection(row, policy) for row in rows)
 
 
 def screened_out(candidate: Candidate, policy: Policy) -> str:

@@ -79,14 +79,23 @@ def scatter(without: Array) -> Array:
 
 def _parameters(setting: Setting, fitted: Fitted, name: str, beside: tuple[int, bool]) -> tuple[Parameter, ...]:
     """Return an effect's parameters with intervals; those that were held have none."""
-    effect, half = setting.known[name], halves(fitted.table, *beside)
-    found = {number: float(h) for (n, number), h in zip(fitted.table.free, half, strict=True) if n == name}
+    effect, half, step = setting.known[name], halves(fitted.table, *beside), fitted.table.steps(*beside)
+    found = {
+        number: (float(d), float(h))
+        for (n, number), d, h in zip(fitted.table.free, step, half, strict=True)
+        if n == name
+    }
+    # the state is that beside all levels; an effect that one of them imitates is told beside the others
+    lower = beside[0] != FULL
     rows = []
     for number, places in enumerate(effect.numbers):
         for place in places:
             param, value = effect.spec.params[place], float(fitted.state[name][place])
-            wide = found.get(number)
-            low, high = (None, None) if wide is None else (value - wide, value + wide)
+            low = high = None
+            if number in found:
+                difference, wide = found[number]
+                value += difference if lower else 0.0
+                low, high = value - wide, value + wide
             rows.append(Parameter(param.name, param.unit, value, low, high))
     return tuple(rows)
 

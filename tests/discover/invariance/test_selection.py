@@ -8,11 +8,15 @@ from mrfit.discover.invariance.findings import Standing
 from mrfit.discover.invariance.policy import STANDARD
 from mrfit.discover.invariance.selection import (
     Candidate,
+    Pair,
     Refined,
+    Screening,
+    both,
     decide,
     objection,
     screened_out,
     weakest,
+    worth_pairing,
     worth_refining,
 )
 
@@ -39,8 +43,9 @@ def test_a_clear_effect_has_no_objection() -> None:
     ],
 )
 def test_each_threshold_fires_below_and_not_above(name: str, value: float) -> None:
-    assert objection(row(**{name: value * 0.999}), STANDARD)
-    assert not objection(row(**{name: value * 1.001}), STANDARD)
+    for factor, fires in ((0.999, True), (1.001, False)):
+        standing = replace(GOOD, **{name: value * factor})
+        assert bool(objection(Refined("spring", standing, 1.0), STANDARD)) is fires
 
 
 def test_a_sign_that_is_not_physical_and_a_record_that_is_early_are_objections() -> None:
@@ -86,3 +91,23 @@ def test_what_is_not_refined_is_told_why() -> None:
 def test_the_weakest_without_proof_goes_first() -> None:
     assert weakest([row("a"), row("b")], STANDARD) == ("", "")
     assert weakest([row("a", share=0.1), row("b", share=0.05), row("c")], STANDARD)[0] == "b"
+
+
+def test_a_pair_is_refined_only_if_it_takes_much_and_more_than_both_alone() -> None:
+    alone = (Candidate("a", 0.2, 0.1), Candidate("b", 0.2, 0.1))
+
+    def paired(share: float) -> int:
+        return len(worth_pairing(Screening(alone, (Pair(("a", "b"), share, ((1.0,), (1.0,))),)), STANDARD))
+
+    least = max(STANDARD.pair, STANDARD.gain_of_pair * 0.4)
+    assert paired(least * 1.01) == 1
+    assert paired(least * 0.99) == 0
+    weak = Screening((Candidate("a", 0.0, 0.1), Candidate("b", 0.0, 0.1)), (Pair(("a", "b"), 0.39, ((), ())),))
+    assert not worth_pairing(weak, STANDARD)
+    many = tuple(Pair(("a", "b"), 0.9, ((), ())) for _ in range(STANDARD.most_pairs + 1))
+    assert len(worth_pairing(Screening(alone, many), STANDARD)) == STANDARD.most_pairs
+
+
+def test_two_stand_only_if_both_have_proof() -> None:
+    assert both([row("a"), row("b")], STANDARD)
+    assert not both([row("a"), row("b", z=1.0)], STANDARD)
