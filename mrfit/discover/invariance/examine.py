@@ -74,10 +74,15 @@ def examine(
     policy
         Thresholds.
     """
+    if not records:
+        return Findings(not_applicable="no records")
     base = base or none(records)
     able, confounded = _able(records, base, effects, policy)
     base = _without_unlawful(records, base, able)
     setting = setting_of(records, base.terms, able, policy)
+    columns = setting.law(0, {}).ends[-1]
+    if setting.rows < policy.rows_for_a_column * columns:
+        return Findings(not_applicable=f"{setting.rows} means over samples are too few to tell {columns} forces apart")
     chosen = _chosen(setting, policy)
     chosen = _held_further(setting_of(records, base.terms, able, policy, FURTHER), chosen, policy)
     weights = weights_of(setting, chosen.state)

@@ -42,6 +42,8 @@ class Policy:
     early: float = 0.3
     # Share that flexible terms must take, on conditions left out, for an invariance to be called broken without a name
     generic: float = 0.25
+    # Rows for each column of the nuisance: below, what is left out cannot be predicted from the others
+    rows_for_a_column: float = 3.0
     # Groups of samples from which an error is told: fewer conditions are cut into pieces
     fewest_groups: int = 6
     pieces: int = 8

@@ -1,6 +1,7 @@
 """Examinations of laws that mrfit does not have: one effect is named, none where there is none."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from mrfit.discover.invariance.base import base_of
 from mrfit.discover.invariance.examine import examine
 from mrfit.discover.invariance.findings import Findings
 from mrfit.discover.invariance.policy import STANDARD
+from mrfit.discover.invariance.records import not_applicable
 from mrfit.kernels.filters import lag
 from mrfit.simulate.assembly import assemble
 from tests.discover.invariance.specimens import DT, HALF_STROKE, Force, library, no_effect, records
@@ -101,3 +103,31 @@ def test_what_a_base_has_is_confounded_and_its_law_is_said_to_be_off() -> None:
     assert findings.errors.base > findings.errors.law
     for kind in ("travel", "speed", "control"):
         assert sum(p.share for p in findings.law_gap.where if p.over == kind) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("share", "applies"), [(1.0, True), (0.1, False)])
+def test_too_few_samples_are_said_and_not_judged(share: float, applies: bool) -> None:
+    short = [
+        replace(
+            r,
+            channels={n: c[: int(share * len(c))] for n, c in r.channels.items()},
+            output=r.output[: int(share * len(r.output))],
+        )
+        for r in records()
+    ]
+    assert (not examine(short, None, library()).not_applicable) is applies
+    assert examine([], None, library()).not_applicable
+
+
+@pytest.mark.parametrize(
+    ("output", "channels", "applies"),
+    [
+        ("force", ("displacement", "velocity", "acceleration"), True),
+        ("force", ("velocity",), False),
+        ("flux", ("current",), False),
+    ],
+)
+def test_only_forces_and_torques_of_a_known_motion_are_examined(
+    output: str, channels: tuple[str, ...], applies: bool
+) -> None:
+    assert (not not_applicable(output, channels)) is applies

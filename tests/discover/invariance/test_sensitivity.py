@@ -108,3 +108,7 @@ def test_an_effect_of_a_plug_in_takes_part() -> None:
 
 def test_the_library_has_effects_of_every_invariance() -> None:
     assert {m.SPEC.breaks.invariance for m in library() if m.SPEC.breaks} == set(Invariance)
+
+
+def test_what_an_effect_is_alike_is_an_effect() -> None:
+    assert {a for m in library() if m.SPEC.breaks for a in m.SPEC.breaks.alike} <= set(names("effect"))
