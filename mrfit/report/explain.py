@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from mrfit.core import registry
 from mrfit.io.schemas.discovery import DiscoveryFile, FoundEffect, Suspect
 from mrfit.report.curves import prefixed
-from mrfit.report.law_words import broken_words, law_sentences, listed
+from mrfit.report.law_words import LAW_ALONE, broken_words, law_sentences, listed
 from mrfit.report.numbers import WITHIN_NOISE, in_html, percent, significant, with_interval
 from mrfit.signal.drift import drift_words
 
@@ -24,6 +24,8 @@ def headline(found: DiscoveryFile) -> str:
         broken = [broken_words(row.invariance) for row in found.invariance.broken] if found.invariance else []
         if broken:
             return f"Something is missing from {base} that no effect of the library is: it {listed(broken)}."
+        if found.law_gap is not None and found.law_gap.share > LAW_ALONE:
+            return f"The law of {base} is off, and no effect has proof beside it."
         much = "all of it" if found.suspects else "it"
         return f"Something is missing from {base}, and no effect of the library explains {much}."
     if verdict == "none":

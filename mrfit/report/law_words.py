@@ -25,6 +25,8 @@ BROKEN = {
 }
 # Share of the gap that is the law's from which the law is spoken of where nothing is named
 LAW_TOLD = 0.2
+# … and from which the law alone is the reason
+LAW_ALONE = 0.9
 # Names that are listed of what the law may have
 ANY_LAW = "any law may have it"
 
@@ -77,8 +79,9 @@ def _interval(p: EffectParameter) -> str:
     if p.low is None or p.high is None:
         return f"{in_html(value)} {unit}".strip()
     half = 0.5 * factor * (p.high - p.low)
+    shown = f"{half:.2g}" if "e" in value else f"{half:.{len(value.partition('.')[2])}f}"
     lopsided = abs(0.5 * (p.high + p.low) - p.value) > 0.1 * (p.high - p.low)
-    ends = f"({in_html(low)} to {in_html(high)})" if lopsided else f"± {in_html(f'{half:.2g}')}"
+    ends = f"({in_html(low)} to {in_html(high)})" if lopsided else f"± {in_html(shown)}"
     return f"{in_html(value)} {ends} {unit}".strip()
 
 

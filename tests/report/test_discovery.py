@@ -2,7 +2,7 @@
 
 import json
 import re
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
@@ -386,3 +386,46 @@ def test_advice_is_the_last_discoverys(tmp_path):
     workspace = study(tmp_path, AMBIGUOUS)
     told = {k: AMBIGUOUS[k] for k in ("base_model", "verdict", "ambiguous_set", "advice")}
     assert json.loads(json.dumps(asdict(discovery.advice(workspace)))) == told | {"outdated": False}
+
+
+OPEN = FOUND | {
+    "base_model": "bingham",
+    "held": [["gas-spring.k_g", 9030.0]],
+    "augmented_model": "bingham+gas-spring",
+    "effects": [EFFECT | {"name": "gas-spring", "parameters": [
+        {"name": "k_g", "unit": "N/m", "value": 9030.0, "low": 8940.0, "high": 9120.0}]}],
+    "law_gap": {
+        "error": 0.054, "share": 0.96, "effects": 0.03, "rest": 0.01, "left": 0.006, "taken": 0.99,
+        "text": ["75% of it in the 20% of the samples within 1.6 mm of a reversal"],
+    },
+    "confounded": [{"name": "stribeck", "reason": "any law may have it <b>", "test": "slow strokes"}],
+    "invariance": {
+        "named": [{"name": "gas-spring", "breaks": "position", "tier": "short-memory",
+                   "standing": {"share": 0.99, "kept": 0.98, "held": 0.97, "size": 0.05, "z": 50.0, "left": 0.2,
+                                "improved": 1.0}}],
+        "turned_down": [{"name": "inertia", "breaks": "memory", "reason": "takes only 1%"}],
+        "travel": 0.003, "travel_unit": "m",
+    },
+    "other_laws": [{"model": "guo", "holdout_nrmse": 0.01, "takes": 0.91, "takes_beside": 0.95, "floors": 3.0,
+                    "command": "mrfit discover --model guo"}],
+}  # fmt: skip
+
+
+def test_the_page_tells_effects_the_law_and_other_laws_apart(tmp_path):
+    text = discovery.render(replace(read_discovery(study(tmp_path, FOUND)), found=typed(OPEN)), "k")
+    parsed = Page(text)
+    assert not parsed.open and not parsed.unbalanced
+    assert {"tested", "laws", "confounded"} <= set(parsed.captions) == set(parsed.tables)
+    for said in (
+        "bingham lacks stiffness of the gas accumulator (gas-spring), and its law itself is off.",
+        "bingham itself errs by 5.40 % of the range, 96% of its gap: 75% of it in the 20%",
+        "of which gas-spring takes 99%",
+        "any law may have it &lt;b&gt;",
+        "mrfit discover --model guo",
+        "--fix gas-spring.k_g=9030",
+    ):
+        assert said in text, said
+    rows = {cells[0]["text"]: cells for cells in parsed.tables["tested"][1:]}
+    assert plain(rows["gas-spring"][2]["shown"][0]) == pytest.approx(99.0)
+    assert (rows["gas-spring"][6]["text"], rows["inertia"][6]["text"]) == ("yes", "no")
+    assert plain(parsed.tables["laws"][1][2]["shown"][0]) == pytest.approx(95.0)
