@@ -23,6 +23,8 @@ RIDGE, JITTER = 1e-6, 1e-12
 ROUNDS, SETTLED, LITTLE, FURTHEST = 20, 1e-3, 1e-4, 3.0
 # Levenberg's damping at first, its factors after a step that helps and one that does not, and where to give up
 DAMPING, LESS, MORE, HOPELESS = 1e-3, 5.0, 8.0, 1e3
+# Places in half strokes: what begins nearer to the middle is a force of the whole stroke
+PLACES = (0.35, 1.3)
 TINY = 1e-30
 
 Free = tuple[str, int]
@@ -310,6 +312,8 @@ def _moved(setting: Setting, state: State, free: Sequence[Free], steps: Array) -
         value = old + float(step)
         if param.scale == "log" or (effect.moves and old > 0.0):
             value = min(max(value, old / FURTHEST), old * FURTHEST)
+        if param.scale == "log" and is_place(param, setting.scales):
+            value = min(max(value, PLACES[0] * setting.scales.travel), PLACES[1] * setting.scales.travel)
         new[name] = effect.at(new[name], number, value)
         most = max(most, abs(effect.value(new[name], number) - old) / max(abs(old), TINY))
     return new, most

@@ -38,6 +38,7 @@ from mrfit.discover.invariance.selection import (
     decide,
     screened_out,
     weakest,
+    worth_a_swap,
     worth_pairing,
     worth_refining,
 )
@@ -212,6 +213,7 @@ def _beside_each_other(setting: Setting, chosen: _Chosen, policy: Policy) -> _Ch
             del state[name]
             reasons[name] = "the origin of a force of the place may be anywhere"
     found: tuple[Described, ...] = ()
+    rivals, swaps = dict(chosen.rivals), 0
     while state:
         weights = weights_of(setting, state)
         fitted = refine(setting, weights, state)
@@ -219,12 +221,44 @@ def _beside_each_other(setting: Setting, chosen: _Chosen, policy: Policy) -> _Ch
         found = tuple(described(setting, weights, fitted, name) for name in state)
         rows |= {d.row.name: d.row for d in found}
         name, why = weakest([d.row for d in found], policy)
-        if not name:
+        if name:
+            del state[name]
+            reasons[name], found = f"beside the others {why}", ()
+            continue
+        swap = _swap(setting, weights, state, [d.row for d in found], policy)
+        rivals = swap.rivals
+        if not swap.state or swaps == policy.most_swaps:
             break
-        del state[name]
-        reasons[name], found = f"beside the others {why}", ()
-    rivals = {n: tuple(r for r in chosen.rivals.get(n, ()) if r not in state) for n in state}
+        reasons[swap.out] = "another leaves less in its place"
+        state, swaps = swap.state, swaps + 1
+    rivals = {n: tuple(r for r in rivals.get(n, ()) if r not in state) for n in state}
     return replace(chosen, state=state, found=found, rivals=rivals, reasons=reasons, rows=rows)
+
+
+@dataclass(frozen=True)
+class _Swap:
+    """A state with one effect in the place of another, ``out``, none if all stand; and the rivals of each."""
+
+    state: dict[str, Array]
+    out: str
+    rivals: dict[str, tuple[str, ...]]
+
+
+def _swap(
+    setting: Setting, weights: Sequence[Array], state: dict[str, Array], rows: Sequence[Refined], policy: Policy
+) -> _Swap:
+    """Try other effects in the place of each, beside all the others."""
+    rivals: dict[str, tuple[str, ...]] = {}
+    for row in rows:
+        rest = {n: t for n, t in state.items() if n != row.name}
+        others = worth_a_swap(screened(setting, weights, rest).candidates, row, policy)
+        fits = {c.name: refine(setting, weights, {**rest, c.name: np.array(c.theta)}) for c in others}
+        tried = [described(setting, weights, fit, name).row for name, fit in fits.items()]
+        outcome = decide([row, *tried], policy)
+        rivals[row.name] = outcome.rivals
+        if outcome.winner != row.name:
+            return _Swap(dict(fits[outcome.winner].state), row.name, rivals)
+    return _Swap({}, "", rivals)
 
 
 def _held_further(setting: Setting, chosen: _Chosen, policy: Policy) -> _Chosen:

@@ -37,9 +37,18 @@ class Policy:
     most_pairs: int = 2
     # A rival leaves at most so many times the winner's squared error
     rival: float = 1.3
+    # One with fewer numbers wins if it leaves at most so many times the squared error
+    simpler: float = 1.1
+    # Share of what an effect takes that another must be able to take to be tried in its place once all are there
+    instead: float = 0.6
+    most_swaps: int = 3
     # Share of a mass's that a force that is early takes, from which the two are not told apart: true masses take at
     # most .10, early forces .85 and more
     early: float = 0.3
+    # … or up to this share if it takes no more than this of its own beside the mass, over what that takes beside it: true
+    # masses .66 and .04 at most, early forces 1.06 and 1.5 at least
+    early_at_most: float = 0.8
+    early_beyond: float = 0.3
     # Share that flexible terms must take, on conditions left out, for an invariance to be called broken without a name
     generic: float = 0.25
     # Rows for each column of the nuisance: below, what is left out cannot be predicted from the others

@@ -83,6 +83,10 @@ class Refined:
         Whether its strength has a physical sign.
     early
         Share that a record which is early would take, over its own; 0 where that is no rival.
+    beyond
+        What such a record would take beside the effect, over what the effect takes beside it.
+    numbers
+        Numbers that were fitted.
     """
 
     name: str
@@ -90,6 +94,8 @@ class Refined:
     error: float
     sign: bool = True
     early: float = 0.0
+    beyond: float = 0.0
+    numbers: int = 1
 
 
 def worth_refining(candidates: Sequence[Candidate], policy: Policy) -> tuple[list[Candidate], list[Candidate]]:
@@ -122,13 +128,23 @@ def screened_out(candidate: Candidate, policy: Policy) -> str:
     return f"takes only {candidate.share:.0%} of what no law makes"
 
 
+def looks_early(row: Refined, policy: Policy) -> bool:
+    """Return whether a record that is early cannot be told from an effect.
+
+    It takes much less, or less and nothing of its own beside the effect.
+    """
+    if row.early <= policy.early:
+        return False
+    return row.early > policy.early_at_most or row.beyond > policy.early_beyond
+
+
 def objection(row: Refined, policy: Policy) -> str:
     """Return why a refined effect is not there; empty if it is."""
     s = row.standing
     reasons = (
         (s.left < policy.left, "the law may have it"),
         (not row.sign, "its strength would have the wrong sign"),
-        (row.early > policy.early, f"a record that is early would take {row.early:.0%} of what it takes"),
+        (looks_early(row, policy), f"a record that is early would take {row.early:.0%} of what it takes"),
         (s.z < policy.clear, f"only {s.z:.1f} standard errors from neutral"),
         (s.share < policy.share, f"takes only {s.share:.0%} of what no law makes"),
         (s.kept < policy.kept, f"takes only {s.kept:.0%} on conditions left out"),
@@ -148,13 +164,25 @@ class Round:
 
 
 def decide(rows: Sequence[Refined], policy: Policy) -> Round:
-    """Return the effect that leaves least among those without objection; rivals leave hardly more."""
+    """Return the effect that leaves least among those without objection; rivals leave hardly more.
+
+    One with fewer numbers wins over it where it leaves as little.
+    """
     reasons = tuple((r.name, objection(r, policy)) for r in rows)
     good = sorted((r for r, (_, why) in zip(rows, reasons, strict=True) if not why), key=lambda r: r.error)
     if not good:
         return Round("", (), reasons)
-    rivals = tuple(r.name for r in good[1:] if r.error < policy.rival * good[0].error)
-    return Round(good[0].name, rivals, reasons)
+    near = [r for r in good if r.error <= policy.simpler * good[0].error]
+    winner = min(near, key=lambda r: r.numbers)
+    rivals = tuple(r.name for r in good if r is not winner and r.error < policy.rival * winner.error)
+    return Round(winner.name, rivals, reasons)
+
+
+def worth_a_swap(candidates: Sequence[Candidate], present: Refined, policy: Policy) -> list[Candidate]:
+    """Return the candidates to refine in the place of an effect that is there, with everything else."""
+    least = policy.instead * present.standing.share
+    good = [c for c in candidates if c.left >= policy.left and c.name != present.name and c.rank >= least]
+    return sorted(good, key=lambda c: -c.rank)[: policy.most_pairs]
 
 
 def weakest(rows: Sequence[Refined], policy: Policy) -> tuple[str, str]:

@@ -46,9 +46,10 @@ def described(setting: Setting, weights: Sequence[Array], fitted: Fitted, name: 
     force = Parameter(LARGEST, unit, peak, peak * (1.0 - share), peak * (1.0 + share))
     value = effect.value(fitted.state[name])
     sign = effect.breaks.sign == 0 or value * effect.breaks.sign > 0.0
-    ahead = _early(setting, weights, rest, name, level) if effect.breaks.early else 0.0
+    ahead, beyond = _early(setting, weights, rest, name) if effect.breaks.early else (0.0, 0.0)
     parameters = _parameters(setting, fitted, name, (level, offset))
-    return Described(Refined(name, standing, fitted.left, sign, ahead), parameters, force)
+    numbers = sum(n == name for n, _ in fitted.table.free)
+    return Described(Refined(name, standing, fitted.left, sign, ahead, beyond, numbers), parameters, force)
 
 
 def adequate(made: Table, level: int, offset: bool = True, effects: int | None = None) -> list[int]:
@@ -138,8 +139,11 @@ def _standing(beside: Table, level: int, offset: bool, columns: Sequence[Array],
     return standing, half
 
 
-def _early(setting: Setting, weights: Sequence[Array], rest: dict[str, Array], name: str, level: int) -> float:
-    """Return the share that a record which is early takes beside the best law, over that of an effect."""
+def _early(setting: Setting, weights: Sequence[Array], rest: dict[str, Array], name: str) -> tuple[float, float]:
+    """Return what a record that is early takes beside the best law, over what an effect takes: alone, and beside it.
+
+    The second is what it takes beside the effect, over what the effect takes beside it.
+    """
     plain = table(setting, weights, rest)
     ahead = early(setting, rest, plain.law)
     effect = setting.known[name]
@@ -147,8 +151,9 @@ def _early(setting: Setting, weights: Sequence[Array], rest: dict[str, Array], n
     own = contribution(setting, {**rest, name: unit}, name, plain.law)
     made = table(setting, weights, rest, [[a, b] for a, b in zip(own, ahead, strict=True)])
     found = made.beside(made.size + len(made.free) + np.arange(2), FULL)
-    gram = made.total
-    squares = np.einsum("ik,ij,jk->k", found, gram, found, optimize=True)
-    cross = found[:, :2].T @ gram @ found[:, 2]
-    shares = cross**2 / np.maximum(squares[:2], TINY)
-    return float(shares[1] / max(shares[0], TINY)) if cross[1] > 0.0 else 0.0
+    gram = found.T @ made.total @ found
+    cross, squared = gram[:2, 2], gram.diagonal()[:2]
+    alone = cross**2 / np.maximum(squared, TINY)
+    both = float(cross @ np.linalg.lstsq(gram[:2, :2], cross, rcond=None)[0])
+    beyond = np.maximum(both - alone[::-1], TINY)
+    return (float(alone[1] / max(alone[0], TINY)) if cross[1] > 0.0 else 0.0), float(beyond[1] / beyond[0])

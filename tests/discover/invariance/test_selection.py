@@ -13,9 +13,11 @@ from mrfit.discover.invariance.selection import (
     Screening,
     both,
     decide,
+    looks_early,
     objection,
     screened_out,
     weakest,
+    worth_a_swap,
     worth_pairing,
     worth_refining,
 )
@@ -50,8 +52,24 @@ def test_each_threshold_fires_below_and_not_above(name: str, value: float) -> No
 
 def test_a_sign_that_is_not_physical_and_a_record_that_is_early_are_objections() -> None:
     assert "sign" in objection(row(sign=False), STANDARD)
-    assert "early" in objection(row(early=STANDARD.early * 1.01), STANDARD)
+    assert "early" in objection(row(early=STANDARD.early_at_most * 1.01), STANDARD)
     assert not objection(row(early=STANDARD.early * 0.99), STANDARD)
+
+
+@pytest.mark.parametrize(
+    ("early", "beyond", "fires"),
+    [
+        (STANDARD.early * 1.01, STANDARD.early_beyond * 0.99, False),
+        (STANDARD.early * 1.01, STANDARD.early_beyond * 1.01, True),
+        (STANDARD.early * 0.99, STANDARD.early_beyond * 1.01, False),
+        (STANDARD.early_at_most * 0.99, 0.0, False),
+        (STANDARD.early_at_most * 1.01, 0.0, True),
+    ],
+)
+def test_an_early_record_is_no_mass_if_it_takes_much_or_something_of_its_own(
+    early: float, beyond: float, fires: bool
+) -> None:
+    assert looks_early(replace(row(), early=early, beyond=beyond), STANDARD) is fires
 
 
 def test_the_effect_that_leaves_least_wins_and_near_ones_are_rivals() -> None:
@@ -111,3 +129,15 @@ def test_a_pair_is_refined_only_if_it_takes_much_and_more_than_both_alone() -> N
 def test_two_stand_only_if_both_have_proof() -> None:
     assert both([row("a"), row("b")], STANDARD)
     assert not both([row("a"), row("b", z=1.0)], STANDARD)
+
+
+@pytest.mark.parametrize(("factor", "winner"), [(0.99, "simple"), (1.01, "rich")])
+def test_fewer_numbers_win_where_they_leave_as_little(factor: float, winner: str) -> None:
+    rich = replace(row("rich", 1.0), numbers=4)
+    assert decide([rich, row("simple", STANDARD.simpler * factor)], STANDARD).winner == winner
+
+
+@pytest.mark.parametrize(("factor", "tried"), [(1.01, ["b"]), (0.99, [])])
+def test_another_is_tried_in_an_effect_s_place_if_it_could_take_much_of_it(factor: float, tried: list[str]) -> None:
+    rows = [Candidate("b", STANDARD.instead * GOOD.share * factor, 0.1), Candidate("spring", 1.0, 0.1)]
+    assert [c.name for c in worth_a_swap(rows, row(), STANDARD)] == tried
