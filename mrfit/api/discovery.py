@@ -14,9 +14,10 @@ from mrfit.api.words import frame_of, html_page, html_table, text_table
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.discover import stage as discover_stage
-from mrfit.io.schemas.discovery import DiscoveryFile, FoundEffect, Gap
+from mrfit.io.schemas.discovery import DiscoveryFile, FoundEffect, Gap, LawGap
 from mrfit.io.workspace import write_json
 from mrfit.report.explain import headline, next_step, sentences
+from mrfit.report.law_words import other_law_sentences
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -76,6 +77,22 @@ class Discovery:
         """Noise floor, error before and after on held-out conditions (NRMSE), and the share that is closed."""
         return self.content.gap
 
+    @property
+    def law_gap(self) -> LawGap | None:
+        """How far the model's own law is off, apart from effects; None where it was taken as exact."""
+        return self.content.law_gap
+
+    @property
+    def other_laws(self) -> "DataFrame":
+        """Other models that take a share of the gap, alone and beside the effects that were named."""
+        columns = ("model", "holdout_nrmse", "takes", "takes_beside", "floors", "command")
+        return frame_of([law.model_dump() for law in self.content.other_laws], columns, "model")
+
+    @property
+    def confounded(self) -> "DataFrame":
+        """Effects that the law could imitate on these data, why, and the test that would separate them."""
+        return frame_of([c.model_dump() for c in self.content.confounded], ("name", "reason", "test"), "name")
+
     def plot(self) -> "Figure":
         """Return a figure: the error on held-out conditions without and with each effect, above the noise floor.
 
@@ -109,7 +126,7 @@ class Discovery:
         # too few data: the sentences are the advice
         advice = [f"{opening}{text}" for text in self.advice] if self.verdict == "ambiguous" else []
         go_on = [f"go on with the model {self.augmented_model}"] if next_step(found) else []
-        return [*sentences(found), *advice, *go_on]
+        return [*sentences(found), *other_law_sentences(found), *advice, *go_on]
 
     @property
     def _table(self) -> "DataFrame":

@@ -3,6 +3,8 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from mrfit.core import registry
 from mrfit.core.channels import MOTION
 from mrfit.discover.bench import Bench, effects_for
@@ -88,7 +90,10 @@ def examination(bench: Bench, base: Refit, model: str) -> Findings:
     records = [from_block(s.block, s.names, output) for s in bench.stretches]
     written = model.split("+")
     effects = [registry.load("effect", e.name) for e in effects_for(output) if e.name not in written]
-    return examine(records, base_of(base.assembly, base.theta, records), effects)
+    try:
+        return examine(records, base_of(base.assembly, base.theta, records), effects)
+    except np.linalg.LinAlgError:
+        return Findings(not_applicable="the equations of the best law have no solution on these data")
 
 
 def held_at(effects: Iterable[NamedEffect]) -> dict[str, float]:

@@ -15,6 +15,7 @@ from mrfit.discover.policy import Policy
 from mrfit.discover.refit import Refit
 from mrfit.discover.regions import Region, beyond_training, locate
 from mrfit.discover.select import Selection
+from mrfit.errors import DataError
 from mrfit.fit.result import parameter_rows
 from mrfit.io.schemas.discovery import Drifting, EffectParameter, FoundEffect, Gap, Look, Suspect
 from mrfit.signal.drift import steady_drift
@@ -97,11 +98,19 @@ def findings(gathering: Gathering, chosen: Selection, policy: Policy) -> Finding
 
 
 def gap_of(bench: Bench, before: Refit, after: Refit) -> Gap:
-    """Return noise floor and errors as NRMSE on held-out conditions, and the share of the gap closed."""
+    """Return noise floor and errors as NRMSE on held-out conditions, and the share of the gap closed.
+
+    Raises
+    ------
+    DataError
+        If a simulation of held-out conditions diverged.
+    """
     floors = [s.floor for s in bench.of_role("holdout")]
     counts = [s.segment.samples for s in bench.of_role("holdout")]
     floor = float(np.sqrt(np.average(np.square(floors), weights=counts)))
     errors = [_rms(fit.holdout, floors) for fit in (before, after)]
+    if not np.all(np.isfinite(errors)):
+        raise DataError("a simulation of held-out conditions diverged; choose another base model")
     span = bench.span
     above = errors[0] ** 2 - floor**2
     # an error below the floor by chance closes all of the gap, not more

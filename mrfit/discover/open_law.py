@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict
+from math import isfinite
 
 from mrfit.core.channels import MOTION, unit_of
 from mrfit.discover.combine import Combined, Shadow
 from mrfit.discover.invariance.findings import Findings, NamedEffect, Parameter, Place, TurnedDown
+from mrfit.discover.invariance.findings import Standing as Shown
 from mrfit.discover.policy import Policy
 from mrfit.io.schemas.discovery import (
     BrokenInvariance,
@@ -24,6 +26,9 @@ from mrfit.io.schemas.discovery import (
     Way,
     Ways,
 )
+
+# A score beyond this is written as this
+MOST = 1e9
 
 
 def with_examination(
@@ -103,7 +108,14 @@ def _found(effect: NamedEffect) -> FoundEffect:
 
 
 def _parameter(p: Parameter) -> EffectParameter:
-    return EffectParameter(name=p.name, unit=p.unit, value=p.value, low=p.low, high=p.high)
+    closed = p.low is not None and p.high is not None and isfinite(p.low) and isfinite(p.high)
+    low, high = (p.low, p.high) if closed else (None, None)
+    return EffectParameter(name=p.name, unit=p.unit, value=p.value, low=low, high=high)
+
+
+def _standing(s: Shown) -> Standing:
+    """Return how clearly an effect shows; a number that is not finite, as of an effect without scatter, is cut."""
+    return Standing(**{name: min(max(v, -MOST), MOST) if v == v else 0.0 for name, v in asdict(s).items()})
 
 
 def _tests(examined: Findings, combined: Combined) -> list[str]:
@@ -211,22 +223,20 @@ def _invariant(n: NamedEffect, combined: Combined) -> InvariantEffect:
         tier=n.tier,
         parameters=tuple(map(_parameter, n.parameters)),
         force=_parameter(n.force),
-        standing=Standing(**asdict(n.standing)),
+        standing=_standing(n.standing),
         one_of=others,
     )
 
 
 def _shadow(n: NamedEffect, shadow: Shadow) -> InvariantEffect:
-    return InvariantEffect(
-        name=n.name, breaks=n.breaks.value, standing=Standing(**asdict(n.standing)), reason=shadow.reason
-    )
+    return InvariantEffect(name=n.name, breaks=n.breaks.value, standing=_standing(n.standing), reason=shadow.reason)
 
 
 def _turned_down(t: TurnedDown) -> InvariantEffect:
     return InvariantEffect(
         name=t.name,
         breaks=t.breaks.value,
-        standing=Standing(**asdict(t.standing)) if t.standing else None,
+        standing=_standing(t.standing) if t.standing else None,
         reason=t.reason,
     )
 

@@ -19,7 +19,8 @@ def headline(found: DiscoveryFile) -> str:
         return f"{base} lacks {named}" + (", and its law itself is off." if found.held else ".")
     if verdict == "ambiguous":
         known = f"{base} lacks {named}, and something else besides" if named else f"Something is missing from {base}"
-        return f"{known}: these data cannot tell whether it is {suspects}."
+        off = f" The law of {base} itself is off." if found.held else ""
+        return f"{known}: these data cannot tell whether it is {suspects}.{off}"
     if verdict == "unexplained":
         broken = [broken_words(row.invariance) for row in found.invariance.broken] if found.invariance else []
         if broken:

@@ -130,7 +130,18 @@ def test_a_partner_makes_a_set_that_stands_for_itself_in_the_words() -> None:
     assert (
         "(current-lag), or delay, which these data cannot tell from it, tau = 20.0 ± 2.0 ms" in law_sentences(found)[0]
     )
-    assert headline(found).endswith("these data cannot tell whether it is current-lag or delay.")
+    assert headline(found).endswith(
+        "these data cannot tell whether it is current-lag or delay. The law of bingham itself is off."
+    )
+
+
+def test_an_effect_without_scatter_has_a_score_that_json_can_hold() -> None:
+    endless = replace(SPRING.standing, z=float("inf"), held=float("-inf"))
+    named = replace(SPRING, standing=endless, force=Parameter("largest force", "N", 1.0, float("-inf"), float("inf")))
+    (row,) = told(replace(FOUND, named=(named,))).invariance.named  # type: ignore[union-attr]
+    assert row.standing is not None and (row.standing.z, row.standing.held) == (1e9, -1e9)
+    assert row.force is not None and row.force.low is None
+    json.dumps(told(replace(FOUND, named=(named,))).to_json(), allow_nan=False)
 
 
 def test_without_a_name_the_verdict_stays_and_what_is_broken_is_said() -> None:
