@@ -267,7 +267,7 @@ def discover(summary: Summary, work: Path) -> None:
     if found.other_laws:
         say("Other laws:")
         for line in other_law_sentences(found):
-            say(f"  {line} --work {work}")
+            say(f"  {line} --work {work}" if "mrfit discover" in line else f"  {line}")
     if summary["verdict"] == "ambiguous":
         advise(summary)
     if next_step(found):

@@ -21,6 +21,7 @@ from mrfit.io.schemas.discovery import (
     InvariantEffect,
     LawGap,
     LawPlace,
+    OtherBase,
     OtherLaw,
     Standing,
     Way,
@@ -95,6 +96,18 @@ def with_gap(found: DiscoveryFile, gap: Gap, without: Mapping[str, float | None]
 def with_laws(found: DiscoveryFile, laws: tuple[OtherLaw, ...]) -> DiscoveryFile:
     """Return a discovery that tells of other laws."""
     return found.model_copy(update={"other_laws": laws})
+
+
+def with_another_base(found: DiscoveryFile, again: DiscoveryFile) -> DiscoveryFile:
+    """Return a discovery with what another base lacks that was taken as exact."""
+    other = OtherBase(
+        model=again.base_model,
+        verdict=again.verdict,
+        effects=again.effects,
+        ambiguous_set=again.ambiguous_set,
+        gap=again.gap,
+    )
+    return found.model_copy(update={"other_base": other})
 
 
 def _found(effect: NamedEffect) -> FoundEffect:

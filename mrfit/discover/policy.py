@@ -117,6 +117,8 @@ class Policy:
     most_laws: int = 3
     # Errors of another law, in multiples of the noise floor, up to which it is offered as a base to be taken as exact
     near_floor: float = 2.0
+    # … and is taken so, where all records together have at most so many samples (time: 60 s for one discovery)
+    most_samples_again: int = 100_000
 
     # --- what is said of it
     # Share of the gap without a name above which its place and shape are told; regions listed (a page to read)

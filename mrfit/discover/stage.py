@@ -16,6 +16,7 @@ from mrfit.discover.combine import worth_examining
 from mrfit.discover.examined import beside_open_law
 from mrfit.discover.findings import findings, series_of
 from mrfit.discover.gather import Gathering, gather
+from mrfit.discover.open_law import with_another_base
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.refit import Fitter, Refit
 from mrfit.discover.select import Selection, select
@@ -225,8 +226,57 @@ class _Judged:
     chosen: Selection
 
 
+@dataclass(frozen=True)
+class _Decided:
+    """What was decided with the dependence on current that was taken."""
+
+    judged: _Judged
+    currents: Currents
+
+
 def _discovered(job: _Job) -> Told:
-    """Gather evidence, select, and return what is written."""
+    """Return what is written of a decision, with an examination by invariances where the law may be off."""
+    decided = _decided(job)
+    gathering, chosen = decided.judged.gathering, decided.judged.chosen
+    told = _exact(job, decided)
+    before, after = (gathering.refit_of(fit) for fit in (chosen.base, chosen.final))
+    if worth_examining(chosen, gathering.noise, STANDARD):
+        job.progress("law and invariances", 0, 1)
+        own = replace(job.settings, current_order="auto", start=())
+        beside = beside_open_law(
+            gathering, chosen, told, lambda law: usual_dependence(replace(own, model=law), job.data), STANDARD
+        )
+        job.progress("law and invariances", 1, 1)
+        told, after = _with_another_base(job, beside.found), beside.after
+    return Told(told, series_of(gathering.fitter.bench, before, after))
+
+
+def _with_another_base(job: _Job, told: DiscoveryFile) -> DiscoveryFile:
+    """Return a discovery with what another law lacks that may be taken as exact: effects that any law could make."""
+    law = next((law.model for law in told.other_laws if law.near_the_floor), "")
+    samples = sum(s.samples for s in job.data.segments)
+    if not law or samples > STANDARD.most_samples_again:
+        return told
+    settings = replace(job.settings, model=law, current_order="auto", start=())
+    asked = replace(job.asked, model=law, key=f"{job.asked.key} {law}")
+    again = replace(job, settings=settings, asked=asked)
+    return with_another_base(told, _exact(again, _decided(again)))
+
+
+def _exact(job: _Job, decided: _Decided) -> DiscoveryFile:
+    """Return what is told of a base taken as exact."""
+    dependence, choice = decided.currents.dependence, decided.currents.choice
+    asked = replace(
+        job.asked,
+        dependence=DiscoveryDependence(**asdict(dependence)) if dependence else None,
+        choice=choice.about if choice else None,
+    )
+    gathering, chosen = decided.judged.gathering, decided.judged.chosen
+    return account(asked, chosen, findings(gathering, chosen, STANDARD), STANDARD)
+
+
+def _decided(job: _Job) -> _Decided:
+    """Gather evidence and select."""
     currents = current_dependence(job.settings, job.data)
     choice = currents.choice
     found = _judged(replace(job, settings=_started(job.settings, currents)), currents.dependence)
@@ -237,29 +287,7 @@ def _discovered(job: _Job) -> Told:
         other = _judged(again, usual)
         if other.chosen.verdict in ("none", "named", "ambiguous"):
             found, currents = other, Currents(usual)
-    return _told(job, found, currents)
-
-
-def _told(job: _Job, found: _Judged, currents: Currents) -> Told:
-    """Return what is written of a decision, with an examination by invariances where the law may be off."""
-    gathering, chosen = found.gathering, found.chosen
-    dependence, choice = currents.dependence, currents.choice
-    asked = replace(
-        job.asked,
-        dependence=DiscoveryDependence(**asdict(dependence)) if dependence else None,
-        choice=choice.about if choice else None,
-    )
-    told = account(asked, chosen, findings(gathering, chosen, STANDARD), STANDARD)
-    before, after = (gathering.refit_of(fit) for fit in (chosen.base, chosen.final))
-    if worth_examining(chosen, gathering.noise, STANDARD):
-        job.progress("law and invariances", 0, 1)
-        own = replace(job.settings, current_order="auto", start=())
-        beside = beside_open_law(
-            gathering, chosen, told, lambda law: usual_dependence(replace(own, model=law), job.data), STANDARD
-        )
-        told, after = beside.found, beside.after
-        job.progress("law and invariances", 1, 1)
-    return Told(told, series_of(gathering.fitter.bench, before, after))
+    return _Decided(found, currents)
 
 
 def _judged(job: _Job, dependence: CurrentDependence | None) -> _Judged:

@@ -33,7 +33,7 @@ from mrfit.report.explain import (
     parameter_rows,
     sentences,
 )
-from mrfit.report.law_words import law_sentences
+from mrfit.report.law_words import law_sentences, other_base_sentences
 from mrfit.report.numbers import in_html, percent, significant
 from mrfit.report.page import template_of
 from mrfit.report.svg import inline
@@ -231,7 +231,8 @@ def _law(found: DiscoveryFile) -> Law:
         )
         for o in found.other_laws
     )
-    return Law(law_sentences(found), tuple(tested), others, found.confounded)
+    again = other_base_sentences(found)
+    return Law([*law_sentences(found), *again], tuple(tested), others, found.confounded)
 
 
 def _tested(effect: InvariantEffect, named: bool) -> TestedRow:

@@ -49,7 +49,20 @@ def other_law_sentences(found: DiscoveryFile) -> list[str]:
         beside = "" if law.takes_beside is None else f", {law.takes_beside:.0%} with the effects held at their values"
         near = f" and leaves {law.floors:.2g} times the noise" if law.near_the_floor and law.floors else ""
         said.append(f"{law.model} takes {law.takes:.0%} of the gap on held-out conditions{beside}{near}: {law.command}")
-    return said
+    return [*said, *other_base_sentences(found)]
+
+
+def other_base_sentences(found: DiscoveryFile) -> list[str]:
+    """Return what another base lacks that was taken as exact; nothing where none was."""
+    other = found.other_base
+    if other is None:
+        return []
+    gap = f"the error on held-out conditions is {percent(other.gap.after)} of the range"
+    if other.effects or other.ambiguous_set:
+        names = [e.name for e in other.effects] + [listed(other.ambiguous_set, "or")] * bool(other.ambiguous_set)
+        return [f"With {other.model} taken as exact, {listed(names)} is missing, and {gap} with it"]
+    what = {"none": "nothing is missing"}.get(other.verdict, f"the verdict is {other.verdict.replace('-', ' ')}")
+    return [f"With {other.model} taken as exact, {what}, and {gap}"]
 
 
 def _effect(found: DiscoveryFile, effect: InvariantEffect) -> str:

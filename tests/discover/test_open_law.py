@@ -23,7 +23,7 @@ from mrfit.discover.invariance.findings import (
     TurnedDown,
 )
 from mrfit.discover.laws import near_the_floor, worth_telling
-from mrfit.discover.open_law import with_examination, with_gap, with_laws
+from mrfit.discover.open_law import with_another_base, with_examination, with_gap, with_laws
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.select import Selection
 from mrfit.discover.stage import Settings, model_toml, run
@@ -195,6 +195,20 @@ def test_other_laws_are_told_by_what_they_take_beside_the_effects() -> None:
         "times the noise: mrfit discover --model tanh"
     )
     assert "times the noise" not in second
+
+
+def test_another_base_that_was_taken_as_exact_says_what_any_law_could_make() -> None:
+    again = EXACT.model_copy(
+        update={"base_model": "guo", "verdict": "named", "effects": told(FOUND).effects, "ambiguous_set": ("a", "b")}
+    )
+    found = with_another_base(told(FOUND), again)
+    assert found.base_model == "bingham" and found.other_base is not None
+    assert other_law_sentences(found) == [
+        "With guo taken as exact, gas-spring and a or b is missing, and the error on held-out conditions is 5.00 % of "
+        "the range with it"
+    ]
+    (said,) = other_law_sentences(with_another_base(told(FOUND), EXACT.model_copy(update={"verdict": "none"})))
+    assert "bingham taken as exact, nothing is missing" in said
 
 
 def test_what_was_written_is_read_again_and_a_later_schema_is_refused_in_one_line(tmp_path: Path) -> None:

@@ -258,6 +258,7 @@ CASES: dict[str, tuple[Rule, Rule]] = {
 # Thresholds whose rules are tested where evidence takes more than a row to invent
 ELSEWHERE = {
     "most_rounds": "test_select.py",
+    "most_samples_again": "test_stage.py",
     "most_pairs": "test_pairs.py",
     "fewest_cycles": "test_remainder.py",
     "worth_telling": "test_account.py",

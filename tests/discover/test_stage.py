@@ -15,6 +15,7 @@ from mrfit.core.progress import silent
 from mrfit.core.recording import Recording
 from mrfit.discover import stage
 from mrfit.discover.account import Asked
+from mrfit.discover.policy import STANDARD
 from mrfit.discover.stage import Currents, Settings, _fitter, run
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.select import load_recordings
@@ -194,6 +195,25 @@ def test_a_field_that_saturates_is_named_and_not_bent_after_by_polynomials_of_hi
 
 
 CHOSEN, USUAL = (CurrentDependence((("fy", order),), 0.0, 1.0) for order in (1, 2))
+
+
+@pytest.mark.parametrize(("samples", "near", "asked"), [(90, True, 1), (110, True, 0), (90, False, 0)])
+def test_another_law_is_taken_as_exact_only_near_the_floor_and_within_the_time(
+    samples: int, near: bool, asked: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried: list[str] = []
+    monkeypatch.setattr(stage, "STANDARD", replace(STANDARD, most_samples_again=100))
+    monkeypatch.setattr(stage, "_decided", lambda job: tried.append(job.settings.model))
+    monkeypatch.setattr(stage, "_exact", lambda job, decided: job)
+    monkeypatch.setattr(stage, "with_another_base", lambda told, again: again)
+    laws = [SimpleNamespace(model=m, near_the_floor=near and m == "guo") for m in ("tanh", "guo")]
+    data = Dataset([SimpleNamespace(samples=samples)], {})  # type: ignore[list-item]
+    job = stage._Job(Workspace(Path()), Settings("bingham", "1"), data, Asked("bingham", 0, "", "k"), silent)
+    told: Any = SimpleNamespace(other_laws=laws)
+    found: Any = stage._with_another_base(job, told)
+    assert tried == ["guo"] * asked and (found is told) == (not asked)
+    if asked:
+        assert (found.settings.current_order, found.asked.model, found.asked.key) == ("auto", "guo", "k guo")
 
 
 @pytest.mark.parametrize(

@@ -306,6 +306,16 @@ class OtherLaw(Row):
     command: str
 
 
+class OtherBase(Row):
+    """What another law lacks that errs so little that it was taken as exact."""
+
+    model: str
+    verdict: str
+    effects: tuple[FoundEffect, ...] = ()
+    ambiguous_set: tuple[str, ...] = ()
+    gap: Gap
+
+
 class DiscoveryFile(Stored):
     """Content of discovery.json, the result of a discovery."""
 
@@ -331,6 +341,7 @@ class DiscoveryFile(Stored):
     invariance: Examination | None = None
     ways: Ways | None = None
     other_laws: tuple[OtherLaw, ...] = ()
+    other_base: OtherBase | None = None
     augmented_model: str
     held: tuple[tuple[str, float], ...] = ()
     segments: tuple[SegmentFloor, ...] = ()
