@@ -20,6 +20,8 @@ TINY = 1e-300
 QUANTILE = 0.975
 # Levels of the nuisance between which an estimate must not differ, and how many times the squared error of the best
 # one another may leave to be thought of as the law
+# Bounds of the ratio of a group's squared errors
+MOST_RATIO = 10.0
 LARGEST = "largest force"
 LADDER, ADEQUATE = (TRAVEL, TIME, FULL), 2.0
 
@@ -69,6 +71,15 @@ def halves(made: Table, level: int, offset: bool = True) -> Array:
     spread = np.max(np.abs([made.steps(k, offset) - best for k in others]), axis=0)
     wide: Array = student.ppf(QUANTILE, len(without) - 1) * np.hypot(scatter(without), spread)
     return wide
+
+
+def typical_gain(before: Array, after: Array) -> float:
+    """Return the share of the squared error that is taken of a typical group (G,): the geometric mean of the ratios.
+
+    A sum would listen to the few groups alone that no other group says anything of, with the effect or without.
+    """
+    ratios = np.clip((after + TINY) / (before + TINY), 1.0 / MOST_RATIO, MOST_RATIO)
+    return 1.0 - float(np.exp(np.mean(np.log(ratios))))
 
 
 def scatter(without: Array) -> Array:
@@ -130,7 +141,7 @@ def _standing(beside: Table, level: int, offset: bool, columns: Sequence[Array],
     standing = Standing(
         share=float(cross.sum() ** 2 / max(own.sum() * target.sum(), TINY)),
         kept=kept,
-        held=float(1.0 - held.sum() / max(before.sum(), TINY)),
+        held=typical_gain(before, held),
         size=max(float(np.max(np.abs(c))) for c in columns),
         z=abs(best) / max(float(np.hypot(error, spread)), TINY),
         left=float(own.sum() / max(beside.total[at[0], at[0]], TINY)),
