@@ -40,7 +40,7 @@ def described(setting: Setting, weights: Sequence[Array], fitted: Fitted, name: 
     effect = setting.known[name]
     level = level_of(effect)
     columns = contribution(setting, fitted.state, name, fitted.table.law)
-    offset = not effect.constant
+    offset = False if effect.constant else None
     rest = {n: t for n, t in fitted.state.items() if n != name}
     beside = table(setting, weights, rest, [[c] for c in columns])
     standing, share = _standing(beside, level, offset, columns, fitted.table.jackknife(level, offset)[1])
@@ -54,7 +54,7 @@ def described(setting: Setting, weights: Sequence[Array], fitted: Fitted, name: 
     return Described(Refined(name, standing, fitted.left, sign, ahead, beyond, numbers), parameters, force)
 
 
-def adequate(made: Table, level: int, offset: bool = True, effects: int | None = None) -> list[int]:
+def adequate(made: Table, level: int, offset: bool | None = None, effects: int | None = None) -> list[int]:
     """Return the other levels of the nuisance that leave hardly more than one does: they could be the law as well."""
     gram = made.total
 
@@ -64,7 +64,7 @@ def adequate(made: Table, level: int, offset: bool = True, effects: int | None =
     return [k for k in LADDER if k != level and left(k) <= ADEQUATE * left(level)]
 
 
-def halves(made: Table, level: int, offset: bool = True) -> Array:
+def halves(made: Table, level: int, offset: bool | None = None) -> Array:
     """Return half the 95 % interval of every number (E,): scatter over groups, and differences between nuisances."""
     best, without = made.steps(level, offset), made.jackknife(level, offset)[0]
     others = adequate(made, level, offset) or [k for k in (TIME, FULL) if k != level][:1]
@@ -89,7 +89,7 @@ def scatter(without: Array) -> Array:
     return error
 
 
-def _parameters(setting: Setting, fitted: Fitted, name: str, beside: tuple[int, bool]) -> tuple[Parameter, ...]:
+def _parameters(setting: Setting, fitted: Fitted, name: str, beside: tuple[int, bool | None]) -> tuple[Parameter, ...]:
     """Return an effect's parameters with intervals; those that were held have none."""
     effect, half, step = setting.known[name], halves(fitted.table, *beside), fitted.table.steps(*beside)
     found = {
@@ -112,7 +112,9 @@ def _parameters(setting: Setting, fitted: Fitted, name: str, beside: tuple[int, 
     return tuple(rows)
 
 
-def _standing(beside: Table, level: int, offset: bool, columns: Sequence[Array], held: Array) -> tuple[Standing, float]:
+def _standing(
+    beside: Table, level: int, offset: bool | None, columns: Sequence[Array], held: Array
+) -> tuple[Standing, float]:
     """Return the standing of an effect whose force stands behind a table without it, and half its force's interval.
 
     The latter is a share of the force.
