@@ -51,6 +51,8 @@ class Table:
         RMS of the nuisance's columns (p,).
     rows
         Rows.
+    constant
+        Whether the nuisance's constant takes part; not beside an effect that is one.
     """
 
     grams: Array
@@ -60,6 +62,7 @@ class Table:
     law: Array
     unit: Array
     rows: int
+    constant: bool = True
 
     @property
     def total(self) -> Array:
@@ -72,7 +75,7 @@ class Table:
         """Columns of the nuisance."""
         return self.ends[-1]
 
-    def solve(self, gram: Array, level: int = FULL, effects: int | None = None, offset: bool = True) -> Array:
+    def solve(self, gram: Array, level: int = FULL, effects: int | None = None, offset: bool | None = None) -> Array:
         """Return coefficients (M - 1,) from a Gram, zero where a column is left out.
 
         Parameters
@@ -84,7 +87,7 @@ class Table:
         effects
             Columns behind the nuisance that take part; None for those of ``free``.
         offset
-            Whether the nuisance's constant takes part.
+            Whether the nuisance's constant takes part; None for as the table says.
         """
         place = self.kept(level, offset)
         behind = self.size + np.arange(len(self.free) if effects is None else effects)
@@ -93,9 +96,10 @@ class Table:
         found[at] = np.linalg.solve(self._damped(gram, at, len(place)), gram[at, -1])
         return found
 
-    def kept(self, level: int, offset: bool = True) -> Index:
+    def kept(self, level: int, offset: bool | None = None) -> Index:
         """Return the nuisance's columns up to a level."""
-        return np.arange(0 if offset else 1, self.ends[level])
+        constant = self.constant if offset is None else offset
+        return np.arange(0 if constant else 1, self.ends[level])
 
     def _damped(self, gram: Array, at: Index, own: int) -> Array:
         damped = gram[np.ix_(at, at)].copy()
@@ -103,7 +107,9 @@ class Table:
         damped[np.diag_indices_from(damped)] += JITTER * self.rows
         return damped
 
-    def beside(self, columns: Index, level: int = FULL, offset: bool = True, effects: int | None = None) -> Array:
+    def beside(
+        self, columns: Index, level: int = FULL, offset: bool | None = None, effects: int | None = None
+    ) -> Array:
         """Return weights (M, C) that make residuals of some columns, the target last, beside nuisance and effects."""
         gram = self.total
         place = self.kept(level, offset)
@@ -114,7 +120,7 @@ class Table:
         weights[at] -= np.linalg.solve(self._damped(gram, at, len(place)), gram[np.ix_(at, wanted)])
         return weights
 
-    def jackknife(self, level: int = FULL, offset: bool = True) -> tuple[Array, Array]:
+    def jackknife(self, level: int = FULL, offset: bool | None = None) -> tuple[Array, Array]:
         """Return steps (G, E) with each group left out, and that group's squared error then (G,)."""
         total, steps, left = self.total, [], []
         for own in self.grams:
@@ -123,7 +129,7 @@ class Table:
             left.append(squares(own, found))
         return np.array(steps), np.array(left)
 
-    def steps(self, level: int = FULL, offset: bool = True) -> Array:
+    def steps(self, level: int = FULL, offset: bool | None = None) -> Array:
         """Return the steps (E,) of the effects' numbers to the best fit."""
         found = self.solve(self.total, level, offset=offset)
         steps: Array = found[self.size : self.size + len(self.free)] / self.scales[: len(self.free)]
@@ -199,7 +205,8 @@ def table(
     """
     rows = rows or rows_of(setting, state)
     plain = _grams(setting, weights, rows, [[] for _ in setting.records])
-    first = Table(plain, rows.ends, (), np.empty(0), np.empty(0), rows.unit, setting.rows)
+    constant = not any(setting.known[n].constant for n in state)
+    first = Table(plain, rows.ends, (), np.empty(0), np.empty(0), rows.unit, setting.rows, constant)
     law = first.solve(first.total)[: first.size] / rows.unit
     free = tuple(
         (name, n) for name in state for n in range(len(setting.known[name].numbers)) if _free(setting, name, n)
@@ -212,7 +219,7 @@ def table(
     scales = np.array([np.sqrt(sum(np.sum(b[k] ** 2) for b in behind) / setting.rows) + TINY for k in range(count)])
     behind = [[c / s for c, s in zip(b, scales, strict=True)] for b in behind]
     grams = _grams(setting, weights, rows, behind) if count else plain
-    return Table(grams, rows.ends, free, scales, law, rows.unit, setting.rows)
+    return Table(grams, rows.ends, free, scales, law, rows.unit, setting.rows, constant)
 
 
 def _free(setting: Setting, name: str, number: int) -> bool:

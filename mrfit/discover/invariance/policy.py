@@ -17,7 +17,7 @@ class Policy:
     share: float = 0.15
     # Share to take on conditions left out, the law from all: chance takes less than nothing there
     kept: float = 0.10
-    # … the law from the others too: removes laws that remember longer than assumed (2 of 3), costs 1 of 268 planted
+    # … of a typical one, the law from the others too: false names under a memory longer than assumed take less
     held: float = 0.05
     # Largest force over the range: below, sensors of .5 % accuracy make what is seen
     size: float = 0.006
@@ -45,8 +45,8 @@ class Policy:
     # Share of a mass's that a force that is early takes, from which the two are not told apart: true masses take at
     # most .10, early forces .85 and more
     early: float = 0.3
-    # … or up to this share if it takes no more than this of its own beside the mass, over what that takes beside it: true
-    # masses .66 and .04 at most, early forces 1.06 and 1.5 at least
+    # … or up to this share if it takes no more than this of its own beside the mass, over what that takes beside it:
+    # true masses .66 and .04 at most, early forces 1.06 and 1.5 at least
     early_at_most: float = 0.8
     early_beyond: float = 0.3
     # Share that flexible terms must take, on conditions left out, for an invariance to be called broken without a name

@@ -122,7 +122,7 @@ def _judged(setting: Setting, made: Table, tried: Sequence[_Tried], places: Inde
     if not tried:
         return []
     behind = made.size + len(made.free)
-    weights = made.beside(behind + places, level, tried[0].offset)
+    weights = made.beside(behind + places, level, None if tried[0].offset else False)
     gram = made.total
     own = np.einsum("ij,ik,kj->j", weights[:, :-1], gram, weights[:, :-1], optimize=True)
     cross = weights[:, :-1].T @ gram @ weights[:, -1]

@@ -20,6 +20,8 @@ TINY = 1e-300
 QUANTILE = 0.975
 # Levels of the nuisance between which an estimate must not differ, and how many times the squared error of the best
 # one another may leave to be thought of as the law
+# Bounds of the ratio of a group's squared errors
+MOST_RATIO = 10.0
 LARGEST = "largest force"
 LADDER, ADEQUATE = (TRAVEL, TIME, FULL), 2.0
 
@@ -38,7 +40,7 @@ def described(setting: Setting, weights: Sequence[Array], fitted: Fitted, name: 
     effect = setting.known[name]
     level = level_of(effect)
     columns = contribution(setting, fitted.state, name, fitted.table.law)
-    offset = not effect.constant
+    offset = False if effect.constant else None
     rest = {n: t for n, t in fitted.state.items() if n != name}
     beside = table(setting, weights, rest, [[c] for c in columns])
     standing, share = _standing(beside, level, offset, columns, fitted.table.jackknife(level, offset)[1])
@@ -52,7 +54,7 @@ def described(setting: Setting, weights: Sequence[Array], fitted: Fitted, name: 
     return Described(Refined(name, standing, fitted.left, sign, ahead, beyond, numbers), parameters, force)
 
 
-def adequate(made: Table, level: int, offset: bool = True, effects: int | None = None) -> list[int]:
+def adequate(made: Table, level: int, offset: bool | None = None, effects: int | None = None) -> list[int]:
     """Return the other levels of the nuisance that leave hardly more than one does: they could be the law as well."""
     gram = made.total
 
@@ -62,13 +64,22 @@ def adequate(made: Table, level: int, offset: bool = True, effects: int | None =
     return [k for k in LADDER if k != level and left(k) <= ADEQUATE * left(level)]
 
 
-def halves(made: Table, level: int, offset: bool = True) -> Array:
+def halves(made: Table, level: int, offset: bool | None = None) -> Array:
     """Return half the 95 % interval of every number (E,): scatter over groups, and differences between nuisances."""
     best, without = made.steps(level, offset), made.jackknife(level, offset)[0]
     others = adequate(made, level, offset) or [k for k in (TIME, FULL) if k != level][:1]
     spread = np.max(np.abs([made.steps(k, offset) - best for k in others]), axis=0)
     wide: Array = student.ppf(QUANTILE, len(without) - 1) * np.hypot(scatter(without), spread)
     return wide
+
+
+def typical_gain(before: Array, after: Array) -> float:
+    """Return the share of the squared error that is taken of a typical group (G,): the geometric mean of the ratios.
+
+    A sum would listen to the few groups alone that no other group says anything of, with the effect or without.
+    """
+    ratios = np.clip((after + TINY) / (before + TINY), 1.0 / MOST_RATIO, MOST_RATIO)
+    return 1.0 - float(np.exp(np.mean(np.log(ratios))))
 
 
 def scatter(without: Array) -> Array:
@@ -78,7 +89,7 @@ def scatter(without: Array) -> Array:
     return error
 
 
-def _parameters(setting: Setting, fitted: Fitted, name: str, beside: tuple[int, bool]) -> tuple[Parameter, ...]:
+def _parameters(setting: Setting, fitted: Fitted, name: str, beside: tuple[int, bool | None]) -> tuple[Parameter, ...]:
     """Return an effect's parameters with intervals; those that were held have none."""
     effect, half, step = setting.known[name], halves(fitted.table, *beside), fitted.table.steps(*beside)
     found = {
@@ -101,7 +112,9 @@ def _parameters(setting: Setting, fitted: Fitted, name: str, beside: tuple[int, 
     return tuple(rows)
 
 
-def _standing(beside: Table, level: int, offset: bool, columns: Sequence[Array], held: Array) -> tuple[Standing, float]:
+def _standing(
+    beside: Table, level: int, offset: bool | None, columns: Sequence[Array], held: Array
+) -> tuple[Standing, float]:
     """Return the standing of an effect whose force stands behind a table without it, and half its force's interval.
 
     The latter is a share of the force.
@@ -130,7 +143,7 @@ def _standing(beside: Table, level: int, offset: bool, columns: Sequence[Array],
     standing = Standing(
         share=float(cross.sum() ** 2 / max(own.sum() * target.sum(), TINY)),
         kept=kept,
-        held=float(1.0 - held.sum() / max(before.sum(), TINY)),
+        held=typical_gain(before, held),
         size=max(float(np.max(np.abs(c))) for c in columns),
         z=abs(best) / max(float(np.hypot(error, spread)), TINY),
         left=float(own.sum() / max(beside.total[at[0], at[0]], TINY)),

@@ -65,6 +65,13 @@ def test_a_field_that_lags_is_named_with_what_looks_alike() -> None:
     assert findings.named[0].parameters[0].value == pytest.approx(0.03, rel=0.2)
 
 
+@pytest.mark.parametrize("offset", [60.0, -60.0])
+def test_an_offset_is_named_where_no_base_has_one(offset: float) -> None:
+    findings = found(lambda channels, force: force + offset)
+    assert [e.name for e in findings.named] == ["force-offset"]
+    assert findings.named[0].parameters[0].value == pytest.approx(offset, rel=0.05)
+
+
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_law_that_is_odd_and_soon_forgets_is_never_named(seed: int) -> None:
     findings = found(seed=seed)
