@@ -2,7 +2,7 @@
 
 Where a base with its effects leaves the noise, it is taken as exact: that is the sharper way, and any effect of the
 library can be told. Where it does not, its own error hides effects or imitates them. There an effect is believed that
-breaks an invariance which every law keeps. Nothing is computed, read or written here.
+breaks an invariance which every law keeps, and no other. Nothing is computed, read or written here.
 """
 
 from collections.abc import Sequence
@@ -36,6 +36,8 @@ class Combined:
     standing
         Effects that stand whatever the law is, those that are one of a set among them; empty where the base was taken
         as exact.
+    taken_back
+        Whether what the base taken as exact names is not believed, since its law is open and nothing confirms it.
     shadows
         Effects that the examination names and that are not believed.
     difference
@@ -48,6 +50,7 @@ class Combined:
     standing: tuple[NamedEffect, ...] = ()
     shadows: tuple[Shadow, ...] = ()
     difference: str = ""
+    taken_back: bool = False
 
     @property
     def law_is_open(self) -> bool:
@@ -64,8 +67,9 @@ def worth_examining(chosen: Selection, noise: float, policy: Policy) -> bool:
         return True
     if chosen.verdict in ("none", "insufficient-data"):
         return False
-    gap = chosen.base.holdout**2 - noise**2
-    return gap > 0.0 and chosen.final.holdout**2 - noise**2 > policy.left_open * gap
+    gap, after = chosen.base.holdout**2 - noise**2, chosen.final.holdout
+    allowed = policy.left_open_in_sight if after > policy.in_sight * noise else policy.left_open
+    return gap > 0.0 and after**2 - noise**2 > allowed * gap
 
 
 def combine(chosen: Selection, examined: Findings | None, policy: Policy) -> Combined:
@@ -77,7 +81,9 @@ def combine(chosen: Selection, examined: Findings | None, policy: Policy) -> Com
     hidden = {s.name for s in shadows}
     standing = tuple(n for n in examined.named if n.name not in hidden)
     if not standing:
-        return Combined(exact.verdict, exact.named, exact.ambiguous, (), shadows, _only_exact(chosen))
+        back = bool(chosen.final.effects)
+        verdict = "unexplained" if back else exact.verdict
+        return Combined(verdict, (), (), (), shadows, _only_exact(chosen), taken_back=back)
     sets = tuple((n.name, *rivals) for n in standing if (rivals := _others(n)))
     clear = tuple(n.name for n in standing if not _others(n))
     return Combined(
@@ -116,7 +122,7 @@ def _only_exact(chosen: Selection) -> str:
     if not chosen.final.effects:
         return ""
     names = _listed(chosen.final.effects)
-    return f"with the base taken as exact {names} would be there; beside an open law nothing has proof"
+    return f"with the base taken as exact {names} would be there; beside an open law that has no proof"
 
 
 def _difference(chosen: Selection, clear: Sequence[str], sets: Sequence[Sequence[str]]) -> str:

@@ -54,7 +54,8 @@ def beside_open_law(
     examined = examination(fitter.bench, base, exact.base_model)
     combined = combine(chosen, examined, policy)
     found = with_examination(exact, combined, examined, base.assembly.spec.output, policy)
-    after, held = gathering.refit_of(chosen.final), held_at(combined.standing)
+    after = base if combined.taken_back else gathering.refit_of(chosen.final)
+    held = held_at(combined.standing)
     if combined.law_is_open:
         after = refitted(with_held(fitter, held), base)
         without = {n: _without(fitter, base, held, n) for n in combined.named}

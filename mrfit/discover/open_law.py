@@ -24,6 +24,7 @@ from mrfit.io.schemas.discovery import (
     OtherBase,
     OtherLaw,
     Standing,
+    Suspect,
     Way,
     Ways,
 )
@@ -61,6 +62,8 @@ def with_examination(
         "ways": ways(exact, combined, examined),
         "verdict": combined.verdict,
     }
+    if combined.taken_back:
+        told |= _taken_back(exact)
     if not combined.law_is_open:
         return exact.model_copy(update=told)
     named = tuple(n for n in combined.standing if n.name in combined.named)
@@ -75,6 +78,39 @@ def with_examination(
         "held": tuple((f"{n.name}.{p.name}", p.value) for n in (*named, *suspected) for p in n.parameters),
     }
     return exact.model_copy(update=told)
+
+
+def _taken_back(exact: DiscoveryFile) -> dict[str, object]:
+    """Return what changes where nothing confirms what the base taken as exact names."""
+    back = tuple(
+        Suspect(
+            name=e.name,
+            parameters=e.parameters,
+            holdout_nrmse_after=e.holdout_nrmse_after,
+            closed=exact.gap.closed,
+        )
+        for e in exact.effects
+    )
+    reason = "the law may make it, which these data do not know"
+    return {
+        "effects": (),
+        "ambiguous_set": (),
+        "suspects": (*back, *exact.suspects),
+        "augmented_model": exact.base_model,
+        "gap": exact.gap.model_copy(
+            update={"after": exact.gap.before, "closed": 0.0 if exact.gap.noise_floor else None}
+        ),
+        "candidates": tuple(
+            c.model_copy(update={"accepted": False, "reason": reason}) if c.accepted else c for c in exact.candidates
+        ),
+        "unexplained": exact.unexplained.model_copy(
+            update={
+                "share_of_gap": 1.0 if exact.gap.noise_floor else None,
+                "where": exact.where,
+                "text": exact.where_text,
+            }
+        ),
+    }
 
 
 def with_gap(found: DiscoveryFile, gap: Gap, without: Mapping[str, float | None]) -> DiscoveryFile:

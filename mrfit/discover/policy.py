@@ -105,8 +105,11 @@ class Policy:
     power_clear: float = 2.0
 
     # --- where the law itself may be off
-    # Share of the gap that a base with its effects may leave and still be taken as exact (named beside a wrong law)
+    # Share of the gap that a base with its effects may leave and still be taken as exact …
     left_open: float = 0.2
+    # … and where the error left is in sight of a reader: where the base is exact, effects that are named rightly leave
+    # less than .003 of it and 1.1 times the noise; wrong ones beside a wrong law left .05 and 6 times
+    left_open_in_sight: float = 0.01
     # Share of what an effect leaves that something else takes which breaks the same invariance, from which the effect
     # may be a part of that (outside: cavitation)
     broken_beside: float = 0.25

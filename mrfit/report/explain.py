@@ -23,7 +23,7 @@ def headline(found: DiscoveryFile) -> str:
         return f"{known}: these data cannot tell whether it is {suspects}.{off}"
     if verdict == "unexplained":
         broken = [broken_words(row.invariance) for row in found.invariance.broken] if found.invariance else []
-        if broken:
+        if broken and not found.suspects:
             return f"Something is missing from {base} that no effect of the library is: it {listed(broken)}."
         if found.law_gap is not None and found.law_gap.share > LAW_ALONE:
             return f"The law of {base} is off, and no effect has proof beside it."
@@ -78,10 +78,10 @@ def _partial(found: DiscoveryFile) -> str:
             said[suspect.name] = words
     closed = found.suspects[0].closed
     share = "part" if closed is None else percent(closed)
-    return _sentence(
-        f"{listed(list(said.values()))} would take {share} of the gap, too little to be all that is missing: "
-        "a cause among others, or the shadow of another"
-    )
+    why = "too little to be all that is missing: a cause among others, or the shadow of another"
+    if found.ways is not None and found.ways.exact_base.effects:
+        why = f"but only if the law of {found.base_model} were exact: beside a law that is off they have no proof"
+    return _sentence(f"{listed(list(said.values()))} would take {share} of the gap, {why}")
 
 
 def _left_open(found: DiscoveryFile) -> bool:

@@ -37,7 +37,7 @@ def law_sentences(found: DiscoveryFile) -> list[str]:
     said += _law(found) + _broken(found)
     if said and (names := [c.name for c in found.confounded if ANY_LAW in c.reason]):
         said.append(f"{_first_up(listed(names))} cannot be told from the law here.")
-    if found.ways and found.ways.difference:
+    if found.ways and found.ways.difference and not found.suspects:
         said.append(f"{_first_up(found.ways.difference)}.")
     return said
 

@@ -46,10 +46,16 @@ def test_an_effect_that_no_law_makes_is_named_where_the_base_taken_as_exact_expl
     assert found.law_is_open and not found.difference
 
 
-def test_an_examination_that_names_nothing_changes_no_verdict() -> None:
-    for verdict in ("unexplained", "ambiguous", "named"):
-        found = combine(exact(verdict, "a"), Findings(broken=(broken(0.9),)), STANDARD)
-        assert found.verdict == verdict and found.named == ("a",) and not found.law_is_open
+def test_what_an_examination_does_not_confirm_is_taken_back() -> None:
+    nothing = Findings(broken=(broken(0.9),))
+    for verdict in ("ambiguous", "named"):
+        found = combine(exact(verdict, "a"), nothing, STANDARD)
+        assert (found.verdict, found.named, found.taken_back) == ("unexplained", (), True)
+        assert "a would be there" in found.difference and not found.law_is_open
+    found = combine(exact(), nothing, STANDARD)
+    assert (found.verdict, found.taken_back, found.difference) == ("unexplained", False, "")
+    kept = combine(exact("named", "a", "b"), Findings(named=(effect("a"),)), STANDARD)
+    assert (kept.verdict, kept.named) == ("named", ("a",)) and "b would take part" in kept.difference
 
 
 @pytest.mark.parametrize(
@@ -88,9 +94,10 @@ def test_the_way_that_has_no_proof_for_an_effect_of_the_other_is_told() -> None:
         (exact("none"), 1.0, False),
         (exact("insufficient-data"), 1.0, False),
         (exact("unexplained"), 1.0, True),
-        (exact("named", "a", left=2.0), 1.0, False),
+        (exact("named", "a", left=2.1), 1.0, False),
+        (exact("named", "a", left=2.6), 1.0, True),
         (exact("named", "a", left=12.0), 1.0, True),
-        (exact("ambiguous", "a", left=2.0), 1.0, False),
+        (exact("ambiguous", "a", left=2.1), 1.0, False),
         (exact("ambiguous", "a", left=12.0), 1.0, True),
         # within what the noise can be
         (exact("named", "a", left=12.0), 12.0, False),

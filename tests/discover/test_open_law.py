@@ -163,6 +163,26 @@ def test_an_effect_that_is_not_believed_is_turned_down_with_its_reason() -> None
     assert "something else breaks the same invariance" in found.invariance.turned_down[0].reason
 
 
+def test_what_is_taken_back_stands_as_a_suspect_and_the_model_is_the_base_again() -> None:
+    effects = [{"name": "stribeck", "parameters": [], "holdout_nrmse_before": 0.05, "holdout_nrmse_after": 0.011}]
+    named = DiscoveryFile.of(
+        {
+            **EXACT.to_json(), "verdict": "named", "effects": effects, "augmented_model": "bingham+stribeck",
+            "gap": {"noise_floor": 0.001, "before": 0.05, "after": 0.011, "closed": 0.95},
+            "candidates": [{"name": "stribeck", "screen": 0.5, "holdout_gain": 0.9, "accepted": True, "reason": "clear"}],
+        }
+    )  # fmt: skip
+    final = fit(6.0, "stribeck")
+    chosen = Selection(BASE, final, final, Screening(BASE), verdict="named")
+    nothing = replace(FOUND, named=())
+    found = with_examination(named, combine(chosen, nothing, STANDARD), nothing, "force", STANDARD)
+    assert (found.verdict, found.effects, found.augmented_model) == ("unexplained", (), "bingham")
+    assert [(s.name, s.closed) for s in found.suspects] == [("stribeck", 0.95)]
+    assert (found.gap.before, found.gap.after, found.gap.closed) == (0.05, 0.05, 0.0)
+    assert not found.candidates[0].accepted and found.ways is not None and not found.ways.agree
+    assert any("with the base taken as exact stribeck" in s.lower() for s in sentences(found))
+
+
 def test_what_cannot_be_examined_changes_nothing_but_says_so() -> None:
     found = told(Findings(not_applicable="no displacement"))
     assert (found.verdict, found.law_gap) == ("unexplained", None)

@@ -153,8 +153,8 @@ def of_parameters(count: int) -> Rule:
     return lambda p: laws.suits(spec, "force", {"displacement", "velocity"}, p)
 
 
-def left_open(after: float) -> Rule:
-    base, final = fit(10.0), fit(after, "a")
+def left_open(after: float, before: float) -> Rule:
+    base, final = fit(before), fit(after, "a")
     chosen = Selection(base, final, final, Screening(base), verdict="named")
     return lambda p: worth_examining(chosen, 1.0, p)
 
@@ -170,7 +170,8 @@ def in_the_shadow(kept: float) -> Rule:
 
 
 CASES: dict[str, tuple[Rule, Rule]] = {
-    "left_open": (left_open(4.6), left_open(4.3)),
+    "left_open": (left_open(2.4, 4.6), left_open(2.4, 5.8)),
+    "left_open_in_sight": (left_open(2.7, 20.0), left_open(2.7, 30.0)),
     "broken_beside": (in_the_shadow(0.3), in_the_shadow(0.2)),
     "law_takes": (law(0.25), law(0.15)),
     "most_laws": (law(0.5, 3), law(0.5, 4)),
