@@ -82,34 +82,23 @@ def with_examination(
 
 def _taken_back(exact: DiscoveryFile) -> dict[str, object]:
     """Return what changes where nothing confirms what the base taken as exact names."""
+    gap, known = exact.gap, exact.gap.noise_floor is not None
     back = tuple(
-        Suspect(
-            name=e.name,
-            parameters=e.parameters,
-            holdout_nrmse_after=e.holdout_nrmse_after,
-            closed=exact.gap.closed,
-        )
+        Suspect(name=e.name, parameters=e.parameters, holdout_nrmse_after=e.holdout_nrmse_after, closed=gap.closed)
         for e in exact.effects
     )
-    reason = "the law may make it, which these data do not know"
+    reason = "beside a law that is off it has no proof"
+    rest = {"share_of_gap": 1.0 if known else None, "where": exact.where, "text": exact.where_text}
     return {
         "effects": (),
         "ambiguous_set": (),
         "suspects": (*back, *exact.suspects),
         "augmented_model": exact.base_model,
-        "gap": exact.gap.model_copy(
-            update={"after": exact.gap.before, "closed": 0.0 if exact.gap.noise_floor else None}
-        ),
+        "gap": gap.model_copy(update={"after": gap.before, "closed": 0.0 if known else None}),
         "candidates": tuple(
             c.model_copy(update={"accepted": False, "reason": reason}) if c.accepted else c for c in exact.candidates
         ),
-        "unexplained": exact.unexplained.model_copy(
-            update={
-                "share_of_gap": 1.0 if exact.gap.noise_floor else None,
-                "where": exact.where,
-                "text": exact.where_text,
-            }
-        ),
+        "unexplained": exact.unexplained.model_copy(update=rest),
     }
 
 
