@@ -58,15 +58,25 @@ class Combined:
         return bool(self.standing)
 
 
-def worth_examining(chosen: Selection, noise: float, policy: Policy) -> bool:
+def worth_examining(chosen: Selection, noise: float, measured: bool, policy: Policy) -> bool:
     """Return whether the law of a base may be off, by what its effects leave.
 
-    ``noise`` is the most that the noise can be, in multiples of the floor.
+    Parameters
+    ----------
+    chosen
+        What was decided with the base taken as exact.
+    noise
+        The most that the noise can be, in multiples of the floor.
+    measured
+        Whether the floors were measured, by cycles or repeats. One that was guessed from what a regression or the base
+        leaves holds the error of a wrong law, too: it cannot say that nothing is missing.
+    policy
+        The thresholds.
     """
     if chosen.verdict == "unexplained":
         return True
     if chosen.verdict in ("none", "insufficient-data"):
-        return False
+        return not measured
     gap, after = chosen.base.holdout**2 - noise**2, chosen.final.holdout
     allowed = policy.left_open_in_sight if after > policy.in_sight * noise else policy.left_open
     return gap > 0.0 and after**2 - noise**2 > allowed * gap

@@ -240,7 +240,8 @@ def _discovered(job: _Job) -> Told:
     gathering, chosen = decided.judged.gathering, decided.judged.chosen
     told = _exact(job, decided)
     before, after = (gathering.refit_of(fit) for fit in (chosen.base, chosen.final))
-    if worth_examining(chosen, gathering.noise, STANDARD):
+    measured = gathering.fitter.bench.noise_is_measured("holdout")
+    if worth_examining(chosen, gathering.noise, measured, STANDARD):
         job.progress("law and invariances", 0, 1)
         own = replace(job.settings, current_order="auto", start=())
         beside = beside_open_law(

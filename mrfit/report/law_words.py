@@ -33,6 +33,8 @@ ANY_LAW = "any law may have it"
 
 def law_sentences(found: DiscoveryFile) -> list[str]:
     """Return what is said of effects that stand whatever the law is, and of the law."""
+    if found.verdict == "none":
+        return []
     said = [_effect(found, e) for e in found.invariance.named] if found.invariance else []
     said += _law(found) + _broken(found)
     if said and (names := [c.name for c in found.confounded if ANY_LAW in c.reason]):

@@ -107,7 +107,16 @@ def test_the_way_that_has_no_proof_for_an_effect_of_the_other_is_told() -> None:
 def test_a_law_is_examined_only_where_the_base_does_not_leave_the_noise(
     chosen: Selection, noise: float, open_: bool
 ) -> None:
-    assert worth_examining(chosen, noise, STANDARD) == open_
+    assert worth_examining(chosen, noise, True, STANDARD) == open_
+
+
+@pytest.mark.parametrize("verdict", ["none", "insufficient-data"])
+def test_a_floor_that_was_guessed_cannot_say_that_nothing_is_missing(verdict: str) -> None:
+    assert worth_examining(exact(verdict), 1.0, False, STANDARD)
+    assert not worth_examining(exact(verdict), 1.0, True, STANDARD)
+    nothing = combine(exact(verdict), Findings(), STANDARD)
+    assert (nothing.verdict, nothing.named) == (verdict, ())
+    assert combine(exact(verdict), Findings(named=(effect("s"),)), STANDARD).named == ("s",)
 
 
 NAMES = st.sampled_from(["a", "b", "c", "d"])

@@ -156,7 +156,7 @@ def of_parameters(count: int) -> Rule:
 def left_open(after: float, before: float) -> Rule:
     base, final = fit(before), fit(after, "a")
     chosen = Selection(base, final, final, Screening(base), verdict="named")
-    return lambda p: worth_examining(chosen, 1.0, p)
+    return lambda p: worth_examining(chosen, 1.0, True, p)
 
 
 def in_the_shadow(kept: float) -> Rule:

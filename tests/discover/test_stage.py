@@ -194,6 +194,7 @@ def test_a_field_that_saturates_is_named_and_not_bent_after_by_polynomials_of_hi
     assert effect.parameters[0].value == pytest.approx(1.2**-2, rel=0.02)
 
 
+BENCH = SimpleNamespace(noise_is_measured=lambda role: True)
 CHOSEN, USUAL = (CurrentDependence((("fy", order),), 0.0, 1.0) for order in (1, 2))
 
 
@@ -234,7 +235,7 @@ def test_laws_by_role_are_tried_only_where_chosen_ones_leave_a_gap_and_kept_only
 
     def judged(job: Any, dependence: CurrentDependence) -> Any:
         tried.append(dependence)
-        gathering = SimpleNamespace(fitter=SimpleNamespace(bench=None), refit_of=lambda fit: fit, noise=1.0)
+        gathering = SimpleNamespace(fitter=SimpleNamespace(bench=BENCH), refit_of=lambda fit: fit, noise=1.0)
         return SimpleNamespace(
             gathering=gathering, chosen=SimpleNamespace(base=None, final=None, verdict=words[dependence])
         )
