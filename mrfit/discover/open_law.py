@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from math import isfinite
 
-from mrfit.core.channels import MOTION, unit_of
+from mrfit.core.channels import CONTROL, MOTION, unit_of
 from mrfit.discover.combine import Combined, Shadow
 from mrfit.discover.invariance.findings import Findings, NamedEffect, Parameter, Place, TurnedDown
 from mrfit.discover.invariance.findings import Standing as Shown
@@ -223,7 +223,7 @@ def _bin(p: Place) -> str:
     low, high = f"{factor * p.low:.2g}", f"{factor * p.high:.2g} {unit}"
     if p.over == "travel":
         return f"within {high} of a reversal" if p.low == 0.0 else f"{low} to {high} after a reversal"
-    what = {"speed": "speed", "control": "current"}.get(p.over, p.over)
+    what = CONTROL if p.over == "control" else p.over
     return f"with a {what} below {high}" if p.low == 0.0 else f"with a {what} of {low} to {high}"
 
 
