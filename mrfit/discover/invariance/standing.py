@@ -20,6 +20,8 @@ TINY = 1e-300
 QUANTILE = 0.975
 # Levels of the nuisance between which an estimate must not differ, and how many times the squared error of the best
 # one another may leave to be thought of as the law
+# What smoothing, sampling and the forms of effects are good for, as a share of a value: no interval is narrower
+ACCURACY = 0.02
 # Bounds of the ratio of a group's squared errors
 MOST_RATIO = 10.0
 LARGEST = "largest force"
@@ -105,8 +107,9 @@ def _parameters(setting: Setting, fitted: Fitted, name: str, beside: tuple[int, 
             param, value = effect.spec.params[place], float(fitted.state[name][place])
             low = high = None
             if number in found:
-                difference, wide = found[number]
+                difference, scattered = found[number]
                 value += difference if lower else 0.0
+                wide = float(np.hypot(scattered, ACCURACY * value))
                 low, high = value - wide, value + wide
             rows.append(Parameter(param.name, param.unit, value, low, high))
     return tuple(rows)
@@ -140,6 +143,7 @@ def _standing(
     spread = min(differences.values())
     most = max((differences[k] for k in adequate(beside, level, offset, count)), default=spread)
     half = student.ppf(QUANTILE, len(beside.grams) - 1) * float(np.hypot(error, most)) / max(abs(best), TINY)
+    half = float(np.hypot(half, ACCURACY))
     standing = Standing(
         share=float(cross.sum() ** 2 / max(own.sum() * target.sum(), TINY)),
         kept=kept,

@@ -138,3 +138,13 @@ def test_only_forces_and_torques_of_a_known_motion_are_examined(
     output: str, channels: tuple[str, ...], applies: bool
 ) -> None:
     assert (not not_applicable(output, channels)) is applies
+
+
+def test_a_torque_is_examined_as_a_force_is() -> None:
+    turned = {"displacement": "angle", "velocity": "angular_velocity", "acceleration": "angular_acceleration"}
+    rows = [
+        replace(r, channels={turned.get(n, n): c for n, c in r.channels.items()}, made="torque") for r in records(warm)
+    ]
+    findings = examine(rows, None, library("torque"))
+    assert [e.name for e in findings.named] == ["temperature"]
+    assert findings.named[0].force.unit == "N*m"
