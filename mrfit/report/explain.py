@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from mrfit.core import registry
 from mrfit.io.schemas.discovery import DiscoveryFile, FoundEffect, Suspect
 from mrfit.report.curves import prefixed
-from mrfit.report.law_words import LAW_ALONE, broken_words, law_sentences, listed
+from mrfit.report.law_words import LAW_ALONE, broken_words, law_sentences, left_besides, listed
 from mrfit.report.numbers import WITHIN_NOISE, in_html, percent, significant, with_interval
 from mrfit.signal.drift import drift_words
 
@@ -26,7 +26,8 @@ def headline(found: DiscoveryFile) -> str:
         if broken and not found.suspects:
             return f"Something is missing from {base} that no effect of the library is: it {listed(broken)}."
         if found.law_gap is not None and found.law_gap.share > LAW_ALONE:
-            return f"The law of {base} is off, and no effect has proof beside it."
+            besides = "something else is missing besides" if left_besides(found) else "no effect has proof beside it"
+            return f"The law of {base} is off, and {besides}."
         much = "all of it" if found.suspects else "it"
         return f"Something is missing from {base}, and no effect of the library explains {much}."
     if verdict == "none":

@@ -27,6 +27,8 @@ BROKEN = {
 LAW_TOLD = 0.2
 # … and from which the law alone is the reason
 LAW_ALONE = 0.9
+# Multiples of the noise floor above which what no law makes is more than noise
+LEFT_BESIDES = 2.0
 # Names that are listed of what the law may have
 ANY_LAW = "any law may have it"
 
@@ -113,9 +115,16 @@ def _law(found: DiscoveryFile) -> list[str]:
             f"No law of this kind makes the rest ({percent(gap.left)} of the range), of which {listed(names)} {take} "
             f"{gap.taken:.0%}."
         )
-    elif gap.rest > 0.0:
-        said.append(f"What no law of this kind makes is {percent(gap.left)} of the range.")
+    else:
+        more = ": something else is missing, too" if left_besides(found) else ""
+        said.append(f"What no law of this kind makes is {percent(gap.left)} of the range{more}.")
     return said
+
+
+def left_besides(found: DiscoveryFile) -> bool:
+    """Return whether clearly more than noise is left that no law makes."""
+    gap, floor = found.law_gap, found.gap.noise_floor
+    return gap is not None and floor is not None and gap.left > LEFT_BESIDES * floor
 
 
 def _broken(found: DiscoveryFile) -> list[str]:

@@ -151,7 +151,10 @@ def test_without_a_name_the_verdict_stays_and_what_is_broken_is_said() -> None:
     assert headline(found).endswith("that no effect of the library is: it depends on the place in the stroke.")
     assert any(s.startswith("Something depends on the place in the stroke") for s in law_sentences(found))
     alone = told(replace(FOUND, named=(), law_gap=LawGap(0.05, 0.95, PLACES)))
-    assert headline(alone) == "The law of bingham is off, and no effect has proof beside it."
+    assert headline(alone) == "The law of bingham is off, and something else is missing besides."
+    assert any(s.endswith("4.00 % of the range: something else is missing, too.") for s in sentences(alone))
+    noise = alone.model_copy(update={"gap": alone.gap.model_copy(update={"noise_floor": 0.03})})
+    assert headline(noise) == "The law of bingham is off, and no effect has proof beside it."
     little = told(replace(FOUND, named=(), law_gap=LawGap(0.05, 0.1, PLACES)))
     assert not any("itself errs" in s for s in sentences(little))
 
