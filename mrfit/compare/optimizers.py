@@ -19,40 +19,20 @@ from mrfit.io.csv_table import csv_table
 from mrfit.io.dataset import Dataset
 from mrfit.io.keys import code_version, digest_of, fit_key
 from mrfit.io.workspace import Workspace, plain, write_json, write_text
-from mrfit.search import chain, staged, strategies
+from mrfit.search import chain, strategies
 from mrfit.search import run as search
 from mrfit.search.cube import Cube
 from mrfit.search.limits import Limits
 from mrfit.search.problem import Posed
 from mrfit.search.starts import at_scales, characteristic_points, data_starts, to_points
+from mrfit.settings.compare import OfOptimizers
 from mrfit.simulate.current_levels import base_of
 
 SCHEMA = "mrfit/compare-optimizers/1"
 COLUMNS = ("condition", "optimizer", "seeds", "best", "median", "worst", "evaluations", "seconds", "unit")
+Settings = OfOptimizers
 # Evaluations at which the curves of several seeds are compared
 CURVE_POINTS = 200
-
-
-@dataclass(frozen=True)
-class Settings:
-    """Which optimizers to compare, on which fit.
-
-    Attributes
-    ----------
-    optimizers
-        Optimizers or chains, as in ``pso-fmin``.
-    fit
-        What they fit: model, ``per``, bounds, weight, budget, options, … as in the fit stage; its optimizer and seed
-        are not used. An option goes to every optimizer that has one of the name.
-    seeds
-        Runs of each optimizer, seeds 0, 1, …. Seed 0 starts at the model's own start values, every other at a point of
-        the cube drawn at random, the same for all optimizers; ``auto`` starts at what the data give as well, as it
-        does in a fit, and ``points`` there only.
-    """
-
-    optimizers: tuple[str, ...]
-    fit: fit_stage.Settings
-    seeds: int = 5
 
 
 def check(settings: Settings) -> None:
@@ -67,8 +47,8 @@ def check(settings: Settings) -> None:
     parts = [part for name in settings.optimizers for part in chain.parts(name)]
     chain.check_options(list(dict.fromkeys(parts)), settings.fit.options)
     for name in settings.optimizers:
-        if staged.NAME in chain.parts(name):
-            raise ConfigError(f"'{name}' begins with stages, not with a start: `mrfit compare --models … --opt {name}`")
+        if own := strategies.find(name).begins_with:
+            raise ConfigError(f"'{name}' begins with {own}, not with a start: `mrfit compare --models … --opt {name}`")
     if settings.seeds < 1:
         raise ConfigError(f"--seeds {settings.seeds} runs nothing; give at least 1")
 

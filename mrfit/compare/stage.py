@@ -1,22 +1,19 @@
 """The compare stage: segments in, a table of models against conditions for each output out, best on held-out first."""
 
 import csv
-import re
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from mrfit.compare.page import models_page
-from mrfit.core import registry
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import DataError, MrfitError
 from mrfit.fit import stage as fit_stage
 from mrfit.io.csv_table import csv_table
 from mrfit.io.workspace import Workspace, plain, write_json, write_text
-from mrfit.search.chain import Given
-from mrfit.search.limits import PATIENCE
+from mrfit.settings.compare import Settings as Settings
 
 SCHEMA = "mrfit/compare/1"
 COLUMNS = (
@@ -34,45 +31,6 @@ COLUMNS = (
 )
 ROLES = ("holdout", "train")
 Fitting = Callable[[fit_stage.Settings], dict[str, Any]]
-
-
-@dataclass(frozen=True)
-class Settings:
-    """Which models to compare, and how they are fitted.
-
-    Attributes
-    ----------
-    models
-        Models as written; ``("all",)`` for every one there is.
-    optimizer, options, per, seed, budget, seconds, stall, weight, current_order, only
-        As in the fit stage, the same for all.
-    jobs
-        Worker threads of each fit; fits run one after the other, so that their times can be compared.
-    """
-
-    models: tuple[str, ...] = ("all",)
-    optimizer: str = "auto"
-    options: Given = ()
-    per: Literal["condition", "all"] = "all"
-    seed: int = 0
-    budget: int | None = None
-    seconds: float | None = None
-    stall: float = PATIENCE
-    weight: Literal["none", "floor", "range"] = "none"
-    current_order: str = "auto"
-    only: str = ""
-    jobs: int = 1
-
-    def of_fit(self, model: str) -> fit_stage.Settings:
-        """Return the settings of one model's fit."""
-        shared = {k: v for k, v in asdict(self).items() if k != "models"}
-        name = f"{model}.{self.optimizer}" + (".all" if self.per == "all" else "") + (f".{self.only}" * bool(self.only))
-        return fit_stage.Settings(model=model, name=re.sub(r"[^A-Za-z0-9._+-]+", "_", name), **shared)
-
-    @property
-    def names(self) -> list[str]:
-        """The models' names, all written out."""
-        return registry.names("model") if self.models == ("all",) else list(dict.fromkeys(self.models))
 
 
 def check(settings: Settings) -> None:

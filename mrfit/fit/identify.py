@@ -15,10 +15,11 @@ from mrfit.search import run as search
 from mrfit.search import strategies
 from mrfit.search.chain import Given
 from mrfit.search.cube import Cube
-from mrfit.search.limits import PATIENCE, Limits, Told
+from mrfit.search.limits import Limits, Told
 from mrfit.search.parts import Blocks, parts_of, split_cycles
 from mrfit.search.problem import AHEAD_CYCLES, Block, Posed, differences, folded_block
 from mrfit.search.result import SearchResult
+from mrfit.settings.fit import PATIENCE
 from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.signal.output_floor import output_floors, residual_floor
 from mrfit.simulate.assembly import Assembly

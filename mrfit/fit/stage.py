@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import NAMING, Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.core.workers import in_processes
-from mrfit.fit.diagnostics.trust import Intervals, drift_warnings, trust
+from mrfit.fit.diagnostics.trust import drift_warnings, trust
 from mrfit.fit.files import PARTIAL, Fitted, drop_partial, write_fit
 from mrfit.fit.identify import Group, SearchSettings, as_json, build_group, search_optimum, weights_of
 from mrfit.fit.laws.choice import Choice
@@ -26,84 +26,18 @@ from mrfit.io.schemas.fit import Fit, PartialFit
 from mrfit.io.schemas.reading import made
 from mrfit.io.workspace import Workspace, check_name, plain, write_json
 from mrfit.kernels.jit import is_cold
-from mrfit.optimizers import points
-from mrfit.search import chain, staged
+from mrfit.search import chain, staged, strategies
 from mrfit.search.cube import Cube, cube_of
-from mrfit.search.limits import PATIENCE, seconds_left
+from mrfit.search.limits import seconds_left
 from mrfit.search.parts import Blocks
 from mrfit.search.starts import at_scales, characteristic_points, data_starts, level_fits, to_points, two_phase_start
+from mrfit.settings.fit import Settings as Settings
 from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence, base_name
 from mrfit.simulate.current_levels import as_json as currents_as_json
 from mrfit.simulate.current_levels import base_of, checked_order, sign_warnings
 
 SCHEMA = "mrfit/fit/1"
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What to fit and how.
-
-    Attributes
-    ----------
-    model
-        Model as written on the command line.
-    optimizer
-        Optimizer chain, as in ``pso-fmin``.
-    options
-        The user's changes to the optimizers' options: name, or OPTIMIZER.NAME, and value.
-    per
-        ``condition``: one set of parameters for each condition, its last third of cycles held out; ``all``: one set for
-        all training conditions, whole conditions held out.
-    name
-        Name of the fit; empty for MODEL.OPT (MODEL.OPT.all for a joint fit).
-    seed
-        Seed of every random choice.
-    budget
-        Evaluations allowed for each set of parameters, or None for the optimizers' own.
-    seconds
-        Wall-clock limit for each set of parameters, the searches that give its starts included, or None.
-    stall
-        Share of a global optimizer's evaluations after which it ends if they brought no progress; 1 for never.
-    weight
-        ``none``: every sample counts alike; ``floor``: errors count in multiples of their condition's noise floor,
-        which is most accurate where noise limits the fit; ``range``: errors count as shares of their condition's range.
-    bounds, start, fixed
-        The user's changes to the model's own, by parameter name.
-    current_order
-        How parameters depend on current in a joint fit: ``auto``, an order 0 to 4 for all, or ``NAME=ORDER,…``; an
-        order may be in pieces, ``1:0.2:2``.
-    only
-        Segments that take part: ``LMH`` or ``MH`` by peak velocity, or patterns on conditions; empty for all.
-    intervals
-        ``hac``: from the Jacobian with autocorrelated noise; ``bootstrap``: refits to residuals drawn anew in blocks;
-        ``profile``: how far each parameter can go while the others make up for it.
-    jobs
-        Worker processes; does not change the result.
-    """
-
-    model: str
-    optimizer: str = "auto"
-    options: chain.Given = ()
-    per: Literal["condition", "all"] = "condition"
-    name: str = ""
-    seed: int = 0
-    budget: int | None = None
-    seconds: float | None = None
-    stall: float = PATIENCE
-    weight: Literal["none", "floor", "range"] = "none"
-    bounds: tuple[tuple[str, float, float], ...] = ()
-    start: tuple[tuple[str, float], ...] = ()
-    fixed: tuple[tuple[str, float], ...] = ()
-    current_order: str = "auto"
-    only: str = ""
-    intervals: Intervals = "hac"
-    jobs: int = 1
-
-    @property
-    def fit_name(self) -> str:
-        """Name of the fit's folder."""
-        return self.name or f"{self.model}.{self.optimizer}" + (".all" if self.per == "all" else "")
 
 
 def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
@@ -261,7 +195,7 @@ def check(settings: Settings) -> None:
     """
     assembly = assemble(settings.model)
     chain.check_options(chain.parts(settings.optimizer), settings.options)
-    staged.check_staged(settings.model, settings.optimizer, settings.per)
+    strategies.find(settings.optimizer, settings.options).check(settings.model, settings.per)
     checked_order(settings.model, settings.current_order, settings.per)
     check_name(settings.fit_name)
     # which nodes of current there are is known with the data only
@@ -277,6 +211,12 @@ def check(settings: Settings) -> None:
 def _cube(assembly: Assembly, settings: Settings) -> Cube:
     bounds = {n: (low, high) for n, low, high in settings.bounds}
     return cube_of(assembly.spec, bounds, dict(settings.start), dict(settings.fixed))
+
+
+def _no_search_warnings(strategy: strategies.Strategy, name: str) -> list[dict[str, str]]:
+    """Return the warning that a fit by a strategy, written so, did not search; none where it did."""
+    text = f"the parameters are read off characteristic points; intervals are those of a fit that ends here: {name}-lsq"
+    return [] if strategy.searches else [{"kind": "no-search", "text": f"{text} searches on from them"}]
 
 
 def _groups(segments: Sequence[Segment], settings: Settings) -> dict[str, list[Segment]]:
@@ -361,7 +301,7 @@ class _Runner:
         reasons = warnings_of(result, metrics, self.assembly.spec.passive)
         signs = sign_warnings(settings.model, self.prepared.dependence, theta)
         said = [*signs, *drift_warnings(result["drift"]), *staged.warnings(found["stages"])]
-        result["warnings"] = [*reasons, *said, *points.warnings(settings.optimizer)]
+        result["warnings"] = [*reasons, *said, *_no_search_warnings(search.strategy, settings.optimizer)]
         return _Piece(result, group, simulated, metrics)
 
     def _search(self, group: Group, cube: Cube, search: SearchSettings) -> dict[str, Any]:

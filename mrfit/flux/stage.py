@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -26,35 +26,12 @@ from mrfit.io.keys import code_version, flux_key
 from mrfit.io.schemas.reading import made
 from mrfit.io.schemas.stages import FLUX, FluxFile
 from mrfit.io.workspace import Workspace, plain, write_json
+from mrfit.settings.flux import DRIFTS, RULES
+from mrfit.settings.flux import Settings as Settings
 from mrfit.signal.cycles import Stretch, steady_stretches
 
-DRIFTS = ("cycle", "linear", "none")
-RULES = ("trapezoid", "simpson")
 STAGE = "flux"
 INTEGRATED = "integrated"
-
-
-@dataclass(frozen=True, slots=True)
-class Settings:
-    """How flux linkage is reconstructed.
-
-    Attributes
-    ----------
-    resistance
-        Coil resistance in Ω for all recordings, ``auto`` to estimate it from the data, or None for each recording's own
-        (from the channel map) and ``auto`` for those without.
-    drift
-        ``cycle``, ``linear`` or ``none``.
-    rule
-        ``trapezoid`` or ``simpson``.
-    fallback
-        Resistance in Ω for recordings without their own, instead of estimating it.
-    """
-
-    resistance: float | Literal["auto"] | str | None = None
-    drift: str = "cycle"
-    rule: str = "trapezoid"
-    fallback: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

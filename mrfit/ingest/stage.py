@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, replace
 from os import getpid
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -20,40 +20,12 @@ from mrfit.ingest.dispatch import expand, look, part_of
 from mrfit.ingest.earlier import Earlier
 from mrfit.ingest.meaning.channel_map import FILE_NAME, MapFile, Rules, load_map, rules_for
 from mrfit.ingest.meaning.conditions import name_expression
-from mrfit.ingest.reading import BLOCK, Item, Outcome, Pieces, hash_of, look_into, read_item
+from mrfit.ingest.reading import Item, Outcome, Pieces, hash_of, look_into, read_item
 from mrfit.ingest.refusal import Passing, Refusal
 from mrfit.io.keys import code_version, key_of, plugins_used
 from mrfit.io.schemas.stages import INGEST
 from mrfit.io.workspace import Workspace, read_json, recording_id, write_json
-
-
-@dataclass(frozen=True, slots=True)
-class Settings:
-    """How to read logs.
-
-    Attributes
-    ----------
-    map
-        Channel map; None looks for ``mrfit.toml`` beside each log and in its parents up to the folder given.
-    resistance
-        Coil resistance in ohm, kept with every recording; ``auto`` or None leave it to the flux stage.
-    pattern
-        Conditions in file names, as ``{amplitude:mm}mm{frequency:Hz}Hz{current:A}A``; before the map's.
-    jobs
-        Files read at the same time.
-    block
-        Bytes of a log read at once; a log of more than eight blocks is read block by block, its numbers kept on disk in
-        the workspace meanwhile, and gives what it would give if read as a whole.
-    max_memory
-        Most bytes of memory that a file may take once unpacked; None for half of what is free.
-    """
-
-    map: Path | None = None
-    resistance: float | Literal["auto"] | None = None
-    pattern: str | None = None
-    jobs: int = 2
-    block: int = BLOCK
-    max_memory: float | None = None
+from mrfit.settings.ingest import Settings as Settings
 
 
 def run(paths: Sequence[Path], settings: Settings, workspace: Workspace, progress: Progress = silent) -> dict[str, Any]:

@@ -102,8 +102,8 @@ def _toml_key(path: Sequence[str | int]) -> str:
     table, *rest = path
     if isinstance(rest[0], int):
         number, *rest = rest
-        head = f"[[{table}]] {int(number) + 1}"
-        return f"{head}: {'.'.join(map(str, rest))}" if rest else head
+        # a member of a list, or a table of several
+        return f"[[{table}]] {int(number) + 1}: {'.'.join(map(str, rest))}" if rest else f"{table}.{number}"
     return f"[{table}] {'.'.join(map(str, rest))}"
 
 

@@ -1,9 +1,10 @@
 """The report as one HTML file that opens offline: style and figures inside, no address outside."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mrfit.core.setting import Defined, defined
 from mrfit.io.schemas.fit import Fit, Quantity, Result
 from mrfit.report.figures import Figure
 from mrfit.report.numbers import in_html, percent, significant, unit_html, with_interval
@@ -12,7 +13,7 @@ from mrfit.report.source import Source
 from mrfit.report.svg import inline
 from mrfit.report.tables import METRIC_COLUMNS, ROLES, metric_cells
 from mrfit.report.verdict import cautions, open_directions, verdict
-from mrfit.search.limits import PATIENCE
+from mrfit.settings.fit import Settings as FitSettings
 from mrfit.signal.metrics import METRICS
 
 if TYPE_CHECKING:
@@ -97,32 +98,25 @@ def _facts(fit: Fit) -> list[tuple[str, str]]:
         ("Optimizer", f"{fit.optimizer}, {sum(r.evaluations for r in fit.results)} evaluations in all"),
         ("Parameters", sets),
         ("Seed", "" if fit.seed is None else str(fit.seed)),
-        ("Settings", _changes(fit.settings)),
+        ("Settings", changes(fit.settings)),
         ("Data", f"SHA-256 {fit.data_sha256[:16]}…" if fit.data_sha256 else ""),
         ("Versions", ", ".join(f"{k} {v}" for k, v in fit.versions.items())),
     ]
     return [(label, text) for label, text in facts if text]
 
 
-def _changes(settings: dict[str, Any]) -> str:
+def changes(settings: Mapping[str, Any], fields: Sequence[Defined] = defined(FitSettings)) -> str:
     """Return what the user set otherwise than the model and the optimizer have it, in words."""
-    words = [f"{k} of {n} {low:g} to {high:g}" for k in ("bounds",) for n, low, high in settings.get(k) or ()]
-    words += [f"{n} {verb} {v:g}" for k, verb in _VERBS.items() for n, v in settings.get(k) or ()]
-    given = {k: v for k, v in settings.items() if k in _DEFAULTS and v != _DEFAULTS[k]}
-    return "; ".join([*words, *(f"{k.replace('_', ' ')} {v}" for k, v in sorted(given.items()))])
-
-
-# Settings said on the page where they are others than these
-_DEFAULTS: dict[str, Any] = {
-    "budget": None,
-    "seconds": None,
-    "weight": "none",
-    "stall": PATIENCE,
-    "current_order": "auto",
-    "only": "",
-    "intervals": "hac",
-}
-_VERBS = {"start": "started at", "fixed": "fixed at"}
+    told = [
+        (f, f.setting.told, settings[f.name]) for f in fields if f.setting and f.setting.told and f.name in settings
+    ]
+    items = [text.format(*item) for f, text, value in told if isinstance(f.default, tuple) for item in value or ()]
+    single = [
+        text.format(f.name.replace("_", " "), value)
+        for f, text, value in sorted(told, key=lambda one: one[0].name)
+        if not isinstance(f.default, tuple) and value != f.default
+    ]
+    return "; ".join([*items, *single])
 
 
 def _overview(fit: Fit) -> dict[str, Any]:

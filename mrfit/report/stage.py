@@ -3,7 +3,6 @@
 import hashlib
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -16,24 +15,9 @@ from mrfit.io.schemas.stages import ReportFile
 from mrfit.io.workspace import TEMPORARY, Workspace, write_json
 from mrfit.report import figures, page, tables
 from mrfit.report.source import Source, fit_names, input_files, read_source
+from mrfit.settings.report import Settings as Settings
 
 SCHEMA = "mrfit/report/1"
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What to report.
-
-    Attributes
-    ----------
-    fits
-        Names of fits in the order to show them; empty for all finished ones.
-    jobs
-        Worker processes; does not change the result.
-    """
-
-    fits: tuple[str, ...] = ()
-    jobs: int = 1
 
 
 def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> dict[str, Any]:

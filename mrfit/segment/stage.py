@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
 from mrfit.core.progress import Progress, silent
@@ -14,34 +14,9 @@ from mrfit.io.schemas.stages import SEGMENTS
 from mrfit.io.workspace import Workspace, plain
 from mrfit.segment.conditions import assign_roles, hold_out_after, name_conditions
 from mrfit.segment.detect import Detection, detect, drive_channel
+from mrfit.settings.segment import Settings as Settings
 
 METADATA = "mrfit"
-
-
-@dataclass(frozen=True, slots=True)
-class Settings:
-    """How recordings are cut into segments.
-
-    Attributes
-    ----------
-    drive
-        Channel that defines the condition, or None to find it.
-    min_cycles
-        Fewest steady cycles of a periodic segment; 1 counts as 2, since one cycle shows no steadiness.
-    holdout
-        ``auto``, ``none``, ``quantity=value`` or patterns on condition names, see ``assign_roles``; ``after=SECONDS``
-        into each recording, see ``hold_out_after``.
-    settle
-        Steady cycles that lead the model in before those that are compared.
-    tolerance
-        Departure of the drive from its mean cycle, in shares of its amplitude, that ends a steady stretch.
-    """
-
-    drive: str | None = None
-    min_cycles: int = 2
-    holdout: str = "auto"
-    settle: int = 1
-    tolerance: float = 0.02
 
 
 def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> dict[str, Any]:

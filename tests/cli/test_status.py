@@ -4,6 +4,7 @@ import json
 import os
 import shutil
 from contextlib import chdir
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from mrfit.core.progress import silent
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.keys import code_version
 from mrfit.io.workspace import Workspace, read_json, write_json
+from mrfit.settings.compare import OfOptimizers, Settings
 from tests.conftest import Run
 
 FIT = mrfit.fit.stage.Settings("polynomial", "lsq", per="all")
@@ -54,8 +56,8 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
         pipeline.ingest(Path("w"), [Path("logs")], mrfit.ingest.stage.Settings(), silent)
     pipeline.segment(work, mrfit.segment.stage.Settings(), silent)
     pipeline.fit(work, FIT, None, silent)
-    pipeline.compare_models(work, ["polynomial", "bingham"], {"optimizer": "lsq"}, silent)
-    pipeline.compare_optimizers(work, ["lsq"], {"model": "polynomial", "per": "all"}, 1, silent)
+    pipeline.compare_models(work, Settings(("polynomial", "bingham"), "lsq"), silent)
+    pipeline.compare_optimizers(work, OfOptimizers(("lsq",), replace(FIT, optimizer="auto"), 1), silent)
     pipeline.discover(work, mrfit.discover.stage.Settings("polynomial"), None, silent)
     pipeline.report(work, mrfit.report.stage.Settings(), silent)
     return folder

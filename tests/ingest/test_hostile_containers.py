@@ -24,6 +24,7 @@ from mrfit.ingest.stage import Settings, run
 from mrfit.ingest.table import Source
 from mrfit.ingest.text.head import open_head
 from mrfit.io.workspace import Workspace
+from mrfit.settings.forms import size_of
 from tests.conftest import Run
 from tests.ingest.examining import examine
 from tests.ingest.samples import mdf, seven_three, signals
@@ -227,13 +228,13 @@ def test_a_unit_that_never_ends_is_no_unit(mrfit: Run) -> None:
 @pytest.mark.parametrize("text", ["500MB", "2 GB", "1.5gib", "12", "800k"])
 def test_sizes_of_memory(text: str, tmp_path: Path) -> None:
     sizes = {"500MB": 5e8, "2 GB": 2e9, "1.5gib": 1.5 * 2**30, "12": 12.0, "800k": 8e5}
-    assert memory.size_of(text) == sizes[text]
+    assert size_of(text) == sizes[text]
 
 
 @pytest.mark.parametrize("text", ["", "0", "much", "-1GB", "1e3", "nan", "5XB"])
 def test_what_is_no_size_is_an_error_of_the_command_line(text: str) -> None:
     with pytest.raises(ConfigError, match="--max-memory takes a size such as 500MB"):
-        memory.size_of(text)
+        size_of(text)
 
 
 def test_what_is_no_size_is_one_line_and_exit_code_two(mrfit: Run) -> None:

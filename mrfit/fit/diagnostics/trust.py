@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
@@ -18,10 +18,9 @@ from mrfit.fit.result import conditioning, derived_rows, parameter_rows, passivi
 from mrfit.search.cube import Cube
 from mrfit.search.parts import Made, Part
 from mrfit.search.problem import Posed
+from mrfit.settings.fit import Intervals as Intervals
 from mrfit.signal.drift import drift_row, drift_words, steady_drift
 from mrfit.simulate.assembly import Assembly
-
-Intervals = Literal["hac", "bootstrap", "profile"]
 
 
 def trust(
