@@ -27,6 +27,8 @@ import mrfit.ingest.stage
 from mrfit.api.options import canonical
 from mrfit.core import registry
 from mrfit.io import workspace as on_disk
+from mrfit.io.schemas.fit import Fit
+from mrfit.io.schemas.reading import of_json
 from tests.conftest import ROOT, Run
 
 FY, SLOPE, DAMPING, MASS, NOISE = 300.0, 0.02, 900.0, 40.0, 0.5
@@ -92,8 +94,8 @@ def test_ten_lines_read_fit_print_predict_and_discover(
     fit = names["fit"]
     for name, planted in (("fy", FY), ("c", DAMPING)):
         row = fit.params.loc[name]
-        assert row["low"] <= planted <= row["high"]
-        assert abs(row["value"] / planted - 1.0) < 0.01
+        assert row.low <= planted <= row.high
+        assert abs(row.value / planted - 1.0) < 0.01
         assert name in printed
     assert fit.success and fit.nfev > 10
     (nrmse,) = [float(line) for line in printed.splitlines() if re.fullmatch(r"[\d.e-]+", line)]
@@ -324,12 +326,12 @@ def test_figures_are_matplotlibs(fitted: mrfit.FitResult, logs: list[mrfit.Recor
 def test_tables_of_a_result(fitted: mrfit.FitResult, logs: list[mrfit.Recording]) -> None:
     assert {"value", "unit", "low", "high"} <= set(fitted.params.columns)
     assert fitted.params.loc["fy", "unit"] == "N"
-    assert set(fitted.metrics["role"]) == {"train", "holdout"}
+    assert set(fitted.metrics.role) == {"train", "holdout"}
     prediction = fitted.predict(logs)
     assert prediction.nrmse == prediction.metrics.set_index("condition").loc["all", "nrmse"]
     samples = prediction.to_frame()
     rmse = float(np.sqrt(np.mean((samples["measured"] - samples["simulated"]) ** 2)))
-    assert rmse == pytest.approx(prediction.metrics.iloc[-1]["rmse"], rel=1e-9)
+    assert rmse == pytest.approx(prediction.metrics.iloc[-1].rmse, rel=1e-9)
     apart = mrfit.fit(logs[:2], model="bingham", optimizer="lsq")
     assert list(apart.params.loc["fy", "condition"]) == ["sine-1Hz-10mm", "sine-2Hz-10mm"]
 
@@ -341,7 +343,7 @@ def test_what_comes_from_files_is_escaped(fitted: mrfit.FitResult) -> None:
     content["metrics"] = [m | {"role": "train"} for m in content["metrics"]]
     content["results"][0]["warnings"] = [{"kind": "made", "text": evil}]
     content["results"][0]["parameters"][0]["unit"] = evil
-    made = mrfit.FitResult(content)
+    made = mrfit.FitResult(of_json(Fit, json.dumps(content)))
     assert "<script" not in made._repr_html_() and "&lt;script&gt;" in made._repr_html_()
     assert "\x1b" not in repr(made) + made._repr_html_()
     log = mrfit.Recording.from_frame(pd.DataFrame({"time": [0.0, 1.0, 2.0], evil: [1.0, 2.0, 3.0]}), name="x")
@@ -502,7 +504,7 @@ def test_long_logs_are_in_memory_once_read(place: Path) -> None:
 def test_recordings_of_one_name_are_told_apart(logs: list[mrfit.Recording]) -> None:
     frames = [r.to_frame().reset_index() for r in logs]
     found = mrfit.fit([mrfit.Recording.from_frame(f) for f in frames], model="bingham", optimizer="lsq", per="all")
-    segments = [s["id"] for s in found.content["results"][0]["segments"]]
+    segments = [s.id for s in found.content.results[0].segments]
     assert len(set(segments)) == len(segments) == len(logs)
     for wrong in ([], ["logs/a.csv"]):
         with pytest.raises(mrfit.ConfigError, match="recording"):

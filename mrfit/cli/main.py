@@ -54,12 +54,14 @@ def ingest(
 
     Example: mrfit ingest datasets/coil/*.csv
     """
+    from dataclasses import asdict
+
     from mrfit.cli import output, pipeline
     from mrfit.ingest.stage import preview as preview_logs
 
     if preview:
         rows = preview_logs(logs, settings)
-        return console.print_json(rows) if as_json else output.preview(rows)
+        return console.print_json([asdict(row) for row in rows]) if as_json else output.preview(rows)
     with console.progress_bar() as progress:
         summary = pipeline.ingest(work, logs, settings, progress)
     return console.print_json(summary) if as_json else output.ingest(summary, work)

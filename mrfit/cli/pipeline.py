@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from mrfit.core.progress import Progress
 from mrfit.errors import ConfigError
-from mrfit.io.workspace import Workspace, plain
+from mrfit.io.workspace import Workspace, plain, to_json
 
 if TYPE_CHECKING:
     import mrfit.settings.compare
@@ -43,7 +43,7 @@ def ingest(work: Path, logs: Sequence[Path], settings: mrfit.settings.ingest.Set
 
     workspace = Workspace(work)
     with workspace.locked():
-        return mrfit.ingest.stage.run(logs, settings, workspace, progress)
+        return to_json(mrfit.ingest.stage.run(logs, settings, workspace, progress))
 
 
 def flux(work: Path, settings: mrfit.settings.flux.Settings, progress: Progress) -> Summary:
@@ -52,7 +52,7 @@ def flux(work: Path, settings: mrfit.settings.flux.Settings, progress: Progress)
 
     workspace = Workspace(work)
     with workspace.locked():
-        return mrfit.flux.stage.run(workspace, settings, progress)
+        return to_json(mrfit.flux.stage.run(workspace, settings, progress))
 
 
 def segment(work: Path, settings: mrfit.settings.segment.Settings, progress: Progress) -> Summary:
@@ -62,7 +62,7 @@ def segment(work: Path, settings: mrfit.settings.segment.Settings, progress: Pro
     workspace = Workspace(work)
     with workspace.locked():
         _flux_as_before(workspace, None, progress)
-        return mrfit.segment.stage.run(workspace, settings, progress)
+        return to_json(mrfit.segment.stage.run(workspace, settings, progress))
 
 
 def fit(
@@ -75,7 +75,7 @@ def fit(
     fit_stage.check(settings)
     with workspace.locked():
         notes = _segments_as_before(workspace, resistance, progress)
-        return {**fit_stage.run(workspace, settings, progress), "notes": notes}
+        return {**to_json(fit_stage.run(workspace, settings, progress)), "notes": notes}
 
 
 def discover(
@@ -115,7 +115,7 @@ def compare_models(work: Path, settings: mrfit.settings.compare.Settings, progre
     workspace = Workspace(work)
     with workspace.locked():
         notes = _segments_as_before(workspace, None, progress)
-        return {**compare_stage.run(workspace, settings, progress), "notes": notes}
+        return {**to_json(compare_stage.run(workspace, settings, progress)), "notes": notes}
 
 
 def compare_optimizers(work: Path, settings: mrfit.settings.compare.OfOptimizers, progress: Progress) -> Summary:
@@ -126,7 +126,7 @@ def compare_optimizers(work: Path, settings: mrfit.settings.compare.OfOptimizers
     workspace = Workspace(work)
     with workspace.locked():
         notes = _segments_as_before(workspace, None, progress)
-        return {**compare_optimizers.run(workspace, settings, progress), "notes": notes}
+        return {**to_json(compare_optimizers.run(workspace, settings, progress)), "notes": notes}
 
 
 def _segments_as_before(workspace: Workspace, resistance: float | str | None, progress: Progress) -> list[str]:
@@ -148,7 +148,7 @@ def _flux_as_before(workspace: Workspace, resistance: float | str | None, progre
     settings = mrfit.flux.stage.last_settings(workspace)
     if resistance is not None:
         settings = replace(settings, resistance=resistance)
-    integrated = mrfit.flux.stage.run(workspace, settings, progress)["resistance"] is not None
+    integrated = mrfit.flux.stage.run(workspace, settings, progress).resistance is not None
     if settings.resistance is None or not integrated:
         return []
     auto = settings.resistance == "auto"
@@ -180,18 +180,18 @@ def predict(
         segmenting = mrfit.segment.stage.last_settings(workspace)
         cut = mrfit.segment.stage.run(other, replace(segmenting, holdout="none"), progress)
         prediction = fit_predict.predict(found, fit_select.read_dataset(other))
-    oddities = [f"{r['id']}: {f['text']}" for r in ingested["recordings"] for f in r["findings"]]
+    oddities = [f"{r.id}: {f.text}" for r in ingested.recordings for f in r.findings]
     return {
         "fit": fit_name,
-        "model": found["model"],
-        "output": found["output"],
-        "metrics": prediction.metrics,
+        "model": found.model,
+        "output": found.output,
+        "metrics": [asdict(row) for row in prediction.metrics],
         "used": prediction.used,
         "conditions": {s.id: s.condition for s in prediction.blocks.segments},
-        "findings": [*oddities, *cut["findings"]],
+        "findings": [*oddities, *cut.findings],
         "outdated": bool(workspace.outdated([found])),
-        "refused": ingested["refused"],
-        "warnings": prediction.warnings,
+        "refused": plain(ingested.refused),
+        "warnings": plain(prediction.warnings),
     }
 
 
@@ -224,7 +224,7 @@ def report(work: Path, settings: mrfit.settings.report.Settings, progress: Progr
 
     workspace = Workspace(work)
     with workspace.locked():
-        return mrfit.report.stage.run(workspace, settings, progress)
+        return to_json(mrfit.report.stage.run(workspace, settings, progress))
 
 
 def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Progress) -> Summary:
@@ -256,21 +256,21 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
     map_file = folder / config.ingest.map if config.ingest.map else None
     reading = replace(config.ingest, map=map_file, jobs=overrides.jobs)
     stages: list[tuple[str, Callable[[Workspace], Summary]]] = [
-        ("ingest", lambda w: mrfit.ingest.stage.run(logs, reading, w, progress)),
-        ("flux", lambda w: mrfit.flux.stage.run(w, config.flux, progress)),
-        ("segment", lambda w: mrfit.segment.stage.run(w, config.segment, progress)),
+        ("ingest", lambda w: to_json(mrfit.ingest.stage.run(logs, reading, w, progress))),
+        ("flux", lambda w: to_json(mrfit.flux.stage.run(w, config.flux, progress))),
+        ("segment", lambda w: to_json(mrfit.segment.stage.run(w, config.segment, progress))),
     ]
     workspace = Workspace(work)
     with workspace.locked():
         summary: Summary = {"work": str(work)}
         for name, stage in stages:
             summary[name] = stage(workspace)
-        summary["fits"] = [fit_stage.run(workspace, settings, progress) for settings in fits]
+        summary["fits"] = [to_json(fit_stage.run(workspace, settings, progress)) for settings in fits]
         if discovery:
             summary["discovery"] = _discover(workspace, discovery, progress)
         if fits:
             told = mrfit.report.stage.Settings(tuple(s.fit_name for s in fits), overrides.jobs)
-            summary["report"] = mrfit.report.stage.run(workspace, told, progress)
+            summary["report"] = to_json(mrfit.report.stage.run(workspace, told, progress))
     return summary
 
 

@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from mrfit.discover import looks
 from mrfit.discover.bench import Stretch
 from mrfit.discover.evidence import Screening
@@ -103,14 +105,15 @@ def account(asked: Asked, chosen: Selection, found: Findings, policy: Policy) ->
 
 def _segment(stretch: Stretch, span: float) -> SegmentFloor:
     """Return a segment with its noise floor as a share of the output's range."""
-    noise, segment = stretch.noise.as_json(1.0 / span), stretch.segment
+    noise, segment = stretch.noise, stretch.segment
+    low, high = (1.0 / span * end if np.isfinite(end) else None for end in (noise.low, noise.high))
     return SegmentFloor(
         id=segment.id,
         condition=segment.condition,
         role=segment.role,
-        noise_floor=stretch.floor / span if stretch.noise.known else None,
-        noise_floor_method=noise["noise_floor_method"],
-        noise_floor_bounds=tuple(noise["noise_floor_bounds"]),
+        noise_floor=stretch.floor / span if noise.known else None,
+        noise_floor_method=noise.method,
+        noise_floor_bounds=(low, high),
     )
 
 

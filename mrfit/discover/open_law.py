@@ -62,10 +62,8 @@ def with_examination(
         "ways": ways(exact, combined, examined),
         "verdict": combined.verdict,
     }
-    if combined.taken_back:
-        told |= _taken_back(exact)
     if not combined.law_is_open:
-        return exact.model_copy(update=told)
+        return (_taken_back(exact) if combined.taken_back else exact).model_copy(update=told)
     named = tuple(n for n in combined.standing if n.name in combined.named)
     suspected = [n for n in combined.standing if n.name not in combined.named]
     told |= {
@@ -80,8 +78,8 @@ def with_examination(
     return exact.model_copy(update=told)
 
 
-def _taken_back(exact: DiscoveryFile) -> dict[str, object]:
-    """Return what changes where nothing confirms what the base taken as exact names."""
+def _taken_back(exact: DiscoveryFile) -> DiscoveryFile:
+    """Return a discovery where nothing confirms what the base taken as exact names."""
     gap, known = exact.gap, exact.gap.noise_floor is not None
     back = tuple(
         Suspect(name=e.name, parameters=e.parameters, holdout_nrmse_after=e.holdout_nrmse_after, closed=gap.closed)
@@ -89,7 +87,7 @@ def _taken_back(exact: DiscoveryFile) -> dict[str, object]:
     )
     reason = "beside a law that is off it has no proof"
     rest = {"share_of_gap": 1.0 if known else None, "where": exact.where, "text": exact.where_text}
-    return {
+    changes = {
         "effects": (),
         "ambiguous_set": (),
         "suspects": (*back, *exact.suspects),
@@ -100,6 +98,7 @@ def _taken_back(exact: DiscoveryFile) -> dict[str, object]:
         ),
         "unexplained": exact.unexplained.model_copy(update=rest),
     }
+    return exact.model_copy(update=changes)
 
 
 def with_gap(found: DiscoveryFile, gap: Gap, without: Mapping[str, float | None]) -> DiscoveryFile:

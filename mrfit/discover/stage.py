@@ -29,7 +29,7 @@ from mrfit.io.dataset import Dataset
 from mrfit.io.keys import code_version, digest_of, discovery_key
 from mrfit.io.schemas.discovery import DiscoveryDependence, DiscoveryFile, Gap, PartialDiscovery, Unexplained
 from mrfit.io.schemas.reading import made
-from mrfit.io.workspace import Workspace, write_json, write_table, write_text
+from mrfit.io.workspace import Workspace, plain, write_json, write_table, write_text
 from mrfit.settings.discover import Settings as Settings
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence, base_name, orders_of
@@ -246,7 +246,7 @@ def _exact(job: _Job, decided: _Decided) -> DiscoveryFile:
     asked = replace(
         job.asked,
         dependence=DiscoveryDependence(**asdict(dependence)) if dependence else None,
-        choice=choice.about if choice else None,
+        choice=plain(choice.about) if choice else None,
     )
     gathering, chosen = decided.judged.gathering, decided.judged.chosen
     return account(asked, chosen, findings(gathering, chosen, STANDARD), STANDARD)

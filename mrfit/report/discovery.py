@@ -9,6 +9,7 @@ from pathlib import Path
 from mrfit.core import registry
 from mrfit.core.progress import Progress, silent
 from mrfit.io.keys import discovery_key, key_of
+from mrfit.io.outdated import Inputs
 from mrfit.io.schemas.discovery import (
     Candidate,
     Confounded,
@@ -98,8 +99,7 @@ def advice(workspace: Workspace) -> Advice:
         If there is no discovery.
     """
     found = read_found(workspace)
-    asked = {**found.to_json(), "name": ""}
-    outdated = bool(workspace.outdated([asked], discovery_key)) if found.settings else False
+    outdated = bool(Inputs(workspace).reason(found, discovery_key)) if found.settings else False
     return Advice(found.base_model, found.verdict, found.ambiguous_set, found.advice, outdated)
 
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from mrfit.core import registry
 from mrfit.io.schemas.discovery import DiscoveryFile, FoundEffect, Suspect
+from mrfit.io.schemas.fit import DriftRow
 from mrfit.report.curves import prefixed
 from mrfit.report.law_words import LAW_ALONE, broken_words, law_sentences, left_besides, listed
 from mrfit.report.numbers import WITHIN_NOISE, in_html, percent, significant, with_interval
@@ -47,7 +48,8 @@ def sentences(found: DiscoveryFile, law: bool = True) -> list[str]:
     What is said of the law comes with it, unless it is said elsewhere.
     """
     beside = law_sentences(found) if law else []
-    drift = [_sentence(drift_words([d.model_dump() for d in found.drift]))] if found.drift else []
+    rows = [DriftRow(**d.model_dump()) for d in found.drift]
+    drift = [_sentence(drift_words(rows))] if rows else []
     if found.verdict == "insufficient-data":
         return [_sentence(text) for text in found.advice] + drift
     said = list(beside) if found.held else [_sentence(text) for text in found.where_text[:1]]

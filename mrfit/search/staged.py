@@ -9,7 +9,6 @@ import fnmatch
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from mrfit.core import registry
 from mrfit.core.protocols import HasStages
 from mrfit.core.specs import Array, Index, OptimizerSpec, Stage
 from mrfit.errors import ConfigError
+from mrfit.io.schemas.fit import Caution, SearchStage
 from mrfit.optimizers import lsq
 from mrfit.search.chain import Chain, Given
 from mrfit.search.cube import Cube
@@ -167,18 +167,18 @@ def identify(
     return theta, tuple(done)
 
 
-def warnings(stages: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
+def warnings(stages: Sequence[SearchStage]) -> list[Caution]:
     """Return a warning on every stage that had no test to be fitted to, with what its parameters were fitted to."""
     found = []
     for place, stage in enumerate(stages):
-        if not stage["segments"]:
-            later = next((s["stage"] for s in stages[place + 1 :] if s["segments"]), None)
+        if not stage.segments:
+            later = next((s.stage for s in stages[place + 1 :] if s.segments), None)
             where = f"with those of the {later}, then" if later else "only"
             text = (
-                f"no stage of the {stage['stage']}: among the training segments there are no {TESTS[stage['test']]}; "
+                f"no stage of the {stage.stage}: among the training segments there are no {TESTS[stage.test]}; "
                 f"its parameters were fitted {where} in the joint refinement"
             )
-            found.append({"kind": "stage-skipped", "text": text})
+            found.append(Caution(kind="stage-skipped", text=text))
     return found
 
 

@@ -4,7 +4,7 @@ import json
 import os
 import shutil
 from contextlib import chdir
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -182,7 +182,7 @@ def _key(work: Path, step: str) -> str:
 
     workspace = Workspace(work)
     if step == "flux":
-        return flux_key((workspace.flux_file() or {})["settings"], workspace.contents(workspace.identifiers))
+        return flux_key(asdict(workspace.flux_file().settings), workspace.contents(workspace.identifiers))
     if step == "report":
         return mrfit.report.stage.report_key(workspace, ["bingham.lsq.all", NAME])
     here = workspace.made_from(workspace.read_segments()[0])
@@ -205,7 +205,7 @@ def test_a_damaged_file_is_a_reason_and_the_rest_is_told(study: Path) -> None:
     (study / "w" / "compare" / "optimizers.json").write_text('{"rows": 3}')
     found = steps(study)
     assert "fit.json: damaged" in found[f"fit {NAME}"].outdated
-    assert found["optimizers compared"].outdated.startswith("compare/optimizers.json: damaged")
+    assert found["optimizers compared"].outdated.split("/w/")[1].startswith("compare/optimizers.json: damaged")
     assert found["recordings"].outdated == ""
 
 
@@ -246,7 +246,7 @@ def test_a_removed_fit_is_gone_and_what_showed_it_says_so(study: Path) -> None:
         "models compared": f"the fit {NAME} is gone",
         "report": f"a fit it shows is gone: {NAME}",
     }
-    assert mrfit.report.stage.run(Workspace(work), mrfit.report.stage.Settings())["fits"] == ["bingham.lsq.all"]
+    assert mrfit.report.stage.run(Workspace(work), mrfit.report.stage.Settings()).fits == ["bingham.lsq.all"]
 
 
 def test_several_fits_are_removed_all_or_none(study: Path) -> None:
