@@ -49,6 +49,9 @@ class Policy:
     # true masses .66 and .04 at most, early forces 1.06 and 1.5 at least
     early_at_most: float = 0.8
     early_beyond: float = 0.3
+    # Share of an effect's largest force that a law of twice the memory may take over: at most .07 of true effects,
+    # and .17 of a spring that stands for memory
+    drifts: float = 0.1
     # Share that flexible terms must take, on conditions left out, for an invariance to be called broken without a name
     generic: float = 0.25
     # Rows for each column of the nuisance: below, what is left out cannot be predicted from the others
