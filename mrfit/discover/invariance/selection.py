@@ -207,7 +207,7 @@ def lost(rows: Sequence[Refined], before: Mapping[str, float], policy: Policy) -
     policy
         Thresholds.
     """
-    name, why = weakest(rows, policy)
+    name, why = weakest(rows, policy.beside_longer_memory)
     if name:
         return name, why
     taken = {r.name: 1.0 - r.standing.size / before[r.name] for r in rows}

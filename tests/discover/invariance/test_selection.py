@@ -149,4 +149,6 @@ def test_a_force_that_a_law_of_longer_memory_takes_over_is_the_law_s(factor: flo
     size = GOOD.size * (1.0 - STANDARD.drifts * factor)
     assert lost([row(size=size)], {"spring": GOOD.size}, STANDARD)[0] == name
     assert lost([row(size=2.0 * GOOD.size)], {"spring": GOOD.size}, STANDARD)[0] == ""
-    assert lost([row(z=1.0)], {"spring": GOOD.size}, STANDARD)[0] == "spring"
+    least = STANDARD.clear * STANDARD.further
+    assert lost([row(z=0.99 * least)], {"spring": GOOD.size}, STANDARD)[0] == "spring"
+    assert lost([row(size=size, z=1.01 * least)], {"spring": GOOD.size}, STANDARD)[0] == name
