@@ -49,8 +49,8 @@ class Policy:
     # true masses .66 and .04 at most, early forces 1.06 and 1.5 at least
     early_at_most: float = 0.8
     early_beyond: float = 0.3
-    # Factor on standard errors and shares that are asked for beside a law of twice the memory, which takes a part of every
-    # sensitivity: of an inertia half of the standard errors and more
+    # Factor on standard errors and shares that are asked for beside a law of twice the memory: it takes a part of every
+    # sensitivity, so that a true mass keeps half of its standard errors
     further: float = 0.5
     # Share of an effect's largest force that such a law may take over: at most .07 of true effects, and .17 of a spring
     # that stands for memory
