@@ -185,6 +185,14 @@ Extra = Sequence[Sequence[Array]]
 """Further columns, per record: (n,) each, over the range of the output."""
 
 
+def plain_table(setting: Setting, weights: Sequence[Array], state: State) -> Table:
+    """Return the Gram matrices of the nuisance alone: what the best law leaves beside effects that stay as they are."""
+    rows = rows_of(setting, state)
+    grams = _grams(setting, weights, rows, [[] for _ in setting.records])
+    constant = not any(setting.known[n].constant for n in state)
+    return Table(grams, rows.ends, (), np.empty(0), np.empty(0), rows.unit, setting.rows, constant)
+
+
 def table(
     setting: Setting, weights: Sequence[Array], state: State, extra: Extra = (), rows: Rows | None = None
 ) -> Table:

@@ -13,10 +13,13 @@ from mrfit.discover.invariance.estimate import Table, force_of_law, squares, tab
 from mrfit.discover.invariance.findings import BrokenInvariance
 from mrfit.discover.invariance.policy import Policy
 from mrfit.discover.invariance.setting import Setting, State
+from mrfit.kernels.filters import lag
 
 TINY = 1e-300
 # Waves over the stroke: of a force, and of the law's gain down to a seventh of the half stroke
 WAVES, WAVES_OF_LAW = (1, 2, 4), tuple(range(1, 15))
+# Lags of the current in s
+LAGS = (0.01, 0.03, 0.1, 0.3, 1.0)
 # Penalty on the flexible terms, columns of unit RMS
 PENALTY = 1e-4
 
@@ -57,11 +60,27 @@ def _warmth(setting: Setting, at: int, law: Array) -> list[Array]:
     return [w * law, w**2 * law, w * v] if np.ptp(whole) > 1.0 else []
 
 
+def _late(setting: Setting, at: int, law: Array) -> list[Array]:
+    """Return what currents that come late would change, by the law's slope to the current: all, and on the way down."""
+    record = setting.records[at]
+    if not any(r.moves for r in setting.records):
+        return []
+    current = record.control
+    found = []
+    for tau in LAGS:
+        behind = lag(np.ascontiguousarray(current[None]), np.array([tau / record.dt]))[0] - current
+        found += [behind * law, np.maximum(behind, 0.0) * law]
+        v = np.tanh(record.speed / (0.05 * setting.scales.speed))
+        found += [behind * v, np.maximum(behind, 0.0) * v]
+    return found
+
+
 KINDS: dict[Invariance, Terms] = {
     Invariance.POSITION: _position,
     Invariance.ODDNESS: _oddness,
     Invariance.TIME: _time,
     Invariance.TEMPERATURE: _warmth,
+    Invariance.CURRENT: _late,
 }
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 from mrfit.discover.invariance.choice import Chosen
 from mrfit.discover.invariance.estimate import refine
 from mrfit.discover.invariance.policy import Policy
-from mrfit.discover.invariance.selection import weakest
+from mrfit.discover.invariance.selection import lost
 from mrfit.discover.invariance.setting import Setting
 from mrfit.discover.invariance.standing import described
 from mrfit.discover.invariance.weights import weights_of
@@ -17,11 +17,12 @@ FURTHER = 2.0
 def held_further(setting: Setting, chosen: Chosen, policy: Policy) -> Chosen:
     """Return what stands where a law may remember for longer as well."""
     state, reasons = dict(chosen.state), dict(chosen.reasons)
+    sizes = {d.row.name: d.row.standing.size for d in chosen.found}
     while state:
         weights = weights_of(setting, state)
         fitted = refine(setting, weights, state)
         rows = [described(setting, weights, fitted, name).row for name in state]
-        name, why = weakest(rows, policy)
+        name, why = lost(rows, sizes, policy)
         if not name:
             break
         del state[name]

@@ -1,6 +1,6 @@
 """Every threshold of an examination, and what set it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True)
@@ -49,6 +49,12 @@ class Policy:
     # true masses .66 and .04 at most, early forces 1.06 and 1.5 at least
     early_at_most: float = 0.8
     early_beyond: float = 0.3
+    # Factor on standard errors and shares that are asked for beside a law of twice the memory: it takes a part of every
+    # sensitivity, so that a true mass keeps half of its standard errors
+    further: float = 0.5
+    # Share of an effect's largest force that such a law may take over: at most .07 of true effects, and .17 of a spring
+    # that stands for memory
+    drifts: float = 0.1
     # Share that flexible terms must take, on conditions left out, for an invariance to be called broken without a name
     generic: float = 0.25
     # Rows for each column of the nuisance: below, what is left out cannot be predicted from the others
@@ -56,6 +62,12 @@ class Policy:
     # Groups of samples from which an error is told: fewer conditions are cut into pieces
     fewest_groups: int = 6
     pieces: int = 8
+
+    @property
+    def beside_longer_memory(self) -> "Policy":
+        """The same with what is asked for beside a law that remembers for longer."""
+        share, kept, held = (self.further * v for v in (self.share, self.kept, self.held))
+        return replace(self, clear=self.further * self.clear, share=share, kept=kept, held=held)
 
 
 STANDARD = Policy()

@@ -1,12 +1,12 @@
 """What every effect could take of what the best law leaves, to first order, before any is refined."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mrfit.core.specs import Array, Index, Invariance
-from mrfit.discover.invariance.estimate import Table, derivative, force_added, force_of_law, rows_of, table
+from mrfit.discover.invariance.estimate import Table, derivative, force_added, force_of_law, plain_table, rows_of, table
 from mrfit.discover.invariance.nuisance import FULL, TIME
 from mrfit.discover.invariance.selection import Candidate, Pair, Screening
 from mrfit.discover.invariance.sensitivity import Examined, added, moved, starts
@@ -48,8 +48,23 @@ def screened(setting: Setting, weights: Sequence[Array], state: State) -> Screen
             for row in _judged(setting, made, [tried[k] for k in chosen], np.array(chosen, dtype=np.int64), level):
                 if row.name not in best or row.rank > best[row.name].rank:
                     best[row.name] = row
+    best |= {n: _profiled(setting, weights, state, c) for n, c in best.items() if setting.known[n].moves}
     candidates = sorted(best.values(), key=lambda c: -c.rank)
     return Screening(tuple(candidates), tuple(_pairs(setting, made, tried, candidates)))
+
+
+def _profiled(setting: Setting, weights: Sequence[Array], state: State, candidate: Candidate) -> Candidate:
+    """Return a candidate that moves the current with the share that it takes with the law refitted at its best start.
+
+    A law that was fitted at another current knows too little of its slope to it.
+    """
+    effect, before = setting.known[candidate.name], plain_table(setting, weights, state).left()
+    found = [
+        (1.0 - plain_table(setting, weights, {**state, effect.name: theta}).left() / before, tuple(theta.tolist()))
+        for theta in starts(effect, setting.scales, setting.middle)
+    ]
+    share, start = max(found)
+    return replace(candidate, share=share, theta=start, wrong=False) if share > candidate.rank else candidate
 
 
 def _pairs(setting: Setting, made: Table, tried: Sequence[_Tried], candidates: Sequence[Candidate]) -> list[Pair]:

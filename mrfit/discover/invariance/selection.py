@@ -1,6 +1,6 @@
 """The decision: evidence in, effects out. Nothing here computes, reads or writes."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from mrfit.discover.invariance.findings import Standing
@@ -193,3 +193,25 @@ def weakest(rows: Sequence[Refined], policy: Policy) -> tuple[str, str]:
         return "", ""
     row, why = min(bad, key=lambda b: b[0].standing.share)
     return row.name, why
+
+
+def lost(rows: Sequence[Refined], before: Mapping[str, float], policy: Policy) -> tuple[str, str]:
+    """Return the effect that does not hold where a law may remember for longer, and why; empty if all hold.
+
+    Parameters
+    ----------
+    rows
+        The effects beside such a law.
+    before
+        Size of each beside a law of shorter memory.
+    policy
+        Thresholds.
+    """
+    name, why = weakest(rows, policy.beside_longer_memory)
+    if name:
+        return name, why
+    taken = {r.name: 1.0 - r.standing.size / before[r.name] for r in rows}
+    most = max(taken, key=lambda n: taken[n], default="")
+    if most and taken[most] > policy.drifts:
+        return most, f"it takes over {taken[most]:.0%} of its force"
+    return "", ""

@@ -14,6 +14,7 @@ from mrfit.discover.invariance.selection import (
     both,
     decide,
     looks_early,
+    lost,
     objection,
     screened_out,
     weakest,
@@ -141,3 +142,13 @@ def test_fewer_numbers_win_where_they_leave_as_little(factor: float, winner: str
 def test_another_is_tried_in_an_effect_s_place_if_it_could_take_much_of_it(factor: float, tried: list[str]) -> None:
     rows = [Candidate("b", STANDARD.instead * GOOD.share * factor, 0.1), Candidate("spring", 1.0, 0.1)]
     assert [c.name for c in worth_a_swap(rows, row(), STANDARD)] == tried
+
+
+@pytest.mark.parametrize(("factor", "name"), [(0.99, ""), (1.01, "spring")])
+def test_a_force_that_a_law_of_longer_memory_takes_over_is_the_law_s(factor: float, name: str) -> None:
+    size = GOOD.size * (1.0 - STANDARD.drifts * factor)
+    assert lost([row(size=size)], {"spring": GOOD.size}, STANDARD)[0] == name
+    assert lost([row(size=2.0 * GOOD.size)], {"spring": GOOD.size}, STANDARD)[0] == ""
+    least = STANDARD.clear * STANDARD.further
+    assert lost([row(z=0.99 * least)], {"spring": GOOD.size}, STANDARD)[0] == "spring"
+    assert lost([row(size=size, z=1.01 * least)], {"spring": GOOD.size}, STANDARD)[0] == name
