@@ -114,11 +114,12 @@ def _others(effect: NamedEffect) -> tuple[str, ...]:
 def _shadow(effect: NamedEffect, examined: Findings, policy: Policy) -> Shadow | None:
     """Return why an effect is not believed; None if it is.
 
-    What breaks the same invariance beside it, and takes much of what it leaves, may be all that is there: the effect
-    would be a part of something else.
+    What breaks the same invariance beside it, and takes no little share of what it takes, may be all that is there: the
+    effect would be a part of something else.
     """
+    share = effect.standing.share
     for row in examined.broken:
-        if row.invariance == effect.breaks and row.kept > policy.broken_beside:
+        if row.invariance == effect.breaks and row.kept * (1.0 - share) > policy.broken_beside * share:
             return Shadow(
                 effect.name,
                 f"something else breaks the same invariance ({row.invariance.value}): it takes {row.kept:.0%} of what "

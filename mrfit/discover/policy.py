@@ -110,9 +110,9 @@ class Policy:
     # … and where the error left is in sight of a reader: where the base is exact, effects that are named rightly leave
     # less than .003 of it and 1.1 times the noise; wrong ones beside a wrong law left .05 and 6 times
     left_open_in_sight: float = 0.01
-    # Share of what an effect leaves that something else takes which breaks the same invariance, from which the effect
-    # may be a part of that (outside: cavitation)
-    broken_beside: float = 0.25
+    # Share of what an effect takes that something else takes beside it which breaks the same invariance, from which the
+    # effect may be a part of that: beside an asymmetry that was cavitation .13 and more (outside: cavitation)
+    broken_beside: float = 0.08
     # Share of the base's gap that another law must take to be told of; laws that are fitted have at most so many
     # parameters, and so many are told of (time: 60 s for one discovery)
     law_takes: float = 0.2

@@ -69,9 +69,9 @@ def test_a_name_with_partners_is_a_set(partners: dict[str, tuple[str, ...]]) -> 
 
 def test_what_breaks_the_same_invariance_beside_an_effect_makes_it_a_shadow() -> None:
     for kept, invariance, believed in (
-        (0.3, Invariance.POSITION, False),
-        (0.2, Invariance.POSITION, True),
-        (0.3, Invariance.TIME, True),
+        (0.8, Invariance.POSITION, False),
+        (0.6, Invariance.POSITION, True),
+        (0.8, Invariance.TIME, True),
     ):
         found = combine(exact(), Findings(named=(effect("s"),), broken=(broken(kept, invariance),)), STANDARD)
         assert (found.named == ("s",), found.verdict == "named") == (believed, believed)

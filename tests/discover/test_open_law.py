@@ -160,7 +160,8 @@ def test_without_a_name_the_verdict_stays_and_what_is_broken_is_said() -> None:
 
 
 def test_an_effect_that_is_not_believed_is_turned_down_with_its_reason() -> None:
-    found = told(replace(FOUND, broken=(BrokenInvariance(Invariance.POSITION, 0.6, 0.5, 0.02),)))
+    part = replace(SPRING, standing=replace(SPRING.standing, share=0.7))
+    found = told(replace(FOUND, named=(part,), broken=(BrokenInvariance(Invariance.POSITION, 0.6, 0.5, 0.02),)))
     assert found.verdict == "unexplained" and found.invariance is not None
     assert [e.name for e in found.invariance.turned_down] == ["gas-spring", "inertia"]
     assert "something else breaks the same invariance" in found.invariance.turned_down[0].reason

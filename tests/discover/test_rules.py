@@ -172,7 +172,7 @@ def in_the_shadow(kept: float) -> Rule:
 CASES: dict[str, tuple[Rule, Rule]] = {
     "left_open": (left_open(2.4, 4.6), left_open(2.4, 5.8)),
     "left_open_in_sight": (left_open(2.7, 20.0), left_open(2.7, 30.0)),
-    "broken_beside": (in_the_shadow(0.3), in_the_shadow(0.2)),
+    "broken_beside": (in_the_shadow(0.8), in_the_shadow(0.6)),
     "law_takes": (law(0.25), law(0.15)),
     "most_laws": (law(0.5, 3), law(0.5, 4)),
     "most_law_parameters": (of_parameters(10), of_parameters(11)),
