@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from enum import Enum
+from enum import StrEnum
 from typing import Literal
 
 import numpy as np
@@ -190,7 +190,7 @@ class Reduced:
     sensitivities: Sensitivities | None = None
 
 
-class Invariance(Enum):
+class Invariance(StrEnum):
     """What every rheological law keeps, whatever its form; an effect that breaks one of these can be told from any law.
 
     The force reverses with the motion; it does not know where in the stroke, when, and how warm the specimen is; it

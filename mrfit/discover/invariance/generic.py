@@ -23,11 +23,11 @@ LAGS = (0.01, 0.03, 0.1, 0.3, 1.0)
 # Penalty on the flexible terms, columns of unit RMS
 PENALTY = 1e-4
 
-Terms = Callable[[Setting, int, Array], list[Array]]
+Terms = Callable[[Setting, int, State, Array], list[Array]]
 """Forces (L + N,) of one record that break an invariance, beside the force of the law (L + N,)."""
 
 
-def _position(setting: Setting, at: int, law: Array) -> list[Array]:
+def _position(setting: Setting, at: int, state: State, law: Array) -> list[Array]:
     record, scales = setting.records[at], setting.scales
     x, slow = (
         (record.place - setting.middle) / scales.travel,
@@ -38,19 +38,19 @@ def _position(setting: Setting, at: int, law: Array) -> list[Array]:
     return [x, x * slow, x**2, x**3, x * law, x**2 * law, *waves, *gains]
 
 
-def _oddness(setting: Setting, at: int, law: Array) -> list[Array]:
+def _oddness(setting: Setting, at: int, state: State, law: Array) -> list[Array]:
     record, scales = setting.records[at], setting.scales
     v, i = record.speed / scales.speed, record.control / scales.control
     even = [np.abs(np.tanh(v / s)) for s in (0.02, 0.1, 0.4)]
     return [*even, np.abs(v), v**2, *(e * i for e in even), i, law**2]
 
 
-def _time(setting: Setting, at: int, law: Array) -> list[Array]:
+def _time(setting: Setting, at: int, state: State, law: Array) -> list[Array]:
     t = setting.records[at].channels["time"] / max(float(r.channels["time"][-1]) for r in setting.records)
     return [t, t**2, t * law, t**2 * law, np.sqrt(np.maximum(t, 0.0)) * law]
 
 
-def _warmth(setting: Setting, at: int, law: Array) -> list[Array]:
+def _warmth(setting: Setting, at: int, state: State, law: Array) -> list[Array]:
     warmth = setting.records[at].warmth
     if warmth is None:
         return []
@@ -60,12 +60,12 @@ def _warmth(setting: Setting, at: int, law: Array) -> list[Array]:
     return [w * law, w**2 * law, w * v] if np.ptp(whole) > 1.0 else []
 
 
-def _late(setting: Setting, at: int, law: Array) -> list[Array]:
+def _late(setting: Setting, at: int, state: State, law: Array) -> list[Array]:
     """Return what currents that come late would change, by the law's slope to the current: all, and on the way down."""
     record = setting.records[at]
     if not any(r.moves for r in setting.records):
         return []
-    current = record.control
+    current = setting.control(at, state)
     found = []
     for tau in LAGS:
         behind = lag(np.ascontiguousarray(current[None]), np.array([tau / record.dt]))[0] - current
@@ -89,7 +89,8 @@ def broken(setting: Setting, weights: Sequence[Array], state: State, policy: Pol
     plain = table(setting, weights, state)
     found = []
     for invariance, terms in KINDS.items():
-        made = [terms(setting, at, force_of_law(setting, at, state, plain.law)) for at in range(len(setting.records))]
+        law = [force_of_law(setting, at, state, plain.law) for at in range(len(setting.records))]
+        made = [terms(setting, at, state, own) for at, own in enumerate(law)]
         if not made[0]:
             continue
         extra = [[setting.row_means(at, f) for f in own] for at, own in enumerate(made)]

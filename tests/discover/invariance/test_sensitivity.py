@@ -1,5 +1,7 @@
 """What an effect adds is made from its own function, in its own slot."""
 
+import json
+from dataclasses import asdict
 from types import SimpleNamespace
 
 import numpy as np
@@ -112,3 +114,10 @@ def test_the_library_has_effects_of_every_invariance() -> None:
 
 def test_what_an_effect_is_alike_is_an_effect() -> None:
     assert {a for m in library() if m.SPEC.breaks for a in m.SPEC.breaks.alike} <= set(names("effect"))
+
+
+@pytest.mark.parametrize("name", BREAKING)
+def test_what_an_effect_breaks_is_shown_as_text(name: str) -> None:
+    breaks = load("effect", name).SPEC.breaks
+    assert breaks is not None
+    assert json.loads(json.dumps(asdict(breaks)))["invariance"] == breaks.invariance.value
