@@ -12,7 +12,7 @@ from benchmarks.law_mismatch.motions import Array, Rng
 
 @dataclass(frozen=True)
 class State:
-    """One record in fine steps: times, motion about the middle, current and temperature beyond the mean (N,), step (s)."""
+    """One record in fine steps: times, motion about the middle, current, temperature beyond the mean (N,), step (s)."""
 
     t: Array
     x: Array

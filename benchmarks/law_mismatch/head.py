@@ -4,7 +4,7 @@ from benchmarks.law_mismatch.faults import LIBRARY, OUTSIDE
 from benchmarks.law_mismatch.laws import FAMILIES, RELAXATION, TRAVEL
 from benchmarks.law_mismatch.motions import DRIVES
 from benchmarks.law_mismatch.protocol import BASES
-from benchmarks.law_mismatch.specimen import RATES
+from benchmarks.law_mismatch.specimen import RATES, SAMPLES
 
 
 def explanation(split: str) -> str:
@@ -14,8 +14,8 @@ def explanation(split: str) -> str:
     low, high = RATES[0], RATES[-1]
     travel = f"{TRAVEL[0]:.1%} to {TRAVEL[1]:.0%}"
     relaxation = f"{RELAXATION[0]:g} to {RELAXATION[1]:g}"
-    return f"""Specimens are generated here by formulas and integrators of their own. Their law is none of the bases that
-discovery is asked to start from ({", ".join(BASES)}), of which one is drawn for each specimen.
+    return f"""Specimens are generated here by formulas and integrators of their own. Their law is none of the bases
+that discovery is asked to start from ({", ".join(BASES)}), of which one is drawn for each specimen.
 
 The splits share no seed, no law and no kind of motion; thresholds were set on `development` only.
 
@@ -23,22 +23,23 @@ The splits share no seed, no law and no kind of motion; thresholds were set on `
 
 This is `{split}`.
 
-**Law.** Yield force from 50 to 5000 N, four forms of saturation with the current, damping that grows with the field. A law
-is odd, timeless and forgets: yield travel {travel} of the half-stroke, relaxation {relaxation} of the time that the
-half-stroke takes at full speed. `long-memory` breaks this: yield travel of a quarter to all of the half-stroke, or
+**Law.** Yield force from 50 to 5000 N, four forms of saturation with the current, damping that grows with the field.
+A law is odd, timeless and forgets: yield travel {travel} of the half-stroke, relaxation {relaxation} of the time that
+the half-stroke takes at full speed. `long-memory` breaks this: yield travel of a quarter to all of the half-stroke, or
 relaxation up to 80 ms.
 
-**Tests.** 6 to 20 conditions of three amplitudes and three frequencies, at least 2000 samples each where 60 000 in all
-allow it, {low:g} to {high:g} samples a second. Current: constant in each condition, in steps, in sweeps, or switched
-within records. Noise of the force white (0.05 to 0.8 % of the range) and coloured, of displacement, current and
-temperature white; half of the load cells have an offset. The fluid warms in every record whether or not that matters.
+**Tests.** 6 to 20 conditions of three amplitudes and three frequencies, at least 2000 samples each where {SAMPLES} in
+all allow it, {low:g} to {high:g} samples a second. Current: constant in each condition, in steps, in sweeps, or
+switched within records. Noise of the force white (0.05 to 0.8 % of the range) and coloured, of displacement, current
+and temperature white; half of the load cells have an offset. The fluid warms in every record whether or not that
+matters.
 
-**Hidden.** {", ".join(LIBRARY)}: 2 to 20 % of the range of the force without it, measured where it is largest (a lag of
-the current: 8 to 60 ms, any size). The gas spring is hidden only beside bases without a spring. Outside the library:
-{", ".join(OUTSIDE)}.
+**Hidden.** {", ".join(LIBRARY)}: 2 to 20 % of the range of the force without it, measured where it is largest (a lag
+of the current: 8 to 60 ms, whatever force that makes). The gas spring is hidden only beside bases without a spring of
+their own. Outside the library: {", ".join(OUTSIDE)}.
 
 **Real records.** Press (UTFSM), shaking table (labcontrol), NEES and Keio, cut into pieces where there is one record.
-Planted: 3, 6 and 12 % of the range; in NEES the current is logged 4, 8 and 16 ms earlier. Development asks bingham, tanh
-and boucwen, evaluation biviscous, guo and spencer. Planted end stops and temperatures are listed but not counted.
+Planted: 3, 6 and 12 % of the range; in NEES the current is logged 4, 8 and 16 ms earlier. Development asks bingham,
+tanh and boucwen, evaluation biviscous, guo and spencer. Planted end stops and temperatures are listed, not counted.
 
 **Counted.** Right is what names exactly what is hidden, and nothing else. Intervals of shares are Wilson's."""

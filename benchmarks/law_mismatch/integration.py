@@ -10,7 +10,7 @@ from benchmarks.law_mismatch.motions import Array
 def series_flow(x: Array, yield_force: Array, flow: Array, stiffness: float, soft: float, h: float) -> Array:
     """Return the force (N,) of a spring in series with a regularised Bingham element, by implicit Euler steps.
 
-    k*(x - y) = f*(1 - exp(-|u|/e))*sign(u) + c*u,  u = dy/dt; k stiffness (N/m), e soft (m/s), f yield_force (N), c flow.
+    k*(x - y) = f*(1 - exp(-|u|/e))*sign(u) + c*u,  u = dy/dt; k stiffness, e soft (m/s), f yield_force (N), c flow.
     """
     force = np.empty(len(x))
     y, u = x[0], 0.0

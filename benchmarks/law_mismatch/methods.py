@@ -21,8 +21,8 @@ from benchmarks.law_mismatch.said import Name, Number, Said
 class Asked:
     """Records as logged (SI) and the base to discover from.
 
-    ``channels`` are those of one record after another, ``dt`` their sample intervals (s), ``condition`` what is known of
-    each besides.
+    ``channels`` are those of one record after another, ``dt`` their sample intervals (s), ``condition`` what is known
+    of each besides.
     """
 
     channels: Sequence[dict[str, Array]]

@@ -8,6 +8,7 @@ from statistics import median
 from benchmarks.discovery.report import table
 from benchmarks.law_mismatch.protocol import BASES, GROUPS
 from benchmarks.law_mismatch.realsets import PLANTS, SHARES
+from benchmarks.law_mismatch.said import Name
 from benchmarks.law_mismatch.score import CLOSE, Outcome
 
 COUNTED = PLANTS[:5]
@@ -62,11 +63,15 @@ def figures(outcomes: list[Outcome]) -> str:
         ("law remembers longer than assumed: names something", "≤ 2 % of ≥ 100", share(bool(o.names) for o in long)),
         ("outside the library: `unexplained`, nothing named", "≥ 90 %", share(o.right for o in out)),
         ("outside the library: nothing named", "", share(not o.names for o in out)),
-        ("time, median / longest", "≤ 60 s", f"{median(seconds):.1f} s / {max(seconds):.1f} s" if seconds else "not run"),
-        ("processor time, median / longest", "", f"{median(cpu):.1f} s / {max(cpu):.1f} s" if cpu else "not run"),
+        ("time, median / longest", "≤ 60 s", _times(seconds)),
+        ("processor time, median / longest", "", _times(cpu)),
         ("failed", "0", f"{len(errors)} of {len(outcomes)}"),
     ]  # fmt: skip
     return table(("figure", "must reach", "reached (95 % interval)"), [r for r in rows if r[2] != "not run"])
+
+
+def _times(seconds: list[float]) -> str:
+    return f"{median(seconds):.1f} s / {max(seconds):.1f} s" if seconds else "not run"
 
 
 def _of_group(outcomes: list[Outcome], key: Callable[[Outcome], str], keys: Iterable[str] = ()) -> str:
@@ -111,7 +116,8 @@ def effects(outcomes: list[Outcome]) -> str:
         close = f"{sum(f.error <= CLOSE for f in found)}/{len(found)}" if found else ""
         rows.append((name, _counts(mine, lambda o: o.right), *by_size, close, error, held, missed))
     head = (
-        "effect", "named", "below 3.5 %", "3.5–7 %", "above 7 %", "within 25 %", "median error", "interval holds", "else",
+        "effect", "named", "below 3.5 %", "3.5–7 %", "above 7 %",
+        "within 25 %", "median error", "interval holds", "else",
     )  # fmt: skip
     return table(head, rows) if rows else "not run"
 
@@ -147,13 +153,13 @@ def real(outcomes: list[Outcome]) -> str:
     return table(("records", "named", "values (95 %)", "from bases", "verdicts"), rows) if rows else "not run"
 
 
-def _values(name: "object") -> str:
-    numbers = getattr(name, "numbers").items()
+def _values(name: Name) -> str:
+    numbers = name.numbers.items()
     parts = [
         f"{k} {n.value:.4g}" + (f" ({n.low:.4g} to {n.high:.4g})" if n.low is not None and n.high is not None else "")
         for k, n in numbers
     ]
-    together = getattr(name, "together")
+    together = name.together
     return ", ".join(parts) + (f" [or {', '.join(together)}]" if together else "")
 
 

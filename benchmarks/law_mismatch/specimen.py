@@ -1,4 +1,4 @@
-"""A specimen on a rig: its law, what is hidden in it, the tests it goes through, and the records a logger makes of them."""
+"""A specimen on a rig: its law, what is hidden in it, its tests, and the records a logger makes of them."""
 
 from dataclasses import asdict, dataclass, replace
 
