@@ -42,4 +42,5 @@ their own. Outside the library: {", ".join(OUTSIDE)}.
 Planted: 3, 6 and 12 % of the range; in NEES the current is logged 4, 8 and 16 ms earlier. Development asks bingham,
 tanh and boucwen, evaluation biviscous, guo and spencer. Planted end stops and temperatures are listed, not counted.
 
-**Counted.** Right is what names exactly what is hidden, and nothing else. Intervals of shares are Wilson's."""
+**Counted.** Right is what names exactly what is hidden, and nothing else. An effect is clear if the root mean square of
+its force is that of the force's noise or more. Intervals of shares are Wilson's."""

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 import mrfit
+from benchmarks.law_mismatch.examination import findings, said
 from benchmarks.law_mismatch.motions import Array
 from benchmarks.law_mismatch.said import Name, Number, Said
 
@@ -67,7 +68,12 @@ def _discover(asked: Asked, prototype: Path | None) -> Said:
 
 
 def _numbers(name: str, parameters: list[dict[str, Any]], asked: Asked) -> dict[str, Number]:
-    numbers = {p["name"]: Number(p["value"], p["low"], p["high"]) for p in parameters}
+    return _with_peak(name, {p["name"]: Number(p["value"], p["low"], p["high"]) for p in parameters}, asked)
+
+
+def _with_peak(name: str, found: dict[str, Number], asked: Asked) -> dict[str, Number]:
+    """Return the numbers of an effect with the largest force of an end stop, which its shape's numbers share."""
+    numbers = dict(found)
     if name == "end-stop":
         low, high = asked.reach
         x_s, x_m, p = (numbers[q].value for q in ("x_s", "x_m", "p"))
@@ -136,4 +142,13 @@ def _of_prototype(effect: Any, answer: Any, asked: Asked) -> Name:
     return Name(name, numbers, tuple(answer.rivals.get(effect.name, ())))
 
 
-METHODS: dict[str, Callable[[Asked, Path | None], Said]] = {"discover": _discover, "prototype": _prototype}
+def _invariance(asked: Asked, prototype: Path | None) -> Said:
+    found = said(findings(_recordings(asked), asked.base))
+    return replace(found, names=tuple(replace(n, numbers=_with_peak(n.name, n.numbers, asked)) for n in found.names))
+
+
+METHODS: dict[str, Callable[[Asked, Path | None], Said]] = {
+    "discover": _discover,
+    "invariance": _invariance,
+    "prototype": _prototype,
+}

@@ -12,7 +12,7 @@ BASES = ("bingham", "biviscous", "tanh", "guo", "boucwen", "spencer")
 SPLITS = ("development", "evaluation")
 # bases that have a spring of their own
 OWN_SPRING = {"tanh", "boucwen", "spencer"}
-COUNTS = {"null": 600, "single": 216, "pair": 108, "long-memory": 120, "outside": 60}
+COUNTS = {"null": 600, "single": 252, "pair": 120, "long-memory": 120, "outside": 60}
 GROUPS = (*COUNTS, "planted", "real")
 PAIRS = tuple((a, b) for k, a in enumerate(LIBRARY) for b in [*LIBRARY][k + 1 :] if CLASS.get(a, a) != CLASS.get(b, b))
 

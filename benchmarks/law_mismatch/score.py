@@ -9,8 +9,8 @@ from benchmarks.law_mismatch.said import Name, Number
 
 # A value counts as right within this share of the truth
 CLOSE = 0.25
-# Share of the range from which an effect alone is clear, and up to which sizes are drawn
-CLEAR = 0.02
+# Root mean square of an effect over that of the noise from which it is clear: below, noise buries it in all records
+CLEAR = 1.0
 
 
 @dataclass(frozen=True)
@@ -58,6 +58,11 @@ class Outcome:
     def size(self) -> float:
         """Size of the smallest hidden effect over the range."""
         return min((t["size"] for t in self.result.truth.values()), default=0.0)
+
+    @property
+    def clear(self) -> bool:
+        """Whether every hidden effect stands out of the noise."""
+        return all(t.get("contrast", CLEAR) >= CLEAR for t in self.result.truth.values())
 
     @property
     def close(self) -> bool:

@@ -157,9 +157,10 @@ def specimen(split: str, family: str, hidden: tuple[str, ...], seed: int, memory
     bare = Specimen(law, (), tests, kind, switching, rate, fine, drive, sensors, seed)
     reached = sorted(float(np.abs(s.x).max()) for s in bare.states(1))
     bench = Bench(stroke, reached[-2], speed, top, frequency, 1 / rate)
-    truth, found = {}, []
+    truth, found, noise = {}, [], np.hypot(sensors.white, sensors.coloured)
     for k, name in enumerate(hidden):
         fault, truth[name] = _sized(bare, name, bench, np.random.default_rng([seed, 3, k]))
+        truth[name]["contrast"] = truth[name]["rms"] / noise
         found.append(fault)
     return replace(bare, faults=tuple(found)), truth
 
@@ -193,26 +194,26 @@ def _speed(tests: tuple[Test, ...], drive: Drive) -> float:
     return float(max(np.percentile(np.abs(q.motion.at(t)[1]), 99) for q in tests))
 
 
-def size_of(bare: Specimen, fault: Fault, plain: list[Array] | None = None) -> float:
-    """Return the largest force that a fault makes, over the range of the force without it."""
+def size_of(bare: Specimen, fault: Fault, plain: list[Array] | None = None) -> tuple[float, float]:
+    """Return the largest force that a fault makes and its root mean square, over the range of the force without it."""
     plain = plain or bare.forces(())
-    with_it = bare.forces((fault,))
     span = max(f.max() for f in plain) - min(f.min() for f in plain)
-    return float(max(np.abs(a - b).max() for a, b in zip(with_it, plain, strict=True)) / span)
+    extra = np.concatenate([a - b for a, b in zip(bare.forces((fault,)), plain, strict=True)]) / span
+    return float(np.abs(extra).max()), float(np.sqrt(np.mean(extra**2)))
 
 
 def _sized(bare: Specimen, name: str, bench: Bench, rng: Rng) -> tuple[Fault, dict]:
     """Return a fault of 2 to 20 % of the range (a lag: of 8 to 60 ms), and what is true of it."""
     fault, most = draw(name, bench, rng)
     asked, plain = between(rng, 0.02, 0.2), bare.forces(())
-    size = size_of(bare, fault, plain)
+    size, rms = size_of(bare, fault, plain)
     for _ in range(8):
         if name in AS_DRAWN or abs(size / asked - 1) < 0.01 or (size < asked and abs(fault.strength) >= most):
             break
         strength = fault.strength * min(max(asked / max(size, 1e-12), 1e-6), 1e6)
         fault = replace(fault, strength=float(np.clip(strength, -most, most)))
-        size = size_of(bare, fault, plain)
-    return fault, {"values": _values(bare, fault), "size": size, "asked": asked, "fault": asdict(fault)}
+        size, rms = size_of(bare, fault, plain)
+    return fault, {"values": _values(bare, fault), "size": size, "rms": rms, "asked": asked, "fault": asdict(fault)}
 
 
 def _values(bare: Specimen, fault: Fault) -> dict[str, float]:

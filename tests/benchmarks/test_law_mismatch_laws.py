@@ -1,4 +1,4 @@
-"""The specimens of the benchmark: laws against closed forms, invariances, step sizes; motions; sizes of what is hidden."""
+"""The specimens of the benchmark: closed forms, invariances, step sizes; motions; sizes of what is hidden."""
 
 from dataclasses import replace
 
@@ -145,11 +145,12 @@ def test_forces_converge_with_the_step(family: str) -> None:
 def test_what_is_hidden_has_the_size_that_is_stated(name: str) -> None:
     made, truth = specimen("development", "iwan", (name,), 4)
     bare, (fault,) = replace(made, faults=()), made.faults
-    size = size_of(bare, fault)
+    size, rms = size_of(bare, fault)
     assert size == pytest.approx(truth[name]["size"])
     plain, real = bare.forces(()), made.forces(made.faults)
     span = np.ptp(np.concatenate(plain))
     assert size == pytest.approx(np.abs(np.concatenate(real) - np.concatenate(plain)).max() / span)
+    assert rms == pytest.approx(np.sqrt(np.mean((np.concatenate(real) - np.concatenate(plain)) ** 2)) / span)
     if name not in AS_DRAWN:
         assert 0.0198 <= size <= 0.202
         assert size == pytest.approx(truth[name]["asked"], rel=0.011)
@@ -168,7 +169,7 @@ def test_what_is_hidden_acts_as_its_definition_says() -> None:
     near = np.abs(x) < 0.02 * np.abs(x).max()
     np.testing.assert_allclose(spring[near], stiffness * x[near], rtol=0.02, atol=1e-9)
     # one direction is stronger than the other by the stated share
-    fast, ratio = np.abs(v) > 0.9 * np.abs(v).max(), alone["asymmetry"] / plain
+    fast, ratio = np.abs(v) > 0.5 * np.abs(v).max(), alone["asymmetry"] / plain
     up, down = ratio[fast & (v > 0)].mean(), ratio[fast & (v < 0)].mean()
     assert up / down - 1 == pytest.approx(truth["asymmetry"]["values"]["g_yield"], rel=1e-3)
     drift, big = alone["gain-drift"] / plain, np.abs(plain) > 1
