@@ -148,8 +148,8 @@ CLASS = {
 }  # fmt: skip
 
 
-def force(law: Law, s: State, faults: tuple[Fault, ...]) -> Array:
-    """Return the force (N,) of a law with all faults."""
+def force(law: Law, s: State, faults: tuple[Fault, ...], offset: float = 0.0) -> Array:
+    """Return the force (N,) of a law with all faults; a gain acts on the load cell's offset (N) too."""
     i, x, v = s.i, s.x, s.v
     for f in faults:
         if f.name in INPUTS:
@@ -158,10 +158,16 @@ def force(law: Law, s: State, faults: tuple[Fault, ...]) -> Array:
             x = MOTIONS[f.name](s, f)
             v = np.gradient(x, s.h)
     total = law.force(x, v, i, s.h)
-    for acting, join in ((FACTORS, np.multiply), (ADDED, np.add), (GAINS, np.multiply)):
-        for f in faults:
-            if f.name in acting:
-                total = join(total, acting[f.name](s, f))
+    for f in faults:
+        if f.name in FACTORS:
+            total = total * FACTORS[f.name](s, f)
+    total = total + offset
+    for f in faults:
+        if f.name in ADDED:
+            total = total + ADDED[f.name](s, f)
+    for f in faults:
+        if f.name in GAINS:
+            total = total * GAINS[f.name](s, f)
     return total
 
 

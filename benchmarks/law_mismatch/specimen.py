@@ -86,10 +86,10 @@ class Specimen:
             made.append(State(t, x, v, a, test.current.at(t), warmth, h, k))
         return made
 
-    def forces(self, faults: tuple[Fault, ...], fine: int = 0) -> list[Array]:
-        """Return the force of every test at the sample times, without sensors."""
+    def forces(self, faults: tuple[Fault, ...], fine: int = 0, offset: float = 0.0) -> list[Array]:
+        """Return the force of every test at the sample times, with an offset of the load cell (N) and no noise."""
         steps = fine or self.fine
-        return [force(self.law, s, faults)[s.t > -0.5 * s.h][::steps] for s in self.states(steps)]
+        return [force(self.law, s, faults, offset)[s.t > -0.5 * s.h][::steps] for s in self.states(steps)]
 
 
 def _temperature(test: Test, t: Array, duration: float) -> Array:
@@ -110,7 +110,7 @@ class Log:
 def logs(specimen: Specimen) -> list[Log]:
     """Return what the logger makes of a specimen's tests."""
     rng, made = np.random.default_rng([specimen.seed, 9]), []
-    forces = specimen.forces(specimen.faults)
+    forces = specimen.forces(specimen.faults, offset=specimen.sensors.force_offset)
     span = max(f.max() for f in forces) - min(f.min() for f in forces)
     top, e = max(1e-3, specimen.law.field.top), specimen.sensors
     for s, f in zip(specimen.states(), forces, strict=True):
@@ -122,7 +122,7 @@ def logs(specimen: Specimen) -> list[Log]:
             Log(
                 1 / specimen.rate,
                 x + e.middle + e.displacement * specimen.drive.stroke * rng.standard_normal(len(x)),
-                f + e.force_offset + span * (e.white * rng.standard_normal(len(x)) + e.coloured * hum),
+                f + span * (e.white * rng.standard_normal(len(x)) + e.coloured * hum),
                 i + e.current * top * rng.standard_normal(len(x)),
                 warmth + mean + 0.03 * rng.standard_normal(len(x)),
             )

@@ -187,6 +187,19 @@ def test_a_seed_makes_the_same_records_and_another_seed_others() -> None:
     assert not np.array_equal(one[0].force[:1000], other[0].force[:1000])
 
 
+def test_a_gain_acts_on_the_offset_of_the_load_cell_and_nothing_else_does() -> None:
+    made, truth = specimen("development", "lugre", ("gain-drift", "asymmetry"), 54)
+    drift, lopsided = made.faults
+    state = made.states()[0]
+    t = state.t[state.t > -0.5 * state.h][:: made.fine]
+    for fault, expected in (
+        (drift, 7 * (1 + truth["gain-drift"]["values"]["g"] * t)),
+        (lopsided, np.full(len(t), 7.0)),
+    ):
+        offset = made.forces((fault,), offset=7.0)[0] - made.forces((fault,))[0]
+        np.testing.assert_allclose(offset, expected, atol=1e-9)
+
+
 def test_noise_is_as_stated() -> None:
     made, _ = specimen("development", "tanh", (), 54)
     quiet = replace(made, sensors=replace(made.sensors, white=0.0, coloured=0.0))
