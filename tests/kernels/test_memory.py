@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mrfit.kernels.memory import since_reversal, travel_memory
 
 
+@settings(deadline=None)
 @given(st.floats(1e-4, 1.0), st.integers(2, 200))
 def test_a_memory_of_travel_fades_by_the_way_made(length: float, steps: int) -> None:
     # 1 forwards, then 0.5 back: z = 1 - exp(-s/d), then -1 + (z + 1)*exp(-s/d)

@@ -23,10 +23,13 @@ class Base:
         divided by its parameter, all others as they are at the middle current.
     response
         Its response, per record (N,); empty where it is not known.
+    offset
+        Whether one of its parameters is a constant force, or makes one.
     """
 
     terms: tuple[Array, ...]
     response: tuple[Array, ...] = ()
+    offset: bool = False
 
 
 def none(records: Sequence[Record]) -> Base:
@@ -61,7 +64,7 @@ def base_of(assembly: Assembly, theta: Array, records: Sequence[Record]) -> Base
             drive[spec.inputs.index(CONTROL)] = middle
         found = assembly.simulate(drive, points, record.dt) if linear else np.empty((1, len(record.speed)))
         terms.append(((found[1:] - found[:1]) / steps[:, None]).T)
-    return Base(tuple(_scaled(terms)), tuple(responses))
+    return Base(tuple(_scaled(terms)), tuple(responses), any(p.role == "offset" for p in spec.params))
 
 
 def _scaled(terms: Sequence[Array]) -> list[Array]:

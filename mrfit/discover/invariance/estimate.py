@@ -3,7 +3,8 @@
 By Frisch and Waugh the coefficient of an effect beside a nuisance is that of its sensitivity's residual. All that is
 asked for is a solve of sums of one Gram matrix a group of samples, with groups or columns left out.
 
-Numbers that do not enter linearly are found by Gauss-Newton steps, the nuisance refitted at each (variable projection).
+Numbers that do not enter linearly are found by damped Gauss-Newton steps, the nuisance refitted at each (variable
+projection).
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,13 +14,17 @@ import numpy as np
 
 from mrfit.core.specs import Array, Index
 from mrfit.discover.invariance.nuisance import FULL
-from mrfit.discover.invariance.sensitivity import added, step_of
+from mrfit.discover.invariance.sensitivity import added, is_place, step_of
 from mrfit.discover.invariance.setting import Setting, State
 
 # Penalty on the nuisance's coefficients, for columns of unit RMS: it decides between columns that are alike
 RIDGE, JITTER = 1e-6, 1e-12
-# Gauss-Newton: rounds, relative change at which it ends, and the factor a number may move by in a round
-ROUNDS, SETTLED, FURTHEST = 6, 0.01, 3.0
+# Refinement: rounds, relative change of a number and of the error at which it ends, and the factor a number may move by
+ROUNDS, SETTLED, LITTLE, FURTHEST = 20, 1e-3, 1e-4, 3.0
+# Levenberg's damping at first, its factors after a step that helps and one that does not, and where to give up
+DAMPING, LESS, MORE, HOPELESS = 1e-3, 5.0, 8.0, 1e3
+# Places in half strokes: what begins nearer to the middle is a force of the whole stroke
+PLACES = (0.35, 1.3)
 TINY = 1e-30
 
 Free = tuple[str, int]
@@ -46,6 +51,8 @@ class Table:
         RMS of the nuisance's columns (p,).
     rows
         Rows.
+    constant
+        Whether the nuisance's constant takes part; not beside an effect that is one.
     """
 
     grams: Array
@@ -55,6 +62,7 @@ class Table:
     law: Array
     unit: Array
     rows: int
+    constant: bool = True
 
     @property
     def total(self) -> Array:
@@ -67,7 +75,7 @@ class Table:
         """Columns of the nuisance."""
         return self.ends[-1]
 
-    def solve(self, gram: Array, level: int = FULL, effects: int | None = None, offset: bool = True) -> Array:
+    def solve(self, gram: Array, level: int = FULL, effects: int | None = None, offset: bool | None = None) -> Array:
         """Return coefficients (M - 1,) from a Gram, zero where a column is left out.
 
         Parameters
@@ -79,7 +87,7 @@ class Table:
         effects
             Columns behind the nuisance that take part; None for those of ``free``.
         offset
-            Whether the nuisance's constant takes part.
+            Whether the nuisance's constant takes part; None for as the table says.
         """
         place = self.kept(level, offset)
         behind = self.size + np.arange(len(self.free) if effects is None else effects)
@@ -88,9 +96,10 @@ class Table:
         found[at] = np.linalg.solve(self._damped(gram, at, len(place)), gram[at, -1])
         return found
 
-    def kept(self, level: int, offset: bool = True) -> Index:
+    def kept(self, level: int, offset: bool | None = None) -> Index:
         """Return the nuisance's columns up to a level."""
-        return np.arange(0 if offset else 1, self.ends[level])
+        constant = self.constant if offset is None else offset
+        return np.arange(0 if constant else 1, self.ends[level])
 
     def _damped(self, gram: Array, at: Index, own: int) -> Array:
         damped = gram[np.ix_(at, at)].copy()
@@ -98,18 +107,20 @@ class Table:
         damped[np.diag_indices_from(damped)] += JITTER * self.rows
         return damped
 
-    def beside(self, columns: Index, level: int = FULL, offset: bool = True) -> Array:
+    def beside(
+        self, columns: Index, level: int = FULL, offset: bool | None = None, effects: int | None = None
+    ) -> Array:
         """Return weights (M, C) that make residuals of some columns, the target last, beside nuisance and effects."""
         gram = self.total
         place = self.kept(level, offset)
-        at = np.concatenate([place, self.size + np.arange(len(self.free))])
+        at = np.concatenate([place, self.size + np.arange(len(self.free) if effects is None else effects)])
         wanted = np.append(columns, len(gram) - 1)
         weights = np.zeros((len(gram), len(wanted)))
         weights[wanted, np.arange(len(wanted))] = 1.0
         weights[at] -= np.linalg.solve(self._damped(gram, at, len(place)), gram[np.ix_(at, wanted)])
         return weights
 
-    def jackknife(self, level: int = FULL, offset: bool = True) -> tuple[Array, Array]:
+    def jackknife(self, level: int = FULL, offset: bool | None = None) -> tuple[Array, Array]:
         """Return steps (G, E) with each group left out, and that group's squared error then (G,)."""
         total, steps, left = self.total, [], []
         for own in self.grams:
@@ -118,7 +129,7 @@ class Table:
             left.append(squares(own, found))
         return np.array(steps), np.array(left)
 
-    def steps(self, level: int = FULL, offset: bool = True) -> Array:
+    def steps(self, level: int = FULL, offset: bool | None = None) -> Array:
         """Return the steps (E,) of the effects' numbers to the best fit."""
         found = self.solve(self.total, level, offset=offset)
         steps: Array = found[self.size : self.size + len(self.free)] / self.scales[: len(self.free)]
@@ -194,7 +205,8 @@ def table(
     """
     rows = rows or rows_of(setting, state)
     plain = _grams(setting, weights, rows, [[] for _ in setting.records])
-    first = Table(plain, rows.ends, (), np.empty(0), np.empty(0), rows.unit, setting.rows)
+    constant = not any(setting.known[n].constant for n in state)
+    first = Table(plain, rows.ends, (), np.empty(0), np.empty(0), rows.unit, setting.rows, constant)
     law = first.solve(first.total)[: first.size] / rows.unit
     free = tuple(
         (name, n) for name in state for n in range(len(setting.known[name].numbers)) if _free(setting, name, n)
@@ -207,17 +219,13 @@ def table(
     scales = np.array([np.sqrt(sum(np.sum(b[k] ** 2) for b in behind) / setting.rows) + TINY for k in range(count)])
     behind = [[c / s for c, s in zip(b, scales, strict=True)] for b in behind]
     grams = _grams(setting, weights, rows, behind) if count else plain
-    return Table(grams, rows.ends, free, scales, law, rows.unit, setting.rows)
+    return Table(grams, rows.ends, free, scales, law, rows.unit, setting.rows, constant)
 
 
 def _free(setting: Setting, name: str, number: int) -> bool:
-    effect = setting.known[name]
-    return (
-        number == 0
-        or effect.of(number).role != "shape"
-        or effect.of(number).scale == "log"
-        or effect.of(number).unit == "m"
-    )
+    """Return whether a number is fitted: strengths, and shapes that screening gave a start that is not neutral."""
+    param = setting.known[name].of(number)
+    return param.role != "shape" or param.scale == "log" or is_place(param, setting.scales)
 
 
 def _grams(setting: Setting, weights: Sequence[Array], rows: Rows, behind: Sequence[Sequence[Array]]) -> Array:
@@ -266,26 +274,40 @@ class Fitted:
 
 
 def refine(setting: Setting, weights: Sequence[Array], state: Mapping[str, Array], level: int = FULL) -> Fitted:
-    """Return effects with their best numbers, by Gauss-Newton steps that are cut where they do not lower the error."""
-    best, current, shrink = None, dict(state), 1.0
+    """Return effects with their best numbers, by Levenberg and Marquardt's steps."""
+    best, current, damping = _fitted(setting, weights, state, level), dict(state), DAMPING
     for _ in range(ROUNDS):
-        made = table(setting, weights, current)
-        # beside a law refitted at this state, effects where they are
-        left = squares(made.total, made.solve(made.total, level, effects=0))
-        if best is None or left <= best.left:
-            step, done = made.steps(level), best is not None and left > best.left * (1.0 - SETTLED * 1e-2)
-            best, shrink = Fitted(current, made, left), 1.0
-            if done:
+        step = _damped_step(best.table, level, damping)
+        current, most = _moved(setting, best.state, best.table.free, step)
+        if most < SETTLED:
+            break
+        tried = _fitted(setting, weights, current, level)
+        if tried.left < best.left:
+            little = tried.left > best.left * (1.0 - LITTLE)
+            best, damping = tried, damping / LESS
+            if little:
                 break
         else:
-            shrink *= 0.3
-            if shrink < 0.02:
+            damping = max(damping, DAMPING) * MORE
+            if damping > HOPELESS:
                 break
-        current, most = _moved(setting, best.state, best.table.free, step * shrink)
-        if most < SETTLED * 0.1:
-            break
-    assert best is not None
     return best
+
+
+def _fitted(setting: Setting, weights: Sequence[Array], state: State, level: int) -> Fitted:
+    made = table(setting, weights, state)
+    # the law is refitted beside effects that stay where they are
+    return Fitted(state, made, squares(made.total, made.solve(made.total, level, effects=0)))
+
+
+def _damped_step(made: Table, level: int, damping: float) -> Array:
+    """Return the step (E,) of the effects' numbers beside a nuisance that follows."""
+    count = len(made.free)
+    weights = made.beside(made.size + np.arange(count), level, effects=0)
+    own = weights.T @ made.total @ weights
+    normal = own[:-1, :-1] + np.diag(damping * own.diagonal()[:-1] + JITTER * made.rows)
+    step: Array = np.linalg.solve(normal, own[:-1, -1]) / made.scales[:count]
+    return step
 
 
 def _moved(setting: Setting, state: State, free: Sequence[Free], steps: Array) -> tuple[dict[str, Array], float]:
@@ -297,6 +319,8 @@ def _moved(setting: Setting, state: State, free: Sequence[Free], steps: Array) -
         value = old + float(step)
         if param.scale == "log" or (effect.moves and old > 0.0):
             value = min(max(value, old / FURTHEST), old * FURTHEST)
+        if param.scale == "log" and is_place(param, setting.scales):
+            value = min(max(value, PLACES[0] * setting.scales.travel), PLACES[1] * setting.scales.travel)
         new[name] = effect.at(new[name], number, value)
         most = max(most, abs(effect.value(new[name], number) - old) / max(abs(old), TINY))
     return new, most

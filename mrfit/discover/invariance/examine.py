@@ -7,15 +7,16 @@ one that leaves least first, each against its rivals, and all are judged again b
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from mrfit.core.protocols import Effect
 from mrfit.core.specs import Array, Invariance
 from mrfit.discover.invariance.base import Base, none
-from mrfit.discover.invariance.estimate import Fitted, refine, table
+from mrfit.discover.invariance.choice import Chosen, chosen_effects
+from mrfit.discover.invariance.estimate import table
 from mrfit.discover.invariance.findings import (
+    BrokenInvariance,
     Confounded,
     Errors,
     Findings,
@@ -25,21 +26,14 @@ from mrfit.discover.invariance.findings import (
     TurnedDown,
 )
 from mrfit.discover.invariance.generic import broken
+from mrfit.discover.invariance.horizon import FURTHER, held_further
 from mrfit.discover.invariance.law_gap import law_gap
 from mrfit.discover.invariance.owned import lawful, owns
 from mrfit.discover.invariance.policy import STANDARD, Policy
 from mrfit.discover.invariance.records import Record
-from mrfit.discover.invariance.screening import level_of, of_place, screened
-from mrfit.discover.invariance.selection import (
-    Refined,
-    decide,
-    screened_out,
-    weakest,
-    worth_refining,
-)
-from mrfit.discover.invariance.sensitivity import Tested, missing, tested
+from mrfit.discover.invariance.sensitivity import Examined, examined, missing
 from mrfit.discover.invariance.setting import Setting, setting_of
-from mrfit.discover.invariance.standing import Described, described
+from mrfit.discover.invariance.standing import Described
 from mrfit.discover.invariance.weights import residuals, rms, weights_of
 
 TIERS: dict[Invariance, Tier] = {
@@ -50,8 +44,6 @@ TIERS: dict[Invariance, Tier] = {
     Invariance.MEMORY: "causal",
     Invariance.CURRENT: "current-at-once",
 }
-# Factor on the horizon of memory under which a name has to hold as well
-FURTHER = 2.0
 
 
 def examine(
@@ -70,12 +62,17 @@ def examine(
     policy
         Thresholds.
     """
+    if not records:
+        return Findings(not_applicable="no records")
     base = base or none(records)
     able, confounded = _able(records, base, effects, policy)
     base = _without_unlawful(records, base, able)
     setting = setting_of(records, base.terms, able, policy)
-    chosen = _chosen(setting, policy)
-    chosen = _held_further(setting_of(records, base.terms, able, policy, FURTHER), chosen, policy)
+    columns = setting.law(0, {}).ends[-1]
+    if setting.rows < policy.rows_for_a_column * columns:
+        return Findings(not_applicable=f"{setting.rows} means over samples are too few to tell {columns} forces apart")
+    further = setting_of(records, base.terms, able, policy, FURTHER)
+    chosen = held_further(further, chosen_effects(setting, policy), policy)
     weights = weights_of(setting, chosen.state)
     plain = table(setting, weights_of(setting, {}), {})
     alone = rms(residuals(setting, {}, plain))
@@ -86,7 +83,7 @@ def examine(
         named=tuple(_named(setting, d, chosen.rivals.get(d.row.name, ())) for d in chosen.found),
         turned_down=tuple(_turned_down(setting, chosen)),
         confounded=(*confounded, *_no_sensitivity(setting, chosen, policy)),
-        broken=tuple(broken(setting, weights, chosen.state, policy)),
+        broken=tuple(_broken(setting, further, chosen, policy)),
         errors=Errors(_base_error(setting, base.response), alone, after, setting.noise),
         law_gap=gap,
         travel=setting.scales.lengths[-1] * setting.scales.travel,
@@ -96,7 +93,7 @@ def examine(
 
 def _able(
     records: Sequence[Record], base: Base, effects: Sequence[Effect], policy: Policy
-) -> tuple[list[Tested], list[Confounded]]:
+) -> tuple[list[Examined], list[Confounded]]:
     """Return the effects that can be tested, and why others cannot."""
     channels = frozenset.intersection(*(frozenset(r.channels) for r in records))
     spans = {
@@ -106,7 +103,7 @@ def _able(
     }
     able, confounded = [], []
     for module in effects:
-        effect, spec = tested(module), module.SPEC
+        effect, spec = examined(module), module.SPEC
         if effect is None:
             confounded.append(Confounded(spec.name, "it breaks no invariance: any law may have it", spec.experiment))
             continue
@@ -122,7 +119,7 @@ def _able(
     return able, confounded
 
 
-def _without_unlawful(records: Sequence[Record], base: Base, able: Sequence[Tested]) -> Base:
+def _without_unlawful(records: Sequence[Record], base: Base, able: Sequence[Examined]) -> Base:
     """Return a base without terms that an effect would be lost in."""
     if not base.terms[0].shape[1]:
         return base
@@ -130,90 +127,13 @@ def _without_unlawful(records: Sequence[Record], base: Base, able: Sequence[Test
     return lawful(base, records, able, [bare.law(k, {}).values for k in range(len(records))])
 
 
-@dataclass(frozen=True)
-class _Chosen:
-    """Effects that are there, with what was said of all that were refined."""
-
-    state: dict[str, Array] = field(default_factory=dict)
-    found: tuple[Described, ...] = ()
-    rivals: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    reasons: dict[str, str] = field(default_factory=dict)
-    rows: dict[str, Refined] = field(default_factory=dict)
-    shares: dict[str, float] = field(default_factory=dict)
-    lefts: dict[str, float] = field(default_factory=dict)
-
-
-def _chosen(setting: Setting, policy: Policy) -> _Chosen:
-    """Add effects one by one, then judge all again."""
-    state: dict[str, Array] = {}
-    reasons: dict[str, str] = {}
-    rivals: dict[str, tuple[str, ...]] = {}
-    rows: dict[str, Refined] = {}
-    shares: dict[str, float] = {}
-    lefts: dict[str, float] = {}
-    for turn in range(policy.most_named):
-        weights = weights_of(setting, state)
-        candidates = screened(setting, weights, state)
-        good, rest = worth_refining(candidates, policy)
-        if turn == 0:
-            shares = {c.name: c.share for c in candidates}
-            lefts = {c.name: c.left for c in candidates}
-        reasons |= {c.name: screened_out(c, policy) for c in rest if c.name not in reasons}
-        fits: dict[str, Fitted] = {}
-        for c in good:
-            start = {**state, c.name: np.array(c.theta)}
-            fits[c.name] = refine(setting, weights, start, level_of(setting.known[c.name]))
-        tried = [described(setting, weights, fits[c.name], c.name).row for c in good]
-        rows |= {r.name: r for r in tried}
-        outcome = decide(tried, policy)
-        reasons |= dict(outcome.reasons)
-        if not outcome.winner:
-            break
-        state = dict(fits[outcome.winner].state)
-        rivals[outcome.winner] = outcome.rivals
-    return _beside_each_other(setting, _Chosen(state, (), rivals, reasons, rows, shares, lefts), policy)
-
-
-def _beside_each_other(setting: Setting, chosen: _Chosen, policy: Policy) -> _Chosen:
-    """Return what stands when every effect is judged beside all others, the weakest without proof taken out in turn."""
-    state, reasons, rows = dict(chosen.state), dict(chosen.reasons), dict(chosen.rows)
-    if any(of_place(setting.known[n]) for n in state):
-        for name in [n for n in state if setting.known[n].constant]:
-            del state[name]
-            reasons[name] = "the origin of a force of the place may be anywhere"
-    found: tuple[Described, ...] = ()
-    while state:
-        weights = weights_of(setting, state)
-        fitted = refine(setting, weights, state)
-        state = dict(fitted.state)
-        found = tuple(described(setting, weights, fitted, name) for name in state)
-        rows |= {d.row.name: d.row for d in found}
-        name, why = weakest([d.row for d in found], policy)
-        if not name:
-            break
-        del state[name]
-        reasons[name], found = f"beside the others {why}", ()
-    rivals = {n: tuple(r for r in chosen.rivals.get(n, ()) if r not in state) for n in state}
-    return replace(chosen, state=state, found=found, rivals=rivals, reasons=reasons, rows=rows)
-
-
-def _held_further(setting: Setting, chosen: _Chosen, policy: Policy) -> _Chosen:
-    """Return what stands where a law may remember for longer as well."""
-    state, reasons = dict(chosen.state), dict(chosen.reasons)
-    while state:
-        weights = weights_of(setting, state)
-        fitted = refine(setting, weights, state)
-        rows = [described(setting, weights, fitted, name).row for name in state]
-        name, why = weakest(rows, policy)
-        if not name:
-            break
-        del state[name]
-        reasons[name] = f"a law that remembers for longer may have it: {why}"
-    if len(state) == len(chosen.state):
-        return chosen
-    kept = {n: chosen.state[n] for n in state}
-    found = tuple(d for d in chosen.found if d.row.name in state)
-    return replace(chosen, state=kept, found=found, reasons=reasons)
+def _broken(setting: Setting, further: Setting, chosen: Chosen, policy: Policy) -> list[BrokenInvariance]:
+    """Return the invariances that something without a name breaks, also where a law may remember for longer."""
+    found = broken(setting, weights_of(setting, chosen.state), chosen.state, policy)
+    if not found:
+        return []
+    still = {b.invariance for b in broken(further, weights_of(further, chosen.state), chosen.state, policy)}
+    return [b for b in found if b.invariance in still]
 
 
 def _named(setting: Setting, found: Described, rivals: tuple[str, ...]) -> NamedEffect:
@@ -232,10 +152,10 @@ def _named(setting: Setting, found: Described, rivals: tuple[str, ...]) -> Named
     )
 
 
-def _turned_down(setting: Setting, chosen: _Chosen) -> list[TurnedDown]:
+def _turned_down(setting: Setting, chosen: Chosen) -> list[TurnedDown]:
     return [
         TurnedDown(
-            name, setting.known[name].breaks.invariance, why, chosen.shares.get(name, 0.0),
+            name, setting.known[name].breaks.invariance, why, chosen.screened[name].share,
             chosen.rows[name].standing if name in chosen.rows else None,
         )
         for name, why in chosen.reasons.items()
@@ -243,11 +163,11 @@ def _turned_down(setting: Setting, chosen: _Chosen) -> list[TurnedDown]:
     ]  # fmt: skip
 
 
-def _no_sensitivity(setting: Setting, chosen: _Chosen, policy: Policy) -> list[Confounded]:
+def _no_sensitivity(setting: Setting, chosen: Chosen, policy: Policy) -> list[Confounded]:
     return [
-        Confounded(name, f"the law takes all but {left:.2g} of its square", setting.known[name].spec.experiment)
-        for name, left in chosen.lefts.items()
-        if left < policy.left
+        Confounded(name, f"the law takes all but {c.left:.2g} of its square", setting.known[name].spec.experiment)
+        for name, c in chosen.screened.items()
+        if c.left < policy.left
     ]
 
 

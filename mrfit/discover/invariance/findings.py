@@ -32,7 +32,7 @@ class Standing:
     kept
         The same on conditions left out, the effect's value from the others, the law from all.
     held
-        The same with the law from the others too.
+        The same with the law from the others too, of a typical condition: the geometric mean.
     size
         Largest force of the effect over the range of the output.
     z

@@ -15,7 +15,8 @@ from mrfit.discover.invariance.policy import Policy
 from mrfit.discover.invariance.setting import Setting, State
 
 TINY = 1e-300
-RIPPLES = (1.0, 2.0, 4.0)
+# Waves over the stroke: of a force, and of the law's gain down to a seventh of the half stroke
+WAVES, WAVES_OF_LAW = (1, 2, 4), tuple(range(1, 15))
 # Penalty on the flexible terms, columns of unit RMS
 PENALTY = 1e-4
 
@@ -29,8 +30,9 @@ def _position(setting: Setting, at: int, law: Array) -> list[Array]:
         (record.place - setting.middle) / scales.travel,
         1.0 / np.cosh(np.clip(record.speed / scales.speed, -9, 9)) ** 2,
     )
-    ripples = [f(np.pi * k * x) for k in RIPPLES for f in (np.sin, np.cos)]
-    return [x, x * slow, x**2, x**3, x * law, x**2 * law, *ripples, *(r * law for r in ripples)]
+    waves = [f(np.pi * k * x) for k in WAVES for f in (np.sin, np.cos)]
+    gains = [f(np.pi * k * x) * law for k in WAVES_OF_LAW for f in (np.sin, np.cos)]
+    return [x, x * slow, x**2, x**3, x * law, x**2 * law, *waves, *gains]
 
 
 def _oddness(setting: Setting, at: int, law: Array) -> list[Array]:

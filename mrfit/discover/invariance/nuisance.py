@@ -18,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mrfit.core.channels import unit_of
 from mrfit.core.specs import Array
 from mrfit.discover.invariance.records import Record
 from mrfit.kernels.filters import lag
@@ -52,8 +53,10 @@ class Scales:
         Powers of the current that the levels of the records can tell apart.
     span
         Range of the output.
+    unit
+        Of the place.
     horizon
-        Factor on the longest memories.
+        Factor on the longest memories, a power of 2.
     """
 
     speed: float
@@ -62,22 +65,27 @@ class Scales:
     rate: float
     order: int
     span: float
+    unit: str = "m"
     horizon: float = 1.0
 
     @property
     def lengths(self) -> tuple[float, ...]:
         """Lengths of travel over which a law forgets, in units of X."""
-        return LENGTHS if self.horizon == 1.0 else (*LENGTHS, LENGTHS[-1] * self.horizon)
+        return _further(LENGTHS, self.horizon)
 
     @property
     def longest(self) -> float:
         """Longest memory in time, in s."""
-        return SLOW[-1] * self.horizon / self.rate
+        return self.times(SLOW)[-1]
 
     def times(self, of: Sequence[float]) -> tuple[float, ...]:
-        """Return time constants in s, the longest also times the horizon."""
-        own = tuple(t / self.rate for t in of)
-        return own if self.horizon == 1.0 else (*own, own[-1] * self.horizon)
+        """Return time constants in s."""
+        return tuple(t / self.rate for t in _further(of, self.horizon))
+
+
+def _further(memories: Sequence[float], horizon: float) -> tuple[float, ...]:
+    """Return memories, and the longest doubled until a factor is reached."""
+    return (*memories, *(memories[-1] * 2.0**k for k in range(1, int(np.log2(horizon)) + 1)))
 
 
 def scales_of(records: Sequence[Record], horizon: float = 1.0) -> Scales:
@@ -95,6 +103,7 @@ def scales_of(records: Sequence[Record], horizon: float = 1.0) -> Scales:
         rate=2.0 * np.pi * max(r.fastest for r in records),
         order=min(max(told - 1, 0), MOST_POWERS),
         span=max(float(o.max()) for o in outputs) - min(float(o.min()) for o in outputs),
+        unit=unit_of(records[0].motion[0]),
         horizon=horizon,
     )
 

@@ -1,6 +1,7 @@
 """Which effects a base has itself: their force lies in the span of its own linear terms."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -8,11 +9,13 @@ from mrfit.core.specs import Array
 from mrfit.discover.invariance.base import Base
 from mrfit.discover.invariance.policy import Policy
 from mrfit.discover.invariance.records import Record
-from mrfit.discover.invariance.sensitivity import Tested, added
+from mrfit.discover.invariance.sensitivity import Examined, added
 
 
-def owns(base: Base, records: Sequence[Record], effect: Tested, policy: Policy) -> bool:
+def owns(base: Base, records: Sequence[Record], effect: Examined, policy: Policy) -> bool:
     """Return whether the force that an effect adds at its neutral shape is a sum of a base's own terms."""
+    if effect.constant and base.offset:
+        return True
     if not effect.adds or not base.terms[0].shape[1]:
         return False
     unit = effect.at(np.array(effect.spec.neutral), 0, 1.0 if effect.of(0).high > 0.0 else -1.0)
@@ -30,7 +33,7 @@ def explained(terms: Array, force: Array) -> float:
     return 1.0 - float(np.sum((force - terms @ found) ** 2)) / power
 
 
-def lawful(base: Base, records: Sequence[Record], effects: Sequence[Tested], law: Sequence[Array]) -> Base:
+def lawful(base: Base, records: Sequence[Record], effects: Sequence[Examined], law: Sequence[Array]) -> Base:
     """Return a base without the terms that break an invariance which the base has no effect of its own for.
 
     A term such as v + Omega*x, set free beside v, is a spring: what it has beyond the other forces of a law (``law``,
@@ -62,7 +65,7 @@ def lawful(base: Base, records: Sequence[Record], effects: Sequence[Tested], law
     size = np.sqrt(np.sum(left**2, axis=0)) + 1e-300
     cosines = (left / size).T @ (left / size)
     kept = ~np.any(np.abs(cosines[:count, count:]) > ALIKE, axis=1) | (size[:count] < NOTHING)
-    return Base(tuple(t[:, kept] for t in base.terms), base.response)
+    return replace(base, terms=tuple(t[:, kept] for t in base.terms))
 
 
 # Samples to look at; cosine from which a term is an effect's force; size of a column of which nothing is left

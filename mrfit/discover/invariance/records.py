@@ -1,6 +1,6 @@
 """Records as an examination takes them: smoothed inputs and the output, at no more samples than the motion needs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -89,6 +89,18 @@ class Record:
     def measured(self, values: Array) -> Array:
         """Return values (…, L + N) without the lead-in, (…, N)."""
         return values[..., self.lead :]
+
+
+def not_applicable(output: str, channels: Collection[str]) -> str:
+    """Return why records of an output cannot be examined, empty if they can.
+
+    The invariances are those of forces and torques that a motion makes. A flux follows a current: its law is odd and
+    forgets as well, but the current is its motion and its control at once, and its integrated record knows the time.
+    """
+    if output not in MOTION:
+        return f"no law of the {output} is known to keep the invariances that are tested"
+    lacking = [name for name in MOTION[output] if name not in channels]
+    return f"no {lacking[0]} in every record" if lacking else ""
 
 
 def from_block(block: Block, names: Sequence[str], output: str) -> Record:

@@ -8,23 +8,25 @@ import numpy as np
 from mrfit.core.specs import Array, Index, Invariance
 from mrfit.discover.invariance.estimate import Table, derivative, force_added, force_of_law, rows_of, table
 from mrfit.discover.invariance.nuisance import FULL, TIME
-from mrfit.discover.invariance.selection import Candidate
-from mrfit.discover.invariance.sensitivity import Tested, added, moved, starts
+from mrfit.discover.invariance.selection import Candidate, Pair, Screening
+from mrfit.discover.invariance.sensitivity import Examined, added, moved, starts
 from mrfit.discover.invariance.setting import Setting, State
 
 # Step of the current by which a law's slope to it is told, as a share of the largest
 SLOPE = 0.02
+# Share of a sensitivity's square left by the law below which it is in no pair, and of two that are nearly one
+LEFT, ALIKE = 5e-4, 0.02
 
 
 @dataclass(frozen=True)
 class _Tried:
-    effect: Tested
+    effect: Examined
     theta: Array
     offset: bool
 
 
-def screened(setting: Setting, weights: Sequence[Array], state: State) -> list[Candidate]:
-    """Return the best start of every effect that is not there yet, the one that could take most first."""
+def screened(setting: Setting, weights: Sequence[Array], state: State) -> Screening:
+    """Return the best start of every effect that is not there yet, and pairs of them; what could take most first."""
     rows = rows_of(setting, state)
     plain = table(setting, weights, state, rows=rows)
     tried, columns = [], []
@@ -36,7 +38,7 @@ def screened(setting: Setting, weights: Sequence[Array], state: State) -> list[C
                 tried.append(_Tried(effect, theta, not effect.constant))
                 columns.append(own)
     if not tried:
-        return []
+        return Screening()
     extra = [[c[at] for c in columns] for at in range(len(setting.records))]
     made = table(setting, weights, state, extra, rows)
     best: dict[str, Candidate] = {}
@@ -46,10 +48,49 @@ def screened(setting: Setting, weights: Sequence[Array], state: State) -> list[C
             for row in _judged(setting, made, [tried[k] for k in chosen], np.array(chosen, dtype=np.int64), level):
                 if row.name not in best or row.rank > best[row.name].rank:
                     best[row.name] = row
-    return sorted(best.values(), key=lambda c: -c.rank)
+    candidates = sorted(best.values(), key=lambda c: -c.rank)
+    return Screening(tuple(candidates), tuple(_pairs(setting, made, tried, candidates)))
 
 
-def _lacking(setting: Setting, state: State) -> list[Tested]:
+def _pairs(setting: Setting, made: Table, tried: Sequence[_Tried], candidates: Sequence[Candidate]) -> list[Pair]:
+    """Return what every two effects that the law leaves something of could take together, the most first."""
+    able = [c for c in candidates if c.left >= LEFT and not setting.known[c.name].constant]
+    places = np.array([c.tried for c in able], dtype=np.int64)
+    if len(able) < 2:
+        return []
+    weights = made.beside(made.size + len(made.free) + places)
+    gram = weights.T @ made.total @ weights
+    found = []
+    for a in range(len(able)):
+        for b in range(a + 1, len(able)):
+            effects = [setting.known[able[k].name] for k in (a, b)]
+            own, cross = gram[np.ix_([a, b], [a, b])], gram[[a, b], -1]
+            if all(e.moves for e in effects) or np.linalg.det(own) <= ALIKE * own[0, 0] * own[1, 1]:
+                continue
+            steps = np.linalg.solve(own, cross)
+            scaled = steps / made.scales[len(made.free) + places[[a, b]]]
+            if any(_wrong(e, s) for e, s in zip(effects, scaled, strict=True)):
+                continue
+            first, second = (
+                _start(e, tried[able[k].tried], s) for e, k, s in zip(effects, (a, b), scaled, strict=True)
+            )
+            share = float(steps @ cross / max(gram[-1, -1], 1e-30))
+            found.append(Pair((able[a].name, able[b].name), share, (first, second)))
+    return sorted(found, key=lambda p: -p.share)
+
+
+def _wrong(effect: Examined, step: float) -> bool:
+    """Return whether a strength of this sign is not physical, or not the effect's."""
+    sign = effect.breaks.sign
+    return (sign != 0 and step * sign < 0.0) or (effect.moves and step < 0.0)
+
+
+def _start(effect: Examined, tried: _Tried, step: float) -> tuple[float, ...]:
+    theta = tried.theta if effect.moves else effect.at(tried.theta, 0, step)
+    return tuple(theta.tolist())
+
+
+def _lacking(setting: Setting, state: State) -> list[Examined]:
     """Return the effects that may join.
 
     One current moved by two effects is more than records can tell; beside a force of the place, whose origin is free, a
@@ -63,16 +104,16 @@ def _lacking(setting: Setting, state: State) -> list[Tested]:
     ]
 
 
-def of_place(effect: Tested) -> bool:
+def of_place(effect: Examined) -> bool:
     """Return whether an effect is a force of the place."""
     return effect.breaks.invariance is Invariance.POSITION
 
 
-def _level(effect: Tested) -> int:
+def _level(effect: Examined) -> int:
     return FULL if effect.breaks.relaxation else TIME
 
 
-def level_of(effect: Tested) -> int:
+def level_of(effect: Examined) -> int:
     """Return the highest level of the nuisance beside which an effect can be told."""
     return _level(effect)
 
@@ -81,7 +122,7 @@ def _judged(setting: Setting, made: Table, tried: Sequence[_Tried], places: Inde
     if not tried:
         return []
     behind = made.size + len(made.free)
-    weights = made.beside(behind + places, level, tried[0].offset)
+    weights = made.beside(behind + places, level, None if tried[0].offset else False)
     gram = made.total
     own = np.einsum("ij,ik,kj->j", weights[:, :-1], gram, weights[:, :-1], optimize=True)
     cross = weights[:, :-1].T @ gram @ weights[:, -1]
@@ -92,10 +133,8 @@ def _judged(setting: Setting, made: Table, tried: Sequence[_Tried], places: Inde
         left = float(own[k] / full[k])
         step = float(cross[k] / max(own[k], 1e-30) / made.scales[len(made.free) + places[k]])
         share = float(cross[k] ** 2 / max(own[k], 1e-30) / max(target, 1e-30)) if left > 1e-9 else 0.0
-        sign = one.effect.breaks.sign
-        wrong = (sign != 0 and step * sign < 0.0) or (one.effect.moves and step < 0.0)
-        theta = one.theta if one.effect.moves else one.effect.at(one.theta, 0, step)
-        found.append(Candidate(one.effect.name, share, left, tuple(theta.tolist()), wrong))
+        start = _start(one.effect, one, step)
+        found.append(Candidate(one.effect.name, share, left, start, _wrong(one.effect, step), int(places[k])))
     return found
 
 
@@ -114,7 +153,7 @@ def _slopes(setting: Setting, state: State, law: Array) -> list[Array | None]:
 
 
 def _column(
-    setting: Setting, state: State, effect: Tested, theta: Array, law: Array, slopes: Sequence[Array | None]
+    setting: Setting, state: State, effect: Examined, theta: Array, law: Array, slopes: Sequence[Array | None]
 ) -> list[Array]:
     """Return what an effect would add at unit strength (one that moves the current: at its own), per record (n,)."""
     found = []

@@ -11,7 +11,7 @@ from typing import cast
 
 import numpy as np
 
-from mrfit.core.channels import CONTROL
+from mrfit.core.channels import CONTROL, unit_of
 from mrfit.core.protocols import AddsTerm, ChangesInput, Effect, ErrsInRecord, ScalesParameters, ShapesOutput
 from mrfit.core.specs import Array, Breaks, EffectSpec, Param
 from mrfit.discover.invariance.nuisance import Scales
@@ -29,7 +29,7 @@ STEP = 1e-4
 
 
 @dataclass(frozen=True)
-class Tested:
+class Examined:
     """An effect that breaks an invariance, as it is tested.
 
     Attributes
@@ -94,7 +94,7 @@ class Tested:
         return float(theta[self.numbers[number][0]])
 
 
-def tested(module: Effect) -> Tested | None:
+def examined(module: Effect) -> Examined | None:
     """Return an effect as it is tested; None if it breaks no invariance, or in a slot that no law is open to."""
     spec = module.SPEC
     if spec.breaks is None or spec.slot == "loop":
@@ -102,14 +102,14 @@ def tested(module: Effect) -> Tested | None:
     strengths = tuple(k for k, p in enumerate(spec.params) if p.role != "shape")
     shapes = tuple((k,) for k, p in enumerate(spec.params) if p.role == "shape")
     first = (strengths,) if spec.slot == "theta" else tuple((k,) for k in strengths)
-    return Tested(module, (*first, *shapes))
+    return Examined(module, (*first, *shapes))
 
 
-def starts(effect: Tested, scales: Scales, middle: float) -> Iterator[Array]:
+def starts(effect: Examined, scales: Scales, middle: float) -> Iterator[Array]:
     """Yield the parameters (Q,) at which an effect is screened, ``middle`` the middle of the longest stroke."""
-    neutral, units = np.array(effect.spec.neutral), (_length(effect), _speed(effect))
+    neutral = np.array(effect.spec.neutral)
     shapes = [n for n in range(1, len(effect.numbers)) if effect.of(n).role == "shape"]
-    for values in product(*(_grid(effect.of(n), scales, middle, units) for n in shapes)):
+    for values in product(*(_grid(effect.of(n), scales, middle) for n in shapes)):
         theta = neutral.copy()
         for n, value in zip(shapes, values, strict=True):
             theta = effect.at(theta, n, value)
@@ -119,49 +119,49 @@ def starts(effect: Tested, scales: Scales, middle: float) -> Iterator[Array]:
             yield theta
 
 
-def _length(effect: Tested) -> str:
-    return "rad" if "torque" in effect.spec.outputs and "force" not in effect.spec.outputs else "m"
-
-
-def _speed(effect: Tested) -> str:
-    return f"{_length(effect)}/s"
-
-
 def _strengths(param: Param, scales: Scales) -> Sequence[float]:
     if param.unit == "s":
         return TIMES
-    if param.unit == "A":
+    if param.unit == unit_of(CONTROL):
         return tuple(c * scales.control for c in CONTROLS)
     return tuple(s * param.high for s in SHARES)
 
 
-def _grid(param: Param, scales: Scales, middle: float, units: tuple[str, str]) -> Sequence[float]:
-    if param.unit == units[0] and param.scale == "log":
-        return tuple(p * scales.travel for p in PLACES)
-    if param.unit == units[0]:
-        return tuple(middle + m * scales.travel for m in MIDDLES)
-    if param.unit == units[1] and param.scale == "log":
+def is_place(param: Param, scales: Scales) -> bool:
+    """Return whether a parameter is a place in the stroke."""
+    return param.unit == scales.unit
+
+
+def _grid(param: Param, scales: Scales, middle: float) -> Sequence[float]:
+    logarithmic = param.scale == "log"
+    if is_place(param, scales):
+        return tuple(p * scales.travel for p in PLACES) if logarithmic else _middles(scales, middle)
+    if param.unit == f"{scales.unit}/s" and logarithmic:
         return tuple(s * scales.speed for s in SPEEDS)
-    if param.unit == "1" and param.scale == "log":
+    if param.unit == "1" and logarithmic:
         return param.start, float(np.sqrt(param.start * param.high))
     return (param.start,)
 
 
-def added(effect: Tested, record: Record, theta: Array) -> Array:
+def _middles(scales: Scales, middle: float) -> tuple[float, ...]:
+    return tuple(middle + m * scales.travel for m in MIDDLES)
+
+
+def added(effect: Examined, record: Record, theta: Array) -> Array:
     """Return the force that an effect adds, (L + N,)."""
     made = cast(AddsTerm, effect.module).term if effect.spec.slot == "add" else cast(ErrsInRecord, effect.module).error
     term: Array = made(dict(record.channels), theta[None], record.dt)[0]
     return term
 
 
-def moved(effect: Tested, record: Record, control: Array, theta: Array) -> Array:
+def moved(effect: Examined, record: Record, control: Array, theta: Array) -> Array:
     """Return the current that the law sees, (L + N,), of the one before the effect."""
     channels = {**record.channels, CONTROL: plain(control)}
     found: Array = cast(ChangesInput, effect.module).transform(channels, theta, record.dt)[CONTROL]
     return found
 
 
-def factor(effect: Tested, record: Record, theta: Array) -> Array:
+def factor(effect: Examined, record: Record, theta: Array) -> Array:
     """Return what an effect multiplies the law by, (L + N,): the mean over its roles, which share one strength."""
     found = cast(ScalesParameters, effect.module).factors(record.channels, theta[None], record.dt)
     rows = [np.broadcast_to(f[0], record.speed.shape) for f in found.values()]
@@ -169,7 +169,7 @@ def factor(effect: Tested, record: Record, theta: Array) -> Array:
     return mean
 
 
-def changed(effect: Tested, record: Record, theta: Array, values: Array) -> Array:
+def changed(effect: Examined, record: Record, theta: Array, values: Array) -> Array:
     """Return columns of force (L + N, p) as an effect of the slots ``theta`` and ``output`` lets them pass."""
     if effect.spec.slot == "theta":
         return values * factor(effect, record, theta)[:, None]
@@ -179,13 +179,13 @@ def changed(effect: Tested, record: Record, theta: Array, values: Array) -> Arra
     return found
 
 
-def step_of(effect: Tested, number: int, value: float) -> float:
+def step_of(effect: Examined, number: int, value: float) -> float:
     """Return the step of a numerical derivative by one group of parameters."""
     param = effect.of(number)
     return STEP * (abs(value) if value else (param.high - param.low) * 1e-2)
 
 
-def missing(effect: Tested, channels: frozenset[str], spans: Mapping[str, float]) -> str:
+def missing(effect: Examined, channels: frozenset[str], spans: Mapping[str, float]) -> str:
     """Return why an effect cannot be judged: a channel is not there, or does not move; empty if it can."""
     lacking = [n for n in effect.spec.inputs if n not in channels]
     if lacking:

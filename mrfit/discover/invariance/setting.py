@@ -9,7 +9,7 @@ from mrfit.core.specs import Array, Index
 from mrfit.discover.invariance.nuisance import Columns, Motion, Scales, columns, motion_of, scales_of
 from mrfit.discover.invariance.policy import Policy
 from mrfit.discover.invariance.records import Record
-from mrfit.discover.invariance.sensitivity import Tested, changed, moved
+from mrfit.discover.invariance.sensitivity import Examined, changed, moved
 
 # A row is a mean over so many seconds, with a current that moves and without, at most this share of the fastest cycle
 ROW_MOVING, ROW, ROW_OF_CYCLE = 0.004, 0.01, 0.08
@@ -44,7 +44,7 @@ class Setting:
     every: tuple[int, ...]
     targets: tuple[Array, ...]
     groups: tuple[Index, ...]
-    known: Mapping[str, Tested]
+    known: Mapping[str, Examined]
     _made: dict[tuple[int, bytes], Columns] = field(default_factory=dict, repr=False)
 
     @property
@@ -111,7 +111,7 @@ class Setting:
 
 
 def setting_of(
-    records: Sequence[Record], base: Sequence[Array], effects: Sequence[Tested], policy: Policy, horizon: float = 1.0
+    records: Sequence[Record], base: Sequence[Array], effects: Sequence[Examined], policy: Policy, horizon: float = 1.0
 ) -> Setting:
     """Return records ready to be regressed, with the base's own terms (L + N, K) of each."""
     scales = scales_of(records, horizon)

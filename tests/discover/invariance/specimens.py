@@ -18,11 +18,15 @@ Force = Callable[[Mapping[str, Array], Array], Array]
 
 
 def law(v: Array, i: Array) -> Array:
-    """Return the force of a regularised Bingham law behind a Maxwell element of 1 ms: it is odd and soon forgets."""
+    """Return a regularised Bingham law whose yield force lags by 1 ms: it is odd and soon forgets.
+
+    The viscous force does not lag, since a lag of c*v by tau is a mass of -c*tau at any current.
+    """
     yielding = (300.0 + 600.0 * i) * (1.0 - np.exp(-np.abs(v) / 0.01)) * np.sign(v)
     keep = np.exp(-DT / 1e-3)
-    lagged: Array = lfilter([1.0 - keep], [1.0, -keep], yielding + 1500.0 * v)
-    return lagged
+    lagged = lfilter([1.0 - keep], [1.0, -keep], yielding)
+    force: Array = lagged + 1500.0 * v
+    return force
 
 
 def no_effect(channels: Mapping[str, Array], force: Array) -> Array:
@@ -31,11 +35,9 @@ def no_effect(channels: Mapping[str, Array], force: Array) -> Array:
 
 
 def records(effect: Force = no_effect, moved: Callable[[Array], Array] | None = None, seed: int = 0) -> list[Record]:
-    """Return eight conditions: sines of two strokes and two frequencies at 0 and 1 A, with a current that steps in two."""
+    """Return eight conditions: sines of two strokes and frequencies at 0 and 1 A; in two the current steps."""
     rng, found = np.random.default_rng(seed), []
-    for n, (share, f, level) in enumerate(
-        (a, f, i) for a in (1.0, 0.5) for f in (1.0, 3.0) for i in (0.0, 1.0)
-    ):
+    for n, (share, f, level) in enumerate((a, f, i) for a in (1.0, 0.5) for f in (1.0, 3.0) for i in (0.0, 1.0)):
         t = np.arange(1500) * DT
         w = 2.0 * np.pi * f
         x = share * HALF_STROKE * np.sin(w * t)

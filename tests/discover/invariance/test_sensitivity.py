@@ -9,15 +9,15 @@ from mrfit.core.registry import load, names
 from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param
 from mrfit.discover.invariance.nuisance import scales_of
 from mrfit.discover.invariance.sensitivity import (
-    Tested,
+    Examined,
     added,
     changed,
+    examined,
     factor,
     missing,
     moved,
     starts,
     step_of,
-    tested,
 )
 from mrfit.kernels.filters import lag
 from tests.discover.invariance.specimens import library, records
@@ -25,17 +25,15 @@ from tests.discover.invariance.specimens import library, records
 BREAKING = [n for n in names("effect") if load("effect", n).SPEC.breaks is not None]
 
 
-def effect(name: str) -> Tested:
-    found = tested(load("effect", name))
+def effect(name: str) -> Examined:
+    found = examined(load("effect", name))
     assert found is not None
     return found
 
 
 def test_a_mass_adds_its_force() -> None:
     record = records()[0]
-    np.testing.assert_allclose(
-        added(effect("inertia"), record, np.array([2.0])), 2.0 * record.channels["acceleration"]
-    )
+    np.testing.assert_allclose(added(effect("inertia"), record, np.array([2.0])), 2.0 * record.channels["acceleration"])
 
 
 def test_a_factor_is_that_of_all_roles_together() -> None:
@@ -77,7 +75,7 @@ def test_screening_starts_within_the_bounds(name: str) -> None:
 
 @pytest.mark.parametrize("name", sorted(set(names("effect")) - set(BREAKING)))
 def test_an_effect_that_breaks_no_invariance_is_not_tested(name: str) -> None:
-    assert tested(load("effect", name)) is None
+    assert examined(load("effect", name)) is None
 
 
 def test_a_step_is_small_and_never_zero() -> None:
@@ -102,7 +100,7 @@ def test_an_effect_of_a_plug_in_takes_part() -> None:
     def term(channels: dict[str, Array], theta: Array, dt: float) -> Array:
         return theta[:, :1] * channels["displacement"] ** 3
 
-    own = tested(SimpleNamespace(SPEC=spec, term=term))
+    own = examined(SimpleNamespace(SPEC=spec, term=term))
     assert own is not None
     record = records()[0]
     np.testing.assert_allclose(added(own, record, np.array([2.0])), 2.0 * record.place**3)
@@ -110,3 +108,7 @@ def test_an_effect_of_a_plug_in_takes_part() -> None:
 
 def test_the_library_has_effects_of_every_invariance() -> None:
     assert {m.SPEC.breaks.invariance for m in library() if m.SPEC.breaks} == set(Invariance)
+
+
+def test_what_an_effect_is_alike_is_an_effect() -> None:
+    assert {a for m in library() if m.SPEC.breaks for a in m.SPEC.breaks.alike} <= set(names("effect"))
