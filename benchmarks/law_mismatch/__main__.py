@@ -4,8 +4,12 @@ Parts may be run on their own into one ``--keep`` folder; the same command witho
 """
 
 import argparse
+import os
 import sys
 from pathlib import Path
+
+# cases run beside each other, each on one thread
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from benchmarks.law_mismatch import realsets
 from benchmarks.law_mismatch.head import explanation
