@@ -67,7 +67,7 @@ def said(found: Findings) -> Said:
         return Said("insufficient-data", why={"not applicable": found.not_applicable})
     base = found.errors.base or np.inf
     verdict = "named" if names else "unexplained" if base > CLEAR * found.errors.noise else "none"
-    return Said(verdict, names, broken=tuple(str(b.invariance) for b in found.broken), why=why)
+    return Said(verdict, names, broken=tuple(b.invariance.value for b in found.broken), why=why)
 
 
 def _told(reason: str, share: float) -> str:

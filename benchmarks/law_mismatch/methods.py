@@ -59,22 +59,28 @@ def _recordings(asked: Asked) -> list[mrfit.Recording]:
 
 def _discover(asked: Asked, prototype: Path | None) -> Said:
     found = mrfit.discover(_recordings(asked), model=asked.base).to_json()
+    open_law = found.get("invariance") or {}
+    forces = {e["name"]: [e["force"]] for e in open_law.get("named", ()) if e.get("force")}
     names = tuple(
-        Name(e["name"], _numbers(e["name"], e["parameters"], asked), tuple(e.get("alike", ())))
+        Name(e["name"], _with_peak(e["name"], _numbers(e["parameters"]), _numbers(forces.get(e["name"], [])), asked))
         for e in found["effects"]
     )
     why = {c["name"]: str(c["reason"]) for c in found["candidates"] if not c["accepted"]}
-    return Said(str(found["verdict"]), names, tuple(found["ambiguous_set"]), why=why)
+    why |= {c["name"]: str(c["reason"]) for c in open_law.get("turned_down", ())}
+    broken = tuple(b["invariance"] for b in open_law.get("broken", ()))
+    return Said(str(found["verdict"]), names, tuple(found["ambiguous_set"]), broken, why=why)
 
 
-def _numbers(name: str, parameters: list[dict[str, Any]], asked: Asked) -> dict[str, Number]:
-    return _with_peak(name, {p["name"]: Number(p["value"], p["low"], p["high"]) for p in parameters}, asked)
+def _numbers(parameters: list[dict[str, Any]]) -> dict[str, Number]:
+    return {p["name"]: Number(p["value"], p["low"], p["high"]) for p in parameters}
 
 
-def _with_peak(name: str, found: dict[str, Number], asked: Asked) -> dict[str, Number]:
-    """Return the numbers of an effect with the largest force of an end stop, which its shape's numbers share."""
+def _with_peak(name: str, found: dict[str, Number], force: dict[str, Number], asked: Asked) -> dict[str, Number]:
+    """Return the numbers of an effect with the largest force of an end stop: as told, or made of its numbers."""
     numbers = dict(found)
-    if name == "end-stop":
+    if name == "end-stop" and force:
+        numbers["peak"] = next(iter(force.values()))
+    elif name == "end-stop":
         low, high = asked.reach
         x_s, x_m, p = (numbers[q].value for q in ("x_s", "x_m", "p"))
         deep = max(high - x_m - x_s, x_m - x_s - low, 0.0)
@@ -143,8 +149,11 @@ def _of_prototype(effect: Any, answer: Any, asked: Asked) -> Name:
 
 
 def _invariance(asked: Asked, prototype: Path | None) -> Said:
-    found = said(findings(_recordings(asked), asked.base))
-    return replace(found, names=tuple(replace(n, numbers=_with_peak(n.name, n.numbers, asked)) for n in found.names))
+    found = findings(_recordings(asked), asked.base)
+    forces = {e.name: Number(e.force.value, e.force.low, e.force.high) for e in found.named}
+    told = said(found)
+    names = (replace(n, numbers=_with_peak(n.name, n.numbers, {"force": forces[n.name]}, asked)) for n in told.names)
+    return replace(told, names=tuple(names))
 
 
 METHODS: dict[str, Callable[[Asked, Path | None], Said]] = {
