@@ -14,11 +14,11 @@ def explanation(split: str) -> str:
     low, high = RATES[0], RATES[-1]
     travel = f"{TRAVEL[0]:.1%} to {TRAVEL[1]:.0%}"
     relaxation = f"{RELAXATION[0]:g} to {RELAXATION[1]:g}"
-    return f"""Made by `python -m benchmarks.law_mismatch --split {split} --keep DIR --out FILE.md`; `--method` says what is
-judged, the whole of `mrfit.discover` or the examination by invariances alone.
+    return f"""Made by `python -m benchmarks.law_mismatch --split {split} --keep DIR --out FILE.md`; `--method` says what
+is judged, the whole of `mrfit.discover` or the examination by invariances alone.
 
-Specimens are generated here by formulas and integrators of their own. Their law is none of the bases
-that discovery is asked to start from ({", ".join(BASES)}), of which one is drawn for each specimen.
+Specimens are generated here by formulas and integrators of their own. Discovery starts from one of
+{", ".join(BASES)}, drawn for each specimen among those that are not of its law's form.
 
 The splits share no seed, no law and no kind of motion; thresholds were set on `development` only.
 

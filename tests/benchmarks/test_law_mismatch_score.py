@@ -99,6 +99,12 @@ def test_cases_are_the_same_whatever_else_is_asked_for() -> None:
     assert all(c.base not in OWN_SPRING for c in many if "gas-spring" in c.hidden)
 
 
+def test_no_specimen_has_the_form_of_its_base() -> None:
+    cases = generated("development", "null", 40, ("tanh", "guo", "spencer"), 3)
+    assert {c.base for c in cases if c.family == "tanh"} == {"spencer"}
+    assert {c.base for c in cases if c.family == "lugre"} == {"tanh", "guo", "spencer"}
+
+
 def test_finished_cases_are_read_and_failures_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     calls = []
 
