@@ -14,8 +14,8 @@ def explanation(split: str) -> str:
     low, high = RATES[0], RATES[-1]
     travel = f"{TRAVEL[0]:.1%} to {TRAVEL[1]:.0%}"
     relaxation = f"{RELAXATION[0]:g} to {RELAXATION[1]:g}"
-    return f"""Made by `python -m benchmarks.law_mismatch --split {split} --keep DIR --out FILE.md`; `--method` says what
-is judged, the whole of `mrfit.discover` or the examination by invariances alone.
+    return f"""Made by `python -m benchmarks.law_mismatch --split {split} --keep DIR --out FILE.md`; `--method`
+says what is judged, the whole of `mrfit.discover` or the examination by invariances alone.
 
 Specimens are generated here by formulas and integrators of their own. Discovery starts from one of
 {", ".join(BASES)}, drawn for each specimen among those that are not of its law's form.
