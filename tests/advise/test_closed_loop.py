@@ -8,7 +8,6 @@ import pytest
 
 import mrfit
 from mrfit.io.schemas.advice import AdviceFile
-from mrfit.io.schemas.discovery import DiscoveryFile
 from mrfit.io.schemas.reading import load
 from mrfit.io.workspace import plain
 from tests.advise.lab import MASS, MODEL, RATE, RIG, SPRING, advised, one_frequency
@@ -41,15 +40,6 @@ def test_the_advised_test_names_what_one_frequency_cannot(truth, size, tmp_path:
     rows = np.genfromtxt(tmp_path / "test-1.csv", delimiter=",", skip_header=1)
     assert np.abs(rows[:, 1]).max() <= 0.015 and np.abs(rows[:, 2]).max() <= 0.3
     assert np.diff(rows[:, 0]) == pytest.approx(1 / RATE)
-
-
-def test_no_rivals_are_left_where_something_is_named_and_nothing_is_hidden():
-    found = mrfit.discover(one_frequency({"inertia": MASS}, np.random.default_rng(5)), model=MODEL)
-    content = {**found.to_json(), "verdict": "named", "ambiguous_set": [], "suspects": [], "candidates": []}
-    told = type(found)(DiscoveryFile.of(content) if isinstance(found.content, DiscoveryFile) else content)
-    logs = one_frequency({"inertia": MASS}, np.random.default_rng(5))
-    with pytest.raises(mrfit.DataError, match="left no rivals"):
-        mrfit.advise(told, logs, RIG)
 
 
 def test_a_test_narrows_the_intervals_of_a_fit_as_it_said():
