@@ -17,10 +17,11 @@ LAYERS = [
     {"simulate"},
     {"search", "optimizers"},
     {"fit"},
-    {"discover", "apply"},
+    {"discover"},
     {"report"},
     {"compare"},
     {"api"},
+    {"apply"},
     {"cli", "contracts"},
 ]
 STAGES = {"ingest", "flux", "segment", "fit", "report"}

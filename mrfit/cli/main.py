@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from mrfit.cli import console
+from mrfit.cli import apply, console
 from mrfit.cli.options import (
     CORES,
     WEIGHTS,
@@ -49,6 +49,8 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     help="From laboratory logs of magnetorheological dampers and their coils to identified models and error reports.",
 )
+
+app.add_typer(apply.app, name="apply")
 
 
 @app.callback(invoke_without_command=True)
