@@ -10,6 +10,8 @@ from mrfit.apply.figures import MEASURED, PALETTE, SIMULATED, Curve, Panel, figu
 from mrfit.apply.inverse import FLAGS, REACHED
 from mrfit.apply.motion import Motion
 from mrfit.apply.page import Drawn, Section, Table, facts_of, render
+from mrfit.apply.ride import QuarterCar
+from mrfit.apply.roads import RandomRoad
 from mrfit.apply.series import Inversion
 from mrfit.io.workspace import Workspace, write_json, write_table, write_text
 
@@ -88,3 +90,74 @@ def spans(t: np.ndarray[Any, Any], where: np.ndarray[Any, Any], most: int = 200)
     return [(float(t[a]) - step / 2, float(t[b - 1]) + step / 2) for a, b in zip(edges[::2], edges[1::2], strict=True)][
         :most
     ]
+
+
+def quarter_car(work: Path, study: QuarterCar) -> dict[str, Any]:
+    """Write the page of a quarter car, and its numbers; return them."""
+    car, timing = study.car, study.timing
+    rigid = "rigid wheel" if not car.unsprung else f"unsprung {car.unsprung:g} kg, tyre {car.tyre:g} N/m"
+    seeds = ", ".join(f"{r.name}: {r.speed:g} m/s, seed {r.seed}" for r in study.roads if isinstance(r, RandomRoad))
+    facts = [
+        *facts_of(study.damper),
+        ("Car", f"sprung {car.sprung:g} kg, spring {car.spring:g} N/m, {rigid}"),
+        ("Control", f"sampled every {1e3 * timing.sample:g} ms, simulated by {timing.steps} Runge-Kutta steps in each"),
+        *([("Random roads", seeds)] if seeds else []),
+    ]
+    sections = [
+        Section("What was found", study.findings or ["No control chatters."], [_chatters(study)]),
+        *(_road_section(study, road.name, k) for k, road in enumerate(study.roads)),
+    ]
+    if study.checks:
+        heads = ("control", "fixed steps (m/s²)", "adaptive (m/s²)", "evaluations of the force", "came to (s)")
+        fixed = {r.control: r.acceleration for r in reversed(study.rows) if r.road == study.roads[0].name and r.lag}
+        rows = [(n, fixed[n], c.acceleration, c.evaluations, c.ended) for n, c in study.checks]
+        table = Table(
+            f"Rms of the sprung acceleration on {study.roads[0].name}, by fixed and by adaptive steps", heads, rows, 4
+        )
+        sections.append(Section("Fixed and adaptive steps", (), [table]))
+    lead = "Sprung and unsprung mass on tyre and identified damper, under every control on every road."
+    page = render(f"Quarter car on {study.damper.name}", lead, facts, sections, "quarter-car.json")
+    return write(work, "quarter-car", {"fit": study.damper.name, **study.to_json()}, page)
+
+
+def _chatters(study: QuarterCar) -> Table:
+    heads = ("road", "control", "lag", "chatter (% of time)", "rate (Hz)", "swing (N)", "switches (1/s)", "jumps (1/s)", "limit cycle (Hz)", "cause", "swings × share of time (N): as is, without each cause")  # fmt: skip
+    rows = [
+        (
+            r.road, r.control, r.lag, 100.0 * c.share if c.found else 0.0, c.rate if c.found else None,
+            c.swing if c.found else None, c.switching, c.jumps, c.limit_cycle or None, c.cause or "–",
+            ", ".join(f"{text.removeprefix('without ')} {n:.3g}" for text, n in c.evidence) or "–",
+        )
+        for r in study.rows
+        for c in [r.chatter]
+        if c.found or c.limit_cycle or c.jumps
+    ]  # fmt: skip
+    return Table("Chatter, switching, jumps and limit cycles; rides without any of them are left out", heads, rows)
+
+
+def _road_section(study: QuarterCar, road: str, k: int) -> Section:
+    rows = [r for r in study.rows if r.road == road]
+    heads = ("control", "lag", "rms acceleration (m/s²)", "rms tyre load (share of static)", "least tyre load", "rms travel (mm)", "greatest travel (mm)", "mean current (A)")  # fmt: skip
+    cells = [
+        (
+            r.control,
+            r.lag,
+            r.acceleration,
+            r.tyre_load,
+            r.least_load,
+            1e3 * r.travel,
+            1e3 * r.greatest_travel,
+            r.current,
+        )
+        for r in rows
+    ]
+    rides = [r for r in study.rides if r.road.name == road]
+    end = min(rides[0].time[-1], 3.0)
+    panels = [
+        Panel(title, "t (s)", label, [
+            Curve(r.time[r.time <= end], getattr(r, name)[r.time <= end], r.control.name, PALETTE[n % len(PALETTE)], width=0.9)
+            for n, r in enumerate(rides)])
+        for title, label, name in (("Sprung acceleration", "a (m/s²)", "acceleration"), ("Damper force", "F (N)", "force"))
+    ]  # fmt: skip
+    drawn = Drawn("Acceleration and force.", f"The first {end:g} s on {road}.", figure(panels, f"q{k}", f"Acceleration and force on {road}"))  # fmt: skip
+    return Section(road, (), [Table("Comfort, road holding and travel", heads, cells)], [drawn])

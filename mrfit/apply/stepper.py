@@ -81,6 +81,7 @@ class Stepper:
         self._dependence, self._theta = damper.dependence, damper.theta
         values = np.split(self._theta[0], [len(self._theta[0]) - _effects_size(written)])
         self._own = values[0][None]
+        self._last = np.empty(0), self._own
         own_inputs: tuple[Any, ...] = ()
         own_outputs: tuple[Any, ...] = ()
         self._spec, self._response = spec, self._module.response
@@ -211,17 +212,28 @@ class Stepper:
         """Return the base's parameters, (1, K) or (1, K, B)."""
         spec, theta = self._module.SPEC, self._own
         if self._dependence is not None:
-            theta = at_current(spec, self._dependence, theta, seen["current"])
+            theta = self._at_current(seen["current"])
         for link in self._factors:
             scale = cast(ScalesParameters, link.module).factors(dict(seen), link.theta, 0.0)
             for role, factors in scale.items():
                 columns = [k for k, p in enumerate(spec.params) if p.role == role]
-                if columns and theta.ndim < 3:
-                    theta = np.repeat(theta[:, :, None], len(seen["current"]), axis=2)
+                if columns:
+                    theta = (
+                        theta.copy() if theta.ndim == 3 else np.repeat(theta[:, :, None], len(seen["current"]), axis=2)
+                    )
                 for k in columns:
                     theta[:, k] = theta[:, k] * factors
         if self._spec is not spec:  # of Hammerstein-Wiener the static map alone
             theta = np.concatenate([theta[:, :4], theta[:, -1:]], axis=1)
+        return theta
+
+    def _at_current(self, current: Array) -> Array:
+        """Return the base's parameters at a current; a command that is held asks for the same ones again."""
+        known, theta = self._last
+        if not np.array_equal(known, current):
+            assert self._dependence is not None
+            theta = at_current(self._module.SPEC, self._dependence, self._own, current)
+            self._last = current.copy(), theta
         return theta
 
     def _links_of_hammerstein_wiener(self, held: bool) -> tuple[tuple["_Link", ...], tuple["_Link", ...]]:

@@ -155,3 +155,79 @@ def _print_inversions(summary: dict[str, Any]) -> None:
     )
     for line in (*summary["notes"], f"Page: {summary['page']}"):
         console.say(line)
+
+
+@app.command("quarter-car")
+def quarter_car(  # noqa: PLR0913
+    fit: Fit,
+    sprung: Annotated[float, typer.Option(help="Sprung mass in kg.")] = 400.0,
+    unsprung: Annotated[float, typer.Option(help="Unsprung mass in kg; 0: a rigid wheel.")] = 40.0,
+    spring: Annotated[float, typer.Option(help="Spring in N/m.")] = 20e3,
+    tyre: Annotated[float, typer.Option(help="Tyre in N/m.")] = 180e3,
+    tyre_damping: Annotated[float, typer.Option(help="Tyre's damping in N*s/m.")] = 0.0,
+    road: Annotated[
+        str, typer.Option(help="Roads by commas: bump, A, B, C, D (ISO 8608), sweep.")
+    ] = "bump,A,B,C,D,sweep",
+    speed: Annotated[
+        float | None, typer.Option(help="Speed in m/s; default: 15 km/h on the bump, 20 m/s else.", min=0.1)
+    ] = None,
+    duration: Annotated[
+        float | None, typer.Option(help="Of each road in s; default: 3 on the bump, 10 else.", min=1.0, max=300.0)
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of random roads.", min=0)] = 0,
+    control: Annotated[str, typer.Option(help="Controls by commas; default: all.")] = "",
+    damping: Annotated[
+        float, typer.Option(help="Desired damping of skyhook, groundhook and hybrid in N*s/m.", min=0.0)
+    ] = 2000.0,
+    share: Annotated[float, typer.Option(help="Of skyhook in the hybrid.", min=0.0, max=1.0)] = 0.5,
+    sample: Annotated[float, typer.Option(help="Sample time of the control in s.")] = 1e-3,
+    steps: Annotated[int, typer.Option(help="Steps of the simulation in it.")] = 2,
+    check: Annotated[bool, typer.Option(help="Simulate the first road adaptively too.")] = True,
+    most: Most = 1.2,
+    least: Least = None,
+    rate: Rate = None,
+    voltage: Voltage = None,
+    resistance: Ohm = 0.0,
+    inductance: Henry = 0.0,
+    work: Work = WORK,
+    plugins: Plugins = None,
+    as_json: Json = False,
+) -> None:
+    """Drive a quarter car on the damper: comfort, tyre load and travel of passive and controlled rides, and chatter.
+
+    Example: mrfit apply quarter-car --fit tanh.auto --road bump,C
+    """
+    from mrfit.apply import ride, stage
+    from mrfit.apply.car import CONTROLS, Car, Control, Timing
+    from mrfit.apply.roads import road_of
+
+    names = [n.strip() for n in control.split(",")] if control else list(CONTROLS)
+    controls = [Control(n, damping, share) for n in dict.fromkeys(names)]
+    roads = [road_of(n.strip(), speed, duration, seed) for n in dict.fromkeys(road.split(","))]
+    car, timing = Car(sprung, unsprung, spring, tyre, tyre_damping), Timing(sample, steps)
+    amplifier = amplifier_of(most, least, rate, (voltage, resistance, inductance))
+    damper = damper_named(work, fit)
+    with console.progress_bar() as progress:
+        study = ride.quarter_car(damper, car, controls, roads, timing, amplifier, check, progress)
+        summary = stage.quarter_car(work, study)
+    return console.print_json(summary) if as_json else _print_rides(summary)
+
+
+def _print_rides(summary: dict[str, Any]) -> None:
+    columns = ("road", "control", "lag", "rms acceleration", "tyre load", "least load", "rms travel", "chatter")
+    rows = [
+        [
+            r["road"],
+            r["control"],
+            "yes" if r["lag"] else "no",
+            r["acceleration"],
+            r["tyre_load"],
+            r["least_load"],
+            r["travel"],
+            r["chatter"]["cause"] or "–",
+        ]
+        for r in summary["rows"]
+    ]
+    console.print_table(f"Quarter car on {summary['fit']}: m/s², tyre load over the static one, m", columns, rows)
+    for line in (*summary["findings"], f"Page: {summary['page']}"):
+        console.say(line)
