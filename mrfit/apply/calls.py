@@ -5,11 +5,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from mrfit.apply.car import CONTROLS, Car, Control, Timing
 from mrfit.apply.damper import Damper, damper_of
 from mrfit.apply.inverse import Amplifier
 from mrfit.apply.laws import Law, law_of
 from mrfit.apply.motion import Motion, of_recordings
+from mrfit.apply.ride import QuarterCar
+from mrfit.apply.ride import quarter_car as study
+from mrfit.apply.roads import Road, road
 from mrfit.apply.series import Inversion, inversion
+from mrfit.apply.tracking import SCHEMES, Gains, TrackingStudy, demands_of, tracking
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
@@ -66,6 +71,80 @@ def invert(
     damper = as_damper(fit)
     moved = as_motions(motion, damper)[0]
     return inversion(damper, moved.channels, wanted(damper, moved, desired), moved.dt, amplifier, progress)
+
+
+def track(  # noqa: PLR0913
+    fit: "FitResult | Damper",
+    motions: "Motion | Recording | Iterable[Motion | Recording]",
+    laws: "str | Law | Iterable[str | Law]",
+    schemes: Iterable[str] = SCHEMES,
+    plant: "FitResult | Damper | None" = None,
+    amplifier: Amplifier | None = None,
+    gains: Gains | None = None,
+    progress: Progress = silent,
+) -> TrackingStudy:
+    """Track the forces of laws by feedforward, feedback and both.
+
+    Parameters
+    ----------
+    fit
+        Whose inverse the controller has.
+    motions
+        Logs, or ``mrfit.apply.sine(...)``.
+    laws
+        As ``"c=2e4"`` and ``"k=-1e5,c=1e4"``.
+    schemes
+        Of ``feedforward``, ``feedback``, ``both`` and ``uninverted``.
+    plant
+        What answers; default: the fit itself.
+    amplifier, gains
+        What coil and amplifier allow, and the feedback's gains.
+    progress
+        Called as ``progress(what, done, total)``.
+    """
+    damper = as_damper(fit)
+    written = [laws] if isinstance(laws, (str, Law)) else list(laws)
+    chosen = [law_of(one) if isinstance(one, str) else one for one in written]
+    tasks = [(m, demands_of(chosen, m, damper)) for m in as_motions(motions, damper)]
+    answers = damper if plant is None else as_damper(plant)
+    return tracking(damper, answers, tasks, tuple(schemes), amplifier, gains, progress)
+
+
+def quarter_car(  # noqa: PLR0913
+    fit: "FitResult | Damper",
+    car: Car | None = None,
+    controls: Iterable[Control] = (),
+    roads: Iterable[Road] = (),
+    timing: Timing | None = None,
+    amplifier: Amplifier | None = None,
+    check: bool = True,
+    progress: Progress = silent,
+) -> QuarterCar:
+    """Drive a quarter car on a damper.
+
+    Parameters
+    ----------
+    fit
+        The damper.
+    car
+        Masses, spring, tyre.
+    controls
+        Default: all, at 2000 N*s/m.
+    roads
+        Of ``mrfit.apply.road("bump")``, ``"A"`` to ``"D"``, ``"sweep"``; default: the bump.
+    timing
+        Sample time of the control, and steps of the simulation in it.
+    amplifier
+        What coil and amplifier allow.
+    check
+        Whether to simulate the first road adaptively too.
+    progress
+        Called as ``progress(what, done, total)``.
+    """
+    chosen = tuple(controls) or tuple(Control(name) for name in CONTROLS)
+    driven = tuple(roads) or (road("bump"),)
+    damper = as_damper(fit)
+    return study(damper, car or Car(), chosen, driven, timing or Timing(), amplifier, check, progress)
 
 
 def wanted(damper: Damper, motion: Motion, desired: Array | Law | str | None) -> Array:

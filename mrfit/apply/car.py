@@ -4,8 +4,8 @@
     m_u*z_u'' =  k_s*(z_s - z_u) + (F - F_rest) - k_t*(z_u - z_0) - c_t*(z_u' - z_0')
 
 z_s, z_u heights of the sprung and the unsprung mass above rest, z_0 the road's, F the damper's force at its
-displacement z_s - z_u, F_rest what it is at rest, which the preload carries. With m_u = 0 the wheel is rigid: z_u = z_0.
-The tyre can pull; a load below zero is reported.
+displacement z_s - z_u, F_rest what it is at rest, which the preload carries. With m_u = 0 the wheel is rigid,
+z_u = z_0. The tyre can pull; a load below zero is reported.
 
 The control is sampled: its command is held over its sample time, in which the simulation takes steps of the classic
 Runge-Kutta method of order 4. At every stage the damper takes a trial step from its state at the step's beginning.
@@ -222,7 +222,7 @@ class _Walk:
         count, damper = len(pairs), stepper.damper
         self.samples = 1 + max(round(min(road.duration, timing.until) / timing.sample) for _, road in pairs)
         self.h = timing.sample / timing.steps
-        times = np.arange(2 * timing.steps * (self.samples - 1) + 1) * self.h / 2.0
+        times = np.arange(2 * timing.steps * (self.samples - 1) + 1, dtype=np.float64) * np.float64(self.h / 2.0)
         by_road = {road: road.height(times) for road in dict.fromkeys(road for _, road in pairs)}
         # height and its rate at whole and half steps, (2, 2*N + 1, B)
         self.road = np.stack([np.stack([by_road[road][k] for _, road in pairs], axis=-1) for k in (0, 1)])
@@ -300,7 +300,7 @@ class _Walk:
         self.y = y
         if not np.isfinite(y).all() or np.abs(y).max() > 1e3:
             raise DataError(
-                f"'{self.stepper.damper.name}': the car's simulation leaves all bounds at {k * self.timing.sample:.3g} s "
+                f"'{self.stepper.damper.name}': the simulation leaves all bounds at {k * self.timing.sample:.3g} s "
                 f"with steps of {h:g} s: take shorter ones (--steps)"
             )
 
@@ -335,7 +335,7 @@ class _Walk:
         for lane, (control, road) in enumerate(self.pairs):
             count = 1 + 2 * self.timing.steps * round(min(road.duration, self.timing.until) / self.timing.sample)
             values = [v[:count, lane].copy() for v in self.kept.values()]
-            found.append(Ride(control, road, np.arange(count) * 0.5 * self.h, *values))
+            found.append(Ride(control, road, np.arange(count, dtype=np.float64) * np.float64(0.5 * self.h), *values))
         return found
 
 
@@ -403,7 +403,7 @@ class _Adaptive:
             walk.y[:, 0],
             self.since + sample,
             rtol=TOLERANCE,
-            atol=_SCALES,
+            atol=_SCALES,  # type: ignore[arg-type]
             first_step=min(self.size, sample) * (1.0 - 1e-9),
         )
         for _ in range(MOST_STEPS):

@@ -8,11 +8,13 @@ standstill. Beside it stands the limit cycle: an oscillation that does not die a
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mrfit.apply.car import Ride, Timing, rms
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Index
 
 # A swing counts from this share of the ride's greatest force on
 SWING = 0.02
@@ -111,7 +113,7 @@ def jumps(ride: Ride) -> float:
     return float(np.count_nonzero((leaps > least) & held)) / ride.road.duration if least > 0.0 else 0.0
 
 
-def turning_points(force: Array) -> tuple[Array, Array]:
+def turning_points(force: Array) -> tuple[Index, Array]:
     """Return the samples at which a force turns after a swing of some size, and the sizes of the swings up to there."""
     least = SWING * float(np.max(np.abs(force - np.median(force)), initial=0.0))
     turns, sizes = list[int](), list[float]()
@@ -138,12 +140,12 @@ def turning_points(force: Array) -> tuple[Array, Array]:
     return np.array(turns, dtype=np.int64), np.concatenate([swings[:1], swings]) if len(swings) else np.array(sizes)
 
 
-def bursts(quick: Array) -> tuple[Array, Array]:
+def bursts(quick: NDArray[np.bool_]) -> tuple[Index, Index]:
     """Return first and last turning points of the runs in which at least ``BURST`` follow each other quickly."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], quick, [False]]).astype(int)))
     starts, stops = edges[::2], edges[1::2]
     long = stops - starts + 1 >= BURST
-    return starts[long], stops[long]
+    return starts[long].astype(np.int64), stops[long].astype(np.int64)
 
 
 def limit_cycle(ride: Ride) -> float:
@@ -199,21 +201,25 @@ def told_apart(rides: Sequence[Ride], timing: Timing, fastest: float, again: Aga
         tries[cause] = [(look(ride, fastest), ride) for ride in again(some, changed, lagless)]
     for place, k in enumerate(odd):
         own = {cause: one[place] for cause, one in tries.items()}
-        evidence = (("as it is", weight(seen[place], cut(some[place], timing.until))),)
-        evidence += tuple((f"without {cause}", weight(*one)) for cause, one in own.items())
-        found[k] = replace(found[k], cause=cause_of(seen[place], own, cut(some[place], timing.until)), evidence=evidence)
+        whole = weight(seen[place], cut(some[place], timing.until))
+        evidence = (("as it is", whole), *((f"without {cause}", weight(*one)) for cause, one in own.items()))
+        found[k] = replace(
+            found[k], cause=cause_of(seen[place], own, cut(some[place], timing.until)), evidence=evidence
+        )
     return found
 
 
 def cut(ride: Ride, until: float) -> Ride:
     """Return the beginning of a ride."""
     kept = int(np.searchsorted(ride.time, until, "right"))
-    arrays = {n: v[:kept] for n in ride.__dataclass_fields__ if isinstance(v := getattr(ride, n), np.ndarray)}
+    arrays: dict[str, Any] = {
+        n: v[:kept] for n in ride.__dataclass_fields__ if isinstance(v := getattr(ride, n), np.ndarray)
+    }
     return replace(ride, **arrays)
 
 
 def weight(one: Chatter, ride: Ride) -> float:
-    """Return a ride's swings in N times their share of the time, or the rms of its limit cycle in N if it has only that.
+    """Return a ride's swing in N times its share of the time, or the rms of its limit cycle if it has only that.
 
     A shorter sample time makes what it clocks faster: numbers of turning points would say that it grew.
     """

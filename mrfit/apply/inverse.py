@@ -191,7 +191,8 @@ class Inverter:
         beside = values[:, :1].copy()
         beside[lanes, 0] = force(peak[lanes, 0], lanes)
         order = np.argsort(np.hstack([at, peak]), axis=1, kind="stable")
-        return tuple(np.take_along_axis(np.hstack(pair), order, axis=1) for pair in ((at, peak), (values, beside)))
+        along, given = np.hstack([at, peak]), np.hstack([values, beside])
+        return np.take_along_axis(along, order, axis=1), np.take_along_axis(given, order, axis=1)
 
     def command(self, state: State, channels: Channels, dt: float, field: Array) -> Array:
         """Return the commands in A, held over the step, at whose end the base sees currents (B,), within limits.
@@ -217,7 +218,7 @@ class Inverter:
 
 
 def is_explicit(damper: Damper) -> bool:
-    """Return whether its force is a polynomial of current, of order 2 or less, on every piece of the current's range."""
+    """Return whether its force is a polynomial of current, of order 2 or less, on every piece of the range."""
     dependence = damper.dependence
     spec = registry.load("model", damper.model.partition("+")[0]).SPEC
     if dependence is None or "current" in spec.inputs:
@@ -280,7 +281,7 @@ def _least_root(bend: Array, slope: Array, rest: Array) -> Array:
         half = -0.5 * (slope + np.copysign(np.sqrt(slope**2 - 4.0 * bend * rest), slope))
         both = np.stack([half / bend, rest / half])
         both = np.where((both >= -1e-12) & (both <= 1.0 + 1e-12), np.clip(both, 0.0, 1.0), np.nan)
-        return np.fmin(both[0], both[1])
+        return np.asarray(np.fmin(both[0], both[1]))
 
 
 def _finished(force: Function, at: Array, values: Array, desired: Array, found: Array) -> Solution:

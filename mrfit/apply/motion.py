@@ -9,10 +9,10 @@ import numpy as np
 import mrfit.segment.stage
 from mrfit.apply.damper import MOTIONS
 from mrfit.core import recording as core
+from mrfit.core.progress import silent
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 from mrfit.segment.stage import cut
-from mrfit.core.progress import silent
 from mrfit.signal.smoothing import smooth
 
 LONGEST = 200_000
@@ -36,7 +36,7 @@ class Motion:
     @property
     def time(self) -> Array:
         """Times in s from the first sample."""
-        return np.arange(self.samples) * self.dt
+        return np.arange(self.samples, dtype=np.float64) * np.float64(self.dt)
 
 
 def sine(frequency: float, amplitude: float, cycles: float = 4.0, dt: float = 1e-3, output: str = "force") -> Motion:

@@ -1,12 +1,12 @@
-"""A study of a quarter car: every control on every road, with and without the current's lag, and what makes it chatter."""
+"""A study of a quarter car: every control on every road, with and without lag, and what makes it chatter."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mrfit.apply.car import CONTROLS, Car, Check, Control, Ride, Timing, adaptive, drive, rms
+from mrfit.apply.car import Car, Check, Control, Ride, Timing, adaptive, drive, rms
 from mrfit.apply.chatter import SOFTENING, Chatter, told_apart
 from mrfit.apply.damper import Damper
 from mrfit.apply.inverse import Amplifier
@@ -86,6 +86,11 @@ class QuarterCar:
     rides: tuple[Ride, ...]
 
     @property
+    def lags(self) -> bool:
+        """Whether the damper's current lags."""
+        return any(not row.lag for row in self.rows)
+
+    @property
     def findings(self) -> list[str]:
         """What is to be said in words: chatter and its cause, and where fixed and adaptive steps disagree."""
         branches = _branches(self.damper)
@@ -110,7 +115,8 @@ class QuarterCar:
                 agreeing.append(name)
         if agreeing:
             found.append(
-                f"Fixed and adaptive steps agree within {100 * AGREE:g} % on {self.roads[0].name}: {', '.join(agreeing)}"
+                f"Fixed and adaptive steps agree within {100 * AGREE:g} % on {self.roads[0].name}: "
+                + ", ".join(agreeing)
             )
         return found
 
@@ -157,16 +163,19 @@ def _in_words(row: Row, branches: bool) -> str:
     causes = {
         "lag": "the current's lag: without it this is gone",
         "sample time": "the control's sample time: with a quarter of it this is gone",
-        "pre-yield slope": f"the pre-yield slope: faded out below {1e3 * SOFTENING:g} mm/s this is gone, with a shorter "
-        "sample time it is not",
+        "pre-yield slope": f"the pre-yield slope: faded out below {1e3 * SOFTENING:g} mm/s this is gone, with a "
+        "shorter sample time it is not",
     }
-    text = causes.get(one.cause, "none of lag, sample time and pre-yield slope makes it alone; what is left is the switching of the control's law")
+    text = causes.get(
+        one.cause,
+        "none of lag, sample time and pre-yield slope alone; what is left is the switching of the control's law",
+    )
     if branches and one.cause == "pre-yield slope":
         text += "; the model branches by the sign of an acceleration that its own force makes"
     return f"{where} {' and '.join(kinds)}. Cause: {text}."
 
 
-def quarter_car(
+def quarter_car(  # noqa: PLR0913
     damper: Damper,
     car: Car,
     controls: Sequence[Control],
@@ -237,8 +246,3 @@ def _row(ride: Ride, car: Car, lag: bool, chatter: Chatter) -> Row:
         float(np.mean(ride.current)),
         chatter,
     )
-
-
-def all_controls(damping: float, share: float) -> tuple[Control, ...]:
-    """Return every control, with the desired damping in N*s/m and the share of skyhook in the hybrid."""
-    return tuple(replace(Control(name), damping=damping, share=share) for name in CONTROLS)

@@ -126,7 +126,7 @@ class Sweep:
         return self.amplitude * np.sin(phase), self.amplitude * omega * np.cos(phase)
 
 
-def road_of(text: str, speed: float | None, duration: float | None, seed: int) -> Road:
+def road(text: str, speed: float | None = None, duration: float | None = None, seed: int = 0) -> Road:
     """Return the road of a written name: ``bump``, ``A`` to ``D``, ``sweep``.
 
     Raises

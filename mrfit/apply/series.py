@@ -138,7 +138,7 @@ def inversion(
     found = walk(inverter, motion, desired, dt, progress)
     late = round(dead / dt)
     current = np.concatenate([found["current"][late:], np.full(min(late, len(desired)), found["current"][-1])])
-    time = np.arange(len(desired)) * dt
+    time = np.arange(len(desired), dtype=np.float64) * np.float64(dt)
     limited = np.abs(found["field"] - found["wanted"]) > 1e-9 * max(1.0, damper.high)
     kept = {n: found[n] for n in ("wanted", "field", "force", "low", "high")}
     flag, behind = found["flag"].astype(np.int64), inverter.stepper.behind

@@ -13,9 +13,11 @@ from mrfit.apply.page import Drawn, Section, Table, facts_of, render
 from mrfit.apply.ride import QuarterCar
 from mrfit.apply.roads import RandomRoad
 from mrfit.apply.series import Inversion
+from mrfit.apply.tracking import TrackingStudy
 from mrfit.io.workspace import Workspace, write_json, write_table, write_text
 
 SCHEMA = "mrfit/apply-{}/1"
+_COURSES = (("Sprung acceleration", "a (m/s²)", "acceleration"), ("Damper force", "F (N)", "force"))
 
 
 def write(work: Path, name: str, content: dict[str, Any], page: str) -> dict[str, Any]:
@@ -38,9 +40,14 @@ def invert(work: Path, found: Sequence[tuple[Motion, Inversion]]) -> dict[str, A
     lead = "The current for a desired force, sample by sample, with the state of damper and coil carried along."
     page = render(f"Inverse of {first.damper.name}", lead, facts_of(first.damper), sections, "invert.json")
     for k, (_, one) in enumerate(found, start=1):
-        columns = {n: np.asarray(c, dtype=np.float64) for n, c in one.to_frame().items()}
+        columns = {str(n): np.asarray(c, dtype=np.float64) for n, c in one.to_frame().items()}
         write_table(Workspace(work).root / "apply" / f"invert-{k}.parquet", columns)
     return write(work, "invert", content, page)
+
+
+def lag_text(lag: bool, there: bool) -> str:
+    """Return whether the current lagged in a row of a table, given whether the damper has a lag at all."""
+    return "none" if not there else "yes" if lag else "0"
 
 
 def notes_of(one: Inversion) -> list[str]:
@@ -48,7 +55,7 @@ def notes_of(one: Inversion) -> list[str]:
     notes = [
         "Currents were found in closed form: the force is a polynomial of current."
         if one.explicit
-        else "Currents were found by Newton's method, safeguarded by bisection; of several that give a force, the least."
+        else "Currents were found by Newton's method within bisection; of several that give a force, the least."
     ]
     if one.dead_time > 0.0:
         notes.append(f"Commands are sent {1e3 * one.dead_time:.3g} ms early, since the field answers that much later.")
@@ -59,12 +66,28 @@ def notes_of(one: Inversion) -> list[str]:
 
 def _shares(found: Sequence[tuple[Motion, Inversion]]) -> Table:
     unit = "N" if found[0][1].damper.output == "force" else "N·m"
-    heads = ("motion", "samples", *(f"{n} (%)" for n in FLAGS.values()), "limited (%)", f"greatest error where reached ({unit})", f"rms error ({unit})")  # fmt: skip
+    heads = (
+        "motion",
+        "samples",
+        *(f"{n} (%)" for n in FLAGS.values()),
+        "limited (%)",
+        f"greatest error where reached ({unit})",
+        f"rms error ({unit})",
+    )
     rows = []
     for motion, one in found:
         s = one.summary
         shares = [100.0 * float(s["shares"][n]) for n in FLAGS.values()]
-        rows.append((motion.name, s["samples"], *shares, 100.0 * s["limited"], s["greatest_error_where_reached"], s["rms_error"]))  # fmt: skip
+        rows.append(
+            (
+                motion.name,
+                s["samples"],
+                *shares,
+                100.0 * s["limited"],
+                s["greatest_error_where_reached"],
+                s["rms_error"],
+            )
+        )
     return Table("Desired forces: reached, saturated, or held back by coil and amplifier", heads, rows)
 
 
@@ -72,12 +95,21 @@ def _inversion_section(motion: Motion, one: Inversion, k: int) -> Section:
     unit = "N" if one.damper.output == "force" else "N·m"
     t, out = one.time, one.flag != REACHED
     panels = [
-        Panel("Force", "t (s)", f"F ({unit})", [
-            Curve(t, one.desired, "desired", MEASURED, "-", 2.0), Curve(t, one.force, "given", SIMULATED)],
-            (t, one.low, one.high, "any current gives"), spans(t, out)),
-        Panel("Current", "t (s)", "i (A)", [
-            Curve(t, one.current, "command", PALETTE[2]), Curve(t, one.field, "seen by the fluid", PALETTE[0], "--")]),
-    ]  # fmt: skip
+        Panel(
+            "Force",
+            "t (s)",
+            f"F ({unit})",
+            [Curve(t, one.desired, "desired", MEASURED, "-", 2.0), Curve(t, one.force, "given", SIMULATED)],
+            (t, one.low, one.high, "any current gives"),
+            spans(t, out),
+        ),
+        Panel(
+            "Current",
+            "t (s)",
+            "i (A)",
+            [Curve(t, one.current, "command", PALETTE[2]), Curve(t, one.field, "seen by the fluid", PALETTE[0], "--")],
+        ),
+    ]
     caption = "Grey: forces that some current gives at this motion. Red: the desired force is outside."
     drawn = Drawn("Force and current.", caption, figure(panels, f"i{k}", f"Force and current, {motion.name}"))
     return Section(motion.name, (), (), (drawn,))
@@ -121,27 +153,56 @@ def quarter_car(work: Path, study: QuarterCar) -> dict[str, Any]:
 
 
 def _chatters(study: QuarterCar) -> Table:
-    heads = ("road", "control", "lag", "chatter (% of time)", "rate (Hz)", "swing (N)", "switches (1/s)", "jumps (1/s)", "limit cycle (Hz)", "cause", "swings × share of time (N): as is, without each cause")  # fmt: skip
+    heads = (
+        "road",
+        "control",
+        "lag",
+        "chatter (% of time)",
+        "rate (Hz)",
+        "swing (N)",
+        "switches (1/s)",
+        "jumps (1/s)",
+        "limit cycle (Hz)",
+        "cause",
+        "swing × share of time (N): as is, then without each cause",
+    )
     rows = [
         (
-            r.road, r.control, r.lag, 100.0 * c.share if c.found else 0.0, c.rate if c.found else None,
-            c.swing if c.found else None, c.switching, c.jumps, c.limit_cycle or None, c.cause or "–",
+            r.road,
+            r.control,
+            lag_text(r.lag, study.lags),
+            100.0 * c.share if c.found else 0.0,
+            c.rate if c.found else None,
+            c.swing if c.found else None,
+            c.switching,
+            c.jumps,
+            c.limit_cycle or None,
+            c.cause or "–",
             ", ".join(f"{text.removeprefix('without ')} {n:.3g}" for text, n in c.evidence) or "–",
         )
         for r in study.rows
         for c in [r.chatter]
         if c.found or c.limit_cycle or c.jumps
-    ]  # fmt: skip
+    ]
     return Table("Chatter, switching, jumps and limit cycles; rides without any of them are left out", heads, rows)
 
 
 def _road_section(study: QuarterCar, road: str, k: int) -> Section:
     rows = [r for r in study.rows if r.road == road]
-    heads = ("control", "lag", "rms acceleration (m/s²)", "rms tyre load (share of static)", "least tyre load", "rms travel (mm)", "greatest travel (mm)", "mean current (A)")  # fmt: skip
+    heads = (
+        "control",
+        "lag",
+        "rms acceleration (m/s²)",
+        "rms tyre load (share of static)",
+        "least tyre load",
+        "rms travel (mm)",
+        "greatest travel (mm)",
+        "mean current (A)",
+    )
     cells = [
         (
             r.control,
-            r.lag,
+            lag_text(r.lag, study.lags),
             r.acceleration,
             r.tyre_load,
             r.least_load,
@@ -154,10 +215,127 @@ def _road_section(study: QuarterCar, road: str, k: int) -> Section:
     rides = [r for r in study.rides if r.road.name == road]
     end = min(rides[0].time[-1], 3.0)
     panels = [
-        Panel(title, "t (s)", label, [
-            Curve(r.time[r.time <= end], getattr(r, name)[r.time <= end], r.control.name, PALETTE[n % len(PALETTE)], width=0.9)
-            for n, r in enumerate(rides)])
-        for title, label, name in (("Sprung acceleration", "a (m/s²)", "acceleration"), ("Damper force", "F (N)", "force"))
-    ]  # fmt: skip
-    drawn = Drawn("Acceleration and force.", f"The first {end:g} s on {road}.", figure(panels, f"q{k}", f"Acceleration and force on {road}"))  # fmt: skip
+        Panel(
+            title,
+            "t (s)",
+            label,
+            [
+                Curve(r.time[r.time <= end], getattr(r, name)[r.time <= end], r.control.name, PALETTE[n], width=0.9)
+                for n, r in enumerate(rides)
+            ],
+        )
+        for title, label, name in _COURSES
+    ]
+    drawn = Drawn(
+        "Acceleration and force.",
+        f"The first {end:g} s on {road}.",
+        figure(panels, f"q{k}", f"Acceleration and force on {road}"),
+    )
     return Section(road, (), [Table("Comfort, road holding and travel", heads, cells)], [drawn])
+
+
+def track(work: Path, study: TrackingStudy) -> dict[str, Any]:
+    """Write the page of forces tracked, and its numbers; return them."""
+    damper, unit = study.damper, "N" if study.damper.output == "force" else "N·m"
+    proportional, integral = study.gains
+    facts = [
+        *facts_of(damper),
+        ("Answers", study.plant.name + ("" if study.plant == damper else f": {study.plant.model}")),
+        ("Feedback", f"{proportional:.3g} A/{unit}, {integral:.3g} A/({unit}·s) on the force's error"),
+        ("Command", f"up to {study.amplifier.most:g} of {damper.high:g} A"),
+    ]
+    sections = [
+        Section("Errors", ERRORS, [_tracked(study), _regions(study)]),
+        *([Section("What the lag costs", (), [_lag_costs(study)])] if study.lag_costs else []),
+        *_tracking_sections(study, unit),
+    ]
+    lead = "Desired forces, and what the damper gives of them under the current that its model asks for."
+    page = render(f"Forces tracked by {damper.name}", lead, facts, sections, "track.json")
+    return write(work, "track", {"fit": damper.name, **study.to_json()}, page)
+
+
+ERRORS = (
+    "Errors are those against the feasible force: the desired one within what the damper can give at that motion, "
+    "which never pushes (inverse-tanh paper eq. 10). Err_rms_f is the rms error over the greatest force (eq. 12), Err_energy "
+    "the share by which the energy absorbed differs (eq. 13).",
+    "Region I: the wanted current rests at its least or greatest. Region II: it varies. Region III: from a step "
+    "between both until the force has come within 5 %. Their squared errors add up to that of the whole.",
+)
+
+
+def _tracked(study: TrackingStudy) -> Table:
+    heads = (
+        "law",
+        "motion",
+        "scheme",
+        "lag",
+        "rms error / rms force",
+        "against desired",
+        "Err_rms_f",
+        "Err_energy",
+        "greatest command (A)",
+    )
+    rows = [
+        (
+            c.law,
+            c.motion,
+            c.scheme,
+            lag_text(c.lag, bool(study.lag_costs)),
+            c.error,
+            c.error_to_desired,
+            c.err_peak,
+            c.err_energy,
+            float(c.command.max()),
+        )
+        for c in study.cases
+    ]
+    return Table("Errors of every law by every scheme", heads, rows)
+
+
+def _regions(study: TrackingStudy) -> Table:
+    names = [f"region {n}" for n in ("I", "II", "III")]
+    heads = ("law", "motion", "scheme", "lag", *(h for n in names for h in (n, "share (%)")))
+    rows = [
+        (
+            c.law,
+            c.motion,
+            c.scheme,
+            lag_text(c.lag, bool(study.lag_costs)),
+            *(v for r in c.regions for v in (r.error, 100.0 * r.share)),
+        )
+        for c in study.cases
+        if c.lag
+    ]
+    return Table("Rms error over the rms force by region of the wanted current", heads, rows)
+
+
+def _lag_costs(study: TrackingStudy) -> Table:
+    heads = ("law", "motion", "scheme", "error", "the same without lag")
+    rows = [(r["law"], r["motion"], r["scheme"], r["error"], r["without_lag"]) for r in study.lag_costs]
+    return Table("Rms error over the rms force, with the current's lag and with lag 0", heads, rows)
+
+
+def _tracking_sections(study: TrackingStudy, unit: str) -> list[Section]:
+    sections, keys = [], dict.fromkeys((c.motion, c.law) for c in study.cases)
+    for k, (motion, law) in enumerate(keys):
+        cases = [c for c in study.cases if (c.motion, c.law, c.lag) == (motion, law, study.cases[0].lag)]
+        one = cases[0]
+        last = one.time >= one.time[-1] - min(one.time[-1], 2.0)
+        t = one.time[last]
+        forces = [
+            Curve(t, one.desired[last], "desired", MEASURED, "--"),
+            Curve(t, one.feasible[last], "feasible", MEASURED, width=2.2),
+        ]
+        forces += [Curve(t, c.force[last], c.scheme, PALETTE[n]) for n, c in enumerate(cases)]
+        currents = [Curve(t, one.wanted[last], "wanted", MEASURED, width=2.0)]
+        currents += [Curve(t, c.command[last], c.scheme, PALETTE[n]) for n, c in enumerate(cases)]
+        stepping = spans(t, one.region[last] == 3.0)
+        panels = [
+            Panel("Force", "t (s)", f"F ({unit})", forces, marks=stepping),
+            Panel("Current", "t (s)", "i (A)", currents, marks=stepping),
+        ]
+        drawn = Drawn(
+            "Force and current.", "Red: region III of the first scheme.", figure(panels, f"t{k}", f"{law} on {motion}")
+        )
+        sections.append(Section(f"{law}, {motion}", (), (), [drawn]))
+    return sections

@@ -32,8 +32,8 @@ Henry = Annotated[float, typer.Option("--inductance", help="Coil inductance in H
 
 def damper_named(work: Path, name: str) -> "Damper":
     """Return the damper of a fit in a workspace."""
-    from mrfit.apply.damper import damper_of
     from mrfit.api.fitting import FitResult
+    from mrfit.apply.damper import damper_of
     from mrfit.fit.predict import read_fit
     from mrfit.io.workspace import Workspace
 
@@ -58,7 +58,8 @@ def motions_of(
         numbers = [number("--sine", part) for part in sine.split(":")]
         if len(numbers) not in (2, 3):
             raise ConfigError(f"--sine takes HZ:M or HZ:M:CYCLES, not '{sine}'")
-        return [motion.sine(*numbers, dt=dt, output=damper.output)]
+        frequency, amplitude, cycles = *numbers, *([4.0] if len(numbers) == 2 else [])
+        return [motion.sine(frequency, amplitude, cycles, dt, damper.output)]
     return motion.of_recordings(read_logs(logs or [], map_file), damper.assembly.spec.inputs, damper.output)
 
 
@@ -157,6 +158,97 @@ def _print_inversions(summary: dict[str, Any]) -> None:
         console.say(line)
 
 
+@app.command()
+def track(  # noqa: PLR0913
+    fit: Fit,
+    logs: OptionalLogs = None,
+    sine: Sine = "",
+    dt: Step = 1e-3,
+    law: Annotated[
+        list[str] | None, typer.Option(help="Desired force: c=N*s/m, k=N/m,c=N*s/m, skyhook=N*s/m; may be repeated.")
+    ] = None,
+    desired: Annotated[Path | None, typer.Option(help="File with the desired force over time.")] = None,
+    scheme: Annotated[
+        str, typer.Option(help="By commas: feedforward, feedback, both, uninverted.")
+    ] = "feedforward,feedback,both,uninverted",
+    plant: Annotated[str, typer.Option(help="Fit that answers in the damper's place; default: the same.")] = "",
+    proportional: Annotated[float | None, typer.Option(help="Gain of the feedback in A/N.", min=0.0)] = None,
+    integral: Annotated[float | None, typer.Option(help="Gain of its integral in A/(N*s).", min=0.0)] = None,
+    most: Most = 1.2,
+    least: Least = None,
+    rate: Rate = None,
+    voltage: Voltage = None,
+    resistance: Ohm = 0.0,
+    inductance: Henry = 0.0,
+    map_file: Map = None,
+    work: Work = WORK,
+    plugins: Plugins = None,
+    as_json: Json = False,
+) -> None:
+    """Track desired forces by feedforward, feedback and both: errors, by region, and what the current's lag costs.
+
+    Example: mrfit apply track --fit tanh.auto --sine 1:0.01 --law c=2e4 --law k=-1e5,c=1e4
+    """
+    from mrfit.apply import stage, tracking
+    from mrfit.apply.laws import law_of
+    from mrfit.apply.motion import desired_series
+
+    if not law and not desired:
+        raise ConfigError("give a desired force: --law c=2e4, or --desired FILE")
+    laws = [law_of(text) for text in law or []]
+    schemes = list(dict.fromkeys(s.strip() for s in scheme.split(",")))
+    amplifier = amplifier_of(most, least, rate, (voltage, resistance, inductance))
+    damper = damper_named(work, fit)
+    answers = damper_named(work, plant) if plant else damper
+    motions = motions_of(logs, sine, dt, map_file, damper)
+    with console.progress_bar() as progress:
+        tasks = []
+        for motion in motions:
+            demands = tracking.demands_of(laws, motion, damper)
+            if desired:
+                series = desired_series(read_logs([desired], None), motion, damper.output)
+                demands.append(tracking.Demand(desired.name, series))
+            tasks.append((motion, demands))
+        gains = tracking.Gains(proportional, integral)
+        study = tracking.tracking(damper, answers, tasks, schemes, amplifier, gains, progress)
+        summary = stage.track(work, study)
+    return console.print_json(summary) if as_json else _print_tracking(summary)
+
+
+def _print_tracking(summary: dict[str, Any]) -> None:
+    from mrfit.apply.stage import lag_text
+
+    columns = ("law", "motion", "scheme", "lag", "error", "region I", "II", "III", "Err_rms_f", "Err_energy")
+    rows = [
+        [
+            c["law"],
+            c["motion"],
+            c["scheme"],
+            lag_text(c["lag"], bool(summary["lag_costs"])),
+            c["error"],
+            *(r["error"] for r in c["regions"]),
+            c["err_rms_f"],
+            c["err_energy"],
+        ]
+        for c in summary["cases"]
+    ]
+    console.print_table(f"Forces tracked by {summary['fit']}: rms error over rms force", columns, rows)
+    for line in (*_lag_words(summary), f"Page: {summary['page']}"):
+        console.say(line)
+
+
+def _lag_words(summary: dict[str, Any]) -> list[str]:
+    costs = [r for r in summary["lag_costs"] if r["error"] is not None and r["without_lag"] is not None]
+    by_scheme: dict[str, list[tuple[float, float]]] = {}
+    for r in costs:
+        by_scheme.setdefault(r["scheme"], []).append((r["error"], r["without_lag"]))
+    return [
+        f"The lag costs {name}: rms error {sum(a for a, _ in some) / len(some):.3g} of the force, mean of all laws, "
+        f"{sum(b for _, b in some) / len(some):.3g} without lag"
+        for name, some in by_scheme.items()
+    ]
+
+
 @app.command("quarter-car")
 def quarter_car(  # noqa: PLR0913
     fit: Fit,
@@ -199,7 +291,7 @@ def quarter_car(  # noqa: PLR0913
     """
     from mrfit.apply import ride, stage
     from mrfit.apply.car import CONTROLS, Car, Control, Timing
-    from mrfit.apply.roads import road_of
+    from mrfit.apply.roads import road as road_of
 
     names = [n.strip() for n in control.split(",")] if control else list(CONTROLS)
     controls = [Control(n, damping, share) for n in dict.fromkeys(names)]
@@ -214,12 +306,14 @@ def quarter_car(  # noqa: PLR0913
 
 
 def _print_rides(summary: dict[str, Any]) -> None:
+    from mrfit.apply.stage import lag_text
+
     columns = ("road", "control", "lag", "rms acceleration", "tyre load", "least load", "rms travel", "chatter")
     rows = [
         [
             r["road"],
             r["control"],
-            "yes" if r["lag"] else "no",
+            lag_text(r["lag"], any(not one["lag"] for one in summary["rows"])),
             r["acceleration"],
             r["tyre_load"],
             r["least_load"],
