@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.integrate import RK45
 
-from mrfit.apply.inverse import Amplifier, Inverter
+from mrfit.apply.inverse import Amplifier, Inverter, prompt
 from mrfit.apply.roads import Road
 from mrfit.apply.stepper import State, Step, Stepper, take
 from mrfit.core.progress import Progress, silent
@@ -227,9 +227,12 @@ class _Walk:
         # height and its rate at whole and half steps, (2, 2*N + 1, B)
         self.road = np.stack([np.stack([by_road[road][k] for _, road in pairs], axis=-1) for k in (0, 1)])
         self.inverter = Inverter(stepper, amplifier)
+        # a dead time cannot be made up for where the motion is not known beforehand: the rest of the coil is inverted
+        self.coil = Inverter(Stepper(prompt(damper)[0]), amplifier)
         self.current = np.full(count, damper.low)
         still = {n: np.zeros(count) for n in damper.motion}
         self.state = stepper.rest({**still, "current": self.current})
+        self.coil_state = self.coil.stepper.rest({**still, "current": self.current})
         at_rest = stepper.step(self.state, {**still, "current": self.current}, 0.0)
         self.lanes = _Lanes(car, stepper, timing.soft, at_rest.force, damper.motion)
         self.y, self.force, self.field = np.zeros((4, count)), at_rest.force, at_rest.field
@@ -326,7 +329,10 @@ class _Walk:
             # as if the motion stayed for a sample: what comes is not known
             dt = self.timing.sample
             field = self.inverter.solve(state, channels, dt, wanted[lanes] + self.lanes.rest[lanes]).field
-            current[lanes] = self.inverter.command(state, channels, dt, field)
+            current[lanes] = self.coil.command(take(self.coil_state, lanes), channels, dt, field)
+            if self.coil.stepper.lagging:
+                given = {**dict(zip(damper.motion, (*travel, np.zeros_like(v)), strict=True)), "current": current}
+                self.coil_state = self.coil.stepper.coil(self.coil_state, given, dt)
         return current
 
     def rides(self) -> list[Ride]:

@@ -1,7 +1,7 @@
 """Chatter: whether a controlled damper's force trembles, how fast, and what makes it.
 
 The force's turning points are found, those of small swings left out. Where many follow each other faster than any mass
-of the car can swing, the force chatters. What makes it is told by simulating the same ride without one cause at a time:
+of the car swings and the road drives it, the force chatters. What makes it is told by simulating the same ride without one cause at a time:
 the current's lag; the control's sample time, a quarter of it; the damper's pre-yield slope, its force faded out about
 standstill. Beside it stands the limit cycle: an oscillation that does not die away once the road is level.
 """
@@ -18,8 +18,8 @@ from mrfit.core.specs import Array, Index
 
 # A swing counts from this share of the ride's greatest force on
 SWING = 0.02
-# Turning points closer than this share of the car's fastest period, and than this many s, belong to chatter
-SHARE, CLOSEST = 0.1, 0.01
+# Turning points closer than this share of the fastest period of car or road belong to chatter: four times as fast
+SHARE = 1.0 / 8.0
 # So many of them in a row make a burst, and bursts that take this share of the time are chatter
 BURST, LEAST = 6, 0.02
 # A limit cycle: the second half of what follows the road's end has this share of the first half's rms acceleration, and
@@ -82,7 +82,7 @@ def look(ride: Ride, fastest: float) -> Chatter:
     """Return what is found in a ride, without its cause; ``fastest`` is the car's highest natural frequency in Hz."""
     turns, sizes = turning_points(ride.force)
     at = ride.time[turns]
-    quick = np.diff(at) <= min(SHARE / fastest, CLOSEST)
+    quick = np.diff(at) <= SHARE / max(fastest, ride.road.top)
     starts, stops = bursts(quick)
     inside = np.zeros(len(turns), dtype=bool)
     lasting = 0.0
@@ -136,6 +136,8 @@ def turning_points(force: Array) -> tuple[Index, Array]:
             sizes.append(float(force[high] - force[low]) if high < low else least)
             direction, high = 1, k
             low = k
+    if turns and turns[0] == 0:  # where it begins, it does not turn
+        turns, sizes = turns[1:], sizes[1:]
     swings = np.abs(np.diff(force[turns])) if len(turns) > 1 else np.empty(0)
     return np.array(turns, dtype=np.int64), np.concatenate([swings[:1], swings]) if len(swings) else np.array(sizes)
 

@@ -22,14 +22,14 @@ from numpy.typing import NDArray
 from mrfit.apply.damper import Damper
 from mrfit.apply.stepper import Channels, State, Stepper, take
 from mrfit.core import registry
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Index
 from mrfit.errors import ConfigError
 
 # Grid points of a piece of the current's range: a polynomial of order 2 has three
 EXPLICIT, SEARCHED = 3, 17
 # Force at which a search ends, and up to which it counts as reached, as shares of the largest force at hand
 _ENOUGH, EXACT = 1e-13, 1e-9
-_STEPS, _GOLDEN = 80, 60
+_STEPS, _GOLDEN = 80, 45
 # Difference of current for Newton's slope, as a share of a piece
 _DIFFERENCE = 1e-7
 REACHED, BELOW, ABOVE, BETWEEN = 0, -1, 1, 2
@@ -181,6 +181,11 @@ class Inverter:
         sign = np.where(desired[lanes] > values[lanes].max(axis=1), 1.0, -1.0)
         low = at[lanes][rows, best - (own > 0)]
         high = at[lanes][rows, best + (own < self._count - 1)]
+        # a parabola through the best point and both beside it says whether anything lies between them
+        inner = _bent_inwards(at[lanes], values[lanes], best, own, self._count)
+        lanes, best, sign, low, high = lanes[inner], best[inner], sign[inner], low[inner], high[inner]
+        if not len(lanes):
+            return at, values
         golden = (np.sqrt(5.0) - 1.0) / 2.0
         for _ in range(_GOLDEN):
             left, right = high - golden * (high - low), low + golden * (high - low)
@@ -273,6 +278,17 @@ def root(
         if not len(active):
             break
     return best
+
+
+def _bent_inwards(at: Array, values: Array, best: Index, own: Index, count: int) -> NDArray[np.bool_]:
+    """Return whether a parabola through the best points (L,) of rows and their neighbours has its vertex among them."""
+    rows = np.arange(len(best))
+    middle = best + (own == 0) - (own == count - 1)
+    (x0, x1, x2), (f0, f1, f2) = ((v[rows, middle - 1], v[rows, middle], v[rows, middle + 1]) for v in (at, values))
+    with np.errstate(all="ignore"):
+        before, after = (f1 - f0) / (x1 - x0), (f2 - f1) / (x2 - x1)
+        vertex = 0.5 * (x0 + x1) - before * (x2 - x0) / (2.0 * (after - before))
+    return np.asarray((vertex > x0) & (vertex < x2))
 
 
 def _least_root(bend: Array, slope: Array, rest: Array) -> Array:

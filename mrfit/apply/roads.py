@@ -29,6 +29,10 @@ class Road(Protocol):
     def ends(self) -> float:
         """Time in s from which on it is level; its duration if it never is."""
 
+    @property
+    def top(self) -> float:
+        """Highest frequency in Hz at which it drives a car by itself; 0 where the car's own stand out."""
+
     def height(self, t: Array) -> tuple[Array, Array]:
         """Return height in m and its rate in m/s."""
 
@@ -55,6 +59,11 @@ class Bump:
     def ends(self) -> float:
         """When the wheel has left it."""
         return self.start + self.length / self.speed
+
+    @property
+    def top(self) -> float:
+        """Its own."""
+        return self.speed / self.length
 
     def height(self, t: Array) -> tuple[Array, Array]:
         """Return height in m and its rate in m/s."""
@@ -88,6 +97,11 @@ class RandomRoad:
         """It never is level."""
         return self.duration
 
+    @property
+    def top(self) -> float:
+        """Its waves grow with their length: the car chooses among them."""
+        return 0.0
+
     def height(self, t: Array) -> tuple[Array, Array]:
         """Return height in m and its rate in m/s."""
         edges = np.geomspace(LONGEST_WAVE, SHORTEST_WAVE, WAVES + 1)
@@ -117,6 +131,11 @@ class Sweep:
     def ends(self) -> float:
         """It never is level."""
         return self.duration
+
+    @property
+    def top(self) -> float:
+        """Where it ends."""
+        return self.high
 
     def height(self, t: Array) -> tuple[Array, Array]:
         """Return height in m and its rate in m/s."""
