@@ -25,6 +25,8 @@ BURST, LEAST = 6, 0.02
 # A limit cycle: the second half of what follows the road's end has this share of the first half's rms acceleration, and
 # this share of the greatest acceleration
 KEPT, LASTING = 0.7, 0.02
+# It is looked for on so many s of level road, and has so many periods in the second half of them
+LEFT, PERIODS = 0.4, 2
 # Chatter is gone if this share of its swings times their time is left
 GONE = 0.35
 SOFTENING = 0.02
@@ -152,8 +154,9 @@ def bursts(quick: NDArray[np.bool_]) -> tuple[Index, Index]:
 
 def limit_cycle(ride: Ride) -> float:
     """Return the frequency in Hz of an oscillation that goes on after the road's end, 0 without one."""
-    after = ride.acceleration[ride.time > ride.road.ends + 0.25 * (ride.road.duration - ride.road.ends)]
-    if len(after) < 20:
+    left = float(ride.time[-1]) - ride.road.ends
+    after = ride.acceleration[ride.time > ride.road.ends + 0.25 * left]
+    if left < LEFT:
         return 0.0
     one, other = np.array_split(after - np.mean(after), 2)
     last = rms(other)
@@ -161,7 +164,7 @@ def limit_cycle(ride: Ride) -> float:
         return 0.0
     crossings = np.count_nonzero(np.diff(np.sign(other - np.mean(other))) != 0)
     step = float(ride.time[1] - ride.time[0])
-    return float(0.5 * crossings / (len(other) * step))
+    return float(0.5 * crossings / (len(other) * step)) if crossings >= 2 * PERIODS else 0.0
 
 
 Again = Callable[[Sequence[Ride], Timing, bool], list[Ride]]

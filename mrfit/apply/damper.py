@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -47,12 +48,12 @@ class Damper:
     low: float
     high: float
 
-    @property
+    @cached_property
     def dependence(self) -> CurrentDependence | None:
         """How its parameters depend on current."""
         return CurrentDependence(self.orders, self.low, self.high) if self.orders else None
 
-    @property
+    @cached_property
     def assembly(self) -> Assembly:
         """The model to simulate as a whole."""
         return assemble(self.model, self.dependence)

@@ -1,6 +1,6 @@
 """What the commands of ``mrfit apply`` leave in a workspace: ``apply/``, a page and the numbers behind it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,18 +14,25 @@ from mrfit.apply.ride import QuarterCar
 from mrfit.apply.roads import RandomRoad
 from mrfit.apply.series import Inversion
 from mrfit.apply.tracking import TrackingStudy
+from mrfit.core.specs import Array
 from mrfit.io.workspace import Workspace, write_json, write_table, write_text
 
 SCHEMA = "mrfit/apply-{}/1"
 _COURSES = (("Sprung acceleration", "a (m/s²)", "acceleration"), ("Damper force", "F (N)", "force"))
 
 
-def write(work: Path, name: str, content: dict[str, Any], page: str) -> dict[str, Any]:
-    """Write a page and its JSON file; return the content with where they are."""
-    folder = Workspace(work).root / "apply"
+def write(
+    work: Path, name: str, content: dict[str, Any], page: str, tables: Mapping[str, Mapping[str, Array]] | None = None
+) -> dict[str, Any]:
+    """Write a page, its JSON file, and tables as Parquet files; return the content with where they are."""
+    workspace = Workspace(work)
+    folder = workspace.root / "apply"
     content = {"schema": SCHEMA.format(name), **content}
-    write_json(folder / f"{name}.json", content)
-    write_text(folder / f"{name}.html", page)
+    with workspace.locked():
+        write_json(folder / f"{name}.json", content)
+        write_text(folder / f"{name}.html", page)
+        for file, columns in (tables or {}).items():
+            write_table(folder / file, columns)
     return {**content, "page": str(folder / f"{name}.html"), "file": str(folder / f"{name}.json")}
 
 
@@ -39,10 +46,11 @@ def invert(work: Path, found: Sequence[tuple[Motion, Inversion]]) -> dict[str, A
     sections.insert(0, Section("Summary", notes, [_shares(found)]))
     lead = "The current for a desired force, sample by sample, with the state of damper and coil carried along."
     page = render(f"Inverse of {first.damper.name}", lead, facts_of(first.damper), sections, "invert.json")
-    for k, (_, one) in enumerate(found, start=1):
-        columns = {str(n): np.asarray(c, dtype=np.float64) for n, c in one.to_frame().items()}
-        write_table(Workspace(work).root / "apply" / f"invert-{k}.parquet", columns)
-    return write(work, "invert", content, page)
+    tables = {
+        f"invert-{k}.parquet": {str(n): np.asarray(c, dtype=np.float64) for n, c in one.to_frame().items()}
+        for k, (_, one) in enumerate(found, start=1)
+    }
+    return write(work, "invert", content, page, tables)
 
 
 def lag_text(lag: bool, there: bool) -> str:

@@ -53,9 +53,7 @@ def test_a_linear_car_rides_as_its_equations_say(car: Car) -> None:
 
 def test_the_papers_ride_comes_out() -> None:
     # 003 Table 3 from its printed parameters: 0.538 and 0.537, printed 0.543 and 0.542
-    regularised = preyield(
-        "regularised-bingham", fy=(79.26, 845.5), C_inf=(933.13, 4324.1), vy=(0.0028, 0.0030)
-    )
+    regularised = preyield("regularised-bingham", fy=(79.26, 845.5), C_inf=(933.13, 4324.1), vy=(0.0028, 0.0030))
     for one, expected in ((biviscous(), 0.538), (regularised, 0.537)):
         ride = drive(Stepper(one), Car(500.0, 0.0, 78e3), [(SKYHOOK, Bump())], Timing(1e-3, 1))[0]
         # the control's sample time is 1 ms here: the rest is its
@@ -144,7 +142,9 @@ def test_desired_forces_of_controls_never_push() -> None:
                     assert force * v >= 0.0
                     sky = 200.0 * np.sign(body) if body * v > 0 else 0.0
                     ground = -100.0 * np.sign(wheel) if wheel * v < 0 else 0.0
-                    assert force == pytest.approx({"skyhook": sky, "groundhook": ground}.get(name, 0.25 * sky + 0.75 * ground))
+                    assert force == pytest.approx(
+                        {"skyhook": sky, "groundhook": ground}.get(name, 0.25 * sky + 0.75 * ground)
+                    )
 
 
 def test_roads_have_their_shape_and_their_roughness() -> None:
