@@ -1,9 +1,10 @@
 """Chatter: whether a controlled damper's force trembles, how fast, and what makes it.
 
 The force's turning points are found, those of small swings left out. Where many follow each other faster than any mass
-of the car swings and the road drives it, the force chatters. What makes it is told by simulating the same ride without one cause at a time:
-the current's lag; the control's sample time, a quarter of it; the damper's pre-yield slope, its force faded out about
-standstill. Beside it stands the limit cycle: an oscillation that does not die away once the road is level.
+of the car swings and the road drives it, the force chatters. What makes it is told by simulating the same ride without
+one cause at a time: the current's lag; the control's sample time, a quarter of it; the damper's pre-yield slope, its
+force faded out about standstill. Beside it stands the limit cycle: an oscillation that does not die away once the road
+is level.
 """
 
 from collections.abc import Callable, Sequence

@@ -78,7 +78,16 @@ def figure(panels: Sequence[Panel], prefix: str, alt: str, across: int = 1, heig
             if panel.log:
                 axes.set(xscale="log", yscale="log")
             if any(c.label for c in panel.curves) or panel.band is not None:
-                axes.legend(labelcolor="#334155", ncols=min(4, 1 + len(panel.curves)), fontsize=8)
+                axes.legend(
+                    labelcolor="#334155",
+                    ncols=len(panel.curves) + 1,
+                    fontsize=8,
+                    # above the panel, beside its title, where no curve is
+                    loc="lower right",
+                    bbox_to_anchor=(1.0, 1.0),
+                    borderaxespad=0.1,
+                    columnspacing=1.2,
+                )
         for axes in grid[len(panels) :]:
             axes.set_visible(False)
         return inline(to_svg(canvas, alt), prefix, alt)

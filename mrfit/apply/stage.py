@@ -264,8 +264,8 @@ def track(work: Path, study: TrackingStudy) -> dict[str, Any]:
 
 ERRORS = (
     "Errors are those against the feasible force: the desired one within what the damper can give at that motion, "
-    "which never pushes (inverse-tanh paper eq. 10). Err_rms_f is the rms error over the greatest force (eq. 12), Err_energy "
-    "the share by which the energy absorbed differs (eq. 13).",
+    "which never pushes (inverse-tanh paper eq. 10). Err_rms_f is the rms error over the greatest force (eq. 12), "
+    "Err_energy the share by which the energy absorbed differs (eq. 13).",
     "Region I: the wanted current rests at its least or greatest. Region II: it varies. Region III: from a step "
     "between both until the force has come within 5 %. Their squared errors add up to that of the whole.",
 )

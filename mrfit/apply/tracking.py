@@ -41,8 +41,8 @@ _REPORT = 200
 class Gains:
     """PI controller on the force's error: A per N, and A per N and s; None: found from the damper.
 
-    By default an error of the damper's whole reach is answered by 0.3 of the current's range, and by as much again every
-    5 ms that it lasts.
+    By default an error of the damper's whole reach is answered by 0.3 of the current's range, and by as much again
+    every 5 ms that it lasts.
     """
 
     proportional: float | None = None
