@@ -86,7 +86,7 @@ RIDE_HEADS = (
 RIDE_WORDS = (
     "- The paper's rides without chatter come out within 1 % from its LMH rows. From its MH rows they come out at "
     "0.53, not 0.60 to 0.63. Why is not known: biviscous MH is misprinted, and guo's loop is not printed.",
-    "- Bingham's force has no value at rest. What its ride comes to depends on the solver: the adaptive one has no end. "
+    "- Bingham's force has no value at rest. Its ride depends on the solver: the adaptive one does not end. "
     "Fixed steps chatter as the paper's do, at a rate set by the step, and only a pre-yield slope takes that away.",
     "- The two branched models chatter in the paper. Here the branch is chosen by the acceleration one stage earlier: "
     "the force jumps and, where the branches lie apart (MH), a limit cycle of 9 to 11 Hz is left. A force that falls "

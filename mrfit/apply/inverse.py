@@ -30,6 +30,8 @@ EXPLICIT, SEARCHED = 3, 17
 # Force at which a search ends, and up to which it counts as reached, as shares of the largest force at hand
 _ENOUGH, EXACT = 1e-13, 1e-9
 _STEPS, _GOLDEN = 80, 45
+# Points of the grid beside which an extremum is looked for, the best first
+_CANDIDATES = 2
 # Difference of current for Newton's slope, as a share of a piece
 _DIFFERENCE = 1e-7
 REACHED, BELOW, ABOVE, BETWEEN = 0, -1, 1, 2
@@ -172,32 +174,48 @@ class Inverter:
         return _finished(force, at, values, desired, found)
 
     def _sharpened(self, force: Function, at: Array, values: Array, desired: Array) -> tuple[Array, Array]:
-        """Add the extremum next to the best point of lanes whose force no point of the grid passes."""
-        lanes = np.flatnonzero((desired > values.max(axis=1)) | (desired < values.min(axis=1)))
-        if not len(lanes):
+        """Add the extrema next to the best points of lanes whose force no point of the grid passes."""
+        out = np.flatnonzero((desired > values.max(axis=1)) | (desired < values.min(axis=1)))
+        if not len(out):
             return at, values
-        best = np.abs(values[lanes] - desired[lanes, None]).argmin(axis=1)
-        own, rows = best % self._count, np.arange(len(lanes))
+        distance = np.pad(np.abs(values[out] - desired[out, None]), ((0, 0), (1, 1)), constant_values=np.inf)
+        middle = distance[:, 1:-1]
+        lowest = (middle <= distance[:, :-2]) & (middle <= distance[:, 2:])
+        ranked = np.argsort(np.where(lowest, middle, np.inf), axis=1, kind="stable")
+        along, given = [at], [values]
+        for best in ranked[:, :_CANDIDATES].T:
+            peak, beside = at[:, :1].copy(), values[:, :1].copy()
+            lanes, found = self._extremum(force, (at, values), out, best, desired)
+            peak[lanes, 0] = found
+            if len(lanes):
+                beside[lanes, 0] = force(found, lanes)
+            along.append(peak)
+            given.append(beside)
+        points = np.hstack(along)
+        order = np.argsort(points, axis=1, kind="stable")
+        return np.take_along_axis(points, order, axis=1), np.take_along_axis(np.hstack(given), order, axis=1)
+
+    def _extremum(
+        self, force: Function, grid: tuple[Array, Array], lanes: Index, best: Index, desired: Array
+    ) -> tuple[Index, Array]:
+        """Return the lanes that have an extremum beside a point of the grid, and where, by golden section."""
+        at, values = grid
+        own = best % self._count
+        # a parabola through the point and both beside it says whether anything lies between them
+        inner = _bent_inwards(at[lanes], values[lanes], best, own, self._count)
+        lanes, best, own = lanes[inner], best[inner], own[inner]
+        if not len(lanes):
+            return lanes, np.empty(0)
+        rows = np.arange(len(lanes))
         sign = np.where(desired[lanes] > values[lanes].max(axis=1), 1.0, -1.0)
         low = at[lanes][rows, best - (own > 0)]
         high = at[lanes][rows, best + (own < self._count - 1)]
-        # a parabola through the best point and both beside it says whether anything lies between them
-        inner = _bent_inwards(at[lanes], values[lanes], best, own, self._count)
-        lanes, best, sign, low, high = lanes[inner], best[inner], sign[inner], low[inner], high[inner]
-        if not len(lanes):
-            return at, values
         golden = (np.sqrt(5.0) - 1.0) / 2.0
         for _ in range(_GOLDEN):
             left, right = high - golden * (high - low), low + golden * (high - low)
             better = sign * force(left, lanes) > sign * force(right, lanes)
             low, high = np.where(better, low, left), np.where(better, right, high)
-        peak = at[:, :1].copy()
-        peak[lanes, 0] = 0.5 * (low + high)
-        beside = values[:, :1].copy()
-        beside[lanes, 0] = force(peak[lanes, 0], lanes)
-        order = np.argsort(np.hstack([at, peak]), axis=1, kind="stable")
-        along, given = np.hstack([at, peak]), np.hstack([values, beside])
-        return np.take_along_axis(along, order, axis=1), np.take_along_axis(given, order, axis=1)
+        return lanes, 0.5 * (low + high)
 
     def command(self, state: State, channels: Channels, dt: float, field: Array) -> Array:
         """Return the commands in A, held over the step, at whose end the base sees currents (B,), within limits.
