@@ -33,7 +33,7 @@ GONE = 0.35
 SOFTENING = 0.02
 # Time in s that is simulated again behind the first burst
 _AFTER = 1.0
-# A jump: this share of the greatest force within half a step, and so many times what nine steps in ten do
+# A jump: this share of the greatest force within half a step, and so many times what is before and behind it
 JUMP, _ABOVE = 0.05, 5.0
 FINER = 4
 
@@ -109,11 +109,14 @@ def look(ride: Ride, fastest: float) -> Chatter:
 
 
 def jumps(ride: Ride) -> float:
-    """Return how often per s the force jumps from one step to the next by more than a course of it could."""
+    """Return how often per s the force jumps within half a step of a held command, smooth before and behind."""
     leaps = np.abs(np.diff(ride.force))
-    least = max(JUMP * float(np.max(np.abs(ride.force), initial=0.0)), _ABOVE * float(np.quantile(leaps, 0.9)))
-    held = np.diff(ride.current) == 0.0
-    return float(np.count_nonzero((leaps > least) & held)) / ride.road.duration if least > 0.0 else 0.0
+    if len(leaps) < 3:
+        return 0.0
+    beside = np.maximum(leaps[:-2], leaps[2:])
+    least = np.maximum(JUMP * float(np.max(np.abs(ride.force), initial=0.0)), _ABOVE * beside)
+    held = np.diff(ride.current)[1:-1] == 0.0
+    return float(np.count_nonzero((leaps[1:-1] > least) & held & (least > 0.0))) / ride.road.duration
 
 
 def turning_points(force: Array) -> tuple[Index, Array]:

@@ -1,5 +1,7 @@
 """The quarter car against closed forms, its controls against their definitions, chatter against planted causes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -130,6 +132,16 @@ def test_chatter_is_fast_and_lasting_and_a_limit_cycle_does_not_die_away() -> No
     assert not look(ride_of(slow + 0.01 * fast, slow), 2.0).found, "too small a swing"
     assert limit_cycle(ride_of(slow, np.sin(2 * np.pi * 9 * t))) == pytest.approx(9.0, rel=0.05)
     assert limit_cycle(ride_of(slow, np.sin(2 * np.pi * 9 * t) * np.exp(-2 * t))) == 0.0
+
+
+def test_a_jump_is_no_steep_flank_and_no_step_of_the_command() -> None:
+    t = np.arange(3001) * 1e-3
+    steep = np.tanh(200 * np.sin(2 * np.pi * t))
+    assert look(ride_of(steep, steep), 2.0).jumps == 0.0
+    jumping = np.sin(2 * np.pi * t) + 0.3 * (np.floor(2 * t + 0.25) % 2)
+    assert look(ride_of(jumping, jumping), 2.0).jumps == pytest.approx(2.0, abs=0.4)
+    switched = replace(ride_of(jumping, jumping), current=np.floor(2 * t + 0.25) % 2)
+    assert look(switched, 2.0).jumps == 0.0
 
 
 def test_desired_forces_of_controls_never_push() -> None:
