@@ -91,7 +91,13 @@ class LuGre:
 
 @dataclass(frozen=True)
 class Spencer:
-    """``spencer``: the states are xi = x - y in m and z."""
+    """``spencer``: the states are xi = x - y in m and z; ``usual`` parameters (10,) choose the sub-steps."""
+
+    usual: Array | None = None
+
+    def tuned(self, theta: Array) -> "Spencer":
+        """Return it for a damper whose parameters (10,) are these in the middle of its range of current."""
+        return Spencer(np.ascontiguousarray(theta))
 
     def rest(self, now: Channels, theta: Array) -> Array:
         """Return xi = z = 0."""
@@ -100,7 +106,9 @@ class Spencer:
     def step(self, state: Array, before: Channels, now: Channels, theta: Array, dt: float) -> tuple[Array, Array]:
         """Return the force (B,) and xi, z."""
         ends = np.stack([before["velocity"], now["velocity"]])
-        return spencer_step(state, ends, now["displacement"], np.ascontiguousarray(theta), dt)
+        own = np.ascontiguousarray(theta)
+        usual = own[:, 0].copy() if self.usual is None else self.usual
+        return spencer_step(state, ends, np.ascontiguousarray(now["displacement"]), own, usual, dt)
 
 
 @dataclass(frozen=True)

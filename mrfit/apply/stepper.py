@@ -81,6 +81,7 @@ class Stepper:
         self._dependence, self._theta = damper.dependence, damper.theta
         values = np.split(self._theta[0], [len(self._theta[0]) - _effects_size(written)])
         self._own = values[0][None]
+        self._factors: tuple[_Link, ...] = ()
         self._last = np.empty(0), self._own
         own_inputs: tuple[Any, ...] = ()
         own_outputs: tuple[Any, ...] = ()
@@ -90,6 +91,9 @@ class Stepper:
             own_inputs, own_outputs = self._links_of_hammerstein_wiener(held)
         elif self._memory is None:
             _check_memoryless(base, spec.inputs, lambda d: self._module.response(d, _start(spec), _PROBE_DT))
+        if isinstance(self._memory, memory.Spencer):
+            middle = np.array([0.5 * (damper.low + damper.high)])
+            self._memory = self._memory.tuned(_columns(self._parameters({"current": middle}), 1)[:, 0])
         effects = _effects(written, values[1])
         self._inputs = (*own_inputs, *_links(effects, "input", held))
         self._adds = _links(effects, "add", held)
@@ -97,7 +101,7 @@ class Stepper:
         # what has no memory scales the force; the rest, which a current of this moment hardly moves, comes last
         self._shapes = tuple(link for link in outputs if link.element is None)
         self._outputs = tuple(link for link in outputs if link.element is not None)
-        self._factors = tuple(link for link in _links(effects, "theta", held))
+        self._factors = _links(effects, "theta", held)
         needed = (*spec.inputs, *(n for e, _ in effects for n in e.SPEC.inputs), "current")
         self.inputs = tuple(dict.fromkeys(needed))
         self.behind = tuple(dict.fromkeys(link.name for link in self._outputs))

@@ -10,8 +10,7 @@ from mrfit.kernels.jit import kernel
 from mrfit.kernels.powers import power
 
 Shape = tuple[float, float, float, float]
-# Bound on a sub-step's error estimate as a share of the saturated element's force. A hundredth of what a simulation
-# takes: the force is searched for a current, and a change in the number of sub-steps is a small jump
+# Bound on a sub-step's error estimate as a share of the saturated element's force, a hundredth of what a simulation takes
 _TOLERANCE = 1e-8
 _MAX_STEPS = 3000
 
@@ -90,7 +89,14 @@ def _attempt(
 
 
 @kernel
-def spencer_step(state: Array, ends: Array, x: Array, theta: Array, dt: float) -> tuple[Array, Array]:
+def _law(theta: Array) -> tuple[float, tuple[float, float], Shape]:
+    """Return what the velocity, z and xi drive the inner travel by, and the shape of the hysteretic element."""
+    inverse = 1.0 / (theta[0] + theta[1])
+    return theta[0] * inverse, (theta[4] * inverse, theta[3] * inverse), (theta[5], theta[6], theta[7], theta[8])
+
+
+@kernel
+def spencer_step(state: Array, ends: Array, x: Array, theta: Array, usual: Array, dt: float) -> tuple[Array, Array]:
     """Return force (N), (B,), and state (2, B) of Spencer's damper after one step.
 
     Parameters
@@ -103,28 +109,33 @@ def spencer_step(state: Array, ends: Array, x: Array, theta: Array, dt: float) -
         Displacement in m at its end, shape (B,).
     theta
         Parameters as in ``spencer.spencer``, shape (10, B).
+    usual
+        Parameters (10,) by which the sub-steps are chosen: with sub-steps of its own every current would have a small
+        error of its own, and the force would jump with the current.
     dt
         Length of the step in s; 0 leaves the state as it is.
     """
     following, force = state.copy(), np.empty(len(x))
+    lead, usual_rates, usual_shape = _law(usual)
+    limit = _TOLERANCE * usual_rates[0] * power(usual[5] / (usual[6] + usual[7]), 1.0 / usual[8])
     for b in range(len(x)):
-        c0, c_inf, k0, k_inf, alpha, growth, beta, gamma, n, f0 = theta[:, b]
-        inverse = 1.0 / (c0 + c_inf)
-        gain, rates, shape = c0 * inverse, (alpha * inverse, k_inf * inverse), (growth, beta, gamma, n)
-        limit = _TOLERANCE * rates[0] * power(growth / (beta + gamma), 1.0 / n)
+        gain, rates, shape = _law(theta[:, b])
         pair, done, wish = (state[0, b], state[1, b]), 0.0, dt
+        other = pair
         rise = (ends[1, b] - ends[0, b]) / dt if dt > 0.0 else 0.0
         for _ in range(_MAX_STEPS):
             if dt - done <= 1e-12 * dt:
                 break
-            h = min(wish, dt - done)
-            xi, z, error = _attempt(pair, (gain * (ends[0, b] + rise * done), gain * rise), rates, shape, h)
+            h, v = min(wish, dt - done), ends[0, b] + rise * done
+            xi, z, error = _attempt(other, (lead * v, lead * rise), usual_rates, usual_shape, h)
             factor = min(max(0.85 * (limit / max(error, 1e-12 * limit)) ** 0.375, 0.1), 4.0)
             if error <= limit or h < 1e-9 * dt:
-                pair, done, wish = (xi, z), done + h, h * factor
+                other, done, wish = (xi, z), done + h, h * factor
+                xi, z, _ = _attempt(pair, (gain * v, gain * rise), rates, shape, h)
+                pair = (xi, z)
             else:
                 wish = h * min(factor, 0.9)
         following[0, b], following[1, b] = pair
         w = gain * ends[1, b] - rates[0] * pair[1] - rates[1] * pair[0]
-        force[b] = c0 * (ends[1, b] - w) + k0 * x[b] + f0
+        force[b] = theta[0, b] * (ends[1, b] - w) + theta[2, b] * x[b] + theta[9, b]
     return force, following
