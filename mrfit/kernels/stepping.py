@@ -10,7 +10,7 @@ from mrfit.kernels.jit import kernel
 from mrfit.kernels.powers import power
 
 Shape = tuple[float, float, float, float]
-# Bound on a sub-step's error estimate as a share of the saturated element's force, a hundredth of what a simulation takes
+# Bound on a sub-step's error estimate as a share of the saturated element's force: a hundredth of a simulation's
 _TOLERANCE = 1e-8
 _MAX_STEPS = 3000
 
