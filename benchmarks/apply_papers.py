@@ -84,13 +84,13 @@ RIDE_HEADS = (
     "|---|---|---|---|---|---|---|---|---|---|",
 )
 RIDE_WORDS = (
-    "- The paper's rides without chatter come out within 1 % from its LMH rows. From its MH rows they come out at "
-    "0.53, not 0.60 to 0.63. Why is not known: biviscous MH is misprinted, and guo's loop is not printed.",
-    "- Bingham's force has no value at rest. Its ride depends on the solver: the adaptive one does not end. Fixed steps "
-    "chatter as the paper's do, at a rate set by the step, and only a pre-yield slope takes that away.",
+    "- The paper's rides without chatter come out within 1 % from its LMH rows. From its MH rows they come out "
+    "at 0.53, not 0.60 to 0.63. Why is not known: biviscous MH is misprinted, and guo's loop is not printed.",
+    "- Bingham's force has no value at rest. Its ride depends on the solver: the adaptive one does not end. Fixed "
+    "steps chatter as the paper's do, at a rate set by the step, and only a pre-yield slope takes that away.",
     "- The two branched models chatter in the paper and here. The branch is chosen by the acceleration one stage "
-    "earlier; a force that falls as the acceleration turns positive raises it further, so that there is no rest between "
-    "both branches. Where these lie close (LMH) the force trembles at 25 to 35 Hz, where apart (MH) a limit cycle of 9 "
+    "earlier; a force that falls as the acceleration turns positive raises it further: no rest between both "
+    "branches. Where these lie close (LMH) the force trembles at 25 to 35 Hz, where apart (MH) a limit cycle of 9 "
     "to 11 Hz is left. Their rms is a matter of the solver, as Bingham's is.",
 )
 SCHEME_WORDS = (
