@@ -15,6 +15,7 @@ from mrfit.simulate.current_levels import assembly_of
 
 if TYPE_CHECKING:
     from mrfit.api.fitting import FitResult
+    from mrfit.io.schemas.fit import Fit
 
 MOTIONS = {
     "force": ("displacement", "velocity", "acceleration"),
@@ -141,30 +142,28 @@ def damper_of(fit: "FitResult", current: tuple[float, float] | None = None) -> D
     DataError
         If the fit has several sets of parameters, or its force does not depend on a current.
     """
-    content = dict(fit.content)
-    sets = content["results"]
-    if len(sets) != 1:
+    content = fit.content
+    if len(content.results) != 1:
         raise DataError(
-            f"fit '{fit.name}' has {len(sets)} sets of parameters, one for each condition: apply needs one for all; "
-            f"run `mrfit fit --model {fit.model} --per all`"
+            f"fit '{fit.name}' has {len(content.results)} sets of parameters, one for each condition: apply needs one "
+            f"for all; run `mrfit fit --model {fit.model} --per all`"
         )
-    stored = content.get("current_dependence")
-    assembly = assembly_of(content)
-    values = {p["name"]: float(p["value"]) for p in sets[0]["parameters"]}
-    parameters = tuple((n, values[n]) for n in assembly.spec.names)
+    stored = content.current_dependence
+    values = {p.name: p.value for p in content.results[0].parameters}
+    parameters = tuple((n, values[n]) for n in assembly_of(content).spec.names)
+    orders: tuple[tuple[str, Order], ...] = ()
     if stored:
-        orders = tuple((str(n), order) for n, order in stored["orders"].items())
-        low, high = float(stored["low"]), float(stored["high"])
+        orders, (low, high) = tuple(stored.orders.items()), (stored.low, stored.high)
     else:
-        orders, (low, high) = (), current or (0.0, _greatest(content))
+        low, high = current or (0.0, _greatest(content))
     return controllable(Damper(fit.name, fit.model, parameters, orders, low, high))
 
 
-def _greatest(content: Mapping[str, Any]) -> float:
+def _greatest(content: "Fit") -> float:
     """Return the greatest current of a fit's conditions as their names have it, 1 A where they have none."""
     import re
 
-    found = [float(a) for m in content["metrics"] for a in re.findall(r"(\d+(?:\.\d+)?)\s*A\b", str(m["condition"]))]
+    found = [float(a) for m in content.metrics for a in re.findall(r"(\d+(?:\.\d+)?)\s*A\b", m.condition)]
     return max(found, default=1.0) or 1.0
 
 

@@ -6,8 +6,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from mrfit.cli import console
-from mrfit.cli.options import WORK, Json, Map, Plugins, Work, number
+from mrfit.cli.options import Json, Only, Plugins, Work, options
 from mrfit.errors import ConfigError
+from mrfit.settings import ingest
+from mrfit.settings.apply import Supply
+from mrfit.settings.forms import number
 
 if TYPE_CHECKING:
     from mrfit.apply.damper import Damper
@@ -22,12 +25,7 @@ Sine = Annotated[
     str, typer.Option(help="Instead of logs a sine, Hz and m: 1:0.01.", metavar="HZ:M[:CYCLES]", show_default=False)
 ]
 Step = Annotated[float, typer.Option("--dt", help="Sample interval of the sine in s.", min=1e-6, max=0.1)]
-Most = Annotated[float, typer.Option(help="Greatest command over the greatest current tested.", min=1.0)]
-Least = Annotated[float | None, typer.Option(help="Least command in A; default: the least current tested.")]
-Rate = Annotated[float | None, typer.Option(help="Greatest change of the command in A/s.", min=1e-9)]
-Voltage = Annotated[float | None, typer.Option(help="Greatest voltage in V; needs --inductance.", min=1e-9)]
-Ohm = Annotated[float, typer.Option("--resistance", help="Coil resistance in ohm, with --voltage.", min=0.0)]
-Henry = Annotated[float, typer.Option("--inductance", help="Coil inductance in H, with --voltage.", min=0.0)]
+Reading = Annotated[ingest.Settings, Only(("map",))]
 
 
 def damper_named(work: Path, name: str) -> "Damper":
@@ -58,7 +56,7 @@ def motions_of(
         numbers = [number("--sine", part) for part in sine.split(":")]
         if len(numbers) not in (2, 3):
             raise ConfigError(f"--sine takes HZ:M or HZ:M:CYCLES, not '{sine}'")
-        frequency, amplitude, cycles = *numbers, *([4.0] if len(numbers) == 2 else [])
+        frequency, amplitude, cycles = numbers if len(numbers) == 3 else (*numbers, 4.0)
         return [motion.sine(frequency, amplitude, cycles, dt, damper.output)]
     return motion.of_recordings(read_logs(logs or [], map_file), damper.assembly.spec.inputs, damper.output)
 
@@ -83,35 +81,30 @@ def read_logs(logs: list[Path], map_file: Path | None) -> list[Any]:
     return list(found)
 
 
-def amplifier_of(
-    most: float, least: float | None, rate: float | None, coil: tuple[float | None, float, float]
-) -> "Amplifier":
+def amplifier_of(supply: Supply) -> "Amplifier":
     """Return the limits of the options."""
     from mrfit.apply.inverse import Amplifier
 
-    voltage, ohm, henry = coil
     none = float("inf")
-    return Amplifier(most, least, none if rate is None else rate, none if voltage is None else voltage, ohm, henry)
+    rate, voltage = (none if most is None else most for most in (supply.rate, supply.voltage))
+    return Amplifier(supply.most, supply.least, rate, voltage, supply.resistance, supply.inductance)
 
 
 @app.command()
-def invert(  # noqa: PLR0913
+@options
+def invert(
     fit: Fit,
     logs: OptionalLogs = None,
     sine: Sine = "",
     dt: Step = 1e-3,
     law: Annotated[str, typer.Option(help="Desired force: c=N*s/m, k=N/m,c=N*s/m, skyhook=N*s/m.")] = "",
     desired: Annotated[Path | None, typer.Option(help="File with the desired force over time.")] = None,
-    most: Most = 1.2,
-    least: Least = None,
-    rate: Rate = None,
-    voltage: Voltage = None,
-    resistance: Ohm = 0.0,
-    inductance: Henry = 0.0,
-    map_file: Map = None,
-    work: Work = WORK,
-    plugins: Plugins = None,
-    as_json: Json = False,
+    *,
+    supply: Supply,
+    reading: Reading,
+    work: Work,
+    plugins: Plugins,
+    as_json: Json,
 ) -> None:
     """Find the current for a desired force; without --law and --desired, for the force that the log measured.
 
@@ -125,8 +118,8 @@ def invert(  # noqa: PLR0913
     if law and desired:
         raise ConfigError("give --law or --desired, not both")
     damper = damper_named(work, fit)
-    amplifier = amplifier_of(most, least, rate, (voltage, resistance, inductance))
-    motions = motions_of(logs, sine, dt, map_file, damper)
+    amplifier = amplifier_of(supply)
+    motions = motions_of(logs, sine, dt, reading.map, damper)
     found = []
     with console.progress_bar() as progress:
         for motion in motions:
@@ -159,7 +152,8 @@ def _print_inversions(summary: dict[str, Any]) -> None:
 
 
 @app.command()
-def track(  # noqa: PLR0913
+@options
+def track(
     fit: Fit,
     logs: OptionalLogs = None,
     sine: Sine = "",
@@ -174,16 +168,12 @@ def track(  # noqa: PLR0913
     plant: Annotated[str, typer.Option(help="Fit that answers in the damper's place; default: the same.")] = "",
     proportional: Annotated[float | None, typer.Option(help="Gain of the feedback in A/N.", min=0.0)] = None,
     integral: Annotated[float | None, typer.Option(help="Gain of its integral in A/(N*s).", min=0.0)] = None,
-    most: Most = 1.2,
-    least: Least = None,
-    rate: Rate = None,
-    voltage: Voltage = None,
-    resistance: Ohm = 0.0,
-    inductance: Henry = 0.0,
-    map_file: Map = None,
-    work: Work = WORK,
-    plugins: Plugins = None,
-    as_json: Json = False,
+    *,
+    supply: Supply,
+    reading: Reading,
+    work: Work,
+    plugins: Plugins,
+    as_json: Json,
 ) -> None:
     """Track desired forces by feedforward, feedback and both: errors, by region, and what the current's lag costs.
 
@@ -197,10 +187,10 @@ def track(  # noqa: PLR0913
         raise ConfigError("give a desired force: --law c=2e4, or --desired FILE")
     laws = [law_of(text) for text in law or []]
     schemes = list(dict.fromkeys(s.strip() for s in scheme.split(",")))
-    amplifier = amplifier_of(most, least, rate, (voltage, resistance, inductance))
+    amplifier = amplifier_of(supply)
     damper = damper_named(work, fit)
     answers = damper_named(work, plant) if plant else damper
-    motions = motions_of(logs, sine, dt, map_file, damper)
+    motions = motions_of(logs, sine, dt, reading.map, damper)
     with console.progress_bar() as progress:
         tasks = []
         for motion in motions:
@@ -250,7 +240,8 @@ def _lag_words(summary: dict[str, Any]) -> list[str]:
 
 
 @app.command("quarter-car")
-def quarter_car(  # noqa: PLR0913
+@options
+def quarter_car(
     fit: Fit,
     sprung: Annotated[float, typer.Option(help="Sprung mass in kg.")] = 400.0,
     unsprung: Annotated[float, typer.Option(help="Unsprung mass in kg; 0: a rigid wheel.")] = 40.0,
@@ -275,15 +266,11 @@ def quarter_car(  # noqa: PLR0913
     sample: Annotated[float, typer.Option(help="Sample time of the control in s.")] = 1e-3,
     steps: Annotated[int, typer.Option(help="Steps of the simulation in it.")] = 2,
     check: Annotated[bool, typer.Option(help="Simulate the first road adaptively too.")] = True,
-    most: Most = 1.2,
-    least: Least = None,
-    rate: Rate = None,
-    voltage: Voltage = None,
-    resistance: Ohm = 0.0,
-    inductance: Henry = 0.0,
-    work: Work = WORK,
-    plugins: Plugins = None,
-    as_json: Json = False,
+    *,
+    supply: Supply,
+    work: Work,
+    plugins: Plugins,
+    as_json: Json,
 ) -> None:
     """Drive a quarter car on the damper: comfort, tyre load and travel of passive and controlled rides, and chatter.
 
@@ -297,7 +284,7 @@ def quarter_car(  # noqa: PLR0913
     controls = [Control(n, damping, share) for n in dict.fromkeys(names)]
     roads = [road_of(n.strip(), speed, duration, seed) for n in dict.fromkeys(road.split(","))]
     car, timing = Car(sprung, unsprung, spring, tyre, tyre_damping), Timing(sample, steps)
-    amplifier = amplifier_of(most, least, rate, (voltage, resistance, inductance))
+    amplifier = amplifier_of(supply)
     damper = damper_named(work, fit)
     with console.progress_bar() as progress:
         study = ride.quarter_car(damper, car, controls, roads, timing, amplifier, check, progress)

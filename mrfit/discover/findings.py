@@ -197,7 +197,7 @@ def drifts_of(bench: Bench, fit: Refit) -> list[Drift]:
             level, gain = stretch.level_rate, 0.0
             if found is not None:
                 own = drift_row(segment.condition, segment.id, found)
-                level, gain = level or own["level_rate"], own["gain_rate"]
+                level, gain = level or own.level_rate, own.gain_rate
             if level or gain:
                 rows.append(Drift(segment.condition, segment.id, level, gain))
     return rows
@@ -206,9 +206,9 @@ def drifts_of(bench: Bench, fit: Refit) -> list[Drift]:
 def intervals_of(fit: Refit, effect: str) -> tuple[Interval, ...]:
     """Return an effect's parameters with intervals."""
     return tuple(
-        Interval(row["name"].partition(".")[2], row["unit"], row["value"], row["low"], row["high"])
+        Interval(row.name.partition(".")[2], row.unit, row.value, row.low, row.high)
         for row in parameter_rows(fit.cube, fit.point, fit.uncertainty)
-        if row["name"].startswith(effect + ".")
+        if row.name.startswith(effect + ".")
     )
 
 

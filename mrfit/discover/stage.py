@@ -27,6 +27,7 @@ from mrfit.io.keys import code_version, digest_of, discovery_key
 from mrfit.io.schemas.discovery import DiscoveryFile, PartialDiscovery
 from mrfit.io.schemas.reading import made
 from mrfit.io.workspace import Workspace, plain, write_json, write_table, write_text
+from mrfit.settings.discover import Settings as Settings
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence, base_name, orders_of
 from mrfit.simulate.current_levels import (
@@ -40,31 +41,6 @@ from mrfit.simulate.current_levels import (
 )
 
 SCHEMA = "mrfit/discovery/1"
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What to look for.
-
-    Attributes
-    ----------
-    model
-        Base model; effects written with it (``tanh+delay``) are part of it.
-    current_order
-        How the base's parameters depend on current: ``auto``, an order, or ``NAME=ORDER,…``.
-    start
-        The user's start values.
-    seed
-        Of every random choice.
-    jobs
-        Worker threads; the result does not depend on it.
-    """
-
-    model: str
-    current_order: str = "auto"
-    start: tuple[tuple[str, float], ...] = ()
-    seed: int = 0
-    jobs: int = 1
 
 
 def check(settings: Settings) -> None:

@@ -8,6 +8,8 @@ from typing import Any
 from mrfit.core import registry
 from mrfit.core.progress import Progress, silent
 from mrfit.io.keys import discovery_key, key_of
+from mrfit.io.outdated import Inputs
+from mrfit.io.schemas.discovery import DiscoveryFile
 from mrfit.io.workspace import Workspace, write_text
 from mrfit.report import page
 from mrfit.report.curves import prefixed
@@ -64,7 +66,7 @@ def advice(workspace: Workspace) -> dict[str, Any]:
         If there is no discovery.
     """
     found = read_found(workspace)
-    outdated = bool(workspace.outdated([{**found, "name": ""}], discovery_key)) if found.get("settings") else False
+    outdated = bool(Inputs(workspace).reason(DiscoveryFile.of(found), discovery_key)) if found["settings"] else False
     return {k: found[k] for k in ("base_model", "verdict", "ambiguous_set", "advice")} | {"outdated": outdated}
 
 

@@ -3,6 +3,8 @@
 from typing import Any
 
 from mrfit.core import registry
+from mrfit.io.schemas.fit import DriftRow
+from mrfit.io.schemas.reading import of_row
 from mrfit.report.curves import prefixed
 from mrfit.report.numbers import WITHIN_NOISE, in_html, percent, significant, with_interval
 from mrfit.signal.drift import drift_words
@@ -36,7 +38,8 @@ def effect_words(name: str) -> str:
 
 def sentences(found: Found) -> list[str]:
     """Return the explanation: where the error sat, what the gap was and is, and what remains unexplained."""
-    drift = [_sentence(drift_words(found["drift"]))] if found.get("drift") else []
+    rows = [of_row(DriftRow, row) for row in found.get("drift") or ()]
+    drift = [_sentence(drift_words(rows))] if rows else []
     if found["verdict"] == "insufficient-data":
         return [_sentence(text) for text in found["advice"]] + drift
     said = [_sentence(text) for text in found.get("where_text", [])[:1]]

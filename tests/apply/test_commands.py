@@ -12,6 +12,7 @@ from mrfit.apply.damper import Damper
 from mrfit.cli import console
 from mrfit.cli.main import app
 from mrfit.io.schemas.fit import Fit
+from mrfit.io.schemas.reading import of_json
 from tests.apply.dampers import controllable, monotone
 
 Command = Callable[..., tuple[int, str]]
@@ -29,7 +30,7 @@ def write_fit(work: Path, name: str, damper: Damper, sets: int = 1) -> None:
         "current_dependence": dependence,
         "warnings": [],
     }
-    Fit.of(content)
+    of_json(Fit, json.dumps(content))
     folder = work / "fits" / name
     folder.mkdir(parents=True)
     (folder / "fit.json").write_text(json.dumps(content), encoding="utf-8")

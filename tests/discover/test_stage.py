@@ -17,7 +17,8 @@ from mrfit.discover import stage
 from mrfit.discover.stage import Settings, _fitter, run
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.select import load_recordings
-from mrfit.io.workspace import Workspace, write_json
+from mrfit.io.schemas.stages import About
+from mrfit.io.workspace import Workspace, plain, write_json
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 from tests.discover.studies import GAS_COLUMN, TESTS, workspace
@@ -162,7 +163,7 @@ def at_five_currents(folder: Path, model: str, law: Callable[[float], dict[str, 
             channels |= {"velocity": drive[1, 250:], "current": np.full(count, current)}
             record = Recording(name, f"{name}.csv", name, "none", t[1] - t[0], 0.0, channels, {})
             made.write_recording(record)
-            about.append(record.about())
+            about.append(plain(About.of(record)))
     write_json(made.ingest_json, {"recordings": about, "refused": []})
     mrfit.segment.stage.run(made, mrfit.segment.stage.Settings())
     return made
