@@ -206,6 +206,16 @@ def test_a_discovery_is_that_of_the_command(place: Path, tmp_path: Path, mrfit: 
     found = face.discover(face.read(place / "heavy"), model="tanh", seed=1)
     found.save(tmp_path / "own.json")
     assert (tmp_path / "own.json").read_bytes() == (tmp_path / "mrfit-work/discover/discovery.json").read_bytes()
+    again = face.load(tmp_path / "own.json")
+    assert isinstance(again, face.Discovery) and again.to_json() == found.to_json()
+    assert repr(again) == repr(found)
+    drawn = [bar.get_width() for group in again.plot().axes[0].containers for bar in group]
+    assert drawn[:1] == [pytest.approx(100.0 * found.gap.before)]
+
+
+def test_a_discovery_on_too_few_data_has_nothing_to_draw(logs: list[mrfit.Recording]) -> None:
+    with pytest.raises(mrfit.DataError, match="no errors to draw: no held-out condition"):
+        mrfit.discover(logs[0], model="tanh").plot()
 
 
 def test_a_discovery_on_too_few_data_says_what_is_lacking(logs: list[mrfit.Recording]) -> None:

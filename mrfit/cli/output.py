@@ -245,17 +245,20 @@ def compare_optimizers(summary: Summary, work: Path) -> None:
 
 def discover(summary: Summary, work: Path) -> None:
     """Print a discovery: verdict in words, where the error sits, effects, errors on held-out data, candidates."""
+    from mrfit.io.schemas.discovery import DiscoveryFile
     from mrfit.report.explain import headline, next_step, parameter_rows, sentences
+    from mrfit.report.law_words import other_law_sentences
 
-    say(f"{headline(summary)}{_state(summary)}")
+    found = DiscoveryFile.of(summary)
+    say(f"{headline(found)}{_state(summary)}")
     _notes(summary)
-    for line in sentences(summary):
+    for line in sentences(found):
         say(f"  {line}")
-    for line in summary.get("where_text", [])[1:]:
+    for line in found.where_text[1:]:
         say(f"  {line}")
     shown = [
-        [e["name"], p["name"], p["value"], p["interval"], e["holdout_nrmse_before"], e["holdout_nrmse_after"]]
-        for e in summary["effects"]
+        [e.name, p.name, p.value, p.interval, e.holdout_nrmse_before, e.holdout_nrmse_after]
+        for e in found.effects
         for p in parameter_rows(e)
     ]
     if shown:
@@ -266,10 +269,14 @@ def discover(summary: Summary, work: Path) -> None:
         names = ("name", "screen", "holdout_gain", "accepted", "reason")
         columns = ("candidate", "share of error, screened", "gain on held-out data", "accepted", "reason")
         print_table("Candidates", columns, [numbers(c, names) for c in summary["candidates"]])
+    if found.other_laws:
+        say("Other laws:")
+        for line in other_law_sentences(found):
+            say(f"  {line} --work {work}" if "mrfit discover" in line else f"  {line}")
     if summary["verdict"] == "ambiguous":
         advise(summary)
-    if next_step(summary):
-        say(f"Go on with: {next_step(summary)} --work {work}")
+    if next_step(found):
+        say(f"Go on with: {next_step(found)} --work {work}")
     say(f"Page: {summary['page']}")
 
 

@@ -95,15 +95,16 @@ def _discover(workspace: Workspace, settings: mrfit.settings.discover.Settings, 
     import mrfit.report.discovery
     from mrfit.discover import stage as discover_stage
 
-    found = discover_stage.run(workspace, settings, progress)
-    return {**found, "page": mrfit.report.discovery.run(workspace, progress)["page"]}
+    made = discover_stage.run(workspace, settings, progress)
+    page = mrfit.report.discovery.run(workspace, progress).path
+    return {**plain(made.found.to_json()), "skipped": made.skipped, "page": str(page)}
 
 
 def advise(work: Path) -> Summary:
     """Return the last discovery's advice."""
     import mrfit.report.discovery
 
-    return mrfit.report.discovery.advice(Workspace(work))
+    return asdict(mrfit.report.discovery.advice(Workspace(work)))
 
 
 def compare_models(work: Path, settings: mrfit.settings.compare.Settings, progress: Progress) -> Summary:

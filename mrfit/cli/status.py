@@ -179,7 +179,7 @@ def _discovery(workspace: Workspace, inputs: Inputs) -> Step | None:
     found = load(folder / "discovery.json", DiscoveryFile, f"delete {folder} and run `mrfit discover` again")
     if not found:
         return None
-    effects = [e.name for e in found.effects] or found.ambiguous_set
+    effects = [e.name for e in found.effects] or [*found.ambiguous_set]
     holds = f"{found.base_model}: {found.verdict}" + f" ({', '.join(effects)})" * bool(effects)
     why = inputs.reason(found, discovery_key, "discover") if found.settings else ""
     return Step("discovery", "", holds, effects, found.settings, found.code, why)

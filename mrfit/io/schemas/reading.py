@@ -143,7 +143,7 @@ def content(path: Path, kind: type[Stored], remedy: str) -> dict[str, Any] | Non
 
 def as_json(text: str | bytes, whole: Stored) -> dict[str, Any]:
     """Return a checked file as lists and dictionaries, in its own order, with the defaults of what it leaves out."""
-    return dict(_with_defaults(json.loads(text), whole.model_dump(mode="json")))
+    return dict(_with_defaults(json.loads(text), whole.model_dump(mode="json", by_alias=True)))
 
 
 def _with_defaults(own: Any, full: Any) -> Any:
