@@ -19,7 +19,8 @@ class Supply:
     rate
         Greatest change of the command in A/s, or None for any.
     voltage, resistance, inductance
-        Greatest voltage in V, or None for any; the coil's resistance in ohm and inductance in H, which turn it into a rate.
+        Greatest voltage in V, or None for any; the coil's resistance in ohm and inductance in H, by which it limits the
+        rate.
     """
 
     most: Annotated[float, Setting("Greatest command over the greatest current tested.", low=1.0)] = 1.2
