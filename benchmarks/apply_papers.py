@@ -12,12 +12,13 @@ from scipy.stats import spearmanr
 
 from mrfit.apply.calls import track
 from mrfit.apply.car import Car, Control, Timing, adaptive, drive, rms
-from mrfit.apply.chatter import Chatter, told_apart
+from mrfit.apply.chatter import told_apart
 from mrfit.apply.damper import Damper, damper
 from mrfit.apply.motion import sine
 from mrfit.apply.roads import Bump
 from mrfit.apply.stepper import Stepper
 from mrfit.apply.tracking import Tracking
+from mrfit.io.schemas.apply import Chatter
 
 # Preyield paper, Tables 1-2, at 0 and 1 A, in N, N*s/m, m/s (s/m for guo). MH of biviscous prints 1.8 and 4.1 mm/s for
 # 18 and 41; Omega of guo is not printed and taken as 0, no loop

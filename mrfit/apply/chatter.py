@@ -8,7 +8,7 @@ is level.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from mrfit.apply.car import Ride, Timing, rms
 from mrfit.core.specs import Array, Index
+from mrfit.io.schemas.apply import Chatter
 
 # A swing counts from this share of the ride's greatest force on
 SWING = 0.02
@@ -36,49 +37,6 @@ _AFTER = 1.0
 # A jump: this share of the greatest force within half a step, and so many times what is before and behind it
 JUMP, _ABOVE = 0.05, 5.0
 FINER = 4
-
-
-@dataclass(frozen=True)
-class Chatter:
-    """What was found in a ride.
-
-    Attributes
-    ----------
-    found
-        Whether the force chatters.
-    share
-        Of the time, in bursts.
-    rate
-        Oscillations per s within bursts.
-    turns
-        Turning points within bursts.
-    swing
-        Median size of their swings in N.
-    first
-        Time in s of the first burst; nan without one.
-    switching
-        Rate of the command's crossings of its middle in 1/s.
-    jumps
-        Rate of the force's jumps in 1/s while the command stayed.
-    limit_cycle
-        Frequency in Hz of an oscillation that goes on when the road has ended; 0 without one.
-    cause
-        ``lag``, ``sample time``, ``pre-yield slope``, or that they were not told apart; empty without chatter.
-    evidence
-        Swings in N times their share of the time: as it is, and without each cause.
-    """
-
-    found: bool
-    share: float
-    rate: float
-    turns: int
-    swing: float
-    first: float
-    switching: float
-    jumps: float
-    limit_cycle: float
-    cause: str = ""
-    evidence: tuple[tuple[str, float], ...] = ()
 
 
 def look(ride: Ride, fastest: float) -> Chatter:
@@ -197,7 +155,8 @@ def told_apart(rides: Sequence[Ride], timing: Timing, fastest: float, again: Aga
         return found
     some = [rides[k] for k in odd]
     # what is tried takes no longer than it has to
-    until = max([found[k].first + _AFTER if found[k].found else rides[k].time[-1] for k in odd])
+    firsts = {k: found[k].first for k in odd if found[k].found}
+    until = max([rides[k].time[-1] if (first := firsts.get(k)) is None else first + _AFTER for k in odd])
     timing = replace(timing, until=float(until))
     seen = [look(cut(ride, timing.until), fastest) for ride in some]
     tries: dict[str, list[tuple[Chatter, Ride]]] = {}

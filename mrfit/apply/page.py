@@ -19,6 +19,19 @@ class Table:
     rows: Sequence[Sequence[Any]]
     digits: int = 3
 
+    @property
+    def numeric(self) -> list[bool]:
+        """Whether there is a number in each column."""
+        return [
+            any(isinstance(row[k], (int, float)) and not isinstance(row[k], bool) for row in self.rows)
+            for k in range(len(self.heads))
+        ]
+
+    @property
+    def cells(self) -> list[list[str]]:
+        """The rows as they are shown."""
+        return [[cell(value, self.digits) for value in row] for row in self.rows]
+
 
 @dataclass(frozen=True)
 class Drawn:
@@ -41,12 +54,8 @@ class Section:
 
 def render(title: str, lead: str, facts: Sequence[tuple[str, str]], sections: Sequence[Section], file: str) -> str:
     """Return a page; ``file`` is the name of the JSON file with all numbers."""
-    shown = [
-        {"title": s.title, "words": s.words, "tables": [_table(t) for t in s.tables], "figures": s.figures}
-        for s in sections
-    ]
     template = template_of(TEMPLATE.with_name("apply.html.jinja"))
-    return template.render(title=title, lead=lead, facts=facts, sections=shown, file=file, version=version("mrfit"))
+    return template.render(title=title, lead=lead, facts=facts, sections=sections, file=file, version=version("mrfit"))
 
 
 def facts_of(damper: Damper) -> list[tuple[str, str]]:
@@ -62,15 +71,6 @@ def facts_of(damper: Damper) -> list[tuple[str, str]]:
         ("Current", f"{damper.low:g} to {damper.high:g} A; depends on it: {varying}"),
         ("Parameters", values),
     ]
-
-
-def _table(table: Table) -> dict[str, Any]:
-    numeric = [
-        any(isinstance(row[k], (int, float)) and not isinstance(row[k], bool) for row in table.rows)
-        for k in range(len(table.heads))
-    ]
-    rows = [[cell(value, table.digits) for value in row] for row in table.rows]
-    return {"caption": table.caption, "heads": table.heads, "rows": rows, "numeric": numeric}
 
 
 def cell(value: Any, digits: int = 3) -> str:

@@ -2,19 +2,20 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mrfit.apply.car import Car, Check, Control, Ride, Timing, adaptive, drive, rms
-from mrfit.apply.chatter import SOFTENING, Chatter, told_apart
+from mrfit.apply.chatter import SOFTENING, told_apart
 from mrfit.apply.damper import Damper
+from mrfit.apply.entries import amplifier_entry, damper_entry
 from mrfit.apply.inverse import Amplifier
 from mrfit.apply.roads import Road
 from mrfit.apply.stepper import Stepper
 from mrfit.core import registry
 from mrfit.core.progress import Progress, silent
-from mrfit.io.workspace import plain
+from mrfit.io.schemas.apply import CarEntry, Chatter, CheckRow, ControlEntry, QuarterCarFile, RideRow, TimingEntry
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -22,39 +23,6 @@ if TYPE_CHECKING:
 LAGS = ("current-lag", "current-filter", "residual-magnetism")
 # Fixed and adaptive steps agree if their rms accelerations differ by less than this share
 AGREE = 0.02
-
-
-@dataclass(frozen=True)
-class Row:
-    """One ride in numbers, SI.
-
-    Attributes
-    ----------
-    road, control, lag
-        Which; whether the current lagged.
-    acceleration
-        Rms of the sprung mass's.
-    tyre_load, least_load
-        Rms of the dynamic tyre load over the static one, and the least load over it (below 0 the wheel has left the
-        road); nan with a rigid wheel.
-    travel, greatest_travel
-        Rms and greatest displacement of the damper.
-    current
-        Mean command.
-    chatter
-        What was found of trembling.
-    """
-
-    road: str
-    control: str
-    lag: bool
-    acceleration: float
-    tyre_load: float
-    least_load: float
-    travel: float
-    greatest_travel: float
-    current: float
-    chatter: Chatter
 
 
 @dataclass(frozen=True)
@@ -81,7 +49,7 @@ class QuarterCar:
     amplifier: Amplifier
     controls: tuple[Control, ...]
     roads: tuple[Road, ...]
-    rows: tuple[Row, ...]
+    rows: tuple[RideRow, ...]
     checks: tuple[tuple[str, Check], ...]
     rides: tuple[Ride, ...]
 
@@ -120,21 +88,36 @@ class QuarterCar:
             )
         return found
 
-    def to_json(self) -> dict[str, Any]:
-        """Return all but the courses as JSON can hold it."""
-        content = {f: getattr(self, f) for f in ("damper", "car", "timing", "amplifier")}
-        return dict(
-            plain(
-                {
-                    "schema": "mrfit/apply-quarter-car/1",
-                    **{name: asdict(value) for name, value in content.items()},
-                    "controls": [asdict(c) for c in self.controls],
-                    "roads": [{"name": r.name, **asdict(r)} for r in self.roads],  # type: ignore[call-overload]
-                    "rows": [asdict(r) for r in self.rows],
-                    "checks": [{"control": name, **asdict(check)} for name, check in self.checks],
-                    "findings": self.findings,
-                }
-            )
+    @property
+    def document(self) -> QuarterCarFile:
+        """All but the courses, as its file has it."""
+        car, timing = self.car, self.timing
+        return QuarterCarFile(
+            fit=self.damper.name,
+            damper=damper_entry(self.damper),
+            car=CarEntry(
+                sprung=car.sprung,
+                unsprung=car.unsprung,
+                spring=car.spring,
+                tyre=car.tyre,
+                tyre_damping=car.tyre_damping,
+            ),
+            timing=TimingEntry(sample=timing.sample, steps=timing.steps, soft=timing.soft, until=timing.until),
+            amplifier=amplifier_entry(self.amplifier),
+            controls=[ControlEntry(name=c.name, damping=c.damping, share=c.share) for c in self.controls],
+            roads=[{"name": r.name, **asdict(r)} for r in self.roads],  # type: ignore[call-overload]
+            rows=list(self.rows),
+            checks=[
+                CheckRow(
+                    control=name,
+                    acceleration=check.acceleration,
+                    evaluations=check.evaluations,
+                    ended=check.ended,
+                    duration=check.duration,
+                )
+                for name, check in self.checks
+            ],
+            findings=self.findings,
         )
 
     def to_frame(self) -> "DataFrame":
@@ -151,7 +134,7 @@ def _branches(damper: Damper) -> bool:
     return damper.motion[2] in spec.inputs
 
 
-def _in_words(row: Row, branches: bool) -> str:
+def _in_words(row: RideRow, branches: bool) -> str:
     one, where = row.chatter, f"{row.control} on {row.road}" + ("" if row.lag else ", without lag")
     kinds = []
     if one.found:
@@ -209,7 +192,7 @@ def quarter_car(  # noqa: PLR0913
     prompt = damper.without(*LAGS)
     pairs = [(control, road) for road in roads for control in controls]
     steppers = {True: Stepper(damper)} | ({False: Stepper(prompt)} if prompt != damper else {})
-    rows: list[Row] = []
+    rows: list[RideRow] = []
     rides: list[Ride] = []
     for lag, stepper in steppers.items():
 
@@ -231,18 +214,18 @@ def quarter_car(  # noqa: PLR0913
     )
 
 
-def _row(ride: Ride, car: Car, lag: bool, chatter: Chatter) -> Row:
+def _row(ride: Ride, car: Car, lag: bool, chatter: Chatter) -> RideRow:
     static = (car.sprung + car.unsprung) * 9.81
     rolling = car.unsprung > 0.0
-    return Row(
-        ride.road.name,
-        ride.control.name,
-        lag,
-        rms(ride.acceleration),
-        rms(ride.tyre_load) / static if rolling else float("nan"),
-        1.0 - float(np.max(ride.tyre_load)) / static if rolling else float("nan"),
-        rms(ride.travel),
-        float(np.max(np.abs(ride.travel))),
-        float(np.mean(ride.current)),
-        chatter,
+    return RideRow(
+        road=ride.road.name,
+        control=ride.control.name,
+        lag=lag,
+        acceleration=rms(ride.acceleration),
+        tyre_load=rms(ride.tyre_load) / static if rolling else float("nan"),
+        least_load=1.0 - float(np.max(ride.tyre_load)) / static if rolling else float("nan"),
+        travel=rms(ride.travel),
+        greatest_travel=float(np.max(np.abs(ride.travel))),
+        current=float(np.mean(ride.current)),
+        chatter=chatter,
     )

@@ -1,18 +1,19 @@
 """The current for a series of desired forces: each sample's inverse behind the last, state and coil carried along."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrfit.apply.damper import Damper
+from mrfit.apply.entries import amplifier_entry, damper_entry
 from mrfit.apply.inverse import FLAGS, REACHED, Amplifier, Inverter, prompt
 from mrfit.apply.stepper import Stepper
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
-from mrfit.io.workspace import plain
+from mrfit.io.schemas.apply import InversionRow
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -73,30 +74,26 @@ class Inversion:
     behind: tuple[str, ...]
 
     @property
-    def summary(self) -> dict[str, Any]:
-        """What is printed and stands in the JSON file."""
+    def summary(self) -> InversionRow:
+        """What is printed and stands in the JSON file, there with the motion's name."""
         reached = self.flag == REACHED
         free = reached & ~self.limited
         off = np.abs(self.force - self.desired)
         size = float(np.max(np.abs(self.desired), initial=0.0)) or 1.0
-        return {
-            "damper": asdict(self.damper),
-            "amplifier": asdict(self.amplifier),
-            "samples": len(self.time),
-            "dt": self.dt,
-            "explicit": self.explicit,
-            "shares": {text: float(np.mean(self.flag == flag)) for flag, text in FLAGS.items()},
-            "limited": float(np.mean(self.limited & reached)),
-            "greatest_error_where_reached": float(off[free].max(initial=0.0)),
-            "rms_error": float(np.sqrt(np.mean(off**2))),
-            "rms_error_over_peak": float(np.sqrt(np.mean(off**2))) / size,
-            "dead_time": self.dead_time,
-            "behind": list(self.behind),
-        }
-
-    def to_json(self) -> dict[str, Any]:
-        """Return the summary as JSON can hold it."""
-        return dict(plain({"schema": "mrfit/apply-invert/1", **self.summary}))
+        return InversionRow(
+            damper=damper_entry(self.damper),
+            amplifier=amplifier_entry(self.amplifier),
+            samples=len(self.time),
+            dt=self.dt,
+            explicit=self.explicit,
+            shares={text: float(np.mean(self.flag == flag)) for flag, text in FLAGS.items()},
+            limited=float(np.mean(self.limited & reached)),
+            greatest_error_where_reached=float(off[free].max(initial=0.0)),
+            rms_error=float(np.sqrt(np.mean(off**2))),
+            rms_error_over_peak=float(np.sqrt(np.mean(off**2))) / size,
+            dead_time=self.dead_time,
+            behind=self.behind,
+        )
 
     def to_frame(self) -> "DataFrame":
         """Return every sample."""

@@ -1,8 +1,9 @@
 """What the commands of ``mrfit apply`` leave in a workspace: ``apply/``, a page and the numbers behind it."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -15,42 +16,42 @@ from mrfit.apply.roads import RandomRoad
 from mrfit.apply.series import Inversion
 from mrfit.apply.tracking import TrackingStudy
 from mrfit.core.specs import Array
-from mrfit.io.workspace import Workspace, write_json, write_table, write_text
+from mrfit.io.schemas.apply import INVERT, QUARTER_CAR, TRACK, InversionRow, InvertFile, QuarterCarFile, TrackFile
+from mrfit.io.workspace import Workspace, checked, write_json, write_table, write_text
 
-SCHEMA = "mrfit/apply-{}/1"
+File = TypeVar("File", InvertFile, TrackFile, QuarterCarFile)
+# What files are called, by schema
+_NAMES = {INVERT: "invert", TRACK: "track", QUARTER_CAR: "quarter-car"}
 _COURSES = (("Sprung acceleration", "a (m/s²)", "acceleration"), ("Damper force", "F (N)", "force"))
 
 
-def write(
-    work: Path, name: str, content: dict[str, Any], page: str, tables: Mapping[str, Mapping[str, Array]] | None = None
-) -> dict[str, Any]:
-    """Write a page, its JSON file, and tables as Parquet files; return the content with where they are."""
-    workspace = Workspace(work)
+def write(work: Path, document: File, page: str, tables: Mapping[str, Mapping[str, Array]] | None = None) -> File:
+    """Write a page, its JSON file, and tables as Parquet files; return the document with where they are."""
+    workspace, name = Workspace(work), _NAMES[document.schema]
     folder = workspace.root / "apply"
-    content = {"schema": SCHEMA.format(name), **content}
+    document = checked(document)
     with workspace.locked():
-        write_json(folder / f"{name}.json", content)
+        write_json(folder / f"{name}.json", document)
         write_text(folder / f"{name}.html", page)
         for file, columns in (tables or {}).items():
             write_table(folder / file, columns)
-    return {**content, "page": str(folder / f"{name}.html"), "file": str(folder / f"{name}.json")}
+    return replace(document, page=str(folder / f"{name}.html"), file=str(folder / f"{name}.json"))
 
 
-def invert(work: Path, found: Sequence[tuple[Motion, Inversion]]) -> dict[str, Any]:
-    """Write the currents of desired forces as Parquet tables, and the page; return the summary."""
-    rows = [{"motion": motion.name, **one.summary} for motion, one in found]
+def invert(work: Path, found: Sequence[tuple[Motion, Inversion]]) -> InvertFile:
+    """Write the currents of desired forces as Parquet tables, and the page; return the document."""
+    rows = [replace(one.summary, motion=motion.name) for motion, one in found]
     first = found[0][1]
     notes = notes_of(first)
-    content = {"fit": first.damper.name, "motions": rows, "notes": notes}
     sections = [_inversion_section(motion, one, k) for k, (motion, one) in enumerate(found)]
-    sections.insert(0, Section("Summary", notes, [_shares(found)]))
+    sections.insert(0, Section("Summary", notes, [_shares(rows, first.damper.output)]))
     lead = "The current for a desired force, sample by sample, with the state of damper and coil carried along."
     page = render(f"Inverse of {first.damper.name}", lead, facts_of(first.damper), sections, "invert.json")
     tables = {
         f"invert-{k}.parquet": {str(n): np.asarray(c, dtype=np.float64) for n, c in one.to_frame().items()}
         for k, (_, one) in enumerate(found, start=1)
     }
-    return write(work, "invert", content, page, tables)
+    return write(work, InvertFile(fit=first.damper.name, motions=rows, notes=notes), page, tables)
 
 
 def lag_text(lag: bool, there: bool) -> str:
@@ -72,8 +73,8 @@ def notes_of(one: Inversion) -> list[str]:
     return notes
 
 
-def _shares(found: Sequence[tuple[Motion, Inversion]]) -> Table:
-    unit = "N" if found[0][1].damper.output == "force" else "N·m"
+def _shares(motions: Sequence[InversionRow], output: str) -> Table:
+    unit = "N" if output == "force" else "N·m"
     heads = (
         "motion",
         "samples",
@@ -82,20 +83,17 @@ def _shares(found: Sequence[tuple[Motion, Inversion]]) -> Table:
         f"greatest error where reached ({unit})",
         f"rms error ({unit})",
     )
-    rows = []
-    for motion, one in found:
-        s = one.summary
-        shares = [100.0 * float(s["shares"][n]) for n in FLAGS.values()]
-        rows.append(
-            (
-                motion.name,
-                s["samples"],
-                *shares,
-                100.0 * s["limited"],
-                s["greatest_error_where_reached"],
-                s["rms_error"],
-            )
+    rows = [
+        (
+            row.motion,
+            row.samples,
+            *(100.0 * row.shares[n] for n in FLAGS.values()),
+            100.0 * row.limited,
+            row.greatest_error_where_reached,
+            row.rms_error,
         )
+        for row in motions
+    ]
     return Table("Desired forces: reached, saturated, or held back by coil and amplifier", heads, rows)
 
 
@@ -132,8 +130,8 @@ def spans(t: np.ndarray[Any, Any], where: np.ndarray[Any, Any], most: int = 200)
     ]
 
 
-def quarter_car(work: Path, study: QuarterCar) -> dict[str, Any]:
-    """Write the page of a quarter car, and its numbers; return them."""
+def quarter_car(work: Path, study: QuarterCar) -> QuarterCarFile:
+    """Write the page of a quarter car, and its numbers; return the document."""
     car, timing = study.car, study.timing
     rigid = "rigid wheel" if not car.unsprung else f"unsprung {car.unsprung:g} kg, tyre {car.tyre:g} N/m"
     seeds = ", ".join(f"{r.name}: {r.speed:g} m/s, seed {r.seed}" for r in study.roads if isinstance(r, RandomRoad))
@@ -157,7 +155,7 @@ def quarter_car(work: Path, study: QuarterCar) -> dict[str, Any]:
         sections.append(Section("Fixed and adaptive steps", (), [table]))
     lead = "Sprung and unsprung mass on tyre and identified damper, under every control on every road."
     page = render(f"Quarter car on {study.damper.name}", lead, facts, sections, "quarter-car.json")
-    return write(work, "quarter-car", {"fit": study.damper.name, **study.to_json()}, page)
+    return write(work, study.document, page)
 
 
 def _chatters(study: QuarterCar) -> Table:
@@ -242,8 +240,8 @@ def _road_section(study: QuarterCar, road: str, k: int) -> Section:
     return Section(road, (), [Table("Comfort, road holding and travel", heads, cells)], [drawn])
 
 
-def track(work: Path, study: TrackingStudy) -> dict[str, Any]:
-    """Write the page of forces tracked, and its numbers; return them."""
+def track(work: Path, study: TrackingStudy) -> TrackFile:
+    """Write the page of forces tracked, and its numbers; return the document."""
     damper, unit = study.damper, "N" if study.damper.output == "force" else "N·m"
     proportional, integral = study.gains
     facts = [
@@ -259,7 +257,7 @@ def track(work: Path, study: TrackingStudy) -> dict[str, Any]:
     ]
     lead = "Desired forces, and what the damper gives of them under the current that its model asks for."
     page = render(f"Forces tracked by {damper.name}", lead, facts, sections, "track.json")
-    return write(work, "track", {"fit": damper.name, **study.to_json()}, page)
+    return write(work, study.document, page)
 
 
 ERRORS = (
@@ -319,7 +317,7 @@ def _regions(study: TrackingStudy) -> Table:
 
 def _lag_costs(study: TrackingStudy) -> Table:
     heads = ("law", "motion", "scheme", "error", "the same without lag")
-    rows = [(r["law"], r["motion"], r["scheme"], r["error"], r["without_lag"]) for r in study.lag_costs]
+    rows = [(r.law, r.motion, r.scheme, r.error, r.without_lag) for r in study.lag_costs]
     return Table("Rms error over the rms force, with the current's lag and with lag 0", heads, rows)
 
 

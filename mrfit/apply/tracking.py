@@ -12,12 +12,13 @@ up for the lag.
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrfit.apply.damper import Damper
+from mrfit.apply.entries import amplifier_entry, damper_entry
 from mrfit.apply.inverse import ABOVE, BELOW, Amplifier, Inverter, prompt
 from mrfit.apply.laws import Law
 from mrfit.apply.motion import Motion
@@ -25,7 +26,7 @@ from mrfit.apply.stepper import Stepper
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
-from mrfit.io.workspace import plain
+from mrfit.io.schemas.apply import GainsEntry, LagCost, Region, TrackFile, TrackingRow
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -53,14 +54,6 @@ class Gains:
         each = (damper.high - damper.low) / max(reach, 1e-9)
         proportional = 0.3 * each if self.proportional is None else self.proportional
         return proportional, proportional / 0.005 if self.integral is None else self.integral
-
-
-@dataclass(frozen=True)
-class Region:
-    """Errors in a region: relative rms error (over the rms force), and the region's share of the samples."""
-
-    error: float
-    share: float
 
 
 @dataclass(frozen=True)
@@ -134,29 +127,28 @@ class Tracking:
             own = kept & (self.region == number)
             whole = float(np.sum(self.force[kept] ** 2))
             off = float(np.sum((self.force[own] - self.feasible[own]) ** 2))
-            found.append(
-                Region(float(np.sqrt(off / whole)) if own.any() else float("nan"), float(own.sum() / kept.sum()))
-            )
+            error = float(np.sqrt(off / whole)) if own.any() else float("nan")
+            found.append(Region(error=error, share=float(own.sum() / kept.sum())))
         return found[0], found[1], found[2]
 
     def _relative(self, kept: Array) -> float:
         off, size = self.force[kept] - self.feasible[kept], self.force[kept]
         return float(np.sqrt(np.mean(off**2) / np.mean(size**2))) if np.any(size) else float("nan")
 
-    def numbers(self) -> dict[str, Any]:
+    def numbers(self) -> TrackingRow:
         """Return its errors."""
-        return {
-            "motion": self.motion,
-            "law": self.law,
-            "scheme": self.scheme,
-            "lag": self.lag,
-            "error": self.error,
-            "error_to_desired": self.error_to_desired,
-            "err_rms_f": self.err_peak,
-            "err_energy": self.err_energy,
-            "regions": [asdict(r) for r in self.regions],
-            "greatest_command": float(np.max(self.command)),
-        }
+        return TrackingRow(
+            motion=self.motion,
+            law=self.law,
+            scheme=self.scheme,
+            lag=self.lag,
+            error=self.error,
+            error_to_desired=self.error_to_desired,
+            err_rms_f=self.err_peak,
+            err_energy=self.err_energy,
+            regions=self.regions,
+            greatest_command=float(np.max(self.command)),
+        )
 
 
 @dataclass(frozen=True)
@@ -170,26 +162,26 @@ class TrackingStudy:
     dead_time: float
     cases: tuple[Tracking, ...]
 
-    def to_json(self) -> dict[str, Any]:
-        """Return all but the courses as JSON can hold it."""
-        content = {
-            "schema": "mrfit/apply-track/1",
-            "damper": asdict(self.damper),
-            "plant": asdict(self.plant),
-            "amplifier": asdict(self.amplifier),
-            "gains": {"proportional": self.gains[0], "integral": self.gains[1]},
-            "dead_time": self.dead_time,
-            "cases": [c.numbers() for c in self.cases],
-            "lag_costs": self.lag_costs,
-        }
-        return dict(plain(content))
+    @property
+    def document(self) -> TrackFile:
+        """All but the courses, as its file has it."""
+        return TrackFile(
+            fit=self.damper.name,
+            damper=damper_entry(self.damper),
+            plant=damper_entry(self.plant),
+            amplifier=amplifier_entry(self.amplifier),
+            gains=GainsEntry(proportional=self.gains[0], integral=self.gains[1]),
+            dead_time=self.dead_time,
+            cases=[c.numbers() for c in self.cases],
+            lag_costs=self.lag_costs,
+        )
 
     @property
-    def lag_costs(self) -> list[dict[str, Any]]:
+    def lag_costs(self) -> list[LagCost]:
         """What the lag costs: the error of every case beside that of the same without lag."""
         without = {(c.motion, c.law, c.scheme): c.error for c in self.cases if not c.lag}
         return [
-            {"motion": c.motion, "law": c.law, "scheme": c.scheme, "error": c.error, "without_lag": without[key]}
+            LagCost(motion=c.motion, law=c.law, scheme=c.scheme, error=c.error, without_lag=without[key])
             for c in self.cases
             if c.lag and (key := (c.motion, c.law, c.scheme)) in without
         ]
@@ -200,7 +192,7 @@ class TrackingStudy:
 
         rows = []
         for c in self.cases:
-            row = {k: v for k, v in c.numbers().items() if k != "regions"}
+            row = {k: v for k, v in asdict(c.numbers()).items() if k != "regions"}
             for number, region in enumerate(c.regions, start=1):
                 row |= {f"region_{number}": region.error, f"share_{number}": region.share}
             rows.append(row)

@@ -1,7 +1,7 @@
 """``mrfit apply``: a fit put to use. The current for a force, how well forces are tracked, and the ride of a car."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from mrfit.apply.damper import Damper
     from mrfit.apply.inverse import Amplifier
     from mrfit.apply.motion import Motion
+    from mrfit.core.recording import Recording
+    from mrfit.io.schemas.apply import InvertFile, QuarterCarFile, TrackFile
+    from mrfit.io.schemas.reading import Document
 
 app = typer.Typer(no_args_is_help=True, help="Put a fit to use: invert it, track forces with it, drive a car on it.")
 
@@ -61,7 +64,7 @@ def motions_of(
     return motion.of_recordings(read_logs(logs or [], map_file), damper.assembly.spec.inputs, damper.output)
 
 
-def read_logs(logs: list[Path], map_file: Path | None) -> list[Any]:
+def read_logs(logs: list[Path], map_file: Path | None) -> "list[Recording]":
     """Return recordings of logs; one that cannot be read is said on standard error.
 
     Raises
@@ -88,6 +91,12 @@ def amplifier_of(supply: Supply) -> "Amplifier":
     none = float("inf")
     rate, voltage = (none if most is None else most for most in (supply.rate, supply.voltage))
     return Amplifier(supply.most, supply.least, rate, voltage, supply.resistance, supply.inductance)
+
+
+def _print_json(document: "Document") -> None:
+    from mrfit.io.workspace import to_json
+
+    console.print_json(to_json(document))
 
 
 @app.command()
@@ -127,27 +136,27 @@ def invert(
             forces = wanted(damper, motion, series)
             found.append((motion, inversion(damper, motion.channels, forces, motion.dt, amplifier, progress)))
         summary = stage.invert(work, found)
-    return console.print_json(summary) if as_json else _print_inversions(summary)
+    return _print_json(summary) if as_json else _print_inversions(summary)
 
 
-def _print_inversions(summary: dict[str, Any]) -> None:
+def _print_inversions(summary: "InvertFile") -> None:
     columns = ("motion", "samples", "reached", "above reach", "below reach", "limited", "greatest error", "rms error")
     rows = [
         [
-            r["motion"],
-            r["samples"],
-            *(f"{100 * r['shares'][n]:.1f} %" for n in ("reached", "above reach", "below reach")),
-            f"{100 * r['limited']:.1f} %",
-            r["greatest_error_where_reached"],
-            r["rms_error"],
+            r.motion,
+            r.samples,
+            *(f"{100 * r.shares[n]:.1f} %" for n in ("reached", "above reach", "below reach")),
+            f"{100 * r.limited:.1f} %",
+            r.greatest_error_where_reached,
+            r.rms_error,
         ]
-        for r in summary["motions"]
+        for r in summary.motions
     ]
-    how = "in closed form" if summary["motions"][0]["explicit"] else "by search"
+    how = "in closed form" if summary.motions[0].explicit else "by search"
     console.print_table(
-        f"Currents of {summary['fit']}, {how}; errors where reached and not limited, and of all", columns, rows
+        f"Currents of {summary.fit}, {how}; errors where reached and not limited, and of all", columns, rows
     )
-    for line in (*summary["notes"], f"Page: {summary['page']}"):
+    for line in (*summary.notes, f"Page: {summary.page}"):
         console.say(line)
 
 
@@ -202,36 +211,36 @@ def track(
         gains = tracking.Gains(proportional, integral)
         study = tracking.tracking(damper, answers, tasks, schemes, amplifier, gains, progress)
         summary = stage.track(work, study)
-    return console.print_json(summary) if as_json else _print_tracking(summary)
+    return _print_json(summary) if as_json else _print_tracking(summary)
 
 
-def _print_tracking(summary: dict[str, Any]) -> None:
+def _print_tracking(summary: "TrackFile") -> None:
     from mrfit.apply.stage import lag_text
 
     columns = ("law", "motion", "scheme", "lag", "error", "region I", "II", "III", "Err_rms_f", "Err_energy")
     rows = [
         [
-            c["law"],
-            c["motion"],
-            c["scheme"],
-            lag_text(c["lag"], bool(summary["lag_costs"])),
-            c["error"],
-            *(r["error"] for r in c["regions"]),
-            c["err_rms_f"],
-            c["err_energy"],
+            c.law,
+            c.motion,
+            c.scheme,
+            lag_text(c.lag, bool(summary.lag_costs)),
+            c.error,
+            *(r.error for r in c.regions),
+            c.err_rms_f,
+            c.err_energy,
         ]
-        for c in summary["cases"]
+        for c in summary.cases
     ]
-    console.print_table(f"Forces tracked by {summary['fit']}: rms error over rms force", columns, rows)
-    for line in (*_lag_words(summary), f"Page: {summary['page']}"):
+    console.print_table(f"Forces tracked by {summary.fit}: rms error over rms force", columns, rows)
+    for line in (*_lag_words(summary), f"Page: {summary.page}"):
         console.say(line)
 
 
-def _lag_words(summary: dict[str, Any]) -> list[str]:
-    costs = [r for r in summary["lag_costs"] if r["error"] is not None and r["without_lag"] is not None]
+def _lag_words(summary: "TrackFile") -> list[str]:
     by_scheme: dict[str, list[tuple[float, float]]] = {}
-    for r in costs:
-        by_scheme.setdefault(r["scheme"], []).append((r["error"], r["without_lag"]))
+    for r in summary.lag_costs:
+        if r.error is not None and r.without_lag is not None:
+            by_scheme.setdefault(r.scheme, []).append((r.error, r.without_lag))
     return [
         f"The lag costs {name}: rms error {sum(a for a, _ in some) / len(some):.3g} of the force, mean of all laws, "
         f"{sum(b for _, b in some) / len(some):.3g} without lag"
@@ -289,26 +298,26 @@ def quarter_car(
     with console.progress_bar() as progress:
         study = ride.quarter_car(damper, car, controls, roads, timing, amplifier, check, progress)
         summary = stage.quarter_car(work, study)
-    return console.print_json(summary) if as_json else _print_rides(summary)
+    return _print_json(summary) if as_json else _print_rides(summary)
 
 
-def _print_rides(summary: dict[str, Any]) -> None:
+def _print_rides(summary: "QuarterCarFile") -> None:
     from mrfit.apply.stage import lag_text
 
     columns = ("road", "control", "lag", "rms acceleration", "tyre load", "least load", "rms travel", "chatter")
     rows = [
         [
-            r["road"],
-            r["control"],
-            lag_text(r["lag"], any(not one["lag"] for one in summary["rows"])),
-            r["acceleration"],
-            r["tyre_load"],
-            r["least_load"],
-            r["travel"],
-            r["chatter"]["cause"] or "–",
+            r.road,
+            r.control,
+            lag_text(r.lag, any(not one.lag for one in summary.rows)),
+            r.acceleration,
+            r.tyre_load,
+            r.least_load,
+            r.travel,
+            r.chatter.cause or "–",
         ]
-        for r in summary["rows"]
+        for r in summary.rows
     ]
-    console.print_table(f"Quarter car on {summary['fit']}: m/s², tyre load over the static one, m", columns, rows)
-    for line in (*summary["findings"], f"Page: {summary['page']}"):
+    console.print_table(f"Quarter car on {summary.fit}: m/s², tyre load over the static one, m", columns, rows)
+    for line in (*summary.findings, f"Page: {summary.page}"):
         console.say(line)

@@ -11,11 +11,14 @@ import mrfit
 from mrfit.apply.damper import Damper
 from mrfit.cli import console
 from mrfit.cli.main import app
+from mrfit.io.schemas.apply import InvertFile, QuarterCarFile, TrackFile
 from mrfit.io.schemas.fit import Fit
-from mrfit.io.schemas.reading import of_json
+from mrfit.io.schemas.reading import load, of_json
+from mrfit.io.workspace import plain
 from tests.apply.dampers import controllable, monotone
 
 Command = Callable[..., tuple[int, str]]
+FILES = {"invert": InvertFile, "track": TrackFile, "quarter-car": QuarterCarFile}
 
 
 def write_fit(work: Path, name: str, damper: Damper, sets: int = 1) -> None:
@@ -69,7 +72,10 @@ def command(work: Path, capsys: pytest.CaptureFixture[str]) -> Command:
 def page_of(work: Path, name: str) -> tuple[str, dict[str, object]]:
     page = (work / "apply" / f"{name}.html").read_text(encoding="utf-8")
     assert page.count("<svg") >= 1 and "http" not in page.replace("http://www.w3.org", "")
-    return page, json.loads((work / "apply" / f"{name}.json").read_text(encoding="utf-8"))
+    file = work / "apply" / f"{name}.json"
+    document, content = load(file, FILES[name], "run it again"), json.loads(file.read_text(encoding="utf-8"))
+    assert document is not None and plain(document) == content, "a file is read as it was written"
+    return page, content
 
 
 def test_invert_writes_currents_that_give_the_force(command: Command, work: Path) -> None:
@@ -121,6 +127,19 @@ def test_track_says_what_the_lag_costs(command: Command, work: Path) -> None:
     assert "What the lag costs" in page and "Err_energy" in page
 
 
+def test_numbers_that_there_are_none_of_are_null(command: Command, work: Path) -> None:
+    arguments = ("--road", "bump", "--duration", "1", "--sample", "0.005", "--steps", "6", "--control", "passive-low")
+    code, said = command("quarter-car", "--fit", "plain", "--unsprung", "0", *arguments, "--no-check", "--json")
+    assert code == 0
+    content = page_of(work, "quarter-car")[1]
+    row = content["rows"][0]
+    assert row["tyre_load"] is None and row["least_load"] is None and row["chatter"]["first"] is None
+    assert content["amplifier"]["rate"] is None and content["timing"]["until"] is None
+    told = json.loads(said)
+    places = {name: told.pop(name) for name in ("page", "file")}
+    assert told == content and all(Path(place).is_file() for place in places.values())
+
+
 def test_quarter_car_writes_rides_with_their_seeds(command: Command, work: Path) -> None:
     arguments = ("quarter-car", "--fit", "lagging", "--road", "C", "--duration", "1", "--seed", "7", "--no-check")
     timing = ("--sample", "0.005", "--steps", "6", "--control", "passive-low,hybrid")
@@ -166,7 +185,7 @@ def test_the_same_from_python(work: Path) -> None:
     fit = mrfit.load(work / "fits" / "plain" / "fit.json")
     motion = mrfit.apply.sine(1.0, 0.01, 0.5)
     found = mrfit.apply.invert(fit, motion, "c=2e4")
-    assert found.summary["greatest_error_where_reached"] < 1e-9
+    assert found.summary.greatest_error_where_reached < 1e-9
     assert mrfit.apply.track(fit, motion, "c=2e4", ["feedforward"]).cases[0].error < 1e-9
     ride = mrfit.apply.quarter_car(
         fit,

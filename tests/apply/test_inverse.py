@@ -124,7 +124,7 @@ def test_rate_and_voltage_hold_the_command_back() -> None:
     }.items():
         found = inversion(one, motion.channels, forces, motion.dt, amplifier)
         steps = np.diff(found.current) / motion.dt
-        rms[name] = found.summary["rms_error"]
+        rms[name] = found.summary.rms_error
         if name == "rate":
             assert np.max(np.abs(steps)) <= 5.0 + 1e-9
         if name == "voltage":

@@ -37,7 +37,7 @@ def test_a_lag_costs_what_its_inverse_gets_back() -> None:
     assert inverted < 0.7 * plain and inverted < feedback
     without = one(study.cases, "uninverted", lag=False).error
     assert without < 1e-9 < plain
-    assert {(r["scheme"], round(r["error"], 12)) for r in study.lag_costs} >= {("uninverted", round(plain, 12))}
+    assert {(r.scheme, round(r.error, 12)) for r in study.lag_costs} >= {("uninverted", round(plain, 12))}
     assert one(study.cases, "feedforward").command.max() == pytest.approx(1.2), "1.2 of the greatest current"
 
 
