@@ -41,7 +41,7 @@ class Inversion:
     wanted, field
         Current that the base had to see for the desired force, and what it saw under the command.
     force
-        Force under the command.
+        Force under the command, before what is ``behind`` it.
     low, high
         Least and greatest force that any current gives at this motion.
     flag
@@ -53,7 +53,7 @@ class Inversion:
     dead_time
         Time in s by which commands were sent earlier, since the field answers later.
     behind
-        Parts of the model behind the force that is inverted; their lag stays as error.
+        Parts of the model behind the force that is inverted; the errors here do not show their lag.
     """
 
     damper: Damper

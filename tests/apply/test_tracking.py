@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from mrfit.apply.calls import track
 from mrfit.apply.laws import law_of
 from mrfit.apply.motion import sine
+from mrfit.apply.series import inversion
 from mrfit.apply.tracking import SCHEMES, Tracking, regions
 from mrfit.errors import ConfigError
 from tests.apply.dampers import monotone, paper_tanh
@@ -94,3 +95,14 @@ def test_laws_are_their_written_form(k: float, c: float) -> None:
 def test_what_is_no_law_is_refused(text: str) -> None:
     with pytest.raises(ConfigError, match="--law takes"):
         law_of(text)
+
+
+def test_what_lies_behind_the_force_is_not_inverted() -> None:
+    late = monotone("tanh+delay", **{"delay.tau": 0.01})
+    x, v, _ = late.motion
+    found = inversion(late, MOTION.channels, law_of("c=1e4").force(MOTION.channels[x], MOTION.channels[v]), MOTION.dt)
+    assert found.behind == ("delay",) and found.dead_time == 0.0
+    assert found.summary.greatest_error_where_reached < 1e-9, "its errors are those before it"
+    delays = {tau: monotone("tanh+delay", **{"delay.tau": tau}) for tau in (0.01, 0.0, -0.01)}
+    errors = {tau: track(one, MOTION, "c=1e4", ["feedforward"]).cases[0].error for tau, one in delays.items()}
+    assert errors[0.01] > 1e-3 and max(errors[0.0], errors[-0.01]) < 1e-9, "those of tracking are behind it"
