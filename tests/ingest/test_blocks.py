@@ -249,6 +249,6 @@ def test_a_plugin_reader_that_reads_no_blocks_is_given_long_logs_as_a_whole(
     monkeypatch.setenv(plugins.VARIABLE, "")
     plugins.use(EXAMPLE / "mrfit_example" / "acme.py")
     path = acme_log(tmp_path / "run.log", seconds=2.0)
-    digest = reading.hash_of(path)
+    digest = hash_of(path)
     outcome = read_item(Item(((path, digest),), "acme", Rules()), Pieces(tmp_path / "pieces", block=500))
     assert outcome.recordings[0].rows_kept == 1000
