@@ -54,17 +54,12 @@ def sources(stage: str = "") -> list[Path]:
 def _imported(path: Path) -> list[Path]:
     """Return the modules of the package that a file imports; what is no module but a name in one is passed over."""
     found = []
-    for module, names, whole in _IMPORT.findall(_source(path).decode()):
+    for module, names, whole in _IMPORT.findall(path.read_text(encoding="utf-8")):
         folder = os.path.join(PACKAGE, *(module or whole).split(".")[1:])
         wanted = [f"{folder}.py", os.path.join(folder, "__init__.py")]
         wanted += [os.path.join(folder, f"{name}.py") for name in re.findall(r"\w+", names)]
         found += [Path(p) for p in wanted if p in _files()]
     return found
-
-
-@cache
-def _source(path: Path) -> bytes:
-    return path.read_bytes()
 
 
 @cache
@@ -78,7 +73,7 @@ def code_version(stage: str = "") -> str:
     digest = hashlib.sha256(version("mrfit").encode())
     for source in sources(stage):
         digest.update(source.relative_to(PACKAGE).as_posix().encode())
-        digest.update(_source(source))
+        digest.update(source.read_bytes())
     return digest.hexdigest()[:16]
 
 

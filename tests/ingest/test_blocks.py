@@ -16,6 +16,7 @@ from mrfit.core import plugins, registry
 from mrfit.errors import DataError
 from mrfit.ingest import reading, series
 from mrfit.ingest.containers import memory
+from mrfit.ingest.hashes import hash_of
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.reading import Item, Pieces, read_item
 from mrfit.ingest.stage import Settings, preview, run
@@ -153,7 +154,7 @@ def test_a_log_that_grows_while_it_is_read_is_refused(tmp_path: Path, monkeypatc
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from mrfit.ingest import reading
+from mrfit.ingest import hashes
 from mrfit.ingest.stage import Settings, run
 from mrfit.io.workspace import Workspace
 
@@ -162,7 +163,7 @@ def listen(what, done, total):
     if calls.count("reading log.csv (MB)") == 30:
         os.kill(os.getpid(), signal.SIGKILL)
 
-calls, reading.BLOCK, folder = [], 1000, Path(sys.argv[1])
+calls, hashes.BLOCK, folder = [], 1000, Path(sys.argv[1])
 run([folder / "log.csv"], Settings(block=1000), Workspace(folder / "work"), listen)
 """
 
