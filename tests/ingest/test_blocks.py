@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from mrfit.core import plugins, registry
 from mrfit.errors import DataError
-from mrfit.ingest import reading, series
+from mrfit.ingest import hashes, series
 from mrfit.ingest.containers import memory
 from mrfit.ingest.hashes import hash_of
 from mrfit.ingest.meaning.channel_map import Rules
@@ -131,7 +131,7 @@ def test_gaps_missing_rows_and_jitter_are_the_same_in_blocks(
 
 
 def test_progress_moves_while_a_long_log_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reading, "BLOCK", 2_000_000)
+    monkeypatch.setattr(hashes, "BLOCK", 2_000_000)
     path, heard = tmp_path / "log.csv", list[tuple[str, int, int]]()
     row = "".join(f"0.00{k},1.2345678901234567890\n" for k in range(10))
     path.write_text("time (s),force (N)\n" + row * 60_000)
