@@ -18,7 +18,7 @@ LAYERS = [
     {"search", "optimizers"},
     {"fit"},
     {"discover", "apply"},
-    {"report"},
+    {"report", "export"},
     {"compare"},
     {"api"},
     {"cli", "contracts"},

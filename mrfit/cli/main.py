@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from mrfit.cli import console
+from mrfit.cli.export import export
 from mrfit.cli.options import (
     CORES,
     WEIGHTS,
@@ -424,6 +425,9 @@ def show(
 
     item = output.item(name)
     return console.print_json(item) if as_json else output.show(item)
+
+
+app.command()(export)
 
 
 def main() -> None:

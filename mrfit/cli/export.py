@@ -1,0 +1,103 @@
+"""The command that takes a fit out of the tool."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from mrfit.cli import console
+from mrfit.cli.options import WORK, Json, Plugins, Work
+from mrfit.core.progress import Progress
+from mrfit.io.workspace import Workspace
+
+if TYPE_CHECKING:
+    from mrfit.export.stage import Options
+
+To = Annotated[
+    list[str],
+    typer.Option(
+        "--to",
+        metavar="c|fmu|json|lookup|matlab|modelica|ssv",
+        help="Format; several by repeating.",
+        show_default=False,
+    ),
+]
+
+
+def export(  # noqa: PLR0913
+    fit_name: Annotated[str, typer.Option("--fit", help="Name of a finished fit.", show_default=False)],
+    to: To,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder; default: export/NAME in the workspace.")] = None,
+    condition: Annotated[str, typer.Option(help="Whose parameters, of a fit with several sets.")] = "",
+    without: Annotated[list[str] | None, typer.Option("--without", help="Effect to leave out; repeat.")] = None,
+    fmi: Annotated[int, typer.Option(help="Version of FMI of an FMU: 2 or 3.")] = 2,
+    draws: Annotated[int, typer.Option(min=1, help="Parameter sets drawn for ssv.")] = 100,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of these draws.")] = 0,
+    work: Work = WORK,
+    plugins: Plugins = None,
+    as_json: Json = False,
+) -> None:
+    """Write a fitted model as C, FMU, JSON, lookup tables, MATLAB, Modelica or SSP parameter sets.
+
+    Example: mrfit export --fit tanh.auto --to c --to fmu
+    """
+    from mrfit.export.stage import Options
+
+    options = Options(fmi=fmi, draws=draws, seed=seed)
+    with console.progress_bar() as progress:
+        summary = exported(work, fit_name, to, Place(out, condition, tuple(without or ())), options, progress)
+    return console.print_json(summary) if as_json else show(summary)
+
+
+class Place:
+    """Where an export goes, and what of a fit it takes."""
+
+    def __init__(self, out: Path | None, condition: str, without: tuple[str, ...]) -> None:
+        self.out, self.condition, self.without = out, condition, without
+
+
+def exported(
+    work: Path, name: str, to: Sequence[str], place: Place, options: Options, progress: Progress
+) -> dict[str, Any]:
+    """Write a fit of a workspace in formats; return what was written.
+
+    Raises
+    ------
+    ConfigError
+        If a format or a condition does not exist, or a program is missing.
+    DataError
+        If there is no such fit, or it has no form in a format.
+    """
+    from mrfit.export import stage
+    from mrfit.export.source import source_of
+    from mrfit.export.workspace import read_fit_and_logs
+
+    stage.check(to, options)
+    workspace = Workspace(work)
+    with workspace.locked():
+        found = read_fit_and_logs(workspace, name)
+        source = source_of(found.content, found.assembly, found.stretches, place.condition, place.without)
+        folder = place.out or workspace.root / "export" / name
+        written = stage.run(source, to, folder, options, progress)
+    rows = [
+        {"format": f, "files": written.files[f], "said": written.said[f], "error": written.errors[f]}
+        for f in written.files
+    ]
+    return {"fit": name, "model": source.assembly.name, "folder": str(folder), "formats": rows}
+
+
+def show(summary: dict[str, Any]) -> None:
+    """Print what was written."""
+    rows = [[r["format"], _few(r["files"]), r["error"]] for r in summary["formats"]]
+    title = f"{summary['model']} of the fit {summary['fit']}, in {summary['folder']}"
+    console.print_table(title, ["format", "files", "difference / range"], rows)
+    for row in summary["formats"]:
+        for text in row["said"]:
+            console.say(f"{row['format']}: {text}")
+
+
+def _few(names: Sequence[str]) -> str:
+    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")

@@ -1,0 +1,129 @@
+"""Write a fit in the formats asked for; what the folder held of them before is replaced."""
+
+import importlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from mrfit.core.progress import Progress, silent
+from mrfit.errors import ConfigError, DataError
+from mrfit.export.source import Source
+from mrfit.io.workspace import write_atomic
+
+# Format -> module that has its ``files(source, options)``
+FORMATS = {
+    "c": "c",
+    "fmu": "fmu",
+    "json": "json_file",
+    "lookup": "lookup",
+    "matlab": "matlab",
+    "modelica": "modelica",
+    "ssv": "ssv",
+}
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a format may be told.
+
+    Attributes
+    ----------
+    fmi
+        Version of the standard of an FMU, 2 or 3.
+    draws, seed
+        Number of parameter sets of ``ssv``, and the seed they are drawn with.
+    """
+
+    fmi: int = 2
+    draws: int = 100
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Files:
+    """What one format gives.
+
+    Attributes
+    ----------
+    contents
+        File name, relative to the folder -> its bytes.
+    said
+        What is told of it: a line each.
+    error
+        Largest difference from the simulation in Python as a share of the output's range, None where not measured.
+    """
+
+    contents: Mapping[str, bytes]
+    said: tuple[str, ...] = ()
+    error: float | None = None
+
+
+@dataclass(frozen=True)
+class Written:
+    """What was written: format -> its files, what is told, and the error."""
+
+    folder: Path
+    files: dict[str, list[str]] = field(default_factory=dict)
+    said: dict[str, list[str]] = field(default_factory=dict)
+    errors: dict[str, float | None] = field(default_factory=dict)
+
+
+def check(formats: Sequence[str], options: Options) -> None:
+    """Refuse formats and options that do not exist.
+
+    Raises
+    ------
+    ConfigError
+        If one does not.
+    """
+    if not formats:
+        raise ConfigError(f"--to: name a format: {', '.join(FORMATS)}")
+    for name in formats:
+        if name not in FORMATS:
+            raise ConfigError(f"--to {name}: no such format; choose of {', '.join(FORMATS)}")
+    if options.fmi not in (2, 3):
+        raise ConfigError(f"--fmi {options.fmi}: 2 or 3")
+    if options.draws < 1:
+        raise ConfigError(f"--draws {options.draws}: at least 1")
+
+
+def run(
+    source: Source, formats: Sequence[str], folder: Path, options: Options | None = None, progress: Progress = silent
+) -> Written:
+    """Write a fit in formats.
+
+    Nothing is written before all formats are made.
+
+    Raises
+    ------
+    ConfigError
+        If a format does not exist, or needs a program that is not there.
+    DataError
+        If the fit has no form in a format, or the folder cannot be written.
+    """
+    settings, asked = options or Options(), list(dict.fromkeys(formats))
+    check(asked, settings)
+    made: dict[str, Files] = {}
+    for done, name in enumerate(asked):
+        progress("exporting", done, len(asked))
+        module: Any = importlib.import_module(f"mrfit.export.{FORMATS[name]}")
+        write: Callable[[Source, Options], Files] = module.files
+        made[name] = write(source, settings)
+    written = Written(folder)
+    for name, files in made.items():
+        for file, content in files.contents.items():
+            _write(folder / file, content)
+        written.files[name] = list(files.contents)
+        written.said[name] = list(files.said)
+        written.errors[name] = files.error
+    progress("exporting", len(asked), len(asked))
+    return written
+
+
+def _write(path: Path, content: bytes) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_atomic(path, lambda temporary: temporary.write_bytes(content))
+    except OSError as error:
+        raise DataError(f"{path}: cannot be written ({error.strerror or error}); choose another --out") from None

@@ -1,0 +1,94 @@
+"""A fit of a workspace with its logs, as they are exported."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mrfit.core.recording import Recording, Segment
+from mrfit.core.specs import Array
+from mrfit.errors import DataError
+from mrfit.export.source import OWN, Stretch
+from mrfit.fit.predict import read_fit
+from mrfit.io.workspace import Workspace, reading
+from mrfit.simulate.assembly import Assembly
+from mrfit.simulate.current_levels import assembly_of
+
+
+@dataclass(frozen=True)
+class FitAndLogs:
+    """A fit's content, its model, its logs."""
+
+    content: Mapping[str, Any]
+    assembly: Assembly
+    stretches: tuple[Stretch, ...]
+
+
+def read_fit_and_logs(workspace: Workspace, name: str) -> FitAndLogs:
+    """Return a named fit and the segments it was made from.
+
+    Raises
+    ------
+    DataError
+        If there is no such fit, or a file of it is damaged.
+    """
+    content = read_fit(workspace, name)
+    assembly = assembly_of(content)
+    return FitAndLogs(content, assembly, _stretches(workspace, name, assembly))
+
+
+def _stretches(workspace: Workspace, name: str, assembly: Assembly) -> tuple[Stretch, ...]:
+    import pyarrow.compute as compute
+    import pyarrow.parquet as parquet
+
+    path = workspace.fit_folder(name) / "residuals.parquet"
+    if not path.is_file():
+        return ()
+    with reading(path, "delete the fit's folder and run `mrfit fit` again"):
+        whole = parquet.read_table(path)
+        names = ["time", "measured", "simulated", *assembly.spec.inputs]
+        if missing := [n for n in names if n not in whole.column_names]:
+            raise DataError(f"{path}: lacks the column {missing[0]}; run `mrfit fit` again")
+        segments = {s.id: s for s in workspace.read_segments()[0]} if workspace.segments_file.is_file() else {}
+        found = []
+        for identifier in dict.fromkeys(whole["segment"].to_pylist()):
+            rows = whole.filter(compute.equal(whole["segment"], identifier))
+            for role in dict.fromkeys(rows["role"].to_pylist()):
+                own = rows.filter(compute.equal(rows["role"], role))
+                columns = {n: own[n].to_numpy().astype(np.float64) for n in names}
+                text = {"condition": own["condition"][0].as_py(), "role": role}
+                found += _pieces(columns, {"segment": identifier, **text}, segments.get(identifier), workspace)
+    return tuple(found)
+
+
+def _pieces(
+    columns: dict[str, Array], text: dict[str, str], segment: Segment | None, workspace: Workspace
+) -> list[Stretch]:
+    """Return the runs of samples without a gap: what is held out of a segment may lie between what is not."""
+    time = columns["time"]
+    if len(time) < 2:
+        return []
+    dt = float(np.median(np.diff(time)))
+    raw = _raw(segment, workspace) if segment else {}
+    found = []
+    for run in np.split(np.arange(len(time)), np.flatnonzero(np.abs(np.diff(time) - dt) > 0.5 * dt) + 1):
+        if len(run) < 2:
+            continue
+        inputs = {n: v[run] for n, v in columns.items() if n not in ("time", "measured", "simulated", *OWN)}
+        at = np.rint(time[run] / dt).astype(np.int64)
+        own = {n: v[at] for n, v in raw.items() if at[-1] < len(v)}
+        found.append(
+            Stretch(dt=dt, inputs=inputs, measured=columns["measured"][run], simulated=columns["simulated"][run],
+                    raw=own, **text)
+        )
+    return found
+
+
+def _raw(segment: Segment, workspace: Workspace) -> dict[str, Array]:
+    """Return a segment's channels as recorded, empty where the recording is gone."""
+    try:
+        recording: Recording = workspace.read_recording(segment.recording)
+    except DataError:
+        return {}
+    return {n: v[segment.start : segment.stop] for n, v in recording.channels.items()}
