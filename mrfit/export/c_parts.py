@@ -148,7 +148,13 @@ def _channel(source: Source, name: str) -> dict[str, Any]:
         ends = source.ranges[name]
         room = 1e-6 * max(ends[1] - ends[0], abs(ends[0]), abs(ends[1]))
         low, high = number(ends[0] - room), number(ends[1] + room)
-    return {"name": name, "field": field(name), "text": in_comment(channel_text(source, name)), "low": low, "high": high}
+    return {
+        "name": name,
+        "field": field(name),
+        "text": in_comment(channel_text(source, name)),
+        "low": low,
+        "high": high,
+    }
 
 
 def base_fields(source: Source, roles: list[str]) -> list[dict[str, Any]]:
@@ -267,19 +273,19 @@ def constants(form: Form, source: Source) -> dict[str, tuple[str, float]]:
 
 def _ring(source: Source, form: Form, forms: list[Form], tunable: bool) -> int:
     """Return the number of late values that are kept, 0 if none are."""
-    specs = (source.base, *(k.spec for k in source.links))
+    params = [source.base.params, *(k.spec.params for k in source.links)]
     values = [source.base_theta, *(k.theta for k in source.links)]
     longest = [0.0]
     rings = False
-    for spec, theta, one in zip(specs, values, (form, *forms), strict=True):
+    for own, theta, one in zip(params, values, (form, *forms), strict=True):
         wanted = one.setting("longest", None)
         rings = rings or wanted is not None
         if isinstance(wanted, float):
             longest.append(wanted)
         elif wanted is not None:
-            param = next(p for p in spec.params if p.name == wanted)
-            own = float(theta[[p.name for p in spec.params].index(wanted)]) if len(theta) == len(spec.params) else None
-            longest.append(param.high if tunable or own is None else own)
+            place = [p.name for p in own].index(wanted)
+            known = len(theta) == len(own) and not tunable
+            longest.append(float(theta[place]) if known else own[place].high)
     return math.ceil(max(longest) * FASTEST) + SPARE if rings else 0
 
 
@@ -287,7 +293,8 @@ def _curve(base: list[dict[str, Any]], tunable: bool) -> dict[str, Any]:
     """Return the tables of a Bouc-Wen element whose shape holds."""
     values = {q["name"]: float(q["values"][0]) for q in base}
     if "kappa" in values:
-        z_max, rate, rho = (float(v) for v in normal_form(*(values[k] for k in ("kappa", "beta", "gamma", "n"))))
+        given = [np.array([values[k]]) for k in ("kappa", "beta", "gamma", "n")]
+        z_max, rate, rho = (float(v[0]) for v in normal_form(*given))
     else:
         z_max, rate, rho = 1.0, 1.0 / values["flux_y"], values["rho"]
     found = curve_of(values["n"], rho)

@@ -1,6 +1,6 @@
 """What causality costs: a fit is driven by smoothed inputs, a controller by what it measures, or by late derivatives."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,8 @@ TRIED = (0.0005, 0.001, 0.002, 0.005, 0.01)
 DEFAULT = 0.002
 # Most samples of a segment, and most segments, that are simulated for it
 SAMPLES, SEGMENTS = 20_000, 20
+
+Changed = Callable[[Stretch], Mapping[str, Array]]
 
 
 @dataclass(frozen=True)
@@ -51,16 +53,19 @@ def costs(source: Source) -> Cost:
             f"{raw * extent:.3g} {unit} RMS, {100.0 * raw:.2g} % of its range."
         )
     own = [s for s in chosen if _stroke(s, channel) is not None]
+    wanted = " and ".join(orders.values())
+    if orders and not own:
+        lines.append(f"What a derived {wanted} costs is not known: no {channel} in the logs.")
     if not orders or not own:
-        if orders:
-            lines.append(f"What a derived {' and '.join(orders.values())} costs is not known: no {channel} in the logs.")
         return Cost(tuple(lines), DEFAULT, raw)
-    found = {tau: _mean(source, own, lambda s, tau=tau: _derived(s, channel, orders, tau)) for tau in TRIED}
+    found = {tau: _mean(source, own, _differentiator(channel, orders, tau)) for tau in TRIED}
     best = min(found, key=lambda tau: found[tau])
+    each = [
+        f"tau {1e3 * t:g} ms, {2e3 * t:g} ms late: {c * extent:.3g} {unit} ({100.0 * c:.2g} %)"
+        for t, c in found.items()
+    ]
     lines.append(
-        f"{' and '.join(orders.values())} by the differentiator below from the {channel} instead: "
-        + "; ".join(f"tau {1e3 * t:g} ms, {2e3 * t:g} ms late: {c * extent:.3g} {unit} ({100.0 * c:.2g} %)" for t, c in found.items())
-        + f". tau is {1e3 * best:g} ms."
+        f"{wanted} by the differentiator below from the {channel} instead: {'; '.join(each)}. tau is {1e3 * best:g} ms."
     )
     return Cost(tuple(lines), best, raw, found)
 
@@ -69,21 +74,24 @@ def _stroke(stretch: Stretch, channel: str) -> Array | None:
     return stretch.raw.get(channel, stretch.inputs.get(channel))
 
 
-def _derived(stretch: Stretch, channel: str, orders: Mapping[int, str], tau: float) -> dict[str, Array]:
-    stroke = _stroke(stretch, channel)
-    assert stroke is not None
-    rate, second = differentiated(stroke[:SAMPLES], stretch.dt, tau)
-    given = {orders[k]: values for k, values in ((1, rate), (2, second)) if k in orders}
-    return {**stretch.raw, **given}
+def _differentiator(channel: str, orders: Mapping[int, str], tau: float) -> Changed:
+    def changed(stretch: Stretch) -> dict[str, Array]:
+        stroke = _stroke(stretch, channel)
+        assert stroke is not None
+        rate, second = differentiated(stroke[:SAMPLES], stretch.dt, tau)
+        given = {orders[k]: values for k, values in ((1, rate), (2, second)) if k in orders}
+        return {**stretch.raw, **given}
+
+    return changed
 
 
-def _mean(source: Source, chosen: list[Stretch], inputs_of: object) -> float:
+def _mean(source: Source, chosen: list[Stretch], inputs_of: Changed) -> float:
     """Return the RMS change of the output as a share of its range."""
     squares, samples = 0.0, 0
     for s in chosen:
         drive = source.drive(s)[:, :SAMPLES]
         changed = drive.copy()
-        for name, values in inputs_of(s).items():  # type: ignore[operator]
+        for name, values in inputs_of(s).items():
             if name in source.channels:
                 changed[source.spec.inputs.index(name)] = values[:SAMPLES]
         off = source.simulate(changed, s.dt) - source.simulate(drive, s.dt)

@@ -41,5 +41,10 @@ def motion_of(source: Source, tau: float) -> Motion | None:
     channel, orders = derived_of(source)
     if not orders:
         return None
-    return Motion(channel, field(channel), field(orders.get(1, "")) if 1 in orders else "",
-                  field(orders[2]) if 2 in orders else "", number(tau))
+    return Motion(
+        channel,
+        field(channel),
+        field(orders.get(1, "")) if 1 in orders else "",
+        field(orders[2]) if 2 in orders else "",
+        number(tau),
+    )

@@ -79,8 +79,14 @@ def _pieces(
         at = np.rint(time[run] / dt).astype(np.int64)
         own = {n: v[at] for n, v in raw.items() if at[-1] < len(v)}
         found.append(
-            Stretch(dt=dt, inputs=inputs, measured=columns["measured"][run], simulated=columns["simulated"][run],
-                    raw=own, **text)
+            Stretch(
+                dt=dt,
+                inputs=inputs,
+                measured=columns["measured"][run],
+                simulated=columns["simulated"][run],
+                raw=own,
+                **text,
+            )
         )
     return found
 
