@@ -16,6 +16,7 @@ from mrfit.export.head import head_lines
 from mrfit.export.source import Source
 from mrfit.export.stage import Files, Options
 from mrfit.export.text import ascii_line, identifier, number
+from mrfit.export.units import base_units
 from mrfit.export.xml import Node, xml
 
 # Of a normal distribution: half the 95 % interval over the standard deviation
@@ -133,7 +134,7 @@ def _set(source: Source, theta: Array, told: list[str], name: str) -> bytes:
         for p, v in zip(source.spec.params, theta.tolist(), strict=True)
     ]
     units = dict.fromkeys(p.unit for p in source.spec.params)
-    listed = [Node("ssc:Unit", {"name": u}, [Node("ssc:BaseUnit", {})]) for u in units]
+    listed = [Node("ssc:Unit", {"name": u}, [Node("ssc:BaseUnit", dict(base_units(u)))]) for u in units]
     whole = Node(
         "ssv:ParameterSet",
         {
