@@ -1,6 +1,6 @@
 """Fit a model to recordings in memory; the result, saved and read again."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,6 +26,8 @@ from mrfit.io.workspace import plain
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
+
+    from mrfit.export.stage import Written
 
 COLUMNS = ("parameter", "condition", "value", "unit", "low", "high", "bound_low", "bound_high", "at_bound")
 SHOWN = ("value", "unit", "low", "high", "identifiable")
@@ -144,6 +146,38 @@ class FitResult:
             If the file cannot be written.
         """
         write_fit_json(Path(path), self.to_json())
+
+    def export(
+        self,
+        folder: PathText,
+        *,
+        to: str | Sequence[str],
+        recordings: Recording | Iterable[Recording] | None = None,
+        **options: object,
+    ) -> "Written":
+        """Write the fitted model as C, FMU, JSON …, as ``mrfit export`` does, and return what was written.
+
+        Parameters
+        ----------
+        folder
+            Where to.
+        to
+            ``c``, ``fmu``, ``json``, ``lookup``, ``matlab``, ``modelica``, ``ssv``, or several of them.
+        recordings
+            Logs that say where the model holds, of a fit that was read from a file.
+        **options
+            ``condition``, ``without``, and those of ``mrfit.export.stage.Options``: ``fmi``, ``draws``, ``seed``.
+
+        Raises
+        ------
+        ConfigError
+            If a format or an option is wrong, or a program is missing.
+        DataError
+            If the model has no form in a format.
+        """
+        from mrfit.api.exporting import exported
+
+        return exported(self, folder, to, recordings, options)
 
     def __repr__(self) -> str:
         sets = [text_table(self._parameters(r)) for r in self._few]

@@ -1,4 +1,4 @@
-"""C templates of models, effects and what they share, found by name: beside a plug-in's file, else in ``templates/c``."""
+"""C templates of models, effects and what they share, by name: in ``templates/c``, or beside a plug-in's file."""
 
 import inspect
 import re

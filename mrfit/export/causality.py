@@ -1,4 +1,4 @@
-"""What causality costs: a fit is driven by smoothed inputs, a controller by what it measures, or by late derivatives."""
+"""What causality costs: a fit is driven by smoothed inputs, a controller by what it measures or derives late."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -12,7 +12,7 @@ import numpy as np
 from mrfit.core import registry
 from mrfit.core.channels import unit_of
 from mrfit.core.recording import FLUX_RESISTANCE
-from mrfit.core.specs import Array, EffectSpec, ModelSpec
+from mrfit.core.specs import Array, EffectSpec, Index, ModelSpec
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.workspace import plain
 from mrfit.signal.smoothing import TIME
@@ -173,6 +173,18 @@ class Source:
         """Return drives (C, N) of the logs with their dt in s, ``COMPARED`` samples at most."""
         share = max(COMPARED // max(len(self.stretches), 1), 500)
         return [(self.drive(s)[:, :share], s.dt) for s in self.stretches][: COMPARED // 500]
+
+
+def runs(time: Array) -> list[tuple[Index, float]]:
+    """Return the places of samples without a gap between them, and their dt in s.
+
+    What is held out of a segment may lie between what is not.
+    """
+    if len(time) < 2:
+        return []
+    dt = float(np.median(np.diff(time)))
+    cut = np.split(np.arange(len(time)), np.flatnonzero(np.abs(np.diff(time) - dt) > 0.5 * dt) + 1)
+    return [(run, dt) for run in cut if len(run) > 1]
 
 
 def source_of(

@@ -9,7 +9,7 @@ import numpy as np
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
-from mrfit.export.source import OWN, Stretch
+from mrfit.export.source import OWN, Stretch, runs
 from mrfit.fit.predict import read_fit
 from mrfit.io.workspace import Workspace, reading
 from mrfit.simulate.assembly import Assembly
@@ -65,29 +65,15 @@ def _stretches(workspace: Workspace, name: str, assembly: Assembly) -> tuple[Str
 def _pieces(
     columns: dict[str, Array], text: dict[str, str], segment: Segment | None, workspace: Workspace
 ) -> list[Stretch]:
-    """Return the runs of samples without a gap: what is held out of a segment may lie between what is not."""
     time = columns["time"]
-    if len(time) < 2:
-        return []
-    dt = float(np.median(np.diff(time)))
     raw = _raw(segment, workspace) if segment else {}
     found = []
-    for run in np.split(np.arange(len(time)), np.flatnonzero(np.abs(np.diff(time) - dt) > 0.5 * dt) + 1):
-        if len(run) < 2:
-            continue
+    for run, dt in runs(time):
         inputs = {n: v[run] for n, v in columns.items() if n not in ("time", "measured", "simulated", *OWN)}
         at = np.rint(time[run] / dt).astype(np.int64)
         own = {n: v[at] for n, v in raw.items() if at[-1] < len(v)}
-        found.append(
-            Stretch(
-                dt=dt,
-                inputs=inputs,
-                measured=columns["measured"][run],
-                simulated=columns["simulated"][run],
-                raw=own,
-                **text,
-            )
-        )
+        measured, simulated = columns["measured"][run], columns["simulated"][run]
+        found.append(Stretch(dt=dt, inputs=inputs, measured=measured, simulated=simulated, raw=own, **text))
     return found
 
 
