@@ -119,9 +119,10 @@ def rendered(source: Source, parts: Parts, told: Sequence[str], cost: Cost, tuna
     head = c_comment(head_lines(source, told))
     short = c_comment([f"{source.assembly.name}: see {prefix}.h"])
     jinja = environment(TEMPLATES / "c")
-    code = jinja.get_template("source.c.j2").render(context, head=short, functions=())
+    code = jinja.get_template("source.c.j2").render(context, head=short, functions=(), limits=())
     functions = sorted({m for part in COMMENT.split(code)[::2] for m in CALLED.findall(part)})
-    code = jinja.get_template("source.c.j2").render(context, head=short, functions=functions)
+    limits = [name for name in ("TINY", "CLOSE") if f"@{name}" in code]
+    code = jinja.get_template("source.c.j2").render(context, head=short, functions=functions, limits=limits)
     files = {
         f"{prefix}.h": tidy(named(jinja.get_template("header.h.j2").render(context, head=head), prefix)),
         f"{prefix}.c": tidy(named(precise(code), prefix)),

@@ -182,7 +182,8 @@ def runs(time: Array) -> list[tuple[Index, float]]:
     """
     if len(time) < 2:
         return []
-    dt = float(np.median(np.diff(time)))
+    # twelve digits: differences of times have rounding in them
+    dt = float(f"{np.median(np.diff(time)):.12g}")
     cut = np.split(np.arange(len(time)), np.flatnonzero(np.abs(np.diff(time) - dt) > 0.5 * dt) + 1)
     return [(run, dt) for run in cut if len(run) > 1]
 
