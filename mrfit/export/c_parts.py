@@ -19,6 +19,11 @@ from mrfit.simulate.current_dependence import CurrentDependence, Order, count, l
 FASTEST, SPARE = 10_000, 5
 # Cells of a curve whose parameters can be set: enough for n from 1 to 10
 UP, DOWN = 64, 320
+# Names that a function file of MATLAB must not hide
+BUILT_IN = frozenset(
+    "abs all any erf exp expm1 fix floor hypot isempty log log1p mod numel ones power sign sqrt struct sum tanh "
+    "zeros".split()
+)
 # What an effect's function is given, and how it is called, in their order
 ARGUMENTS = (
     ("e", "const @{}_values *e", "&p->{}"),
@@ -103,7 +108,8 @@ def prefix_of(name: str) -> str:
     Functions of the templates have no prefix; a fit called ``lugre`` must not make another ``lugre_step``.
     """
     prefix = identifier(name)
-    return f"{prefix}_fit" if any(n.startswith(f"{prefix}_") for n in own_functions()) else prefix
+    taken = prefix in BUILT_IN or any(n.startswith(f"{prefix}_") for n in own_functions())
+    return f"{prefix}_fit" if taken else prefix
 
 
 @cache

@@ -7,11 +7,10 @@ import numpy as np
 
 from mrfit.core.channels import unit_of
 from mrfit.export.c import Difference, compared
-from mrfit.export.c_parts import base_fields
+from mrfit.export.c_parts import base_fields, prefix_of
 from mrfit.export.head import head_lines
 from mrfit.export.source import Source
 from mrfit.export.stage import Files, Options
-from mrfit.export.text import identifier
 from mrfit.io.workspace import plain
 from mrfit.simulate.current_dependence import Order
 from mrfit.simulate.current_levels import assembly_of
@@ -23,7 +22,7 @@ CHECKED = 200
 def files(source: Source, options: Options) -> Files:
     """Return one file."""
     difference = rebuilt(source, _text(source, ""))
-    name = f"{identifier(source.name)}.json"
+    name = f"{prefix_of(source.name)}.json"
     text = _text(source, difference.text)
     return Files({name: text.encode()}, (difference.text,), difference.largest)
 

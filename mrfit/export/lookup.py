@@ -13,10 +13,11 @@ from mrfit.core.channels import ANTIDERIVATIVES, unit_of
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.export.c_form import TEMPLATES, environment
+from mrfit.export.c_parts import prefix_of
 from mrfit.export.head import head_lines
 from mrfit.export.source import OWN, Source
 from mrfit.export.stage import Files, Options
-from mrfit.export.text import ascii_line, c_comment, field, identifier, in_comment, number, wrapped
+from mrfit.export.text import ascii_line, c_comment, field, in_comment, number, wrapped
 
 # Breakpoints of the drive, of the current and of the temperature, and of the output in the inverse
 POINTS, LEVELS, TEMPERATURES, OUTPUTS = 61, 17, 5, 41
@@ -95,7 +96,7 @@ def files(source: Source, options: Options) -> Files:
             f"{100.0 * off:.2g} % of the range RMS; of random outputs there, {100.0 * share:.3g} % can be had by some "
             "current, for others it is held at its end."
         )
-    prefix = identifier(source.name)
+    prefix = prefix_of(source.name)
     contents = {f"{prefix}_lookup.csv": _csv(source, table, told)}
     if inverse:
         contents[f"{prefix}_inverse.csv"] = _csv(source, inverse, told)
@@ -261,7 +262,7 @@ def _csv(source: Source, table: Table, told: list[str]) -> bytes:
 
 
 def _c(source: Source, table: Table, inverse: Table | None, told: list[str]) -> dict[str, bytes]:
-    prefix = identifier(source.name)
+    prefix = prefix_of(source.name)
 
     def axes(of: Table) -> list[dict[str, object]]:
         return [

@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from mrfit.core.specs import Array, Param
+from mrfit.export.c_parts import prefix_of
 from mrfit.export.head import head_lines
 from mrfit.export.source import Source
 from mrfit.export.stage import Files, Options
-from mrfit.export.text import ascii_line, identifier, number
+from mrfit.export.text import ascii_line, number
 from mrfit.export.units import base_units
 from mrfit.export.xml import Node, xml
 
@@ -34,7 +35,7 @@ def files(source: Source, options: Options) -> Files:
     free = [k for k, row in enumerate(rows) if row is not None]
     told = _told(source, rows, options)
     sets = drawn(source, options)
-    prefix = identifier(source.name)
+    prefix = prefix_of(source.name)
     digits = max(3, len(str(options.draws)))
     contents = {f"{prefix}.ssv": _set(source, source.theta, told, prefix)}
     for k, theta in enumerate(sets, 1):

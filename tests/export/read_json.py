@@ -1,4 +1,4 @@
-"""Simulate a fit exported as JSON, without mrfit: tanh, its parameters polynomials of current. Prints its largest error."""
+"""Simulate a fit exported as JSON, without mrfit: tanh, its parameters polynomials of current. Prints its error."""
 
 import json
 import math
@@ -11,7 +11,7 @@ def at_current(parameter, current, ends):
     held = min(max(current, ends[0]), ends[1])
     piece = next((p for p in parameter["pieces"] if held <= p["to"]), parameter["pieces"][-1])
     total = 0.0
-    for k, (node, value) in enumerate(zip(piece["currents"], piece["values"])):
+    for k, (node, value) in enumerate(zip(piece["currents"], piece["values"], strict=True)):
         weight = 1.0
         for j, other in enumerate(piece["currents"]):
             if j != k:
@@ -27,7 +27,7 @@ with open(sys.argv[1]) as file:
     model = json.load(file)["export"]
 assert model["base"] == "tanh" and not model["effects"]
 check, worst = model["check"], 0.0
-rows = zip(*(check["inputs"][name] for name in ("displacement", "velocity", "current")), check["output"])
+rows = zip(*(check["inputs"][name] for name in ("displacement", "velocity", "current")), check["output"], strict=True)
 for x, v, current, expected in rows:
     p = {q["name"]: at_current(q, current, model["current_range"]) for q in model["parameters"]}
     force = p["fy"] * math.tanh(p["a1"] * v + p["a2"] * x) + p["c"] * v + p["k"] * x + p["f0"]
