@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,7 +12,6 @@ import typer
 from mrfit.cli import console
 from mrfit.cli.options import WORK, Json, Plugins, Work
 from mrfit.core.progress import Progress
-from mrfit.io.workspace import Workspace
 
 if TYPE_CHECKING:
     from mrfit.export.stage import Options
@@ -52,11 +52,13 @@ def export(  # noqa: PLR0913
     return console.print_json(summary) if as_json else show(summary)
 
 
+@dataclass(frozen=True)
 class Place:
     """Where an export goes, and what of a fit it takes."""
 
-    def __init__(self, out: Path | None, condition: str, without: tuple[str, ...]) -> None:
-        self.out, self.condition, self.without = out, condition, without
+    out: Path | None
+    condition: str
+    without: tuple[str, ...]
 
 
 def exported(
@@ -74,6 +76,7 @@ def exported(
     from mrfit.export import stage
     from mrfit.export.source import source_of
     from mrfit.export.workspace import read_fit_and_logs
+    from mrfit.io.workspace import Workspace
 
     stage.check(to, options)
     workspace = Workspace(work)

@@ -20,8 +20,11 @@ from mrfit.export.stage import Files, Options
 from mrfit.export.text import c_comment, field, number
 
 # Functions of math.h that templates call by their names, those of two arguments apart
-TWO = ("pow", "hypot", "copysign")
-ONE = ("exp", "expm1", "log", "log1p", "sqrt", "fabs", "floor", "tanh", "erf")
+TWO = ("pow", "hypot", "copysign", "atan2", "fmin", "fmax", "fmod")
+ONE = (
+    *("exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "sqrt", "cbrt", "fabs", "floor", "ceil", "trunc", "erf"),
+    *("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"),
+)
 CALLED = re.compile(rf"\b({'|'.join((*TWO, *ONE))})\(")
 LITERAL = re.compile(r"(?<![\w.])(\d+\.\d*(?:[eE][+-]?\d+)?|\d+[eE][+-]?\d+)(?![\w.])")
 COMMENT = re.compile(r"(/\*.*?\*/)", re.DOTALL)

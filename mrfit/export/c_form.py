@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from mrfit.core import registry
+from mrfit.core.protocols import SLOT_FUNCTIONS
 from mrfit.errors import DataError
 
 if TYPE_CHECKING:
@@ -42,10 +43,15 @@ def own_form(kind: Literal["model", "effect"], name: str) -> Path | None:
 
 
 def _file_of(item: object) -> str | None:
-    try:
-        return inspect.getsourcefile(type(item))
-    except TypeError:
-        return None
+    """Return the file in which an object's function stands."""
+    for name in ("response", *SLOT_FUNCTIONS.values()):
+        function = getattr(item, name, None)
+        if callable(function):
+            try:
+                return inspect.getsourcefile(inspect.unwrap(function))
+            except TypeError:
+                return None
+    return None
 
 
 class Form:

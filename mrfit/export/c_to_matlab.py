@@ -12,7 +12,16 @@ KEYWORDS = frozenset(
     "switch try while".split()
 )
 # Functions of math.h that MATLAB calls otherwise
-CALLED = {"fabs": "abs", "copysign": "copy_sign", "pow": "power"}
+CALLED = {
+    "fabs": "abs",
+    "copysign": "copy_sign",
+    "pow": "power",
+    "fmin": "min",
+    "fmax": "max",
+    "fmod": "rem",
+    "trunc": "fix",
+    "exp2": "pow2",
+}
 OPERATORS = {"!=": "~="}
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mrfit.core import registry
+from mrfit.core import plugins, registry
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.export.c import built, driver, rendered, user_inputs
@@ -234,6 +234,44 @@ def test_every_model_has_a_form_and_every_effect_that_is_no_error_of_the_record(
 def test_an_effect_without_a_form_is_one_clear_line() -> None:
     with pytest.raises(DataError, match="^the effect integrator-offset has no C form: .*--without integrator-offset$"):
         form_of("effect", "integrator-offset", {})
+
+
+PLUGIN = """
+import numpy as np
+from mrfit.core.plugins import model
+from mrfit.core.specs import Param
+from mrfit.kernels.theta import columns
+
+@model(
+    "my-damper", inputs=["velocity"], output="force",
+    params=[
+        Param("fy", "N", 1.0, 1e4, 100.0, "log", "yield", "yield force */"),
+        Param("v0", "m/s", 1e-4, 1.0, 0.01, "log", text="speed at which it yields"),
+        Param("c", "N*s/m", 1.0, 1e5, 500.0, "log", "viscous", "viscous damping"),
+    ],
+    equation="F = fy*(2/pi)*atan(v/v0) + c*v", linear=("fy", "c"),
+)
+def arctangent(drive, theta, dt):
+    "Bingham body with an arctangent for its yield."
+    fy, v0, c = columns(theta)
+    return fy * (2 / np.pi) * np.arctan(drive[0] / v0) + c * drive[0]
+"""
+PLUGIN_FORM = """{% macro body() %}
+    return ((b->fy * 2.0 * atan(u->velocity / b->v0)) / 3.141592653589793) + (b->c * u->velocity);
+{% endmacro %}
+"""
+
+
+def test_a_plug_in_brings_its_form_beside_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plugins, "_store", plugins.Store())
+    monkeypatch.setenv(plugins.VARIABLE, "")
+    (tmp_path / "mine.py").write_text(PLUGIN)
+    plugins.use(tmp_path / "mine.py")
+    source = rig("my-damper+asymmetry+gas-spring")
+    with pytest.raises(DataError, match=r"^the model my-damper has no C form: put its body into my-damper.c.j2"):
+        parts_of(source)
+    (tmp_path / "my-damper.c.j2").write_text(PLUGIN_FORM)
+    agrees(source)
 
 
 def test_the_differentiator_is_the_one_whose_cost_is_stated(tmp_path: Path) -> None:
