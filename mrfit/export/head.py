@@ -31,6 +31,8 @@ def head_lines(source: Source, measured: Sequence[str] = ()) -> list[str]:
             f"the current is held within {source.dependence.low:.6g} to {source.dependence.high:.6g} A"
         )
     lines += [f"Left out of the fit's model: {name}" for name in source.without]
+    if spec.free_offset:
+        lines.append(f"The constant of a record's {spec.output} is not known, and not part of the model.")
     lines += ["", "Inputs and output, SI, and what the fit has seen of them:"]
     lines += [f"  {channel_text(source, name)}" for name in source.channels]
     lines += [f"  {channel_text(source, spec.output)}  (output)", "", "Errors of the fit against the logs:"]

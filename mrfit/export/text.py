@@ -1,5 +1,6 @@
 """Text for comments and names of other languages: whatever a file was called, it stays inside its comment."""
 
+import hashlib
 import re
 import textwrap
 from collections.abc import Iterable
@@ -48,7 +49,10 @@ def c_comment(lines: Iterable[str]) -> str:
 
 def identifier(text: str, longest: int = LONGEST) -> str:
     """Return a name that C, MATLAB and Modelica take, of any text."""
-    name = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_")[:longest].strip("_") or "fit"
+    name = re.sub(r"[^A-Za-z0-9]+", "_", text).strip("_") or "fit"
+    if len(name) > longest:
+        # long names that begin alike stay apart
+        name = f"{name[: longest - 5].strip('_')}_{hashlib.sha256(text.encode(errors='replace')).hexdigest()[:4]}"
     name = name if name[0].isalpha() else f"fit_{name}"
     return f"{name}_" if name in RESERVED else name
 

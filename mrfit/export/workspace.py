@@ -39,7 +39,6 @@ def read_fit_and_logs(workspace: Workspace, name: str) -> FitAndLogs:
 
 
 def _stretches(workspace: Workspace, name: str, assembly: Assembly) -> tuple[Stretch, ...]:
-    import pyarrow.compute as compute
     import pyarrow.parquet as parquet
 
     path = workspace.fit_folder(name) / "residuals.parquet"
@@ -51,15 +50,23 @@ def _stretches(workspace: Workspace, name: str, assembly: Assembly) -> tuple[Str
         if missing := [n for n in names if n not in whole.column_names]:
             raise DataError(f"{path}: lacks the column {missing[0]}; run `mrfit fit` again")
         segments = {s.id: s for s in workspace.read_segments()[0]} if workspace.segments_file.is_file() else {}
-        found = []
-        for identifier in dict.fromkeys(whole["segment"].to_pylist()):
-            rows = whole.filter(compute.equal(whole["segment"], identifier))
-            for role in dict.fromkeys(rows["role"].to_pylist()):
-                own = rows.filter(compute.equal(rows["role"], role))
-                columns = {n: own[n].to_numpy().astype(np.float64) for n in names}
-                text = {"condition": own["condition"][0].as_py(), "role": role}
-                found += _pieces(columns, {"segment": identifier, **text}, segments.get(identifier), workspace)
+        found = list[Stretch]()
+        for rows in _blocks(whole):
+            columns = {n: rows[n].to_numpy().astype(np.float64) for n in names}
+            text = {n: str(rows[n][0].as_py()) for n in ("segment", "condition", "role")}
+            found += _pieces(columns, text, segments.get(text["segment"]), workspace)
     return tuple(found)
+
+
+def _blocks(whole: Any) -> list[Any]:
+    """Return the rows of each segment and role, in the order in which they stand."""
+    import pyarrow.compute as compute
+
+    joined = compute.binary_join_element_wise(whole["segment"], whole["role"], "\n")
+    codes = joined.combine_chunks().dictionary_encode().indices.to_numpy()
+    order = np.argsort(codes, kind="stable")
+    ends = np.flatnonzero(np.diff(codes[order])) + 1
+    return [whole.take(rows) for rows in np.split(order, ends) if len(rows)]
 
 
 def _pieces(

@@ -144,12 +144,18 @@ def test_a_loop_that_depends_on_current_is_near_the_curve_while_the_current_rest
     assert 1e-12 < off.max() < 2e-5
 
 
-@pytest.mark.parametrize("model", ["boucwen", "lugre", "spencer", "biviscous+force-filter", "hw-static+current-filter"])
-def test_steps_may_jitter(model: str) -> None:
-    # inputs are straight lines between steps that are 1 to 30 tenths of a millisecond apart; Python follows the same
-    # lines at every tenth. Behind the filter the force is a line too: it never yields
-    changes = {"biviscous+force-filter": {"vy": 1.0}, "hw-static+current-filter": {"current-filter.tau": 0.0}}
-    source = rig(model, changes=changes.get(model, {}))
+# What makes the force behind a filter a straight line between steps, as its inputs are: it never yields, or no delay
+# puts a corner between two steps
+STRAIGHT = {
+    "biviscous+force-filter": {"vy": 1.0},
+    "hammerstein-wiener": {"b": 0.5},
+    "hw-static+current-filter": {"current-filter.tau": 0.0},
+}
+
+
+def jitters(model: str) -> None:
+    """Steps are 1 to 30 tenths of a millisecond apart, inputs straight between them; Python follows every tenth."""
+    source = rig(model, changes=STRAIGHT.get(model, {}))
     fine, times = 1e-4, np.cumsum(np.random.default_rng(4).integers(1, 31, 600))
     times -= times[0]
     smooth = channels(fine * times[-1], fine)
@@ -160,6 +166,17 @@ def test_steps_may_jitter(model: str) -> None:
         got = run.run(user_inputs(source, drive[:, times]), np.diff(times, prepend=times[0]) * fine)[0]
     share = np.abs(got - wanted).max() / np.ptp(wanted)
     assert share < {"spencer": 1e-5, "lugre": 1e-5}.get(model, 1e-9)
+
+
+@pytest.mark.parametrize("model", ["boucwen", "lugre", "spencer", "biviscous+force-filter", "hw-static+current-filter"])
+def test_steps_may_jitter(model: str) -> None:
+    jitters(model)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", registry.names("model"))
+def test_steps_of_every_model_may_jitter(model: str) -> None:
+    jitters(model)
 
 
 def test_a_lag_loses_what_it_cannot_know_with_the_square_of_the_step() -> None:

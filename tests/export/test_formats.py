@@ -1,10 +1,12 @@
 """What a fit is written as, from the command line and from Python: JSON, SSP parameter sets, lookup tables, C."""
 
 import ctypes
+import importlib
 import json
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +16,16 @@ import pytest
 import mrfit
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
+from mrfit.export.c_parts import parts_of
+from mrfit.export.fmi_description import model_description
 from mrfit.export.lookup import files as lookup_files
 from mrfit.export.lookup import forward, inverted
 from mrfit.export.source import source_of
 from mrfit.export.ssv import drawn, intervals
+from mrfit.export.ssv import files as ssv_files
 from mrfit.export.stage import FORMATS, Options, run
+from mrfit.export.text import ascii_line
+from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 from tests.conftest import Run
 from tests.export.rigs import rig
@@ -200,10 +207,6 @@ def test_formats_and_options_that_do_not_exist(
 
 def test_nothing_is_written_if_one_format_fails(tmp_path: Path) -> None:
     source = rig("boucwen-flux")
-    from dataclasses import replace
-
-    from mrfit.simulate.assembly import assemble
-
     assembly = assemble("boucwen-flux+integrator-offset")
     broken = replace(source, assembly=assembly, theta=np.append(source.theta, 0.01))
     with pytest.raises(DataError, match="^the effect integrator-offset has no C form"):
@@ -243,8 +246,19 @@ def test_from_the_command_line(logs: Path, mrfit: Run, tmp_path: Path) -> None:
         assert done.returncode == code and said in done.stderr and len(done.stderr.splitlines()) == 1
 
 
-def test_every_format_has_its_module() -> None:
-    import importlib
+@pytest.mark.parametrize("name", ["--> <x>", "a]]>&\"'", "\x00\u202e", "-", "--"])
+def test_hostile_names_stay_in_their_attribute(name: str) -> None:
+    source = replace(rig("dahl"), condition=name)
+    results = [{**source.content["results"][0], "condition": name}]
+    source = replace(source, content={**source.content, "name": name, "results": results})
+    made = ssv_files(source, Options(draws=1))
+    for text in made.contents.values():
+        root = ElementTree.fromstring(text)
+        assert len(root) == 2 and len(root[0]) == 4
+    described = model_description(source, parts_of(source), "{0}", [name], 2)
+    assert ElementTree.fromstring(described).get("modelName") == ascii_line(name)
 
+
+def test_every_format_has_its_module() -> None:
     for module in FORMATS.values():
         assert callable(importlib.import_module(f"mrfit.export.{module}").files)
