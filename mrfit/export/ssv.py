@@ -3,6 +3,9 @@
 A parameter is normal about its value, on a logarithmic scale where it has one, with the width of its 95 % interval.
 Parameters that the output moves alike are drawn together: their correlation is that of a least-squares fit of the
 model to its logs. Beyond its bounds a draw is held there.
+
+Where the data do not determine parameters one by one, draws go along the directions that they do determine, as far as
+the intervals of parameters and derived quantities say; what cannot be seen in the output stays as it is.
 """
 
 import math
@@ -26,32 +29,44 @@ WIDTH = 1.959963984540054
 SAMPLES, STEP = 4000, 0.1
 # Least eigenvalue of the correlation, relative to the largest: parameters that no data tell apart
 LEAST = 1e-12
+# Step in shares of the bounds, singular value below which nothing moves, and the width beyond which a direction is open
+CUBE_STEP, UNSEEN, OPEN = 1e-4, 3e-5, 0.5
+NO_DRAWS = "No draws: of no parameter and no derived quantity of this fit an interval is known."
 NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 
 
 def files(source: Source, options: Options) -> Files:
     """Return the fit's own set and ``options.draws`` drawn ones."""
-    rows = intervals(source)
-    free = [k for k, row in enumerate(rows) if row is not None]
-    told = _told(source, rows, options)
     sets = drawn(source, options)
+    moved = int(np.count_nonzero(np.ptp(np.vstack([source.theta, sets]), axis=0)))
+    if not moved:
+        told = [
+            "Values are those of the fit, to the last digit: no difference from the simulation in Python.",
+            NO_DRAWS,
+        ]
+        prefix = prefix_of(source.name)
+        return Files({f"{prefix}.ssv": _set(source, source.theta, told, prefix)}, (NO_DRAWS,), 0.0)
+    told = _told(source, sets, options)
     prefix = prefix_of(source.name)
     digits = max(3, len(str(options.draws)))
     contents = {f"{prefix}.ssv": _set(source, source.theta, told, prefix)}
     for k, theta in enumerate(sets, 1):
         name = f"{prefix}_{k:0{digits}d}"
         contents[f"ssv/{name}.ssv"] = _set(source, theta, [f"Draw {k} of {options.draws}", *told], name)
-    said = f"{options.draws} draws of {len(free)} parameters, seed {options.seed}; {len(rows) - len(free)} held"
-    return Files(contents, (said, _band(source, sets)), 0.0)
+    said = f"{options.draws} draws of {moved} parameters, seed {options.seed}; {len(source.theta) - moved} held"
+    return Files(contents, (said, *told[1:2], _band(source, sets)), 0.0)
 
 
-def _told(source: Source, rows: list[Any], options: Options) -> list[str]:
-    held = [n for n, row in zip(source.spec.names, rows, strict=True) if row is None]
+def _told(source: Source, sets: Array, options: Options) -> list[str]:
+    held = [n for n, column in zip(source.spec.names, sets.T, strict=True) if not np.ptp(column)]
+    how = "within 95 % intervals, correlated as in the fit"
+    if not one_by_one(source):
+        how = "along what the data determine, as wide as the intervals of parameters and derived quantities"
     lines = [
         "Values are those of the fit, to the last digit: no difference from the simulation in Python.",
-        f"Draws: normal within 95 % intervals, correlated as in the fit, seed {options.seed}.",
+        f"Draws: normal {how}, seed {options.seed}.",
     ]
-    return [*lines, *([f"Held, since no interval is known: {', '.join(held)}"] if held else [])]
+    return [*lines, *([f"Held: {', '.join(held)}"] if held else [])]
 
 
 def _band(source: Source, sets: Array) -> str:
@@ -66,11 +81,25 @@ def _band(source: Source, sets: Array) -> str:
     return f"Standard deviation of the output over the draws: {100.0 * spread:.2g} % of its range."
 
 
+def _result(source: Source) -> Mapping[str, Any]:
+    found: Mapping[str, Any] = next(r for r in source.content["results"] if str(r["condition"]) == source.condition)
+    return found
+
+
+def _rows(source: Source) -> list[Mapping[str, Any]]:
+    rows: dict[str, Mapping[str, Any]] = {p["name"]: p for p in _result(source)["parameters"]}
+    return [rows[p.name] for p in source.spec.params]
+
+
 def intervals(source: Source) -> list[tuple[float, bool] | None]:
     """Return for every parameter its standard deviation and whether that is of its logarithm; None if it is held."""
-    result = next(r for r in source.content["results"] if str(r["condition"]) == source.condition)
-    rows: dict[str, Mapping[str, Any]] = {p["name"]: p for p in result["parameters"]}
-    return [_spread(p, rows[p.name]) for p in source.spec.params]
+    return [_spread(p, row) for p, row in zip(source.spec.params, _rows(source), strict=True)]
+
+
+def one_by_one(source: Source) -> bool:
+    """Return whether every parameter that was fitted has an interval, or there are no logs to tell more by."""
+    known = zip(_rows(source), intervals(source), strict=True)
+    return not source.stretches or all(bool(row.get("fixed")) or width is not None for row, width in known)
 
 
 def _spread(param: Param, row: Mapping[str, Any]) -> tuple[float, bool] | None:
@@ -84,6 +113,8 @@ def _spread(param: Param, row: Mapping[str, Any]) -> tuple[float, bool] | None:
 
 def drawn(source: Source, options: Options) -> Array:
     """Return parameter sets (draws, K)."""
+    if not one_by_one(source):
+        return _along(source, options)
     rows = intervals(source)
     free = [k for k, row in enumerate(rows) if row is not None]
     sets = np.tile(source.theta, (options.draws, 1))
@@ -127,6 +158,75 @@ def correlation(source: Source, free: list[int], widths: Array, logs: Array) -> 
     deviations = np.sqrt(np.diag(inverse))
     found: Array = inverse / np.outer(deviations, deviations)
     return found
+
+
+def _along(source: Source, options: Options) -> Array:
+    """Return parameter sets (draws, K), drawn along the directions of the parameter space that the data determine."""
+    free = [k for k, row in enumerate(_rows(source)) if not row.get("fixed")]
+    sets = np.tile(source.theta, (options.draws, 1))
+    steps = CUBE_STEP * np.vstack([np.eye(len(free)), -np.eye(len(free))])
+    jacobian = np.hstack([_slopes(o) for o in _outputs(source, _in_cube(source, free, steps))])
+    values, vectors = np.linalg.eigh(jacobian @ jacobian.T)
+    seen = values > UNSEEN**2 * values[-1]
+    values, vectors = values[seen], vectors[:, seen]
+    scale = _scale(source, free, steps, values, vectors)
+    widths = scale / np.sqrt(values)
+    kept = widths < OPEN
+    normal = np.random.default_rng(options.seed).standard_normal((options.draws, len(values)))
+    moves = normal[:, kept] * widths[kept] @ vectors[:, kept].T
+    sets[:, free] = _in_cube(source, free, moves)[:, free]
+    return sets
+
+
+def _slopes(values: Array) -> Array:
+    """Return central differences (F, M) of values (2F, M) at steps up and down."""
+    half = len(values) // 2
+    slopes: Array = np.nan_to_num((values[:half] - values[half:]) / (2.0 * CUBE_STEP))
+    return slopes
+
+
+def _in_cube(source: Source, free: list[int], moves: Array) -> Array:
+    """Return parameters (M, K) moved by shares (M, F) of the range between their bounds, on their scales."""
+    points = np.tile(source.theta, (len(moves), 1))
+    for column, k in enumerate(free):
+        p, value = source.spec.params[k], float(source.theta[k])
+        low, high = min(p.low, value), max(p.high, value)
+        if p.scale == "log" and low > 0.0:
+            moved = value * np.exp(moves[:, column] * math.log(high / low))
+        else:
+            moved = value + moves[:, column] * (high - low)
+        points[:, k] = np.clip(moved, low, high) if np.abs(moves).max(initial=0.0) > CUBE_STEP else moved
+    return points
+
+
+def _outputs(source: Source, points: Array) -> list[Array]:
+    """Return the outputs (P, M) of parameter sets (P, K) over pieces of the logs."""
+    share = max(SAMPLES // len(source.stretches), 200)
+    found = []
+    for s in source.stretches[: SAMPLES // 200]:
+        drive = np.ascontiguousarray(source.drive(s)[:, :share])
+        with np.errstate(all="ignore"):
+            found.append(source.assembly.simulate(drive, points, s.dt))
+    return found
+
+
+def _scale(source: Source, free: list[int], steps: Array, values: Array, vectors: Array) -> float:
+    """Return the size of the noise that gives the intervals there are, of parameters and of derived quantities."""
+    covariance = (vectors / values) @ vectors.T
+    points = _in_cube(source, free, steps)
+    found = []
+    derived = _slopes(source.assembly.derived(points))
+    for column, row in zip(derived.T, _result(source).get("derived", []), strict=False):
+        low, high = row.get("low"), row.get("high")
+        power = float(column @ covariance @ column)
+        if low is not None and high is not None and high > low and power > 0.0:
+            found.append((high - low) / (2.0 * WIDTH) / math.sqrt(power))
+    for column_number, k in enumerate(free):
+        p, width = source.spec.params[k], intervals(source)[k]
+        if width is not None:
+            reach = math.log(p.high / p.low) if width[1] else p.high - p.low
+            found.append(width[0] / reach / math.sqrt(float(covariance[column_number, column_number])))
+    return float(np.median(found)) if found else 0.0
 
 
 def _set(source: Source, theta: Array, told: list[str], name: str) -> bytes:

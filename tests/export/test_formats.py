@@ -92,12 +92,12 @@ def test_draws_have_the_intervals_widths_and_the_fit_s_correlation(fit: mrfit.Fi
     assert (again / "ssv" / names[5]).read_bytes() == (tmp_path / "ssv" / names[5]).read_bytes()
 
 
-def test_draws_hold_what_has_no_interval() -> None:
+def test_draws_hold_what_was_not_fitted() -> None:
     source = rig("dahl")
     rows = [dict(p) for p in source.content["results"][0]["parameters"]]
     rows[0] |= {"low": rows[0]["value"] * 0.9, "high": rows[0]["value"] * 1.1}
-    rows[1] |= {"low": None, "high": None}
-    rows[2] |= {"low": rows[2]["value"], "high": rows[2]["value"], "fixed": True}
+    for row in rows[1:]:
+        row |= {"low": row["value"], "high": row["value"], "fixed": True}
     content = {**source.content, "results": [{"condition": "all", "parameters": rows}]}
     given = source_of(content, source.assembly, source.stretches)
     assert [row is not None for row in intervals(given)] == [True, False, False, False]
@@ -106,6 +106,35 @@ def test_draws_hold_what_has_no_interval() -> None:
     # damping is searched on a logarithmic scale: its draws are log-normal
     spread = np.std(np.log(sets[:, 0]))
     assert spread == pytest.approx(np.log(1.1 / 0.9) / 2 / 1.96, rel=0.05)
+
+
+def test_draws_of_a_model_with_a_redundant_parameter_have_the_band_of_its_noise() -> None:
+    # noise of 1 N on 1000 samples: least squares leaves a band of sqrt(7/1000) N, as the data see 7 of 8 parameters
+    source = rig("boucwen", seconds=0.999)
+    drive = source.drive(source.stretches[0])
+    step = 1e-5 * np.abs(source.theta)
+    jacobian = np.stack(
+        [(source.assembly.simulate(drive, source.theta + sign * np.diag(step), DT) * sign) for sign in (1, -1)]
+    ).sum(axis=0)
+    root, values, _ = np.linalg.svd((jacobian / (2 * step[:, None])) * np.abs(source.theta)[:, None])
+    assert values[6] / values[0] > 1e-4 > values[7] / values[0]
+    covariance = (root[:, :7] / values[:7] ** 2) @ root[:, :7].T
+    derived = source.assembly.derived
+    slopes = (derived(source.theta + np.diag(step)) - derived(source.theta - np.diag(step))) / 2e-5
+    half = 1.96 * np.sqrt(np.einsum("kd,kj,jd->d", slopes, covariance, slopes))
+    at = derived(source.theta[None])[0]
+    rows = [
+        {"name": d.name, "low": a - h, "high": a + h} for d, a, h in zip(source.spec.derived, at, half, strict=True)
+    ]
+    parameters = [p | {"low": None, "high": None} for p in source.content["results"][0]["parameters"]]
+    results = [{"condition": "all", "parameters": parameters, "derived": rows}]
+    sets = drawn(replace(source, content={**source.content, "results": results}), Options(draws=400))
+    outputs = source.assembly.simulate(drive, sets, DT)
+    assert np.sqrt(np.mean(np.var(outputs, axis=0))) == pytest.approx(np.sqrt(7 / 1000), rel=0.1)
+    # without any interval there is nothing to draw
+    nothing = [{"condition": "all", "parameters": parameters, "derived": []}]
+    made = ssv_files(replace(source, content={**source.content, "results": nothing}), Options())
+    assert list(made.contents) == ["boucwen.ssv"] and made.said[0].startswith("No draws:")
 
 
 def test_a_table_of_a_model_without_a_past_is_the_model() -> None:
