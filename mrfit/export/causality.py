@@ -65,7 +65,8 @@ def costs(source: Source) -> Cost:
         for t, c in found.items()
     ]
     lines.append(
-        f"{wanted} by the differentiator below from the {channel} instead: {'; '.join(each)}. tau is {1e3 * best:g} ms."
+        f"{wanted} by the differentiator below from the {channel}{'' if raw is not None else ' (smoothed)'} instead: "
+        f"{'; '.join(each)}. tau is {1e3 * best:g} ms."
     )
     return Cost(tuple(lines), best, raw, found)
 

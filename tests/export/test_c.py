@@ -26,7 +26,7 @@ from tests.export.rigs import STRENGTH, channels, effects_of, rig
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 
-WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Werror", "-pedantic")
+WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Werror", "-pedantic")
 STRICT = (*WARNINGS, "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 RATES = (1e-3, 1e-4)
 NO_COST = Cost((), 0.002)
@@ -197,6 +197,15 @@ def test_floats_are_near() -> None:
     with program(source, (*STRICT, f"-D{prefix}_FLOAT")) as run:
         off = shares(source, run, source.drive(source.stretches[0]), 1e-3)
     assert 1e-9 < off.max() < 1e-4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", [*registry.names("model"), *SELECTION])
+def test_floats_of_every_model_are_near(model: str) -> None:
+    source = rig(model)
+    with program(source, (*STRICT, f"-D{parts_of(source).context['p'].upper()}_FLOAT")) as run:
+        off = shares(source, run, source.drive(source.stretches[0]), 1e-3)
+    assert off.max() < 1e-3
 
 
 def test_inputs_that_were_never_seen_are_told() -> None:

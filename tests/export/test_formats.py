@@ -68,6 +68,21 @@ def test_json_is_read_by_mrfit_and_by_a_script_without_it(fit: mrfit.FitResult, 
     assert float(subprocess.run(command, capture_output=True, text=True, check=True).stdout) < 1e-12
 
 
+def test_a_fit_from_a_file_takes_its_logs_from_the_caller(fit: mrfit.FitResult, logs: Path, tmp_path: Path) -> None:
+    fit.save(tmp_path / "saved.json")
+    again = mrfit.load(tmp_path / "saved.json")
+    with pytest.raises(DataError, match="^damper: its logs are not at hand"):
+        again.export(tmp_path / "without", to="lookup")
+    blind = again.export(tmp_path / "blind", to="c")
+    assert blind.errors["c"] is None and "the fit's logs are not at hand" in blind.said["c"][0]
+    seeing = again.export(tmp_path / "seeing", to="c", recordings=mrfit.read(logs))
+    assert seeing.errors["c"] is not None and seeing.errors["c"] < 1e-9
+    assert any("inputs as recorded instead of smoothed" in line for line in seeing.said["c"])
+    assert sorted(p.name for p in (tmp_path / "blind").iterdir()) == ["damper.c", "damper.h"]
+    with pytest.raises(ConfigError, match="^export has no option 'fmy'; it has condition, without, fmi, draws, seed"):
+        again.export(tmp_path, to="fmu", fmy=3)
+
+
 def test_draws_have_the_intervals_widths_and_the_fit_s_correlation(fit: mrfit.FitResult, tmp_path: Path) -> None:
     fit.export(tmp_path, to="ssv", draws=100, seed=3)
     names = sorted(p.name for p in (tmp_path / "ssv").iterdir())
