@@ -238,7 +238,7 @@ def test_values_that_are_no_numbers_leave_state_and_output() -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["*/ int x = 1; /*", "a*", "/", "x\\", "??/", "**//", "a\nb", "\x1b[31m\u202e", "12", "int", "lugre", "é*/é", ""],
+    ["*/ int x = 1; /*", "x\\", "??/", "**//\n\x1b[31m\u202e", "int", "lugre", "é*/é", ""],
 )
 def test_hostile_names_stay_in_their_comment(name: str) -> None:
     source = replace(rig("lugre"), condition=f"c {name}")
@@ -335,19 +335,17 @@ int main(void) {{
     assert np.std((answer.reshape(-1, 2)[:, 0] - v)[settled]) > 0.05 * np.std(v)
 
 
-@pytest.mark.parametrize("options", [(), ("float",)])
-def test_the_self_test_passes_and_fails(tmp_path: Path, options: tuple[str, ...]) -> None:
+def test_the_self_test_passes_and_fails(tmp_path: Path) -> None:
     source = rig("dahl")
     parts = parts_of(source)
     prefix = parts.context["p"]
     files = rendered(source, parts, [], NO_COST)
-    given = [f"-D{prefix.upper()}_FLOAT"] if options else []
 
     def passes(changed: dict[str, str]) -> bool:
         for name, text in changed.items():
             (tmp_path / name).write_text(text)
         sources = [tmp_path / f"{prefix}.c", tmp_path / f"{prefix}_selftest.c"]
-        subprocess.run(["gcc", "-std=c99", *STRICT, *given, *sources, "-lm", "-o", tmp_path / "t"], check=True)
+        subprocess.run(["gcc", "-std=c99", *STRICT, *sources, "-lm", "-o", tmp_path / "t"], check=True)
         return subprocess.run([tmp_path / "t"], capture_output=True).returncode == 0
 
     assert passes(files)
