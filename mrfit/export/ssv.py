@@ -54,7 +54,7 @@ def files(source: Source, options: Options) -> Files:
         name = f"{prefix}_{k:0{digits}d}"
         contents[f"ssv/{name}.ssv"] = _set(source, theta, [f"Draw {k} of {options.draws}", *told], name)
     said = f"{options.draws} draws of {moved} parameters, seed {options.seed}; {len(source.theta) - moved} held"
-    return Files(contents, (said, *told[1:2], _band(source, sets)), 0.0)
+    return Files(contents, (said, *told[1:2], _band(source, sets)), 0.0, f"ssv/{prefix}_[0-9]*.ssv")
 
 
 def _told(source: Source, sets: Array, options: Options) -> list[str]:

@@ -1,4 +1,4 @@
-"""Write a fit in the formats asked for; what the folder held of them before is replaced."""
+"""Write a fit in the formats asked for; files of an earlier export are replaced."""
 
 import importlib
 from collections.abc import Callable, Mapping, Sequence
@@ -52,11 +52,14 @@ class Files:
         What is told of it: a line each.
     error
         Largest difference from the simulation in Python as a share of the output's range, None where not measured.
+    earlier
+        Pattern of file names that an earlier export may have left, and that are taken away.
     """
 
     contents: Mapping[str, bytes]
     said: tuple[str, ...] = ()
     error: float | None = None
+    earlier: str = ""
 
 
 @dataclass(frozen=True)
@@ -112,6 +115,8 @@ def run(
         made[name] = write(source, settings)
     written = Written(folder)
     for name, files in made.items():
+        for left in folder.glob(files.earlier) if files.earlier else ():
+            left.unlink(missing_ok=True)
         for file, content in files.contents.items():
             _write(folder / file, content)
         written.files[name] = list(files.contents)
@@ -123,7 +128,7 @@ def run(
 
 def _write(path: Path, content: bytes) -> None:
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         write_atomic(path, lambda temporary: temporary.write_bytes(content))
-    except OSError as error:
-        raise DataError(f"{path}: cannot be written ({error.strerror or error}); choose another --out") from None
+    except DataError as error:
+        reason = error.__cause__.strerror if isinstance(error.__cause__, OSError) else error
+        raise DataError(f"{path}: cannot be written ({reason}); choose another --out") from None

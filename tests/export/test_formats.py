@@ -103,7 +103,12 @@ def test_draws_have_the_intervals_widths_and_the_fit_s_correlation(fit: mrfit.Fi
     # yield force and damping share the force at speed: one is more where the other is less
     assert sets["fy@2A"].corr(sets["c@2A"]) < -0.5
     again = tmp_path / "again"
+    (again / "ssv").mkdir(parents=True)
+    (again / "ssv" / "damper_1000.ssv").touch()
+    (again / "ssv" / "mine.ssv").touch()
     fit.export(again, to="ssv", draws=100, seed=3)
+    # draws of an earlier export are gone, other files stay
+    assert sorted(p.name for p in (again / "ssv").iterdir()) == [*names, "mine.ssv"]
     assert (again / "ssv" / names[5]).read_bytes() == (tmp_path / "ssv" / names[5]).read_bytes()
 
 
