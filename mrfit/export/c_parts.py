@@ -72,6 +72,10 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
     state = form.text("state")
     arguments = _arguments(form.text("body"), bool(state))
     effects = [_effect(link, one, source) for link, one in zip(source.links, forms, strict=True)]
+    scales = any(p.role in roles for p in source.base.params)
+    if not scales:
+        # parameters without roles have nothing that such an effect could scale
+        effects = [e for e in effects if e["slot"] != "theta"]
     context = {
         **given,
         "p": prefix_of(source.name),
@@ -95,7 +99,7 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
         "low": number(dependence.low) if dependence else "",
         "high": number(dependence.high) if dependence else "",
         "roles": roles,
-        "scales": bool(roles),
+        "scales": scales,
         "count": len(source.theta),
         "unused_inner": _unused(effects, arguments),
     }

@@ -28,6 +28,7 @@ pytestmark = pytest.mark.skipif(compiler() is None, reason="no C compiler")
 
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Werror", "-pedantic")
 STRICT = (*WARNINGS, "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+REMEMBERING = {"hammerstein-wiener", "lugre", "spencer"}
 RATES = (1e-3, 1e-4)
 NO_COST = Cost((), 0.002)
 # What causal forms cannot know at a step: turns of a play between samples, the bend of the last interval of a lag, and
@@ -74,12 +75,13 @@ def held_to(model: str, off: Array, drive_dt: float) -> None:
     if "delay" in names:
         # its cubic holds the first value before the first step otherwise than a lag that starts there; Python knows
         # that a record ends
-        assert off.max() < 1e-3
+        assert off.max() < 5e-3
         off = off[int(0.5 / drive_dt) : -1]
     if names & {"coulomb-friction", "stribeck", "velocity-hysteresis"}:
         # a turn lies between samples and is known one step late
         assert off.max() < TURNS
-        assert np.mean(off > 1e-9) < 0.02
+        # what remembers the velocity remembers that
+        assert names & REMEMBERING or np.mean(off > 1e-9) < 0.02
         return
     assert off.max() < 1e-9
 
@@ -197,6 +199,17 @@ def test_floats_are_near() -> None:
     with program(source, (*STRICT, f"-D{prefix}_FLOAT")) as run:
         off = shares(source, run, source.drive(source.stretches[0]), 1e-3)
     assert 1e-9 < off.max() < 1e-4
+
+
+@pytest.mark.parametrize("model", ["tanh+delay", pytest.param("neural-network", marks=pytest.mark.slow)])
+def test_late_values_suffice_at_any_rate(model: str) -> None:
+    # at 40 kHz four steps share a place: what lies between them is interpolated
+    source, dt = rig(model), 2.5e-5
+    signals = channels(0.4, dt)
+    drive = np.stack([signals[n] for n in source.spec.inputs])
+    with program(source) as run:
+        off = shares(source, run, drive, dt)[int(0.2 / dt) : -1]
+    assert off.max() < 1e-5
 
 
 @pytest.mark.slow
