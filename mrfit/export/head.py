@@ -36,7 +36,9 @@ def head_lines(source: Source, measured: Sequence[str] = ()) -> list[str]:
     lines += ["", "Inputs and output, SI, and what the fit has seen of them:"]
     lines += [f"  {channel_text(source, name)}" for name in source.channels]
     lines += [f"  {channel_text(source, spec.output)}  (output)", "", "Errors of the fit against the logs:"]
-    lines += [f"  {error_text(row, spec.output)}" for row in content["metrics"] if row["condition"] == "all"]
+    own = [row for row in content["metrics"] if str(row["condition"]) == source.condition]
+    pooled = [row for row in content["metrics"] if row["condition"] == "all"]
+    lines += [f"  {error_text(row, spec.output)}" for row in own or pooled]
     lines += ["", *measured]
     return lines
 
