@@ -47,7 +47,7 @@ RECORD = ("integrator-offset", "probe-skew", "resistance-error", "resistance-hea
 DEPENDING = (
     ("tanh", "fy=2,c=1,a1=log1:0.5:2"),
     ("boucwen+asymmetry+temperature", "alpha=plain2,kappa=log1/0.7/1,n=plain1:0.5:2"),
-    ("spencer", "2"),
+    pytest.param("spencer", "2", marks=pytest.mark.slow),
 )
 
 
@@ -170,7 +170,7 @@ def jitters(model: str) -> None:
     assert share < {"spencer": 1e-5, "lugre": 1e-5}.get(model, 1e-9)
 
 
-@pytest.mark.parametrize("model", ["boucwen", "lugre", "spencer", "biviscous+force-filter", "hw-static+current-filter"])
+@pytest.mark.parametrize("model", ["boucwen", "biviscous+force-filter", "hw-static+current-filter"])
 def test_steps_may_jitter(model: str) -> None:
     jitters(model)
 
@@ -201,7 +201,8 @@ def test_floats_are_near() -> None:
     assert 1e-9 < off.max() < 1e-4
 
 
-@pytest.mark.parametrize("model", ["tanh+delay", pytest.param("neural-network", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("model", ["tanh+delay", "neural-network"])
 def test_late_values_suffice_at_any_rate(model: str) -> None:
     # at 40 kHz four steps share a place: what lies between them is interpolated
     source, dt = rig(model), 2.5e-5

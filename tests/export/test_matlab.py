@@ -37,7 +37,7 @@ def allowed(model: str) -> float:
     return max([1e-9, *(LOOSE[n] for n in model.split("+")[1:] if n in LOOSE)])
 
 
-@pytest.mark.parametrize("model", ["boucwen+temperature+force-filter", "spencer", "boucwen-flux+eddy-current"])
+@pytest.mark.parametrize("model", ["boucwen+temperature+force-filter", "boucwen-flux+eddy-current"])
 def test_is_the_simulation(model: str) -> None:
     assert share(rig(model, seconds=0.3)) < allowed(model)
 
@@ -57,7 +57,7 @@ def test_the_file_states_what_octave_measured(tmp_path: Path) -> None:
     assert text.startswith("function [force, state, in_range] = tanh_fit(displacement, velocity, dt, state)\n")
 
 
-@pytest.mark.parametrize("name", ["a'; system('x')", "%{", "...", "\n end"])
+@pytest.mark.parametrize("name", ["a'; system('x')\n end", "%{ ..."])
 def test_hostile_names_stay_in_their_comment(name: str) -> None:
     from dataclasses import replace
 
