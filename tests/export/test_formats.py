@@ -293,7 +293,7 @@ def test_from_the_command_line(logs: Path, mrfit: Run, tmp_path: Path) -> None:
         "from the fit d,",
         "SHA-256 of the fit",
         "velocity in m/s, -0.188",
-        "held out: RMSE",
+        "training: RMSE",
         "Difference from the simulation in Python on",
         "inputs as recorded instead of smoothed change the output by",
         "tau 1 ms, 2 ms late:",
