@@ -18,13 +18,14 @@ MODEL ?= boucwen-flux
 OPT ?= pso-fmin
 PATTERN ?= *.csv
 
-.PHONY: help setup demo demo-discover test lint test-slow bench discovery-benchmark batch datasets clean
+.PHONY: help setup demo demo-discover test lint test-fmu test-slow bench discovery-benchmark batch datasets clean
 
 help:
 	@echo 'make demo       run the whole pipeline on the logs in datasets/ and say where the report lies'
 	@echo 'make demo-discover  find the hidden effect in two of the data sets and say where the pages lie'
 	@echo 'make test       lint, type-check and test'
-	@echo 'make test-slow  the long studies as well'
+	@echo 'make test-fmu   install FMPy (200 MB) and test FMUs as models'
+	@echo 'make test-slow  the long studies, and FMUs as models'
 	@echo 'make bench      measure speed, as ratios in one run'
 	@echo 'make discovery-benchmark  score discovery on hidden effects (hours; goes on where it was stopped)'
 	@echo 'make batch LOGS=folder MODEL=name OPT=name -j2   re-process every log under a folder, only what changed'
@@ -54,7 +55,15 @@ lint: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-test-slow: setup
+# FMPy, of 200 MB, is not in the environment of `make test`, which skips the tests of FMUs.
+$(VENV)/fmu-installed: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,fmu]'
+	@touch $@
+
+test-fmu: $(VENV)/fmu-installed
+	$(BIN)/python -m pytest -q -rs tests/core/foreign
+
+test-slow: test-fmu
 	$(BIN)/python -m pytest -q -m slow
 
 bench: setup

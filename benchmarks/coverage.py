@@ -77,7 +77,7 @@ def covered(rho: float, step: float, seeds: int) -> tuple[Array, Array]:
         about = linearise(group, assembly, cube, point, "none")
         rows = derived_rows(assembly, cube, point, analyse(about.jacobians, about.residuals, about.periods))
         # an end that is not to be had becomes NaN, which holds nothing
-        ends = np.array([[r["low"], r["high"]] for r in rows], dtype=np.float64)
+        ends = np.array([[r.low, r.high] for r in rows], dtype=np.float64)
         hits.append((ends[:, 0] <= truth) & (truth <= ends[:, 1]))
         widths.append((ends[:, 1] - ends[:, 0]) / 2 / np.abs(truth))
     return np.mean(hits, axis=0), np.median(widths, axis=0)

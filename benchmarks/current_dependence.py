@@ -10,7 +10,8 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-import re
+import math  # noqa: E402
+import re  # noqa: E402
 import sys  # noqa: E402
 import tempfile  # noqa: E402
 import time  # noqa: E402
@@ -115,9 +116,13 @@ def error(made: Workspace, model: str, order: str, noise: float) -> tuple[float,
     name = "fit-" + re.sub(r"[^\w.-]", "-", order)
     settings = mrfit.fit.stage.Settings(model, per="all", current_order=order, name=name)
     fit = mrfit.fit.stage.run(made, settings)
-    whole = next(m for m in fit["metrics"] if (m["role"], m["condition"]) == ("holdout", "all"))
-    orders = (fit["current_dependence"] or {"orders": {}})["orders"]
-    return whole["rmse"] / noise, time.perf_counter() - begin, ",".join(f"{n}={o}" for n, o in orders.items()) or "0"
+    whole = fit.pooled("holdout")
+    orders = fit.current_dependence.orders if fit.current_dependence else {}
+    return (
+        (whole.rmse if whole and whole.rmse else math.nan) / noise,
+        time.perf_counter() - begin,
+        ",".join(f"{n}={o}" for n, o in orders.items()) or "0",
+    )
 
 
 def row(model: str, law: str, seed: int) -> tuple[list[str], list[float]]:

@@ -1,7 +1,8 @@
 """From laboratory logs of magnetorheological dampers and their coils to identified models.
 
 ``read`` logs or make a ``Recording`` of arrays or of a data frame; then ``fit``, ``predict``, ``discover`` and
-``compare``. ``models`` lists the models, ``load`` reads a fit that was saved. A name is loaded at its first use.
+``compare``. ``models`` lists the models, ``load`` reads a fit or a discovery that was saved. A name is loaded at its
+first use.
 """
 
 import sys
@@ -12,9 +13,10 @@ if TYPE_CHECKING:
     from mrfit.api.catalog import models
     from mrfit.api.comparison import Comparison, OptimizerComparison, compare
     from mrfit.api.discovery import Discovery, discover
-    from mrfit.api.fitting import FitResult, fit, load
+    from mrfit.api.fitting import FitResult, fit
     from mrfit.api.prediction import Prediction, predict
     from mrfit.api.recordings import Recording, read
+    from mrfit.api.saved import load
     from mrfit.core.plugins import model
     from mrfit.core.specs import Param
     from mrfit.errors import ConfigError, DataError, MrfitError
@@ -45,9 +47,10 @@ _HOMES = {
     "api.catalog": ("models",),
     "api.comparison": ("Comparison", "OptimizerComparison", "compare"),
     "api.discovery": ("Discovery", "discover"),
-    "api.fitting": ("FitResult", "fit", "load"),
+    "api.fitting": ("FitResult", "fit"),
     "api.prediction": ("Prediction", "predict"),
     "api.recordings": ("Recording", "read"),
+    "api.saved": ("load",),
     "core.plugins": ("model",),
     "core.specs": ("Param",),
     "errors": ("ConfigError", "DataError", "MrfitError"),

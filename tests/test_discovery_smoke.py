@@ -3,11 +3,20 @@
 import subprocess
 import sys
 
+import pytest
+
 from tests.conftest import ROOT
 
+SMALL = ("null_damper-white", "little_delay")
+"""The cases of the smoke set with nothing hidden and with too few data; test_discover_cli.py has the hidden effects."""
 
-def test_every_smoke_case_is_judged_right() -> None:
-    command = [sys.executable, "-m", "benchmarks.discovery", "--smoke"]
+
+@pytest.mark.parametrize(
+    ("match", "cases"), [*((m, 1) for m in SMALL), pytest.param("", 4, marks=pytest.mark.slow, id="all")]
+)
+def test_every_smoke_case_is_judged_right(match: str, cases: int) -> None:
+    command = [sys.executable, "-m", "benchmarks.discovery", "--smoke", "--match", match]
     result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=900)
     assert result.returncode == 0, result.stdout + result.stderr
     assert "smoke set" in result.stdout
+    assert f"{cases}/{cases} " in result.stderr

@@ -18,7 +18,7 @@ import mrfit.report.discovery
 import mrfit.report.figures
 from mrfit.cli import console, main, output
 from mrfit.io.workspace import Workspace
-from tests.report.test_discovery import AMBIGUOUS, FOUND, UNEXPLAINED
+from tests.report.test_discovery import AMBIGUOUS, FOUND, OPEN, UNEXPLAINED
 from tests.report.test_discovery import study as discovery_study
 
 GONE = object()
@@ -225,7 +225,7 @@ def test_any_value_in_a_recordings_metadata_ends_in_success_or_one_line(
 
 
 @pytest.mark.parametrize("share", SHARES)
-@pytest.mark.parametrize("found", [FOUND, AMBIGUOUS, UNEXPLAINED | {"suspects": AMBIGUOUS["suspects"]}])
+@pytest.mark.parametrize("found", [FOUND, AMBIGUOUS, UNEXPLAINED | {"suspects": AMBIGUOUS["suspects"]}, OPEN])
 def test_any_value_in_discovery_json_ends_in_success_or_one_line(
     found: dict[str, Any], share: float, tmp_path: Path, no_figures: None
 ) -> None:
@@ -245,7 +245,8 @@ def page_and_words(workspace: Workspace) -> None:
     with contextlib.redirect_stdout(io.StringIO()):
         try:
             found = mrfit.report.discovery.read_found(workspace)
-            output.discover({**found, **mrfit.report.discovery.run(workspace)}, workspace.root)
+            page = str(mrfit.report.discovery.run(workspace).path)
+            output.discover({**found.to_json(), "skipped": False, "page": page}, workspace.root)
         except Exception as error:
             text, code = console.explain(error)
             assert code in (1, 2) and "unexpected" not in text and "\n" not in text, text

@@ -27,7 +27,6 @@ ALLOWED = {
     ("fit/select.py", "velocity"): "`--only MH` is defined by peak velocity",
     ("fit/select.py", "displacement"): "from which it is derived",
     ("fit/diagnostics/identifiability.py", "inertia"): "a role of parameters, not the effect of this name",
-    ("fit/laws/choice.py", "current"): "a key of fit.json",
     ("fit/predict.py", "current"): "a key of fit.json",
     ("fit/stage.py", "current"): "a key of fit.json",
     ("search/staged.py", "velocity"): "the kind of test `constant-speed` is told by it",

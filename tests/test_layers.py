@@ -1,6 +1,7 @@
 """Imports point one way, so that any file can be understood with what lies below it alone."""
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import mrfit
@@ -10,6 +11,7 @@ PACKAGE = Path(mrfit.__path__[0])
 LAYERS = [
     {"errors"},
     {"core"},
+    {"settings"},
     {"kernels"},
     {"io"},
     {"signal"},
@@ -26,6 +28,7 @@ LAYERS = [
 STAGES = {"ingest", "flux", "segment", "fit", "report"}
 
 
+@cache
 def modules() -> list[tuple[str, ast.Module]]:
     return [(str(p.relative_to(PACKAGE)), ast.parse(p.read_text())) for p in sorted(PACKAGE.rglob("*.py"))]
 

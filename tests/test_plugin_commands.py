@@ -25,6 +25,49 @@ def test_every_command_that_finds_items_by_name_takes_plugins() -> None:
     assert without == {"flux", "segment", "datasets", "remove"}
 
 
+def pipeline_file(folder: Path, plugins: str) -> Path:
+    """Write a pipeline file that fits with plug-ins, in a folder beside theirs, and return it."""
+    acme_log(folder / "logs" / "run1.log")
+    stages = '[ingest]\nlogs = ["../logs/*.log"]\n[[fit]]\nmodel = "cubic-damper+hardening-spring"\nopt = "hooke-lsq"\n'
+    path = folder / "study" / "p.toml"
+    path.write_text(f"plugins = {plugins}\n{stages}")
+    return path
+
+
+def test_a_pipeline_file_names_its_plugins_from_its_own_folder(tmp_path: Path) -> None:
+    for name in ("logs", "study/own", "elsewhere"):
+        (tmp_path / name).mkdir(parents=True)
+    for file in FILES:
+        (tmp_path / "study" / "own" / file.name).write_bytes(file.read_bytes())
+    path = pipeline_file(tmp_path, str([f"own/{f.name}" for f in FILES]))
+    done = json.loads(cli(tmp_path / "elsewhere", "run", path, "--json"))
+    assert [f["model"] for f in done["fits"]] == ["cubic-damper+hardening-spring"] and done["report"]["fits"]
+    assert json.loads(cli(tmp_path, "run", path, "--work", "elsewhere/mrfit-work", "--json"))["fits"][0]["skipped"]
+    # what merely lies beside the file or the logs is not run
+    for plugins in ("[]", '["own/cubic_damper.py"]'):
+        refused = run_python(tmp_path, "mrfit.cli", "run", pipeline_file(tmp_path, plugins), "--work", "w")
+        assert refused.returncode == 2 and "unknown " in refused.stderr and not (tmp_path / "w").exists()
+
+
+@pytest.mark.parametrize(
+    ("plugins", "message"),
+    [
+        ('["nosuch.py"]', "nosuch.py: cannot be read (No such file or directory); give the path of a plug-in file"),
+        ('["p.toml"]', "p.toml: "),
+        ('"own.py"', "p.toml: plugins takes a list, not 'own.py'"),
+        ("[3]", "p.toml: plugins.0 takes text, not 3"),
+    ],
+)
+def test_a_wrong_plugin_of_a_pipeline_file_is_one_line(plugins: str, message: str, tmp_path: Path) -> None:
+    for name in ("logs", "study"):
+        (tmp_path / name).mkdir()
+    path = pipeline_file(tmp_path, plugins)
+    done = run_python(tmp_path, "mrfit.cli", "run", path, "--work", "w")
+    assert done.returncode == 2 and done.stderr.count("\n") == 1, done.stderr
+    assert done.stderr.startswith(f"mrfit: {tmp_path / 'study'}/") and message in done.stderr
+    assert not (tmp_path / "w").exists()
+
+
 def test_an_installed_package_is_read_with_fitted_with_and_reported(tmp_path: Path) -> None:
     site = str(install(tmp_path / "site"))
     acme_log(tmp_path / "run1.log")

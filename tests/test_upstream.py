@@ -18,6 +18,7 @@ from mrfit.cli import output, pipeline
 from mrfit.core.progress import silent
 from mrfit.ingest.readers import delimited
 from mrfit.io.keys import discovery_key, fit_key
+from mrfit.io.schemas.fit import Fit
 from mrfit.io.workspace import Workspace
 
 UNITS = {
@@ -71,8 +72,13 @@ class Study:
         here = workspace.made_from(workspace.read_segments()[0])
         return fit_key({"model": "bingham"}, *here), discovery_key({"model": "bingham"}, *here)
 
+    @staticmethod
+    def fit(key: str) -> Fit:
+        made = {"name": "x", "model": "bingham", "optimizer": "auto", "output": "force", "results": [], "metrics": []}
+        return Fit(**made, key=key, settings={"model": "bingham"})
+
     def outdated(self, key: str) -> list[str]:
-        return Workspace(self.work).outdated([{"name": "x", "key": key, "settings": {"model": "bingham"}}])
+        return Workspace(self.work).outdated([self.fit(key)])
 
 
 HELD = mrfit.segment.stage.Settings(holdout="none")

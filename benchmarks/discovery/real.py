@@ -125,8 +125,8 @@ def write_logs(records: Records, plant: Plant, folder: Path) -> None:
     command("ingest", *files, "--work", str(work), "--map", str(channel_map))
     folder.mkdir()
     workspace = Workspace(work)
-    for row in workspace.ingest_summary()["recordings"]:
-        recording = workspace.read_recording(row["id"])
+    for row in workspace.ingest_summary().recordings:
+        recording = workspace.read_recording(row.id)
         length = recording.samples // records.pieces
         for k in range(records.pieces):
             piece = {n: v[k * length : (k + 1) * length] for n, v in recording.channels.items() if n in UNITS}

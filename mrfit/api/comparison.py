@@ -1,7 +1,7 @@
 """Compare models, or optimizers, on recordings in memory."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, overload
 
 from mrfit.api.fitting import FitResult
@@ -16,6 +16,8 @@ from mrfit.core.recording import Recording
 from mrfit.errors import ConfigError
 from mrfit.fit import stage as fit_stage
 from mrfit.fit.files import Fitted
+from mrfit.io.schemas.compare import ModelsFile, OptimizersFile
+from mrfit.io.schemas.fit import Fit
 from mrfit.io.workspace import plain
 
 if TYPE_CHECKING:
@@ -39,34 +41,35 @@ class Comparison:
         Time that each fit took, by model.
     """
 
-    content: Mapping[str, Any]
+    content: ModelsFile
     fits: Mapping[str, FitResult]
     seconds: Mapping[str, float]
 
     @property
     def table(self) -> "DataFrame":
         """One row a model, the best first: parameters, errors over all conditions, time of its fit."""
-        rows = [{**row, "seconds": self.seconds[row["model"]]} for row in self.content["models"]]
+        rows = [{**asdict(row), "seconds": self.seconds[row.model]} for row in self.content.models]
         return frame_of(rows, (*TABLE, *TRAINING), "model")
 
     @property
     def metrics(self) -> "DataFrame":
         """Errors of every model on every condition, SI."""
-        return frame_of(self.content["metrics"], list(self.content["metrics"][0]))
+        return frame_of([asdict(m) for m in self.content.metrics], self.content.metrics[0].written())
 
     @property
     def best(self) -> FitResult:
         """The fit of the best model."""
-        return self.fits[self.content["models"][0]["model"]]
+        return self.fits[self.content.models[0].model]
 
     @property
     def left_out(self) -> dict[str, str]:
         """Why models could not be fitted, by model."""
-        return {row["model"]: row["reason"] for row in self.content["left_out"]}
+        return {row.model: row.reason for row in self.content.left_out}
 
     def to_json(self) -> dict[str, Any]:
         """Return the content of compare.json."""
-        return dict(self.content)
+        content: dict[str, Any] = plain(self.content)
+        return content
 
     def __repr__(self) -> str:
         return "\n".join([self._title, text_table(self.table), *self._said])
@@ -93,16 +96,17 @@ class OptimizerComparison:
         Rows and convergence curves, as optimizers.json has them.
     """
 
-    content: Mapping[str, Any]
+    content: OptimizersFile
 
     @property
     def table(self) -> "DataFrame":
         """For each condition and optimizer the best, median and worst cost over the seeds, evaluations, seconds."""
-        return frame_of(self.content["rows"], compare_optimizers.COLUMNS, "optimizer")
+        return frame_of([asdict(r) for r in self.content.rows], compare_optimizers.COLUMNS, "optimizer")
 
     def to_json(self) -> dict[str, Any]:
         """Return rows and curves."""
-        return dict(self.content)
+        content: dict[str, Any] = plain(self.content)
+        return content
 
     def __repr__(self) -> str:
         return f"{self._title}\n{text_table(self.table)}"
@@ -112,7 +116,7 @@ class OptimizerComparison:
 
     @property
     def _title(self) -> str:
-        settings = self.content["settings"]
+        settings = self.content.settings
         return f"Optimizers on {settings['model']}, {settings['seeds']} seeds: RMS error"
 
 
@@ -182,16 +186,15 @@ def _models(made: Prepared, settings: compare_stage.Settings, progress: Progress
     """Compare models."""
     fitted: dict[str, Fitted] = {}
 
-    def one(of_fit: fit_stage.Settings) -> dict[str, Any]:
+    def one(of_fit: fit_stage.Settings) -> Fit:
         origin = fit_stage.origin_of(made.dataset, of_fit)
         fitted[of_fit.model] = fit_stage.identify(made.dataset, of_fit, origin, progress)
-        content: dict[str, Any] = plain(fitted[of_fit.model].content)
-        return content
+        return fitted[of_fit.model].content
 
     tried = compare_stage.fit_all(settings, one, progress)
     content = compare_stage.summary_of(settings, tried)
-    results = {f["model"]: FitResult(f, made.preparation, fitted[f["model"]]) for f in tried.fits}
-    return Comparison(content, {row["model"]: results[row["model"]] for row in content["models"]}, tried.seconds)
+    results = {f.model: FitResult(f, made.preparation, fitted[f.model]) for f in tried.fits}
+    return Comparison(content, {row.model: results[row.model] for row in content.models}, tried.seconds)
 
 
 def _names(names: str | Sequence[str]) -> tuple[str, ...]:

@@ -1,10 +1,11 @@
 """Which effect a model lacks, asked of recordings in memory."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
+from mrfit.api import drawing
 from mrfit.api.options import check_names, settings_of, with_options
 from mrfit.api.preparing import SETTINGS, as_asked, on_disk, prepared
 from mrfit.api.recordings import PathText
@@ -13,46 +14,16 @@ from mrfit.api.words import frame_of, html_page, html_table, text_table
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.discover import stage as discover_stage
-from mrfit.io.schemas.discovery import DiscoveryFile
+from mrfit.io.schemas.discovery import DiscoveryFile, FoundEffect, Gap, LawGap
 from mrfit.io.workspace import write_json
 from mrfit.report.explain import headline, next_step, sentences
+from mrfit.report.law_words import other_law_sentences
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from pandas import DataFrame
 
 OPENINGS = {"ambiguous": "to tell {} apart: ", "insufficient-data": "to reach a verdict: "}
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A parameter of an effect, SI, with its 95 % interval; None where the data leave an end open."""
-
-    name: str
-    value: float
-    unit: str
-    low: float | None
-    high: float | None
-
-    @classmethod
-    def of(cls, row: Mapping[str, Any]) -> Self:
-        """Return a row of discovery.json."""
-        return cls(*(row[k] for k in ("name", "value", "unit", "low", "high")))
-
-
-@dataclass(frozen=True)
-class Effect:
-    """An effect that is missing, and the error on held-out conditions (NRMSE) without and with it."""
-
-    name: str
-    parameters: tuple[Parameter, ...]
-    holdout_nrmse_before: float | None
-    holdout_nrmse_after: float | None
-
-    @classmethod
-    def of(cls, row: Mapping[str, Any]) -> Self:
-        """Return a row of discovery.json."""
-        parameters = tuple(Parameter.of(p) for p in row["parameters"])
-        return cls(row["name"], parameters, row["holdout_nrmse_before"], row["holdout_nrmse_after"])
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -65,46 +36,76 @@ class Discovery:
         Content of discovery.json, all there is to say.
     """
 
-    content: Mapping[str, Any]
+    content: DiscoveryFile
 
     @property
     def verdict(self) -> str:
         """``none``, ``named``, ``ambiguous``, ``unexplained`` or ``insufficient-data``."""
-        return str(self.content["verdict"])
+        return self.content.verdict
 
     @property
-    def effects(self) -> tuple[Effect, ...]:
-        """The effects that were named."""
-        return tuple(Effect.of(e) for e in self.content["effects"])
+    def effects(self) -> tuple[FoundEffect, ...]:
+        """The effects that were named: parameters with intervals, and the error on held-out conditions (NRMSE)."""
+        return self.content.effects
 
     @property
     def ambiguous_set(self) -> tuple[str, ...]:
         """Effects of which these data cannot tell which one it is."""
-        return tuple(self.content["ambiguous_set"])
+        return self.content.ambiguous_set
 
     @property
     def advice(self) -> tuple[str, ...]:
         """Tests that would settle what is open."""
-        return tuple(self.content["advice"])
+        return self.content.advice
 
     @property
     def augmented_model(self) -> str:
         """The model with the effects found; ``mrfit.fit`` takes it."""
-        return str(self.content["augmented_model"])
+        return self.content.augmented_model
 
     @property
     def candidates(self) -> "DataFrame":
         """What became of every effect of the library."""
-        return frame_of(self.content["candidates"], ("name", "screen", "holdout_gain", "accepted", "reason"), "name")
+        return frame_of(
+            [c.model_dump() for c in self.content.candidates],
+            ("name", "screen", "holdout_gain", "accepted", "reason"),
+            "name",
+        )
 
     @property
-    def gap(self) -> dict[str, float | None]:
+    def gap(self) -> Gap:
         """Noise floor, error before and after on held-out conditions (NRMSE), and the share that is closed."""
-        return dict(self.content["gap"])
+        return self.content.gap
+
+    @property
+    def law_gap(self) -> LawGap | None:
+        """How far the model's own law is off, apart from effects; None where it was taken as exact."""
+        return self.content.law_gap
+
+    @property
+    def other_laws(self) -> "DataFrame":
+        """Other models that take a share of the gap, alone and beside the effects that were named."""
+        columns = ("model", "holdout_nrmse", "takes", "takes_beside", "floors", "command")
+        return frame_of([law.model_dump() for law in self.content.other_laws], columns, "model")
+
+    @property
+    def confounded(self) -> "DataFrame":
+        """Effects that the law could imitate on these data, why, and the test that would separate them."""
+        return frame_of([c.model_dump() for c in self.content.confounded], ("name", "reason", "test"), "name")
+
+    def plot(self) -> "Figure":
+        """Return a figure: the error on held-out conditions without and with each effect, above the noise floor.
+
+        Raises
+        ------
+        DataError
+            If the data were too few to tell an error.
+        """
+        return drawing.gap_plot(self.content)
 
     def to_json(self) -> dict[str, Any]:
-        """Return the content of discovery.json."""
-        return dict(self.content)
+        """Return the content of discovery.json, as JSON has it."""
+        return self.content.to_json()
 
     def save(self, path: PathText) -> None:
         """Write discovery.json."""
@@ -112,20 +113,20 @@ class Discovery:
 
     def __repr__(self) -> str:
         table = [text_table(self._table)] if self.effects else []
-        return "\n".join([headline(self.to_json()), *self._said, *table])
+        return "\n".join([headline(self.content), *self._said, *table])
 
     def _repr_html_(self) -> str:
         tables = [html_table(self._table)] if self.effects else []
-        return html_page(headline(self.to_json()), tables, self._said)
+        return html_page(headline(self.content), tables, self._said)
 
     @property
     def _said(self) -> list[str]:
-        found = self.to_json()
+        found = self.content
         opening = OPENINGS.get(self.verdict, "").format(", ".join(self.ambiguous_set))
         # too few data: the sentences are the advice
         advice = [f"{opening}{text}" for text in self.advice] if self.verdict == "ambiguous" else []
         go_on = [f"go on with the model {self.augmented_model}"] if next_step(found) else []
-        return [*sentences(found), *advice, *go_on]
+        return [*sentences(found), *other_law_sentences(found), *advice, *go_on]
 
     @property
     def _table(self) -> "DataFrame":
@@ -169,9 +170,7 @@ def discover(
     with one_blas_thread():
         made = prepared(recordings, as_asked(options), progress)
         with on_disk(made.dataset) as workspace:
-            found = discover_stage.run(workspace, settings, progress)
-    DiscoveryFile.of(found)
-    return Discovery({name: value for name, value in found.items() if name != "skipped"})
+            return Discovery(discover_stage.run(workspace, settings, progress).found)
 
 
 with_options(discover, (discover_stage.Settings, *SETTINGS), ("model",))

@@ -7,8 +7,10 @@ import numpy as np
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.files import residual_columns
+from mrfit.io.schemas.discovery import DiscoveryFile
 from mrfit.io.schemas.fit import Fit
 from mrfit.report.curves import worst_of_each
+from mrfit.report.discovery_figures import gap_canvas
 from mrfit.report.figures import LOOPS, Grid, history_figures, loop_figures, residual_figures
 from mrfit.report.source import Series, in_order
 from mrfit.report.svg import style
@@ -68,6 +70,20 @@ def plot(fit: Fit, series: list[Series], kind: str, page: int = 0) -> "Figure":
         raise ConfigError(f"there is no page {page} of '{kind}'; there are {len(grids)}, counted from 0")
     with style():
         return grids[page].canvas()
+
+
+def gap_plot(found: DiscoveryFile) -> "Figure":
+    """Return the error on held-out conditions without and with each effect of a discovery.
+
+    Raises
+    ------
+    DataError
+        If the data were too few to tell an error.
+    """
+    if found.gap.before is None:
+        raise DataError(f"the discovery on {found.base_model} has no errors to draw: {found.advice[0]}")
+    with style():
+        return gap_canvas(found)
 
 
 def _grids(fit: Fit, shown: list[Series], kind: str) -> list[Grid]:

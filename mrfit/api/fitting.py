@@ -1,7 +1,7 @@
 """Fit a model to recordings in memory; the result, saved and read again."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,9 +19,10 @@ from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.errors import DataError
 from mrfit.fit import stage as fit_stage
-from mrfit.fit.files import Fitted, read_fit_json, write_fit_json
-from mrfit.io.schemas.fit import Fit, SavedFit
-from mrfit.io.workspace import plain
+from mrfit.fit.files import Fitted, read_fit_json
+from mrfit.io.schemas.fit import Fit, FitPreparation, Result, SavedFit
+from mrfit.io.schemas.stages import FluxSettings, SegmentSettings
+from mrfit.io.workspace import plain, write_json
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -49,24 +50,24 @@ class FitResult:
         Simulated outputs, for figures; None where the fit was read from a file.
     """
 
-    content: Mapping[str, Any]
+    content: Fit
     preparation: Preparation = field(default_factory=Preparation)
     fitted: Fitted | None = None
 
     @property
     def name(self) -> str:
         """Name of the fit."""
-        return str(self.content["name"])
+        return self.content.name
 
     @property
     def model(self) -> str:
         """Model as it was asked for."""
-        return str(self.content["model"])
+        return self.content.model
 
     @property
     def output(self) -> str:
         """Channel the model predicts."""
-        return str(self.content["output"])
+        return self.content.output
 
     @property
     def params(self) -> "DataFrame":
@@ -75,9 +76,9 @@ class FitResult:
         A fit of conditions has a row of each name for every condition.
         """
         rows = [
-            {"parameter": p["name"], "condition": result["condition"], "derived": derived, **p}
-            for result in self.content["results"]
-            for derived, some in ((False, result["parameters"]), (True, result["derived"]))
+            {"parameter": p.name, "condition": result.condition, "derived": derived, **asdict(p)}
+            for result in self.content.results
+            for derived, some in ((False, result.parameters), (True, result.derived))
             for p in some
         ]
         return frame_of(rows, (*COLUMNS, "identifiable", "fixed", "derived", "text"), "parameter")
@@ -85,30 +86,29 @@ class FitResult:
     @property
     def metrics(self) -> "DataFrame":
         """Errors of every condition and role, and of ``all`` conditions together, SI."""
-        return frame_of(self.content["metrics"], list(self.content["metrics"][0]))
+        return frame_of([asdict(m) for m in self.content.metrics], self.content.metrics[0].written())
 
     @property
     def success(self) -> bool:
         """Whether every search ended before its evaluations or its time."""
-        return not any(r.get("budget_spent") for r in self.content["results"])
+        return not any(r.budget_spent for r in self.content.results)
 
     @property
     def message(self) -> str:
         """Why the searches ended."""
-        results = self.content["results"]
-        told = {r["condition"]: str(r.get("stopped", "")) for r in results}
+        told = {r.condition: r.stopped for r in self.content.results}
         return next(iter(told.values())) if len(told) == 1 else "; ".join(f"{c}: {text}" for c, text in told.items())
 
     @property
     def nfev(self) -> int:
         """Evaluations: parameter vectors that were simulated."""
-        return sum(int(r["evaluations"]) for r in self.content["results"])
+        return sum(r.evaluations for r in self.content.results)
 
     @property
     def warnings(self) -> tuple[Caution, ...]:
         """Reasons to distrust the fit."""
-        whole = [Caution(w["kind"], w["text"]) for w in self.content["warnings"]]
-        own = [Caution(w["kind"], w["text"], r["condition"]) for r in self.content["results"] for w in r["warnings"]]
+        whole = [Caution(w.kind, w.text) for w in self.content.warnings]
+        own = [Caution(w.kind, w.text, r.condition) for r in self.content.results for w in r.warnings]
         return (*whole, *own)
 
     def predict(
@@ -119,7 +119,7 @@ class FitResult:
         progress: Progress = silent,
     ) -> Prediction:
         """Simulate the model on other recordings, as ``mrfit predict`` does; see ``mrfit.predict``."""
-        return predicted(dict(self.content), recordings, self.preparation.to_predict(resistance), progress)
+        return predicted(self.content, recordings, self.preparation.to_predict(resistance), progress)
 
     def plot(self, kind: drawing.Kind = "loop", page: int = 0) -> "Figure":
         """Return a figure: ``loop``, ``time-history`` or ``residual``; ``page`` where there are over 12 conditions.
@@ -131,11 +131,12 @@ class FitResult:
         """
         made = self.fitted
         series = drawing.series_of(made.blocks, made.simulated, made.assembly) if made else []
-        return drawing.plot(Fit.of(self.content), series, kind, page)
+        return drawing.plot(self.content, series, kind, page)
 
     def to_json(self) -> dict[str, Any]:
         """Return what ``save`` writes: the content of fit.json, and how the recordings were prepared."""
-        return {**self.content, "preparation": asdict(self.preparation)}
+        saved: dict[str, Any] = plain(self._saved)
+        return saved
 
     def save(self, path: PathText) -> None:
         """Write the fit as a file that ``mrfit.load`` reads.
@@ -145,7 +146,14 @@ class FitResult:
         DataError
             If the file cannot be written.
         """
-        write_fit_json(Path(path), self.to_json())
+        write_json(Path(path), self._saved)
+
+    @property
+    def _saved(self) -> SavedFit:
+        own = {f.name: getattr(self.content, f.name) for f in fields(Fit)}
+        how = self.preparation
+        flux, segment = FluxSettings(**asdict(how.flux)), SegmentSettings(**asdict(how.segment))
+        return SavedFit(**own, preparation=FitPreparation(flux=flux, segment=segment, resistance=how.resistance))
 
     def export(
         self,
@@ -191,26 +199,26 @@ class FitResult:
     def _title(self) -> str:
         unit = unit_of(self.output)
         errors = f"errors of {self.output}" + (f" in {unit}" if unit else "")
-        return f"{self.model} by {self.content['optimizer']}, seed {self.content['seed']}; {errors}"
+        return f"{self.model} by {self.content.optimizer}, seed {self.content.seed}; {errors}"
 
     @property
     def _errors(self) -> "DataFrame":
-        return frame_of([m for m in self.content["metrics"] if m["condition"] == "all"], METRICS)
+        return frame_of([asdict(m) for m in self.content.metrics if m.condition == "all"], METRICS)
 
     @property
-    def _few(self) -> list[dict[str, Any]]:
-        results = list(self.content["results"])
+    def _few(self) -> list[Result]:
+        results = self.content.results
         return results if len(results) <= FEW else results[:1]
 
-    def _parameters(self, result: Mapping[str, Any]) -> "DataFrame":
-        called = f"parameter, {result['condition']}"
-        rows = [{called: p["name"], **p} for p in (*result["parameters"], *result["derived"])]
+    def _parameters(self, result: Result) -> "DataFrame":
+        called = f"parameter, {result.condition}"
+        rows = [{called: p.name, **asdict(p)} for p in (*result.parameters, *result.derived)]
         return frame_of(rows, (called, *SHOWN))
 
     @property
     def _said(self) -> list[str]:
         """What is printed below the tables."""
-        number = len(self.content["results"])
+        number = len(self.content.results)
         more = [f"{number} sets of parameters, of which the first is shown: params has all"] if number > FEW else []
         return [*more, *map(str, self.warnings)]
 
@@ -257,7 +265,7 @@ def fit(
     with one_blas_thread():
         made = prepared(recordings, as_asked(options), progress)
         fitted = fit_stage.identify(made.dataset, settings, fit_stage.origin_of(made.dataset, settings), progress)
-    return FitResult(plain(fitted.content), made.preparation, fitted)
+    return FitResult(fitted.content, made.preparation, fitted)
 
 
 def load(path: PathText) -> FitResult:
@@ -273,13 +281,13 @@ def load(path: PathText) -> FitResult:
     content = read_fit_json(Path(path), SavedFit)
     if content is None:
         raise DataError(f"{path}: no such file; write one by fit.save(path)")
-    how = content.pop("preparation")
-    return FitResult(content, _preparation(how) if how else Preparation())
+    fit = Fit(**{f.name: getattr(content, f.name) for f in fields(Fit)})
+    return FitResult(fit, _preparation(content.preparation) if content.preparation else Preparation())
 
 
-def _preparation(how: Mapping[str, Any]) -> Preparation:
-    flux, segment = mrfit.flux.stage.Settings(**how["flux"]), mrfit.segment.stage.Settings(**how["segment"])
-    return Preparation(flux, segment, how["resistance"])
+def _preparation(how: FitPreparation) -> Preparation:
+    flux = mrfit.flux.stage.Settings(**asdict(how.flux))
+    return Preparation(flux, mrfit.segment.stage.Settings(**asdict(how.segment)), how.resistance)
 
 
 with_options(fit, (fit_stage.Settings, *SETTINGS), ("model",))

@@ -1,25 +1,22 @@
 """Options of a call: the fields of the stages' settings, by name, as a notebook writes them.
 
-An option is defined once, in the settings of its stage. From there it has its name, type and default here.
+An option is defined once, in the settings of its stage (``mrfit/settings``); from there it has its name, type, limits
+and default here.
 """
 
 import inspect
-import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import MISSING, Field, fields
 from difflib import get_close_matches
 from operator import index
 from textwrap import wrap
-from typing import Any, Literal, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, TypeVar
 
+from mrfit.core.setting import UNSET, Defined, defined, flag_of
 from mrfit.errors import ConfigError
+from mrfit.settings.forms import of_python
 
 Made = TypeVar("Made")
 Options = Mapping[str, object]
-# How the command line calls an option whose field has another name
-COMMAND_NAMES = {"opt": "optimizer", "opt_set": "options", "fix": "fixed"}
-# Least values of whole numbers
-LEAST = {"seed": 0, "budget": 1, "jobs": 1, "seeds": 1}
 
 
 def settings_of(kind: type[Made], given: Options, **decided: object) -> Made:
@@ -30,9 +27,9 @@ def settings_of(kind: type[Made], given: Options, **decided: object) -> Made:
     ConfigError
         If a value is not one that the option takes.
     """
-    hints = get_type_hints(kind)
-    own = {f.name for f in _fields(kind)} - decided.keys()
-    values = {name: _value(name, value, hints[name]) for name, value in _canonical(given).items() if name in own}
+    own = {f.name: f for f in defined(kind) if f.name not in decided}
+    named = canonical([kind], given)
+    values = {name: _value(own[name], value) for name, value in named.items() if name in own}
     return kind(**values, **decided)
 
 
@@ -44,12 +41,18 @@ def check_names(kinds: Sequence[type[Any]], given: Options, decided: Sequence[st
     ConfigError
         If there is one; the message has near names.
     """
-    known = [f.name for kind in kinds for f in _fields(kind) if f.name not in decided]
-    for name in _canonical(given):
+    known = [f.name for kind in kinds for f in defined(kind) if f.name not in decided]
+    for name in canonical(kinds, given):
         if name not in known:
             near = get_close_matches(name, known, n=2)
             hint = f"did you mean {' or '.join(near)}?" if near else f"there are {', '.join(known)}"
             raise ConfigError(f"there is no option '{name}': {hint}")
+
+
+def canonical(kinds: Sequence[type[Any]], given: Options) -> dict[str, object]:
+    """Return options by the names of the fields of some settings; the command line's name of a field is one, too."""
+    fields = {flag_of(f): f.name for kind in kinds for f in defined(kind)}
+    return {fields.get(name, name): value for name, value in given.items()}
 
 
 def with_options(function: Callable[..., Made], kinds: Sequence[type[Any]], decided: Sequence[str]) -> None:
@@ -57,9 +60,9 @@ def with_options(function: Callable[..., Made], kinds: Sequence[type[Any]], deci
     own = inspect.signature(function)
     named = [p for p in own.parameters.values() if p.kind is not p.VAR_KEYWORD]
     more = [
-        inspect.Parameter(f.name, inspect.Parameter.KEYWORD_ONLY, default=_default(f), annotation=f.type)
+        inspect.Parameter(f.name, inspect.Parameter.KEYWORD_ONLY, default=_default(f), annotation=f.kind)
         for kind in kinds
-        for f in _fields(kind)
+        for f in defined(kind)
         if f.name not in (*decided, *(p.name for p in named))
     ]
     setattr(function, "__signature__", own.replace(parameters=[*named, *more]))  # noqa: B010
@@ -67,81 +70,53 @@ def with_options(function: Callable[..., Made], kinds: Sequence[type[Any]], deci
     function.__doc__ = f"{inspect.getdoc(function)}\n\nOptions and defaults\n--------------------\n{listed}\n"
 
 
-def _canonical(given: Options) -> dict[str, object]:
-    return {COMMAND_NAMES.get(name, name): value for name, value in given.items()}
+def _default(field: Defined) -> object:
+    return inspect.Parameter.empty if field.default is UNSET else field.default
 
 
-def _fields(kind: type[Any]) -> tuple[Field[Any], ...]:
-    return fields(kind)
+def _value(field: Defined, value: object) -> object:
+    """Return a value as its settings take it: mappings as tuples, numbers as Python's own.
 
-
-def _default(field: Field[Any]) -> object:
-    return inspect.Parameter.empty if field.default is MISSING else field.default
-
-
-def _value(name: str, value: object, kind: object) -> object:
-    """Return a value as its settings take it: mappings as tuples, numbers as Python's own."""
-    allowed = [a for part in _alternatives(kind) if get_origin(part) is Literal for a in get_args(part)]
-    if name == "bounds":
-        return _limits(name, value)
-    if name in ("start", "fixed", "options"):
-        return _numbers(name, value)
-    if name == "current_order":
-        pairs = value.items() if isinstance(value, Mapping) else None
-        return str(value) if pairs is None else ",".join(f"{n}={order}" for n, order in pairs)
-    if isinstance(value, str) or value is None:
-        if value not in allowed and not {str, type(value)} & set(_alternatives(kind)):
-            raise ConfigError(f"{name} takes {_listed(kind, allowed)}, not {value!r}")
+    Raises
+    ------
+    ConfigError
+        If the field does not take it.
+    """
+    if field.setting and field.setting.form:
+        return field.setting.form.take(field.name, value)
+    kinds = field.alternatives
+    if value is None and field.optional or isinstance(value, bool) and bool in kinds:
         return value
-    if name in LEAST:
-        return _whole(name, value)
-    if float in _alternatives(kind):
-        return _number(name, value)
-    return value
+    if isinstance(value, str) and (value in field.choices or str in kinds):
+        return value
+    for kind, taken in ((int, _whole), (float, of_python)):
+        if kind in kinds and value is not None and not isinstance(value, str):
+            return _within(field, taken(field.name, value))
+    raise ConfigError(f"{field.name} takes {_listed(field)}, not {value!r}")
 
 
-def _alternatives(kind: object) -> tuple[object, ...]:
-    parts = get_args(kind) if get_origin(kind) is not Literal else ()
-    return parts or (kind,)
-
-
-def _listed(kind: object, allowed: Sequence[object]) -> str:
-    return " or ".join(map(repr, allowed)) or "a number"
+def _listed(field: Defined) -> str:
+    words = " or ".join(map(repr, field.choices))
+    rest = {str: "text", bool: "True or False", int: "a number", float: "a number"}
+    return words or next((text for kind, text in rest.items() if kind in field.alternatives), "another value")
 
 
 def _whole(name: str, value: object) -> int:
     try:
-        number = index(value)  # type: ignore[arg-type]
+        return index(value)  # type: ignore[arg-type]
     except TypeError:
         raise ConfigError(f"{name} takes a whole number, not {value!r}") from None
-    if number < LEAST[name]:
-        raise ConfigError(f"{name} takes {LEAST[name]} or more, not {number}")
+
+
+def _within(field: Defined, number: float) -> float:
+    """Return a number that keeps the limits of its field."""
+    setting = field.setting
+    if setting is None:
+        return number
+    if setting.low is not None and number < setting.low:
+        raise ConfigError(f"{field.name} takes {setting.low:g} or more, not {number:g}")
+    if setting.high is not None and number > setting.high:
+        raise ConfigError(f"{field.name} takes {setting.high:g} or less, not {number:g}")
+    if setting.above is not None and number <= setting.above:
+        raise ConfigError(f"{field.name} takes more than {setting.above:g}, not {number:g}")
     return number
-
-
-def _number(name: str, value: object) -> float:
-    try:
-        number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        raise ConfigError(f"{name} takes a number, not {value!r}") from None
-    if not math.isfinite(number):
-        raise ConfigError(f"{name}: {value!r} is not finite")
-    return number
-
-
-def _numbers(name: str, value: object) -> tuple[tuple[str, float], ...]:
-    if not isinstance(value, Mapping):
-        raise ConfigError(f"{name} takes a dictionary of names and numbers, not {value!r}")
-    return tuple((str(n), _number(f"{name} {n}", v)) for n, v in value.items())
-
-
-def _limits(name: str, value: object) -> tuple[tuple[str, float, float], ...]:
-    if not isinstance(value, Mapping):
-        raise ConfigError(f"{name} takes a dictionary of names and (low, high), not {value!r}")
-    found = []
-    for parameter, ends in value.items():
-        if not (isinstance(ends, Sequence) and not isinstance(ends, str) and len(ends) == 2):
-            raise ConfigError(f"{name} {parameter} takes (low, high), not {ends!r}")
-        low, high = (_number(f"{name} {parameter}", end) for end in ends)
-        found.append((str(parameter), low, high))
-    return tuple(found)

@@ -1,8 +1,8 @@
 """What a fitted model says of other logs."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING
 
 from mrfit.api import drawing
 from mrfit.api.preparing import Preparation, prepared
@@ -12,7 +12,7 @@ from mrfit.core.channels import unit_of
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.fit import predict as fit_predict
-from mrfit.io.schemas.fit import Fit, MetricRow
+from mrfit.io.schemas.fit import Fit
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_levels import assembly_of
 
@@ -47,12 +47,13 @@ class Prediction:
     @property
     def metrics(self) -> "DataFrame":
         """Errors of every condition, and of ``all`` together, SI."""
-        return frame_of(self.found.metrics, list(self.found.metrics[0]))
+        return frame_of([asdict(m) for m in self.found.metrics], self.found.metrics[0].written())
 
     @property
     def nrmse(self) -> float:
         """RMS error over all logs as a share of the measured range."""
-        return float(self.found.metrics[-1]["nrmse"])
+        nrmse = self.found.metrics[-1].nrmse
+        return float("nan") if nrmse is None else float(nrmse)
 
     @property
     def used(self) -> dict[str, str]:
@@ -62,7 +63,7 @@ class Prediction:
     @property
     def warnings(self) -> tuple[Caution, ...]:
         """On logs that were left out, and on conditions whose parameters are another's."""
-        return tuple(Caution(w["kind"], w["text"]) for w in self.found.warnings)
+        return tuple(Caution(w.kind, w.text) for w in self.found.warnings)
 
     def to_frame(self) -> "DataFrame":
         """Return time, measured and simulated output and the model's inputs of every sample, SI."""
@@ -79,9 +80,8 @@ class Prediction:
 
     def plot(self, kind: drawing.Kind = "loop", page: int = 0) -> "Figure":
         """Return a figure: ``loop``, ``time-history`` or ``residual``; ``page`` where there are over 12 conditions."""
-        rows = [MetricRow.model_construct(**row) for row in self.found.metrics]
         series = drawing.series_of(self.found.blocks, self.found.simulated, self.assembly)
-        return drawing.plot(self.fit.model_copy(update={"metrics": rows}), series, kind, page)
+        return drawing.plot(replace(self.fit, metrics=self.found.metrics), series, kind, page)
 
     def __repr__(self) -> str:
         lines = [self._title, text_table(self._shown), *self.findings, *map(str, self.warnings)]
@@ -97,20 +97,20 @@ class Prediction:
 
     @property
     def _shown(self) -> "DataFrame":
-        return frame_of(self.found.metrics, METRICS)
+        return frame_of([asdict(m) for m in self.found.metrics], METRICS)
 
 
 def predicted(
-    content: dict[str, Any],
+    fit: Fit,
     recordings: Recording | Iterable[Recording],
     how: Preparation,
     progress: Progress = silent,
 ) -> Prediction:
-    """Return the prediction of recordings by a fit, the content of whose fit.json is given."""
+    """Return the prediction of recordings by a fit."""
     with one_blas_thread():
         made = prepared(recordings, how, progress)
-        found = fit_predict.predict(content, made.dataset)
-    return Prediction(Fit.of(content), assembly_of(content), found, made.findings)
+        found = fit_predict.predict(fit, made.dataset)
+    return Prediction(fit, assembly_of(fit), found, made.findings)
 
 
 def predict(

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import mrfit.ingest.stage
+from mrfit.api.options import check_names, settings_of, with_options
 from mrfit.core import recording as core
 from mrfit.core.channels import CHANNELS, unit_of
 from mrfit.core.progress import Progress, silent
@@ -242,10 +243,9 @@ def read(
     paths: PathText | Iterable[PathText],
     map: PathText | None = None,
     *,
-    pattern: str | None = None,
-    resistance: float | None = None,
     jobs: int = 1,
     progress: Progress = silent,
+    **options: object,
 ) -> list[Recording]:
     """Read logs, as ``mrfit ingest`` does, into memory.
 
@@ -257,28 +257,32 @@ def read(
         Files, folders or patterns as ``logs/*.csv``; one, or several.
     map
         Channel map (TOML); None looks for ``mrfit.toml`` beside each log.
-    pattern
-        Conditions in file names, as ``{frequency:Hz}Hz-{current:A}A``.
-    resistance
-        Coil resistance in Ω of all logs.
     jobs
         Files read at the same time.
     progress
         Called as ``progress(what, done, total)``.
+    **options
+        Those of ``mrfit ingest``, see below: ``pattern``, conditions in file names, as
+        ``{frequency:Hz}Hz-{current:A}A``; ``resistance``, the coil's in Ω, of all logs.
 
     Raises
     ------
     ConfigError
-        If a pattern matches nothing, or the channel map is wrong.
+        If a pattern matches nothing, an option or the channel map is wrong.
     DataError
         If no file can be read.
     """
     wanted = [paths] if isinstance(paths, (str, PathLike)) else list(paths)
-    settings = mrfit.ingest.stage.Settings(None if map is None else Path(map), resistance, pattern, jobs)
+    kind = mrfit.ingest.stage.Settings
+    check_names((kind,), options)
+    settings = settings_of(kind, {**options, "map": map, "jobs": jobs})
     logs = mrfit.ingest.stage.read([f for p in wanted for f in _matching(p)], settings, progress)
     for refusal in logs.refusals:
         warnings.warn(f"left out {refusal}", stacklevel=2)
     return [Recording._of(r) for r in logs.recordings]
+
+
+with_options(read, (mrfit.ingest.stage.Settings,), ())
 
 
 def _matching(path: PathText) -> list[Path]:

@@ -1,99 +1,110 @@
 """Pipeline files: one TOML file says which logs, which model, which optimizer and what is reported."""
 
 import tomllib
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Any, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model, model_validator
 
+import mrfit.settings.discover
+import mrfit.settings.fit
+import mrfit.settings.flux
+import mrfit.settings.ingest
+import mrfit.settings.segment
+from mrfit.core.setting import UNSET, Defined, Setting, defined, key_of
 from mrfit.errors import ConfigError
-from mrfit.fit.diagnostics.trust import Intervals
 from mrfit.io.faults import plain_fault
-from mrfit.search.limits import PATIENCE
 
-Seed = Annotated[int, Field(ge=0)]
+Made = TypeVar("Made")
 
 
-class _Section(BaseModel):
+class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class IngestSection(_Section):
-    """``[ingest]``: which logs, and how to read them."""
-
-    logs: list[str] = Field(min_length=1)
-    map: str | None = None
-    resistance: float | Literal["auto"] | None = None
-    pattern: str | None = None
-    max_memory: str | None = None
+def table_of(kind: type[Any], **more: Any) -> type[_Table]:
+    """Return the table of a pipeline file that holds settings of a kind, with more keys before those of its fields."""
+    keys: dict[str, Any] = {**more, **{key_of(f): _key(f) for f in _written(kind)}}
+    return create_model(kind.__module__.rpartition(".")[2], __base__=_Table, **keys)
 
 
-class FluxSection(_Section):
-    """``[flux]``: how flux linkage is reconstructed."""
-
-    drift: Literal["cycle", "linear", "none"] = "cycle"
-    rule: Literal["trapezoid", "simpson"] = "trapezoid"
-
-
-class SegmentSection(_Section):
-    """``[segment]``: how logs are cut by test condition."""
-
-    drive: str | None = None
-    min_cycles: int = Field(default=2, ge=1)
-    holdout: str = "auto"
+def made_of(kind: type[Made], table: BaseModel, **decided: object) -> Made:
+    """Return settings of a kind, of the keys that a table has; the others are at their defaults."""
+    fields = [f for f in _written(kind) if key_of(f) in table.model_fields_set]
+    return kind(**{f.name: _loaded(f, getattr(table, key_of(f))) for f in fields}, **decided)
 
 
-class FitSection(_Section):
-    """``[[fit]]``: one fit; a file may hold several."""
-
-    model: str
-    opt: str = "auto"
-    opt_set: dict[str, float | dict[str, float]] = {}
-    per: Literal["condition", "all"] = "condition"
-    name: str = ""
-    seed: Seed = 0
-    budget: int | None = Field(default=None, ge=1)
-    seconds: float | None = Field(default=None, gt=0)
-    stall: float = Field(default=PATIENCE, ge=0.01, le=1.0)
-    weight: Literal["none", "floor", "range"] = "none"
-    bounds: dict[str, tuple[float, float]] = {}
-    start: dict[str, float] = {}
-    fixed: dict[str, float] = {}
-    current_order: str | int = "auto"
-    only: str = ""
-    intervals: Intervals = "hac"
-
-    @property
-    def options(self) -> tuple[tuple[str, float], ...]:
-        """Options of the optimizers; ``mwoa.b = 1.2`` is a table in a table for TOML."""
-        tables = ((n, v if isinstance(v, dict) else {"": v}) for n, v in self.opt_set.items())
-        return tuple((f"{name}.{own}".rstrip("."), value) for name, table in tables for own, value in table.items())
+def _written(kind: type[Any]) -> list[Defined]:
+    """Return the fields of settings that a pipeline file may have."""
+    return [f for f in defined(kind) if f.setting and f.setting.in_file and f.setting.changes_result]
 
 
-class DiscoverSection(_Section):
-    """``[discover]``: look for what a model lacks, after the fits."""
+def _key(field: Defined) -> tuple[Any, Any]:
+    setting = field.setting or Setting("")
+    limits = {"ge": setting.low, "le": setting.high, "gt": setting.above}
+    given: dict[str, Any] = {name: limit for name, limit in limits.items() if limit is not None}
+    kind = setting.form.key if setting.form else field.kind
+    return kind, Field(... if field.default is UNSET else None, **given)
 
-    model: str
-    current_order: str | int = "auto"
-    start: dict[str, float] = {}
-    seed: Seed = 0
+
+def _loaded(field: Defined, value: object) -> object:
+    form = field.setting.form if field.setting else None
+    return form.load(value) if form else value
 
 
-class PipelineFile(_Section):
+class _File(_Table):
     """The whole file; ``[ingest]`` and at least one of ``[[fit]]`` and ``[discover]`` must be there."""
 
     work: str = "mrfit-work"
-    ingest: IngestSection
-    flux: FluxSection = FluxSection()
-    segment: SegmentSection = SegmentSection()
-    fit: list[FitSection] = []
-    discover: DiscoverSection | None = None
+    plugins: list[str] = []
 
     @model_validator(mode="after")
     def _something_to_do(self) -> Self:
-        if not self.fit and self.discover is None:
+        if not getattr(self, "fit", ()) and getattr(self, "discover", None) is None:
             raise ValueError("add a [[fit]] or a [discover] table")
         return self
+
+
+_INGEST = table_of(mrfit.settings.ingest.Settings, logs=(list[str], Field(min_length=1)))
+_FLUX, _SEGMENT = table_of(mrfit.settings.flux.Settings), table_of(mrfit.settings.segment.Settings)
+_FIT, _DISCOVER = table_of(mrfit.settings.fit.Settings), table_of(mrfit.settings.discover.Settings)
+_TABLES: dict[str, Any] = {
+    "ingest": (_INGEST, ...),
+    "flux": (_FLUX, _FLUX()),
+    "segment": (_SEGMENT, _SEGMENT()),
+    "fit": (list[_FIT], []),  # type: ignore[valid-type]
+    "discover": (_DISCOVER | None, None),
+}
+_WHOLE = create_model("pipeline", __base__=_File, **_TABLES)
+
+
+@dataclass(frozen=True)
+class PipelineFile:
+    """What a pipeline file asks for; its paths are relative to its folder, but for ``work``.
+
+    Attributes
+    ----------
+    work
+        Workspace folder.
+    plugins
+        Plug-in files.
+    logs
+        Patterns of log files.
+    ingest, flux, segment, discover
+        Settings of these stages; None where nothing is to be discovered.
+    fit
+        Settings of the fits.
+    """
+
+    work: str
+    plugins: tuple[str, ...]
+    logs: tuple[str, ...]
+    ingest: mrfit.settings.ingest.Settings
+    flux: mrfit.settings.flux.Settings
+    segment: mrfit.settings.segment.Settings
+    fit: tuple[mrfit.settings.fit.Settings, ...]
+    discover: mrfit.settings.discover.Settings | None
 
 
 def read_toml(path: Path, what: str = "a pipeline file") -> dict[str, Any]:
@@ -121,6 +132,18 @@ def read_pipeline(path: Path) -> PipelineFile:
         If a key is unknown or a value is of the wrong kind; the message names the key and what it takes.
     """
     try:
-        return PipelineFile.model_validate(read_toml(path))
+        file: Any = _WHOLE.model_validate(read_toml(path))
     except ValidationError as error:
-        raise ConfigError(f"{path}: {plain_fault(error, PipelineFile)}") from error
+        raise ConfigError(f"{path}: {plain_fault(error, _WHOLE)}") from error
+    ingest = made_of(mrfit.settings.ingest.Settings, file.ingest)
+    return PipelineFile(
+        work=file.work,
+        plugins=tuple(file.plugins),
+        logs=tuple(file.ingest.logs),
+        ingest=ingest,
+        # one resistance for the recordings and their flux linkage
+        flux=made_of(mrfit.settings.flux.Settings, file.flux, resistance=ingest.resistance),
+        segment=made_of(mrfit.settings.segment.Settings, file.segment),
+        fit=tuple(made_of(mrfit.settings.fit.Settings, one) for one in file.fit),
+        discover=made_of(mrfit.settings.discover.Settings, file.discover) if file.discover else None,
+    )

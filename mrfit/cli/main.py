@@ -5,42 +5,17 @@ from typing import Annotated
 
 import typer
 
+import mrfit.settings.compare
+import mrfit.settings.discover
+import mrfit.settings.fit
+import mrfit.settings.flux
+import mrfit.settings.ingest
+import mrfit.settings.report
+import mrfit.settings.segment
 from mrfit.cli import console
 from mrfit.cli.export import export
-from mrfit.cli.options import (
-    CORES,
-    WEIGHTS,
-    WORK,
-    Bounds,
-    Budget,
-    Catalog,
-    CurrentOrder,
-    DataSet,
-    Fix,
-    Folder,
-    Jobs,
-    Json,
-    Logs,
-    Map,
-    MaxMemory,
-    Only,
-    OptSet,
-    Pattern,
-    Plugins,
-    Resistance,
-    Seconds,
-    Seed,
-    Stall,
-    Start,
-    Weight,
-    Work,
-    choice,
-    constants,
-    limits,
-    numbers,
-    ohms,
-)
-from mrfit.errors import ConfigError
+from mrfit.cli.options import Catalog, DataSet, Folder, Json, Logs, Only, Plugins, Work, options
+from mrfit.settings.shared import Jobs, Resistance
 
 app = typer.Typer(
     name="mrfit",
@@ -66,188 +41,127 @@ def root(
 
 
 @app.command()
+@options
 def ingest(
     logs: Logs,
-    map_file: Map = None,
-    resistance: Resistance = None,
-    pattern: Pattern = None,
+    settings: mrfit.settings.ingest.Settings,
+    *,
     preview: Annotated[bool, typer.Option("--preview", help="Show what would be read; write nothing.")] = False,
-    max_memory: MaxMemory = None,
-    jobs: Jobs = CORES,
-    work: Work = WORK,
-    plugins: Plugins = None,
-    as_json: Json = False,
+    work: Work,
+    plugins: Plugins,
+    as_json: Json,
 ) -> None:
     """Read logs into recordings.
 
     Example: mrfit ingest datasets/coil/*.csv
     """
+    from dataclasses import asdict
+
     from mrfit.cli import output, pipeline
-    from mrfit.ingest.containers.memory import size_of
-    from mrfit.ingest.stage import Settings
     from mrfit.ingest.stage import preview as preview_logs
 
-    most = None if max_memory is None else size_of(max_memory)
-    settings = Settings(map_file, ohms(resistance), pattern, jobs, max_memory=most)
     if preview:
         rows = preview_logs(logs, settings)
-        return console.print_json(rows) if as_json else output.preview(rows)
+        return console.print_json([asdict(row) for row in rows]) if as_json else output.preview(rows)
     with console.progress_bar() as progress:
         summary = pipeline.ingest(work, logs, settings, progress)
     return console.print_json(summary) if as_json else output.ingest(summary, work)
 
 
 @app.command()
-def flux(
-    resistance: Resistance = None,
-    drift: Annotated[str, typer.Option(help="How drift is removed: cycle, linear or none.")] = "cycle",
-    rule: Annotated[str, typer.Option(help="Integration rule: trapezoid or simpson.")] = "trapezoid",
-    work: Work = WORK,
-    as_json: Json = False,
-) -> None:
+@options
+def flux(settings: mrfit.settings.flux.Settings, work: Work, as_json: Json) -> None:
     """Reconstruct flux linkage by integrating u − i·R.
 
     Example: mrfit flux --resistance 2.1
     """
     from mrfit.cli import output, pipeline
-    from mrfit.flux.stage import Settings
 
     with console.progress_bar() as progress:
-        summary = pipeline.flux(work, Settings(resistance=ohms(resistance), drift=drift, rule=rule), progress)
+        summary = pipeline.flux(work, settings, progress)
     return console.print_json(summary) if as_json else output.flux(summary, work)
 
 
 @app.command()
-def segment(
-    drive: Annotated[str | None, typer.Option(help="Channel that defines the condition; default: found.")] = None,
-    min_cycles: Annotated[int, typer.Option(min=1, help="Fewest steady cycles; a test of fewer is one stretch.")] = 2,
-    holdout: Annotated[
-        str,
-        typer.Option(help="Held out: auto, none, conditions by current=3 or a pattern on names, or after=SECONDS."),
-    ] = "auto",
-    work: Work = WORK,
-    as_json: Json = False,
-) -> None:
+@options
+def segment(settings: mrfit.settings.segment.Settings, work: Work, as_json: Json) -> None:
     """Cut recordings into whole steady cycles by test condition.
 
     Example: mrfit segment --holdout 'sine-*-3A'
     """
     from mrfit.cli import output, pipeline
-    from mrfit.segment.stage import Settings
 
     with console.progress_bar() as progress:
-        settings = Settings(drive=drive, min_cycles=min_cycles, holdout=holdout)
         summary = pipeline.segment(work, settings, progress)
     return console.print_json(summary) if as_json else output.segment(summary, work)
 
 
 @app.command()
+@options
 def fit(
-    model: Annotated[str, typer.Option(help="Model; `mrfit list models` shows all.")],
-    opt: Annotated[str, typer.Option(help="Optimizer or chain, as in pso-fmin.")] = "auto",
-    opt_set: OptSet = None,
-    per: Annotated[str, typer.Option(help="Parameters per condition, or one set for all.")] = "condition",
-    name: Annotated[str, typer.Option(help="Name of the fit; default MODEL.OPT.", show_default=False)] = "",
-    seed: Seed = 0,
-    budget: Budget = None,
-    seconds: Seconds = None,
-    stall: Stall = 0.5,
-    weight: Weight = "none",
-    bounds: Bounds = None,
-    start: Start = None,
-    fix: Fix = None,
-    current_order: CurrentOrder = "auto",
-    only: Only = "",
-    intervals: Annotated[str, typer.Option(help="Of parameters: hac, bootstrap or profile.")] = "hac",
+    settings: mrfit.settings.fit.Settings,
+    *,
     resistance: Resistance = None,
-    jobs: Jobs = CORES,
-    work: Work = WORK,
-    plugins: Plugins = None,
-    as_json: Json = False,
+    work: Work,
+    plugins: Plugins,
+    as_json: Json,
 ) -> None:
     """Fit a model; runs flux and segment first where they are due.
 
     Example: mrfit fit --model boucwen-flux --opt pso-fmin
     """
     from mrfit.cli import output, pipeline
-    from mrfit.fit.stage import Settings
 
-    settings = Settings(
-        model=model,
-        optimizer=opt,
-        options=constants(opt_set),
-        per=choice("--per", per, ("condition", "all")),  # type: ignore[arg-type]
-        name=name,
-        seed=seed,
-        budget=budget,
-        seconds=seconds,
-        stall=stall,
-        weight=choice("--weight", weight, WEIGHTS),  # type: ignore[arg-type]
-        bounds=limits(bounds),
-        start=numbers("--start", start),
-        fixed=numbers("--fix", fix),
-        current_order=current_order,
-        only=only,
-        intervals=choice("--intervals", intervals, ("hac", "bootstrap", "profile")),  # type: ignore[arg-type]
-        jobs=jobs,
-    )
     with console.progress_bar() as progress:
-        summary = pipeline.fit(work, settings, ohms(resistance), progress)
+        summary = pipeline.fit(work, settings, resistance, progress)
     return console.print_json(summary) if as_json else output.fit(summary, work)
 
 
 @app.command()
+@options
 def predict(
     logs: Logs,
     fit_name: Annotated[str, typer.Option("--fit", help="Name of a finished fit.")],
-    map_file: Map = None,
-    resistance: Resistance = None,
-    pattern: Pattern = None,
-    work: Work = WORK,
-    plugins: Plugins = None,
-    as_json: Json = False,
+    settings: Annotated[mrfit.settings.ingest.Settings, Only(("map", "resistance", "pattern"))],
+    work: Work,
+    plugins: Plugins,
+    as_json: Json,
 ) -> None:
     """Simulate a fitted model on other logs (free run) and report the errors there.
 
     Example: mrfit predict --fit boucwen-flux.pso-fmin datasets/coil/coil_05Hz_3A.csv
     """
     from mrfit.cli import output, pipeline
-    from mrfit.ingest.stage import Settings
 
-    settings = Settings(map=map_file, resistance=ohms(resistance), pattern=pattern)
     with console.progress_bar() as progress:
         summary = pipeline.predict(work, fit_name, logs, settings, progress)
     return console.print_json(summary) if as_json else output.predict(summary)
 
 
 @app.command()
-def report(
-    fits: Annotated[list[str] | None, typer.Option("--fit", help="Fit to report; default: all.")] = None,
-    jobs: Jobs = CORES,
-    work: Work = WORK,
-    plugins: Plugins = None,
-    as_json: Json = False,
-) -> None:
+@options
+def report(settings: mrfit.settings.report.Settings, work: Work, plugins: Plugins, as_json: Json) -> None:
     """Write tables (CSV, LaTeX), figures (SVG) and one HTML file.
 
     Example: mrfit report
     """
     from mrfit.cli import output, pipeline
-    from mrfit.report.stage import Settings
 
     with console.progress_bar() as progress:
-        summary = pipeline.report(work, Settings(tuple(fits or ()), jobs), progress)
+        summary = pipeline.report(work, settings, progress)
     return console.print_json(summary) if as_json else output.report(summary, work)
 
 
 @app.command()
+@options
 def run(
     file: Annotated[Path, typer.Argument(help="Pipeline file (TOML).", show_default=False)],
+    *,
     logs: Annotated[list[Path] | None, typer.Option("--log", help="Log or folder instead of the file's.")] = None,
     work: Annotated[Path | None, typer.Option(help="Workspace folder instead of the file's.")] = None,
-    jobs: Jobs = CORES,
-    plugins: Plugins = None,
-    as_json: Json = False,
+    jobs: Jobs,
+    plugins: Plugins,
+    as_json: Json,
 ) -> None:
     """Run every stage of a pipeline file in order.
 
@@ -263,32 +177,29 @@ def run(
 
 
 @app.command()
+@options
 def discover(
-    model: Annotated[str, typer.Option(help="Base model; effects written with it (tanh+delay) are part of it.")],
-    start: Start = None,
-    seed: Seed = 0,
-    current_order: CurrentOrder = "auto",
+    settings: mrfit.settings.discover.Settings,
+    *,
     resistance: Resistance = None,
-    work: Work = WORK,
-    jobs: Jobs = CORES,
-    plugins: Plugins = None,
-    as_json: Json = False,
+    work: Work,
+    plugins: Plugins,
+    as_json: Json,
 ) -> None:
     """Find where a model is wrong and which effect it lacks; runs flux and segment first where they are due.
 
     Example: mrfit discover --model boucwen-flux
     """
     from mrfit.cli import output, pipeline
-    from mrfit.discover.stage import Settings
 
-    settings = Settings(model, current_order, numbers("--start", start), seed, jobs)
     with console.progress_bar() as progress:
-        summary = pipeline.discover(work, settings, ohms(resistance), progress)
+        summary = pipeline.discover(work, settings, resistance, progress)
     return console.print_json(summary) if as_json else output.discover(summary, work)
 
 
 @app.command()
-def advise(work: Work = WORK, plugins: Plugins = None, as_json: Json = False) -> None:
+@options
+def advise(work: Work, plugins: Plugins, as_json: Json) -> None:
     """Say which test would settle what the last discovery left open.
 
     Example: mrfit advise
@@ -300,57 +211,27 @@ def advise(work: Work = WORK, plugins: Plugins = None, as_json: Json = False) ->
 
 
 @app.command()
-def compare(
-    models: Annotated[str, typer.Option(help="Models by commas, or all.", show_default=False)] = "",
-    optimizers: Annotated[str, typer.Option(help="Instead: optimizers by commas, on one --model.")] = "",
-    model: Annotated[str, typer.Option(help="Model on which optimizers are compared.", show_default=False)] = "",
-    seeds: Annotated[int, typer.Option(min=1, help="Runs of each optimizer, from different starts.")] = 5,
-    opt: Annotated[str, typer.Option(help="Optimizer with which models are compared.")] = "auto",
-    opt_set: OptSet = None,
-    per: Annotated[str, typer.Option(help="Parameters per condition, or one set for all.")] = "all",
-    seed: Seed = 0,
-    budget: Budget = None,
-    seconds: Seconds = None,
-    stall: Stall = 0.5,
-    weight: Weight = "none",
-    bounds: Bounds = None,
-    start: Start = None,
-    fix: Fix = None,
-    current_order: CurrentOrder = "auto",
-    only: Only = "",
-    jobs: Jobs = CORES,
-    work: Work = WORK,
-    plugins: Plugins = None,
-    as_json: Json = False,
-) -> None:
+@options
+def compare(settings: mrfit.settings.compare.Asked, work: Work, plugins: Plugins, as_json: Json) -> None:
     """Compare models on all conditions, or optimizers on one model.
 
     Example: mrfit compare --models all
     """
     from mrfit.cli import output, pipeline
 
-    options: dict[str, object] = {"options": constants(opt_set), "stall": stall}
-    options |= {"budget": budget, "seconds": seconds, "current_order": current_order, "only": only, "jobs": jobs}
-    options |= {"per": choice("--per", per, ("condition", "all")), "weight": choice("--weight", weight, WEIGHTS)}
-    if bool(models) == bool(optimizers) or bool(optimizers) != bool(model):
-        raise ConfigError("compare takes --models NAMES, or --optimizers NAMES together with --model NAME")
-    own = {"bounds": limits(bounds), "start": numbers("--start", start), "fixed": numbers("--fix", fix)}
-    if models and any(own.values()):
-        raise ConfigError("--bounds, --start and --fix go with --optimizers: models have parameters of their own")
     with console.progress_bar() as progress:
-        if models:
-            chosen = tuple(n.strip() for n in models.split(","))
-            summary = pipeline.compare_models(work, chosen, {**options, "optimizer": opt, "seed": seed}, progress)
+        if settings.models:
+            summary = pipeline.compare_models(work, settings.of_models, progress)
         else:
-            tried = tuple(n.strip() for n in optimizers.split(","))
-            summary = pipeline.compare_optimizers(work, tried, {**options, **own, "model": model}, seeds, progress)
+            summary = pipeline.compare_optimizers(work, settings.of_optimizers, progress)
     if as_json:
         return console.print_json(summary)
-    return output.compare_models(summary, work) if models else output.compare_optimizers(summary, work)
+    return output.compare_models(summary, work) if settings.models else output.compare_optimizers(summary, work)
 
 
 @app.command()
-def status(work: Work = WORK, plugins: Plugins = None, as_json: Json = False) -> None:
+@options
+def status(work: Work, plugins: Plugins, as_json: Json) -> None:
     """Show what the workspace holds, what each step used, and what is out of date and why.
 
     Example: mrfit status
@@ -363,10 +244,11 @@ def status(work: Work = WORK, plugins: Plugins = None, as_json: Json = False) ->
 
 
 @app.command()
+@options
 def remove(
     fits: Annotated[list[str], typer.Argument(help="Names of fits.", metavar="FIT...", show_default=False)],
-    work: Work = WORK,
-    as_json: Json = False,
+    work: Work,
+    as_json: Json,
 ) -> None:
     """Take fits out of the workspace; a report that shows them is made anew by `mrfit report`.
 
@@ -379,7 +261,8 @@ def remove(
 
 
 @app.command()
-def datasets(name: DataSet = "", to: Folder = None, catalog_file: Catalog = None, as_json: Json = False) -> None:
+@options
+def datasets(*, name: DataSet = "", to: Folder = None, catalog_file: Catalog = None, as_json: Json) -> None:
     """List public data sets, or fetch one: every file is checked against its SHA-256.
 
     Example: mrfit datasets mr_damper_utfsm
@@ -396,10 +279,12 @@ def datasets(name: DataSet = "", to: Folder = None, catalog_file: Catalog = None
 
 
 @app.command("list")
+@options
 def list_names(
+    *,
     kind: Annotated[str, typer.Argument(help="models, effects, optimizers or readers.")] = "models",
-    plugins: Plugins = None,
-    as_json: Json = False,
+    plugins: Plugins,
+    as_json: Json,
 ) -> None:
     """List what there is of a kind, with its title.
 
@@ -412,10 +297,11 @@ def list_names(
 
 
 @app.command()
+@options
 def show(
     name: Annotated[str, typer.Argument(help="Model, effect, optimizer or reader.", show_default=False)],
-    plugins: Plugins = None,
-    as_json: Json = False,
+    plugins: Plugins,
+    as_json: Json,
 ) -> None:
     """Show one item: equation, parameters with units and bounds, source; of an effect what it is mistaken for.
 

@@ -1,72 +1,35 @@
-"""Options that several commands share, and how their text becomes values."""
+"""Options of commands: those that settings classes define, and those that belong to the command line alone."""
 
+import inspect
 import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, is_dataclass
+from functools import wraps
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, Union, cast, get_args, get_origin, get_type_hints
 
 import typer
 
+from mrfit.core.setting import UNSET, Defined, Setting, defined, defined_as, flag_of
 from mrfit.errors import ConfigError
+from mrfit.settings.shared import CORES as CORES
 
-Work = Annotated[Path, typer.Option("--work", help="Workspace folder.", envvar="MRFIT_WORK")]
-Json = Annotated[bool, typer.Option("--json", help="Print a machine-readable summary, alone, to standard output.")]
-Jobs = Annotated[int, typer.Option("--jobs", "-j", min=1, help="Workers; does not change the result.")]
-Resistance = Annotated[
-    str | None,
-    typer.Option(
-        "--resistance",
-        help="Coil resistance in ohm, or 'auto' to estimate it; later commands of the workspace keep it.",
-        metavar="OHM|auto",
-    ),
-]
-Map = Annotated[Path | None, typer.Option("--map", help="Channel map (TOML); default: mrfit.toml beside the log.")]
-Pattern = Annotated[
-    str | None,
-    typer.Option(
-        "--pattern",
-        help="Conditions in file names, as '{frequency:Hz}Hz-{current:A}A', of any quantity; * is any text.",
-        metavar="PATTERN",
-        show_default=False,
-    ),
-]
-Logs = Annotated[list[Path], typer.Argument(help="Log files, or folders of them.", show_default=False)]
-MaxMemory = Annotated[
-    str | None,
-    typer.Option(
-        "--max-memory",
-        help="Most memory that a log may take once unpacked, as 500MB or 2GB; default: half of what is free.",
-        metavar="SIZE",
-        show_default=False,
-    ),
-]
-CurrentOrder = Annotated[
-    str,
-    typer.Option(
-        help="Order 0-4 of parameters in current, for all or by name; 1:0.2:2 is order 1 to 0.2 A and 2 from there, "
-        "meeting, 1/0.2/2 lets them jump.",
-        metavar="auto|ORDER|NAME=ORDER,…",
-    ),
-]
-Stall = Annotated[
-    float,
-    typer.Option(help="Share of a global search without progress that ends it; 1: none does.", min=0.01, max=1.0),
-]
-Seed = Annotated[int, typer.Option("--seed", min=0, help="Seed of every random choice.")]
-Budget = Annotated[int | None, typer.Option("--budget", min=1, help="Evaluations for each set of parameters.")]
-Seconds = Annotated[float | None, typer.Option("--seconds", min=0.0, help="Time limit for each set of parameters.")]
-Weight = Annotated[str, typer.Option("--weight", help="none; floor: conditions by their noise; range: alike.")]
-Bounds = Annotated[list[str] | None, typer.Option("--bounds", metavar="NAME=LOW:HIGH", help="Change bounds.")]
-Start = Annotated[list[str] | None, typer.Option("--start", metavar="NAME=VALUE", help="Change a start value.")]
-Fix = Annotated[list[str] | None, typer.Option("--fix", metavar="NAME=VALUE", help="Hold a parameter.")]
-OptSet = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--opt-set",
-        metavar="NAME=VALUE,…",
-        help="Constants of the optimizers, as b=1.2,population=40, of one by mwoa.b=1.2; `mrfit show mwoa` lists them.",
-    ),
-]
-Only = Annotated[str, typer.Option(help="Segments by peak velocity or by condition.", metavar="LMH|MH|PATTERN")]
+# Before a command loads numpy: matrices are small here, and threads of BLAS would wait for each other beside --jobs
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+@dataclass(frozen=True)
+class Default:
+    """What an option of several commands is where it is not written."""
+
+    value: object
+
+
+@dataclass(frozen=True)
+class Only:
+    """Which fields of its settings are options of a command; the others are at their defaults."""
+
+    fields: tuple[str, ...]
 
 
 def _use(paths: list[Path] | None) -> list[Path] | None:
@@ -79,6 +42,13 @@ def _use(paths: list[Path] | None) -> list[Path] | None:
     return paths
 
 
+WORK = Path("mrfit-work")
+Work = Annotated[Path, typer.Option("--work", help="Workspace folder.", envvar="MRFIT_WORK"), Default(WORK)]
+Json = Annotated[
+    bool,
+    typer.Option("--json", help="Print a machine-readable summary, alone, to standard output."),
+    Default(False),
+]
 Plugins = Annotated[
     list[Path] | None,
     typer.Option(
@@ -88,107 +58,130 @@ Plugins = Annotated[
         callback=_use,
         show_default=False,
     ),
+    Default(None),
 ]
+Logs = Annotated[list[Path], typer.Argument(help="Log files, or folders of them.", show_default=False)]
 DataSet = Annotated[str, typer.Argument(help="Data set to fetch; without it all are listed.", show_default=False)]
 Folder = Annotated[Path | None, typer.Option("--to", help="Folder for the files; default: one of the set's name.")]
 Catalog = Annotated[Path | None, typer.Option("--catalog", help="Catalog (TOML) of your own instead of mrfit's.")]
-WORK = Path("mrfit-work")
-CORES = os.cpu_count() or 1
-# Before a command loads numpy: matrices are small here, and threads of BLAS would wait for each other beside --jobs
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-WEIGHTS = ("none", "floor", "range")
 
 
-def ohms(text: str | None) -> float | Literal["auto"] | None:
-    """Return a resistance option as a number, ``auto`` or None.
+def options(command: Callable[..., None]) -> Callable[..., None]:
+    """Give a command the options that its parameters define, in place of these.
+
+    A parameter that is a settings class becomes the options of its fields, or of ``Only`` some; one with a ``Setting``
+    in its annotation becomes an option; one with a ``Default`` has that default. Options that change no result come
+    after all others but those of several commands.
+    """
+    taken = _Parameters([], [], [])
+    hints = get_type_hints(command, include_extras=True)
+    given = {name: p.default for name, p in inspect.signature(command).parameters.items()}
+    for name, written in given.items():
+        fields = _fields(name, hints[name], written)
+        for field in fields:
+            (taken.own if field.setting and field.setting.changes_result else taken.late).append(_option(field))
+        if not fields:
+            default = next((a for a in get_args(hints[name]) if isinstance(a, Default)), None)
+            chosen = default.value if default and written is inspect.Parameter.empty else written
+            parameter = inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=chosen, annotation=hints[name])
+            (taken.common if default else taken.own).append(parameter)
+
+    @wraps(command)
+    def called(**values: Any) -> None:
+        command(**{name: _argument(name, hints[name], written, values) for name, written in given.items()})
+
+    called.__signature__ = inspect.Signature(taken.all)  # type: ignore[attr-defined]
+    called.__annotations__ = {p.name: p.annotation for p in taken.all}
+    return called
+
+
+@dataclass(frozen=True)
+class _Parameters:
+    """Options of a command: its own, those that change no result, those of several commands."""
+
+    own: list[inspect.Parameter]
+    late: list[inspect.Parameter]
+    common: list[inspect.Parameter]
+
+    @property
+    def all(self) -> list[inspect.Parameter]:
+        return [*self.own, *self.late, *self.common]
+
+
+def _fields(name: str, hint: Any, written: object) -> list[Defined]:
+    """Return the fields that a parameter of a command stands for; none where typer reads it as it is."""
+    kind, *said = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+    if is_dataclass(kind):
+        only = next((one.fields for one in said if isinstance(one, Only)), None)
+        return [f for f in defined(cast(type, kind)) if f.setting and (only is None or f.name in only)]
+    field = defined_as(name, hint, UNSET if written is inspect.Parameter.empty else written)
+    return [field] if field.setting else []
+
+
+def _argument(name: str, hint: Any, written: object, values: Mapping[str, Any]) -> object:
+    """Return what a command gets for one of its parameters, of the values of its options."""
+    fields = _fields(name, hint, written)
+    if not fields:
+        return values[name]
+    found = {f.name: value_of(f, values[flag_of(f)]) for f in fields}
+    kind: Any = get_args(hint)[0] if get_origin(hint) is Annotated else hint
+    return kind(**found) if is_dataclass(kind) else found[name]  # type: ignore[operator]
+
+
+def value_of(field: Defined, written: Any) -> Any:
+    """Return the value of a field whose option was written so.
 
     Raises
     ------
     ConfigError
-        If it is neither, or not positive.
+        If the field does not take it.
     """
-    if text is None:
-        return None
-    if text == "auto":
-        return "auto"
-    try:
-        value = float(text)
-    except ValueError as error:
-        raise ConfigError(f"--resistance takes a number of ohms or 'auto', not '{text}'") from error
-    if not 0.0 < value < float("inf"):
-        raise ConfigError(f"--resistance must be a positive number of ohms, not {text}")
-    return value
+    option = f"--{flag_of(field).replace('_', '-')}"
+    if field.setting and field.setting.form:
+        return field.setting.form.parse(option, written)
+    if field.choices and written is not None:
+        return choice(option, written, field.choices)
+    return written
 
 
-def pairs(option: str, items: list[str] | None) -> list[tuple[str, str]]:
-    """Split NAME=VALUE items of a repeated option.
-
-    Raises
-    ------
-    ConfigError
-        If an item has no equals sign.
-    """
-    split = [item.partition("=") for item in items or []]
-    for name, sign, value in split:
-        if not (name and sign and value):
-            raise ConfigError(f"{option} takes NAME=VALUE, not '{name}{sign}{value}'")
-    return [(name.strip(), value.strip()) for name, _, value in split]
+def _option(field: Defined) -> inspect.Parameter:
+    """Return the option of a field as a parameter that typer reads."""
+    setting = field.setting or Setting("")
+    flag = flag_of(field)
+    names = [f"--{flag.replace('_', '-')}", *([setting.short] if setting.short else [])]
+    kind: Any = _written_as(field)
+    annotation = Annotated[kind, _typer_option(setting, *names)]
+    return inspect.Parameter(flag, inspect.Parameter.KEYWORD_ONLY, default=_default(field), annotation=annotation)
 
 
-def number(option: str, text: str) -> float:
-    """Return an option's text as a finite number.
-
-    Raises
-    ------
-    ConfigError
-        If it is none.
-    """
-    try:
-        value = float(text)
-    except ValueError as error:
-        raise ConfigError(f"{option}: '{text}' is not a number") from error
-    if value != value or value in (float("inf"), float("-inf")):
-        raise ConfigError(f"{option}: '{text}' is not finite")
-    return value
+def _typer_option(setting: Setting, *names: str) -> Any:
+    return typer.Option(
+        *names,
+        help=setting.help,
+        metavar=setting.metavar,
+        min=setting.low if setting.above is None else setting.above,
+        max=setting.high,
+        show_default=setting.show_default,
+    )
 
 
-def numbers(option: str, items: list[str] | None) -> tuple[tuple[str, float], ...]:
-    """Return NAME=VALUE items of a repeated option with their numbers.
-
-    Raises
-    ------
-    ConfigError
-        If an item has no equals sign, or no number.
-    """
-    return tuple((name, number(option, value)) for name, value in pairs(option, items))
-
-
-def constants(items: list[str] | None) -> tuple[tuple[str, float], ...]:
-    """Return the NAME=VALUE,… items of ``--opt-set`` with their numbers.
-
-    Raises
-    ------
-    ConfigError
-        If one has no equals sign, or no number.
-    """
-    return numbers("--opt-set", [one for item in items or [] for one in item.split(",")])
+def _written_as(field: Defined) -> Any:
+    """Return the type of an option: text for words, the field's own elsewhere."""
+    if field.setting and field.setting.form:
+        return field.setting.form.option
+    if not field.choices:
+        return field.kind
+    rest = tuple(a for a in field.alternatives if get_origin(a) is not Literal)
+    return Union[(str, *rest)] if rest else str
 
 
-def limits(items: list[str] | None) -> tuple[tuple[str, float, float], ...]:
-    """Return the NAME=LOW:HIGH items of ``--bounds`` with their numbers.
-
-    Raises
-    ------
-    ConfigError
-        If an item has no equals sign, or not two numbers.
-    """
-    found = []
-    for name, value in pairs("--bounds", items):
-        low, colon, high = value.partition(":")
-        if not colon:
-            raise ConfigError(f"--bounds takes NAME=LOW:HIGH, not '{name}={value}'")
-        found.append((name, number("--bounds", low), number("--bounds", high)))
-    return tuple(found)
+def _default(field: Defined) -> object:
+    setting = field.setting or Setting("")
+    if setting.command_default is not UNSET:
+        return setting.command_default
+    if field.default is UNSET:
+        return inspect.Parameter.empty
+    return setting.form.nothing if setting.form and not field.default else field.default
 
 
 def choice(option: str, value: str, allowed: tuple[str, ...]) -> str:

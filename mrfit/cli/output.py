@@ -1,13 +1,17 @@
 """What each command prints for a person."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mrfit.cli.console import numbers, print_table, say
 from mrfit.core import registry
 from mrfit.core.channels import CHANNELS, unit_of
 from mrfit.errors import ConfigError, unknown_name
+
+if TYPE_CHECKING:
+    from mrfit.ingest.stage import Preview
 
 Summary = dict[str, Any]
 METRIC_COLUMNS = ("condition", "role", "samples", "rmse", "nrmse", "noise_floor", "esr", "fit_percent")
@@ -68,23 +72,23 @@ def condition_text(recording: Summary) -> str:
     return ", ".join(f"{k} {v:g}" for k, v in recording.get("condition", {}).items())
 
 
-def preview(rows: Sequence[Summary]) -> None:
+def preview(rows: "Sequence[Preview]") -> None:
     """Print what would be read, what is odd about it, and which files would be refused, each remedy once."""
-    read = [r for r in rows if r["reader"] != "refused"]
+    read = [r for r in rows if r.reader != "refused"]
     columns = ("source", "reader", "channels", "rate", "rows", "refused", "start", "condition")
     if read:
-        print_table("What would be read", columns, [numbers(r, columns) for r in read])
+        print_table("What would be read", columns, [numbers(asdict(r), columns) for r in read])
     for row in read:
-        if row["oddities"]:
-            say(f"  {row['source']}: {row['oddities']}")
-    _say_unnamed([(r["source"], [c.split(" (")[0] for c in r["channels"].split(", ")]) for r in read])
-    remedies: dict[str, list[Summary]] = {}
+        if row.oddities:
+            say(f"  {row.source}: {row.oddities}")
+    _say_unnamed([(r.source, [c.split(" (")[0] for c in r.channels.split(", ")]) for r in read])
+    remedies: dict[str, list[Preview]] = {}
     for row in rows:
-        if row["reader"] == "refused":
-            remedies.setdefault(row["remedy"], []).append(row)
+        if row.reader == "refused":
+            remedies.setdefault(row.remedy, []).append(row)
     for remedy, refused in remedies.items():
         for row in refused:
-            say(f"  refused {row['source']}: {row['oddities']}")
+            say(f"  refused {row.source}: {row.oddities}")
         say(f"    to read {'it' if len(refused) == 1 else f'these {len(refused)}'}: {remedy}")
 
 
@@ -190,6 +194,7 @@ def outdated(fits: Sequence[str]) -> None:
 def compare_models(summary: Summary, work: Path) -> None:
     """Print models against conditions, output by output: errors over all conditions, the time of each fit, NRMSE."""
     from mrfit.compare.page import together
+    from mrfit.io.schemas.compare import LeftOut, ModelCaution
 
     names = ("parameters", "holdout_nrmse", "holdout_fit_percent", "train_nrmse", "train_fit_percent")
     columns = ("model", "parameters", "hold-out NRMSE", "hold-out fit (%)", "train NRMSE", "train fit (%)", "time (s)")
@@ -206,9 +211,9 @@ def compare_models(summary: Summary, work: Path) -> None:
                 errors = [[m["model"], *(_percent(found.get((m["model"], role, c))) for c in some)] for m in models]
                 print_table(f"NRMSE of {output} in percent, {role}", ("model", *some), errors)
     _notes(summary)
-    for which, text in together(summary["warnings"], "text"):
+    for which, text in together([ModelCaution(**row) for row in summary["warnings"]], "text"):
         say(f"  warning recordings-left-out: {which}: {text}")
-    for which, reason in together(summary["left_out"], "reason"):
+    for which, reason in together([LeftOut(**row) for row in summary["left_out"]], "reason"):
         say(f"  left out {which}: {reason}")
     say(f"Files: {work / 'compare'}/compare.html, compare.csv, compare.json")
 
@@ -240,17 +245,20 @@ def compare_optimizers(summary: Summary, work: Path) -> None:
 
 def discover(summary: Summary, work: Path) -> None:
     """Print a discovery: verdict in words, where the error sits, effects, errors on held-out data, candidates."""
+    from mrfit.io.schemas.discovery import DiscoveryFile
     from mrfit.report.explain import headline, next_step, parameter_rows, sentences
+    from mrfit.report.law_words import other_law_sentences
 
-    say(f"{headline(summary)}{_state(summary)}")
+    found = DiscoveryFile.of(summary)
+    say(f"{headline(found)}{_state(summary)}")
     _notes(summary)
-    for line in sentences(summary):
+    for line in sentences(found):
         say(f"  {line}")
-    for line in summary.get("where_text", [])[1:]:
+    for line in found.where_text[1:]:
         say(f"  {line}")
     shown = [
-        [e["name"], p["name"], p["value"], p["interval"], e["holdout_nrmse_before"], e["holdout_nrmse_after"]]
-        for e in summary["effects"]
+        [e.name, p.name, p.value, p.interval, e.holdout_nrmse_before, e.holdout_nrmse_after]
+        for e in found.effects
         for p in parameter_rows(e)
     ]
     if shown:
@@ -261,10 +269,14 @@ def discover(summary: Summary, work: Path) -> None:
         names = ("name", "screen", "holdout_gain", "accepted", "reason")
         columns = ("candidate", "share of error, screened", "gain on held-out data", "accepted", "reason")
         print_table("Candidates", columns, [numbers(c, names) for c in summary["candidates"]])
+    if found.other_laws:
+        say("Other laws:")
+        for line in other_law_sentences(found):
+            say(f"  {line} --work {work}" if "mrfit discover" in line else f"  {line}")
     if summary["verdict"] == "ambiguous":
         advise(summary)
-    if next_step(summary):
-        say(f"Go on with: {next_step(summary)} --work {work}")
+    if next_step(found):
+        say(f"Go on with: {next_step(found)} --work {work}")
     say(f"Page: {summary['page']}")
 
 

@@ -13,16 +13,17 @@ from typing import TYPE_CHECKING, Any
 
 from mrfit.core.progress import Progress
 from mrfit.errors import ConfigError
-from mrfit.io.workspace import Workspace
+from mrfit.io.workspace import Workspace, plain, to_json
 
 if TYPE_CHECKING:
-    import mrfit.flux.stage
-    import mrfit.ingest.stage
-    import mrfit.report.stage
-    import mrfit.segment.stage
-    from mrfit.cli.config import DiscoverSection, FitSection, PipelineFile
-    from mrfit.discover import stage as discover_stage
-    from mrfit.fit import stage as fit_stage
+    import mrfit.settings.compare
+    import mrfit.settings.discover
+    import mrfit.settings.fit
+    import mrfit.settings.flux
+    import mrfit.settings.ingest
+    import mrfit.settings.report
+    import mrfit.settings.segment
+    from mrfit.cli.config import PipelineFile
 
 Summary = dict[str, Any]
 
@@ -36,35 +37,37 @@ class Overrides:
     jobs: int = 1
 
 
-def ingest(work: Path, logs: Sequence[Path], settings: mrfit.ingest.stage.Settings, progress: Progress) -> Summary:
+def ingest(work: Path, logs: Sequence[Path], settings: mrfit.settings.ingest.Settings, progress: Progress) -> Summary:
     """Read logs into the workspace's recordings."""
     import mrfit.ingest.stage
 
     workspace = Workspace(work)
     with workspace.locked():
-        return mrfit.ingest.stage.run(logs, settings, workspace, progress)
+        return to_json(mrfit.ingest.stage.run(logs, settings, workspace, progress))
 
 
-def flux(work: Path, settings: mrfit.flux.stage.Settings, progress: Progress) -> Summary:
+def flux(work: Path, settings: mrfit.settings.flux.Settings, progress: Progress) -> Summary:
     """Reconstruct flux linkage."""
     import mrfit.flux.stage
 
     workspace = Workspace(work)
     with workspace.locked():
-        return mrfit.flux.stage.run(workspace, settings, progress)
+        return to_json(mrfit.flux.stage.run(workspace, settings, progress))
 
 
-def segment(work: Path, settings: mrfit.segment.stage.Settings, progress: Progress) -> Summary:
+def segment(work: Path, settings: mrfit.settings.segment.Settings, progress: Progress) -> Summary:
     """Cut recordings by test condition, reconstructing flux first where that is due."""
     import mrfit.segment.stage
 
     workspace = Workspace(work)
     with workspace.locked():
         _flux_as_before(workspace, None, progress)
-        return mrfit.segment.stage.run(workspace, settings, progress)
+        return to_json(mrfit.segment.stage.run(workspace, settings, progress))
 
 
-def fit(work: Path, settings: fit_stage.Settings, resistance: float | str | None, progress: Progress) -> Summary:
+def fit(
+    work: Path, settings: mrfit.settings.fit.Settings, resistance: float | str | None, progress: Progress
+) -> Summary:
     """Fit a model, running flux and segment first where they are due, with the settings they last had."""
     from mrfit.fit import stage as fit_stage
 
@@ -72,11 +75,11 @@ def fit(work: Path, settings: fit_stage.Settings, resistance: float | str | None
     fit_stage.check(settings)
     with workspace.locked():
         notes = _segments_as_before(workspace, resistance, progress)
-        return {**fit_stage.run(workspace, settings, progress), "notes": notes}
+        return {**to_json(fit_stage.run(workspace, settings, progress)), "notes": notes}
 
 
 def discover(
-    work: Path, settings: discover_stage.Settings, resistance: float | str | None, progress: Progress
+    work: Path, settings: mrfit.settings.discover.Settings, resistance: float | str | None, progress: Progress
 ) -> Summary:
     """Find what a model lacks and draw the page, running flux and segment first, with the settings they last had."""
     from mrfit.discover import stage as discover_stage
@@ -88,46 +91,42 @@ def discover(
         return {**_discover(workspace, settings, progress), "notes": notes}
 
 
-def _discover(workspace: Workspace, settings: discover_stage.Settings, progress: Progress) -> Summary:
+def _discover(workspace: Workspace, settings: mrfit.settings.discover.Settings, progress: Progress) -> Summary:
     import mrfit.report.discovery
     from mrfit.discover import stage as discover_stage
 
-    found = discover_stage.run(workspace, settings, progress)
-    return {**found, "page": mrfit.report.discovery.run(workspace, progress)["page"]}
+    made = discover_stage.run(workspace, settings, progress)
+    page = mrfit.report.discovery.run(workspace, progress).path
+    return {**plain(made.found.to_json()), "skipped": made.skipped, "page": str(page)}
 
 
 def advise(work: Path) -> Summary:
     """Return the last discovery's advice."""
     import mrfit.report.discovery
 
-    return mrfit.report.discovery.advice(Workspace(work))
+    return asdict(mrfit.report.discovery.advice(Workspace(work)))
 
 
-def compare_models(work: Path, models: Sequence[str], options: dict[str, Any], progress: Progress) -> Summary:
-    """Fit several models and put them into one table; ``options`` are those of ``mrfit.compare.stage.Settings``."""
+def compare_models(work: Path, settings: mrfit.settings.compare.Settings, progress: Progress) -> Summary:
+    """Fit several models and put them into one table."""
     from mrfit.compare import stage as compare_stage
 
-    settings = compare_stage.Settings(models=tuple(models), **options)
     compare_stage.check(settings)
     workspace = Workspace(work)
     with workspace.locked():
         notes = _segments_as_before(workspace, None, progress)
-        return {**compare_stage.run(workspace, settings, progress), "notes": notes}
+        return {**to_json(compare_stage.run(workspace, settings, progress)), "notes": notes}
 
 
-def compare_optimizers(
-    work: Path, optimizers: Sequence[str], options: dict[str, Any], seeds: int, progress: Progress
-) -> Summary:
-    """Run several optimizers on one model; ``options`` are those of ``mrfit.fit.stage.Settings``."""
+def compare_optimizers(work: Path, settings: mrfit.settings.compare.OfOptimizers, progress: Progress) -> Summary:
+    """Run several optimizers on one model."""
     from mrfit.compare import optimizers as compare_optimizers
-    from mrfit.fit import stage as fit_stage
 
-    settings = compare_optimizers.Settings(tuple(optimizers), fit_stage.Settings(**options), seeds)
     compare_optimizers.check(settings)
     workspace = Workspace(work)
     with workspace.locked():
         notes = _segments_as_before(workspace, None, progress)
-        return {**compare_optimizers.run(workspace, settings, progress), "notes": notes}
+        return {**to_json(compare_optimizers.run(workspace, settings, progress)), "notes": notes}
 
 
 def _segments_as_before(workspace: Workspace, resistance: float | str | None, progress: Progress) -> list[str]:
@@ -149,7 +148,7 @@ def _flux_as_before(workspace: Workspace, resistance: float | str | None, progre
     settings = mrfit.flux.stage.last_settings(workspace)
     if resistance is not None:
         settings = replace(settings, resistance=resistance)
-    integrated = mrfit.flux.stage.run(workspace, settings, progress)["resistance"] is not None
+    integrated = mrfit.flux.stage.run(workspace, settings, progress).resistance is not None
     if settings.resistance is None or not integrated:
         return []
     auto = settings.resistance == "auto"
@@ -160,7 +159,7 @@ def _flux_as_before(workspace: Workspace, resistance: float | str | None, progre
 
 
 def predict(
-    work: Path, fit_name: str, logs: Sequence[Path], settings: mrfit.ingest.stage.Settings, progress: Progress
+    work: Path, fit_name: str, logs: Sequence[Path], settings: mrfit.settings.ingest.Settings, progress: Progress
 ) -> Summary:
     """Simulate a fit on other logs, which pass through ingest, flux and segment in a folder of their own.
 
@@ -181,22 +180,22 @@ def predict(
         segmenting = mrfit.segment.stage.last_settings(workspace)
         cut = mrfit.segment.stage.run(other, replace(segmenting, holdout="none"), progress)
         prediction = fit_predict.predict(found, fit_select.read_dataset(other))
-    oddities = [f"{r['id']}: {f['text']}" for r in ingested["recordings"] for f in r["findings"]]
+    oddities = [f"{r.id}: {f.text}" for r in ingested.recordings for f in r.findings]
     return {
         "fit": fit_name,
-        "model": found["model"],
-        "output": found["output"],
-        "metrics": prediction.metrics,
+        "model": found.model,
+        "output": found.output,
+        "metrics": [asdict(row) for row in prediction.metrics],
         "used": prediction.used,
         "conditions": {s.id: s.condition for s in prediction.blocks.segments},
-        "findings": [*oddities, *cut["findings"]],
+        "findings": [*oddities, *cut.findings],
         "outdated": bool(workspace.outdated([found])),
-        "refused": ingested["refused"],
-        "warnings": prediction.warnings,
+        "refused": plain(ingested.refused),
+        "warnings": plain(prediction.warnings),
     }
 
 
-def _flux_to_predict(workspace: Workspace, resistance: float | str | None) -> mrfit.flux.stage.Settings:
+def _flux_to_predict(workspace: Workspace, resistance: float | str | None) -> mrfit.settings.flux.Settings:
     import mrfit.flux.stage
 
     settings, found = mrfit.flux.stage.last_settings(workspace), mrfit.flux.stage.last_resistance(workspace)
@@ -219,61 +218,59 @@ def remove(work: Path, fits: Sequence[str]) -> Summary:
         return {"work": str(work), "removed": remove_fits(workspace, fits), "left": workspace.fit_names()}
 
 
-def report(work: Path, settings: mrfit.report.stage.Settings, progress: Progress) -> Summary:
+def report(work: Path, settings: mrfit.settings.report.Settings, progress: Progress) -> Summary:
     """Write tables, figures and the page."""
     import mrfit.report.stage
 
     workspace = Workspace(work)
     with workspace.locked():
-        return mrfit.report.stage.run(workspace, settings, progress)
+        return to_json(mrfit.report.stage.run(workspace, settings, progress))
 
 
 def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Progress) -> Summary:
-    """Run all stages of a pipeline file; logs and map are relative to its folder, ``work`` to the current one.
+    """Run all stages of a pipeline file; its paths are relative to its folder, ``work`` to the current one.
 
     Raises
     ------
     ConfigError
-        If a pattern of ``[ingest] logs`` matches nothing, or a fit's settings are wrong.
+        If a plug-in cannot be used, a pattern of ``[ingest] logs`` matches nothing, or a fit's settings are wrong.
     """
     import mrfit.flux.stage
     import mrfit.ingest.stage
     import mrfit.report.stage
     import mrfit.segment.stage
+    from mrfit.core import plugins
     from mrfit.discover import stage as discover_stage
     from mrfit.fit import stage as fit_stage
-    from mrfit.ingest.containers.memory import size_of
 
+    for name in config.plugins:
+        plugins.use(folder / name)
     work = overrides.work or Path(config.work)
-    fits = [_fit_settings(section, overrides.jobs) for section in config.fit]
+    fits = [replace(settings, jobs=overrides.jobs) for settings in config.fit]
     for settings in fits:
         fit_stage.check(settings)
-    discovery = _discover_settings(config.discover, overrides.jobs) if config.discover else None
+    discovery = replace(config.discover, jobs=overrides.jobs) if config.discover else None
     if discovery:
         discover_stage.check(discovery)
-    logs = list(overrides.logs) if overrides.logs else _expand(config.ingest.logs, folder)
+    logs = list(overrides.logs) if overrides.logs else _expand(config.logs, folder)
     map_file = folder / config.ingest.map if config.ingest.map else None
-    given = config.ingest
-    most = None if given.max_memory is None else size_of(given.max_memory)
-    reading = mrfit.ingest.stage.Settings(
-        map_file, given.resistance, given.pattern, jobs=overrides.jobs, max_memory=most
-    )
+    reading = replace(config.ingest, map=map_file, jobs=overrides.jobs)
     stages: list[tuple[str, Callable[[Workspace], Summary]]] = [
-        ("ingest", lambda w: mrfit.ingest.stage.run(logs, reading, w, progress)),
-        ("flux", lambda w: mrfit.flux.stage.run(w, _flux_settings(config), progress)),
-        ("segment", lambda w: mrfit.segment.stage.run(w, _segment_settings(config), progress)),
+        ("ingest", lambda w: to_json(mrfit.ingest.stage.run(logs, reading, w, progress))),
+        ("flux", lambda w: to_json(mrfit.flux.stage.run(w, config.flux, progress))),
+        ("segment", lambda w: to_json(mrfit.segment.stage.run(w, config.segment, progress))),
     ]
     workspace = Workspace(work)
     with workspace.locked():
         summary: Summary = {"work": str(work)}
         for name, stage in stages:
             summary[name] = stage(workspace)
-        summary["fits"] = [fit_stage.run(workspace, settings, progress) for settings in fits]
+        summary["fits"] = [to_json(fit_stage.run(workspace, settings, progress)) for settings in fits]
         if discovery:
             summary["discovery"] = _discover(workspace, discovery, progress)
         if fits:
             told = mrfit.report.stage.Settings(tuple(s.fit_name for s in fits), overrides.jobs)
-            summary["report"] = mrfit.report.stage.run(workspace, told, progress)
+            summary["report"] = to_json(mrfit.report.stage.run(workspace, told, progress))
     return summary
 
 
@@ -288,49 +285,3 @@ def _expand(patterns: Sequence[str], folder: Path) -> list[Path]:
             )
         logs += [folder / f for f in found]
     return logs
-
-
-def _flux_settings(config: PipelineFile) -> mrfit.flux.stage.Settings:
-    import mrfit.flux.stage
-
-    section = config.flux
-    return mrfit.flux.stage.Settings(resistance=config.ingest.resistance, drift=section.drift, rule=section.rule)
-
-
-def _segment_settings(config: PipelineFile) -> mrfit.segment.stage.Settings:
-    import mrfit.segment.stage
-
-    section = config.segment
-    return mrfit.segment.stage.Settings(drive=section.drive, min_cycles=section.min_cycles, holdout=section.holdout)
-
-
-def _discover_settings(section: DiscoverSection, jobs: int) -> discover_stage.Settings:
-    from mrfit.discover import stage as discover_stage
-
-    return discover_stage.Settings(
-        section.model, str(section.current_order), tuple(section.start.items()), section.seed, jobs
-    )
-
-
-def _fit_settings(section: FitSection, jobs: int) -> fit_stage.Settings:
-    from mrfit.fit import stage as fit_stage
-
-    return fit_stage.Settings(
-        model=section.model,
-        optimizer=section.opt,
-        options=section.options,
-        per=section.per,
-        name=section.name,
-        seed=section.seed,
-        budget=section.budget,
-        seconds=section.seconds,
-        stall=section.stall,
-        weight=section.weight,
-        bounds=tuple((n, low, high) for n, (low, high) in section.bounds.items()),
-        start=tuple(section.start.items()),
-        fixed=tuple(section.fixed.items()),
-        current_order=str(section.current_order),
-        only=section.only,
-        intervals=section.intervals,
-        jobs=jobs,
-    )

@@ -1,7 +1,7 @@
 """What a workspace holds, what each step used, and which of it is out of date and why; nothing is written."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from os import path as os_path
 from pathlib import Path
@@ -11,11 +11,12 @@ from mrfit.core.progress import Progress, silent
 from mrfit.errors import DataError
 from mrfit.io.keys import code_version, discovery_key
 from mrfit.io.outdated import Inputs, flux_reason, other_code, segment_reason
+from mrfit.io.schemas.compare import ModelErrors, ModelsFile, OptimizersFile
 from mrfit.io.schemas.discovery import DiscoveryFile
 from mrfit.io.schemas.fit import Fit
-from mrfit.io.schemas.reading import content, load
-from mrfit.io.schemas.stages import ReportFile
-from mrfit.io.workspace import Workspace, read_json
+from mrfit.io.schemas.reading import load
+from mrfit.io.schemas.stages import About, ReportFile
+from mrfit.io.workspace import Workspace
 
 # Names written out in a reason
 SHOWN = 3
@@ -99,9 +100,9 @@ def _recordings(workspace: Workspace, progress: Progress) -> Step | None:
     summary = workspace.ingest_file()
     if not summary:
         return None
-    rows, refused = summary["recordings"], len(summary["refused"])
-    holds = f"{_count(len(rows), 'recording')} of {_count(len({r['source'] for r in rows}), 'log')}"
-    code = summary["code"]
+    rows, refused = summary.recordings, len(summary.refused)
+    holds = f"{_count(len(rows), 'recording')} of {_count(len({r.source for r in rows}), 'log')}"
+    code = summary.code
     reasons = []
     if changed := list(_changed_logs(workspace, rows, progress)):
         more = f" and {len(changed) - SHOWN} more" if len(changed) > SHOWN else ""
@@ -112,10 +113,10 @@ def _recordings(workspace: Workspace, progress: Progress) -> Step | None:
         reasons.append(other_code(code, "ingest"))
     why = "; ".join(reasons)
     told = holds + f", {refused} refused" * bool(refused)
-    return Step("recordings", "", told, [r["id"] for r in rows], {}, code or "", why)
+    return Step("recordings", "", told, [r.id for r in rows], {}, code or "", why)
 
 
-def _changed_logs(workspace: Workspace, rows: Sequence[Mapping[str, Any]], progress: Progress) -> Iterator[str]:
+def _changed_logs(workspace: Workspace, rows: Sequence[About], progress: Progress) -> Iterator[str]:
     """Yield the logs that are no longer what was read; one that is gone is none of these."""
     from mrfit.ingest.dispatch import look, part_of
     from mrfit.ingest.earlier import Earlier
@@ -123,7 +124,7 @@ def _changed_logs(workspace: Workspace, rows: Sequence[Mapping[str, Any]], progr
     from mrfit.ingest.refusal import Refusal
 
     base = Earlier(workspace).base
-    for source, digest in {r["source"]: r["sha256"] for r in rows}.items():
+    for source, digest in {r.source: r.sha256 for r in rows}.items():
         path = Path(os_path.join(base, source))
         try:
             # one record may lie in several files, whose hashes are hashed together
@@ -137,25 +138,25 @@ def _flux(workspace: Workspace) -> Step | None:
     summary = workspace.flux_file()
     if not summary:
         return None
-    actions = [r["action"] for r in summary["recordings"]]
+    actions = [r.action for r in summary.recordings]
     holds = ", ".join(f"{actions.count(a)} {a}" for a in dict.fromkeys(actions))
-    if summary["resistance"] is not None:
-        holds += f", R {summary['resistance']:.4g} Ω"
-    names = [r["id"] for r in summary["recordings"]]
-    return Step("flux", "", holds, names, summary["settings"], summary["code"], flux_reason(workspace))
+    if summary.resistance is not None:
+        holds += f", R {summary.resistance:.4g} Ω"
+    names = [r.id for r in summary.recordings]
+    return Step("flux", "", holds, names, asdict(summary.settings), summary.code, flux_reason(workspace))
 
 
 def _segments(workspace: Workspace) -> Step | None:
     summary = workspace.segments_summary()
     if not summary:
         return None
-    rows = summary["segments"]
-    conditions = list(dict.fromkeys(str(s["condition"]) for s in rows))
-    held = {s["condition"] for s in rows if s["role"] == "holdout"}
+    rows = summary.segments
+    conditions = list(dict.fromkeys(s.condition for s in rows))
+    held = {s.condition for s in rows if s.role == "holdout"}
     holds = f"{_count(len(rows), 'segment')} of {_count(len(conditions), 'condition')}, {len(held)} held out"
     why = flux_reason(workspace)
     why = f"the flux linkage is out of date: {why}" if why else segment_reason(workspace)
-    return Step("segments", "", holds, conditions, summary["settings"], summary["code"], why)
+    return Step("segments", "", holds, conditions, asdict(summary.settings), summary.code, why)
 
 
 def _fit(workspace: Workspace, name: str, inputs: Inputs) -> Step | None:
@@ -169,84 +170,77 @@ def _fit(workspace: Workspace, name: str, inputs: Inputs) -> Step | None:
     if error and error.nrmse is not None:
         holds += f", NRMSE {100.0 * error.nrmse:.3g} % {'held out' if error.role == 'holdout' else 'in training'}"
     # one without a key does not say what it was made from
-    why = inputs.reason(fit.model_dump(include={"key", "settings", "code", "data_sha256"})) if fit.key else ""
+    why = inputs.reason(fit) if fit.key else ""
     return Step("fit", name, holds, [r.condition for r in fit.results], fit.settings, fit.code, why)
 
 
 def _discovery(workspace: Workspace, inputs: Inputs) -> Step | None:
     folder = workspace.root / "discover"
-    found = content(folder / "discovery.json", DiscoveryFile, f"delete {folder} and run `mrfit discover` again")
+    found = load(folder / "discovery.json", DiscoveryFile, f"delete {folder} and run `mrfit discover` again")
     if not found:
         return None
-    effects = [e["name"] for e in found["effects"]] or found["ambiguous_set"]
-    holds = f"{found['base_model']}: {found['verdict']}" + f" ({', '.join(effects)})" * bool(effects)
-    why = inputs.reason(found, discovery_key, "discover") if found["settings"] else ""
-    return Step("discovery", "", holds, effects, found["settings"], found["code"], why)
+    effects = [e.name for e in found.effects] or [*found.ambiguous_set]
+    holds = f"{found.base_model}: {found.verdict}" + f" ({', '.join(effects)})" * bool(effects)
+    why = inputs.reason(found, discovery_key, "discover") if found.settings else ""
+    return Step("discovery", "", holds, effects, found.settings, found.code, why)
 
 
 def _models(workspace: Workspace, inputs: Inputs) -> Step | None:
-    found = read_json(workspace.root / "compare" / "compare.json")
-    if not isinstance(found, dict):
+    found = load(workspace.root / "compare" / "compare.json", ModelsFile, "run `mrfit compare` again")
+    if found is None:
         return None
-    try:
-        fits = {str(m["fit"]): str(m["model"]) for m in found["models"]}
-        rows = {fit: [m for m in found["metrics"] if m["model"] == model] for fit, model in fits.items()}
-        why = next((w for fit in fits if (w := _fit_reason(workspace, fit, rows[fit], inputs))), "")
-        settings = {k: v for k, v in dict(found["settings"]).items() if k != "models"}
-    except (LookupError, TypeError, ValueError):
-        raise DataError("compare/compare.json: damaged; run `mrfit compare` again") from None
+    fits = {m.fit: m.model for m in found.models}
+    rows = {fit: [m for m in found.metrics if m.model == model] for fit, model in fits.items()}
+    why = next((w for fit in fits if (w := _fit_reason(workspace, fit, rows[fit], inputs))), "")
+    settings = {k: v for k, v in found.settings.items() if k != "models"}
     return Step("models compared", "", _count(len(fits), "model"), list(fits.values()), settings, "", why)
 
 
-def _fit_reason(workspace: Workspace, name: str, rows: Sequence[Mapping[str, Any]], inputs: Inputs) -> str:
+def _fit_reason(workspace: Workspace, name: str, rows: Sequence[ModelErrors], inputs: Inputs) -> str:
     """Return why what a comparison says of a fit, its ``rows`` of errors, does no longer hold."""
     if name not in workspace.fit_names():
         return f"the fit {name} is gone"
     fit = load(workspace.fit_folder(name) / "fit.json", Fit, "delete it and run `mrfit fit` again")
-    then = {(m["condition"], m["role"]): m["rmse"] for m in rows if "rmse" in m}
+    then = {(m.condition, m.role): m.rmse for m in rows}
     if fit and then != {(m.condition, m.role): m.rmse for m in fit.metrics}:
         return f"the fit {name} has been made anew since"
-    if fit and (why := inputs.reason(fit.model_dump(include={"key", "settings", "code", "data_sha256"}))):
+    if fit and (why := inputs.reason(fit)):
         return f"the fit {name}: {why}"
     return ""
 
 
 def _optimizers(workspace: Workspace, inputs: Inputs) -> Step | None:
-    found = read_json(workspace.root / "compare" / "optimizers.json")
-    if not isinstance(found, dict):
+    found = load(workspace.root / "compare" / "optimizers.json", OptimizersFile, "run `mrfit compare` again")
+    if found is None:
         return None
-    try:
-        names = list(dict.fromkeys(str(r["optimizer"]) for r in found["rows"]))
-        settings = dict(found["settings"])
-        holds = f"{_count(len(names), 'optimizer')} on {settings['model']}"
-        # an older one does not say what it was made from
-        why = inputs.reason(found) if found.get("key") else ""
-    except (LookupError, TypeError, ValueError):
-        raise DataError("compare/optimizers.json: damaged; run `mrfit compare` again") from None
-    return Step("optimizers compared", "", holds, names, settings, str(found.get("code", "")), why)
+    names = list(dict.fromkeys(r.optimizer for r in found.rows))
+    holds = f"{_count(len(names), 'optimizer')} on {found.settings.get('model', '')}"
+    # an older one does not say what it was made from
+    why = inputs.reason(found) if found.key else ""
+    return Step("optimizers compared", "", holds, names, found.settings, found.code, why)
 
 
 def _report(workspace: Workspace) -> Step | None:
-    found = content(workspace.report_folder / "report.json", ReportFile, "run `mrfit report` again")
+    found = load(workspace.report_folder / "report.json", ReportFile, "run `mrfit report` again")
     if not found:
         return None
-    step = Step("report", "", f"{_count(len(found['fits']), 'fit')} on report/index.html", found["fits"])
-    return Step(step.step, "", step.holds, step.names, {"fits": found["fits"]}, found["code"], _old(workspace, found))
+    holds = f"{_count(len(found.fits), 'fit')} on report/index.html"
+    return Step("report", "", holds, found.fits, {"fits": found.fits}, found.code, _old(workspace, found))
 
 
-def _old(workspace: Workspace, report: Mapping[str, Any]) -> str:
+def _old(workspace: Workspace, report: ReportFile) -> str:
     """Return why a report is out of date."""
     from mrfit.report.stage import report_key
 
-    names = report["fits"]
+    names = report.fits
     if gone := [n for n in names if n not in workspace.fit_names()]:
         return f"a fit it shows is gone: {', '.join(gone)}"
-    if lost := [f for f in report["files"] if not (workspace.report_folder / f).is_file()]:
+    if lost := [f for f in report.files if not (workspace.report_folder / f).is_file()]:
         return f"of its files one is gone: {lost[0]}"
-    if report["key"] == report_key(workspace, names):
+    if report.key == report_key(workspace, names):
         return ""
-    if report["code"] and report["key"] == report_key(workspace, names, report["code"]):
-        return other_code(report["code"], "")
+    if report.code and report.key == report_key(workspace, names, report.code):
+        return other_code(report.code, "")
     return "the fits it shows, or the recordings, flux linkage or segments, have changed since"
 
 

@@ -1,10 +1,10 @@
 """Figures of comparisons: each model's error on every condition, and how optimizers converge."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
+from mrfit.io.schemas.compare import Curve, ModelErrors
 from mrfit.report.figures import PALETTE, QUIET, WIDTH, plain_log
 from mrfit.report.svg import import_matplotlib, style, to_svg
 
@@ -12,16 +12,16 @@ LINES = ("-", "--", "-.", ":")
 PANELS_ACROSS = 2
 
 
-def error_map(models: Sequence[str], metrics: Sequence[dict[str, Any]]) -> str:
+def error_map(models: Sequence[str], metrics: Sequence[ModelErrors]) -> str:
     """Return an SVG of NRMSE in percent, one row per model and one column per condition, held-out columns first."""
     import_matplotlib()
     from matplotlib.figure import Figure
 
-    columns = list(dict.fromkeys((m["role"], m["condition"]) for m in metrics))
+    columns = list(dict.fromkeys((m.role, m.condition) for m in metrics))
     values = np.full((len(models), len(columns)), np.nan)
     for m in metrics:
-        if m["nrmse"] is not None:
-            values[models.index(m["model"]), columns.index((m["role"], m["condition"]))] = 100 * m["nrmse"]
+        if m.nrmse is not None:
+            values[models.index(m.model), columns.index((m.role, m.condition))] = 100 * m.nrmse
     with style():
         figure = Figure(figsize=(WIDTH, 1.6 + 0.3 * len(models)), layout="constrained")
         axes = figure.add_subplot()
@@ -37,22 +37,22 @@ def error_map(models: Sequence[str], metrics: Sequence[dict[str, Any]]) -> str:
         return to_svg(figure, "NRMSE in percent, models by conditions")
 
 
-def convergence(curves: Sequence[dict[str, Any]], unit: str) -> str:
+def convergence(curves: Sequence[Curve], unit: str) -> str:
     """Return an SVG of the median best cost against evaluations, one panel per condition, one line per optimizer."""
     import_matplotlib()
     from matplotlib.figure import Figure
 
-    conditions = list(dict.fromkeys(c["condition"] for c in curves))
+    conditions = list(dict.fromkeys(c.condition for c in curves))
     across = min(PANELS_ACROSS, len(conditions))
     down = -(-len(conditions) // across)
     with style():
         figure = Figure(figsize=(WIDTH, 0.6 + 3.0 * down), layout="constrained")
         panels = figure.subplots(down, across, squeeze=False).ravel()
         for axes, condition in zip(panels, conditions, strict=False):
-            own = [c for c in curves if c["condition"] == condition and c["cost"]]
+            own = [c for c in curves if c.condition == condition and c.cost]
             for k, curve in enumerate(own):
                 look = {"color": PALETTE[k % len(PALETTE)], "linestyle": LINES[k // len(PALETTE) % len(LINES)]}
-                axes.plot(curve["evaluations"], curve["cost"], label=curve["optimizer"], **look)
+                axes.plot(curve.evaluations, curve.cost, label=curve.optimizer, **look)
             axes.set(title=condition, xscale="log", yscale="log", xlabel="Evaluations", ylabel=f"RMS error ({unit})")
             plain_log(axes)
             if own:

@@ -3,7 +3,6 @@
 import time
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -18,41 +17,21 @@ from mrfit.fit.select import read_dataset
 from mrfit.io.csv_table import csv_table
 from mrfit.io.dataset import Dataset
 from mrfit.io.keys import code_version, digest_of, fit_key
-from mrfit.io.workspace import Workspace, plain, write_json, write_text
-from mrfit.search import chain, staged, strategies
+from mrfit.io.schemas.compare import Curve, OptimizerRow, OptimizersFile
+from mrfit.io.workspace import Workspace, checked, write_json, write_text
+from mrfit.search import chain, strategies
 from mrfit.search import run as search
 from mrfit.search.cube import Cube
 from mrfit.search.limits import Limits
 from mrfit.search.problem import Posed
 from mrfit.search.starts import at_scales, characteristic_points, data_starts, to_points
+from mrfit.settings.compare import OfOptimizers
 from mrfit.simulate.current_levels import base_of
 
-SCHEMA = "mrfit/compare-optimizers/1"
 COLUMNS = ("condition", "optimizer", "seeds", "best", "median", "worst", "evaluations", "seconds", "unit")
+Settings = OfOptimizers
 # Evaluations at which the curves of several seeds are compared
 CURVE_POINTS = 200
-
-
-@dataclass(frozen=True)
-class Settings:
-    """Which optimizers to compare, on which fit.
-
-    Attributes
-    ----------
-    optimizers
-        Optimizers or chains, as in ``pso-fmin``.
-    fit
-        What they fit: model, ``per``, bounds, weight, budget, options, … as in the fit stage; its optimizer and seed
-        are not used. An option goes to every optimizer that has one of the name.
-    seeds
-        Runs of each optimizer, seeds 0, 1, …. Seed 0 starts at the model's own start values, every other at a point of
-        the cube drawn at random, the same for all optimizers; ``auto`` starts at what the data give as well, as it
-        does in a fit, and ``points`` there only.
-    """
-
-    optimizers: tuple[str, ...]
-    fit: fit_stage.Settings
-    seeds: int = 5
 
 
 def check(settings: Settings) -> None:
@@ -67,13 +46,13 @@ def check(settings: Settings) -> None:
     parts = [part for name in settings.optimizers for part in chain.parts(name)]
     chain.check_options(list(dict.fromkeys(parts)), settings.fit.options)
     for name in settings.optimizers:
-        if staged.NAME in chain.parts(name):
-            raise ConfigError(f"'{name}' begins with stages, not with a start: `mrfit compare --models … --opt {name}`")
+        if own := strategies.find(name).begins_with:
+            raise ConfigError(f"'{name}' begins with {own}, not with a start: `mrfit compare --models … --opt {name}`")
     if settings.seeds < 1:
         raise ConfigError(f"--seeds {settings.seeds} runs nothing; give at least 1")
 
 
-def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
+def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> OptimizersFile:
     """Run every optimizer from every start and write ``compare/optimizers.{csv,json,html}``.
 
     Parameters
@@ -87,7 +66,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
 
     Returns
     -------
-    dict
+    OptimizersFile
         ``rows``: for each condition and optimizer the best, median and worst cost over the seeds (RMS error in the
         output's unit, weighted as in the fit), median evaluations and median ``seconds``; ``curves``: median best
         cost against evaluations. Seconds are in the CSV file only.
@@ -99,16 +78,16 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     """
     check(settings)
     summary = compared(read_dataset(workspace), settings, progress)
-    stable = {**summary, "rows": [{k: v for k, v in r.items() if k != "seconds"} for r in summary["rows"]]}
+    stable = replace(summary, rows=[replace(r, seconds=None) for r in summary.rows])
     _write(workspace.root / "compare", summary, stable)
     return summary
 
 
-def compared(dataset: Dataset, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
+def compared(dataset: Dataset, settings: Settings, progress: Progress = silent) -> OptimizersFile:
     """Run every optimizer from every start on segments in memory, settings checked, and return what ``run`` does."""
     prepared = fit_stage.prepare(dataset, settings.fit)
-    rows: list[dict[str, Any]] = []
-    curves: list[dict[str, Any]] = []
+    rows: list[OptimizerRow] = []
+    curves: list[Curve] = []
     total = len(prepared.groups) * len(settings.optimizers)
     for name, segments in prepared.groups.items():
         split = settings.fit.per == "condition" and len({s.role for s in segments}) == 1
@@ -117,16 +96,22 @@ def compared(dataset: Dataset, settings: Settings, progress: Progress = silent) 
         for optimizer in settings.optimizers:
             runs = [_one_run(group, scaled, optimizer, seed, settings.fit) for seed in range(settings.seeds)]
             rows.append(_row(name, optimizer, runs, prepared.assembly.spec.output))
-            curves.append({"condition": name, "optimizer": optimizer, **_median_curve(runs)})
+            evaluations, cost = _median_curve(runs)
+            curves.append(Curve(condition=name, optimizer=optimizer, evaluations=evaluations, cost=cost))
             progress("compare", len(rows), total)
-    fit: dict[str, Any] = {k: v for k, v in asdict(settings.fit).items() if k not in ("jobs", "optimizer", "seed")}
-    content = {"schema": SCHEMA, "settings": {"seeds": settings.seeds, **fit}, "rows": rows, "curves": curves}
-    content["warnings"] = prepared.cautions
+    fit = {k: v for k, v in asdict(settings.fit).items() if k not in ("jobs", "optimizer", "seed")}
+    used = {"seeds": settings.seeds, **fit}
     contents, cut = dataset.made_from()
-    content["key"] = fit_key({"seeds": settings.seeds, **fit}, contents, cut)
-    content |= {"code": code_version("fit"), "data_sha256": digest_of(contents)}
-    summary: dict[str, Any] = plain(content)
-    return summary
+    summary = OptimizersFile(
+        settings=used,
+        rows=rows,
+        curves=curves,
+        warnings=prepared.cautions,
+        key=fit_key(used, contents, cut),
+        code=code_version("fit"),
+        data_sha256=digest_of(contents),
+    )
+    return checked(summary)
 
 
 @dataclass(frozen=True)
@@ -162,23 +147,23 @@ def start_point(cube: Cube, seed: int) -> Array:
     return cube.start if seed == 0 else np.random.default_rng(seed).random(len(cube.free))
 
 
-def _row(condition: str, optimizer: str, runs: list[_Run], output: str) -> dict[str, Any]:
+def _row(condition: str, optimizer: str, runs: list[_Run], output: str) -> OptimizerRow:
     costs = np.array([r.cost for r in runs])
-    return {
-        "condition": condition,
-        "optimizer": optimizer,
-        "seeds": len(runs),
-        "best": float(costs.min()),
-        "median": float(np.median(costs)),
-        "worst": float(costs.max()),
-        "evaluations": int(np.median([r.evaluations for r in runs])),
-        "seconds": float(np.median([r.seconds for r in runs])),
-        "unit": unit_of(output),
-    }
+    return OptimizerRow(
+        condition=condition,
+        optimizer=optimizer,
+        seeds=len(runs),
+        best=float(costs.min()),
+        median=float(np.median(costs)),
+        worst=float(costs.max()),
+        evaluations=int(np.median([r.evaluations for r in runs])),
+        seconds=float(np.median([r.seconds for r in runs])),
+        unit=unit_of(output),
+    )
 
 
-def _median_curve(runs: list[_Run]) -> dict[str, list[float]]:
-    """Return the median over runs of the best cost so far, at evaluations spread evenly on a logarithmic scale."""
+def _median_curve(runs: list[_Run]) -> tuple[list[float], list[float]]:
+    """Return evaluations, spread evenly on a logarithmic scale, and the median over runs of the best cost by then."""
     last = max(r.evaluations for r in runs)
     at = np.unique(np.round(np.geomspace(1, max(last, 2), CURVE_POINTS)))
     costs = []
@@ -188,11 +173,11 @@ def _median_curve(runs: list[_Run]) -> dict[str, list[float]]:
         costs.append(np.where(place >= 0, steps[np.maximum(place, 0), 1], np.inf))
     middle = np.median(np.array(costs), axis=0)
     finite = np.isfinite(middle)
-    return {"evaluations": at[finite].tolist(), "cost": middle[finite].tolist()}
+    return at[finite].tolist(), middle[finite].tolist()
 
 
-def _write(folder: Path, summary: dict[str, Any], stable: dict[str, Any]) -> None:
-    rows = ({**row, "seconds": round(row["seconds"], 4)} for row in summary["rows"])
+def _write(folder: Path, summary: OptimizersFile, stable: OptimizersFile) -> None:
+    rows = ({**asdict(row), "seconds": round(row.seconds or 0.0, 4)} for row in summary.rows)
     write_text(folder / "optimizers.csv", csv_table(COLUMNS, rows))
     write_text(folder / "optimizers.html", optimizers_page(stable))
     write_json(folder / "optimizers.json", stable)

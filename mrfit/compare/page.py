@@ -1,9 +1,11 @@
 """Comparisons as one HTML file each that opens offline: tables and figures inside, no address outside."""
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
 
 from mrfit.compare.figures import convergence, error_map
+from mrfit.io.schemas.compare import ModelRow, ModelsFile, OptimizersFile
 from mrfit.report.numbers import in_html, percent, significant
 from mrfit.report.svg import inline
 
@@ -19,7 +21,7 @@ PAGE = """<!doctype html>
 {% for table in tables %}<div class="wide"><table><caption>{{ table.caption }}</caption>
 <thead><tr>{% for head in table.heads %}<th scope="col">{{ head }}</th>{% endfor %}</tr></thead><tbody>
 {% for row in table.rows %}<tr>{% for cell in row %}
-<td{% if not loop.first and not table.get("words") %} class="n"{% endif %}>{{ cell }}</td>
+<td{% if not loop.first and not table.words %} class="n"{% endif %}>{{ cell }}</td>
 {% endfor %}</tr>
 {% endfor %}</tbody></table></div>
 {% endfor %}{% for figure in figures %}<figure><div class="wide">{{ figure.svg|safe }}</div>
@@ -29,41 +31,67 @@ PAGE = """<!doctype html>
 """
 
 
-def _page(title: str, words: str, tables: list[dict[str, Any]], figures: list[dict[str, str]]) -> str:
+@dataclass(frozen=True)
+class Table:
+    """A table of the page; ``words`` where its cells are no numbers."""
+
+    caption: str
+    heads: Sequence[str]
+    rows: Sequence[Sequence[object]]
+    words: bool = False
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A figure of the page."""
+
+    svg: str
+    caption: str
+
+
+class Told(Protocol):
+    """What is said of a model."""
+
+    @property
+    def model(self) -> str:
+        """Its name."""
+
+
+def _page(title: str, words: str, tables: Sequence[Table], figures: Sequence[Drawn]) -> str:
     from jinja2 import Environment, StrictUndefined
 
     environment = Environment(autoescape=True, trim_blocks=True, undefined=StrictUndefined)
     return environment.from_string(PAGE).render(title=title, words=words, tables=tables, figures=figures, style=STYLE)
 
 
-def together(rows: Sequence[Mapping[str, str]], what: str) -> list[tuple[str, str]]:
-    """Return (models by commas, text) once for every text, the key ``what``, that rows of models share."""
-    texts = dict.fromkeys(row[what] for row in rows)
-    return [(", ".join(row["model"] for row in rows if row[what] == text), text) for text in texts]
+def together(rows: Sequence[Told], what: str) -> list[tuple[str, str]]:
+    """Return (models by commas, text) once for every text, the attribute ``what``, that rows of models share."""
+    texts = dict.fromkeys(str(getattr(row, what)) for row in rows)
+    return [(", ".join(row.model for row in rows if getattr(row, what) == text), text) for text in texts]
 
 
-def models_page(summary: dict[str, Any]) -> str:
+def models_page(summary: ModelsFile) -> str:
     """Return the page of a comparison of models from the content of compare.json: a table and a map for each output."""
     heads = ("Model", "Parameters", "Hold-out NRMSE", "Hold-out fit", "Training NRMSE", "Training fit", "Warnings")
-    tables: list[dict[str, Any]] = []
-    figures: list[dict[str, str]] = []
-    for number, output in enumerate(dict.fromkeys(m["output"] for m in summary["models"])):
-        models = [m for m in summary["models"] if m["output"] == output]
+    tables: list[Table] = []
+    figures: list[Drawn] = []
+    for number, output in enumerate(dict.fromkeys(m.output for m in summary.models)):
+        models = [m for m in summary.models if m.output == output]
         rows = [_model_row(m) for m in models]
-        tables.append({"caption": f"Models of {output}, all conditions together", "heads": heads, "rows": rows})
-        names = [m["model"] for m in models]
-        svg = error_map(names, [m for m in summary["metrics"] if m["model"] in names])
+        tables.append(Table(f"Models of {output}, all conditions together", heads, rows))
+        names = [m.model for m in models]
+        svg = error_map(names, [m for m in summary.metrics if m.model in names])
         alt = f"NRMSE in percent of every model of {output} on every condition"
         caption = (
             f"NRMSE of {output} in percent of the measured range: one row a model, the best on top, one column a "
             "condition, held-out ones first; the darker, the larger. Empty: the model could not be tried there."
         )
-        figures.append({"svg": inline(svg, f"m{number}", alt), "caption": caption})
-    told = together(summary["warnings"], "text")
-    for caption, shared in (("Logs left out", told), ("Models left out", together(summary["left_out"], "reason"))):
+        figures.append(Drawn(inline(svg, f"m{number}", alt), caption))
+    told = together(summary.warnings, "text")
+    for caption, shared in (("Logs left out", told), ("Models left out", together(summary.left_out, "reason"))):
         if shared:
-            tables.append({"caption": caption, "heads": ("Models", "Reason"), "rows": shared, "words": True})
-    settings = summary["settings"]
+            tables.append(Table(caption, ("Models", "Reason"), shared, words=True))
+    settings = summary.settings
     per = "one set of parameters for all conditions" if settings["per"] == "all" else "parameters per condition"
     words = (
         f"Fitted by {settings['optimizer']}, seed {settings['seed']}, {per}; NRMSE is the RMS error over the range, "
@@ -73,9 +101,9 @@ def models_page(summary: dict[str, Any]) -> str:
     return _page("Models compared", words, tables, figures)
 
 
-def _model_row(m: Mapping[str, Any]) -> tuple[Any, ...]:
-    errors = [f(m[f"{role}_{n}"]) for role in ("holdout", "train") for n, f in _SHOWN]
-    return (m["model"], m["parameters"], *errors, ", ".join(m["warnings"]) or "–")
+def _model_row(m: ModelRow) -> tuple[object, ...]:
+    errors = [f(getattr(m, f"{role}_{n}")) for role in ("holdout", "train") for n, f in _SHOWN]
+    return (m.model, m.parameters, *errors, ", ".join(m.warnings) or "–")
 
 
 def _share(value: float | None) -> str:
@@ -85,25 +113,24 @@ def _share(value: float | None) -> str:
 _SHOWN = (("nrmse", percent), ("fit_percent", _share))
 
 
-def optimizers_page(summary: dict[str, Any]) -> str:
+def optimizers_page(summary: OptimizersFile) -> str:
     """Return the page of a comparison of optimizers from the content of optimizers.json."""
-    rows = summary["rows"]
-    unit = rows[0]["unit"] if rows else ""
+    rows = summary.rows
+    unit = rows[0].unit if rows else ""
     heads = ("Condition", "Optimizer", f"Best ({unit})", f"Median ({unit})", f"Worst ({unit})", "Evaluations")
     cells = [
-        (r["condition"], r["optimizer"], *(_number(r[n]) for n in ("best", "median", "worst")), r["evaluations"])
+        (r.condition, r.optimizer, *(_number(cost) for cost in (r.best, r.median, r.worst)), r.evaluations)
         for r in rows
     ]
-    settings = summary["settings"]
+    settings = summary.settings
     words = (
         f"Model {settings['model']}, {settings['seeds']} seeds: seed 0 starts at the model's own start values, the "
         "others at random points, the same for all; auto also where the data say. Costs are RMS errors; curves are "
         "medians over the seeds."
     )
-    svg = inline(convergence(summary["curves"], unit), "o", "Median best cost against evaluations")
+    svg = inline(convergence(summary.curves, unit), "o", "Median best cost against evaluations")
     caption = f"Median over the seeds of the best RMS error in {unit} found so far, against evaluations."
-    table = {"caption": "Cost over the seeds", "heads": heads, "rows": cells}
-    return _page("Optimizers compared", words, [table], [{"svg": svg, "caption": caption}])
+    return _page("Optimizers compared", words, [Table("Cost over the seeds", heads, cells)], [Drawn(svg, caption)])
 
 
 def _number(value: float | None) -> str:

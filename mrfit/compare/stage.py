@@ -1,24 +1,21 @@
 """The compare stage: segments in, a table of models against conditions for each output out, best on held-out first."""
 
 import csv
-import re
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
 
 from mrfit.compare.page import models_page
-from mrfit.core import registry
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import DataError, MrfitError
 from mrfit.fit import stage as fit_stage
 from mrfit.io.csv_table import csv_table
-from mrfit.io.workspace import Workspace, plain, write_json, write_text
-from mrfit.search.chain import Given
-from mrfit.search.limits import PATIENCE
+from mrfit.io.schemas.compare import LeftOut, ModelCaution, ModelErrors, ModelRow, ModelsFile
+from mrfit.io.schemas.fit import Fit
+from mrfit.io.workspace import Workspace, checked, write_json, write_text
+from mrfit.settings.compare import Settings as Settings
 
-SCHEMA = "mrfit/compare/1"
 COLUMNS = (
     "model",
     "condition",
@@ -33,46 +30,7 @@ COLUMNS = (
     "fit",
 )
 ROLES = ("holdout", "train")
-Fitting = Callable[[fit_stage.Settings], dict[str, Any]]
-
-
-@dataclass(frozen=True)
-class Settings:
-    """Which models to compare, and how they are fitted.
-
-    Attributes
-    ----------
-    models
-        Models as written; ``("all",)`` for every one there is.
-    optimizer, options, per, seed, budget, seconds, stall, weight, current_order, only
-        As in the fit stage, the same for all.
-    jobs
-        Worker threads of each fit; fits run one after the other, so that their times can be compared.
-    """
-
-    models: tuple[str, ...] = ("all",)
-    optimizer: str = "auto"
-    options: Given = ()
-    per: Literal["condition", "all"] = "all"
-    seed: int = 0
-    budget: int | None = None
-    seconds: float | None = None
-    stall: float = PATIENCE
-    weight: Literal["none", "floor", "range"] = "none"
-    current_order: str = "auto"
-    only: str = ""
-    jobs: int = 1
-
-    def of_fit(self, model: str) -> fit_stage.Settings:
-        """Return the settings of one model's fit."""
-        shared = {k: v for k, v in asdict(self).items() if k != "models"}
-        name = f"{model}.{self.optimizer}" + (".all" if self.per == "all" else "") + (f".{self.only}" * bool(self.only))
-        return fit_stage.Settings(model=model, name=re.sub(r"[^A-Za-z0-9._+-]+", "_", name), **shared)
-
-    @property
-    def names(self) -> list[str]:
-        """The models' names, all written out."""
-        return registry.names("model") if self.models == ("all",) else list(dict.fromkeys(self.models))
+Fitting = Callable[[fit_stage.Settings], Fit]
 
 
 def check(settings: Settings) -> None:
@@ -92,7 +50,7 @@ def _without_order(settings: Settings, model: str) -> fit_stage.Settings:
     return replace(settings.of_fit(model), current_order="auto")
 
 
-def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
+def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> ModelsFile:
     """Fit every model and write ``compare/{compare.csv,compare.json,compare.html}``; the fits stay in ``fits/``.
 
     Parameters
@@ -106,8 +64,8 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
 
     Returns
     -------
-    dict
-        Content of compare.json, with ``seconds`` by model: they are in compare.csv, not in the other files, which are
+    ModelsFile
+        Content of compare.json, with seconds by model: they are in compare.csv, not in the other files, which are
         the same bytes every time.
 
     Raises
@@ -119,12 +77,11 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     earlier = _earlier_seconds(workspace.root / "compare" / "compare.csv")
     tried = fit_all(settings, lambda one: fit_stage.run(workspace, one, progress), progress)
     seconds = {
-        fit["model"]: earlier.get((fit["model"], fit["name"])) if fit["skipped"] else tried.seconds[fit["model"]]
-        for fit in tried.fits
+        fit.model: earlier.get((fit.model, fit.name)) if fit.skipped else tried.seconds[fit.model] for fit in tried.fits
     }
-    summary = summary_of(settings, tried)
-    _write(workspace.root / "compare", summary, seconds)
-    return {**summary, "seconds": seconds}
+    summary = replace(summary_of(settings, tried), seconds=seconds)
+    _write(workspace.root / "compare", summary)
+    return summary
 
 
 @dataclass(frozen=True)
@@ -134,20 +91,20 @@ class Tried:
     Attributes
     ----------
     fits
-        Contents of their fit.json, in the order of the models.
+        In the order of the models.
     left_out
-        ``model`` and ``reason`` of those that cannot be fitted.
+        Those that cannot be fitted.
     seconds
         Time that each fit took, by model.
     """
 
-    fits: list[dict[str, Any]]
-    left_out: list[dict[str, str]]
+    fits: list[Fit]
+    left_out: list[LeftOut]
     seconds: dict[str, float]
 
 
 def fit_all(settings: Settings, fit: Fitting, progress: Progress = silent) -> Tried:
-    """Fit every model by ``fit``, which takes the settings of one fit and returns the content of its fit.json.
+    """Fit every model by ``fit``, which takes the settings of one fit.
 
     Raises
     ------
@@ -161,76 +118,70 @@ def fit_all(settings: Settings, fit: Fitting, progress: Progress = silent) -> Tr
         try:
             tried.fits.append(fit(settings.of_fit(model)))
         except MrfitError as error:
-            tried.left_out.append({"model": model, "reason": str(error)})
+            tried.left_out.append(LeftOut(model=model, reason=str(error)))
             continue
         tried.seconds[model] = time.perf_counter() - begin
     progress("compare", len(settings.names), len(settings.names))
     if not tried.fits:
         first = tried.left_out[0]
-        raise DataError(f"none of {len(tried.left_out)} models can be fitted; {first['model']}: {first['reason']}")
+        raise DataError(f"none of {len(tried.left_out)} models can be fitted; {first.model}: {first.reason}")
     return tried
 
 
-def summary_of(settings: Settings, tried: Tried) -> dict[str, Any]:
+def summary_of(settings: Settings, tried: Tried) -> ModelsFile:
     """Return the content of compare.json."""
-    summary: dict[str, Any] = plain(_summary(settings, sorted(tried.fits, key=rank), tried.left_out))
-    return summary
+    fits = sorted(tried.fits, key=rank)
+    return checked(
+        ModelsFile(
+            settings={k: v for k, v in asdict(settings).items() if k != "jobs"},
+            models=[_row(fit) for fit in fits],
+            metrics=[
+                ModelErrors(model=fit.model, **{k: getattr(m, k) for k in COLUMNS[1:-2]})
+                for fit in fits
+                for m in sorted(fit.metrics, key=lambda m: (ROLES.index(m.role), m.condition != "all"))
+            ],
+            warnings=[ModelCaution(model=fit.model, kind=w.kind, text=w.text) for fit in fits for w in fit.warnings],
+            left_out=tried.left_out,
+        )
+    )
 
 
-def rank(fit: Mapping[str, Any]) -> tuple[str, int, int, float, str]:
+def rank(fit: Fit) -> tuple[str, int, int, float, str]:
     """Return the sorting key of a fit: its output, then its error on held-out data, else (and then last) in training.
 
     Errors on fewer samples, where a model had to leave logs out, come after those on more: they cannot be compared.
     """
-    whole = _whole(fit["metrics"])
-    role = "holdout" if "holdout" in whole else "train"
-    nrmse, samples = whole[role]["nrmse"], int(whole[role]["samples"])
-    error = float("inf") if nrmse is None else float(nrmse)
-    return str(fit["output"]), int(role == "train"), -samples, error, str(fit["model"])
+    # of a role without data there is no such row
+    role = "holdout" if fit.pooled("holdout") else "train"
+    whole = fit.pooled(role)
+    samples, nrmse = (whole.samples, whole.nrmse) if whole else (0, None)
+    return fit.output, int(role == "train"), -samples, float("inf") if nrmse is None else nrmse, fit.model
 
 
-def _whole(metrics: list[dict[str, Any]]) -> dict[str, dict[str, Any]]:
-    """Return the rows over all conditions by role; where there is one condition, its row is both."""
-    return {m["role"]: m for m in metrics if m["condition"] == "all"}
-
-
-def _summary(settings: Settings, fits: list[dict[str, Any]], left_out: list[dict[str, str]]) -> dict[str, Any]:
-    return {
-        "schema": SCHEMA,
-        "settings": {k: v for k, v in asdict(settings).items() if k != "jobs"},
-        "models": [_row(fit) for fit in fits],
-        "metrics": [
-            {"model": fit["model"], **{k: m[k] for k in COLUMNS[1:-2]}}
-            for fit in fits
-            for m in sorted(fit["metrics"], key=lambda m: (ROLES.index(m["role"]), m["condition"] != "all"))
-        ],
-        "warnings": [{"model": fit["model"], **w} for fit in fits for w in fit["warnings"]],
-        "left_out": left_out,
+def _row(fit: Fit) -> ModelRow:
+    errors = {
+        f"{role}_{name}": getattr(fit.pooled(role), name, None)
+        for role in ROLES
+        for name in ("nrmse", "fit_percent", "rmse")
     }
+    return ModelRow(
+        model=fit.model,
+        fit=fit.name,
+        output=fit.output,
+        parameters=sum(not p.fixed for r in fit.results for p in r.parameters),
+        evaluations=sum(r.evaluations for r in fit.results),
+        current_orders=fit.current_dependence.orders if fit.current_dependence else {},
+        warnings=sorted({w.kind for found in (fit.warnings, *(r.warnings for r in fit.results)) for w in found}),
+        **errors,
+    )
 
 
-def _row(fit: Mapping[str, Any]) -> dict[str, Any]:
-    whole = _whole(fit["metrics"])
-    free = [sum(not p["fixed"] for p in r["parameters"]) for r in fit["results"]]
-    dependence = fit["current_dependence"]
-    return {
-        "model": fit["model"],
-        "fit": fit["name"],
-        "output": fit["output"],
-        "parameters": sum(free),
-        "evaluations": sum(r["evaluations"] for r in fit["results"]),
-        "current_orders": dependence["orders"] if dependence else {},
-        "warnings": sorted({w["kind"] for one in (fit, *fit["results"]) for w in one["warnings"]}),
-        **{f"{role}_{n}": whole.get(role, {}).get(n) for role in ROLES for n in ("nrmse", "fit_percent", "rmse")},
-    }
-
-
-def _write(folder: Path, summary: dict[str, Any], seconds: Mapping[str, float | None]) -> None:
-    names, rows = {m["model"]: m["fit"] for m in summary["models"]}, []
-    for row in summary["metrics"]:
-        spent = seconds.get(row["model"])
+def _write(folder: Path, summary: ModelsFile) -> None:
+    names, rows = {m.model: m.fit for m in summary.models}, []
+    for row in summary.metrics:
+        spent = summary.seconds.get(row.model)
         shown = None if spent is None else round(spent, 3)
-        rows.append({**row, "seconds": shown, "fit": names[row["model"]]})
+        rows.append({**asdict(row), "seconds": shown, "fit": names[row.model]})
     write_text(folder / "compare.csv", csv_table(COLUMNS, rows))
     write_text(folder / "compare.html", models_page(summary))
     write_json(folder / "compare.json", summary)

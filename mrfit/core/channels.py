@@ -92,6 +92,18 @@ WORK_AGAINST: Mapping[str, tuple[str, str]] = {
 }
 """Output -> the channel it does work against, and that channel's rate."""
 
+MOTION: Mapping[str, tuple[str, str, str]] = {
+    "force": ("displacement", "velocity", "acceleration"),
+    "torque": ("angle", "angular_velocity", "angular_acceleration"),
+}
+"""Output -> place, speed and acceleration of the motion that makes it."""
+
+CONTROL = "current"
+"""The input by which a law is changed during a test."""
+
+WARMTH = "temperature"
+"""The channel that tells how warm the specimen is."""
+
 LOCATED_BY = ("displacement", "velocity", "current", "temperature")
 """Channels by which it is said where an error lies, whether or not the model needs them."""
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 from mrfit.core.specs import Array
 
@@ -85,27 +84,6 @@ class Recording:
     def samples(self) -> int:
         """Number of samples N."""
         return len(next(iter(self.channels.values()), ()))
-
-    def about(self) -> dict[str, Any]:
-        """Return everything but the samples, ready for JSON."""
-        return {
-            "id": self.id,
-            "source": self.source,
-            "sha256": self.sha256,
-            "reader": self.reader,
-            "rows_kept": self.rows_kept,
-            "rows_refused": self.rows_refused,
-            "dt": self.dt,
-            "start": self.start,
-            "channels": [
-                {"name": name, "unit": self.units.get(name, ""), "column": self.columns.get(name)}
-                for name in self.channels
-            ],
-            "condition": dict(self.condition),
-            "wording": dict(self.wording),
-            "findings": [{"kind": f.kind, "channel": f.channel, "at": f.at, "text": f.text} for f in self.findings],
-            "history": list(self.history),
-        }
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Literal
 
 import numpy as np
@@ -189,6 +190,46 @@ class Reduced:
     sensitivities: Sensitivities | None = None
 
 
+class Invariance(StrEnum):
+    """What every rheological law keeps, whatever its form; an effect that breaks one of these can be told from any law.
+
+    The force reverses with the motion; it does not know where in the stroke, when, and how warm the specimen is; it
+    follows the current at once; it is made by the motion so far, of which only a short part is remembered.
+    """
+
+    ODDNESS = "oddness"
+    POSITION = "position"
+    TIME = "time"
+    TEMPERATURE = "temperature"
+    CURRENT = "current-at-once"
+    MEMORY = "memory"
+
+
+@dataclass(frozen=True, slots=True)
+class Breaks:
+    """How an effect can be told from any law.
+
+    Attributes
+    ----------
+    invariance
+        What it breaks.
+    sign
+        1 where only strengths above zero are physical, -1 where only those below, 0 where both are.
+    relaxation
+        Whether it can be told beside a viscous relaxation of free size; an effect that one imitates cannot.
+    early
+        Whether a record that is early, as by a filter in the motion's channel, looks the same to first order.
+    alike
+        Effects that no test of this kind tells from it: it is named as one of a set.
+    """
+
+    invariance: Invariance
+    sign: Literal[-1, 0, 1] = 0
+    relaxation: bool = True
+    early: bool = False
+    alike: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True, slots=True)
 class EffectSpec:
     """An effect's self-description; one link of the chain round a base model.
@@ -231,6 +272,8 @@ class EffectSpec:
         temperature.
     moves
         Inputs that must move for it to be seen, each with the least range in its unit.
+    breaks
+        How it can be told from any law; None for an effect that a law could make as well.
     """
 
     name: str
@@ -247,6 +290,7 @@ class EffectSpec:
     proposed: bool = True
     steady: bool = True
     moves: tuple[tuple[str, float], ...] = ()
+    breaks: Breaks | None = None
 
 
 @dataclass(frozen=True, slots=True)

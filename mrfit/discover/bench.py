@@ -18,6 +18,9 @@ from mrfit.signal.output_floor import cycles_drift, output_floors, residual_floo
 from mrfit.signal.smoothing import TIME, Drive, smooth
 from mrfit.simulate.assembly import Assembly
 
+# Ways to a noise floor that no model and no regression can spoil
+MEASURED = ("cycles", "repeats")
+
 
 @dataclass(frozen=True)
 class Stretch:
@@ -104,6 +107,10 @@ class Bench:
         stretches = self.of_role(role)
         shares = [1.0 if s.noise.known else max(s.noise.most / s.floor, 1.0) ** 2 for s in stretches]
         return float(np.sqrt(np.average(shares, weights=[s.segment.samples for s in stretches])))
+
+    def noise_is_measured(self, role: str) -> bool:
+        """Return whether every noise floor of a role was measured, by cycles or by repeats."""
+        return all(s.noise.method in MEASURED for s in self.of_role(role))
 
     def errors(self, assembly: Assembly, theta: Array, role: str) -> list[Array]:
         """Return (simulated − measured) / noise floor of each segment of a role, (P, N_s) each, for theta (P, K)."""

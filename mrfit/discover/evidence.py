@@ -124,6 +124,22 @@ class Growth:
 
 
 @dataclass(frozen=True)
+class Contrast:
+    """How the error that does not repeat depends on how large the output is, in one record.
+
+    Attributes
+    ----------
+    log_ratio
+        Logarithm of the ratio of its powers where the output is large and where it is small.
+    score
+        Standard score of that.
+    """
+
+    log_ratio: float
+    score: float
+
+
+@dataclass(frozen=True)
 class Repetition:
     """What repeats from cycle to cycle, and what does not, of the error of a fit.
 
@@ -133,12 +149,11 @@ class Repetition:
         RMS error in multiples of the noise floor where cycles tell the noise, 0 if nowhere; the larger one of fitted
         and held-out records.
     powers
-        For each record with enough cycles the logarithm of the ratio of the powers of what does not repeat, where the
-        output is large and where it is small, and its standard score.
+        Of each record with enough cycles, by how much what does not repeat is larger where the output is large.
     """
 
     error: float
-    powers: tuple[tuple[float, float], ...] = ()
+    powers: tuple[Contrast, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -271,6 +286,14 @@ class Source(Protocol):
 
 
 @dataclass(frozen=True)
+class Answered:
+    """A question with its answer."""
+
+    question: Question[Any]
+    answer: Any
+
+
+@dataclass(frozen=True)
 class Evidence:
     """All that was asked, with the answers.
 
@@ -286,7 +309,7 @@ class Evidence:
     base: Fit
     noise: float
     library: Mapping[str, Effect]
-    rows: tuple[tuple[Question[Any], Any], ...]
+    rows: tuple[Answered, ...]
 
     def read(self) -> "Reader":
         """Return a source that answers from the rows, from the first on."""
@@ -308,11 +331,11 @@ class Reader:
 
     def ask(self, question: Question[Answer]) -> Answer:
         """Return the answer in the next row."""
-        known, answer = next(self._rows, (None, None))
-        if known != question:
+        row = next(self._rows, None)
+        if row is None or row.question != question:
             raise LookupError(f"the evidence does not answer {question}: gather it under this policy")
-        found: Answer = answer  # type: ignore[assignment]
-        return found
+        answer: Answer = row.answer
+        return answer
 
     def each(self, questions: Sequence[Question[Answer]], labels: Sequence[str] = ()) -> Generator[Answer, None, None]:
         """Yield the answers in the next rows."""
@@ -325,19 +348,19 @@ class Recorder:
     def __init__(self, source: Source) -> None:
         self.base, self.noise, self.library = source.base, source.noise, source.library
         self._source = source
-        self._rows: list[tuple[Question[Any], Any]] = []
+        self._rows: list[Answered] = []
 
     def ask(self, question: Question[Answer]) -> Answer:
         """Return the other source's answer."""
         answer = self._source.ask(question)
-        self._rows.append((question, answer))
+        self._rows.append(Answered(question, answer))
         return answer
 
     def each(self, questions: Sequence[Question[Answer]], labels: Sequence[str] = ()) -> Generator[Answer, None, None]:
         """Yield the other source's answers."""
         with closing(self._source.each(questions, labels)) as answers:
             for question, answer in zip(questions, answers, strict=True):
-                self._rows.append((question, answer))
+                self._rows.append(Answered(question, answer))
                 yield answer
 
     def evidence(self) -> Evidence:

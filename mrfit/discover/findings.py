@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -16,71 +15,10 @@ from mrfit.discover.policy import Policy
 from mrfit.discover.refit import Refit
 from mrfit.discover.regions import Region, beyond_training, locate
 from mrfit.discover.select import Selection
+from mrfit.errors import DataError
 from mrfit.fit.result import parameter_rows
-from mrfit.signal.drift import drift_row, steady_drift
-
-
-@dataclass(frozen=True)
-class Gap:
-    """Noise floor and errors as NRMSE on held-out conditions, and the share of the gap closed; None if not known."""
-
-    noise_floor: float | None
-    before: float
-    after: float
-    closed: float | None
-
-
-@dataclass(frozen=True)
-class Interval:
-    """A parameter of an effect with its 95 % interval."""
-
-    name: str
-    unit: str
-    value: float
-    low: float | None
-    high: float | None
-
-
-@dataclass(frozen=True)
-class Named:
-    """An accepted effect: its parameters, and the gap without and with it."""
-
-    name: str
-    parameters: tuple[Interval, ...]
-    gap: Gap
-
-
-@dataclass(frozen=True)
-class Suspect:
-    """An effect that is not named, in a fit that is not the final one, and the gap it would close.
-
-    ``instead_of`` is the effect in whose place it would stand, where that was taken back too.
-    """
-
-    name: str
-    parameters: tuple[Interval, ...]
-    gap: Gap
-    instead_of: str = ""
-
-
-@dataclass(frozen=True)
-class Drift:
-    """A record in which the output drifts steadily, at rates in its unit, and as a share, per second."""
-
-    condition: str
-    segment: str
-    level_rate: float
-    gain_rate: float
-
-
-@dataclass(frozen=True)
-class Followed:
-    """A record with a drift that an effect only followed, at a rate in the output's unit per second."""
-
-    condition: str
-    segment: str
-    follows: str
-    rate: float
+from mrfit.io.schemas.discovery import Drifting, EffectParameter, FoundEffect, Gap, Look, Suspect
+from mrfit.signal.drift import steady_drift
 
 
 @dataclass(frozen=True)
@@ -99,8 +37,8 @@ class Findings:
         How what is left looks over each channel; empty where too little is left to speak of.
     share_left
         Share of the gap without a name, None if the noise floor is not known.
-    drifts, followed
-        Records that drift.
+    drifts
+        Records that drift, and those with a drift that an effect only followed.
     beyond
         Inputs that held-out tests take further than the training tests did, in words.
     advice
@@ -112,14 +50,13 @@ class Findings:
     """
 
     gap: Gap
-    named: tuple[Named, ...]
+    named: tuple[FoundEffect, ...]
     suspects: tuple[Suspect, ...]
     where: tuple[Region, ...]
     rest: tuple[Region, ...]
-    looks: tuple[dict[str, Any], ...]
+    looks: tuple[Look, ...]
     share_left: float | None
-    drifts: tuple[Drift, ...]
-    followed: tuple[Followed, ...]
+    drifts: tuple[Drifting, ...]
     beyond: tuple[str, ...]
     advice: tuple[str, ...]
     stretches: tuple[Stretch, ...]
@@ -149,8 +86,7 @@ def findings(gathering: Gathering, chosen: Selection, policy: Policy) -> Finding
         rest=tuple(regions_of(bench, after)),
         looks=tuple(looks.looks(bench, after)) if share is None or share > policy.worth_telling else (),
         share_left=share,
-        drifts=tuple(drifts_of(bench, after)),
-        followed=tuple(_followed(bench, chosen)),
+        drifts=(*drifts_of(bench, after), *_followed(bench, chosen)),
         beyond=tuple(beyond_training(bench, policy)),
         advice=(
             *(f"{s.name}: {specs[s.name].experiment}" for s in (undecided or taken_back)),
@@ -162,17 +98,30 @@ def findings(gathering: Gathering, chosen: Selection, policy: Policy) -> Finding
 
 
 def gap_of(bench: Bench, before: Refit, after: Refit) -> Gap:
-    """Return noise floor and errors as NRMSE on held-out conditions, and the share of the gap closed."""
+    """Return noise floor and errors as NRMSE on held-out conditions, and the share of the gap closed.
+
+    Raises
+    ------
+    DataError
+        If a simulation of held-out conditions diverged.
+    """
     floors = [s.floor for s in bench.of_role("holdout")]
     counts = [s.segment.samples for s in bench.of_role("holdout")]
     floor = float(np.sqrt(np.average(np.square(floors), weights=counts)))
     errors = [_rms(fit.holdout, floors) for fit in (before, after)]
+    if not np.all(np.isfinite(errors)):
+        raise DataError("a simulation of held-out conditions diverged; choose another base model")
     span = bench.span
     above = errors[0] ** 2 - floor**2
     # an error below the floor by chance closes all of the gap, not more
     closed = min((errors[0] ** 2 - errors[1] ** 2) / above, 1.0) if above > 0 else None
     known = all(s.noise.known for s in bench.of_role("holdout"))
-    return Gap(floor / span if known else None, errors[0] / span, errors[1] / span, closed if known else None)
+    return Gap(
+        noise_floor=floor / span if known else None,
+        before=errors[0] / span,
+        after=errors[1] / span,
+        closed=closed if known else None,
+    )
 
 
 def _rms(errors: Sequence[Array], floors: Sequence[float]) -> float:
@@ -187,7 +136,7 @@ def regions_of(bench: Bench, fit: Refit) -> list[Region]:
     return locate(bench, errors, stretches)
 
 
-def drifts_of(bench: Bench, fit: Refit) -> list[Drift]:
+def drifts_of(bench: Bench, fit: Refit) -> list[Drifting]:
     """Return one row per record in which the output drifts steadily, where a fit does not explain it."""
     rows = []
     for role, errors in (("train", fit.train), ("holdout", fit.holdout)):
@@ -196,27 +145,33 @@ def drifts_of(bench: Bench, fit: Refit) -> list[Drift]:
             found = steady_drift(residual, stretch.measured + error * stretch.floor, stretch.block.dt, segment.cycles)
             level, gain = stretch.level_rate, 0.0
             if found is not None:
-                own = drift_row(segment.condition, segment.id, found)
-                level, gain = level or own["level_rate"], own["gain_rate"]
+                level = level or (found.level_rate if np.any(found.level) else 0.0)
+                gain = found.gain_rate if np.any(found.gain) else 0.0
             if level or gain:
-                rows.append(Drift(segment.condition, segment.id, level, gain))
+                rows.append(Drifting(condition=segment.condition, segment=segment.id, level_rate=level, gain_rate=gain))
     return rows
 
 
-def intervals_of(fit: Refit, effect: str) -> tuple[Interval, ...]:
+def intervals_of(fit: Refit, effect: str) -> tuple[EffectParameter, ...]:
     """Return an effect's parameters with intervals."""
     return tuple(
-        Interval(row["name"].partition(".")[2], row["unit"], row["value"], row["low"], row["high"])
+        EffectParameter(name=row.name.partition(".")[2], unit=row.unit, value=row.value, low=row.low, high=row.high)
         for row in parameter_rows(fit.cube, fit.point, fit.uncertainty)
-        if row["name"].startswith(effect + ".")
+        if row.name.startswith(effect + ".")
     )
 
 
-def _named(gathering: Gathering, chosen: Selection, name: str) -> Named:
+def _named(gathering: Gathering, chosen: Selection, name: str) -> FoundEffect:
     final, rest = chosen.final, tuple(e for e in chosen.final.effects if e != name)
     without = gathering.ask(Join(rest, (final.values,))) if rest else chosen.base
     after = gathering.refit_of(final)
-    return Named(name, intervals_of(after, name), gap_of(gathering.fitter.bench, gathering.refit_of(without), after))
+    gap = gap_of(gathering.fitter.bench, gathering.refit_of(without), after)
+    return FoundEffect(
+        name=name,
+        parameters=intervals_of(after, name),
+        holdout_nrmse_before=gap.before,
+        holdout_nrmse_after=gap.after,
+    )
 
 
 def _taken_back(gathering: Gathering, chosen: Selection) -> list[Suspect]:
@@ -243,14 +198,15 @@ def _swapped(gathering: Gathering, chosen: Selection, fit: Fit, swap: tuple[str,
 def _suspect(gathering: Gathering, chosen: Selection, fit: Fit, name: str, instead_of: str = "") -> Suspect:
     refit = gathering.refit_of(fit)
     gap = gap_of(gathering.fitter.bench, gathering.refit_of(chosen.base), refit)
-    return Suspect(name, intervals_of(refit, name), gap, instead_of)
+    found = Suspect(name=name, parameters=intervals_of(refit, name), holdout_nrmse_after=gap.after, closed=gap.closed)
+    return found.model_copy(update={"instead_of": instead_of}) if instead_of else found
 
 
-def _followed(bench: Bench, chosen: Selection) -> list[Followed]:
+def _followed(bench: Bench, chosen: Selection) -> list[Drifting]:
     return [
-        Followed(stretch.segment.condition, stretch.segment.id, effect, rate)
-        for effect, growth in chosen.drifting
-        for stretch, rate in zip(bench.of_role("train"), growth.rates, strict=True)
+        Drifting(condition=stretch.segment.condition, segment=stretch.segment.id, follows=one.effect, rate=rate)
+        for one in chosen.drifting
+        for stretch, rate in zip(bench.of_role("train"), one.growth.rates, strict=True)
     ]
 
 

@@ -118,7 +118,7 @@ class Gathering:
         bench = self.fitter.bench
         match question:
             case Reach(screened, effects, fit):
-                found = [s for name in effects for s in self._screened[screened.number] if s.name == name]
+                found = [s for name in effects for s in self._screened[screened.number] if s.candidate.name == name]
                 return reach(found, self.refit_of(fit), self.fitter.stride)
             case Steadiness(fit, effect):
                 return growths(self.fitter, self.refit_of(fit), effect)
@@ -137,20 +137,17 @@ class Gathering:
         match question:
             case Try(present, candidate):
                 starts = [{**present.values, **_scaled(self.fitter, candidate, factor)} for factor in AWAY]
-                return [*present.effects, candidate.name], [*starts, dict(present.values)]
+                return Wanted((*present.effects, candidate.name), (*starts, present.values))
             case Join(effects, starts):
-                return effects, [dict(s) for s in starts]
+                return Wanted(effects, starts)
             case _:
                 raise TypeError(f"{type(question).__name__} is no refit")
 
     def _screening(self, present: Fit) -> Screening:
         found = screen(self.fitter, self.refit_of(present), self._effects, self._policy)
         self._screened[present.number] = found
-        candidates = tuple(
-            Candidate(s.name, s.reason, s.gain, s.strength, bool(len(s.direction)), s.start) for s in found
-        )
-        matrix = cosines([s for s in found if len(s.direction)])
-        return Screening(present, candidates, tuple(tuple(row) for row in matrix.tolist()))
+        matrix = cosines([s for s in found if s.candidate.shown])
+        return Screening(present, tuple(s.candidate for s in found), tuple(tuple(row) for row in matrix.tolist()))
 
     def _row(self, refit: Refit) -> Fit:
         """Return the row of a refit; the same optimum has the same number."""

@@ -6,7 +6,6 @@ that goes by how far the channel has come since it last turned, as in a hysteres
 """
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -15,39 +14,43 @@ from mrfit.core.specs import Array, Index
 from mrfit.discover.bench import Bench, Stretch
 from mrfit.discover.policy import Policy
 from mrfit.discover.refit import Refit
+from mrfit.io.schemas.discovery import Look
 from mrfit.signal.cycles import last_event
 
 BINS = 24
 
 
-def looks(bench: Bench, fit: Refit) -> list[dict[str, Any]]:
+def looks(bench: Bench, fit: Refit) -> list[Look]:
     """Return for every channel the share of the squared hold-out error that a curve and a loop over it predict.
 
     Shares are of the squared error and negative where a shape predicts nothing; the channel whose shape says most comes
     first.
     """
-    rows: list[dict[str, Any]] = []
-    for name in LOOP_AXES:
-        if name in bench.channels:
-            rows.append(
-                {"over": name, **{shape: _predicted(bench, fit, name, places) for shape, places in SHAPES.items()}}
-            )
-    return sorted(rows, key=lambda row: -max(row[shape] for shape in SHAPES))
+    rows = [
+        Look(over=name, **{shape: _predicted(bench, fit, name, places) for shape, places in SHAPES.items()})
+        for name in LOOP_AXES
+        if name in bench.channels
+    ]
+    return sorted(rows, key=lambda row: -_most(row))
 
 
-def in_words(rows: Sequence[dict[str, Any]], policy: Policy) -> str:
+def _most(look: Look) -> float:
+    return max(look.curve, look.loop, look.since_it_turned)
+
+
+def in_words(rows: Sequence[Look], policy: Policy) -> str:
     """Return one sentence on the shape that says most, empty if none says much."""
-    if not rows or max(rows[0][shape] for shape in SHAPES) < policy.shape_told:
+    if not rows or _most(rows[0]) < policy.shape_told:
         return ""
-    over, curve = rows[0]["over"].replace("_", " "), rows[0]["curve"]
-    memory = max(("loop", "since it turned"), key=lambda shape: float(rows[0][shape]))
-    if rows[0][memory] - curve < policy.memory_told:
+    over, curve, memory = rows[0].over.replace("_", " "), rows[0].curve, max(rows[0].loop, rows[0].since_it_turned)
+    if memory - curve < policy.memory_told:
         return (
             f"{curve:.0%} of what is left on held-out conditions is one curve over the {over}: a static law is missing"
         )
-    what = f"a loop over the {over}" if memory == "loop" else f"the way of the {over} since it last turned"
+    loop = rows[0].loop >= rows[0].since_it_turned
+    what = f"a loop over the {over}" if loop else f"the way of the {over} since it last turned"
     flat = f"a curve over it {curve:.0%}" if curve > policy.nothing else "a curve over it nothing"
-    share = f"{rows[0][memory]:.0%} of what is left on held-out conditions"
+    share = f"{memory:.0%} of what is left on held-out conditions"
     return f"{what} predicts {share}, {flat}: memory of the {over} is missing"
 
 
@@ -97,7 +100,7 @@ def _since_turn(values: Array, peak: float) -> Index:
 SHAPES: dict[str, Callable[[Array, float], Index]] = {
     "curve": _on_curve,
     "loop": _on_loop,
-    "since it turned": _since_turn,
+    "since_it_turned": _since_turn,
 }
 
 

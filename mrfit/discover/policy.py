@@ -104,6 +104,25 @@ class Policy:
     power_ratio: float = 1.35
     power_clear: float = 2.0
 
+    # --- where the law itself may be off
+    # Share of the gap that a base with its effects may leave and still be taken as exact …
+    left_open: float = 0.2
+    # … and where the error left is in sight of a reader: where the base is exact, effects that are named rightly leave
+    # less than .003 of it and 1.1 times the noise; wrong ones beside a wrong law left .05 and 6 times
+    left_open_in_sight: float = 0.01
+    # Share of what an effect takes that something else takes beside it which breaks the same invariance, from which the
+    # effect may be a part of that: beside an asymmetry that was cavitation .13 and more (outside: cavitation)
+    broken_beside: float = 0.08
+    # Share of the base's gap that another law must take to be told of; laws that are fitted have at most so many
+    # parameters, and so many are told of (time: 60 s for one discovery)
+    law_takes: float = 0.2
+    most_law_parameters: int = 10
+    most_laws: int = 3
+    # Errors of another law, in multiples of the noise floor, up to which it is offered as a base to be taken as exact
+    near_floor: float = 2.0
+    # … and is taken so, where all records together have at most so many samples (time: 60 s for one discovery)
+    most_samples_again: int = 100_000
+
     # --- what is said of it
     # Share of the gap without a name above which its place and shape are told; regions listed (a page to read)
     worth_telling: float = 0.1

@@ -125,8 +125,38 @@ class Refit:
         return theta
 
 
-Wanted = tuple[Sequence[str], Sequence[dict[str, float]]]
-"""Effects that are to be fitted together, and the start values by parameter name, see ``Fitter.refit``."""
+@dataclass(frozen=True)
+class Wanted:
+    """Effects that are to be fitted together, and from where.
+
+    Attributes
+    ----------
+    effects
+        Names; their order does not matter.
+    starts
+        Start values by parameter name, of which the best are taken; parameters that are not named start at the SPEC's
+        value, neutral for an effect.
+    """
+
+    effects: tuple[str, ...]
+    starts: tuple[Mapping[str, float], ...]
+
+
+@dataclass(frozen=True)
+class _Problem:
+    """Effects to fit, the problem, and the points (P, F) to start from, as they are sent to a process."""
+
+    effects: tuple[str, ...]
+    posed: Posed
+    points: Array
+
+
+@dataclass(frozen=True)
+class _Optimum:
+    """A point (F,) and its cost."""
+
+    point: Array
+    cost: float
 
 
 @dataclass(frozen=True)
@@ -151,6 +181,8 @@ class Fitter:
         Worker processes.
     judged
         The last fit judged of each set of effects: the same optimum is asked for again and again.
+    fixed
+        Parameters that are held, by name.
     """
 
     bench: Bench
@@ -161,6 +193,7 @@ class Fitter:
     keep: Callable[[tuple[str, ...], Array], None]
     jobs: int = 1
     judged: dict[tuple[str, ...], Refit] = field(default_factory=dict)
+    fixed: Mapping[str, float] = field(default_factory=dict)
 
     def assembly(self, effects: Sequence[str]) -> Assembly:
         """Return the base with these effects."""
@@ -168,7 +201,7 @@ class Fitter:
 
     def cube(self, effects: Sequence[str]) -> Cube:
         """Return the search space; start values are the SPEC's, neutral for effects."""
-        cube, plain = cube_of(self.assembly(effects).spec, {}, self.start, {}), self.assembly(())
+        cube, plain = cube_of(self.assembly(effects).spec, {}, self.start, self.fixed), self.assembly(())
         return at_scales(cube, (s.block_for(plain) for s in self.bench.of_role("train")), plain)
 
     def first(self, seed: int) -> Refit:
@@ -181,44 +214,39 @@ class Fitter:
             self._remember((), found.point, found.cost)
         return self._judged((), assembly, cube, self.known[()])
 
+    def rough(self) -> Refit:
+        """Return the base alone where a descent ends from characteristic points of the data: enough to judge it by."""
+        assembly, cube = self.assembly(()), self.cube(())
+        starts = np.vstack([cube.start[None, :], self._data_driven(assembly, cube)])
+        found = _descent(_Problem((), self._posed(assembly, cube), starts), silent)
+        self._remember((), found.point, found.cost)
+        return self._judged((), assembly, cube, found.point)
+
     def refits(self, wanted: Sequence[Wanted]) -> Iterator[Refit]:
         """Yield refits one after the other, while processes make the descents of those to come."""
-        started = [self._started(*one) for one in wanted]
-        new = [key not in self.known for key, _, _ in started]
-        problems = [_Problem(posed, points) for (_, posed, points), is_new in zip(started, new, strict=True) if is_new]
-        with closing(in_processes(_descent, problems, self.jobs, silent)) as descents:
-            for one, is_new in zip(started, new, strict=True):
-                yield self._refitted(*one, next(descents) if is_new else None)
+        problems = [self._started(one) for one in wanted]
+        new = [p.effects not in self.known for p in problems]
+        unknown = [p for p, is_new in zip(problems, new, strict=True) if is_new]
+        with closing(in_processes(_descent, unknown, self.jobs, silent)) as descents:
+            for problem, is_new in zip(problems, new, strict=True):
+                yield self._refitted(problem, next(descents) if is_new else None)
 
-    def refit(self, effects: Sequence[str], starts: Sequence[dict[str, float]]) -> Refit:
-        """Return the base with effects, fitted jointly from the best of several starts.
-
-        Parameters
-        ----------
-        effects
-            Names; their order does not matter.
-        starts
-            Start values by parameter name; parameters not named start at the SPEC's value, neutral for an effect.
-        """
-        return next(self.refits([(effects, starts)]))
-
-    def _refitted(self, key: tuple[str, ...], posed: Posed, points: Array, found: tuple[Array, float] | None) -> Refit:
+    def _refitted(self, problem: _Problem, found: _Optimum | None) -> Refit:
+        key, posed = problem.effects, problem.posed
         if found is not None:
-            self._remember(key, *found)
-        elif _starts_lower(posed, points, self.known[key]):
+            self._remember(key, found.point, found.cost)
+        elif _starts_lower(posed, problem.points, self.known[key]):
             # not kept for a later run: that one comes by here again
-            self.known[key] = _descended(posed, points)[0]
+            self.known[key] = _descent(problem, silent).point
         return self._judged(key, posed.assembly, posed.cube, self.known[key])
 
-    def _started(
-        self, effects: Sequence[str], starts: Sequence[dict[str, float]]
-    ) -> tuple[tuple[str, ...], Posed, Array]:
-        """Return the effects in their order, the problem, and the points (P, F) to start from."""
-        key = tuple(sorted(effects))
+    def _started(self, wanted: Wanted) -> _Problem:
+        """Return the problem of effects in their order, and where it starts from."""
+        key = tuple(sorted(wanted.effects))
         assembly, cube = self.assembly(key), self.cube(key)
         names = [p.name for p in cube.params]
-        theta = np.array([[s.get(n, p.start) for n, p in zip(names, cube.params, strict=True)] for s in starts])
-        return key, self._posed(assembly, cube), cube.to_points(theta)
+        theta = np.array([[s.get(n, p.start) for n, p in zip(names, cube.params, strict=True)] for s in wanted.starts])
+        return _Problem(key, self._posed(assembly, cube), cube.to_points(theta))
 
     def thorough(self, found: Refit) -> Refit:
         """Return a fit searched again from many starts: a base that imitated the effect may be far off its own."""
@@ -298,22 +326,10 @@ def _params(effect: str) -> tuple[Param, ...]:
     return spec.params
 
 
-def _descended(posed: Posed, starts: Array) -> tuple[Array, float]:
-    """Return point and cost where a descent from the best start ends."""
-    found = search.run(posed, starts, Limits(), np.random.default_rng(0), NEARBY)
-    return found.point, found.cost
-
-
-@dataclass(frozen=True)
-class _Problem:
-    """A problem and the points (P, F) to start from, as they are sent to a process."""
-
-    posed: Posed
-    points: Array
-
-
-def _descent(problem: _Problem, progress: Progress) -> tuple[Array, float]:
-    return _descended(problem.posed, problem.points)
+def _descent(problem: _Problem, progress: Progress) -> _Optimum:
+    """Return where a descent from the best start ends."""
+    found = search.run(problem.posed, problem.points, Limits(), np.random.default_rng(0), NEARBY)
+    return _Optimum(found.point, found.cost)
 
 
 def _starts_lower(posed: Posed, starts: Array, known: Array) -> bool:

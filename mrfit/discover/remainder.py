@@ -11,6 +11,7 @@ import numpy as np
 from mrfit.core.channels import REMEMBERED, STATE
 from mrfit.core.specs import Array
 from mrfit.discover.bench import Bench, Stretch
+from mrfit.discover.evidence import Contrast
 from mrfit.discover.refit import Refit
 from mrfit.fit.diagnostics.uncertainty import differing
 
@@ -95,21 +96,18 @@ def repeated_error(bench: Bench, fit: Refit) -> float:
     return max(errors)
 
 
-def powers_by_output(bench: Bench, fit: Refit, fewest_cycles: int) -> tuple[tuple[float, float], ...]:
-    """Return for each record of so many cycles how the error that does not repeat depends on how large the output is.
-
-    It is the logarithm of the ratio of its powers where |output| is large and small, and its standard score.
-    """
-    pairs = []
+def powers_by_output(bench: Bench, fit: Refit, fewest_cycles: int) -> tuple[Contrast, ...]:
+    """Return how the error that does not repeat depends on how large the output is, for records of so many cycles."""
+    contrasts = []
     stretches = [*bench.of_role("train"), *bench.of_role("holdout")]
     for error, stretch in zip([*fit.train, *fit.holdout], stretches, strict=True):
         cycles = int(len(error) / stretch.block.period) if stretch.repeats else 0
         if cycles >= fewest_cycles:
-            pairs.append(_halves(error, stretch, cycles))
-    return tuple(pairs)
+            contrasts.append(_halves(error, stretch, cycles))
+    return tuple(contrasts)
 
 
-def _halves(error: Array, stretch: Stretch, cycles: int) -> tuple[float, float]:
+def _halves(error: Array, stretch: Stretch, cycles: int) -> Contrast:
     """Return the logarithm of the ratio of powers where |output| is large and small, and its score over the cycles."""
     period = stretch.block.period
     power = differing(error, period) ** 2
@@ -119,4 +117,4 @@ def _halves(error: Array, stretch: Stretch, cycles: int) -> tuple[float, float]:
     high, low = (np.bincount(cycle[half], power[half], cycles + 1)[:cycles] for half in (upper, ~upper))
     spread = float(np.std(high - low, ddof=1)) / np.sqrt(cycles)
     score = float(np.mean(high - low)) / spread if spread > 0.0 else 0.0
-    return float(np.log(max(float(high.sum()), 1e-300) / max(float(low.sum()), 1e-300))), score
+    return Contrast(float(np.log(max(float(high.sum()), 1e-300) / max(float(low.sum()), 1e-300))), score)

@@ -172,7 +172,8 @@ def follows_the_output(repetition: Repetition, policy: Policy) -> bool:
     """
     if len(repetition.powers) < policy.fewest_records:
         return False
-    ratio, score = np.median(np.abs(repetition.powers), axis=0)
+    ratio = np.median([abs(c.log_ratio) for c in repetition.powers])
+    score = np.median([abs(c.score) for c in repetition.powers])
     return bool(ratio > np.log(policy.power_ratio) and score > policy.power_clear)
 
 

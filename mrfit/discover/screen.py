@@ -12,6 +12,7 @@ import numpy as np
 
 from mrfit.core.specs import Array, EffectSpec, Param
 from mrfit.discover.bench import Bench
+from mrfit.discover.evidence import Candidate
 from mrfit.discover.policy import Policy
 from mrfit.discover.refit import Fitter, Refit
 from mrfit.discover.rules import absorbed
@@ -26,33 +27,21 @@ STEP = 1e-4
 
 @dataclass(frozen=True)
 class Screened:
-    """What screening says of one effect.
+    """One effect with what only its screening needs.
 
     Attributes
     ----------
-    name
-        Of the effect.
-    reason
-        Why it cannot be judged; empty if it can.
-    gain
-        Share of the training error's square that it could take away, to first order.
-    strength
-        Standard score of that, from the long-run variance of residual times sensitivity.
+    candidate
+        What screening says of it; the standard score is from the long-run variance of residual times sensitivity.
     direction
-        Its unit projected sensitivity over all training samples (N,).
+        Its unit projected sensitivity over all training samples (N,); empty where the data do not show it.
     columns
         Projected sensitivities to each of its strengths (N, M).
-    start
-        Parameter values to start a refit from.
     """
 
-    name: str
-    reason: str = ""
-    gain: float = 0.0
-    strength: float = 0.0
+    candidate: Candidate
     direction: Array = field(default_factory=lambda: np.empty(0))
     columns: Array = field(default_factory=lambda: np.empty((0, 0)))
-    start: dict[str, float] = field(default_factory=dict)
 
 
 def screen(fitter: Fitter, present: Refit, effects: Sequence[EffectSpec], policy: Policy) -> list[Screened]:
@@ -62,7 +51,7 @@ def screen(fitter: Fitter, present: Refit, effects: Sequence[EffectSpec], policy
     ends = np.cumsum([len(e) for e in present.train])
     data = _Data(errors, np.diff(-(-ends // stride), prepend=0).tolist(), present_basis(fitter, present), policy)
     found = [_screened(fitter, present, e, data) for e in effects if e.name not in present.effects]
-    return sorted(found, key=lambda s: -s.gain)
+    return sorted(found, key=lambda s: -s.candidate.gain)
 
 
 def reach(candidates: Sequence[Screened], fit: Refit, stride: int) -> float:
@@ -103,19 +92,19 @@ class _Data:
 def _screened(fitter: Fitter, present: Refit, effect: EffectSpec, data: _Data) -> Screened:
     reason = unjudgeable(fitter.bench, effect)
     if reason:
-        return Screened(effect.name, reason)
-    best = Screened(effect.name, "absorbed by what the model has")
-    for columns, start in _sensitivities(fitter, present, effect):
-        free = columns - data.basis @ (data.basis.T @ columns)
-        left = np.linalg.norm(free, axis=0) / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        return Screened(Candidate(effect.name, reason, shown=False))
+    best = Screened(Candidate(effect.name, "absorbed by what the model has", shown=False))
+    for trial in _sensitivities(fitter, present, effect):
+        free = trial.columns - data.basis @ (data.basis.T @ trial.columns)
+        left = np.linalg.norm(free, axis=0) / np.maximum(np.linalg.norm(trial.columns, axis=0), 1e-300)
         if not np.all(np.isfinite(free)) or absorbed(float(np.max(left)), data.policy):
             continue
         coefficients = np.asarray(-np.linalg.lstsq(free, data.errors, rcond=1e-6)[0], dtype=np.float64)
         fitted = _within(effect, coefficients)
         explained = free @ fitted
         gain = _gain(data.errors, explained)
-        if gain > best.gain or best.reason:
-            best = replace(_candidate(effect, start, fitted, explained, data), columns=free)
+        if gain > best.candidate.gain or best.candidate.reason:
+            best = replace(_screening(effect, trial.shapes, fitted, explained, data), columns=free)
     return best
 
 
@@ -136,7 +125,7 @@ def _gain(errors: Array, explained: Array) -> float:
     return max(share, 0.0) ** 2 / power / float(errors @ errors)
 
 
-def _candidate(
+def _screening(
     effect: EffectSpec,
     start: dict[str, float],
     steps: Array,
@@ -153,11 +142,19 @@ def _candidate(
         smallest = STEP * (p.high - p.low)
         away = step if abs(step) > smallest else np.copysign(smallest, step)
         values[f"{effect.name}.{p.name}"] = float(np.clip(neutral + away, p.low, p.high))
-    return Screened(effect.name, "", _gain(data.errors, explained), strength, direction, start=values)
+    return Screened(Candidate(effect.name, "", _gain(data.errors, explained), strength, start=values), direction)
 
 
-def _sensitivities(fitter: Fitter, present: Refit, effect: EffectSpec) -> list[tuple[Array, dict[str, float]]]:
-    """Return the effect's columns (N, M) per unit of its parameters, and the shape, for each trial shape."""
+@dataclass(frozen=True)
+class _Shaped:
+    """An effect's columns (N, M) per unit of its parameters, at values of its shape parameters by name."""
+
+    columns: Array
+    shapes: dict[str, float]
+
+
+def _sensitivities(fitter: Fitter, present: Refit, effect: EffectSpec) -> list[_Shaped]:
+    """Return the effect's columns for each trial shape."""
     assembly, cube = fitter.assembly([*present.effects, effect.name]), fitter.cube([*present.effects, effect.name])
     names = [p.name for p in cube.params]
     here = present.values
@@ -179,7 +176,7 @@ def _sensitivities(fitter: Fitter, present: Refit, effect: EffectSpec) -> list[t
             steps.append(step)
         simulated = residuals(cube.to_points(np.array(rows)))
         columns = ((simulated[1:] - simulated[0]) / np.array(steps)[:, None]).T
-        trials.append((columns, shapes))
+        trials.append(_Shaped(columns, shapes))
     return trials
 
 

@@ -57,6 +57,14 @@ UNSEEN = "its sensitivity is not in the error"
 
 
 @dataclass(frozen=True)
+class Follower:
+    """An effect that only followed a drift, and the drift's growth."""
+
+    effect: str
+    growth: Growth
+
+
+@dataclass(frozen=True)
 class Selection:
     """What was decided, and what became of every candidate.
 
@@ -78,7 +86,7 @@ class Selection:
     taken_back
         Whether none is named, since together they leave too much.
     drifting
-        Effects that only followed a drift, with its growth.
+        Effects that only followed a drift.
     verdict
         ``none``, ``named``, ``ambiguous``, ``unexplained`` or ``insufficient-data``.
     structure
@@ -94,7 +102,7 @@ class Selection:
     reasons: Mapping[str, str] = field(default_factory=dict)
     gains: Mapping[str, float] = field(default_factory=dict)
     taken_back: bool = False
-    drifting: tuple[tuple[str, Growth], ...] = ()
+    drifting: tuple[Follower, ...] = ()
     verdict: str = ""
     structure: float = 0.0
 
@@ -113,6 +121,14 @@ class Selection:
         return replace(self, final=rest, ambiguous=ambiguous).because(name, reason)
 
 
+@dataclass(frozen=True)
+class Round:
+    """What stands after effects were tried one by one, and their trials."""
+
+    chosen: Selection
+    trials: tuple[Trial, ...] = ()
+
+
 def select(evidence: Evidence, policy: Policy) -> Selection:
     """Return the missing effects of a base model and the verdict: the same for the same evidence and policy.
 
@@ -128,9 +144,10 @@ def decide(source: Source, policy: Policy) -> Selection:
     """Return the same from whatever answers questions."""
     screening = source.ask(Screen(source.base))
     inquiry = Inquiry(source, policy, screening)
-    chosen, first = _grow(inquiry, Selection(source.base, source.base, source.base, screening))
+    grown = _grow(inquiry, Selection(source.base, source.base, source.base, screening))
+    chosen = grown.chosen
     if chosen.final.effects and leaves_too_much(source.base, chosen.final, source.noise, policy):
-        chosen = _start_again(inquiry, chosen, first)
+        chosen = _start_again(inquiry, grown)
     chosen = replace(chosen, proven=chosen.final, doubtful=chosen.ambiguous)
     chosen = _without_drifting(inquiry, _without_below_the_rest(inquiry, chosen))
     for name in chosen.final.effects:
@@ -139,26 +156,26 @@ def decide(source: Source, policy: Policy) -> Selection:
     return _with_verdict(inquiry, take_back(chosen, source.noise, policy))
 
 
-def _grow(inquiry: Inquiry, chosen: Selection) -> tuple[Selection, list[Trial]]:
-    """Add effects until none has proof; return the first round's trials as well."""
-    first: list[Trial] = []
+def _grow(inquiry: Inquiry, chosen: Selection) -> Round:
+    """Add effects until none has proof; return what stands then, and the trials of the first round."""
+    first: tuple[Trial, ...] = ()
     for number in range(inquiry.policy.most_rounds):
         present = chosen.final
         screening = inquiry.source.ask(Screen(present)) if present.effects else chosen.screening
-        chosen, trials = _tried(inquiry, chosen, screening, number)
-        first = first or trials
-        passing = _passing(inquiry, trials)
+        tried = _tried(inquiry, chosen, screening, number)
+        chosen, first = tried.chosen, first or tried.trials
+        passing = _passing(inquiry, tried.trials)
         if passing:
             ending = duel(inquiry, present, passing)
             chosen = replace(chosen, reasons={**chosen.reasons, **ending.reasons})
             chosen = _accepted(inquiry, chosen, ending.winner.fit, ending.together)
         else:
-            both = best_pair(inquiry, screening, trials)
+            both = best_pair(inquiry, screening, tried.trials)
             if both is None:
                 break
             chosen = _accepted(inquiry, chosen, both)
         chosen = _chosen_again(inquiry, _without_shadows(inquiry, chosen))
-    return chosen, first
+    return Round(chosen, first)
 
 
 def _passing(inquiry: Inquiry, trials: Sequence[Trial]) -> list[Trial]:
@@ -166,13 +183,14 @@ def _passing(inquiry: Inquiry, trials: Sequence[Trial]) -> list[Trial]:
     return sorted((t for t in trials if inquiry.passes(t)), key=lambda t: t.fit.holdout)
 
 
-def _start_again(inquiry: Inquiry, chosen: Selection, first: Sequence[Trial]) -> Selection:
+def _start_again(inquiry: Inquiry, grown: Round) -> Selection:
     """Begin with the best pair, where effects put in one by one leave too much: the first may imitate two others."""
-    both = best_pair(inquiry, chosen.screening, first)
+    chosen = grown.chosen
+    both = best_pair(inquiry, chosen.screening, grown.trials)
     if both is None or set(both.effects) <= set(chosen.final.effects):
         return chosen
     other = _accepted(inquiry, replace(chosen, ambiguous=()), both)
-    other, _ = _grow(inquiry, _chosen_again(inquiry, other))
+    other = _grow(inquiry, _chosen_again(inquiry, other)).chosen
     if leaves_too_much(inquiry.base, other.final, inquiry.source.noise, inquiry.policy):
         return chosen
     for name in set(chosen.final.effects) - set(other.final.effects):
@@ -186,7 +204,7 @@ def _accepted(inquiry: Inquiry, chosen: Selection, fit: Fit, equals: tuple[str, 
     return replace(chosen, final=inquiry.source.ask(Search(fit)), ambiguous=ambiguous)
 
 
-def _tried(inquiry: Inquiry, chosen: Selection, screening: Screening, number: int) -> tuple[Selection, list[Trial]]:
+def _tried(inquiry: Inquiry, chosen: Selection, screening: Screening, number: int) -> Round:
     """Try the candidates of a screening one by one beside what is in."""
     present, gains, reasons = screening.present, dict(chosen.gains), dict(chosen.reasons)
     worth = worth_a_refit(screening.candidates, inquiry.policy)
@@ -200,7 +218,7 @@ def _tried(inquiry: Inquiry, chosen: Selection, screening: Screening, number: in
             reasons[trial.name] = (against or f"it takes away {trial.gain:.0%} of the squared hold-out error") + beside
     for candidate in screening.candidates:
         reasons.setdefault(candidate.name, candidate.reason or UNSEEN)
-    return replace(chosen, gains=gains, reasons=reasons), trials
+    return Round(replace(chosen, gains=gains, reasons=reasons), tuple(trials))
 
 
 def _trials(inquiry: Inquiry, present: Fit, candidates: Sequence[Candidate], labels: Sequence[str] = ()) -> list[Trial]:
@@ -283,7 +301,7 @@ def _without_drifting(inquiry: Inquiry, chosen: Selection) -> Selection:
             rest = _rest(inquiry, chosen.final, name) or inquiry.base
             share = abs(found.change / found.distance)
             reason = f"it changes by {share:.0%} in half a record: a drift, not this effect"
-            chosen = replace(chosen, drifting=(*chosen.drifting, (name, found))).without(name, rest, reason)
+            chosen = replace(chosen, drifting=(*chosen.drifting, Follower(name, found))).without(name, rest, reason)
     return chosen
 
 

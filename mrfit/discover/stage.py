@@ -2,19 +2,21 @@
 
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from threading import Lock
-from typing import Any
 
 import numpy as np
 
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
-from mrfit.discover.account import account
+from mrfit.discover.account import Asked, account
 from mrfit.discover.bench import build_bench, effects_for, with_residual_floors
+from mrfit.discover.combine import worth_examining
+from mrfit.discover.examined import beside_open_law
 from mrfit.discover.findings import findings, series_of
 from mrfit.discover.gather import Gathering, gather
+from mrfit.discover.open_law import with_another_base
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.refit import Fitter, Refit
 from mrfit.discover.select import Selection, select
@@ -23,10 +25,12 @@ from mrfit.fit import stage as fit_stage
 from mrfit.fit.laws.choice import Choice
 from mrfit.fit.laws.laws_of_current import dependence_of
 from mrfit.fit.select import load_recordings, usable
+from mrfit.io.dataset import Dataset
 from mrfit.io.keys import code_version, digest_of, discovery_key
-from mrfit.io.schemas.discovery import DiscoveryFile, PartialDiscovery
+from mrfit.io.schemas.discovery import DiscoveryDependence, DiscoveryFile, Gap, PartialDiscovery, Unexplained
 from mrfit.io.schemas.reading import made
 from mrfit.io.workspace import Workspace, plain, write_json, write_table, write_text
+from mrfit.settings.discover import Settings as Settings
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence, base_name, orders_of
 from mrfit.simulate.current_levels import (
@@ -38,33 +42,6 @@ from mrfit.simulate.current_levels import (
     tested,
     to_choose,
 )
-
-SCHEMA = "mrfit/discovery/1"
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What to look for.
-
-    Attributes
-    ----------
-    model
-        Base model; effects written with it (``tanh+delay``) are part of it.
-    current_order
-        How the base's parameters depend on current: ``auto``, an order, or ``NAME=ORDER,…``.
-    start
-        The user's start values.
-    seed
-        Of every random choice.
-    jobs
-        Worker threads; the result does not depend on it.
-    """
-
-    model: str
-    current_order: str = "auto"
-    start: tuple[tuple[str, float], ...] = ()
-    seed: int = 0
-    jobs: int = 1
 
 
 def check(settings: Settings) -> None:
@@ -81,7 +58,23 @@ def check(settings: Settings) -> None:
     fit_stage.check(base)
 
 
-def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Outcome:
+    """A discovery.
+
+    Attributes
+    ----------
+    found
+        Content of discovery.json.
+    skipped
+        Whether it was there already.
+    """
+
+    found: DiscoveryFile
+    skipped: bool = False
+
+
+def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> Outcome:
     """Find what a base model lacks, and write ``discover/``.
 
     Parameters
@@ -92,11 +85,6 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         Base model and how to fit it.
     progress
         Told of every step.
-
-    Returns
-    -------
-    dict
-        Content of discovery.json, with ``skipped`` telling whether it was there already.
 
     Raises
     ------
@@ -115,26 +103,33 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     folder = workspace.root / "discover"
     existing = made(folder / "discovery.json", DiscoveryFile)
     if existing and existing.get("key") == key:
-        return {**existing, "skipped": True}
+        return Outcome(DiscoveryFile.of(existing), skipped=True)
+    asked = Asked(settings.model, settings.seed, digest_of(data), key)
     lacking = too_little(segments, STANDARD)
     if lacking:
-        summary = insufficient(settings, lacking, key, digest_of(data))
-        series: Mapping[str, Array] = {}
+        told = Told(insufficient(asked, lacking))
     else:
-        recordings = load_recordings(workspace, segments)
-        summary, series = _discovered(workspace, settings, (segments, recordings), key, progress)
-        summary["data_sha256"] = digest_of(data)
-    summary["code"] = code_version("discover")
-    summary["settings"] = {k: v for k, v in asdict(settings).items() if k != "jobs"}
+        told = _discovered(
+            _Job(workspace, settings, Dataset(segments, load_recordings(workspace, segments)), asked, progress)
+        )
+    own = {k: v for k, v in asdict(settings).items() if k != "jobs"}
+    found = told.found.model_copy(update={"code": code_version("discover"), "settings": own})
     # a kill from here on must not leave the files of one discovery beside the key of another
     for name in ("discovery.json", "residuals.parquet"):
         (folder / name).unlink(missing_ok=True)
-    if series:
-        write_table(folder / "residuals.parquet", series)
-    write_text(folder / "model.toml", f'[[fit]]\nmodel = "{summary["augmented_model"]}"\nper = "all"\n')
-    write_json(folder / "discovery.json", summary)
+    if told.series:
+        write_table(folder / "residuals.parquet", told.series)
+    write_text(folder / "model.toml", model_toml(found))
+    write_json(folder / "discovery.json", found.to_json())
     shutil.rmtree(folder / ".partial", ignore_errors=True)
-    return {**plain(summary), "skipped": False}
+    return Outcome(found)
+
+
+def model_toml(found: DiscoveryFile) -> str:
+    """Return the augmented model as a pipeline file has it; what was found whatever the law is stays held."""
+    held = ", ".join(f'"{name}" = {value!r}' for name, value in found.held)
+    fixed = f"fixed = {{ {held} }}\n" if held else ""
+    return f'[[fit]]\nmodel = "{found.augmented_model}"\nper = "all"\n{fixed}'
 
 
 def too_little(segments: Sequence[Segment], policy: Policy) -> str:
@@ -153,56 +148,50 @@ def too_little(segments: Sequence[Segment], policy: Policy) -> str:
     return ""
 
 
-def insufficient(settings: Settings, lacking: str, key: str, data_key: str) -> dict[str, Any]:
+def insufficient(asked: Asked, lacking: str) -> DiscoveryFile:
     """Return the discovery of data that are too few."""
-    return {
-        "schema": SCHEMA,
-        "base_model": settings.model,
-        "verdict": "insufficient-data",
-        "effects": [],
-        "ambiguous_set": [],
-        "advice": [lacking],
-        "where": [],
-        "gap": {"noise_floor": None, "before": None, "after": None, "closed": None},
-        "candidates": [],
-        "unexplained": {"share_of_gap": None, "where": []},
-        "augmented_model": settings.model,
-        "seed": settings.seed,
-        "data_sha256": data_key,
-        "key": key,
-    }
+    return DiscoveryFile(
+        base_model=asked.model,
+        verdict="insufficient-data",
+        effects=(),
+        ambiguous_set=(),
+        advice=(lacking,),
+        where=(),
+        gap=Gap(noise_floor=None, before=None, after=None, closed=None),
+        candidates=(),
+        unexplained=Unexplained(share_of_gap=None, where=()),
+        augmented_model=asked.model,
+        seed=asked.seed,
+        data_sha256=asked.data_sha256,
+        key=asked.key,
+    )
 
 
-def _discovered(
-    workspace: Workspace,
-    settings: Settings,
-    data: tuple[Sequence[Segment], dict[str, Recording]],
-    key: str,
-    progress: Progress,
-) -> tuple[dict[str, Any], Mapping[str, Array]]:
-    """Gather evidence, select, and return discovery.json's content with the errors of every sample."""
-    dependence, choice = current_dependence(settings, *data)
-    found = _judged(workspace, _started(settings, dependence, choice), dependence, data, key, progress)
-    if choice is not None and not choice.by_role and found.chosen.verdict == "unexplained":
-        # laws of current chosen without an effect may have followed it: those of the parameters' roles have not
-        usual = usual_dependence(settings, *data)
-        other = _judged(workspace, settings, usual, data, f"{key} usual", progress)
-        if other.chosen.verdict in ("none", "named", "ambiguous"):
-            found, dependence, choice = other, usual, None
-    gathering, chosen = found.gathering, found.chosen
-    shown = findings(gathering, chosen, STANDARD)
-    summary = {
-        "schema": SCHEMA,
-        "base_model": settings.model,
-        **account(settings.model, chosen, shown, STANDARD),
-        "seed": settings.seed,
-        "data_sha256": "",
-        "current_dependence": None if dependence is None else asdict(dependence),
-        "current_choice": choice.about if choice else None,
-        "key": key,
-    }
-    errors = (gathering.refit_of(fit) for fit in (chosen.base, chosen.final))
-    return summary, series_of(gathering.fitter.bench, *errors)
+@dataclass(frozen=True)
+class Told:
+    """What is written of a discovery: discovery.json's content, and the errors of every sample, by column."""
+
+    found: DiscoveryFile
+    series: Mapping[str, Array] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class _Job:
+    """Where a discovery is kept, how it is made, of what, and who is told."""
+
+    workspace: Workspace
+    settings: Settings
+    data: Dataset
+    asked: Asked
+    progress: Progress
+
+
+@dataclass(frozen=True)
+class Currents:
+    """How the base's parameters depend on current, and how that was chosen, None where no levels were held."""
+
+    dependence: CurrentDependence | None
+    choice: Choice | None = None
 
 
 @dataclass(frozen=True)
@@ -213,28 +202,87 @@ class _Judged:
     chosen: Selection
 
 
-def _judged(
-    workspace: Workspace,
-    settings: Settings,
-    dependence: CurrentDependence | None,
-    data: tuple[Sequence[Segment], dict[str, Recording]],
-    key: str,
-    progress: Progress,
-) -> _Judged:
-    """Gather evidence with a dependence of the base on current, and select; refits are kept under the given key."""
-    fitter = _fitter(workspace, settings, dependence, data, key)
-    progress("base fit", 0, 1)
+@dataclass(frozen=True)
+class _Decided:
+    """What was decided with the dependence on current that was taken."""
+
+    judged: _Judged
+    currents: Currents
+
+
+def _discovered(job: _Job) -> Told:
+    """Return what is written of a decision, with an examination by invariances where the law may be off."""
+    decided = _decided(job)
+    gathering, chosen = decided.judged.gathering, decided.judged.chosen
+    told = _exact(job, decided)
+    before, after = (gathering.refit_of(fit) for fit in (chosen.base, chosen.final))
+    measured = gathering.fitter.bench.noise_is_measured("holdout")
+    if worth_examining(chosen, gathering.noise, measured, STANDARD):
+        job.progress("law and invariances", 0, 1)
+        own = replace(job.settings, current_order="auto", start=())
+        beside = beside_open_law(
+            gathering, chosen, told, lambda law: usual_dependence(replace(own, model=law), job.data), STANDARD
+        )
+        job.progress("law and invariances", 1, 1)
+        told, after = _with_another_base(job, beside.found), beside.after
+    return Told(told, series_of(gathering.fitter.bench, before, after))
+
+
+def _with_another_base(job: _Job, told: DiscoveryFile) -> DiscoveryFile:
+    """Return a discovery with what another law lacks that may be taken as exact: effects that any law could make."""
+    law = next((law.model for law in told.other_laws if law.near_the_floor), "")
+    samples = sum(s.samples for s in job.data.segments)
+    if not law or samples > STANDARD.most_samples_again:
+        return told
+    settings = replace(job.settings, model=law, current_order="auto", start=())
+    asked = replace(job.asked, model=law, key=f"{job.asked.key} {law}")
+    again = replace(job, settings=settings, asked=asked)
+    return with_another_base(told, _exact(again, _decided(again)))
+
+
+def _exact(job: _Job, decided: _Decided) -> DiscoveryFile:
+    """Return what is told of a base taken as exact."""
+    dependence, choice = decided.currents.dependence, decided.currents.choice
+    asked = replace(
+        job.asked,
+        dependence=DiscoveryDependence(**asdict(dependence)) if dependence else None,
+        choice=plain(choice.about) if choice else None,
+    )
+    gathering, chosen = decided.judged.gathering, decided.judged.chosen
+    return account(asked, chosen, findings(gathering, chosen, STANDARD), STANDARD)
+
+
+def _decided(job: _Job) -> _Decided:
+    """Gather evidence and select."""
+    currents = current_dependence(job.settings, job.data)
+    choice = currents.choice
+    found = _judged(replace(job, settings=_started(job.settings, currents)), currents.dependence)
+    if choice is not None and not choice.by_role and found.chosen.verdict == "unexplained":
+        # laws of current chosen without an effect may have followed it: those of the parameters' roles have not
+        usual = usual_dependence(job.settings, job.data)
+        again = replace(job, asked=replace(job.asked, key=f"{job.asked.key} usual"))
+        other = _judged(again, usual)
+        if other.chosen.verdict in ("none", "named", "ambiguous"):
+            found, currents = other, Currents(usual)
+    return _Decided(found, currents)
+
+
+def _judged(job: _Job, dependence: CurrentDependence | None) -> _Judged:
+    """Gather evidence with a dependence of the base on current, and select; refits are kept under the job's key."""
+    settings, data = job.settings, job.data
+    fitter = _fitter(job.workspace, settings, dependence, data, job.asked.key)
+    job.progress("base fit", 0, 1)
     base = fitter.first(settings.seed)
     if any(not s.noise.known for s in fitter.bench.stretches):
-        fitter = _with_residual_floors(fitter, base, data[1])
+        fitter = _with_residual_floors(fitter, base, data.recordings)
         base = fitter.first(settings.seed)
-    progress("base fit", 1, 1)
+    job.progress("base fit", 1, 1)
     effects = [e for e in effects_for(base.assembly.spec.output) if e.name not in settings.model.split("+")]
-    gathering = Gathering(fitter, base, effects, STANDARD, settings.seed, progress)
+    gathering = Gathering(fitter, base, effects, STANDARD, settings.seed, job.progress)
     return _Judged(gathering, select(gather(gathering, STANDARD), STANDARD))
 
 
-def _with_residual_floors(fitter: Fitter, base: Refit, recordings: dict[str, Recording]) -> Fitter:
+def _with_residual_floors(fitter: Fitter, base: Refit, recordings: Mapping[str, Recording]) -> Fitter:
     """Return the fitter with the noise floors that the base's residual tells; its own fit has to be made again."""
     errors = {role: iter(found) for role, found in (("train", base.train), ("holdout", base.holdout))}
     bench = with_residual_floors(
@@ -244,10 +292,8 @@ def _with_residual_floors(fitter: Fitter, base: Refit, recordings: dict[str, Rec
     return replace(fitter, bench=bench, known=known, judged={})
 
 
-def current_dependence(
-    settings: Settings, segments: Sequence[Segment], recordings: dict[str, Recording]
-) -> tuple[CurrentDependence | None, Choice | None]:
-    """Return how the base's parameters depend on current, and how it was chosen, None where no levels were held.
+def current_dependence(settings: Settings, data: Dataset) -> Currents:
+    """Return how the base's parameters depend on current, and how it was chosen.
 
     It is the choice that a joint fit makes, but see ``Choice.as_base``. A current that changes during tests counts as
     two levels. The shape of a loop, as kappa, beta, gamma and n of Bouc-Wen, then does not depend on it unless the user
@@ -255,33 +301,34 @@ def current_dependence(
     """
     name = settings.model.partition("+")[0]
     spec = base_of(name).spec
-    if to_choose(name, settings.current_order, tested(segments, recordings)):
+    if to_choose(name, settings.current_order, tested(data.segments, data.recordings)):
         start = tuple((n, v) for n, v in settings.start if base_name(n) in spec.names)
         alike = fit_stage.Settings(name, per="all", start=start, seed=settings.seed)
-        found, choice = dependence_of(alike, usable(segments, recordings, base_of(name))[0], recordings)
-        return choice.as_base() if choice else found, choice
-    return usual_dependence(settings, segments, recordings), None
+        found, choice = dependence_of(
+            alike, usable(data.segments, data.recordings, base_of(name))[0], dict(data.recordings)
+        )
+        return Currents(choice.as_base() if choice else found, choice)
+    return Currents(usual_dependence(settings, data))
 
 
-def usual_dependence(
-    settings: Settings, segments: Sequence[Segment], recordings: dict[str, Recording], policy: Policy = STANDARD
-) -> CurrentDependence | None:
+def usual_dependence(settings: Settings, data: Dataset, policy: Policy = STANDARD) -> CurrentDependence | None:
     """Return how the base's parameters depend on current as asked for, or by their roles; None if they do not."""
     name = settings.model.partition("+")[0]
     spec = base_of(name).spec
     shape = [p.name for p in spec.params if p.role == "hysteresis"]
-    found = dependence_on_current(name, settings.current_order, segments, recordings, shape)
+    found = dependence_on_current(name, settings.current_order, data.segments, data.recordings, shape)
     if found or settings.current_order != "auto" or takes_current(spec):
         return found
-    low, high = recorded_range(recordings)
+    low, high = recorded_range(data.recordings)
     if not high - low >= policy.least_current_range:
         return None
     orders = default_orders(spec, 3, shape) or orders_of(spec, "2")
     return CurrentDependence(orders, low, high)
 
 
-def _started(settings: Settings, dependence: CurrentDependence | None, choice: Choice | None) -> Settings:
+def _started(settings: Settings, currents: Currents) -> Settings:
     """Return settings with the laws of current that were chosen as start values, where the user gave none."""
+    choice, dependence = currents.choice, currents.dependence
     if choice is None or dependence is None or choice.by_role:
         return settings
     given = {n for n, _ in settings.start}
@@ -293,12 +340,11 @@ def _fitter(
     workspace: Workspace,
     settings: Settings,
     dependence: CurrentDependence | None,
-    data: tuple[Sequence[Segment], dict[str, Recording]],
+    data: Dataset,
     key: str,
 ) -> Fitter:
-    segments, recordings = data
     base = assemble(settings.model, dependence)
-    bench = build_bench(segments, recordings, base, effects_for(base.spec.output), STANDARD)
+    bench = build_bench(data.segments, data.recordings, base, effects_for(base.spec.output), STANDARD)
     path = workspace.root / "discover" / ".partial" / "fits.json"
     stored = made(path, PartialDiscovery) or {}
     known = {}

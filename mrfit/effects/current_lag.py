@@ -13,7 +13,7 @@ Source: inverse-tanh paper eq. 9; the simplest M(s) of Savaia et al. eq. 7, with
 
 import numpy as np
 
-from mrfit.core.specs import Array, EffectSpec, Index, Param
+from mrfit.core.specs import Array, Breaks, EffectSpec, Index, Invariance, Param
 from mrfit.kernels.filters import lag, lagged_bend
 from mrfit.kernels.theta import plain
 
@@ -34,6 +34,7 @@ SPEC = EffectSpec(
     experiment="current steps at constant speed, up and down, to several levels: a lag rises exponentially, a delay "
     "keeps the edge, residual magnetism leaves an error that does not decay; sines at constant current cannot show "
     "it",
+    breaks=Breaks(Invariance.CURRENT, sign=1, alike=("delay",)),
 )
 
 

@@ -8,7 +8,7 @@ fluid that warms or settles where no thermometer was in place. Parameters of the
 Source: linear zero-order form of any slow gain; compare Savaia et al. eq. 3, where temperature is the gain's cause.
 """
 
-from mrfit.core.specs import Array, EffectSpec, Param
+from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param
 
 SPEC = EffectSpec(
     name="gain-drift",
@@ -24,6 +24,7 @@ SPEC = EffectSpec(
     experiment="one sine repeated after a rest, the amplifier left on: a warm fluid has cooled and gives its first "
     "force again, an amplifier's drift has gone on; a thermometer in the fluid",
     steady=False,
+    breaks=Breaks(Invariance.TIME),
 )
 
 

@@ -9,7 +9,7 @@ stays that of w.
 Source: play operator, M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis (1989), ch. 1.
 """
 
-from mrfit.core.specs import Array, EffectSpec, Param
+from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param
 from mrfit.kernels.filters import play
 from mrfit.kernels.theta import plain
 
@@ -26,6 +26,7 @@ SPEC = EffectSpec(
     aliases=("current-lag",),
     experiment="current up and down in stairs at constant speed, each step held until the force rests, once fast and "
     "once slowly: residual magnetism leaves different forces on the way up and down at any rate, a lag does not",
+    breaks=Breaks(Invariance.CURRENT, sign=1),
 )
 
 

@@ -13,7 +13,7 @@ role.
 
 import numpy as np
 
-from mrfit.core.specs import Array, EffectSpec, Param
+from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param
 
 REFERENCE = 25.0
 
@@ -36,6 +36,7 @@ SPEC = EffectSpec(
     "ones, look alike",
     steady=False,
     moves=(("temperature", 1.0),),
+    breaks=Breaks(Invariance.TEMPERATURE),
 )
 
 

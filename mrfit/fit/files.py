@@ -1,8 +1,8 @@
 """What a fit leaves in its folder: tables for people, residuals for figures, fit.json for the stages that follow."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from mrfit.errors import DataError
 from mrfit.io.arrow import numbers, repeated, table
 from mrfit.io.csv_table import csv_table
 from mrfit.io.schemas.fit import Fit
-from mrfit.io.schemas.reading import content
+from mrfit.io.schemas.reading import load
 from mrfit.io.workspace import ROW_GROUP, write_atomic, write_json, write_text
 from mrfit.search.parts import Blocks, Part
 from mrfit.simulate.assembly import Assembly
@@ -24,6 +24,7 @@ PARAMETER_COLUMNS = ("condition", "parameter", "value", "unit", "low", "high", "
 
 # What a reader of a damaged fit.json is to do
 AGAIN = "delete it and run `mrfit fit` again"
+AnyFit = TypeVar("AnyFit", bound=Fit)
 
 
 @dataclass(frozen=True)
@@ -40,18 +41,13 @@ class Fitted:
         The model.
     """
 
-    content: dict[str, Any]
+    content: Fit
     blocks: Blocks
     simulated: list[Array]
     assembly: Assembly
 
 
-def write_fit_json(path: Path, fit: dict[str, Any]) -> None:
-    """Write fit.json."""
-    write_json(path, fit)
-
-
-def read_fit_json(path: Path, kind: type[Fit] = Fit) -> dict[str, Any] | None:
+def read_fit_json(path: Path, kind: type[AnyFit]) -> AnyFit | None:
     """Return the content of a fit.json of a kind with the defaults of what it leaves out, None if it is not there.
 
     Raises
@@ -59,10 +55,10 @@ def read_fit_json(path: Path, kind: type[Fit] = Fit) -> dict[str, Any] | None:
     DataError
         If it is damaged, of an unknown schema, or lacks a parameter of its model.
     """
-    fit = content(path, kind, AGAIN)
+    fit = load(path, kind, AGAIN)
     if fit is not None:
         names = set(assembly_of(fit).spec.names)
-        if not fit["results"] or any(names - {p["name"] for p in r["parameters"]} for r in fit["results"]):
+        if not fit.results or any(names - {p.name for p in r.parameters} for r in fit.results):
             raise DataError(f"{path}: damaged, or another mrfit's: not all parameters are in it; {AGAIN}")
     return fit
 
@@ -71,16 +67,16 @@ def write_fit(folder: Path, fitted: Fitted) -> None:
     """Write a fit's folder, ``fits/NAME``; fit.json comes last, since its key says that the rest is there."""
     fit = fitted.content
     rows = [
-        {"condition": r["condition"], "parameter": p["name"], **p}
-        for r in fit["results"]
-        for p in [*r["parameters"], *r["derived"]]
+        {"condition": r.condition, "parameter": p.name, **asdict(p)}
+        for r in fit.results
+        for p in [*r.parameters, *r.derived]
     ]
     # a kill from here on must not leave the tables of one fit beside the key of another
     (folder / "fit.json").unlink(missing_ok=True)
     write_text(folder / "parameters.csv", csv_table(PARAMETER_COLUMNS, rows))
-    write_text(folder / "metrics.csv", csv_table(list(fit["metrics"][0]), fit["metrics"]))
+    write_text(folder / "metrics.csv", csv_table(fit.metrics[0].written(), map(asdict, fit.metrics)))
     write_atomic(folder / "residuals.parquet", lambda p: _write_residuals(p, fitted))
-    write_fit_json(folder / "fit.json", fit)
+    write_json(folder / "fit.json", fit)
     drop_partial(folder)
 
 

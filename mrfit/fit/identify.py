@@ -1,8 +1,7 @@
 """Fit one group of segments: search over the folded data, then judge on every sample."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,14 +10,16 @@ from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.fit.diagnostics.uncertainty import Linearised, condensed, sensitivities
+from mrfit.io.schemas.fit import FoundPoint, SearchStage
 from mrfit.search import run as search
 from mrfit.search import strategies
 from mrfit.search.chain import Given
 from mrfit.search.cube import Cube
-from mrfit.search.limits import PATIENCE, Limits, Told
+from mrfit.search.limits import Limits, Told
 from mrfit.search.parts import Blocks, parts_of, split_cycles
 from mrfit.search.problem import AHEAD_CYCLES, Block, Posed, differences, folded_block
 from mrfit.search.result import SearchResult
+from mrfit.settings.fit import PATIENCE
 from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.signal.output_floor import output_floors, residual_floor
 from mrfit.simulate.assembly import Assembly
@@ -173,32 +174,41 @@ def search_optimum(
     return found
 
 
-def as_json(found: SearchResult, cube: Cube) -> dict[str, Any]:
-    """Return where a search ended as fit.json has it."""
+def found_point(
+    found: SearchResult, cube: Cube, per_current: list[dict[str, float | None]] | None = None
+) -> FoundPoint:
+    """Return where a search ended as it is kept, with what a first phase found at each current."""
     first = None
     if found.first_nonfinite is not None:
         values = cube.to_theta(found.first_nonfinite[None, :])[0]
         first = dict(zip((p.name for p in cube.params), values.tolist(), strict=True))
-    return {
-        "point": found.point.tolist(),
-        "cost": found.cost,
-        "evaluations": found.nfev,
-        "budget": found.allowed,
-        "budget_spent": found.cut_short,
-        "out_of_time": found.out_of_time,
-        "stopped": found.message,
-        "nonfinite": found.nonfinite,
-        "first_nonfinite": first,
-        "history": [list(step) for step in found.history],
-        "preliminary": found.preliminary,
-        "starts": list(found.starts) or None,
-        "agreeing": found.agreeing,
-        "stages": [{k: _listed(v) for k, v in asdict(one).items() if v is not None} for one in found.stages],
-    }
-
-
-def _listed(value: object) -> object:
-    return list(value) if isinstance(value, tuple) else value
+    return FoundPoint(
+        point=found.point.tolist(),
+        cost=found.cost,
+        evaluations=found.nfev,
+        budget=found.allowed,
+        budget_spent=found.cut_short,
+        out_of_time=found.out_of_time,
+        stopped=found.message,
+        nonfinite=found.nonfinite,
+        first_nonfinite=first,
+        history=list(found.history),
+        preliminary=found.preliminary,
+        starts=list(found.starts) or None,
+        agreeing=found.agreeing,
+        stages=[
+            SearchStage(
+                stage=one.stage,
+                test=one.test,
+                segments=list(one.segments),
+                parameters=list(one.parameters),
+                cost=one.cost,
+                evaluations=one.evaluations,
+            )
+            for one in found.stages
+        ],
+        per_current=per_current,
+    )
 
 
 @dataclass(frozen=True)

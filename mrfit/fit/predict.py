@@ -1,8 +1,7 @@
 """Simulate a fitted model on other logs, free run, and say how far off it is there."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from mrfit.fit.identify import measured_output
 from mrfit.fit.result import metric_rows, simulate_block
 from mrfit.fit.select import left_out_warnings, usable
 from mrfit.io.dataset import Dataset
+from mrfit.io.schemas.fit import Caution, Fit, MetricRow, Result
 from mrfit.io.workspace import Workspace
 from mrfit.search.parts import Blocks, Part, parts_of
 from mrfit.signal.output_floor import output_floors
@@ -41,14 +41,14 @@ class Prediction:
         On logs that were left out, and on conditions whose parameters are another's.
     """
 
-    metrics: list[dict[str, Any]]
+    metrics: list[MetricRow]
     used: dict[str, str]
     blocks: Blocks
     simulated: list[Array]
-    warnings: list[dict[str, str]]
+    warnings: list[Caution]
 
 
-def read_fit(workspace: Workspace, name: str) -> dict[str, Any]:
+def read_fit(workspace: Workspace, name: str) -> Fit:
     """Return fit.json of a named fit.
 
     Raises
@@ -56,20 +56,20 @@ def read_fit(workspace: Workspace, name: str) -> dict[str, Any]:
     DataError
         If there is no such fit, when the message lists those there are, or its file is damaged.
     """
-    fit = read_fit_json(workspace.fit_folder(name) / "fit.json")
+    fit = read_fit_json(workspace.fit_folder(name) / "fit.json", Fit)
     if fit is None:
         there = ", ".join(workspace.fit_names()) or "none yet; run `mrfit fit` first"
         raise DataError(f"{workspace.root}: no fit named '{name}' (there are: {there})")
     return fit
 
 
-def predict(fit: Mapping[str, Any], dataset: Dataset) -> Prediction:
+def predict(fit: Fit, dataset: Dataset) -> Prediction:
     """Simulate a fit on all segments of other logs.
 
     Parameters
     ----------
     fit
-        Content of fit.json.
+        The fit.
     dataset
         The segments and their recordings.
 
@@ -85,13 +85,13 @@ def predict(fit: Mapping[str, Any], dataset: Dataset) -> Prediction:
     used: dict[str, str] = {}
     simulated: list[Array] = []
     parts: list[Part] = []
-    borrowed: dict[str, dict[str, str]] = {}
+    borrowed: dict[str, Caution] = {}
     for segment in segments:
         recording = recordings[segment.recording]
         output = measured_output(recording, assembly)
-        result = closest_result(fit["results"], segment)
-        used[segment.id] = str(result["condition"])
-        if result["condition"] not in ("all", segment.condition):
+        result = closest_result(fit.results, segment)
+        used[segment.id] = result.condition
+        if result.condition not in ("all", segment.condition):
             borrowed.setdefault(segment.condition, _borrowed(result, segment))
         own = parts_of(replace(segment, role="predict"), recording, assembly.spec.inputs, output)
         parts += own
@@ -104,41 +104,41 @@ def predict(fit: Mapping[str, Any], dataset: Dataset) -> Prediction:
     return Prediction(metrics, used, blocks, simulated, warnings)
 
 
-def theta_of(assembly: Assembly, result: dict[str, Any]) -> Array:
+def theta_of(assembly: Assembly, result: Result) -> Array:
     """Return the parameter vector (K,) of one result in the order of the model's SPEC."""
-    values = {p["name"]: p["value"] for p in result["parameters"]}
+    values = {p.name: p.value for p in result.parameters}
     return np.array([values[n] for n in assembly.spec.names])
 
 
-def closest_result(results: Sequence[dict[str, Any]], segment: Segment) -> dict[str, Any]:
+def closest_result(results: Sequence[Result], segment: Segment) -> Result:
     """Return the result whose parameters suit a segment: the joint one, its own condition's, or the nearest one's.
 
     Nearness is measured on the logarithms of frequency and amplitude and on the current level, as the results'
     ``at`` records them.
     """
     for result in results:
-        if result["condition"] in ("all", segment.condition):
+        if result.condition in ("all", segment.condition):
             return result
 
-    def distance(result: dict[str, Any]) -> float:
-        at = {"frequency": None, "amplitude": None, "current": None, **result.get("at", {})}
-        pairs = [(at["frequency"], segment.frequency), (at["amplitude"], segment.amplitude)]
+    def distance(result: Result) -> float:
+        at = result.at
+        pairs = [(at.frequency, segment.frequency), (at.amplitude, segment.amplitude)]
         logs = [np.log(max(a or 0.0, 1e-12) / max(b, 1e-12)) for a, b in pairs]
-        levels = [at["current"] or 0.0, segment.current if np.isfinite(segment.current) else 0.0]
+        levels = [at.current or 0.0, segment.current if np.isfinite(segment.current) else 0.0]
         return float(np.hypot(*logs) + abs(levels[0] - levels[1]))
 
     return min(results, key=distance)
 
 
-def _borrowed(result: dict[str, Any], segment: Segment) -> dict[str, str]:
+def _borrowed(result: Result, segment: Segment) -> Caution:
     """Return the warning that a segment is predicted by another condition's parameters, and how far off that is."""
-    at, unit = result["at"], unit_of(segment.drive)
+    at, unit = result.at, unit_of(segment.drive)
     current = segment.current if np.isfinite(segment.current) else None
     pairs = [
-        ("frequency", at["frequency"], segment.frequency, "Hz"),
-        ("amplitude", at["amplitude"], segment.amplitude, unit),
+        ("frequency", at.frequency, segment.frequency, "Hz"),
+        ("amplitude", at.amplitude, segment.amplitude, unit),
         # in a test of a coil the current is the drive, whose level the amplitude is
-        *([("current", at["current"], current, "A")] if segment.drive != "current" else []),
+        *([("current", at.current, current, "A")] if segment.drive != "current" else []),
     ]
     known = [(name, there, here, unit) for name, there, here, unit in pairs if there is not None or here is not None]
     apart = [
@@ -147,11 +147,11 @@ def _borrowed(result: dict[str, Any], segment: Segment) -> dict[str, str]:
         if there is None or here is None or not np.isclose(there, here, rtol=SAME, atol=1e-9)
     ]
     how = "; ".join(apart) or "the same in frequency, amplitude and current"
-    return {
-        "kind": "nearest-set",
-        "text": f"{segment.condition} was not fitted: its parameters are those of {result['condition']}, the nearest "
-        f"({how}); only a fit with --per all says how they go on",
-    }
+    text = (
+        f"{segment.condition} was not fitted: its parameters are those of {result.condition}, the nearest ({how}); "
+        "only a fit with --per all says how they go on"
+    )
+    return Caution(kind="nearest-set", text=text)
 
 
 def _value(value: float | None, unit: str) -> str:

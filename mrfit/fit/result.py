@@ -1,7 +1,8 @@
 """From an optimum to what is written: parameters with intervals, errors, passivity, and reasons for distrust."""
 
+import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from mrfit.core.specs import Array
 from mrfit.fit.diagnostics.bootstrap import Interval
 from mrfit.fit.diagnostics.residual_tests import ALL
 from mrfit.fit.diagnostics.uncertainty import Uncertainty, sensitivities
+from mrfit.io.schemas.fit import Caution, Conditioning, MetricRow, Passivity, Quantity, ResidualTest, Result
 from mrfit.search.cube import Cube
 from mrfit.search.parts import Blocks
 from mrfit.search.problem import Block, differences_of
@@ -27,7 +29,7 @@ SIGNLESS = 0.25
 ROUNDING = 1e-9
 
 
-def parameter_rows(cube: Cube, point: Array, uncertainty: Uncertainty) -> list[dict[str, Any]]:
+def parameter_rows(cube: Cube, point: Array, uncertainty: Uncertainty) -> list[Quantity]:
     """Return one row per parameter: value, unit, 95 % interval, bounds, whether at one, whether the data determine it.
 
     Parameters
@@ -42,9 +44,17 @@ def parameter_rows(cube: Cube, point: Array, uncertainty: Uncertainty) -> list[d
     theta = cube.to_theta(point[None, :])[0]
     rows = []
     for k, param in enumerate(cube.params):
-        row = {"name": param.name, "value": theta[k], "unit": param.unit, "text": param.text}
-        row |= {"low": theta[k], "high": theta[k], "bound_low": param.low, "bound_high": param.high}
-        row |= {"at_bound": False, "identifiable": True, "fixed": True}
+        row = Quantity(
+            name=param.name,
+            value=theta[k],
+            unit=param.unit,
+            text=param.text,
+            low=theta[k],
+            high=theta[k],
+            bound_low=param.low,
+            bound_high=param.high,
+            fixed=True,
+        )
         place = np.flatnonzero(cube.free == k)
         if len(place):
             at = int(place[0])
@@ -53,8 +63,8 @@ def parameter_rows(cube: Cube, point: Array, uncertainty: Uncertainty) -> list[d
             known = bool(2 * width <= 1.0)
             ends = point[at] + width * np.array([-1.0, 1.0])
             low, high = (_unclipped(cube, k, end) for end in ends) if known else (None, None)
-            row |= {"low": low, "high": high, "identifiable": known, "fixed": False}
-            row |= {"at_bound": bool(min(point[at], 1 - point[at]) < AT_BOUND)}
+            ended = bool(min(point[at], 1 - point[at]) < AT_BOUND)
+            row = replace(row, low=low, high=high, identifiable=known, at_bound=ended, fixed=False)
         rows.append(row)
     return rows
 
@@ -67,7 +77,7 @@ def _unclipped(cube: Cube, k: int, position: float) -> float:
     return float(param.low + position * (param.high - param.low))
 
 
-def derived_rows(assembly: Assembly, cube: Cube, point: Array, uncertainty: Uncertainty) -> list[dict[str, Any]]:
+def derived_rows(assembly: Assembly, cube: Cube, point: Array, uncertainty: Uncertainty) -> list[Quantity]:
     """Return one row per derived quantity with its 95 % interval by the delta method, where the data determine it.
 
     They do not by the rule that holds for parameters: along the quantity's gradient g in the cube the interval,
@@ -84,40 +94,38 @@ def derived_rows(assembly: Assembly, cube: Cube, point: Array, uncertainty: Unce
         value, width = float(values[d]), uncertainty.half_width(gradients[d])
         share = 2 * width / max(float(np.linalg.norm(gradients[d])), 1e-300)
         known = bool(share <= (1.0 if abs(value) > width else SIGNLESS))
-        row = {"name": quantity.name, "value": value, "unit": quantity.unit, "text": quantity.text}
-        row |= {"low": value - width if known else None, "high": value + width if known else None}
-        row |= {"bound_low": None, "bound_high": None, "at_bound": False, "identifiable": known, "fixed": False}
-        rows.append(row)
+        row = Quantity(name=quantity.name, value=value, unit=quantity.unit, text=quantity.text, identifiable=known)
+        rows.append(replace(row, low=value - width, high=value + width) if known else row)
     return rows
 
 
-def with_intervals(rows: Sequence[dict[str, Any]], found: Mapping[str, Interval]) -> list[dict[str, Any]]:
+def with_intervals(rows: Sequence[Quantity], found: Mapping[str, Interval]) -> list[Quantity]:
     """Return rows with the ends of other intervals, where there are any."""
     changed = []
     for row in rows:
-        interval = found.get(row["name"])
-        if interval is None or row["fixed"]:
+        interval = found.get(row.name)
+        if interval is None or row.fixed:
             changed.append(row)
         else:
             # an end beyond the bounds is none: the other one says something nevertheless
             known = interval.low is not None or interval.high is not None
-            changed.append({**row, "low": interval.low, "high": interval.high, "identifiable": known})
+            changed.append(replace(row, low=interval.low, high=interval.high, identifiable=known))
     return changed
 
 
-def conditioning(cube: Cube, uncertainty: Uncertainty) -> dict[str, Any]:
+def conditioning(cube: Cube, uncertainty: Uncertainty) -> Conditioning:
     """Return rank, singular values and the directions the data leave open, as weights by parameter name."""
     names = [cube.params[int(k)].name for k in cube.free]
     directions = [
         {n: round(float(w), 3) for n, w in zip(names, column, strict=True) if abs(w) > 0.05}
         for column in uncertainty.null.T
     ]
-    return {
-        "rank": uncertainty.rank,
-        "parameters": len(names),
-        "singular_values": uncertainty.singular_values,
-        "null_directions": directions,
-    }
+    return Conditioning(
+        rank=uncertainty.rank,
+        parameters=len(names),
+        singular_values=uncertainty.singular_values.tolist(),
+        null_directions=directions,
+    )
 
 
 def work_drive(block: Block, assembly: Assembly) -> Array | None:
@@ -146,7 +154,7 @@ def simulate_block(block: Block, assembly: Assembly, theta: Array) -> tuple[Arra
 
 def metric_rows(
     blocks: Blocks, floors: Sequence[NoiseFloor], simulated: Sequence[Array], assembly: Assembly
-) -> list[dict[str, Any]]:
+) -> list[MetricRow]:
     """Return one row of errors per condition and role, and one ``all`` row per role."""
     segments = blocks.segments
     sums = [error_sums(b.target, y, work_drive(b, assembly)) for b, y in zip(blocks, simulated, strict=True)]
@@ -158,12 +166,12 @@ def metric_rows(
         for condition, members in [*sets, ("all", chosen)]:
             whole = together([sums[k] for k in members])
             power = sum(sums[k].samples * floors[k].value ** 2 for k in members) / whole.samples
-            rows.append({"condition": condition, "role": role, "samples": whole.samples, **whole.measures()})
-            rows[-1]["noise_floor"] = float(np.sqrt(power))
+            row = MetricRow(condition=condition, role=role, samples=whole.samples, **whole.measures())
+            rows.append(replace(row, noise_floor=float(np.sqrt(power))))
     return rows
 
 
-def passivity_rows(blocks: Sequence[Block], simulated: Sequence[Array], assembly: Assembly) -> list[dict[str, Any]]:
+def passivity_rows(blocks: Sequence[Block], simulated: Sequence[Array], assembly: Assembly) -> list[Passivity]:
     """Return the work per cycle of every periodic segment, and whether the model takes it in as a passive part does."""
     rows = []
     for block, output in zip(blocks, simulated, strict=True):
@@ -172,80 +180,83 @@ def passivity_rows(blocks: Sequence[Block], simulated: Sequence[Array], assembly
             # of the co-energy the loop is run the other way round
             sign = -1.0 if assembly.spec.co_energy else 1.0
             area = sign * absorbed_energy(output, drive) / block.segment.cycles
-            row = {"condition": block.segment.condition, "role": block.segment.role, "loop_area": area, "unit": "J"}
-            rounding = ROUNDING * float(np.ptp(output) * np.ptp(drive))
-            rows.append(row | {"passive": area >= -rounding})
+            passive = area >= -ROUNDING * float(np.ptp(output) * np.ptp(drive))
+            place = block.segment
+            rows.append(Passivity(condition=place.condition, role=place.role, loop_area=area, passive=passive))
     return rows
 
 
-def _ratio(held_out: dict[str, Any], training: dict[str, Any]) -> float:
+def _ratio(held_out: MetricRow, training: MetricRow) -> float:
     """Return the error on held-out data over that in training, in shares of the range or of the noise: the less."""
-    over_range = held_out["nrmse"] / training["nrmse"]
-    if not held_out["noise_floor"] * training["noise_floor"] > 0.0:
-        return float(over_range)
-    over_noise = held_out["rmse"] / held_out["noise_floor"] * training["noise_floor"] / training["rmse"]
-    return float(min(over_range, over_noise))
+    over_range = _number(held_out.nrmse) / _number(training.nrmse)
+    floors = _number(held_out.noise_floor), _number(training.noise_floor)
+    if not floors[0] * floors[1] > 0.0:
+        return over_range
+    return min(over_range, _number(held_out.rmse) / floors[0] * floors[1] / _number(training.rmse))
 
 
-def _tied(row: Mapping[str, Any]) -> str:
+def _number(value: float | None) -> float:
+    return math.nan if value is None else value
+
+
+def _tied(row: ResidualTest) -> str:
     """Return what to say of an input that the residual goes with, and of the condition where it does so most."""
     where = ""
-    if row["condition"] == ALL:
-        where = f", over all {row['conditions']} conditions together"
-    elif row["conditions"] > 1:
-        where = f" in {row['dependent']} of {row['conditions']} conditions, most on {row['condition']}"
+    if row.condition == ALL:
+        where = f", over all {row.conditions} conditions together"
+    elif row.conditions > 1:
+        where = f" in {row.dependent} of {row.conditions} conditions, most on {row.condition}"
     return (
-        f"the residual goes with {row['channel']}{where} (correlation {row['correlation']:.2f} at {row['lag']} "
-        f"samples, by chance {row['limit']:.2f}): the model leaves out something this input does"
+        f"the residual goes with {row.channel}{where} (correlation {row.correlation:.2f} at {row.lag} "
+        f"samples, by chance {row.limit:.2f}): the model leaves out something this input does"
     )
 
 
 def warnings_of(
-    result: dict[str, Any], metrics: Sequence[dict[str, Any]], passive: tuple[str, float, float] | None = None
-) -> list[dict[str, str]]:
+    result: Result, metrics: Sequence[MetricRow], passive: tuple[str, float, float] | None = None
+) -> list[Caution]:
     """Return every reason to distrust a result, each with a name and one sentence; ``passive`` is the SPEC's."""
     found = []
 
     def warn(kind: str, text: str) -> None:
-        found.append({"kind": kind, "text": text})
+        found.append(Caution(kind=kind, text=text))
 
-    bound = [p["name"] for p in result["parameters"] if p["at_bound"] and p["identifiable"]]
+    bound = [p.name for p in result.parameters if p.at_bound and p.identifiable]
     if bound:
         warn("at-bound", f"{', '.join(bound)} ended at a bound: widen --bounds or fix the parameter")
-    unknown = [p["name"] for p in result["parameters"] if not p["identifiable"]]
+    unknown = [p.name for p in result.parameters if not p.identifiable]
     if unknown:
-        determined = [d["name"] for d in result["derived"] if d["identifiable"]]
+        determined = [d.name for d in result.derived if d.identifiable]
         instead = f"; read {', '.join(determined)} instead" if determined else ""
         warn("not-identifiable", f"the data do not determine {', '.join(unknown)} one by one{instead}")
-    if result["nonfinite"]:
+    if result.nonfinite:
         warn("non-finite", "some simulations diverged and were passed over: first_nonfinite in fit.json is one")
-    if result["budget_spent"]:
-        spent, limit = ("time", "--seconds") if result["out_of_time"] else ("evaluations", "--budget")
+    if result.budget_spent:
+        spent, limit = ("time", "--seconds") if result.out_of_time else ("evaluations", "--budget")
         warn("budget-spent", f"the search used all its {spent} before it settled: raise {limit}")
-    starts = result.get("starts") or []
-    if len(starts) > 1 and result.get("agreeing", 0) < 2:
-        remedy = "raise --budget" if result["budget_spent"] else "compare with another --seed or --opt pso-fmin"
+    if len(result.starts or ()) > 1 and result.agreeing < 2:
+        remedy = "raise --budget" if result.budget_spent else "compare with another --seed or --opt pso-fmin"
         warn("starts-disagree", f"no two starts ended at the least error: there may be a better one; {remedy}")
-    tied = [r for r in result.get("residual_tests", []) if not r["independent"]]
+    tied = [r for r in result.residual_tests if not r.independent]
     if tied:
-        warn("input-residual", _tied(max(tied, key=lambda r: abs(float(r["correlation"])))))
-    active = [p for p in result["passivity"] if not p["passive"]]
+        warn("input-residual", _tied(max(tied, key=lambda r: abs(r.correlation))))
+    active = [p for p in result.passivity if not p.passive]
     if active:
-        worst = min(active, key=lambda p: float(p["loop_area"]))
-        place = f"{worst['condition']} (loop area {worst['loop_area']:.3g} J)"
+        worst = min(active, key=lambda p: _number(p.loop_area))
+        place = f"{worst.condition} (loop area {_number(worst.loop_area):.3g} J)"
         remedy = "; it cannot with --bounds {}={:g}:{:g}".format(*passive) if passive else ""
         warn("not-passive", f"the model gives energy out on {place}: no coil or damper can{remedy}")
-    apart = [r for r in result.get("repeats", []) if not r["agree"]]
+    apart = [r for r in result.repeats if not r.agree]
     if apart:
-        worst = max(apart, key=lambda r: float(r["difference"]) / float(r["moved"]))
+        odd = max(apart, key=lambda r: r.difference / r.moved)
         warn(
             "repeats-disagree",
-            f"the {worst['segments']} segments of {worst['condition']} differ by {worst['difference']:.3g} RMS, their "
-            f"cycles by {worst['noise_floor']:.3g}: no set of parameters follows all; name in the channel map "
+            f"the {odd.segments} segments of {odd.condition} differ by {odd.difference:.3g} RMS, their "
+            f"cycles by {odd.noise_floor:.3g}: no set of parameters follows all; name in the channel map "
             "([condition]) what changed between them, as current or temperature, or do not ingest the odd one",
         )
-    by_role = {m["role"]: m for m in metrics if m["condition"] == "all"}
-    if by_role["train"]["fit_percent"] <= NOTHING:
+    by_role: dict[str, MetricRow] = {m.role: m for m in metrics if m.condition == "all"}
+    if _number(by_role["train"].fit_percent) <= NOTHING:
         warn(
             "explains-nothing",
             "the error in training is hardly less than that of a constant: check sign, unit and column of every "

@@ -9,6 +9,7 @@ from mrfit.core.recording import Recording, Segment
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.identify import measured_output
 from mrfit.io.dataset import Dataset
+from mrfit.io.schemas.fit import Caution
 from mrfit.io.workspace import Workspace
 from mrfit.signal.smoothing import check_inputs, smooth
 from mrfit.simulate.assembly import Assembly
@@ -89,7 +90,7 @@ def usable(
     return kept, left_out
 
 
-def left_out_warnings(left_out: Sequence[Mapping[str, str]], segments: int) -> list[dict[str, str]]:
+def left_out_warnings(left_out: Sequence[Mapping[str, str]], segments: int) -> list[Caution]:
     """Return the warning that segments were left out of a number of them, once for each reason."""
     found = []
     for reason in dict.fromkeys(row["reason"] for row in left_out):
@@ -99,7 +100,7 @@ def left_out_warnings(left_out: Sequence[Mapping[str, str]], segments: int) -> l
         held = sum(row["role"] == "holdout" for row in rows)
         also = f" ({held} held out)" if held else ""
         text = f"{len(rows)} of {segments} segments{also} take no part, those of {named}: {reason}"
-        found.append({"kind": "recordings-left-out", "text": text})
+        found.append(Caution(kind="recordings-left-out", text=text))
     return found
 
 

@@ -2,111 +2,42 @@
 
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Literal
 
 import numpy as np
 
 from mrfit.core.progress import Progress, silent
-from mrfit.core.recording import NAMING, Recording, Segment
+from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.core.workers import in_processes
-from mrfit.fit.diagnostics.trust import Intervals, drift_warnings, trust
+from mrfit.fit.diagnostics.trust import drift_warnings, trust
 from mrfit.fit.files import PARTIAL, Fitted, drop_partial, write_fit
-from mrfit.fit.identify import Group, SearchSettings, as_json, build_group, search_optimum, weights_of
+from mrfit.fit.identify import Group, SearchSettings, build_group, found_point, search_optimum, weights_of
 from mrfit.fit.laws.choice import Choice
 from mrfit.fit.laws.laws_of_current import base_cube, dependence_of
 from mrfit.fit.result import metric_rows, simulate_block, warnings_of
 from mrfit.fit.select import left_out_warnings, named, read_dataset, select, usable
 from mrfit.io.dataset import Dataset
 from mrfit.io.keys import code_version, digest_of, fit_key
-from mrfit.io.schemas.fit import Fit, PartialFit
-from mrfit.io.schemas.reading import made
-from mrfit.io.workspace import Workspace, check_name, plain, write_json
+from mrfit.io.schemas.fit import Caution, Fit, FoundPoint, Level, MetricRow, PartialFit, Result, SegmentUse
+from mrfit.io.schemas.reading import reusable
+from mrfit.io.workspace import Workspace, check_name, checked, write_json
 from mrfit.kernels.jit import is_cold
-from mrfit.optimizers import points
-from mrfit.search import chain, staged
+from mrfit.search import chain, staged, strategies
 from mrfit.search.cube import Cube, cube_of
-from mrfit.search.limits import PATIENCE, seconds_left
-from mrfit.search.parts import Blocks
+from mrfit.search.limits import seconds_left
+from mrfit.search.parts import Blocks, Part
 from mrfit.search.starts import at_scales, characteristic_points, data_starts, level_fits, to_points, two_phase_start
+from mrfit.settings.fit import Settings as Settings
+from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence, base_name
-from mrfit.simulate.current_levels import as_json as currents_as_json
-from mrfit.simulate.current_levels import base_of, checked_order, sign_warnings
-
-SCHEMA = "mrfit/fit/1"
+from mrfit.simulate.current_levels import base_of, checked_order, kept, sign_warnings
 
 
-@dataclass(frozen=True)
-class Settings:
-    """What to fit and how.
-
-    Attributes
-    ----------
-    model
-        Model as written on the command line.
-    optimizer
-        Optimizer chain, as in ``pso-fmin``.
-    options
-        The user's changes to the optimizers' options: name, or OPTIMIZER.NAME, and value.
-    per
-        ``condition``: one set of parameters for each condition, its last third of cycles held out; ``all``: one set for
-        all training conditions, whole conditions held out.
-    name
-        Name of the fit; empty for MODEL.OPT (MODEL.OPT.all for a joint fit).
-    seed
-        Seed of every random choice.
-    budget
-        Evaluations allowed for each set of parameters, or None for the optimizers' own.
-    seconds
-        Wall-clock limit for each set of parameters, the searches that give its starts included, or None.
-    stall
-        Share of a global optimizer's evaluations after which it ends if they brought no progress; 1 for never.
-    weight
-        ``none``: every sample counts alike; ``floor``: errors count in multiples of their condition's noise floor,
-        which is most accurate where noise limits the fit; ``range``: errors count as shares of their condition's range.
-    bounds, start, fixed
-        The user's changes to the model's own, by parameter name.
-    current_order
-        How parameters depend on current in a joint fit: ``auto``, an order 0 to 4 for all, or ``NAME=ORDER,…``; an
-        order may be in pieces, ``1:0.2:2``.
-    only
-        Segments that take part: ``LMH`` or ``MH`` by peak velocity, or patterns on conditions; empty for all.
-    intervals
-        ``hac``: from the Jacobian with autocorrelated noise; ``bootstrap``: refits to residuals drawn anew in blocks;
-        ``profile``: how far each parameter can go while the others make up for it.
-    jobs
-        Worker processes; does not change the result.
-    """
-
-    model: str
-    optimizer: str = "auto"
-    options: chain.Given = ()
-    per: Literal["condition", "all"] = "condition"
-    name: str = ""
-    seed: int = 0
-    budget: int | None = None
-    seconds: float | None = None
-    stall: float = PATIENCE
-    weight: Literal["none", "floor", "range"] = "none"
-    bounds: tuple[tuple[str, float, float], ...] = ()
-    start: tuple[tuple[str, float], ...] = ()
-    fixed: tuple[tuple[str, float], ...] = ()
-    current_order: str = "auto"
-    only: str = ""
-    intervals: Intervals = "hac"
-    jobs: int = 1
-
-    @property
-    def fit_name(self) -> str:
-        """Name of the fit's folder."""
-        return self.name or f"{self.model}.{self.optimizer}" + (".all" if self.per == "all" else "")
-
-
-def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
+def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> Fit:
     """Fit a model to the workspace's segments and write ``fits/NAME``.
 
     Parameters
@@ -120,8 +51,8 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
 
     Returns
     -------
-    dict
-        Content of fit.json, with ``skipped`` telling whether it was there already.
+    Fit
+        Content of fit.json, and whether it was there already.
 
     Raises
     ------
@@ -134,15 +65,15 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     contents, cut = workspace.made_from(workspace.read_segments()[0])
     key = fit_key(asdict(settings), contents, cut)
     folder = workspace.fit_folder(settings.fit_name)
-    existing = made(folder / "fit.json", Fit)
-    if existing and existing.get("key") == key:
+    existing = reusable(folder / "fit.json", Fit)
+    if existing and existing.key == key:
         # a kill between the writing of fit.json and the end leaves them
         drop_partial(folder)
-        return {**existing, "skipped": True}
+        return replace(existing, skipped=True)
     origin = Origin(key, digest_of(contents), folder)
     fitted = identify(read_dataset(workspace), settings, origin, progress)
     write_fit(folder, fitted)
-    return {**plain(fitted.content), "skipped": False}
+    return fitted.content
 
 
 @dataclass(frozen=True)
@@ -190,7 +121,8 @@ def identify(dataset: Dataset, settings: Settings, origin: Origin, progress: Pro
     metrics = pieces[0].metrics
     if len(pieces) > 1:
         metrics = metric_rows(blocks, [f for p in pieces for f in p.group.floors], simulated, prepared.assembly)
-    return Fitted(_summary(runner, origin.data_sha256, pieces, metrics), blocks, simulated, prepared.assembly)
+    content = checked(_summary(runner, origin.data_sha256, pieces, metrics))
+    return Fitted(content, blocks, simulated, prepared.assembly)
 
 
 @dataclass(frozen=True)
@@ -219,7 +151,7 @@ class Prepared:
     choice: Choice | None
     groups: dict[str, list[Segment]]
     recordings: dict[str, Recording]
-    cautions: list[dict[str, str]]
+    cautions: list[Caution]
 
 
 def prepare(dataset: Dataset, settings: Settings) -> Prepared:
@@ -246,7 +178,7 @@ def prepare(dataset: Dataset, settings: Settings) -> Prepared:
     chosen, more = usable(chosen, recordings, assembly, roles)
     cautions = left_out_warnings([*left_out, *more], len(asked))
     cautions += choice.warnings if choice else []
-    cautions += [{"kind": "slow-model", "text": assembly.spec.caution}] if assembly.spec.caution else []
+    cautions += [Caution(kind="slow-model", text=assembly.spec.caution)] if assembly.spec.caution else []
     cube, groups = _cube(assembly, settings), _groups(chosen, settings)
     return Prepared(assembly, cube, dependence, choice, groups, recordings, cautions)
 
@@ -261,7 +193,7 @@ def check(settings: Settings) -> None:
     """
     assembly = assemble(settings.model)
     chain.check_options(chain.parts(settings.optimizer), settings.options)
-    staged.check_staged(settings.model, settings.optimizer, settings.per)
+    strategies.find(settings.optimizer, settings.options).check(settings.model, settings.per)
     checked_order(settings.model, settings.current_order, settings.per)
     check_name(settings.fit_name)
     # which nodes of current there are is known with the data only
@@ -279,6 +211,12 @@ def _cube(assembly: Assembly, settings: Settings) -> Cube:
     return cube_of(assembly.spec, bounds, dict(settings.start), dict(settings.fixed))
 
 
+def _no_search_warnings(strategy: strategies.Strategy, name: str) -> list[Caution]:
+    """Return the warning that a fit by a strategy, written so, did not search; none where it did."""
+    text = f"the parameters are read off characteristic points; intervals are those of a fit that ends here: {name}-lsq"
+    return [] if strategy.searches else [Caution(kind="no-search", text=f"{text} searches on from them")]
+
+
 def _groups(segments: Sequence[Segment], settings: Settings) -> dict[str, list[Segment]]:
     if settings.per == "all":
         return {"all": list(segments)}
@@ -290,10 +228,10 @@ def _groups(segments: Sequence[Segment], settings: Settings) -> dict[str, list[S
 class _Piece:
     """What one group's fit came to."""
 
-    result: dict[str, Any]
+    result: Result
     group: Group
     simulated: list[Array]
-    metrics: list[dict[str, Any]]
+    metrics: list[MetricRow]
 
 
 @dataclass(frozen=True)
@@ -337,34 +275,32 @@ class _Runner:
         search = SearchSettings(settings.optimizer, settings.seed, *limits)
         cube = at_scales(self.prepared.cube, group.training, base_of(settings.model))
         found = self._resumed(name, len(cube.free)) or self._search(group, cube, search)
-        point = np.array(found["point"])
+        point = np.array(found.point)
         theta = cube.to_theta(point[None, :])[0]
         outputs = [simulate_block(b, self.assembly, theta) for b in group.full]
         simulated = [y for y, _ in outputs]
-        judged = (settings.weight, settings.intervals, search.rng(f"{name} intervals"))
         group = group.with_residual_floors(self.prepared.recordings, simulated)
         metrics = metric_rows(group.full, group.floors, simulated, self.assembly)
-        result = {
-            "condition": name,
-            "conditions": list(dict.fromkeys(s.condition for s in group.full.segments)),
-            "at": {k: getattr(group.full.segments[0], k) for k in NAMING},
-            **{k: found[k] for k in ("cost", "evaluations", "budget", "budget_spent", "out_of_time", "stopped")},
-            **{k: found[k] for k in ("nonfinite", "history", "preliminary", "starts", "agreeing")},
-            **{k: found[k] for k in ("first_nonfinite", "per_current", "stages")},
-            **trust(group, self.assembly, cube, point, simulated, judged),
-            "segments": [
-                {"id": p.segment.id, "condition": p.segment.condition, "role": p.segment.role}
-                | {"drive": p.drive.method, "offset": offset, **floor.as_json()}
-                for p, (_, offset), floor in zip(group.full.parts, outputs, group.floors, strict=True)
-            ],
-        }
+        rng = search.rng(f"{name} intervals")
+        weight, intervals = settings.weight, settings.intervals
+        trusted = trust(group, self.assembly, cube, point, simulated, weight=weight, intervals=intervals, rng=rng)
+        parts = zip(group.full.parts, outputs, group.floors, strict=True)
+        first = group.full.segments[0]
+        result = Result(
+            condition=name,
+            conditions=list(dict.fromkeys(s.condition for s in group.full.segments)),
+            at=Level(frequency=first.frequency, amplitude=first.amplitude, current=first.current),
+            **{f.name: getattr(found, f.name) for f in fields(found) if f.name != "point"},
+            **{f.name: getattr(trusted, f.name) for f in fields(trusted)},
+            segments=[segment_use(part, offset, floor) for part, (_, offset), floor in parts],
+        )
         reasons = warnings_of(result, metrics, self.assembly.spec.passive)
         signs = sign_warnings(settings.model, self.prepared.dependence, theta)
-        said = [*signs, *drift_warnings(result["drift"]), *staged.warnings(found["stages"])]
-        result["warnings"] = [*reasons, *said, *points.warnings(settings.optimizer)]
-        return _Piece(result, group, simulated, metrics)
+        said = [*signs, *drift_warnings(result.drift), *staged.warnings(found.stages)]
+        warnings = [*reasons, *said, *_no_search_warnings(search.strategy, settings.optimizer)]
+        return _Piece(replace(result, warnings=warnings), group, simulated, metrics)
 
-    def _search(self, group: Group, cube: Cube, search: SearchSettings) -> dict[str, Any]:
+    def _search(self, group: Group, cube: Cube, search: SearchSettings) -> FoundPoint:
         name = group.name
         total = search.budget or search.strategy.budget(len(cube.free))
 
@@ -377,14 +313,14 @@ class _Runner:
         starts, levels = self._starts(group, cube, search, deadline)
         search = replace(search, seconds=seconds_left(deadline))
         ended = search_optimum(group, self.assembly, cube, starts, search, told)
-        found = as_json(ended, cube) | {"per_current": levels}
-        self.progress(f"{name}  best {found['cost']:.3g} {self.assembly.spec.output}", total, total)
+        found = found_point(ended, cube, levels)
+        self.progress(f"{name}  best {found.cost:.3g} {self.assembly.spec.output}", total, total)
         self._keep(name, found)
         return found
 
     def _starts(
         self, group: Group, cube: Cube, search: SearchSettings, deadline: float | None
-    ) -> tuple[Array, list[dict[str, Any]] | None]:
+    ) -> tuple[Array, list[dict[str, float | None]] | None]:
         """Return start points, the user's first, and what a first phase found at each current."""
         settings, dependence = self.settings, self.prepared.dependence
         base, given = base_of(settings.model), dict(settings.start)
@@ -402,25 +338,24 @@ class _Runner:
             single = at_scales(base_cube(settings), group.training, base)
             levels = level_fits(group.search, base, single, weights, search.rng(f"{group.name} by current"), deadline)
         starts.append(two_phase_start(levels, base, dependence))
-        rows = [
+        rows: list[dict[str, float | None]] = [
             {"current": i.current, "cost": i.cost, **dict(zip(base.spec.names, i.theta.tolist(), strict=True))}
             for i in levels
         ]
         return to_points(cube, starts), rows
 
-    def _keep(self, name: str, found: dict[str, Any]) -> None:
+    def _keep(self, name: str, found: FoundPoint) -> None:
         if path := self._partial(name):
-            write_json(path, {"key": self.key, "condition": name, "found": found})
+            write_json(path, PartialFit(key=self.key, condition=name, found=found))
 
     def _partial(self, name: str) -> Path | None:
         folder = self.origin.folder
         return folder / PARTIAL / f"{digest_of(name)[:24]}.json" if folder else None
 
-    def _resumed(self, name: str, free: int) -> dict[str, Any] | None:
+    def _resumed(self, name: str, free: int) -> FoundPoint | None:
         path = self._partial(name)
-        stored = made(path, PartialFit) if path else None
-        whole = stored is not None and stored["key"] == self.key and len(stored["found"]["point"]) == free
-        return dict(stored["found"]) if stored and whole else None
+        stored = reusable(path, PartialFit) if path else None
+        return stored.found if stored and stored.key == self.key and len(stored.found.point) == free else None
 
 
 @dataclass(frozen=True)
@@ -436,27 +371,40 @@ def _fit_share(share: _Share, progress: Progress) -> _Piece:
     return replace(share.runner, progress=progress)._fit(share.name, share.segments)
 
 
-def _summary(runner: _Runner, data_key: str, pieces: Sequence[_Piece], metrics: list[dict[str, Any]]) -> dict[str, Any]:
+def segment_use(part: Part, offset: float, floor: NoiseFloor) -> SegmentUse:
+    """Return how a part of a segment entered a fit, with its record's unknown constant and its noise floor."""
+    return SegmentUse(
+        id=part.segment.id,
+        condition=part.segment.condition,
+        role=part.segment.role,
+        drive=part.drive.method,
+        offset=offset,
+        noise_floor=floor.value,
+        noise_floor_method=floor.method,
+        noise_floor_bounds=(floor.low, floor.high),
+    )
+
+
+def _summary(runner: _Runner, data_key: str, pieces: Sequence[_Piece], metrics: list[MetricRow]) -> Fit:
     settings, spec = runner.settings, runner.assembly.spec
-    return {
-        "schema": SCHEMA,
-        "name": settings.fit_name,
-        "model": settings.model,
-        "optimizer": settings.optimizer,
-        "per": settings.per,
-        "seed": settings.seed,
-        "key": runner.key,
-        "code": code_version("fit"),
-        "data_sha256": data_key,
-        "versions": {p: version(p) for p in ("mrfit", "numpy", "scipy", "numba")},
-        "settings": {k: v for k, v in asdict(settings).items() if k != "jobs"},
-        "current_dependence": currents_as_json(runner.prepared.dependence),
-        "current_choice": runner.prepared.choice.about if runner.prepared.choice else None,
-        "output": spec.output,
-        "inputs": list(spec.inputs),
-        "equation": spec.equation,
-        "reference": spec.reference,
-        "results": [p.result for p in pieces],
-        "metrics": metrics,
-        "warnings": runner.prepared.cautions,
-    }
+    return Fit(
+        name=settings.fit_name,
+        model=settings.model,
+        optimizer=settings.optimizer,
+        per=settings.per,
+        seed=settings.seed,
+        key=runner.key,
+        code=code_version("fit"),
+        data_sha256=data_key,
+        versions={p: version(p) for p in ("mrfit", "numpy", "scipy", "numba")},
+        settings={k: v for k, v in asdict(settings).items() if k != "jobs"},
+        current_dependence=kept(runner.prepared.dependence),
+        current_choice=runner.prepared.choice.about if runner.prepared.choice else None,
+        output=spec.output,
+        inputs=list(spec.inputs),
+        equation=spec.equation,
+        reference=spec.reference,
+        results=[p.result for p in pieces],
+        metrics=metrics,
+        warnings=runner.prepared.cautions,
+    )

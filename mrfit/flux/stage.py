@@ -10,7 +10,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
 
 import numpy as np
 
@@ -23,38 +22,15 @@ from mrfit.flux.integral import Drift, integrate, remove_drift
 from mrfit.flux.losses import Loop, Separation, estimate_resistance, loop_of, separate
 from mrfit.flux.plateau import resistance_of_plateaus, steady_blocks
 from mrfit.io.keys import code_version, flux_key
-from mrfit.io.schemas.reading import made
-from mrfit.io.schemas.stages import FLUX, FluxFile
-from mrfit.io.workspace import Workspace, plain, write_json
+from mrfit.io.schemas.reading import reusable
+from mrfit.io.schemas.stages import FluxFile, FluxRow, FluxSettings, LoopRow, SeparationRow
+from mrfit.io.workspace import Workspace, checked, write_json
+from mrfit.settings.flux import DRIFTS, RULES
+from mrfit.settings.flux import Settings as Settings
 from mrfit.signal.cycles import Stretch, steady_stretches
 
-DRIFTS = ("cycle", "linear", "none")
-RULES = ("trapezoid", "simpson")
 STAGE = "flux"
 INTEGRATED = "integrated"
-
-
-@dataclass(frozen=True, slots=True)
-class Settings:
-    """How flux linkage is reconstructed.
-
-    Attributes
-    ----------
-    resistance
-        Coil resistance in Ω for all recordings, ``auto`` to estimate it from the data, or None for each recording's own
-        (from the channel map) and ``auto`` for those without.
-    drift
-        ``cycle``, ``linear`` or ``none``.
-    rule
-        ``trapezoid`` or ``simpson``.
-    fallback
-        Resistance in Ω for recordings without their own, instead of estimating it.
-    """
-
-    resistance: float | Literal["auto"] | str | None = None
-    drift: str = "cycle"
-    rule: str = "trapezoid"
-    fallback: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +42,7 @@ class _Resistance:
     source: str
 
 
-def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
+def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> FluxFile:
     """Reconstruct flux linkage where coil voltage and current were logged, and write ``flux/`` and flux.json.
 
     Recordings with a measured flux keep it; those and the ones without voltage and current are not copied: later stages
@@ -83,8 +59,8 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
 
     Returns
     -------
-    dict
-        Content of flux.json, with ``skipped`` telling whether it was there already.
+    FluxFile
+        Content of flux.json, and whether it was there already.
 
     Raises
     ------
@@ -96,9 +72,9 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     _check(settings)
     identifiers = workspace.identifiers
     key = flux_key(asdict(settings), workspace.contents(identifiers))
-    existing = made(workspace.flux_json, FluxFile)
-    if existing and existing.get("key") == key and _complete(workspace, existing):
-        return {**existing, "skipped": True}
+    existing = reusable(workspace.flux_json, FluxFile)
+    if existing and existing.key == key and _complete(workspace, existing):
+        return replace(existing, skipped=True)
     analysed = [_analyse(workspace.read_recording(i), settings) for i in identifiers]
     resistances = _resistances(analysed, settings)
     with _replacing(workspace) as staging:
@@ -106,14 +82,14 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         for done, found in enumerate(analysed):
             rows.append(_write(workspace, staging, found, resistances.get(found.identifier), settings))
             progress("flux", done + 1, len(analysed))
-        summary = plain(_summary(settings, key, rows, analysed, resistances))
+        summary = checked(_summary(settings, key, rows, analysed, resistances))
     write_json(workspace.flux_json, summary)
-    return {**summary, "skipped": False}
+    return summary
 
 
-def _complete(workspace: Workspace, existing: dict[str, Any]) -> bool:
+def _complete(workspace: Workspace, existing: FluxFile) -> bool:
     """Return whether every recording that was changed is there."""
-    changed = [r["id"] for r in existing["recordings"] if r["action"] == INTEGRATED]
+    changed = [r.id for r in existing.recordings if r.action == INTEGRATED]
     return all(workspace.recording_file(i, STAGE).is_file() for i in changed)
 
 
@@ -150,13 +126,13 @@ def reconstruct(recordings: Sequence[Recording], settings: Settings) -> tuple[li
 def last_settings(workspace: Workspace) -> Settings:
     """Return the settings of the workspace's last flux run, or the defaults."""
     stored = workspace.flux_file()
-    return Settings(**stored["settings"]) if stored else Settings()
+    return Settings(**asdict(stored.settings)) if stored else Settings()
 
 
 def last_resistance(workspace: Workspace) -> float | None:
     """Return the coil resistance in Ω of the workspace's last flux run (the median, if recordings differ), or None."""
-    value = (workspace.flux_file() or {}).get("resistance")
-    return None if value is None else float(value)
+    stored = workspace.flux_file()
+    return stored.resistance if stored else None
 
 
 def to_predict(settings: Settings, found: float | None, given: float | str | None) -> Settings:
@@ -294,8 +270,8 @@ def _make(folder: Path) -> None:
 
 def _move(workspace: Workspace, folder: Path, target: Path) -> None:
     try:
-        if existing := made(workspace.flux_json, FluxFile):
-            write_json(workspace.flux_json, {**existing, "key": ""})
+        if existing := reusable(workspace.flux_json, FluxFile):
+            write_json(workspace.flux_json, replace(existing, key=""))
         shutil.rmtree(target, ignore_errors=True)
         folder.replace(target)
     except OSError as error:
@@ -304,14 +280,13 @@ def _move(workspace: Workspace, folder: Path, target: Path) -> None:
 
 def _write(
     workspace: Workspace, staging: str, found: _Analysed, resistance: _Resistance | None, settings: Settings
-) -> dict[str, Any]:
-    row: dict[str, Any] = {"id": found.identifier, "action": found.action}
+) -> FluxRow:
     if resistance is None:
-        return row
+        return FluxRow(id=found.identifier, action=found.action)
     recording = workspace.read_recording(found.identifier)
     changed, drift = _integrated(recording, found, resistance, settings)
     workspace.write_recording(changed, staging)
-    return {**row, **_row(found, resistance, drift)}
+    return _row(found, resistance, drift)
 
 
 def _integrated(
@@ -344,56 +319,57 @@ def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2))) if len(values) else float("nan")
 
 
-def _row(found: _Analysed, resistance: _Resistance, drift: Drift) -> dict[str, Any]:
+def _row(found: _Analysed, resistance: _Resistance, drift: Drift) -> FluxRow:
     longest = max(found.loops, key=lambda p: p.cycles, default=None)
     closure = drift.closure
-    return {
-        "resistance": resistance.value,
-        "resistance_error": resistance.error,
-        "resistance_source": resistance.source,
-        "lambda0": drift.constant,
-        "offset_volt": drift.offset_volt,
-        "drift": drift.method,
-        "finding": drift.finding,
-        "closure_rms": _rms(closure),
-        "closure_max": float(np.max(np.abs(closure))) if len(closure) else float("nan"),
-        "loop_area": longest.area(resistance.value) if longest else float("nan"),
-        "amplitude": longest.amplitude if longest else float("nan"),
-        "frequency": longest.frequency if longest else float("nan"),
-        "loops": [
-            {
-                "frequency": p.frequency,
-                "amplitude": p.amplitude,
-                "cycles": p.cycles,
-                "loop_area": p.area(resistance.value),
-                "loop_area_error": p.error,
-                "ohmic": resistance.value * p.squared,
-            }
+    return FluxRow(
+        id=found.identifier,
+        action=found.action,
+        resistance=resistance.value,
+        resistance_error=resistance.error,
+        resistance_source=resistance.source,
+        lambda0=drift.constant,
+        offset_volt=drift.offset_volt,
+        drift=drift.method,
+        finding=drift.finding,
+        closure_rms=_rms(closure),
+        closure_max=float(np.max(np.abs(closure))) if len(closure) else None,
+        loop_area=longest.area(resistance.value) if longest else None,
+        amplitude=longest.amplitude if longest else None,
+        frequency=longest.frequency if longest else None,
+        loops=[
+            LoopRow(
+                frequency=p.frequency,
+                amplitude=p.amplitude,
+                cycles=p.cycles,
+                loop_area=p.area(resistance.value),
+                loop_area_error=p.error,
+                ohmic=resistance.value * p.squared,
+            )
             for p in found.loops
         ],
-    }
+    )
 
 
 def _summary(
     settings: Settings,
     key: str,
-    rows: list[dict[str, Any]],
+    rows: list[FluxRow],
     analysed: list[_Analysed],
     resistances: dict[str, _Resistance],
-) -> dict[str, Any]:
+) -> FluxFile:
     values = {i: r.value for i, r in resistances.items()}
     separations = separate([loop for a in analysed for loop in a.loops], values)
-    return {
-        "schema": FLUX,
-        "key": key,
-        "code": code_version(STAGE),
-        "settings": asdict(settings),
-        "resistance": float(np.median(list(values.values()))) if values else None,
-        "recordings": rows,
-        "findings": [f"{r['id']}: bias-change: {r['finding']}" for r in rows if r.get("finding")],
-        "separation": [asdict(s) for s in separations],
-        "separation_text": [_in_words(s) for s in separations],
-    }
+    return FluxFile(
+        key=key,
+        code=code_version(STAGE),
+        settings=FluxSettings(**asdict(settings)),
+        resistance=float(np.median(list(values.values()))) if values else None,
+        recordings=rows,
+        findings=[f"{r.id}: bias-change: {r.finding}" for r in rows if r.finding],
+        separation=[SeparationRow(**asdict(s)) for s in separations],
+        separation_text=[_in_words(s) for s in separations],
+    )
 
 
 def _in_words(separation: Separation) -> str:

@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from mrfit.ingest.earlier import Earlier
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.meaning.conditions import from_name
 from mrfit.ingest.reading import Item
+from mrfit.io.schemas.stages import Copy
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,9 +20,7 @@ class _Log:
     rules: Rules | None = None
 
 
-def part_copies(
-    plan: Sequence[tuple[Item, str]], before: Earlier
-) -> tuple[list[dict[str, Any]], list[tuple[Item, str]]]:
+def part_copies(plan: Sequence[tuple[Item, str]], before: Earlier) -> tuple[list[Copy], list[tuple[Item, str]]]:
     """Return the logs that hold the bytes of another one, of this call or in the workspace, and the items to read.
 
     Of a copy are said ``source``, ``of``, and whether it is ``read`` all the same, because its name states another
@@ -30,23 +28,23 @@ def part_copies(
     """
     logs: dict[str, list[_Log]] = {}
     here = {before.source(item) for item, _ in plan}
-    for row in before.summary["recordings"]:
-        if row["source"] not in here:
-            logs.setdefault(row["sha256"], []).append(_Log(row["source"], before.keys.get(row["source"])))
+    for row in before.summary.recordings:
+        if row.source not in here:
+            logs.setdefault(row.sha256, []).append(_Log(row.source, before.keys.get(row.source)))
     copies, changed = [], set()
     # what the workspace knows already stays the one that is read
     for item, key in sorted(plan, key=lambda pair: not before.ids(before.source(pair[0]))):
         log, others = _Log(before.source(item), key, item.rules), logs.setdefault(item.sha256, [])
         same = next((o for o in others if _same_test(log, o, item.rules)), None)
         if others:
-            copies.append({"source": log.source, "of": (same or others[0]).source, "read": same is None})
+            copies.append(Copy(source=log.source, of=(same or others[0]).source, read=same is None))
         if same is None:
             others.append(log)
         if before.keys.get(log.source) != key:
             changed.add(log.source)
-    copies += [c for c in before.copies if c["source"] not in here and c["of"] not in changed]
-    dropped = {c["source"] for c in copies if not c["read"]}
-    copies.sort(key=lambda c: str(c["source"]))
+    copies += [c for c in before.copies if c.source not in here and c.of not in changed]
+    dropped = {c.source for c in copies if not c.read}
+    copies.sort(key=lambda c: c.source)
     return copies, [(item, key) for item, key in plan if before.source(item) not in dropped]
 
 

@@ -3,12 +3,12 @@
 from collections.abc import Iterable
 from os import getcwd
 from os import path as os_path
-from typing import Any
 
 from mrfit.errors import DataError
 from mrfit.ingest.reading import Item
 from mrfit.ingest.refusal import Refusal
 from mrfit.io.escapes import encodable
+from mrfit.io.schemas.stages import IngestFile
 from mrfit.io.workspace import Workspace
 
 
@@ -33,14 +33,16 @@ class Earlier:
 
     def __init__(self, workspace: Workspace) -> None:
         self.workspace = workspace
-        self.summary: dict[str, Any] = workspace.ingest_file() or {"recordings": [], "refused": []}
-        self.keys: dict[str, str] = self.summary.get("sources", {})
+        stored = workspace.ingest_file()
+        self.summary = stored or IngestFile(recordings=[], refused=[])
+        self.keys, self.copies = self.summary.sources, self.summary.copies
         root = os_path.abspath(workspace.root)
-        self.base = os_path.normpath(os_path.join(root, self.summary.get("base", os_path.relpath(getcwd(), root))))
-        self.copies: list[dict[str, Any]] = self.summary.get("copies", [])
-        sources = [*self.keys, *(c["source"] for c in self.copies)]
+        # a file without a base has absolute sources only, which are the same from anywhere
+        base = (self.summary.base or ".") if stored else os_path.relpath(getcwd(), root)
+        self.base = os_path.normpath(os_path.join(root, base))
+        sources = [*self.keys, *(c.source for c in self.copies)]
         self.spelling: dict[str, str] = {encodable(os_path.normpath(os_path.join(self.base, s))): s for s in sources}
-        self.orphans = {r["source"] for r in self.summary["refused"] if r.get("kept")}
+        self.orphans = {r.source for r in self.summary.refused if r.kept}
 
     def source(self, item: Item) -> str:
         """Return the source's name as the workspace already knows it, or as the item has it."""
@@ -53,15 +55,15 @@ class Earlier:
             return known
         return encodable(path if os_path.isabs(path) or self.base == getcwd() else os_path.relpath(absolute, self.base))
 
-    def base_of(self, sources: Iterable[str]) -> dict[str, str]:
+    def base_of(self, sources: Iterable[str]) -> str | None:
         """Return what ingest.json must say of the base: nothing where all sources are absolute."""
         if all(os_path.isabs(s) for s in sources):
-            return {}
-        return {"base": os_path.relpath(self.base, os_path.abspath(self.workspace.root))}
+            return None
+        return os_path.relpath(self.base, os_path.abspath(self.workspace.root))
 
     def ids(self, source: str) -> list[str]:
         """Return the ids of a source's recordings."""
-        return [r["id"] for r in self.summary["recordings"] if r["source"] == source]
+        return [r.id for r in self.summary.recordings if r.source == source]
 
     def holds(self, item: Item, key: str) -> bool:
         """Whether an item has been read, with all that determines it as it is now."""
@@ -80,7 +82,7 @@ class Earlier:
 
     def reason(self, source: str, sha256: str, key: str) -> str:
         """Return why a source with recordings has been read again."""
-        if any(r["sha256"] != sha256 for r in self.summary["recordings"] if r["source"] == source):
+        if any(r.sha256 != sha256 for r in self.summary.recordings if r.source == source):
             return "has changed since it was last read"
         if self.keys.get(source) == key:
             return "read again, since its recordings were damaged or missing"
@@ -88,10 +90,9 @@ class Earlier:
 
     def refusals(self, source: str) -> list[Refusal]:
         """Return why a source was refused."""
-        rows = [r for r in self.summary["refused"] if r["source"] == source]
-        return [Refusal(r["source"], r["reason"], r["remedy"]) for r in rows]
+        return [Refusal(r.source, r.reason, r.remedy) for r in self.summary.refused if r.source == source]
 
     def same_refusals(self, refusals: list[Refusal]) -> bool:
         """Whether all of these are known."""
-        known = {(r["source"], r["reason"]) for r in self.summary["refused"]}
+        known = {(r.source, r.reason) for r in self.summary.refused}
         return all((self.name(r.path), r.reason) in known for r in refusals)

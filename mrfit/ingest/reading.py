@@ -21,6 +21,7 @@ from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table, with_end
 from mrfit.ingest.text.head import open_head
+from mrfit.settings.ingest import BLOCK
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,8 +67,6 @@ class Outcome:
     refusals: tuple[Refusal, ...]
 
 
-BLOCK = 8 << 20
-"""Bytes of a log read at once."""
 BLOCKS_IN_MEMORY = 8
 """A log of more blocks than this is read block by block."""
 MEMORY_FOR_A_BYTE = 6

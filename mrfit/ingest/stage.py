@@ -7,7 +7,6 @@ from dataclasses import asdict, dataclass, replace
 from os import getpid
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Literal
 
 import numpy as np
 
@@ -20,43 +19,15 @@ from mrfit.ingest.dispatch import expand, look, part_of
 from mrfit.ingest.earlier import Earlier
 from mrfit.ingest.meaning.channel_map import FILE_NAME, MapFile, Rules, load_map, rules_for
 from mrfit.ingest.meaning.conditions import name_expression
-from mrfit.ingest.reading import BLOCK, Item, Outcome, Pieces, hash_of, look_into, read_item
+from mrfit.ingest.reading import Item, Outcome, Pieces, hash_of, look_into, read_item
 from mrfit.ingest.refusal import Passing, Refusal
 from mrfit.io.keys import code_version, key_of, plugins_used
-from mrfit.io.schemas.stages import INGEST
-from mrfit.io.workspace import Workspace, read_json, recording_id, write_json
+from mrfit.io.schemas.stages import About, Copy, IngestFile, Refused
+from mrfit.io.workspace import Workspace, recording_id, write_json
+from mrfit.settings.ingest import Settings as Settings
 
 
-@dataclass(frozen=True, slots=True)
-class Settings:
-    """How to read logs.
-
-    Attributes
-    ----------
-    map
-        Channel map; None looks for ``mrfit.toml`` beside each log and in its parents up to the folder given.
-    resistance
-        Coil resistance in ohm, kept with every recording; ``auto`` or None leave it to the flux stage.
-    pattern
-        Conditions in file names, as ``{amplitude:mm}mm{frequency:Hz}Hz{current:A}A``; before the map's.
-    jobs
-        Files read at the same time.
-    block
-        Bytes of a log read at once; a log of more than eight blocks is read block by block, its numbers kept on disk in
-        the workspace meanwhile, and gives what it would give if read as a whole.
-    max_memory
-        Most bytes of memory that a file may take once unpacked; None for half of what is free.
-    """
-
-    map: Path | None = None
-    resistance: float | Literal["auto"] | None = None
-    pattern: str | None = None
-    jobs: int = 2
-    block: int = BLOCK
-    max_memory: float | None = None
-
-
-def run(paths: Sequence[Path], settings: Settings, workspace: Workspace, progress: Progress = silent) -> dict[str, Any]:
+def run(paths: Sequence[Path], settings: Settings, workspace: Workspace, progress: Progress = silent) -> IngestFile:
     """Read logs into the workspace and return the content of ingest.json with what this call changed.
 
     Parameters
@@ -72,9 +43,9 @@ def run(paths: Sequence[Path], settings: Settings, workspace: Workspace, progres
 
     Returns
     -------
-    dict
-        ``recordings``, ``refused``, ``copies`` (see ``part_copies``), ``key``, and of this call: ``skipped``;
-        ``added``, ``replaced``, ``unchanged`` (lists of sources); ``reasons`` (why each was replaced).
+    IngestFile
+        Recordings, refused logs and copies (see ``part_copies``); of this call the sources added, replaced (and why)
+        and unchanged.
 
     Raises
     ------
@@ -91,16 +62,16 @@ def run(paths: Sequence[Path], settings: Settings, workspace: Workspace, progres
     kept = [s for s in held if before.ids(s)]
     restored = {s for s in held if s in before.orphans}
     refusals += [r for s in held if s not in restored for r in before.refusals(s)]
-    held_once = [c["of"] for c in copies if not c["read"] and before.ids(c["of"])]
+    held_once = [c.of for c in copies if not c.read and before.ids(c.of)]
     if not fresh and not restored and before.same_refusals(refusals) and copies == before.copies:
         _check_any([*kept, *held_once], refusals)
-        return {**before.summary, "skipped": True, "added": [], "replaced": [], "unchanged": kept, "reasons": {}}
+        return replace(before.summary, skipped=True, unchanged=kept)
     with _staging(workspace) as staging:
         staged = _read_all(fresh, before, staging, (settings, progress))
         staged.files |= restored
         read = [s for s, rows in staged.recordings.items() if rows]
         _check_any([*kept, *held_once, *read], [*refusals, *staged.refusals])
-        return _commit(workspace, staging, before, staged, (kept, refusals, copies))
+        return _commit(workspace, staging, before, staged, kept=kept, unread=refusals, copies=copies)
 
 
 @contextmanager
@@ -124,7 +95,23 @@ def _staging(workspace: Workspace) -> Iterator[Workspace]:
             workspace.root.rmdir()
 
 
-def preview(paths: Sequence[Path], settings: Settings) -> list[dict[str, Any]]:
+@dataclass(frozen=True, kw_only=True)
+class Preview:
+    """What would be read of a recording, in words; of a refused file only source, reader, oddities and remedy."""
+
+    source: str
+    reader: str
+    channels: str = ""
+    rate: str = ""
+    rows: int | str = ""
+    refused: int | str = ""
+    start: float | str = ""
+    condition: str = ""
+    oddities: str
+    remedy: str = ""
+
+
+def preview(paths: Sequence[Path], settings: Settings) -> list[Preview]:
     """Return what would be read as rows for a table, one per recording or refused file, and write nothing.
 
     Of a log longer than eight blocks only the first is read, and its row says so.
@@ -143,9 +130,9 @@ def preview(paths: Sequence[Path], settings: Settings) -> list[dict[str, Any]]:
             refusals += outcome.refusals
             rows += [_preview_row(r, times_longer) for r in outcome.recordings]
     for refusal in refusals:
-        row = dict.fromkeys(PREVIEW_COLUMNS, "") | {"source": refusal.path, "reader": "refused"}
-        rows.append(row | {"oddities": refusal.reason, "remedy": refusal.remedy})
-    return sorted(rows, key=lambda row: str(row["source"]))
+        told = {"oddities": refusal.reason, "remedy": refusal.remedy}
+        rows.append(Preview(source=refusal.path, reader="refused", **told))
+    return sorted(rows, key=lambda row: row.source)
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,21 +174,9 @@ def _in_memory(recording: Recording) -> Recording:
 
 
 KEPT = " (the recordings read from it before are kept)"
-PREVIEW_COLUMNS = (
-    "source",
-    "reader",
-    "channels",
-    "rate",
-    "rows",
-    "refused",
-    "start",
-    "condition",
-    "oddities",
-    "remedy",
-)
 
 
-def _preview_row(recording: Recording, times_longer: float) -> dict[str, Any]:
+def _preview_row(recording: Recording, times_longer: float) -> Preview:
     oddities = [f.text for f in recording.findings]
     rows: int | str = recording.rows_kept
     if times_longer > 1.0:
@@ -209,19 +184,17 @@ def _preview_row(recording: Recording, times_longer: float) -> dict[str, Any]:
         oddities = [seen, *oddities]
         rows = f"about {times_longer * recording.rows_kept:.2g}".replace("e+0", "e")
     channels = (f"{n} ({recording.units[n]})" if recording.units[n] else n for n in recording.channels)
-    values = (
-        recording.source,
-        recording.reader,
-        ", ".join(channels),
-        f"{1.0 / recording.dt:.6g} Hz",
-        rows,
-        recording.rows_refused,
-        recording.start,
-        ", ".join(f"{k} {v:.4g}" for k, v in recording.condition.items()),
-        "; ".join(oddities),
-        "",
+    return Preview(
+        source=recording.source,
+        reader=recording.reader,
+        channels=", ".join(channels),
+        rate=f"{1.0 / recording.dt:.6g} Hz",
+        rows=rows,
+        refused=recording.rows_refused,
+        start=recording.start,
+        condition=", ".join(f"{k} {v:.4g}" for k, v in recording.condition.items()),
+        oddities="; ".join(oddities),
     )
-    return dict(zip(PREVIEW_COLUMNS, values, strict=True))
 
 
 def plan_items(
@@ -306,7 +279,7 @@ def _map_beside(file: Path, root: Path) -> Path | None:
 class _Staged:
     """What this call read: rows of ingest.json and keys by source, refusals, and all files looked at."""
 
-    recordings: dict[str, list[dict[str, Any]]]
+    recordings: dict[str, list[About]]
     keys: dict[str, str]
     refusals: list[Refusal]
     files: set[str]
@@ -321,7 +294,7 @@ def _read_all(
     """Read the items and write their recordings to the staging folder."""
     settings, progress = how
     staged = _Staged({}, {}, [], {before.name(str(file)) for item, _ in fresh for file, _ in item.files})
-    taken = {r["id"].lower() for r in before.summary["recordings"]}
+    taken = {r.id.lower() for r in before.summary.recordings}
     keys = {item.source: key for item, key in fresh}
     pieces = Pieces(staging.root / "numbers", settings.block, progress)
     outcomes = in_order(lambda item: read_item(item, pieces), (i for i, _ in fresh), settings.jobs)
@@ -335,7 +308,7 @@ def _read_all(
                 staged.keys[source] = keys[outcome.item.source]
         for recording in _named(outcome, source, taken):
             staging.write_recording(recording)
-            staged.recordings[source].append(recording.about())
+            staged.recordings[source].append(About.of(recording))
         progress("ingest", number, len(fresh))
     return staged
 
@@ -365,65 +338,66 @@ def _commit(
     staging: Workspace,
     before: Earlier,
     staged: _Staged,
-    rest: tuple[list[str], list[Refusal], list[dict[str, Any]]],
-) -> dict[str, Any]:
-    """Move the staged recordings into place, write ingest.json, remove what they replace."""
-    kept, unread, copies = rest
-    dropped = {c["source"] for c in copies if not c["read"]}
+    *,
+    kept: list[str],
+    unread: list[Refusal],
+    copies: list[Copy],
+) -> IngestFile:
+    """Move the staged recordings into place, write ingest.json, remove what they replace.
+
+    ``kept`` are the sources that were not read again, ``unread`` the files that no reader takes.
+    """
+    dropped = {c.source for c in copies if not c.read}
     refused = [_refused_row(r, kept, staged, before) for r in (*unread, *staged.refusals)]
-    old = [r for r in before.summary["recordings"] if r["source"] not in dropped | staged.recordings.keys()]
+    old = [r for r in before.summary.recordings if r.source not in dropped | staged.recordings.keys()]
     new = [r for rows in staged.recordings.values() for r in rows]
     for row in new:
-        target = workspace.recording_file(row["id"])
+        target = workspace.recording_file(row.id)
         try:
             target.parent.mkdir(parents=True, exist_ok=True)
-            staging.recording_file(row["id"]).replace(target)
+            staging.recording_file(row.id).replace(target)
         except OSError as error:
             raise DataError(f"{target}: cannot write ({error.strerror}); choose another --work folder") from error
-    heard = {r["source"] for r in refused} | set(staged.recordings) | staged.files | dropped
-    refused += [r for r in before.summary["refused"] if r["source"] not in heard]
-    unheld = {r["source"] for r in refused if not before.ids(r["source"])} - set(staged.recordings)
+    heard = {r.source for r in refused} | set(staged.recordings) | staged.files | dropped
+    refused += [r for r in before.summary.refused if r.source not in heard]
+    unheld = {r.source for r in refused if not before.ids(r.source)} - set(staged.recordings)
     keys = {s: k for s, k in before.keys.items() if s not in unheld | dropped} | staged.keys
-    summary = {
-        "schema": INGEST,
-        "recordings": sorted([*old, *new], key=lambda r: str(r["id"])),
-        "refused": sorted(refused, key=lambda r: r["source"]),
-        "copies": copies,
-        "sources": dict(sorted(keys.items())),
-        "key": key_of(sorted(keys.items()), stage="ingest"),
-        "code": _code(before, bool(old)),
-        **before.base_of([*keys, *(r["source"] for r in (*refused, *copies))]),
-    }
-    write_json(workspace.ingest_json, summary)
-    _remove_stale(workspace, before, {r["id"] for r in summary["recordings"]})
     read = [s for s, rows in staged.recordings.items() if rows]
     replaced = [s for s in read if before.ids(s)]
-    return {
-        **(read_json(workspace.ingest_json) or summary),
-        "skipped": False,
-        "added": [s for s in read if s not in replaced],
-        "replaced": replaced,
-        "unchanged": kept,
-        "reasons": {s: before.reason(s, staged.recordings[s][0]["sha256"], staged.keys[s]) for s in replaced},
-    }
+    summary = IngestFile(
+        recordings=sorted([*old, *new], key=lambda r: r.id),
+        refused=sorted(refused, key=lambda r: r.source),
+        copies=copies,
+        sources=dict(sorted(keys.items())),
+        key=key_of(sorted(keys.items()), stage="ingest"),
+        code=_code(before, bool(old)),
+        base=before.base_of([*keys, *(r.source for r in refused), *(c.source for c in copies)]),
+        added=[s for s in read if s not in replaced],
+        replaced=replaced,
+        unchanged=kept,
+        reasons={s: before.reason(s, staged.recordings[s][0].sha256, staged.keys[s]) for s in replaced},
+    )
+    write_json(workspace.ingest_json, summary)
+    _remove_stale(workspace, before, {r.id for r in summary.recordings})
+    return summary
 
 
 def _code(before: Earlier, older: bool) -> str:
     """Return the version of the code that read all there is; empty where some of it is ``older``, read by another."""
     this = code_version("ingest")
-    return this if not older or before.summary.get("code") == this else ""
+    return this if not older or before.summary.code == this else ""
 
 
-def _refused_row(refusal: Refusal, kept: Iterable[str], staged: _Staged, before: Earlier) -> dict[str, Any]:
+def _refused_row(refusal: Refusal, kept: Iterable[str], staged: _Staged, before: Earlier) -> Refused:
     """Return a refusal for ingest.json; a log that can no longer be read keeps the recordings made of it before."""
     source = before.name(refusal.path)
-    row = {"source": source, "reason": refusal.reason, "remedy": refusal.remedy}
+    row = Refused(source=source, reason=refusal.reason, remedy=refusal.remedy)
     if source in staged.recordings or source in kept or not before.ids(source):
         return row
-    return row | {"remedy": refusal.remedy.removesuffix(KEPT) + KEPT, "kept": True}
+    return replace(row, remedy=refusal.remedy.removesuffix(KEPT) + KEPT, kept=True)
 
 
 def _remove_stale(workspace: Workspace, before: Earlier, ids: set[str]) -> None:
-    for row in before.summary["recordings"]:
-        if row["id"] not in ids:
-            workspace.recording_file(row["id"]).unlink(missing_ok=True)
+    for row in before.summary.recordings:
+        if row.id not in ids:
+            workspace.recording_file(row.id).unlink(missing_ok=True)

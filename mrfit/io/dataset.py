@@ -27,11 +27,15 @@ class Dataset:
     segments: Sequence[Segment]
     recordings: Mapping[str, Recording]
 
-    def made_from(self) -> tuple[dict[str, str], list[dict[str, Any]]]:
+    def made_from(self) -> tuple[dict[str, str], list[Segment]]:
         """Return what results depend on, as ``Workspace.made_from`` does of the same data on disk."""
         used = sorted({s.recording for s in self.segments})
-        rows = [{k: v.item() if isinstance(v, np.generic) else v for k, v in asdict(s).items()} for s in self.segments]
-        return {i: _content(self.recordings[i]) for i in used}, rows
+        return {i: _content(self.recordings[i]) for i in used}, [_plain(s) for s in self.segments]
+
+
+def _plain(segment: Segment) -> Segment:
+    """Return a segment without elements of arrays, which a hash would tell from plain numbers."""
+    return replace(segment, **{k: v.item() for k, v in asdict(segment).items() if isinstance(v, np.generic)})
 
 
 def _content(recording: Recording) -> str:

@@ -27,6 +27,8 @@ _TAKES = {
     "tuple_type": "a list",
     "dict_type": "a table",
     "model_type": "a table",
+    "dataclass_type": "a table",
+    "dataclass_exact_type": "a table",
     "model_attributes_type": "a table",
     "mapping_type": "a table",
     "none_required": "nothing",
@@ -68,6 +70,7 @@ def plain_fault(error: "ValidationError", model: "type[BaseModel] | None" = None
     if first["type"] == "list_type" and isinstance(first["input"], dict):
         return f"{key(path)} is one table; write [[{key(path)}]] for each of several"
     takes = list(dict.fromkeys(filter(None, map(_takes, same))))
+    takes = [t for t in takes if t != "a whole number" or "a number" not in takes]
     if not takes:
         text = str(first["msg"]).removeprefix("Value error, ")
         return f"{key(path)}: {text}" if path else text[:1].lower() + text[1:]
@@ -102,8 +105,8 @@ def _toml_key(path: Sequence[str | int]) -> str:
     table, *rest = path
     if isinstance(rest[0], int):
         number, *rest = rest
-        head = f"[[{table}]] {int(number) + 1}"
-        return f"{head}: {'.'.join(map(str, rest))}" if rest else head
+        # a member of a list, or a table of several
+        return f"[[{table}]] {int(number) + 1}: {'.'.join(map(str, rest))}" if rest else f"{table}.{number}"
     return f"[{table}] {'.'.join(map(str, rest))}"
 
 

@@ -9,6 +9,7 @@ import hashlib
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -16,7 +17,7 @@ from typing import Any
 
 from mrfit.core import registry
 from mrfit.core.built_in import Kind
-from mrfit.core.recording import Recording
+from mrfit.core.recording import Recording, Segment
 
 PACKAGE = Path(__file__).parents[1]
 # Where each stage begins, and the rooms of which the registry loads files by name; these import all else that it uses
@@ -108,23 +109,23 @@ def segment_key(settings: Mapping[str, Any], contents: Mapping[str, str], code: 
 
 
 def fit_key(
-    settings: Mapping[str, Any], contents: Mapping[str, str], segments: Sequence[object], code: str = ""
+    settings: Mapping[str, Any], contents: Mapping[str, str], segments: Sequence[Segment], code: str = ""
 ) -> str:
     """Return the key of a fit with these settings; ``jobs`` changes nothing, the source of a plug-in does."""
-    own = _without_jobs(settings)
-    return key_of(own, contents, segments, *_plugins_of(settings), stage="fit", code=code)
+    parts = _without_jobs(settings), contents, [*map(asdict, segments)]
+    return key_of(*parts, *_plugins_of(settings), stage="fit", code=code)
 
 
 def discovery_key(
-    settings: Mapping[str, Any], contents: Mapping[str, str], segments: Sequence[object], code: str = ""
+    settings: Mapping[str, Any], contents: Mapping[str, str], segments: Sequence[Segment], code: str = ""
 ) -> str:
     """Return the key of a discovery with these settings, among whose candidates are all effects of plug-ins."""
     tried: list[tuple[Kind, str]] = [("effect", e) for e in registry.names("effect")]
-    own = _without_jobs(settings)
-    return key_of(own, contents, segments, *_plugins_of(settings, tried), stage="discover", code=code)
+    parts = _without_jobs(settings), contents, [*map(asdict, segments)]
+    return key_of(*parts, *_plugins_of(settings, tried), stage="discover", code=code)
 
 
-def _without_jobs(settings: Mapping[str, Any]) -> dict[str, Any]:
+def _without_jobs(settings: Mapping[str, Any]) -> object:
     return {name: value for name, value in settings.items() if name != "jobs"}
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any, Protocol
 
+from mrfit.core.recording import Segment
 from mrfit.errors import DataError
 from mrfit.io.keys import code_version, digest_of, fit_key, flux_key, segment_key
 
@@ -24,16 +26,15 @@ def flux_reason(workspace: Workspace) -> str:
     DataError
         If flux.json or a recording is damaged.
     """
-    flux = workspace.flux_file() or {}
-    # what has no key does not say what it was made from
-    if "key" not in flux or not workspace.ingest_json.is_file():
+    flux = workspace.flux_file()
+    if flux is None or not workspace.ingest_json.is_file():
         return ""
-    contents = workspace.contents(workspace.identifiers)
-    if flux["key"] == flux_key(flux["settings"], contents):
+    settings, contents = asdict(flux.settings), workspace.contents(workspace.identifiers)
+    if flux.key == flux_key(settings, contents):
         return ""
-    if flux["code"] and flux["key"] == flux_key(flux["settings"], contents, flux["code"]):
-        return other_code(flux["code"], "flux")
-    return _other_recordings(flux["code"], [r["id"] for r in flux["recordings"]], contents)
+    if flux.code and flux.key == flux_key(settings, contents, flux.code):
+        return other_code(flux.code, "flux")
+    return _other_recordings(flux.code, [r.id for r in flux.recordings], contents)
 
 
 def segment_reason(workspace: Workspace) -> str:
@@ -44,15 +45,35 @@ def segment_reason(workspace: Workspace) -> str:
     DataError
         If their file or a recording is damaged.
     """
-    cut = workspace.segments_summary() or {}
-    if "key" not in cut or not workspace.ingest_json.is_file():
+    cut = workspace.segments_summary()
+    if cut is None or not workspace.ingest_json.is_file():
         return ""
-    contents = workspace.contents(workspace.identifiers, workspace.latest)
-    if cut["key"] == segment_key(cut["settings"], contents):
+    settings, contents = asdict(cut.settings), workspace.contents(workspace.identifiers, workspace.latest)
+    if cut.key == segment_key(settings, contents):
         return ""
-    if cut["code"] and cut["key"] == segment_key(cut["settings"], contents, cut["code"]):
-        return other_code(cut["code"], "segment")
-    return _other_recordings(cut["code"], [r["id"] for r in cut.get("recordings", [])], contents)
+    if cut.code and cut.key == segment_key(settings, contents, cut.code):
+        return other_code(cut.code, "segment")
+    return _other_recordings(cut.code, [r.id for r in cut.recordings], contents)
+
+
+class Stamped(Protocol):
+    """A result that says what it was made from; ``code`` and ``data_sha256`` are empty where it does not say."""
+
+    @property
+    def key(self) -> str:
+        """Hash of all that made it."""
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """Settings of its stage."""
+
+    @property
+    def code(self) -> str:
+        """Version of the code."""
+
+    @property
+    def data_sha256(self) -> str:
+        """Hash of the recordings."""
 
 
 class Inputs:
@@ -65,7 +86,7 @@ class Inputs:
     """
 
     def __init__(self, workspace: Workspace) -> None:
-        self.fault, self.contents, self.segments = "", dict[str, str](), list[dict[str, Any]]()
+        self.fault, self.contents, self.segments = "", dict[str, str](), list[Segment]()
         try:
             self.contents, self.segments = workspace.made_from(workspace.read_segments()[0])
             if why := flux_reason(workspace):
@@ -75,13 +96,13 @@ class Inputs:
         except DataError as error:
             self.fault = str(error)
 
-    def reason(self, result: Mapping[str, Any], key: Callable[..., str] = fit_key, stage: str = "fit") -> str:
+    def reason(self, result: Stamped, key: Callable[..., str] = fit_key, stage: str = "fit") -> str:
         """Return why a result is out of date; empty where it is not.
 
         Parameters
         ----------
         result
-            Its ``key`` and ``settings``, and where it has them ``code`` and ``data_sha256``.
+            What is judged.
         key
             Computes what its key would be now.
         stage
@@ -89,14 +110,13 @@ class Inputs:
         """
         if self.fault:
             return self.fault
-        if result["key"] == key(result["settings"], self.contents, self.segments):
+        if result.key == key(result.settings, self.contents, self.segments):
             return ""
-        code, data = result.get("code"), result.get("data_sha256")
-        if not code:
+        if not result.code:
             return UNKNOWN
-        if result["key"] == key(result["settings"], self.contents, self.segments, code):
-            return other_code(code, stage)
-        if data == digest_of(self.contents):
+        if result.key == key(result.settings, self.contents, self.segments, result.code):
+            return other_code(result.code, stage)
+        if result.data_sha256 == digest_of(self.contents):
             return "the segments have changed since"
         return "its recordings, or their flux linkage, have changed since"
 

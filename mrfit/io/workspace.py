@@ -13,7 +13,7 @@ import shutil
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, fields
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, cast
 
@@ -25,9 +25,10 @@ from mrfit.errors import ConfigError, DataError
 from mrfit.io.arrow import floats, numbers, table, texts
 from mrfit.io.escapes import encodable
 from mrfit.io.faults import plain_fault
-from mrfit.io.keys import content_of, fit_key
+from mrfit.io.keys import content_of
 from mrfit.io.outdated import Inputs
-from mrfit.io.schemas.reading import as_json, content, parsed
+from mrfit.io.schemas.fit import Fit
+from mrfit.io.schemas.reading import Document, Entry, File, load, of_json, of_row, parsed
 from mrfit.io.schemas.stages import RECORDING, About, FluxFile, IngestFile, SegmentRow, SegmentsFile
 
 IDENTIFIER = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]*")
@@ -54,7 +55,9 @@ COPIES = 3
 
 
 def plain(value: object) -> Any:
-    """Return ``value`` as JSON can hold it: arrays as lists, non-finite numbers as null."""
+    """Return ``value`` as JSON can hold it: documents as objects, arrays as lists, non-finite numbers as null."""
+    if isinstance(value, Entry):
+        return {name: plain(getattr(value, name)) for name in value.written()}
     if isinstance(value, np.ndarray):
         return plain(value.tolist())
     if isinstance(value, np.generic):
@@ -68,6 +71,16 @@ def plain(value: object) -> Any:
     if isinstance(value, (list, tuple, set)):
         return [plain(v) for v in value]
     return value
+
+
+def checked(document: File) -> File:
+    """Return what a stage computed as its file will say it: plain numbers, None for what is not finite."""
+    return of_json(type(document), json.dumps(plain(document)))
+
+
+def to_json(document: Document) -> dict[str, Any]:
+    """Return a document as a command tells it: what its file has, then what is said of the run."""
+    return {name: plain(getattr(document, name)) for name in document.written(told=True)}
 
 
 def check_name(name: str) -> None:
@@ -388,7 +401,7 @@ class Workspace:
             (self.root / ".lock").unlink(missing_ok=True)
             self.root.rmdir()
 
-    def ingest_summary(self) -> dict[str, Any]:
+    def ingest_summary(self) -> IngestFile:
         """Return ingest.json.
 
         Raises
@@ -397,18 +410,18 @@ class Workspace:
             If nothing has been ingested, or the file is damaged.
         """
         summary = self.ingest_file()
-        if not summary or not summary["recordings"]:
+        if not summary or not summary.recordings:
             raise DataError(f"{self.root}: nothing ingested here; run `mrfit ingest LOGS… --work {self.root}` first")
         return summary
 
-    def ingest_file(self) -> dict[str, Any] | None:
+    def ingest_file(self) -> IngestFile | None:
         """Return ingest.json, None if there is none."""
-        return content(self.ingest_json, IngestFile, "delete it and run `mrfit ingest` on the logs again")
+        return load(self.ingest_json, IngestFile, "delete it and run `mrfit ingest` on the logs again")
 
-    def flux_file(self) -> dict[str, Any] | None:
+    def flux_file(self) -> FluxFile | None:
         """Return flux.json, None if there is none."""
         remedy = f"run `mrfit flux --work {self.root}` with the settings you want"
-        return content(self.flux_json, FluxFile, remedy)
+        return load(self.flux_json, FluxFile, remedy)
 
     def recording_file(self, identifier: str, stage: str = "recordings") -> Path:
         """Return the Parquet file of a recording as ``stage`` (``recordings`` or ``flux``) left it.
@@ -430,7 +443,7 @@ class Workspace:
     def write_recording(self, recording: Recording, stage: str = "recordings") -> None:
         """Write a recording: samples as columns beside ``time``, everything else as metadata."""
         time = cast(Array, _Times(recording.samples, recording.dt))
-        about = json.dumps({"schema": RECORDING, **plain(recording.about())}, ensure_ascii=False)
+        about = json.dumps({"schema": RECORDING, **plain(About.of(recording))}, ensure_ascii=False)
         metadata = {"mrfit": about}
         write_table(
             self.recording_file(recording.id, stage),
@@ -463,7 +476,7 @@ class Workspace:
     @property
     def identifiers(self) -> list[str]:
         """Ids of the recordings that ingest left."""
-        return [r["id"] for r in self.ingest_summary()["recordings"]]
+        return [r.id for r in self.ingest_summary().recordings]
 
     def read_recording(self, identifier: str, stage: str = "recordings") -> Recording:
         """Return a recording as ``stage`` left it.
@@ -476,18 +489,25 @@ class Workspace:
         path, remedy = self._file_left_by(stage, identifier), "run `mrfit ingest` on its log again"
         columns, metadata = read_table(path, without=("time",))
         text = metadata.get("mrfit", "")
-        about = as_json(text, parsed(path, text, About, remedy))
-        if [c["name"] for c in about["channels"]] != list(columns):
+        about = parsed(path, text, About, remedy)
+        if [c.name for c in about.channels] != list(columns):
             raise DataError(f"{path}: damaged: its channels are not those it names; {remedy}")
         return Recording(
+            id=about.id,
+            source=about.source,
+            sha256=about.sha256,
+            reader=about.reader,
+            dt=about.dt,
+            start=about.start,
             channels=columns,
-            units={c["name"]: c["unit"] for c in about["channels"]},
-            columns={c["name"]: c["column"] for c in about["channels"] if c["column"] is not None},
-            findings=tuple(Finding(**{f.name: one[f.name] for f in fields(Finding)}) for one in about["findings"]),
-            history=tuple(about["history"]),
-            **{k: about[k] for k in ("id", "source", "sha256", "reader", "dt", "start", "rows_kept", "rows_refused")},
-            condition={name: value for name, value in about["condition"].items() if value is not None},
-            wording=about["wording"],
+            units={c.name: c.unit for c in about.channels},
+            columns={c.name: c.column for c in about.channels if c.column is not None},
+            condition={name: value for name, value in about.condition.items() if value is not None},
+            wording=about.wording,
+            rows_kept=about.rows_kept,
+            rows_refused=about.rows_refused,
+            findings=tuple(Finding(f.kind, f.channel, f.at, f.text) for f in about.findings),
+            history=tuple(about.history),
         )
 
     def write_segments(self, segments: Sequence[Segment], metadata: Mapping[str, str]) -> None:
@@ -517,13 +537,13 @@ class Workspace:
             found = rows.to_pylist()
         try:
             for row in found:
-                SegmentRow.model_validate(row)
+                of_row(SegmentRow, row)
         except ValueError as error:
             fault = plain_fault(error)  # type: ignore[arg-type]
             raise DataError(f"{self.segments_file}: damaged, or another mrfit's: {fault}; {remedy}") from error
         return [Segment(**row) for row in found], _decoded(rows.schema.metadata)
 
-    def segments_summary(self) -> dict[str, Any] | None:
+    def segments_summary(self) -> SegmentsFile | None:
         """Return the summary written with the segments, None if they are not there or without one."""
         import pyarrow.parquet as pq
 
@@ -534,24 +554,21 @@ class Workspace:
             text = (pq.read_metadata(self.segments_file).metadata or {}).get(b"mrfit")
         if text is None:
             return None
-        return as_json(text, parsed(self.segments_file, text, SegmentsFile, remedy))
+        return parsed(self.segments_file, text, SegmentsFile, remedy)
 
     @property
     def latest(self) -> str:
         """Stage whose recordings are the latest: ``flux`` where it has run."""
         return "flux" if self.flux_json.is_file() else "recordings"
 
-    def made_from(self, segments: Sequence[Segment]) -> tuple[dict[str, str], list[dict[str, Any]]]:
+    def made_from(self, segments: Sequence[Segment]) -> tuple[dict[str, str], list[Segment]]:
         """Return what results depend on: the content of the segments' recordings by id, and the segments."""
-        return self.contents((s.recording for s in segments), self.latest), [asdict(s) for s in segments]
+        return self.contents((s.recording for s in segments), self.latest), list(segments)
 
-    def outdated(self, fits: Sequence[Mapping[str, Any]], key: Callable[..., str] = fit_key) -> list[str]:
-        """Return the names of fits that other data than are here now, or another mrfit, made, by their fit.json.
-
-        ``key`` computes what their keys would be now.
-        """
+    def outdated(self, fits: Sequence[Fit]) -> list[str]:
+        """Return the names of fits that other data than are here now, or another mrfit, made."""
         inputs = Inputs(self)
-        return [fit["name"] for fit in fits if inputs.reason(fit, key)]
+        return [fit.name for fit in fits if inputs.reason(fit)]
 
     def fit_names(self) -> list[str]:
         """Return the names of all finished fits, sorted; folders that no fit could be named by are none."""

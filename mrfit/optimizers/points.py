@@ -5,21 +5,13 @@ import numpy as np
 from mrfit.core.specs import OptimizerSpec, Options
 from mrfit.search.objective import Ended, Objective
 
-NAME = "points"
-
 SPEC = OptimizerSpec(
-    name=NAME,
+    name="points",
     title="Characteristic points of the loop alone, no search; points-lsq goes on from them",
     reference="inverse-tanh paper sec. 2.1, column Est. of its tables 1 and 2",
     kind="start",
     budget=lambda dimension, options: 1,
 )
-
-
-def warnings(optimizer: str) -> list[dict[str, str]]:
-    """Return the warning that a fit by this optimizer alone did not search; none for a chain that goes on from it."""
-    text = "the parameters are read off characteristic points; intervals are those of a fit that ends here: points-lsq"
-    return [{"kind": "no-search", "text": f"{text} searches on from them"}] if optimizer == NAME else []
 
 
 def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Ended:

@@ -1,21 +1,42 @@
 """The discovery's page: what the discover stage wrote in, one HTML file that opens offline out."""
 
 import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 from mrfit.core import registry
 from mrfit.core.progress import Progress, silent
 from mrfit.io.keys import discovery_key, key_of
+from mrfit.io.outdated import Inputs
+from mrfit.io.schemas.discovery import (
+    Candidate,
+    Confounded,
+    Cosines,
+    DiscoveryDependence,
+    DiscoveryFile,
+    FoundEffect,
+    InvariantEffect,
+    Suspect,
+)
 from mrfit.io.workspace import Workspace, write_text
 from mrfit.report import page
 from mrfit.report.curves import prefixed
 from mrfit.report.discovery_figures import figures_of
 from mrfit.report.discovery_source import Discovery, files_of, read_discovery, read_found
-from mrfit.report.explain import closed_share, effect_words, headline, next_step, parameter_rows, sentences
+from mrfit.report.explain import (
+    ParameterText,
+    closed_share,
+    effect_words,
+    headline,
+    next_step,
+    parameter_rows,
+    sentences,
+)
+from mrfit.report.law_words import law_sentences, other_base_sentences
 from mrfit.report.numbers import in_html, percent, significant
-from mrfit.report.page import number, template_of
+from mrfit.report.page import template_of
 from mrfit.report.svg import inline
 from mrfit.simulate.current_dependence import form_of
 
@@ -24,7 +45,26 @@ UNJUDGED = "cannot be judged"
 # Cosine above which two effects could nearly take each other's place
 
 
-def run(workspace: Workspace, progress: Progress = silent) -> dict[str, Any]:
+@dataclass(frozen=True)
+class Page:
+    """Where the page is, and whether it was there and nothing it shows had changed."""
+
+    path: Path
+    skipped: bool = False
+
+
+@dataclass(frozen=True)
+class Advice:
+    """Which tests would settle what a discovery left open, and whether the discovery is older than its data."""
+
+    base_model: str
+    verdict: str
+    ambiguous_set: tuple[str, ...]
+    advice: tuple[str, ...]
+    outdated: bool
+
+
+def run(workspace: Workspace, progress: Progress = silent) -> Page:
     """Write ``discover/discovery.html``.
 
     Parameters
@@ -33,11 +73,6 @@ def run(workspace: Workspace, progress: Progress = silent) -> dict[str, Any]:
         Holds a discovery.
     progress
         Told of the page.
-
-    Returns
-    -------
-    dict
-        ``page``, its path, and ``skipped``: whether it was there and nothing it shows had changed.
 
     Raises
     ------
@@ -48,15 +83,15 @@ def run(workspace: Workspace, progress: Progress = silent) -> dict[str, Any]:
     read_found(workspace)
     key = _key(workspace)
     if path.is_file() and f'content="{key}"' in path.read_text(encoding="utf-8", errors="replace")[:1000]:
-        return {"page": str(path), "skipped": True}
+        return Page(path, skipped=True)
     progress("page", 0, 1)
     write_text(path, render(read_discovery(workspace), key))
     progress("page", 1, 1)
-    return {"page": str(path), "skipped": False}
+    return Page(path)
 
 
-def advice(workspace: Workspace) -> dict[str, Any]:
-    """Return the last discovery's verdict, which tests would settle what it left open, and whether it is ``outdated``.
+def advice(workspace: Workspace) -> Advice:
+    """Return the last discovery's verdict, and which tests would settle what it left open.
 
     Raises
     ------
@@ -64,8 +99,8 @@ def advice(workspace: Workspace) -> dict[str, Any]:
         If there is no discovery.
     """
     found = read_found(workspace)
-    outdated = bool(workspace.outdated([{**found, "name": ""}], discovery_key)) if found.get("settings") else False
-    return {k: found[k] for k in ("base_model", "verdict", "ambiguous_set", "advice")} | {"outdated": outdated}
+    outdated = bool(Inputs(workspace).reason(found, discovery_key)) if found.settings else False
+    return Advice(found.base_model, found.verdict, found.ambiguous_set, found.advice, outdated)
 
 
 def _key(workspace: Workspace) -> str:
@@ -82,60 +117,180 @@ def render(discovery: Discovery, key: str) -> str:
         found=found,
         key=key,
         headline=headline(found),
-        sentences=sentences(found),
-        effects=[_effect(e) for e in found["effects"]],
-        suspects=[effect_words(name) for name in found["ambiguous_set"]],
-        suspected=[_suspect(row) for row in found.get("suspects", [])],
-        advice=found["advice"],
+        sentences=sentences(found, law=False),
+        effects=[_effect(e) for e in found.effects],
+        suspects=[effect_words(name) for name in found.ambiguous_set],
+        suspected=[_suspect(row) for row in found.suspects],
+        advice=found.advice,
         figures=drawn,
-        candidates=[_candidate(c) for c in found["candidates"]],
-        matrix=confusion(found),
+        candidates=[_candidate(c) for c in found.candidates],
+        matrix=confusion(found.cosines, found.candidates),
         facts=_facts(discovery),
+        law=_law(found),
         command=next_step(found),
         version=version("mrfit"),
     )
 
 
-def _effect(effect: dict[str, Any]) -> dict[str, Any]:
-    errors = {"without": effect["holdout_nrmse_before"], "with": effect["holdout_nrmse_after"]}
-    shares = {k: {"exact": repr(v), "shown": percent(v)} for k, v in errors.items()}
-    return {"name": effect["name"], "rows": parameter_rows(effect), **shares}
+@dataclass(frozen=True)
+class Number:
+    """A number in full, for who copies it, and as it is shown."""
+
+    exact: str | None
+    shown: str
 
 
-def _suspect(row: dict[str, Any]) -> dict[str, Any]:
-    after = row["holdout_nrmse_after"]
-    name = f"{row['name']} instead of {row['instead_of']}" if "instead_of" in row else row["name"]
-    return {"name": name, "rows": parameter_rows(row), "with": {"exact": repr(after), "shown": percent(after)}}
+@dataclass(frozen=True)
+class EffectRow:
+    """An effect as the page shows it, with the error without it, where that is shown, and with it."""
+
+    name: str
+    rows: list[ParameterText]
+    error: Number
+    error_without: Number | None = None
 
 
-def _candidate(row: dict[str, Any]) -> dict[str, Any]:
-    gain = row["holdout_gain"]
-    return {
-        **row,
-        "title": registry.load("effect", row["name"]).SPEC.title,
-        "screen": number(row["screen"], significant(100.0 * row["screen"])),
-        "holdout_gain": number(gain, "" if gain is None else closed_share(gain)),
-    }
+@dataclass(frozen=True)
+class CandidateRow:
+    """A candidate as the page shows it."""
+
+    row: Candidate
+    title: str
+    screen: Number
+    holdout_gain: Number
 
 
-def confusion(found: dict[str, Any]) -> dict[str, Any]:
-    """Return the cosines between what the effects judged do, as rows of a lower triangle, and which were not judged.
+def _share(share: float | None) -> Number:
+    return Number(repr(share), percent(share))
 
-    A cell is its text and whether the two are alike, which they are above what the discovery took for it.
+
+def _percentage(share: float | None, text: str) -> Number:
+    return Number(None if share is None else repr(share), in_html(text))
+
+
+def _effect(effect: FoundEffect) -> EffectRow:
+    errors = (_share(effect.holdout_nrmse_after), _share(effect.holdout_nrmse_before))
+    return EffectRow(effect.name, parameter_rows(effect), *errors)
+
+
+def _suspect(row: Suspect) -> EffectRow:
+    name = f"{row.name} instead of {row.instead_of}" if row.instead_of else row.name
+    return EffectRow(name, parameter_rows(row), _share(row.holdout_nrmse_after))
+
+
+def _candidate(row: Candidate) -> CandidateRow:
+    gain = row.holdout_gain
+    return CandidateRow(
+        row,
+        registry.load("effect", row.name).SPEC.title,
+        _percentage(row.screen, significant(100.0 * row.screen)),
+        _percentage(gain, "" if gain is None else closed_share(gain)),
+    )
+
+
+@dataclass(frozen=True)
+class TestedRow:
+    """An effect that was tested against any law, as the page shows it."""
+
+    name: str
+    breaks: str
+    named: bool
+    numbers: tuple[Number, ...]
+    reason: str
+
+
+@dataclass(frozen=True)
+class LawRow:
+    """Another law as the page shows it."""
+
+    model: str
+    numbers: tuple[Number, ...]
+    command: str
+
+
+@dataclass(frozen=True)
+class Law:
+    """What the page says of effects beside an open law."""
+
+    sentences: list[str]
+    tested: tuple[TestedRow, ...] = ()
+    others: tuple[LawRow, ...] = ()
+    confounded: tuple[Confounded, ...] = ()
+
+
+def _law(found: DiscoveryFile) -> Law:
+    examined = found.invariance
+    tested: list[TestedRow] = []
+    if examined is not None:
+        tested = [_tested(e, e in examined.named) for e in (*examined.named, *examined.turned_down)]
+    others = tuple(
+        LawRow(
+            o.model,
+            (_of_hundred(o.takes), _of_hundred(o.takes_beside), _percentage(o.floors, significant(o.floors))),
+            o.command,
+        )
+        for o in found.other_laws
+    )
+    again = other_base_sentences(found)
+    return Law([*law_sentences(found), *again], tuple(tested), others, found.confounded)
+
+
+def _tested(effect: InvariantEffect, named: bool) -> TestedRow:
+    s = effect.standing
+    shares = (s.share, s.kept, s.held) if s else (None, None, None)
+    numbers = (*map(_of_hundred, shares), _percentage(s.z if s else None, significant(s.z) if s else ""))
+    reason = effect.reason or ("one of a set" if effect.one_of else "no law makes what it does")
+    return TestedRow(effect.name, effect.breaks, named, numbers, reason)
+
+
+def _of_hundred(share: float | None) -> Number:
+    return _percentage(share, "" if share is None else significant(100.0 * share))
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A cosine as text, and whether the discovery took the two effects for alike."""
+
+    text: str
+    alike: bool
+
+
+@dataclass(frozen=True)
+class Confusion:
+    """What the data confuse.
+
+    Attributes
+    ----------
+    names
+        Effects that were judged.
+    alike
+        The cosine above which two are alike, as text.
+    rows
+        For each of them the cells to those before it: a lower triangle.
+    alone
+        Effects that are like no other.
+    unjudged
+        Effects that could not be judged.
     """
-    table = found.get("cosines") or {"names": [], "matrix": []}
-    names, matrix, alike = table["names"], table["matrix"], table.get("alike", 1.0)
-    rows = [
-        {"name": name, "cells": [(in_html(f"{c:.3f}"), abs(c) > alike) for c in matrix[k][:k]]}
-        for k, name in enumerate(names)
-    ]
-    return {
-        "names": names,
-        "alike": f"{alike:g}",
-        "rows": rows,
-        "alone": [n for k, n in enumerate(names) if all(abs(c) <= alike for j, c in enumerate(matrix[k]) if j != k)],
-        "unjudged": [(c["name"], c["reason"]) for c in found["candidates"] if c["reason"].startswith(UNJUDGED)],
-    }
+
+    names: tuple[str, ...]
+    alike: str
+    rows: tuple[tuple[Cell, ...], ...]
+    alone: tuple[str, ...]
+    unjudged: tuple[Candidate, ...]
+
+
+def confusion(cosines: Cosines | None, candidates: Sequence[Candidate]) -> Confusion:
+    """Return the cosines between what the effects judged do, and which were not judged."""
+    table = cosines or Cosines(names=(), matrix=())
+    names, matrix, alike = table.names, table.matrix, table.alike
+    return Confusion(
+        names=names,
+        alike=f"{alike:g}",
+        rows=tuple(tuple(Cell(in_html(f"{c:.3f}"), abs(c) > alike) for c in matrix[k][:k]) for k in range(len(names))),
+        alone=tuple(n for k, n in enumerate(names) if all(abs(c) <= alike for j, c in enumerate(matrix[k]) if j != k)),
+        unjudged=tuple(c for c in candidates if c.reason.startswith(UNJUDGED)),
+    )
 
 
 def _facts(discovery: Discovery) -> list[tuple[str, str]]:
@@ -143,17 +298,17 @@ def _facts(discovery: Discovery) -> list[tuple[str, str]]:
     parts = len(discovery.parts)
     held = len(discovery.conditions("holdout"))
     samples = sum(len(p.measured) for p in discovery.parts)
-    floor = found["gap"]["noise_floor"]
+    floor = found.gap.noise_floor
     facts = [
-        ("Base model", found["base_model"]),
-        ("Augmented model", found["augmented_model"]),
+        ("Base model", found.base_model),
+        ("Augmented model", found.augmented_model),
         ("Predicts", discovery.output),
-        ("Depends on current", _dependence(found.get("current_dependence"))),
+        ("Depends on current", _dependence(found.current_dependence)),
         ("Data", f"{parts} segments, {samples} samples; {held} held-out conditions" if parts else ""),
         ("Output's range", _physical(discovery.span, discovery) if parts else ""),
         ("Noise floor", _physical(floor * discovery.span, discovery) if parts and floor else ""),
-        ("Seed", str(found["seed"])),
-        ("Data hash", f"SHA-256 {found['data_sha256'][:16]}…" if found["data_sha256"] else ""),
+        ("Seed", str(found.seed)),
+        ("Data hash", f"SHA-256 {found.data_sha256[:16]}…" if found.data_sha256 else ""),
         ("Program", f"mrfit {version('mrfit')}"),
     ]
     return [(label, text) for label, text in facts if text]
@@ -164,14 +319,12 @@ def _physical(value: float, discovery: Discovery) -> str:
     return f"{in_html(significant(factor * value))} {unit}".strip()
 
 
-def _dependence(dependence: dict[str, Any] | None) -> str:
+def _dependence(dependence: DiscoveryDependence | None) -> str:
     """Return how the base's parameters depend on current, as in ``fy of order 2, c of order 2, 0 to 2 A``."""
     if not dependence:
         return ""
-    orders = dependence["orders"]
-    items = orders.items() if isinstance(orders, dict) else orders
-    varied = ", ".join(f"{name} of order {_order(order)}" for name, order in items if order)
-    return f"{varied}, {dependence['low']:g} to {dependence['high']:g} A"
+    varied = ", ".join(f"{name} of order {_order(order)}" for name, order in dependence.orders if order)
+    return f"{varied}, {dependence.low:g} to {dependence.high:g} A"
 
 
 def _order(order: int | str) -> str:

@@ -1,6 +1,7 @@
 """The figures of a discovery: where the error sits, the error map, errors per condition, residuals, loops."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
@@ -8,6 +9,7 @@ import numpy as np
 
 from mrfit.core.channels import symbol_of
 from mrfit.core.specs import Array
+from mrfit.io.schemas.discovery import DiscoveryFile, Where
 from mrfit.report.curves import decimate, prefixed
 from mrfit.report.discovery_source import Discovery, Part
 from mrfit.report.figures import (
@@ -28,6 +30,7 @@ from mrfit.report.svg import style, to_svg
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure as Canvas
 
 BEFORE, AFTER, BAND = SIMULATED, HOLDOUT, "#fde68a"
 CELLS = 48
@@ -48,8 +51,8 @@ def figures_of(discovery: Discovery) -> list[Figure]:
 
 
 def _figures(discovery: Discovery) -> Iterator[Figure]:
-    if discovery.found["where"]:
-        yield region_figure(discovery.found["where"], "where", "Where the base model errs")
+    if discovery.found.where:
+        yield region_figure(discovery.found.where, "where", "Where the base model errs")
     if not discovery.parts:
         return
     for channel in discovery.loops[:1]:
@@ -59,8 +62,8 @@ def _figures(discovery: Discovery) -> Iterator[Figure]:
     yield residual_figure(discovery, shown)
     for channel in discovery.loops:
         yield loop_figure(discovery, shown, channel)
-    rest = discovery.found["unexplained"].get("where", [])
-    if rest and discovery.found["effects"]:
+    rest = discovery.found.unexplained.where
+    if rest and discovery.found.effects:
         yield region_figure(rest, "rest", "Where the error that is left sits")
 
 
@@ -72,7 +75,7 @@ def worst_parts(discovery: Discovery) -> list[Part]:
     return [p for p in worst if any(p is c for c in chosen)]
 
 
-def region_figure(regions: Sequence[dict[str, Any]], name: str, title: str) -> Figure:
+def region_figure(regions: Sequence[Where], name: str, title: str) -> Figure:
     """Return bars of each region's share of the squared error beside its share of the samples."""
     canvas = canvas_of(WIDTH * 0.85, 1.1 + 0.42 * len(regions))
     axes = canvas.subplots()
@@ -81,19 +84,19 @@ def region_figure(regions: Sequence[dict[str, Any]], name: str, title: str) -> F
         ("share_of_error", -0.19, BEFORE, "share of the squared error"),
         ("share_of_samples", 0.19, QUIET, "share of the samples"),
     ):
-        values = [100.0 * r[key] for r in regions]
+        values = [100.0 * getattr(r, key) for r in regions]
         bars = axes.barh(places + shift, values, 0.36, color=colour, label=label)
         axes.bar_label(bars, [f"{v:.0f} %" if v >= 1.0 else f"{v:.1f} %" for v in values], padding=3, fontsize=8)
-    axes.set(yticks=places, yticklabels=[r["region"] for r in regions], xlabel="Share (%)")
-    axes.set_xlim(0.0, 1.12 * max(100.0 * max(r["share_of_error"], r["share_of_samples"]) for r in regions))
+    axes.set(yticks=places, yticklabels=[r.region for r in regions], xlabel="Share (%)")
+    axes.set_xlim(0.0, 1.12 * max(100.0 * max(r.share_of_error, r.share_of_samples) for r in regions))
     axes.set_ylim(len(regions) - 0.5, -0.5)
     axes.grid(axis="y", visible=False)
     canvas.legend(loc="outside upper right", ncols=2)
     first = regions[0]
     caption = "Where a region holds more of the squared error than of the samples, the model is wrong. Regions overlap."
     alt = (
-        f"Bars; first {first['region']}: {percent(first['share_of_error'])} of the error in "
-        f"{percent(first['share_of_samples'])} of the samples."
+        f"Bars; first {first.region}: {percent(first.share_of_error)} of the error in "
+        f"{percent(first.share_of_samples)} of the samples."
     )
     return Figure(name, title, caption, alt, to_svg(canvas, title), narrow=True)
 
@@ -146,8 +149,8 @@ def _rms_map(drive: Array, output: Array, residual: Array) -> Array:
 
 def _titles(discovery: Discovery) -> tuple[str, str]:
     found = discovery.found
-    after = found["augmented_model"] if found["augmented_model"] != found["base_model"] else "after: no effect added"
-    return f"before: {found['base_model']}", f"after: {after}" if "after" not in after else after
+    after = found.augmented_model if found.augmented_model != found.base_model else "after: no effect added"
+    return f"before: {found.base_model}", f"after: {after}" if "after" not in after else after
 
 
 def error_figure(discovery: Discovery) -> Figure:
@@ -177,16 +180,55 @@ def error_figure(discovery: Discovery) -> Figure:
     else:
         axes.set_xlim(left=0.0)
     canvas.legend(loc="outside upper right", ncols=3)
-    gap = discovery.found["gap"]
+    gap = discovery.found.gap
     caption = (
         "Error of every condition before and after, as a share of the output's range over all conditions; the bar is "
         "the noise floor. Held-out conditions took no part in any fit."
     )
-    alt = f"Dots; on held-out conditions {percent(gap['before'])} before and {percent(gap['after'])} after."
+    alt = f"Dots; on held-out conditions {percent(gap.before)} before and {percent(gap.after)} after."
     return Figure("error", "Error per condition, before and after", caption, alt, to_svg(canvas, "NRMSE"), narrow=True)
 
 
 _WHICH = ("before", "after")
+
+
+@dataclass(frozen=True)
+class _Step:
+    """An error on held-out conditions (NRMSE) before and after something was added."""
+
+    name: str
+    before: float | None
+    after: float | None
+
+
+def gap_canvas(found: DiscoveryFile) -> "Canvas":
+    """Return the error on held-out conditions without and with each effect that was named, and with all of them.
+
+    Of effects of which the data cannot tell which one it is, the error with each is drawn.
+    """
+    gap = found.gap
+    steps = [_Step(f"{found.base_model}: all", gap.before, gap.after)]
+    steps += [_Step(e.name, e.holdout_nrmse_before, e.holdout_nrmse_after) for e in found.effects]
+    steps += [_Step(f"perhaps {s.name}", gap.before, s.holdout_nrmse_after) for s in found.suspects]
+    canvas = canvas_of(WIDTH * 0.85, 1.3 + 0.4 * len(steps))
+    axes = canvas.subplots()
+    places = np.arange(len(steps), dtype=np.float64)
+    for shift, colour, label, values in (
+        (-0.19, BEFORE, "without", [s.before for s in steps]),
+        (0.19, AFTER, "with", [s.after for s in steps]),
+    ):
+        known = [0.0 if v is None else 100.0 * v for v in values]
+        bars = axes.barh(places + shift, known, 0.36, color=colour, label=label)
+        axes.bar_label(bars, [percent(v) for v in values], padding=3, fontsize=8)
+    if gap.noise_floor:
+        axes.axvline(100.0 * gap.noise_floor, color="#475569", lw=1.2, ls="--", label="noise floor")
+    most = max(v for s in steps for v in (s.before, s.after) if v is not None)
+    axes.set(yticks=places, yticklabels=[s.name for s in steps], xlabel="NRMSE on held-out conditions (%)")
+    axes.set_xlim(0.0, 115.0 * most)
+    axes.set_ylim(len(steps) - 0.5, -0.5)
+    axes.grid(axis="y", visible=False)
+    canvas.legend(loc="outside upper right", ncols=3)
+    return canvas
 
 
 def _rms(errors: Sequence[Array]) -> float:
@@ -210,7 +252,8 @@ def residual_figure(discovery: Discovery, shown: Sequence[Part]) -> Figure:
     symbol = symbol_of(discovery.output)
     labels = axis_label("t", time_unit, "Time"), axis_label(f"{symbol}\u0302 − {symbol}", unit, "Residual")
     caption = f"Simulated minus measured {discovery.output} on {_whose(shown)}, all panels on one scale, {_CUT}."
-    return _panels(shown, draw, ("residual", "Residual before and after", caption, labels), share=True)
+    about = _Panels("residual", "Residual before and after", caption, *labels, share=True)
+    return _panels(shown, draw, about)
 
 
 def loop_figure(discovery: Discovery, shown: Sequence[Part], channel: str) -> Figure:
@@ -237,11 +280,11 @@ def loop_figure(discovery: Discovery, shown: Sequence[Part], channel: str) -> Fi
     what = f"{discovery.output}–{channel} loop".replace("_", " ")
     title = f"{what[0].upper()}{what[1:]} before and after"
     caption = f"Measured and simulated on {_whose(shown)}, {_CUT}."
-    return _panels(shown, draw, (f"loop-{channel}".replace("_", "-"), title, caption, labels), share=False)
+    return _panels(shown, draw, _Panels(f"loop-{channel}".replace("_", "-"), title, caption, *labels))
 
 
-_BEFORE: dict[str, Any] = {"color": BEFORE, "lw": 0.9, "label": "before"}
-_AFTER: dict[str, Any] = {"color": AFTER, "lw": 0.9, "label": "after"}
+_BEFORE: Mapping[str, Any] = {"color": BEFORE, "lw": 0.9, "label": "before"}
+_AFTER: Mapping[str, Any] = {"color": AFTER, "lw": 0.9, "label": "after"}
 _CUT = f"two cycles, or {SHOWN_SECONDS:g} s where the test is not periodic"
 
 
@@ -262,24 +305,30 @@ def _window(part: Part) -> slice:
     return slice(first, first + width)
 
 
-def _panels(
-    shown: Sequence[Part],
-    draw: Callable[["Axes", Part], None],
-    about: tuple[str, str, str, tuple[str, str]],
-    share: bool,
-) -> Figure:
-    name, title, caption, (across, up) = about
+@dataclass(frozen=True)
+class _Panels:
+    """What a figure of panels is called, its axes, and whether these are shared."""
+
+    name: str
+    title: str
+    caption: str
+    across: str
+    up: str
+    share: bool = False
+
+
+def _panels(shown: Sequence[Part], draw: Callable[["Axes", Part], None], about: _Panels) -> Figure:
     columns = columns_of(len(shown))
     lines = -(-len(shown) // columns)
     canvas = canvas_of(WIDTH, 0.75 + (3.6 if columns == 1 else 2.7) * lines)
-    panels = canvas.subplots(lines, columns, squeeze=False, sharey=share).ravel()
+    panels = canvas.subplots(lines, columns, squeeze=False, sharey=about.share).ravel()
     for axes, part in zip(panels, shown, strict=False):
         draw(axes, part)
         axes.set_title(fill(part.segment.condition, TITLE_WIDTH))
     for axes in panels[len(shown) :]:
         axes.remove()
-    canvas.supxlabel(across)
-    canvas.supylabel(up)
+    canvas.supxlabel(about.across)
+    canvas.supylabel(about.up)
     canvas.legend(*panels[0].get_legend_handles_labels(), loc="outside upper right", ncols=3)
-    alt = f"{title}: {', '.join(p.segment.condition for p in shown)}."
-    return Figure(name, title, caption, alt, to_svg(canvas, title))
+    alt = f"{about.title}: {', '.join(p.segment.condition for p in shown)}."
+    return Figure(about.name, about.title, about.caption, alt, to_svg(canvas, about.title))

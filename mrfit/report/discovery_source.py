@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from mrfit.core.recording import Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.io.schemas.discovery import DiscoveryFile
-from mrfit.io.schemas.reading import content
+from mrfit.io.schemas.reading import load
 from mrfit.io.workspace import Workspace, read_table, reading
 from mrfit.report.figures import LOOPS
 from mrfit.report.numbers import natural
@@ -68,7 +67,7 @@ class Discovery:
         Channel the model predicts.
     """
 
-    found: dict[str, Any]
+    found: DiscoveryFile
     parts: list[Part]
     output: str
 
@@ -103,7 +102,7 @@ def files_of(workspace: Workspace) -> tuple[Path, Path]:
     return folder / "discovery.json", folder / "residuals.parquet"
 
 
-def read_found(workspace: Workspace) -> dict[str, Any]:
+def read_found(workspace: Workspace) -> DiscoveryFile:
     """Return discovery.json.
 
     Raises
@@ -112,8 +111,8 @@ def read_found(workspace: Workspace) -> dict[str, Any]:
         If there is no discovery.
     """
     path = files_of(workspace)[0]
-    found = content(path, DiscoveryFile, f"delete {path.parent} and run `mrfit discover` again")
-    if not found:
+    found = load(path, DiscoveryFile, f"delete {path.parent} and run `mrfit discover` again")
+    if found is None:
         raise DataError(
             f"{workspace.root}: no discovery here; run `mrfit discover --model NAME --work {workspace.root}` first"
         )
@@ -129,8 +128,8 @@ def read_discovery(workspace: Workspace) -> Discovery:
         If there is none, or its files do not go with the segments.
     """
     found = read_found(workspace)
-    output = registry.load("model", found["base_model"].partition("+")[0]).SPEC.output
-    listed = found.get("segments", [])
+    output = registry.load("model", found.base_model.partition("+")[0]).SPEC.output
+    listed = found.segments
     if not listed:
         return Discovery(found, [], output)
     table = files_of(workspace)[1]
@@ -138,22 +137,28 @@ def read_discovery(workspace: Workspace) -> Discovery:
         raise DataError(f"{table}: is missing; delete {table.parent} and run `mrfit discover` again")
     columns, _ = read_table(table)
     segments = {s.id: s for s in workspace.read_segments()[0]}
-    if any(one["id"] not in segments for one in listed):
+    if any(one.id not in segments for one in listed):
         raise DataError(f"{workspace.root}: the segments have changed since; run `mrfit discover` again")
-    used = [(segments[one["id"]], float(one.get("noise_floor") or 0.0)) for one in listed]
+    used = [_Used(segments[one.id], one.noise_floor or 0.0) for one in listed]
     with reading(table, f"delete {table.parent} and run `mrfit discover` again"):
         parts = _parts(workspace, columns, used, LOOPS.get(output, ()))
     return Discovery(found, sorted(parts, key=lambda p: natural(p.segment.condition)), output)
 
 
-def _parts(
-    workspace: Workspace, columns: dict[str, Array], used: Sequence[tuple[Segment, float]], wanted: Sequence[str]
-) -> list[Part]:
-    """Return the parts of segments given with their noise floors as shares of the output's range."""
+@dataclass(frozen=True)
+class _Used:
+    """A segment with its noise floor as a share of the output's range."""
+
+    segment: Segment
+    floor: float
+
+
+def _parts(workspace: Workspace, columns: dict[str, Array], used: Sequence[_Used], wanted: Sequence[str]) -> list[Part]:
+    """Return the parts of segments."""
     span = float(np.ptp(columns["measured"]))
     parts = []
-    for number, (segment, floor) in enumerate(used):
-        rows = columns["segment"] == number
+    for number, one in enumerate(used):
+        segment, rows = one.segment, columns["segment"] == number
         if not rows.any():
             continue
         recording = workspace.read_recording(segment.recording, workspace.latest)
@@ -165,5 +170,5 @@ def _parts(
                 continue
             inputs[name] = drive.values[0, drive.warm_up :]
         time, measured, before, after = (columns[c][rows] for c in ("time", "measured", "before", "after"))
-        parts.append(Part(segment, time - time[0], measured, before, after, inputs, floor * span))
+        parts.append(Part(segment, time - time[0], measured, before, after, inputs, one.floor * span))
     return parts

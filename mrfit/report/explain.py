@@ -1,27 +1,35 @@
 """A discovery in words, for the terminal and the page: verdict, where the error sits, effects, what would settle it."""
 
-from typing import Any
+from dataclasses import dataclass
 
 from mrfit.core import registry
+from mrfit.io.schemas.discovery import DiscoveryFile, FoundEffect, Suspect
+from mrfit.io.schemas.fit import DriftRow
 from mrfit.report.curves import prefixed
+from mrfit.report.law_words import LAW_ALONE, broken_words, law_sentences, left_besides, listed
 from mrfit.report.numbers import WITHIN_NOISE, in_html, percent, significant, with_interval
 from mrfit.signal.drift import drift_words
 
-Found = dict[str, Any]
 
-
-def headline(found: Found) -> str:
+def headline(found: DiscoveryFile) -> str:
     """Return the verdict in one sentence."""
-    base, verdict = found["base_model"], found["verdict"]
-    named = _listed([effect_words(e["name"]) for e in found["effects"]])
-    suspects = _listed(found["ambiguous_set"], "or")
+    base, verdict = found.base_model, found.verdict
+    named = listed([effect_words(e.name) for e in found.effects])
+    suspects = listed(found.ambiguous_set, "or")
     if verdict == "named":
-        return f"{base} lacks {named}."
+        return f"{base} lacks {named}" + (", and its law itself is off." if found.held else ".")
     if verdict == "ambiguous":
         known = f"{base} lacks {named}, and something else besides" if named else f"Something is missing from {base}"
-        return f"{known}: these data cannot tell whether it is {suspects}."
+        off = f" The law of {base} itself is off." if found.held else ""
+        return f"{known}: these data cannot tell whether it is {suspects}.{off}"
     if verdict == "unexplained":
-        much = "all of it" if found.get("suspects") else "it"
+        broken = [broken_words(row.invariance) for row in found.invariance.broken] if found.invariance else []
+        if broken and not found.suspects:
+            return f"Something is missing from {base} that no effect of the library is: it {listed(broken)}."
+        if found.law_gap is not None and found.law_gap.share > LAW_ALONE:
+            besides = "something else is missing besides" if left_besides(found) else "no effect has proof beside it"
+            return f"The law of {base} is off, and {besides}."
+        much = "all of it" if found.suspects else "it"
         return f"Something is missing from {base}, and no effect of the library explains {much}."
     if verdict == "none":
         return f"Nothing that these data can show is missing from {base}."
@@ -34,63 +42,75 @@ def effect_words(name: str) -> str:
     return f"{title[:1].lower()}{title[1:]} ({name})"
 
 
-def sentences(found: Found) -> list[str]:
-    """Return the explanation: where the error sat, what the gap was and is, and what remains unexplained."""
-    drift = [_sentence(drift_words(found["drift"]))] if found.get("drift") else []
-    if found["verdict"] == "insufficient-data":
-        return [_sentence(text) for text in found["advice"]] + drift
-    said = [_sentence(text) for text in found.get("where_text", [])[:1]]
+def sentences(found: DiscoveryFile, law: bool = True) -> list[str]:
+    """Return the explanation: where the error sat, what the gap was and is, and what remains unexplained.
+
+    What is said of the law comes with it, unless it is said elsewhere.
+    """
+    beside = law_sentences(found) if law else []
+    rows = [DriftRow(**d.model_dump()) for d in found.drift]
+    drift = [_sentence(drift_words(rows))] if rows else []
+    if found.verdict == "insufficient-data":
+        return [_sentence(text) for text in found.advice] + drift
+    said = list(beside) if found.held else [_sentence(text) for text in found.where_text[:1]]
     said.append(_gap(found))
-    rest = found["unexplained"]
-    if found["effects"] and _left_open(found):
-        place = "; ".join(rest.get("text", [])[:2])
-        said.append(f"{percent(rest['share_of_gap'])} of the gap stay unexplained" + (f": {place}." if place else "."))
-    if rest.get("looks_text") and _left_open(found):
-        said.append(_sentence(rest["looks_text"]))
-    if found["verdict"] == "unexplained":
-        said += [_sentence(text) for text in found.get("beyond_training", [])]
-    if found["verdict"] == "unexplained" and found.get("suspects"):
+    rest = found.unexplained
+    if found.effects and not found.held and _left_open(found):
+        place = "; ".join(rest.text[:2])
+        said.append(f"{percent(rest.share_of_gap)} of the gap stay unexplained" + (f": {place}." if place else "."))
+    if rest.looks_text and _left_open(found):
+        said.append(_sentence(rest.looks_text))
+    if found.verdict == "unexplained":
+        said += [_sentence(text) for text in found.beyond_training]
+    if found.verdict == "unexplained" and found.suspects:
         said.append(_partial(found))
+    if not found.held:
+        said += beside
     return said + drift
 
 
-def _partial(found: Found) -> str:
+def _partial(found: DiscoveryFile) -> str:
     """Say what the effects that had proof, but leave too much to be named, would take."""
     said: dict[str, str] = {}
-    for suspect in found["suspects"]:
-        values = ", ".join(f"{row['name']} = {row['value']}" for row in parameter_rows(suspect))
-        words = f"{effect_words(suspect['name'])} with {values}"
-        if "instead_of" in suspect:
-            said[suspect["instead_of"]] += f" (or {words}, which these data cannot tell from it)"
+    for suspect in found.suspects:
+        values = ", ".join(f"{row.name} = {row.value}" for row in parameter_rows(suspect))
+        words = f"{effect_words(suspect.name)} with {values}"
+        if suspect.instead_of:
+            said[suspect.instead_of] += f" (or {words}, which these data cannot tell from it)"
         else:
-            said[suspect["name"]] = words
-    closed = found["suspects"][0]["closed"]
+            said[suspect.name] = words
+    closed = found.suspects[0].closed
     share = "part" if closed is None else percent(closed)
-    return _sentence(
-        f"{_listed(list(said.values()))} would take {share} of the gap, too little to be all that is missing: "
-        "a cause among others, or the shadow of another"
-    )
+    why = "too little to be all that is missing: a cause among others, or the shadow of another"
+    if found.ways is not None and found.ways.exact_base.effects:
+        why = f"but only if the law of {found.base_model} were exact: beside a law that is off they have no proof"
+    return _sentence(f"{listed(list(said.values()))} would take {share} of the gap, {why}")
 
 
-def _left_open(found: Found) -> bool:
-    gap, share = found["gap"], found["unexplained"]["share_of_gap"]
-    above = gap["noise_floor"] and gap["after"] > WITHIN_NOISE * gap["noise_floor"]
+def _left_open(found: DiscoveryFile) -> bool:
+    gap, share = found.gap, found.unexplained.share_of_gap
+    above = gap.noise_floor and gap.after is not None and gap.after > WITHIN_NOISE * gap.noise_floor
     return bool(share is not None and share > 0.02 and above)
 
 
-def _gap(found: Found) -> str:
-    gap = found["gap"]
-    known = gap["noise_floor"] is not None
-    floor = f"the noise floor is {percent(gap['noise_floor'])}" if known else "the noise floor is not known"
-    if gap["before"] == gap["after"]:
-        ratio = gap["before"] / gap["noise_floor"] if gap["noise_floor"] else None
+def _gap(found: DiscoveryFile) -> str:
+    gap = found.gap
+    known = gap.noise_floor is not None
+    floor = f"the noise floor is {percent(gap.noise_floor)}" if known else "the noise floor is not known"
+    if found.held:
+        return (
+            f"With what was found held and the base fitted again, the error on held-out conditions is "
+            f"{percent(gap.after)} of the range, {percent(gap.before)} without; {floor}."
+        )
+    if gap.before == gap.after:
+        ratio = gap.before / gap.noise_floor if gap.before is not None and gap.noise_floor else None
         times = f"{in_html(significant(ratio))} times the noise floor" if ratio else floor
-        return f"On held-out conditions the error is {percent(gap['before'])} of the range, {times}."
-    standing = [e for e in found["augmented_model"].split("+") if e in found["ambiguous_set"]]
-    stand_in = f" with {_listed(standing)} standing for the set" if standing else ""
-    closed = f": {closed_share(gap['closed'])} % of the gap is closed" if gap["closed"] is not None else ""
+        return f"On held-out conditions the error is {percent(gap.before)} of the range, {times}."
+    standing = [e for e in found.augmented_model.split("+") if e in found.ambiguous_set]
+    stand_in = f" with {listed(standing)} standing for the set" if standing else ""
+    closed = f": {closed_share(gap.closed)} % of the gap is closed" if gap.closed is not None else ""
     return (
-        f"On held-out conditions the error falls from {percent(gap['before'])} to {percent(gap['after'])} of the range"
+        f"On held-out conditions the error falls from {percent(gap.before)} to {percent(gap.after)} of the range"
         f"{stand_in}; {floor}{closed}."
     )
 
@@ -100,33 +120,37 @@ def closed_share(share: float) -> str:
     return in_html(significant(100.0 * share, 4 if 0.995 <= share < 1.0 else 3))
 
 
-def parameter_rows(effect: Found) -> list[dict[str, str]]:
-    """Return an effect's parameters as text: name, meaning, value with its unit, 95 % interval."""
-    meaning = {p.name: p.text for p in registry.load("effect", effect["name"]).SPEC.params}
+@dataclass(frozen=True)
+class ParameterText:
+    """A parameter as text: name, meaning, value with its unit, 95 % interval."""
+
+    name: str
+    text: str
+    value: str
+    interval: str
+
+
+def parameter_rows(effect: FoundEffect | Suspect) -> list[ParameterText]:
+    """Return an effect's parameters as text."""
+    meaning = {p.name: p.text for p in registry.load("effect", effect.name).SPEC.params}
     rows = []
-    for p in effect["parameters"]:
-        factor, unit = prefixed(abs(p["value"]), p["unit"])
-        scaled = [None if p[k] is None else factor * p[k] for k in ("low", "high")]
-        value, low, high = (in_html(t) for t in with_interval(factor * p["value"], *scaled))
-        interval = f"{low} to {high}" if scaled[0] is not None else "not determined"
-        rows.append({"name": p["name"], "text": meaning.get(p["name"], ""), "value": f"{value} {unit}".strip()})
-        rows[-1]["interval"] = f"{interval} {unit}".strip() if scaled[0] is not None else interval
+    for p in effect.parameters:
+        factor, unit = prefixed(abs(p.value), p.unit)
+        ends = [None if end is None else factor * end for end in (p.low, p.high)]
+        value, low, high = (in_html(t) for t in with_interval(factor * p.value, *ends))
+        interval = f"{low} to {high} {unit}".strip() if ends[0] is not None else "not determined"
+        rows.append(ParameterText(p.name, meaning.get(p.name, ""), f"{value} {unit}".strip(), interval))
     return rows
 
 
-def next_step(found: Found) -> str:
+def next_step(found: DiscoveryFile) -> str:
     """Return the command that fits the model with what was found, empty where nothing was or it is not certain what."""
-    if found["augmented_model"] == found["base_model"] or found["verdict"] == "ambiguous":
+    if found.augmented_model == found.base_model or found.verdict == "ambiguous":
         return ""
-    orders = (found.get("current_dependence") or {}).get("orders", ())
+    orders = found.current_dependence.orders if found.current_dependence else ()
     order = f" --current-order {','.join(f'{name}={order}' for name, order in orders)}" if orders else ""
-    return f"mrfit fit --model {found['augmented_model']}{order} --per all"
-
-
-def _listed(names: list[str], joint: str = "and") -> str:
-    if len(names) < 2:
-        return "".join(names)
-    return f"{', '.join(names[:-1])} {joint} {names[-1]}"
+    held = "".join(f" --fix {name}={value:.6g}" for name, value in found.held)
+    return f"mrfit fit --model {found.augmented_model}{order}{held} --per all"
 
 
 def _sentence(text: str) -> str:

@@ -1,73 +1,142 @@
 """Where the data came from, as rows for the page: recordings and what was odd, flux reconstruction, segments."""
 
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 from mrfit.core.channels import unit_of
+from mrfit.core.recording import Segment
+from mrfit.io.schemas.stages import About, FluxFile, FluxRow, FoundOddity
 from mrfit.report.numbers import MISSING, in_html, natural, significant, unit_html
 from mrfit.report.tables import ROLES
 
 
-def recording_row(about: dict[str, Any]) -> dict[str, Any]:
-    """Return one recording of ingest.json with its channels, and sample rate as text."""
-    channels = [f"{c['name']} ({unit_html(c['unit']) or '1'})" for c in about.get("channels", [])]
-    dt = about.get("dt")
-    return {
-        **{"findings": [], "history": [], **about},
-        "channels": ", ".join(channels),
-        "rate": _with_unit(1.0 / dt if dt else None, "Hz", 4),
-    }
+@dataclass(frozen=True)
+class RecordingRow:
+    """A recording: where it came from, its rate and channels in words, what was odd, and how it was made."""
+
+    id: str
+    source: str
+    reader: str
+    rows_kept: int
+    rows_refused: int
+    rate: str
+    channels: str
+    findings: Sequence[FoundOddity]
+    history: Sequence[str]
+
+
+@dataclass(frozen=True)
+class ResistanceRow:
+    """A recording whose flux was integrated, quantities in words."""
+
+    id: str
+    resistance: str
+    source: str
+    lambda0: str
+    offset_volt: str
+    closure_rms: str
+    loop_area: str
+
+
+@dataclass(frozen=True)
+class FluxSection:
+    """What the page says of the flux: how, recording by recording, those not integrated, oddities, losses."""
+
+    how: str = ""
+    rows: Sequence[ResistanceRow] = ()
+    others: Sequence[str] = ()
+    findings: Sequence[str] = ()
+    separation: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class SegmentRow:
+    """A segment, quantities with their unit."""
+
+    id: str
+    condition: str
+    role: str
+    waveform: str
+    drive: str
+    frequency: str
+    amplitude: str
+    cycles: int
+    current: str
+    temperature: str
+    samples: int
+    warm_up: int
+
+
+def recording_row(about: About) -> RecordingRow:
+    """Return one recording with its channels, and sample rate as text."""
+    return RecordingRow(
+        id=about.id,
+        source=about.source,
+        reader=about.reader,
+        rows_kept=about.rows_kept,
+        rows_refused=about.rows_refused,
+        rate=_with_unit(1.0 / about.dt, "Hz", 4),
+        channels=", ".join(f"{c.name} ({unit_html(c.unit) or '1'})" for c in about.channels),
+        findings=about.findings,
+        history=about.history,
+    )
 
 
 _DRIFTS = {"cycle": "drift removed cycle by cycle", "linear": "one linear drift removed", "none": "no drift removed"}
 
 
-def flux_section(flux: dict[str, Any]) -> dict[str, Any]:
+def flux_section(flux: FluxFile | None) -> FluxSection:
     """Return flux.json as rows and sentences: resistance and its source, drift, closure, loop area, oddities, losses.
 
     Parameters
     ----------
     flux
-        Content of flux.json; empty if the stage has not run.
+        Content of flux.json; None if the stage has not run.
     """
-    settings = flux.get("settings", {})
-    rule, drift = settings.get("rule", ""), settings.get("drift", "")
-    integrated = [r for r in flux.get("recordings", []) if r.get("resistance") is not None]
-    others = [r for r in flux.get("recordings", []) if r.get("resistance") is None]
-    return {
-        "how": f"λ = λ0 + ∫(u − R·i) dt by the {rule} rule, {_DRIFTS.get(drift, drift)}" if rule else "",
-        "rows": [_flux_row(r) for r in integrated],
-        "others": [f"{r['id']}: {r.get('action', '')}" for r in others],
-        "findings": flux.get("findings", []),
-        "separation": flux.get("separation_text", []),
-    }
+    if flux is None:
+        return FluxSection()
+    rule, drift = flux.settings.rule, flux.settings.drift
+    return FluxSection(
+        how=f"λ = λ0 + ∫(u − R·i) dt by the {rule} rule, {_DRIFTS.get(drift, drift)}" if rule else "",
+        rows=[_flux_row(r) for r in flux.recordings if r.resistance is not None],
+        others=[f"{r.id}: {r.action}" for r in flux.recordings if r.resistance is None],
+        findings=flux.findings,
+        separation=flux.separation_text,
+    )
 
 
-def _flux_row(row: dict[str, Any]) -> dict[str, str]:
-    error = row.get("resistance_error")
-    text = in_html(significant(row["resistance"], 5))
-    return {
-        "id": row["id"],
-        "resistance": f"{text} ± {in_html(significant(error, 2))}" if error else text,
-        "source": row.get("resistance_source", ""),
-        **{
-            name: in_html(significant(row.get(name))) for name in ("lambda0", "offset_volt", "closure_rms", "loop_area")
-        },
-    }
+def _flux_row(row: FluxRow) -> ResistanceRow:
+    error = row.resistance_error
+    text = in_html(significant(row.resistance, 5))
+    return ResistanceRow(
+        id=row.id,
+        resistance=f"{text} ± {in_html(significant(error, 2))}" if error else text,
+        source=row.resistance_source,
+        lambda0=in_html(significant(row.lambda0)),
+        offset_volt=in_html(significant(row.offset_volt)),
+        closure_rms=in_html(significant(row.closure_rms)),
+        loop_area=in_html(significant(row.loop_area)),
+    )
 
 
-def segment_rows(segments: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def segment_rows(segments: Sequence[Segment]) -> list[SegmentRow]:
     """Return the rows of the table of segments in natural order, quantities with their unit."""
     return [
-        {
-            **s,
-            "role": ROLES.get(s["role"], s["role"]),
-            "frequency": _with_unit(s["frequency"] or None, "Hz"),
-            "amplitude": _with_unit(s["amplitude"], unit_html(unit_of(s["drive"]))),
-            "current": _with_unit(s["current"], "A"),
-            "temperature": _with_unit(s["temperature"], "°C"),
-            "samples": s["stop"] - s["start"],
-        }
-        for s in sorted(segments, key=lambda s: natural(s["id"]))
+        SegmentRow(
+            id=s.id,
+            condition=s.condition,
+            role=ROLES.get(s.role, s.role),
+            waveform=s.waveform,
+            drive=s.drive,
+            frequency=_with_unit(s.frequency or None, "Hz"),
+            amplitude=_with_unit(s.amplitude, unit_html(unit_of(s.drive))),
+            cycles=s.cycles,
+            current=_with_unit(s.current, "A"),
+            temperature=_with_unit(s.temperature, "°C"),
+            samples=s.samples,
+            warm_up=s.warm_up,
+        )
+        for s in sorted(segments, key=lambda s: natural(s.id))
     ]
 
 

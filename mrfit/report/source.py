@@ -1,17 +1,19 @@
 """What the earlier stages left in the workspace, checked as it is read: fits, series, logs, flux, segments."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 
+from mrfit.core.recording import Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.io.arrow import floats
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.reading import load
+from mrfit.io.schemas.stages import FluxFile, IngestFile
 from mrfit.io.workspace import Workspace
 from mrfit.report.numbers import natural
 
@@ -59,9 +61,9 @@ class Source:
 
     fits: list[Fit]
     series: dict[str, list[Series]]
-    ingest: dict[str, Any]
-    flux: dict[str, Any]
-    segments: list[dict[str, Any]]
+    ingest: IngestFile | None
+    flux: FluxFile | None
+    segments: list[Segment]
     outdated: list[str] = field(default_factory=list)
 
 
@@ -75,12 +77,11 @@ def read_source(workspace: Workspace, names: tuple[str, ...]) -> Source:
     """
     fits = [_read_fit(workspace, n) for n in fit_names(workspace, names)]
     segments = _segments(workspace)
-    frequencies = {s["id"]: float(s["frequency"] or 0.0) for s in segments}
+    frequencies = {s.id: s.frequency for s in segments}
     series = {f.name: _read_series(workspace.fit_folder(f.name) / "residuals.parquet", frequencies) for f in fits}
-    ingest, flux = workspace.ingest_file() or {}, workspace.flux_file() or {}
     # a fit.json without a key does not say what it was made from
-    outdated = workspace.outdated([f.model_dump(include={"name", "key", "settings"}) for f in fits if f.key])
-    return Source(fits, series, ingest, flux, segments, outdated)
+    outdated = workspace.outdated([f for f in fits if f.key])
+    return Source(fits, series, workspace.ingest_file(), workspace.flux_file(), segments, outdated)
 
 
 def fit_names(workspace: Workspace, names: tuple[str, ...]) -> list[str]:
@@ -114,7 +115,7 @@ def _read_fit(workspace: Workspace, name: str) -> Fit:
     fit = load(path, Fit, remedy)
     if fit is None or not fit.results or not fit.metrics:
         raise DataError(f"{path}: holds no result; {remedy}")
-    return in_order(fit.model_copy(update={"name": name}))
+    return in_order(replace(fit, name=name))
 
 
 def in_order(fit: Fit) -> Fit:
@@ -122,7 +123,7 @@ def in_order(fit: Fit) -> Fit:
     order = {"train": 0, "holdout": 1}
     results = sorted(fit.results, key=lambda r: natural(r.condition))
     metrics = sorted(fit.metrics, key=lambda m: (order.get(m.role, 2), m.condition == "all", natural(m.condition)))
-    return fit.model_copy(update={"results": results, "metrics": metrics})
+    return replace(fit, results=results, metrics=metrics)
 
 
 def _read_series(path: Path, frequencies: dict[str, float]) -> list[Series]:
@@ -160,9 +161,5 @@ def _one_series(key: Key, parts: dict[str, list[Array]], frequencies: dict[str, 
     return Series(*key, time, measured, simulated, columns, frequencies.get(key[1], 0.0))
 
 
-def _segments(workspace: Workspace) -> list[dict[str, Any]]:
-    from dataclasses import asdict
-
-    if not workspace.segments_file.is_file():
-        return []
-    return [asdict(s) for s in workspace.read_segments()[0]]
+def _segments(workspace: Workspace) -> list[Segment]:
+    return workspace.read_segments()[0] if workspace.segments_file.is_file() else []

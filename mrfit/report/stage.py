@@ -3,40 +3,22 @@
 import hashlib
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import DataError
 from mrfit.io.keys import code_version, key_of
-from mrfit.io.schemas.reading import made
+from mrfit.io.schemas.reading import reusable
 from mrfit.io.schemas.stages import ReportFile
 from mrfit.io.workspace import TEMPORARY, Workspace, write_json
 from mrfit.report import figures, page, tables
 from mrfit.report.source import Source, fit_names, input_files, read_source
-
-SCHEMA = "mrfit/report/1"
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What to report.
-
-    Attributes
-    ----------
-    fits
-        Names of fits in the order to show them; empty for all finished ones.
-    jobs
-        Worker processes; does not change the result.
-    """
-
-    fits: tuple[str, ...] = ()
-    jobs: int = 1
+from mrfit.settings.report import Settings as Settings
 
 
-def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
+def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> ReportFile:
     """Write ``report/``: index.html, parameters and metrics as CSV and LaTeX, figures as SVG.
 
     All is made before the first file is touched, then put in place file by file by renaming; ``report.json``, which
@@ -54,9 +36,8 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
 
     Returns
     -------
-    dict
-        Content of report.json (``fits``, those ``outdated``, ``conditions``, ``files``, ``key``), ``index``, the page's
-        path, and ``skipped``: whether nothing had changed since the last report.
+    ReportFile
+        Content of report.json, the page's path, and whether nothing had changed since the last report.
 
     Raises
     ------
@@ -66,22 +47,23 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     names = fit_names(workspace, settings.fits)
     key = report_key(workspace, names)
     folder = workspace.report_folder
-    existing = made(folder / "report.json", ReportFile)
-    if existing and existing.get("key") == key and all((folder / f).is_file() for f in existing["files"]):
-        return {**existing, "index": str(folder / "index.html"), "skipped": True}
+    index = str(folder / "index.html")
+    existing = reusable(folder / "report.json", ReportFile)
+    if existing and existing.key == key and all((folder / f).is_file() for f in existing.files):
+        return replace(existing, index=index, skipped=True)
     source = read_source(workspace, tuple(names))
     files = _render(source, settings.jobs, progress)
-    summary = {
-        "schema": SCHEMA,
-        "key": key,
-        "code": code_version(),
-        "fits": names,
-        "outdated": source.outdated,
-        "conditions": len({m.condition for f in source.fits for m in f.metrics if m.condition != "all"}),
-        "files": sorted(files),
-    }
+    summary = ReportFile(
+        key=key,
+        code=code_version(),
+        fits=names,
+        outdated=source.outdated,
+        conditions=len({m.condition for f in source.fits for m in f.metrics if m.condition != "all"}),
+        files=sorted(files),
+        index=index,
+    )
     publish(folder, files, summary)
-    return {**summary, "index": str(folder / "index.html"), "skipped": False}
+    return summary
 
 
 def report_key(workspace: Workspace, names: list[str], code: str = "") -> str:
@@ -109,7 +91,7 @@ def _render(source: Source, jobs: int, progress: Progress) -> dict[str, str]:
     return files | {f"figures/{f.name}.svg": f.svg for group in drawn.values() for f in group}
 
 
-def publish(folder: Path, files: Mapping[str, str], summary: dict[str, Any]) -> None:
+def publish(folder: Path, files: Mapping[str, str], summary: ReportFile) -> None:
     """Put files in place together: all under temporary names, then renamed, then those of an older report removed.
 
     Parameters

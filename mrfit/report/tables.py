@@ -1,7 +1,6 @@
 """Parameter and error tables: CSV with every digit, LaTeX with the digits that mean something."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
 
 from mrfit.io.csv_table import csv_table
 from mrfit.io.schemas.fit import Fit, MetricRow, Quantity, Result
@@ -49,7 +48,7 @@ def metric_cells(row: MetricRow) -> list[Cell]:
     return [getattr(row, name) for name in METRIC_COLUMNS]
 
 
-def _of_fits(fits: Sequence[Fit], columns: Sequence[str], rows: Iterable[Mapping[str, Any]]) -> str:
+def _of_fits(fits: Sequence[Fit], columns: Sequence[str], rows: Iterable[Mapping[str, object]]) -> str:
     return csv_table(("fit", *columns) if len(fits) > 1 else columns, rows)
 
 

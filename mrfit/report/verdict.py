@@ -1,7 +1,8 @@
 """A fit's outcome in words: how good, where best and worst, and every reason to distrust it."""
 
 from collections import Counter
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 from mrfit.io.schemas.fit import Fit, MetricRow
 from mrfit.report.curves import prefixed
@@ -76,14 +77,35 @@ def _error(fit: Fit, row: MetricRow, where: str, conditions: int) -> str:
     return f"{text}, {in_html(significant(ratio))} times the noise floor."
 
 
-def cautions(fit: Fit) -> list[dict[str, Any]]:
-    """Return the warnings on the whole fit, then those on its conditions by kind, the most frequent first.
+@dataclass(frozen=True)
+class Warned:
+    """A kind of warning.
 
-    Each holds ``kind``; ``text``, the most frequent wording; ``where``, the conditions concerned (empty for one set of
-    parameters); ``others``, the remaining wordings as (text, where).
+    Attributes
+    ----------
+    kind
+        Its name.
+    count
+        How many conditions it concerns; 0 of one on the whole fit.
+    text
+        Its most frequent wording.
+    where
+        The conditions concerned, in words; empty for one set of parameters.
+    others
+        The remaining wordings as (text, where).
     """
+
+    kind: str
+    count: int
+    text: str
+    where: str
+    others: Sequence[tuple[str, str]]
+
+
+def cautions(fit: Fit) -> list[Warned]:
+    """Return the warnings on the whole fit, then those on its conditions by kind, the most frequent first."""
     found: dict[str, dict[str, list[str]]] = {}
-    whole = [{"kind": c.kind, "count": 0, "text": c.text, "where": "", "others": []} for c in fit.warnings]
+    whole = [Warned(c.kind, 0, c.text, "", ()) for c in fit.warnings]
     for result in fit.results:
         for caution in result.warnings:
             found.setdefault(caution.kind, {}).setdefault(caution.text, []).append(result.condition)
@@ -92,16 +114,9 @@ def cautions(fit: Fit) -> list[dict[str, Any]]:
     for kind, wordings in found.items():
         (text, _), *others = sorted(wordings.items(), key=lambda item: -len(item[1]))
         conditions = sorted({c for where in wordings.values() for c in where}, key=natural)
-        rows.append(
-            {
-                "kind": kind,
-                "count": len(conditions),
-                "text": text,
-                "where": _where(conditions, total),
-                "others": [(t, _where(where, total)) for t, where in others],
-            }
-        )
-    return whole + sorted(rows, key=lambda row: -int(str(row["count"])))
+        more = [(t, _where(where, total)) for t, where in others]
+        rows.append(Warned(kind, len(conditions), text, _where(conditions, total), more))
+    return whole + sorted(rows, key=lambda row: -row.count)
 
 
 def _where(conditions: list[str], total: int) -> str:

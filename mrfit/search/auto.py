@@ -8,6 +8,7 @@ from mrfit.search import coarse_to_fine, reparametrised
 from mrfit.search.limits import Run
 from mrfit.search.problem import Problem, measured
 from mrfit.search.result import SearchResult
+from mrfit.search.strategy import Strategy
 
 SPEC = OptimizerSpec(
     name=coarse_to_fine.NAME,
@@ -20,7 +21,7 @@ SPEC = OptimizerSpec(
 
 
 @dataclass(frozen=True)
-class Auto:
+class Auto(Strategy):
     """Strategy: descents from many starts, see ``reparametrised``, ``coarse_to_fine`` and ``variable_projection``.
 
     Attributes

@@ -14,6 +14,7 @@ from mrfit.search.limits import UNLIMITED, Limits, Run
 from mrfit.search.objective import BudgetSpent, Ended, InParameters, Objective, Stalled, TimeSpent
 from mrfit.search.problem import Problem
 from mrfit.search.result import Ending, Link, SearchResult
+from mrfit.search.strategy import Strategy
 
 # Strategies that can be written as a part of a chain, and the optimizer that is their part in it
 PARTS = {"auto": "multistart", "staged": "lsq"}
@@ -49,7 +50,7 @@ class Step:
 
 
 @dataclass(frozen=True, slots=True)
-class Chain:
+class Chain(Strategy):
     """Strategy: one optimizer after another on all data, each from the best point of those before it.
 
     Attributes
@@ -75,6 +76,11 @@ class Chain:
     def from_points(self) -> bool:
         """Whether it begins where the characteristic points of the data are, and nowhere else."""
         return _spec(parts(self.name)[0]).kind == "start"
+
+    @property
+    def searches(self) -> bool:
+        """Whether an optimizer goes on from the start."""
+        return any(_spec(part).kind != "start" for part in parts(self.name))
 
     def budget(self, dimension: int) -> int:
         """Return the evaluations that all optimizers ask for together."""

@@ -12,13 +12,14 @@ from mrfit.search.limits import Run, told_after
 from mrfit.search.objective import Objective
 from mrfit.search.problem import Problem, measured
 from mrfit.search.result import Link, SearchResult
+from mrfit.search.strategy import Strategy
 from mrfit.search.variable_projection import projection_of
 
 NAME = "descent"
 
 
 @dataclass(frozen=True)
-class Descent:
+class Descent(Strategy):
     """Strategy: a damped Gauss-Newton descent, linear parameters eliminated.
 
     Attributes

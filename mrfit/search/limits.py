@@ -6,8 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-# A global search ends when this share of its evaluations has passed without progress, unless told otherwise.
-PATIENCE = 0.5
+from mrfit.settings.fit import PATIENCE
 
 Told = Callable[[int, float], None]
 """Called as ``told(evaluations, best_cost)`` after every batch."""

@@ -9,7 +9,6 @@ import fnmatch
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -17,12 +16,14 @@ from mrfit.core import registry
 from mrfit.core.protocols import HasStages
 from mrfit.core.specs import Array, Index, OptimizerSpec, Stage
 from mrfit.errors import ConfigError
+from mrfit.io.schemas.fit import Caution, SearchStage
 from mrfit.optimizers import lsq
-from mrfit.search.chain import Chain, Given, parts
+from mrfit.search.chain import Chain, Given
 from mrfit.search.cube import Cube
 from mrfit.search.limits import Limits, Run, own_generator, seconds_left, unheard
 from mrfit.search.problem import Block, Posed, Problem, measured
 from mrfit.search.result import SearchResult, StageResult
+from mrfit.search.strategy import Strategy
 from mrfit.signal.cycles import last_event
 from mrfit.simulate.current_dependence import base_name
 
@@ -53,7 +54,7 @@ SPEC = OptimizerSpec(
 
 
 @dataclass(frozen=True)
-class Staged:
+class Staged(Strategy):
     """Strategy: the model's stages one after another, then a chain of optimizers that begins where they end, too.
 
     Attributes
@@ -77,6 +78,25 @@ class Staged:
         """Whether the chain is written to begin there."""
         return Chain(self.name, self.given).from_points
 
+    @property
+    def begins_with(self) -> str:
+        """The stages."""
+        return "stages"
+
+    def check(self, model: str, per: str) -> None:
+        """Refuse a model without stages, and conditions that are fitted one by one.
+
+        Raises
+        ------
+        ConfigError
+            If it is one, or they are.
+        """
+        if not stages_of(model):
+            known = ", ".join(n for n in registry.names("model") if stages_of(n))
+            raise ConfigError(f"--opt {self.name}: '{model}' has no stages of identification; {known} have them")
+        if per != "all":
+            raise ConfigError(f"--opt {self.name} fits one set of parameters to several kinds of tests: add --per all")
+
     def budget(self, dimension: int) -> int:
         """Return the evaluations that the chain asks for; the stages have their own."""
         return Chain(self.name, self.given).budget(dimension)
@@ -96,24 +116,6 @@ def stages_of(model: str) -> tuple[Stage, ...]:
     """Return the stages of a written model's base, none if it has no such identification."""
     module = registry.load("model", model.partition("+")[0])
     return module.STAGES if isinstance(module, HasStages) else ()
-
-
-def check_staged(model: str, optimizer: str, per: str) -> bool:
-    """Return whether an optimizer chain begins with stages.
-
-    Raises
-    ------
-    ConfigError
-        If it does but the model has none, or conditions are to be fitted one by one.
-    """
-    if NAME not in parts(optimizer):
-        return False
-    if not stages_of(model):
-        known = ", ".join(n for n in registry.names("model") if stages_of(n))
-        raise ConfigError(f"--opt {optimizer}: '{model}' has no stages of identification; {known} have them")
-    if per != "all":
-        raise ConfigError(f"--opt {optimizer} fits one set of parameters to several kinds of tests: add --per all")
-    return True
 
 
 def kind_of(block: Block, inputs: Sequence[str]) -> str:
@@ -165,18 +167,18 @@ def identify(
     return theta, tuple(done)
 
 
-def warnings(stages: Sequence[Mapping[str, Any]]) -> list[dict[str, str]]:
+def warnings(stages: Sequence[SearchStage]) -> list[Caution]:
     """Return a warning on every stage that had no test to be fitted to, with what its parameters were fitted to."""
     found = []
     for place, stage in enumerate(stages):
-        if not stage["segments"]:
-            later = next((s["stage"] for s in stages[place + 1 :] if s["segments"]), None)
+        if not stage.segments:
+            later = next((s.stage for s in stages[place + 1 :] if s.segments), None)
             where = f"with those of the {later}, then" if later else "only"
             text = (
-                f"no stage of the {stage['stage']}: among the training segments there are no {TESTS[stage['test']]}; "
+                f"no stage of the {stage.stage}: among the training segments there are no {TESTS[stage.test]}; "
                 f"its parameters were fitted {where} in the joint refinement"
             )
-            found.append({"kind": "stage-skipped", "text": text})
+            found.append(Caution(kind="stage-skipped", text=text))
     return found
 
 

@@ -3,33 +3,12 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import ModuleType
-from typing import Protocol
 
 from mrfit.core import registry
-from mrfit.core.specs import Array, OptimizerSpec
+from mrfit.core.specs import OptimizerSpec
 from mrfit.search import auto, staged
 from mrfit.search.chain import Chain, Given, parts
-from mrfit.search.limits import Run
-from mrfit.search.problem import Problem
-from mrfit.search.result import SearchResult
-
-
-class Strategy(Protocol):
-    """A way of looking for the least cost of a problem over the unit cube."""
-
-    @property
-    def many_starts(self) -> bool:
-        """Whether it makes more of several starts than to begin at the best of them."""
-
-    @property
-    def from_points(self) -> bool:
-        """Whether it begins where the characteristic points of the data are, and nowhere else."""
-
-    def budget(self, dimension: int) -> int:
-        """Return the evaluations that it asks for where nobody limits them."""
-
-    def search(self, problem: Problem, starts: Array, how: Run) -> SearchResult:
-        """Return where it ends from start points (S, F)."""
+from mrfit.search.strategy import Strategy as Strategy
 
 
 @dataclass(frozen=True)

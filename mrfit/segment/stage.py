@@ -2,49 +2,23 @@
 
 import json
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import asdict, replace
 
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording, Segment
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.keys import code_version, segment_key
 from mrfit.io.schemas.reading import UnknownSchema
-from mrfit.io.schemas.stages import SEGMENTS
-from mrfit.io.workspace import Workspace, plain
+from mrfit.io.schemas.stages import ConditionRow, CutRow, SegmentRow, SegmentSettings, SegmentsFile
+from mrfit.io.workspace import Workspace, checked, plain
 from mrfit.segment.conditions import assign_roles, hold_out_after, name_conditions
 from mrfit.segment.detect import Detection, detect, drive_channel
+from mrfit.settings.segment import Settings as Settings
 
 METADATA = "mrfit"
 
 
-@dataclass(frozen=True, slots=True)
-class Settings:
-    """How recordings are cut into segments.
-
-    Attributes
-    ----------
-    drive
-        Channel that defines the condition, or None to find it.
-    min_cycles
-        Fewest steady cycles of a periodic segment; 1 counts as 2, since one cycle shows no steadiness.
-    holdout
-        ``auto``, ``none``, ``quantity=value`` or patterns on condition names, see ``assign_roles``; ``after=SECONDS``
-        into each recording, see ``hold_out_after``.
-    settle
-        Steady cycles that lead the model in before those that are compared.
-    tolerance
-        Departure of the drive from its mean cycle, in shares of its amplitude, that ends a steady stretch.
-    """
-
-    drive: str | None = None
-    min_cycles: int = 2
-    holdout: str = "auto"
-    settle: int = 1
-    tolerance: float = 0.02
-
-
-def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> dict[str, Any]:
+def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> SegmentsFile:
     """Find the segments of all recordings and write segments.parquet.
 
     Parameters
@@ -58,8 +32,8 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
 
     Returns
     -------
-    dict
-        ``segments`` (rows), ``conditions``, ``recordings`` (samples kept and cut), ``findings``, ``skipped``.
+    SegmentsFile
+        Segments, conditions, samples kept and cut of recordings, findings, and whether all was there already.
 
     Raises
     ------
@@ -72,14 +46,14 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     identifiers = sorted(workspace.identifiers)
     key = segment_key(asdict(settings), workspace.contents(identifiers, workspace.latest))
     existing = _made(workspace)
-    if existing and existing.get("key") == key:
-        return {**existing, "skipped": True}
+    if existing and existing.key == key:
+        return replace(existing, skipped=True)
     stage = workspace.latest
     recordings = (workspace.read_recording(i, stage) for i in identifiers)
     segments, detections = cut(recordings, len(identifiers), settings, progress)
-    summary = plain(_summary(key, settings, segments, detections))
-    workspace.write_segments(segments, {METADATA: json.dumps(summary, ensure_ascii=False)})
-    return {**summary, "skipped": False}
+    summary = checked(_summary(key, settings, segments, detections))
+    workspace.write_segments(segments, {METADATA: json.dumps(plain(summary), ensure_ascii=False)})
+    return summary
 
 
 def cut(
@@ -124,10 +98,10 @@ def last_settings(workspace: Workspace) -> Settings:
             f"{workspace.segments_file}: another mrfit's, without settings in it; run `mrfit segment --work "
             f"{workspace.root}` with the settings you want"
         )
-    return Settings(**stored["settings"]) if stored else Settings()
+    return Settings(**asdict(stored.settings)) if stored else Settings()
 
 
-def _made(workspace: Workspace) -> dict[str, Any] | None:
+def _made(workspace: Workspace) -> SegmentsFile | None:
     """Return the summary written with the segments, None where it or they cannot be read: they are made again."""
     try:
         summary = workspace.segments_summary()
@@ -194,30 +168,29 @@ def _nothing_found(first: Detection, lacking: Sequence[str], settings: Settings)
 
 def _summary(
     key: str, settings: Settings, segments: Sequence[Segment], detections: Sequence[Detection]
-) -> dict[str, Any]:
+) -> SegmentsFile:
     # a condition is in both roles where hold-out begins in time
     parts = {
         (s.condition, s.role): [p for p in segments if (p.condition, p.role) == (s.condition, s.role)] for s in segments
     }
-    return {
-        "schema": SEGMENTS,
-        "key": key,
-        "code": code_version("segment"),
-        "settings": asdict(settings),
-        "segments": [asdict(s) for s in segments],
-        "conditions": [
-            {
-                "condition": name,
-                "role": role,
-                "waveform": parts[name, role][0].waveform,
-                "segments": len(parts[name, role]),
-                "samples": sum(s.samples for s in parts[name, role]),
-            }
+    return SegmentsFile(
+        key=key,
+        code=code_version("segment"),
+        settings=SegmentSettings(**asdict(settings)),
+        segments=[SegmentRow(**asdict(s)) for s in segments],
+        conditions=[
+            ConditionRow(
+                condition=name,
+                role=role,
+                waveform=parts[name, role][0].waveform,
+                segments=len(parts[name, role]),
+                samples=sum(s.samples for s in parts[name, role]),
+            )
             for name, role in sorted(parts)
         ],
-        "recordings": [
-            {"id": d.recording.id, "kept": d.kept, "cut": d.recording.samples - d.kept, "segments": len(d.segments)}
+        recordings=[
+            CutRow(id=d.recording.id, kept=d.kept, cut=d.recording.samples - d.kept, segments=len(d.segments))
             for d in detections
         ],
-        "findings": [f for d in detections for f in d.findings],
-    }
+        findings=[f for d in detections for f in d.findings],
+    )

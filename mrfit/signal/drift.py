@@ -7,13 +7,13 @@ orders, extrapolated in n, says how much of the first ones is noise.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
 from scipy.special import fdtri
 
 from mrfit.core.specs import Array
+from mrfit.io.schemas.fit import DriftRow
 
 # Orders a drift is described by, and those that tell the noise
 DRIFTING, FIRST, LAST = 4, 5, 20
@@ -159,33 +159,32 @@ def _noise_power(power: Array, count: float) -> tuple[Array, float]:
     return found, count * float(np.sum(high))
 
 
-def drift_row(condition: str, segment: str, drift: Drift) -> dict[str, Any]:
+def drift_row(condition: str, segment: str, drift: Drift) -> DriftRow:
     """Return a drift as fit.json and discovery.json have it."""
-    return {
-        "condition": condition,
-        "segment": segment,
-        "level_rate": drift.level_rate if np.any(drift.level) else 0.0,
-        "gain_rate": drift.gain_rate if np.any(drift.gain) else 0.0,
-    }
+    return DriftRow(
+        condition=condition,
+        segment=segment,
+        level_rate=drift.level_rate if np.any(drift.level) else 0.0,
+        gain_rate=drift.gain_rate if np.any(drift.gain) else 0.0,
+    )
 
 
-def drift_words(rows: Sequence[dict[str, Any]]) -> str:
+def drift_words(rows: Sequence[DriftRow]) -> str:
     """Return what drifts in which records in one sentence; rates are in the output's SI unit."""
     parts = []
     for name, what, unit in (("level_rate", "level", "per second"), ("gain_rate", "gain", "% per second")):
-        moving = [r for r in rows if r.get(name)]
+        moving = [r for r in rows if getattr(r, name)]
         if moving:
-            worst = max(moving, key=lambda r: abs(float(r[name])))
-            rate = float(worst[name]) * (100.0 if name == "gain_rate" else 1.0)
-            conditions = list(dict.fromkeys(str(r["condition"]) for r in moving))
+            fastest = max((getattr(r, name) for r in moving), key=abs)
+            rate = float(fastest) * (100.0 if name == "gain_rate" else 1.0)
+            conditions = list(dict.fromkeys(r.condition for r in moving))
             where = ", ".join(conditions[:3]) + (f" and {len(conditions) - 3} more" * (len(conditions) > 3))
             parts.append(f"the output's {what} drifts in {where} (by up to {rate:.3g} {unit})")
-    follows = list(dict.fromkeys(str(r["follows"]) for r in rows if r.get("follows")))
+    follows = list(dict.fromkeys(r.follows for r in rows if r.follows))
     if follows:
-        rates = [r for r in rows if r.get("follows")]
-        worst = max(rates, key=lambda r: float(r["rate"]))
+        worst = max((r for r in rows if r.follows), key=lambda r: r.rate)
         parts.append(
-            f"what {' and '.join(follows)} would explain grows or falls with time, by up to {worst['rate']:.3g} per "
-            f"second in {worst['condition']}"
+            f"what {' and '.join(follows)} would explain grows or falls with time, by up to {worst.rate:.3g} per "
+            f"second in {worst.condition}"
         )
     return f"{'; '.join(parts)}: steadily within the record, which no input explains; it is not counted as noise"

@@ -1,7 +1,7 @@
 """What is known of an output's noise floor: its size, how it was found, and between which bounds it lies."""
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,12 +54,6 @@ class NoiseFloor:
         if self.known:
             return self.value
         return self.high if np.isfinite(self.high) else float("inf")
-
-    def as_json(self, scale: float = 1.0) -> dict[str, Any]:
-        """Return value, method and bounds, times a scale, under the names they have in fit.json and discovery.json."""
-        ends = [scale * end if np.isfinite(end) else None for end in (self.low, self.high)]
-        value = scale * self.value if self.known else None
-        return {"noise_floor": value, "noise_floor_method": self.method, "noise_floor_bounds": ends}
 
 
 def not_known(values: Array, high: float = float("nan")) -> NoiseFloor:

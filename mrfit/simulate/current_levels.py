@@ -1,14 +1,14 @@
 """Which parameters of a fit depend on coil current: as asked for, or by their role where no levels tell."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array, ModelSpec, Param
 from mrfit.errors import ConfigError, DataError
+from mrfit.io.schemas.fit import Caution, Fit, FitDependence
 from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence, Order, at_current, count, expanded, orders_of
 
@@ -226,7 +226,7 @@ def _check_pieces(dependence: CurrentDependence, levels: Sequence[float]) -> Non
             )
 
 
-def sign_warnings(model: str, dependence: CurrentDependence | None, theta: Array) -> list[dict[str, str]]:
+def sign_warnings(model: str, dependence: CurrentDependence | None, theta: Array) -> list[Caution]:
     """Return a warning on positive parameters whose polynomial turns negative between the currents tested, if any does.
 
     Parameters
@@ -247,18 +247,19 @@ def sign_warnings(model: str, dependence: CurrentDependence | None, theta: Array
         f"{', '.join(found)} turns negative at some current between those tested: ask for a lower order, or for the "
         "exponential of a polynomial (--current-order NAME=log2)"
     )
-    return [{"kind": "negative-between", "text": text}] if found else []
+    return [Caution(kind="negative-between", text=text)] if found else []
 
 
-def as_json(dependence: CurrentDependence | None) -> dict[str, Any] | None:
+def kept(dependence: CurrentDependence | None) -> FitDependence | None:
     """Return a dependence as fit.json keeps it."""
-    return None if dependence is None else {**asdict(dependence), "orders": dict(dependence.orders)}
+    if dependence is None:
+        return None
+    return FitDependence(orders=dict(dependence.orders), low=dependence.low, high=dependence.high)
 
 
-def assembly_of(fit: Mapping[str, Any]) -> Assembly:
-    """Return the assembly a fit.json was made with, its dependence on current included."""
-    stored = fit.get("current_dependence")
+def assembly_of(fit: Fit) -> Assembly:
+    """Return the assembly a fit was made with, its dependence on current included."""
+    stored = fit.current_dependence
     if not stored:
-        return assemble(str(fit["model"]))
-    orders = tuple((str(name), order) for name, order in stored["orders"].items())
-    return assemble(str(fit["model"]), CurrentDependence(orders, float(stored["low"]), float(stored["high"])))
+        return assemble(fit.model)
+    return assemble(fit.model, CurrentDependence(tuple(stored.orders.items()), stored.low, stored.high))

@@ -7,38 +7,32 @@ from typing import Any
 import pytest
 
 from mrfit.cli import main, pipeline
-from mrfit.cli.config import DiscoverSection, FitSection, FluxSection, IngestSection, SegmentSection, read_pipeline
+from mrfit.cli.config import made_of, read_pipeline, table_of
+from mrfit.core.setting import defined, flag_of, key_of
 from mrfit.errors import ConfigError
+from mrfit.settings import discover, fit, flux, ingest, segment
 
 HEAD = '[ingest]\nlogs = ["*.csv"]\n'
-# how a command is called, not what it makes of the logs; the resistance stands in [ingest] for every stage,
-# and plug-ins are named by the user alone: a pipeline file runs no code
-ELSEWHERE = {"work", "jobs", "as_json", "preview", "resistance", "plugins"}
-NAMES = {"map_file": "map", "fix": "fixed"}
+# how a command is called, not what it makes of the logs; the resistance stands in [ingest] for every stage, and the
+# plug-ins and the workspace beside the tables
+ELSEWHERE = {"work", "jobs", "as_json", "preview", "resistance", "plugins", "logs"}
+STAGES = [
+    (main.ingest, ingest.Settings),
+    (main.flux, flux.Settings),
+    (main.segment, segment.Settings),
+    (main.fit, fit.Settings),
+    (main.discover, discover.Settings),
+]
 
 
-def options(command: Any) -> dict[str, Any]:
-    """Return the options of a command that a pipeline file should have, with their defaults."""
-    parameters = inspect.signature(command).parameters.values()
-    return {NAMES.get(p.name, p.name): p.default for p in parameters if p.name not in ELSEWHERE}
-
-
-@pytest.mark.parametrize(
-    ("command", "section"),
-    [
-        (main.ingest, IngestSection),
-        (main.flux, FluxSection),
-        (main.segment, SegmentSection),
-        (main.fit, FitSection),
-        (main.discover, DiscoverSection),
-    ],
-)
-def test_every_option_of_a_stage_has_its_key_and_default(command: Any, section: Any) -> None:
-    asked = options(command)
-    assert set(asked) <= set(section.model_fields)
-    for name, default in asked.items():
-        if default is not inspect.Parameter.empty:
-            assert section.model_fields[name].get_default() in (default, {} if default is None else default), name
+@pytest.mark.parametrize(("command", "kind"), STAGES)
+def test_every_option_of_a_stage_has_its_key_and_default(command: Any, kind: Any) -> None:
+    keys = {flag_of(f): key_of(f) for f in defined(kind)}
+    asked = {keys.get(n, n) for n in inspect.signature(command).parameters if n not in ELSEWHERE}
+    table = table_of(kind)
+    assert asked == set(table.model_fields) - ELSEWHERE
+    model = {"model": "bingham"} if "model" in asked else {}
+    assert made_of(kind, table(**model)) == kind(**model)
 
 
 @pytest.mark.parametrize(
@@ -55,14 +49,14 @@ def test_what_the_command_line_refuses_is_refused(table: str, key: str, value: f
 def test_stall_reaches_the_fit(tmp_path: Path) -> None:
     path = tmp_path / "p.toml"
     path.write_text(f"{HEAD}[[fit]]\nmodel = 'bingham'\nstall = 0.2\n")
-    assert pipeline._fit_settings(read_pipeline(path).fit[0], 1).stall == 0.2
+    assert read_pipeline(path).fit[0].stall == 0.2
 
 
 @pytest.mark.parametrize("written", ["mwoa.b = 0.7", '"mwoa.b" = 0.7', "mwoa = {b = 0.7}"])
 def test_options_of_optimizers_reach_the_fit(written: str, tmp_path: Path) -> None:
     path = tmp_path / "p.toml"
     path.write_text(f"{HEAD}[[fit]]\nmodel = 'bingham'\nopt = 'mwoa'\n[fit.opt_set]\npopulation = 12\n{written}\n")
-    settings = pipeline._fit_settings(read_pipeline(path).fit[0], 1)
+    settings = read_pipeline(path).fit[0]
     assert settings.options == (("population", 12.0), ("mwoa.b", 0.7))
 
 
@@ -111,3 +105,19 @@ def test_a_wrong_key_or_value_is_one_plain_line(text: str, tmp_path: Path) -> No
     said = str(error.value)
     assert said.startswith(f"{path}: {WRONG[text]}") and "\n" not in said
     assert not any(word in said.lower() for word in ("input", "valid", "instance", "pydantic", "extra", "literal"))
+
+
+def test_values_arrive_as_the_stages_take_them(tmp_path: Path) -> None:
+    path = tmp_path / "p.toml"
+    fitting = "[[fit]]\nmodel = 'tanh'\nopt = 'lsq'\nbounds = {c = [1, 2]}\nstart = {c = 1.5}\nfixed = {k = 0}\n"
+    reading = "map = 'm.toml'\nresistance = 2\nmax_memory = '2GB'\n"
+    path.write_text(
+        f"work = 'w'\n{HEAD}{reading}[flux]\nrule = 'simpson'\n{fitting}[discover]\nmodel = 'tanh'\ncurrent_order = 1\n"
+    )
+    made = read_pipeline(path)
+    assert made.ingest == ingest.Settings(map=Path("m.toml"), resistance=2.0, max_memory=2e9)
+    assert made.flux == flux.Settings(resistance=2.0, rule="simpson") and made.segment == segment.Settings()
+    wanted = fit.Settings("tanh", "lsq", bounds=(("c", 1.0, 2.0),), start=(("c", 1.5),), fixed=(("k", 0.0),))
+    assert made.fit == (wanted,)
+    assert made.discover == discover.Settings("tanh", current_order="1")
+    assert (made.work, made.logs, made.plugins) == ("w", ("*.csv",), ())

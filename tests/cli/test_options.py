@@ -6,31 +6,33 @@ import sys
 
 import pytest
 
-from mrfit.cli.options import constants, limits
 from mrfit.errors import ConfigError
+from mrfit.settings.forms import constants, limits
 from tests.conftest import Run
 
 
 def test_bounds_are_two_numbers() -> None:
-    assert limits(["A=1:2.5", "fy@0A=0:3"]) == (("A", 1.0, 2.5), ("fy@0A", 0.0, 3.0))
+    assert limits("--bounds", ["A=1:2.5", "fy@0A=0:3"]) == (("A", 1.0, 2.5), ("fy@0A", 0.0, 3.0))
 
 
 def test_bounds_without_a_colon_are_shown_their_form() -> None:
     with pytest.raises(ConfigError, match="takes NAME=LOW:HIGH, not 'A=2'"):
-        limits(["A=2"])
+        limits("--bounds", ["A=2"])
 
 
 def test_constants_of_optimizers_stand_in_one_option_or_in_several() -> None:
     wanted = (("b", 1.2), ("population", 40.0), ("mwoa.N_d", 20.0))
     assert (
-        constants(["b=1.2,population=40", "mwoa.N_d=20"]) == constants(["b=1.2, population=40 ,mwoa.N_d=20"]) == wanted
+        constants("--opt-set", ["b=1.2,population=40", "mwoa.N_d=20"])
+        == constants("--opt-set", ["b=1.2, population=40 ,mwoa.N_d=20"])
+        == wanted
     )
-    assert constants(None) == ()
+    assert constants("--opt-set", None) == ()
     for wrong in ("b", "b=", "b=1.2,"):
         with pytest.raises(ConfigError, match="--opt-set takes NAME=VALUE"):
-            constants([wrong])
+            constants("--opt-set", [wrong])
     with pytest.raises(ConfigError, match="--opt-set: 'x' is not a number"):
-        constants(["b=x"])
+        constants("--opt-set", ["b=x"])
 
 
 @pytest.mark.parametrize("command", ["ingest", "predict"])

@@ -164,17 +164,27 @@ def killed(command: list[str], folder: Path, after: float) -> int:
     return process.wait()
 
 
+EVEN = tuple(0.8 + 0.25 * k for k in range(12))
+
+
+@pytest.mark.parametrize(
+    ("currents", "budget", "moments", "fewest"),
+    [
+        pytest.param((1, 3), 1000, EVEN[1::4], 2, id="a few"),
+        pytest.param((1, 3, 5), 3000, EVEN, 3, id="many", marks=pytest.mark.slow),
+    ],
+)
 def test_a_kill_at_any_moment_leaves_a_workspace_from_which_the_same_command_goes_on(
-    datasets: Path, tmp_path: Path
+    currents: tuple[int, ...], budget: int, moments: tuple[float, ...], fewest: int, datasets: Path, tmp_path: Path
 ) -> None:
     pipeline = tmp_path / "p.toml"
-    logs = [str(datasets / "coil" / f"coil_{f}Hz_{a}A.csv") for f in ("01", "05") for a in (1, 3, 5)]
+    logs = [str(datasets / "coil" / f"coil_{f}Hz_{a}A.csv") for f in ("01", "05") for a in currents]
     pipeline.write_text(
-        f"[ingest]\nlogs = {json.dumps(logs)}\n[[fit]]\nmodel = 'boucwen-flux'\nopt = 'pso-lsq'\nbudget = 3000\n"
+        f"[ingest]\nlogs = {json.dumps(logs)}\n[[fit]]\nmodel = 'boucwen-flux'\nopt = 'pso-lsq'\nbudget = {budget}\n"
     )
     command = [sys.executable, "-m", "mrfit.cli", "run", str(pipeline), "--work", "w", "--jobs", "1"]
-    kills = sum(killed(command, tmp_path, 0.8 + 0.25 * k) == -signal.SIGKILL for k in range(12))
-    assert kills >= 3
+    kills = sum(killed(command, tmp_path, moment) == -signal.SIGKILL for moment in moments)
+    assert kills >= fewest
     assert subprocess.run(command, cwd=tmp_path, capture_output=True).returncode == 0
     undisturbed = [*command[:-4], "--work", "other", "--jobs", "1"]
     assert subprocess.run(undisturbed, cwd=tmp_path, capture_output=True).returncode == 0

@@ -36,35 +36,35 @@ def compared(tmp_path_factory: pytest.TempPathFactory) -> tuple[Workspace, dict[
 
 
 def test_best_median_and_worst_are_in_order_and_the_budget_is_kept(compared: tuple[Workspace, dict[str, Any]]) -> None:
-    rows = compared[1]["rows"]
-    assert [r["optimizer"] for r in rows] == ["pso", "pso-lsq", "lsq"]
+    rows = compared[1].rows
+    assert [r.optimizer for r in rows] == ["pso", "pso-lsq", "lsq"]
     for row in rows:
-        assert 0 < row["best"] <= row["median"] <= row["worst"]
-        assert 0 < row["evaluations"] <= BUDGET
-        assert row["seconds"] > 0 and row["unit"] == "N" and row["seeds"] == SEEDS
+        assert 0 < row.best <= row.median <= row.worst
+        assert 0 < row.evaluations <= BUDGET
+        assert row.seconds > 0 and row.unit == "N" and row.seeds == SEEDS
 
 
 def test_a_local_search_after_the_swarm_reaches_the_noise_where_the_swarm_alone_does_not(
     compared: tuple[Workspace, dict[str, Any]],
 ) -> None:
-    rows = {r["optimizer"]: r for r in compared[1]["rows"]}
-    assert rows["pso-lsq"]["median"] < rows["pso"]["median"]
+    rows = {r.optimizer: r for r in compared[1].rows}
+    assert rows["pso-lsq"].median < rows["pso"].median
     # 1 % of the range of each log, about 2.2 kN
-    assert rows["pso-lsq"]["best"] < 25.0
+    assert rows["pso-lsq"].best < 25.0
 
 
 def test_curves_fall_and_end_at_the_median_cost(compared: tuple[Workspace, dict[str, Any]]) -> None:
-    medians = {r["optimizer"]: r["median"] for r in compared[1]["rows"]}
-    for curve in compared[1]["curves"]:
-        assert np.all(np.diff(curve["cost"]) <= 0)
-        assert curve["cost"][-1] == pytest.approx(medians[curve["optimizer"]])
+    medians = {r.optimizer: r.median for r in compared[1].rows}
+    for curve in compared[1].curves:
+        assert np.all(np.diff(curve.cost) <= 0)
+        assert curve.cost[-1] == pytest.approx(medians[curve.optimizer])
 
 
 def test_curves_hold_no_cost_on_thinned_data(tmp_path: Path) -> None:
     workspace = write_workspace(tmp_path, Bench(assemble("guo"), TRUTH, 0.01, 2), ((0.5, 0.004), (2.0, 0.008)), (0.5,))
     fit = mrfit.fit.stage.Settings(model="guo", per="all")
-    (curve,) = mrfit.compare.optimizers.run(workspace, Settings(("auto",), fit, SEEDS))["curves"]
-    assert np.all(np.diff(curve["cost"]) <= 0)
+    (curve,) = mrfit.compare.optimizers.run(workspace, Settings(("auto",), fit, SEEDS)).curves
+    assert np.all(np.diff(curve.cost) <= 0)
 
 
 def test_options_go_to_the_optimizers_that_have_them(tmp_path: Path) -> None:
@@ -72,8 +72,8 @@ def test_options_go_to_the_optimizers_that_have_them(tmp_path: Path) -> None:
     given = (("population", 5.0), ("iterations", 4.0), ("mwoa.iterations", 6.0))
     fit = mrfit.fit.stage.Settings(model="guo", per="all", stall=1.0, options=given)
     found = mrfit.compare.optimizers.run(workspace, Settings(("woa", "mwoa", "lsq"), fit, 2))
-    assert [r["evaluations"] for r in found["rows"][:2]] == [20, 30]
-    assert found["settings"]["options"] == [list(pair) for pair in given]
+    assert [r.evaluations for r in found.rows[:2]] == [20, 30]
+    assert found.settings["options"] == [list(pair) for pair in given]
     wrong = mrfit.fit.stage.Settings(model="guo", per="all", options=(("N_d", 5.0),))
     with pytest.raises(ConfigError, match="no option of woa, lsq; they are b, population, iterations"):
         mrfit.compare.optimizers.run(workspace, Settings(("woa", "lsq"), wrong, 2))
@@ -94,8 +94,8 @@ def test_auto_starts_where_the_data_say_as_a_fit_does(tmp_path: Path) -> None:
     posed = Posed(group.search, np.ones(len(group.search)), prepared.assembly, prepared.cube)
     given = to_points(prepared.cube, data_starts(group.training, prepared.assembly, prepared.dependence, ()))
     least = np.sqrt(np.mean(posed.residuals(given) ** 2, axis=1)).min()
-    rows = mrfit.compare.optimizers.run(workspace, Settings(("auto", "lsq"), fit, SEEDS))["rows"]
-    assert rows[0]["worst"] <= least * 1.01 < rows[1]["median"]
+    rows = mrfit.compare.optimizers.run(workspace, Settings(("auto", "lsq"), fit, SEEDS)).rows
+    assert rows[0].worst <= least * 1.01 < rows[1].median
 
 
 def test_seconds_are_in_the_table_alone(compared: tuple[Workspace, dict[str, Any]]) -> None:

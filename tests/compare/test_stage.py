@@ -12,6 +12,7 @@ import pytest
 import mrfit.compare.stage
 from mrfit.compare.stage import Settings
 from mrfit.errors import ConfigError, DataError
+from mrfit.io.schemas.fit import Fit, MetricRow
 from mrfit.io.workspace import Workspace
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence
@@ -42,13 +43,13 @@ def summary(workspace: Workspace) -> dict[str, Any]:
 
 
 def test_the_model_that_made_the_data_comes_first_at_the_noise_floor(summary: dict[str, Any]) -> None:
-    names = [m["model"] for m in summary["models"]]
+    names = [m.model for m in summary.models]
     assert names[0] == "tanh" and names[-1] == "bingham"
-    best = next(m for m in summary["metrics"] if (m["model"], m["role"], m["condition"]) == ("tanh", "holdout", "all"))
-    assert best["rmse"] <= 1.05 * best["noise_floor"]
-    errors = [m["holdout_nrmse"] for m in summary["models"]]
+    best = next(m for m in summary.metrics if (m.model, m.role, m.condition) == ("tanh", "holdout", "all"))
+    assert best.rmse <= 1.05 * best.noise_floor
+    errors = [m.holdout_nrmse for m in summary.models]
     assert errors == sorted(errors)
-    assert summary["models"][-1]["holdout_nrmse"] > 3 * summary["models"][0]["holdout_nrmse"]
+    assert summary.models[-1].holdout_nrmse > 3 * summary.models[0].holdout_nrmse
 
 
 def test_every_model_has_a_row_for_every_condition_and_role(summary: dict[str, Any]) -> None:
@@ -56,12 +57,12 @@ def test_every_model_has_a_row_for_every_condition_and_role(summary: dict[str, A
         s.condition: "holdout" if s.frequency == HELD_OUT else "train" for s in planted_segments(SINES, LEVELS)
     }
     for model in ("tanh", "bingham"):
-        rows = {(m["condition"], m["role"]) for m in summary["metrics"] if m["model"] == model}
+        rows = {(m.condition, m.role) for m in summary.metrics if m.model == model}
         assert rows == {*conditions.items(), ("all", "train"), ("all", "holdout")}
 
 
 def test_models_the_logs_cannot_serve_are_left_out_with_the_reason(summary: dict[str, Any]) -> None:
-    left = {one["model"]: one["reason"] for one in summary["left_out"]}
+    left = {one.model: one.reason for one in summary.left_out}
     assert set(left) == {"boucwen-flux", "rotational-erf"}
     assert "flux" in left["boucwen-flux"] and "torque" in left["rotational-erf"]
 
@@ -69,30 +70,37 @@ def test_models_the_logs_cannot_serve_are_left_out_with_the_reason(summary: dict
 def test_times_are_in_the_table_and_in_no_file_that_is_the_same_every_time(
     summary: dict[str, Any], workspace: Workspace
 ) -> None:
-    assert all(s is not None and s > 0 for s in summary["seconds"].values())
+    assert all(s is not None and s > 0 for s in summary.seconds.values())
     folder = workspace.root / "compare"
     with (folder / "compare.csv").open() as handle:
         rows = list(csv.DictReader(handle))
     assert {r["model"] for r in rows} == {"tanh", "bingham", "hammerstein-wiener"}
     assert all(float(r["seconds"]) > 0 for r in rows)
-    assert float(rows[0]["nrmse"]) == pytest.approx(summary["models"][0]["holdout_nrmse"])
+    assert float(rows[0]["nrmse"]) == pytest.approx(summary.models[0].holdout_nrmse)
     before = {n: (folder / n).read_bytes() for n in ("compare.json", "compare.html")}
     again = mrfit.compare.stage.run(workspace, Settings(models=MODELS, budget=4000))
     assert {n: (folder / n).read_bytes() for n in before} == before
     # fits that stand are not made again, and keep the time they took
-    assert again["seconds"] == pytest.approx(summary["seconds"], abs=1e-3)
+    assert again.seconds == pytest.approx(summary.seconds, abs=1e-3)
 
 
 def test_the_page_opens_offline_and_names_every_model(summary: dict[str, Any], workspace: Workspace) -> None:
     page = (workspace.root / "compare" / "compare.html").read_text()
-    assert all(m["model"] in page for m in summary["models"]) and "rotational-erf" in page
+    assert all(m.model in page for m in summary.models) and "rotational-erf" in page
     assert "http" not in page and "<script" not in page
     assert page.count("<svg") == page.count("<figcaption>") == 1
 
 
 def test_a_model_judged_on_fewer_samples_comes_after_those_judged_on_all() -> None:
     fits = [
-        {"model": name, "output": output, "metrics": [{"condition": "all", "role": role, "samples": n, "nrmse": error}]}
+        Fit(
+            name=name,
+            model=name,
+            optimizer="auto",
+            output=output,
+            results=[],
+            metrics=[MetricRow(condition="all", role=role, samples=n, nrmse=error)],
+        )
         for name, output, role, n, error in (
             ("few", "force", "holdout", 500, 0.01),
             ("worse", "force", "holdout", 900, 0.05),
@@ -101,7 +109,7 @@ def test_a_model_judged_on_fewer_samples_comes_after_those_judged_on_all() -> No
             ("coil", "flux", "train", 900, 0.09),
         )
     ]
-    ranked = [fit["model"] for fit in sorted(fits, key=mrfit.compare.stage.rank)]
+    ranked = [fit.model for fit in sorted(fits, key=mrfit.compare.stage.rank)]
     assert ranked == ["coil", "best", "worse", "few", "untried"]
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import mrfit.segment.stage
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
+from mrfit.io.schemas.stages import About
 from mrfit.io.workspace import Workspace, write_json
 
 PER_CYCLE, CYCLES, NOISE = 250, 6, 2.0
@@ -53,6 +54,6 @@ def workspace(
         )
     for record in records:
         made.write_recording(record)
-    write_json(made.ingest_json, {"recordings": [r.about() for r in records], "refused": []})
+    write_json(made.ingest_json, {"recordings": [About.of(r) for r in records], "refused": []})
     mrfit.segment.stage.run(made, mrfit.segment.stage.Settings())
     return made

@@ -4,21 +4,23 @@ from dataclasses import replace
 
 import pytest
 
-from mrfit.discover.account import account, candidate_rows, confusable, cosine_table
+from mrfit.discover.account import Asked, account, candidates, confusable, cosine_table
 from mrfit.discover.evidence import Candidate, Screening
-from mrfit.discover.findings import Findings, Followed, Gap, Interval, Named, Suspect
+from mrfit.discover.findings import Findings
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.regions import Region
 from mrfit.discover.select import Selection
+from mrfit.io.schemas.discovery import Drifting, EffectParameter, FoundEffect, Gap, Suspect
 from tests.discover.world import fit
 
 BASE, FINAL = fit(10.0), fit(1.1, "delay")
-MASS = Interval("m", "kg", 12.0, 11.0, 13.0)
+MASS = EffectParameter(name="m", unit="kg", value=12.0, low=11.0, high=13.0)
+ASKED = Asked("tanh", 0, "", "k")
 
 
 def screening(cosine: float) -> Screening:
-    candidates = (Candidate("inertia", gain=0.9), Candidate("delay", gain=0.5))
-    return Screening(BASE, candidates, ((1.0, cosine), (cosine, 1.0)))
+    shown = (Candidate("inertia", gain=0.9), Candidate("delay", gain=0.5))
+    return Screening(BASE, shown, ((1.0, cosine), (cosine, 1.0)))
 
 
 def selection(cosine: float = 0.0) -> Selection:
@@ -27,18 +29,20 @@ def selection(cosine: float = 0.0) -> Selection:
 
 
 def found(closed: float, regions: int = 2) -> Findings:
-    gap = Gap(0.01, 0.1, 0.02, closed)
+    gap = Gap(noise_floor=0.01, before=0.1, after=0.02, closed=closed)
     where = tuple(Region(f"region {k}", 0.9, 0.1) for k in range(regions))
     return Findings(
         gap=gap,
-        named=(Named("delay", (MASS,), gap),),
-        suspects=(Suspect("inertia", (MASS,), gap, "delay"), Suspect("stribeck", (), gap)),
+        named=(FoundEffect(name="delay", parameters=(MASS,), holdout_nrmse_before=0.1, holdout_nrmse_after=0.02),),
+        suspects=(
+            Suspect(name="inertia", parameters=(MASS,), holdout_nrmse_after=0.02, closed=closed, instead_of="stribeck"),
+            Suspect(name="stribeck", parameters=(), holdout_nrmse_after=0.02, closed=closed),
+        ),
         where=where,
         rest=where,
         looks=(),
         share_left=1.0 - closed,
-        drifts=(),
-        followed=(Followed("c", "s", "delay", 0.5),),
+        drifts=(Drifting(condition="c", segment="s", follows="delay", rate=0.5),),
         beyond=(),
         advice=("log more",),
         stretches=(),
@@ -51,39 +55,39 @@ def test_what_the_decision_takes_for_alike_is_told_as_confusable_and_marked_in_t
     cosine: float, alike: bool
 ) -> None:
     table = cosine_table(screening(cosine), STANDARD)
-    assert table["names"] == ["delay", "inertia"]
+    assert table.names == ("delay", "inertia")
     assert (screening(cosine).alike("delay", STANDARD.alike) == {"inertia"}) == alike
     assert bool(confusable(screening(cosine), STANDARD)) == alike
-    assert (abs(table["matrix"][0][1]) > table["alike"]) == alike
-    told = account("tanh", selection(cosine), found(0.99), STANDARD)
-    assert told["effects"][0]["aliases"] == (["inertia"] if alike else [])
+    assert (abs(table.matrix[0][1]) > table.alike) == alike
+    told = account(ASKED, selection(cosine), found(0.99), STANDARD)
+    assert told.effects[0].aliases == (("inertia",) if alike else ())
 
 
 def test_accepted_candidates_stand_first_and_then_those_that_could_take_most() -> None:
-    rows = candidate_rows(selection())
-    assert [r["name"] for r in rows] == ["delay", "inertia", "gas-spring"]
-    assert [r["accepted"] for r in rows] == [True, False, False]
-    assert [r["holdout_gain"] for r in rows] == [0.9, None, None] and rows[2]["screen"] == 0.0
+    rows = candidates(selection())
+    assert [r.name for r in rows] == ["delay", "inertia", "gas-spring"]
+    assert [r.accepted for r in rows] == [True, False, False]
+    assert [r.holdout_gain for r in rows] == [0.9, None, None] and rows[2].screen == 0.0
 
 
 def test_of_the_rest_is_told_only_where_more_than_a_tenth_of_the_gap_is_left() -> None:
-    little, much = (account("tanh", selection(), found(c), STANDARD)["unexplained"] for c in (0.95, 0.85))
-    assert little["where"] == [] and little["text"] == []
-    assert len(much["where"]) == 2 and "90% of the error in 10% of the samples: region 0" in much["text"]
+    little, much = (account(ASKED, selection(), found(c), STANDARD).unexplained for c in (0.95, 0.85))
+    assert little.where == () and little.text == ()
+    assert len(much.where) == 2 and "90% of the error in 10% of the samples: region 0" in much.text
     unknown = replace(found(0.95), share_left=None)
-    assert account("tanh", selection(), unknown, STANDARD)["unexplained"]["where"]
+    assert account(ASKED, selection(), unknown, STANDARD).unexplained.where
 
 
 def test_no_more_regions_are_listed_than_a_page_holds() -> None:
     for count, listed in ((7, 7), (8, 8), (9, 8)):
-        assert len(account("tanh", selection(), found(0.5, count), STANDARD)["where"]) == listed
+        assert len(account(ASKED, selection(), found(0.5, count), STANDARD).where) == listed
 
 
 def test_effects_suspects_and_drifts_are_written_with_their_parameters() -> None:
-    told = account("tanh", selection(), found(0.99), STANDARD)
+    told = account(ASKED, selection(), found(0.99), STANDARD).to_json()
     (effect,) = told["effects"]
     assert effect["parameters"] == [{"name": "m", "unit": "kg", "value": 12.0, "low": 11.0, "high": 13.0}]
     assert (effect["holdout_nrmse_before"], effect["holdout_nrmse_after"]) == (0.1, 0.02)
-    assert [s.get("instead_of") for s in told["suspects"]] == ["delay", None]
+    assert [s.get("instead_of") for s in told["suspects"]] == ["stribeck", None]
     assert told["drift"] == [{"condition": "c", "segment": "s", "follows": "delay", "rate": 0.5}]
     assert told["augmented_model"] == "tanh+delay"

@@ -9,6 +9,7 @@ import pytest
 from mrfit.core.specs import Array
 from mrfit.discover.looks import in_words, looks
 from mrfit.discover.policy import STANDARD
+from mrfit.io.schemas.discovery import Look
 
 
 class _Stretch:
@@ -20,7 +21,7 @@ class _Stretch:
         return self.velocity
 
 
-def rows_for(shape: str) -> list[dict[str, Any]]:
+def rows_for(shape: str) -> list[Look]:
     rng = np.random.default_rng(3)
     phase = np.arange(4000) * 2 * np.pi / 500.0
     parts: dict[str, list[Any]] = {"train": [], "holdout": []}
@@ -55,5 +56,5 @@ def test_shape_is_told(shape: str, words: str) -> None:
 
 def test_loop_is_not_predicted_by_a_curve_and_a_curve_by_both() -> None:
     (curve,), (loop,) = rows_for("curve"), rows_for("loop")
-    assert curve["curve"] == pytest.approx(curve["loop"], abs=0.05) and curve["curve"] > 0.8
-    assert loop["loop"] > 0.4 and loop["curve"] < 0.05
+    assert curve.curve == pytest.approx(curve.loop, abs=0.05) and curve.curve > 0.8
+    assert loop.loop > 0.4 and loop.curve < 0.05

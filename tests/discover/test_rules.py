@@ -8,13 +8,18 @@ import numpy as np
 import pytest
 
 from mrfit.core.recording import Recording, Segment
-from mrfit.discover import looks, rules
+from mrfit.core.specs import Invariance
+from mrfit.discover import laws, looks, rules
 from mrfit.discover.bench import build_bench
-from mrfit.discover.evidence import Candidate, Effect, Growth, Repetition, Screening
+from mrfit.discover.combine import combine, worth_examining
+from mrfit.discover.evidence import Candidate, Contrast, Effect, Growth, Repetition, Screening
+from mrfit.discover.invariance.findings import BrokenInvariance, Findings, NamedEffect, Parameter, Standing
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.regions import Region, beyond_training, in_words
-from mrfit.discover.select import decide
+from mrfit.discover.select import Selection, decide
 from mrfit.discover.stage import Settings, too_little, usual_dependence
+from mrfit.io.dataset import Dataset
+from mrfit.io.schemas.discovery import Look, OtherLaw
 from mrfit.simulate.assembly import assemble
 from tests.discover.test_regions import bench as bench_of_currents
 from tests.discover.world import World, fit
@@ -52,7 +57,7 @@ def varies(high: float) -> Rule:
     channels = {"current": np.linspace(0.0, high, 50), "force": np.ones(50)}
     recordings = {"r": Recording("r", "r.csv", "r", "none", 1e-3, 0.0, channels, {})}
     held = replace(segment("train", "a"), current=0.1)
-    return lambda p: usual_dependence(Settings("tanh"), [held], recordings, p) is not None
+    return lambda p: usual_dependence(Settings("tanh"), Dataset([held], recordings), p) is not None
 
 
 def floored(noise: float) -> Rule:
@@ -106,7 +111,7 @@ def too_much(before: float, after: float, noise: float = 1.0) -> Rule:
 
 
 def follows(records: int, ratio: float, score: float) -> Rule:
-    return lambda p: rules.goes_on(Repetition(1.0, ((np.log(ratio), score),) * records), p)
+    return lambda p: rules.goes_on(Repetition(1.0, (Contrast(np.log(ratio), score),) * records), p)
 
 
 def left(error: float, structure: float) -> Rule:
@@ -130,7 +135,7 @@ def asked_rivals(reach: float, count: int = 1) -> Rule:
 
 
 def shape(curve: float, loop: float, words: str) -> Rule:
-    row = {"over": "velocity", "curve": curve, "loop": loop, "since it turned": 0.0}
+    row = Look(over="velocity", curve=curve, loop=loop, since_it_turned=0.0)
     return lambda p: words in looks.in_words([row], p)
 
 
@@ -138,7 +143,40 @@ def region(excess: float, count: int = 1) -> Rule:
     return lambda p: len(in_words([Region(str(k), 0.5 + excess, 0.5) for k in range(count)], p)) == count
 
 
+def law(takes: float, count: int = 1) -> Rule:
+    rows = [OtherLaw(model="guo", holdout_nrmse=0.1, takes=takes, command="") for _ in range(count)]
+    return lambda p: len(laws.worth_telling(rows, p)) == count
+
+
+def of_parameters(count: int) -> Rule:
+    spec = replace(assemble("tanh").spec, params=assemble("tanh").spec.params[:1] * count)
+    return lambda p: laws.suits(spec, "force", {"displacement", "velocity"}, p)
+
+
+def left_open(after: float, before: float) -> Rule:
+    base, final = fit(before), fit(after, "a")
+    chosen = Selection(base, final, final, Screening(base), verdict="named")
+    return lambda p: worth_examining(chosen, 1.0, True, p)
+
+
+def in_the_shadow(kept: float) -> Rule:
+    rows = (BrokenInvariance(Invariance.POSITION, kept, kept, 0.1),)
+    proof_of = Standing(0.9, 0.9, 0.9, 0.1, 20.0, 0.1, 1.0)
+    force = Parameter("largest force", "N", 1.0, 0.9, 1.1)
+    effects = (NamedEffect("a", Invariance.POSITION, "short-memory", (), force, False, proof_of),)
+    base = fit(10.0)
+    chosen = Selection(base, base, base, Screening(base), verdict="unexplained")
+    return lambda p: bool(combine(chosen, Findings(named=effects, broken=rows), p).shadows)
+
+
 CASES: dict[str, tuple[Rule, Rule]] = {
+    "left_open": (left_open(2.4, 4.6), left_open(2.4, 5.8)),
+    "left_open_in_sight": (left_open(2.7, 20.0), left_open(2.7, 30.0)),
+    "broken_beside": (in_the_shadow(0.8), in_the_shadow(0.6)),
+    "law_takes": (law(0.25), law(0.15)),
+    "most_laws": (law(0.5, 3), law(0.5, 4)),
+    "most_law_parameters": (of_parameters(10), of_parameters(11)),
+    "near_floor": (lambda p: laws.near_the_floor(1.9, p), lambda p: laws.near_the_floor(2.1, p)),
     "fewest_training": (too_few(1), too_few(2)),
     "least_current_range": (varies(0.2), varies(0.05)),
     "least_floor": (floored(1e-6), floored(1e-2)),
@@ -221,6 +259,7 @@ CASES: dict[str, tuple[Rule, Rule]] = {
 # Thresholds whose rules are tested where evidence takes more than a row to invent
 ELSEWHERE = {
     "most_rounds": "test_select.py",
+    "most_samples_again": "test_stage.py",
     "most_pairs": "test_pairs.py",
     "fewest_cycles": "test_remainder.py",
     "worth_telling": "test_account.py",

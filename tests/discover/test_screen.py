@@ -40,18 +40,21 @@ def gathering(fitter: Fitter) -> Gathering:
 
 
 def test_the_hidden_effect_could_take_most_and_its_first_step_is_about_its_size(fitter: Fitter) -> None:
-    first, *others = screen(fitter, fitter.first(0), EFFECTS, STANDARD)
+    first, *others = (s.candidate for s in screen(fitter, fitter.first(0), EFFECTS, STANDARD))
     assert first.name == "inertia" and first.gain > 0.9 and first.strength > 10.0
     assert first.start["inertia.m"] == pytest.approx(12.0, rel=0.2)
     assert all(o.gain < 0.5 for o in others)
 
 
 def test_what_the_base_has_already_is_absorbed_and_what_was_not_recorded_cannot_be_judged(fitter: Fitter) -> None:
-    found = {s.name: s for s in screen(fitter, fitter.first(0), EFFECTS, STANDARD)}
+    found = {s.candidate.name: s.candidate for s in screen(fitter, fitter.first(0), EFFECTS, STANDARD)}
     assert found["force-offset"].reason == "absorbed by what the model has"
     assert found["temperature"].reason == "cannot be judged: no temperature"
     everything = screen(fitter, fitter.first(0), EFFECTS, replace(STANDARD, absorbed=1.01))
-    assert {s.reason for s in everything} == {"absorbed by what the model has", "cannot be judged: no temperature"}
+    assert {s.candidate.reason for s in everything} == {
+        "absorbed by what the model has",
+        "cannot be judged: no temperature",
+    }
 
 
 def test_an_input_that_must_move_and_does_not_shows_nothing(fitter: Fitter) -> None:
@@ -67,13 +70,13 @@ def test_directions_are_free_of_what_the_base_could_follow(fitter: Fitter) -> No
     screening = source.ask(Screen(source.base))
     found = screen(fitter, fitter.first(0), EFFECTS, STANDARD)
     shown = [s for s in found if len(s.direction)]
-    assert screening.shown == tuple(s.name for s in shown)
+    assert screening.shown == tuple(s.candidate.name for s in shown)
     assert np.diag(cosines(shown)) == pytest.approx(1.0)
     basis = present_basis(fitter, fitter.first(0))
     for s in shown:
         assert basis.T @ s.direction == pytest.approx(0.0, abs=1e-6)
         # an effect whose bounds forbid the step that would help has no direction
-        assert float(np.linalg.norm(s.direction)) == pytest.approx(1.0 if s.gain else 0.0)
+        assert float(np.linalg.norm(s.direction)) == pytest.approx(1.0 if s.candidate.gain else 0.0)
 
 
 def test_together_two_could_take_no_less_than_either(fitter: Fitter) -> None:

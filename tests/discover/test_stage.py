@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -14,65 +14,69 @@ import mrfit.segment.stage
 from mrfit.core.progress import silent
 from mrfit.core.recording import Recording
 from mrfit.discover import stage
-from mrfit.discover.stage import Settings, _fitter, run
+from mrfit.discover.account import Asked
+from mrfit.discover.policy import STANDARD
+from mrfit.discover.stage import Currents, Settings, _fitter, run
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.select import load_recordings
-from mrfit.io.workspace import Workspace, write_json
+from mrfit.io.dataset import Dataset
+from mrfit.io.schemas.stages import About
+from mrfit.io.workspace import Workspace, plain, write_json
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 from tests.discover.studies import GAS_COLUMN, TESTS, workspace
 
 
 def test_a_complete_model_lacks_nothing(tmp_path: Path) -> None:
-    found = run(workspace(tmp_path), Settings("tanh"))
-    assert found["verdict"] == "none"
-    assert found["effects"] == [] and found["augmented_model"] == "tanh"
-    assert found["gap"]["before"] == pytest.approx(found["gap"]["noise_floor"], rel=0.1)
+    found = run(workspace(tmp_path), Settings("tanh")).found
+    assert found.verdict == "none"
+    assert found.effects == () and found.augmented_model == "tanh"
+    assert found.gap.before == pytest.approx(found.gap.noise_floor, rel=0.1)
 
 
 def test_a_hidden_mass_is_named_measured_and_closes_the_gap(tmp_path: Path) -> None:
-    found = run(workspace(tmp_path, mass=12.0), Settings("tanh"))
-    assert found["verdict"] == "named"
-    (effect,) = found["effects"]
-    assert effect["name"] == "inertia"
-    (mass,) = effect["parameters"]
-    assert mass["low"] <= 12.0 <= mass["high"]
-    assert mass["high"] - mass["low"] < 1.0
-    assert found["gap"]["closed"] > 0.9
-    assert effect["holdout_nrmse_after"] < effect["holdout_nrmse_before"]
+    found = run(workspace(tmp_path, mass=12.0), Settings("tanh")).found
+    assert found.verdict == "named"
+    (effect,) = found.effects
+    assert effect.name == "inertia"
+    (mass,) = effect.parameters
+    assert mass.low <= 12.0 <= mass.high
+    assert mass.high - mass.low < 1.0
+    assert found.gap.closed > 0.9
+    assert effect.holdout_nrmse_after < effect.holdout_nrmse_before
 
 
 def test_two_hidden_effects_are_both_named_and_the_augmented_model_can_be_assembled(tmp_path: Path) -> None:
-    found = run(workspace(tmp_path, mass=12.0, drag=2500.0), Settings("tanh"))
-    assert {e["name"] for e in found["effects"]} == {"inertia", "quadratic-drag"}
-    assert set(assemble(found["augmented_model"]).spec.inputs) >= {"acceleration", "velocity"}
+    found = run(workspace(tmp_path, mass=12.0, drag=2500.0), Settings("tanh")).found
+    assert {e.name for e in found.effects} == {"inertia", "quadratic-drag"}
+    assert set(assemble(found.augmented_model).spec.inputs) >= {"acceleration", "velocity"}
 
 
 def test_a_gas_spring_is_seen_though_the_base_has_a_straight_spring_of_its_own(tmp_path: Path) -> None:
-    found = run(workspace(tmp_path, gas=250.0), Settings("tanh"))
-    (effect,) = found["effects"]
-    assert effect["name"] == "gas-spring"
-    column = next(p for p in effect["parameters"] if p["name"] == "c")
-    assert column["value"] == pytest.approx(1.0 / GAS_COLUMN, rel=0.1)
+    found = run(workspace(tmp_path, gas=250.0), Settings("tanh")).found
+    (effect,) = found.effects
+    assert effect.name == "gas-spring"
+    column = next(p for p in effect.parameters if p.name == "c")
+    assert column.value == pytest.approx(1.0 / GAS_COLUMN, rel=0.1)
 
 
 def test_at_one_frequency_a_mass_is_not_named_since_the_spring_of_the_base_is_its_twin(tmp_path: Path) -> None:
     tests = tuple((2.0, x) for x in (0.005, 0.008, 0.01, 0.012, 0.015))
-    found = run(workspace(tmp_path, mass=12.0, tests=tests), Settings("tanh"))
-    assert found["verdict"] == "none"
-    inertia = next(c for c in found["candidates"] if c["name"] == "inertia")
-    assert not inertia["accepted"] and "absorbed" in inertia["reason"]
+    found = run(workspace(tmp_path, mass=12.0, tests=tests), Settings("tanh")).found
+    assert found.verdict == "none"
+    inertia = next(c for c in found.candidates if c.name == "inertia")
+    assert not inertia.accepted and "absorbed" in inertia.reason
 
 
 def test_too_few_conditions_are_said_and_not_guessed(tmp_path: Path) -> None:
-    found = run(workspace(tmp_path, mass=12.0, tests=TESTS[:2]), Settings("tanh"))
-    assert found["verdict"] == "insufficient-data"
-    assert "no held-out condition" in found["advice"][0]
+    found = run(workspace(tmp_path, mass=12.0, tests=TESTS[:2]), Settings("tanh")).found
+    assert found.verdict == "insufficient-data"
+    assert "no held-out condition" in found.advice[0]
 
 
 def test_an_effect_whose_channel_was_not_recorded_cannot_be_judged(tmp_path: Path) -> None:
-    found = run(workspace(tmp_path), Settings("tanh"))
-    reasons = {c["name"]: c["reason"] for c in found["candidates"]}
+    found = run(workspace(tmp_path), Settings("tanh")).found
+    reasons = {c.name: c.reason for c in found.candidates}
     assert reasons["temperature"] == "cannot be judged: no temperature"
     assert reasons["current-lag"] == "cannot be judged: no current"
 
@@ -83,7 +87,7 @@ def test_the_same_bytes_come_twice_and_a_second_run_does_nothing(tmp_path: Path)
         study = workspace(tmp_path / name, mass=12.0)
         run(study, Settings("tanh"))
         written.append((study.root / "discover" / "discovery.json").read_bytes())
-        assert run(study, Settings("tanh"))["skipped"]
+        assert run(study, Settings("tanh")).skipped
     assert written[0] == written[1]
 
 
@@ -112,7 +116,7 @@ def test_a_fit_that_was_improved_is_improved_again_by_a_resumed_run(tmp_path: Pa
     """What a run found after better starts must not stand where a resumed one fits from the first starts."""
     study = workspace(tmp_path, mass=12.0)
     segments, _ = study.read_segments()
-    data = segments, load_recordings(study, segments)
+    data = Dataset(segments, load_recordings(study, segments))
     fitter = _fitter(study, Settings("tanh"), None, data, "key")
     first, better = np.zeros(3), np.ones(3)
     fitter.keep(("inertia",), first)
@@ -127,8 +131,8 @@ def test_a_channel_that_a_written_effect_lacks_is_named(tmp_path: Path) -> None:
 
 
 def test_start_values_of_written_effects_are_taken(tmp_path: Path) -> None:
-    found = run(workspace(tmp_path, mass=12.0), Settings("tanh+inertia", start=(("inertia.m", 5.0),)))
-    assert found["verdict"] == "none"
+    found = run(workspace(tmp_path, mass=12.0), Settings("tanh+inertia", start=(("inertia.m", 5.0),))).found
+    assert found.verdict == "none"
 
 
 def test_a_dead_load_cell_is_no_case_for_discovery(tmp_path: Path) -> None:
@@ -162,7 +166,7 @@ def at_five_currents(folder: Path, model: str, law: Callable[[float], dict[str, 
             channels |= {"velocity": drive[1, 250:], "current": np.full(count, current)}
             record = Recording(name, f"{name}.csv", name, "none", t[1] - t[0], 0.0, channels, {})
             made.write_recording(record)
-            about.append(record.about())
+            about.append(plain(About.of(record)))
     write_json(made.ingest_json, {"recordings": about, "refused": []})
     mrfit.segment.stage.run(made, mrfit.segment.stage.Settings())
     return made
@@ -173,10 +177,10 @@ def test_a_yield_force_that_is_a_plain_parabola_of_current_is_no_missing_effect(
     study = at_five_currents(
         tmp_path, "spencer", lambda i: {"alpha": 100.0 + 1500.0 * i - 330.0 * i**2, "C_inf": 2000.0 + 1000.0 * i}
     )
-    found = run(study, Settings("spencer"))
-    assert dict(found["current_dependence"]["orders"])["alpha"] == "plain2"
-    assert found["verdict"] == "none" and found["effects"] == []
-    assert found["gap"]["before"] == pytest.approx(found["gap"]["noise_floor"], rel=0.1)
+    found = run(study, Settings("spencer")).found
+    assert dict(found.current_dependence.orders)["alpha"] == "plain2"
+    assert found.verdict == "none" and found.effects == ()
+    assert found.gap.before == pytest.approx(found.gap.noise_floor, rel=0.1)
 
 
 @pytest.mark.slow
@@ -185,13 +189,33 @@ def test_a_field_that_saturates_is_named_and_not_bent_after_by_polynomials_of_hi
         felt = current / (1.0 + (current / 1.2) ** 4) ** 0.25
         return {"fy": 100.0 + 900.0 * felt, "c": 800.0 + 600.0 * felt}
 
-    found = run(at_five_currents(tmp_path, "tanh", law), Settings("tanh"))
-    (effect,) = found["effects"]
-    assert effect["name"] == "current-saturation"
-    assert effect["parameters"][0]["value"] == pytest.approx(1.2**-2, rel=0.02)
+    found = run(at_five_currents(tmp_path, "tanh", law), Settings("tanh")).found
+    (effect,) = found.effects
+    assert effect.name == "current-saturation"
+    assert effect.parameters[0].value == pytest.approx(1.2**-2, rel=0.02)
 
 
+BENCH = SimpleNamespace(noise_is_measured=lambda role: True)
 CHOSEN, USUAL = (CurrentDependence((("fy", order),), 0.0, 1.0) for order in (1, 2))
+
+
+@pytest.mark.parametrize(("samples", "near", "asked"), [(90, True, 1), (110, True, 0), (90, False, 0)])
+def test_another_law_is_taken_as_exact_only_near_the_floor_and_within_the_time(
+    samples: int, near: bool, asked: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried: list[str] = []
+    monkeypatch.setattr(stage, "STANDARD", replace(STANDARD, most_samples_again=100))
+    monkeypatch.setattr(stage, "_decided", lambda job: tried.append(job.settings.model))
+    monkeypatch.setattr(stage, "_exact", lambda job, decided: job)
+    monkeypatch.setattr(stage, "with_another_base", lambda told, again: again)
+    laws = [SimpleNamespace(model=m, near_the_floor=near and m == "guo") for m in ("tanh", "guo")]
+    data = Dataset([SimpleNamespace(samples=samples)], {})  # type: ignore[list-item]
+    job = stage._Job(Workspace(Path()), Settings("bingham", "1"), data, Asked("bingham", 0, "", "k"), silent)
+    told: Any = SimpleNamespace(other_laws=laws)
+    found: Any = stage._with_another_base(job, told)
+    assert tried == ["guo"] * asked and (found is told) == (not asked)
+    if asked:
+        assert (found.settings.current_order, found.asked.model, found.asked.key) == ("auto", "guo", "k guo")
 
 
 @pytest.mark.parametrize(
@@ -210,22 +234,27 @@ def test_laws_by_role_are_tried_only_where_chosen_ones_leave_a_gap_and_kept_only
 ) -> None:
     tried = []
 
-    def judged(workspace: Any, settings: Any, dependence: CurrentDependence, *rest: Any) -> Any:
+    def judged(job: Any, dependence: CurrentDependence) -> Any:
         tried.append(dependence)
-        gathering = SimpleNamespace(fitter=SimpleNamespace(bench=None), refit_of=lambda fit: fit)
+        gathering = SimpleNamespace(fitter=SimpleNamespace(bench=BENCH), refit_of=lambda fit: fit, noise=1.0)
         return SimpleNamespace(
             gathering=gathering, chosen=SimpleNamespace(base=None, final=None, verdict=words[dependence])
         )
 
     choice = SimpleNamespace(by_role=by_role, about={"text": ["chosen"]})
     monkeypatch.setattr(stage, "_judged", judged)
-    monkeypatch.setattr(stage, "current_dependence", lambda *_: (CHOSEN, choice))
+    monkeypatch.setattr(stage, "current_dependence", lambda *_: Currents(CHOSEN, choice))
     monkeypatch.setattr(stage, "usual_dependence", lambda *_: USUAL)
     monkeypatch.setattr(stage, "_started", lambda settings, *_: settings)
     monkeypatch.setattr(stage, "findings", lambda *_: None)
-    monkeypatch.setattr(stage, "account", lambda model, chosen, *_: {"verdict": chosen.verdict})
+    monkeypatch.setattr(
+        stage, "account", lambda asked, chosen, *_: SimpleNamespace(asked=asked, verdict=chosen.verdict)
+    )
     monkeypatch.setattr(stage, "series_of", lambda *_: {})
-    summary, _ = stage._discovered(Workspace(Path()), Settings("tanh"), ([], {}), "k", silent)
-    assert tried == list(words) and summary["verdict"] == words[taken]
-    assert summary["current_dependence"] == asdict(taken)
-    assert (summary["current_choice"] is None) == (taken == USUAL)
+    monkeypatch.setattr(stage, "worth_examining", lambda *_: False)
+    asked = Asked("tanh", 0, "", "k")
+    job = stage._Job(Workspace(Path()), Settings("tanh"), Dataset([], {}), asked, silent)
+    found: Any = stage._discovered(job).found
+    assert tried == list(words) and found.verdict == words[taken]
+    assert found.asked.dependence.orders == taken.orders
+    assert (found.asked.choice is None) == (taken == USUAL)

@@ -9,6 +9,7 @@ import numpy as np
 import mrfit.segment.stage
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
+from mrfit.io.schemas.stages import About
 from mrfit.io.workspace import Workspace, write_json
 from mrfit.simulate.assembly import assemble
 
@@ -105,7 +106,7 @@ def write_tests(
         channels["force"] = clean + NOISE * rng.standard_normal(len(clean))
         records.append(Recording(m.name, m.name, m.name, "none", DT, 0.0, channels, {}, {}, {}))
         workspace.write_recording(records[-1])
-    write_json(workspace.ingest_json, {"recordings": [r.about() for r in records], "refused": []})
+    write_json(workspace.ingest_json, {"recordings": [About.of(r) for r in records], "refused": []})
     held = "waveform=random" if any(m.name.startswith("road") for m in motions) else "none"
     mrfit.segment.stage.run(workspace, mrfit.segment.stage.Settings(holdout=held))
     return workspace

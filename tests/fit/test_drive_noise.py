@@ -13,6 +13,7 @@ import mrfit.fit.stage
 import mrfit.segment.stage
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
+from mrfit.io.schemas.stages import About
 from mrfit.io.workspace import Workspace, write_json
 from mrfit.models import boucwen_flux
 
@@ -50,10 +51,10 @@ def test_current_noise_leaves_exponent_and_hysteretic_share_in_place(
     records = [logged(amplitude, noise, seed) for seed, amplitude in enumerate((1.0, 3.0, 5.0))]
     for record in records:
         workspace.write_recording(record)
-    write_json(workspace.ingest_json, {"recordings": [r.about() for r in records], "refused": []})
+    write_json(workspace.ingest_json, {"recordings": [About.of(r) for r in records], "refused": []})
     mrfit.segment.stage.run(workspace, mrfit.segment.stage.Settings(holdout="none"))
     settings = mrfit.fit.stage.Settings(model="boucwen-flux", optimizer="auto", per="all")
-    found = {d["name"]: d["value"] for d in mrfit.fit.stage.run(workspace, settings)["results"][0]["derived"]}
+    found = {d.name: d.value for d in mrfit.fit.stage.run(workspace, settings).results[0].derived}
     slope, amplitude, _, n, _ = boucwen_flux.derived(TRUTH)[0]
     assert found["sharpness"] == pytest.approx(n, rel=tolerance)
     assert found["amplitude"] / found["slope"] == pytest.approx(amplitude / slope, rel=tolerance)

@@ -20,5 +20,5 @@ def test_no_sample_after_the_cut_is_fitted(per: Literal["all", "condition"], tmp
     # one cycle leads in, eight of 100 samples follow
     workspace.write_segments(hold_out_after(segments, "6", {segments[0].recording: 0.01}), {})
     fit = mrfit.fit.stage.run(workspace, mrfit.fit.stage.Settings("bingham", "lsq", per=per))
-    assert {m["role"]: m["samples"] for m in fit["metrics"]} == {"train": 500, "holdout": 300}
-    assert all(m["rmse"] <= 1.2 * m["noise_floor"] for m in fit["metrics"])
+    assert {m.role: m.samples for m in fit.metrics} == {"train": 500, "holdout": 300}
+    assert all(m.rmse <= 1.2 * m.noise_floor for m in fit.metrics)

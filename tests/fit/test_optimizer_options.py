@@ -25,17 +25,17 @@ def workspace(tmp_path: Path) -> Workspace:
 def test_options_are_recorded_and_change_the_key_and_the_search(workspace: Workspace) -> None:
     first = mrfit.fit.stage.run(workspace, SETTINGS)
     # the two starts, the model's own and that of the data, are tried before
-    assert first["results"][0]["evaluations"] == 2 + 8 * 6
-    assert first["settings"]["options"] == [["population", 8.0], ["iterations", 6.0]]
-    assert mrfit.fit.stage.run(workspace, SETTINGS)["skipped"]
+    assert first.results[0].evaluations == 2 + 8 * 6
+    assert first.settings["options"] == [["population", 8.0], ["iterations", 6.0]]
+    assert mrfit.fit.stage.run(workspace, SETTINGS).skipped
     more = mrfit.fit.stage.run(workspace, replace(SETTINGS, options=(("population", 9.0), ("iterations", 6.0))))
-    assert not more["skipped"] and more["key"] != first["key"]
-    assert more["results"][0]["evaluations"] == 2 + 9 * 6
+    assert not more.skipped and more.key != first.key
+    assert more.results[0].evaluations == 2 + 9 * 6
 
 
 def test_a_budget_goes_before_the_iterations(workspace: Workspace) -> None:
     fit = mrfit.fit.stage.run(workspace, replace(SETTINGS, budget=30))
-    assert fit["results"][0]["evaluations"] <= 30
+    assert fit.results[0].evaluations <= 30
 
 
 def test_options_are_checked_before_any_data_are_touched() -> None:

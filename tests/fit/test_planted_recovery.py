@@ -71,9 +71,9 @@ def inside(name: str, fit: dict[str, Any]) -> list[tuple[str, bool]]:
     truth = dict(zip(assembly.spec.names, theta.tolist(), strict=True))
     derived = assembly.derived(theta[None, :])[0].tolist()
     truth |= dict(zip((d.name for d in assembly.spec.derived), derived, strict=True))
-    rows = [*fit["results"][0]["parameters"], *fit["results"][0]["derived"]]
-    counted = [r for r in rows if r["identifiable"] and not r.get("fixed")]
-    return [(r["name"], r["low"] <= truth[r["name"]] <= r["high"]) for r in counted]
+    rows = [*fit.results[0].parameters, *fit.results[0].derived]
+    counted = [r for r in rows if r.identifiable and not r.fixed]
+    return [(r.name, r.low <= truth[r.name] <= r.high) for r in counted]
 
 
 # Spencer's ten parameters and the polynomial's fifty-three at two currents take as long as all others together
@@ -93,10 +93,10 @@ def test_a_model_fitted_to_its_own_data_finds_what_was_planted(name: str, tmp_pa
 )
 def test_a_model_fitted_to_its_own_data_is_as_good_as_the_noise_allows(name: str, tmp_path: Path) -> None:
     fit = fitted(name, 3, tmp_path, hold=False)
-    whole = next(m for m in fit["metrics"] if m["condition"] == "all")
-    assert whole["rmse"] <= 1.03 * whole["noise_floor"]
+    whole = next(m for m in fit.metrics if m.condition == "all")
+    assert whole.rmse <= 1.03 * whole.noise_floor
     assembly, theta = planted(name)
-    values = {p["name"]: p["value"] for p in fit["results"][0]["parameters"]}
+    values = {p.name: p.value for p in fit.results[0].parameters}
     found = np.array([values[n] for n in assembly.spec.names])
     levels = LEVELS if assembly.spec.output in ("force", "torque") else (float("nan"),)
     for segment in planted_segments(SINES, levels):

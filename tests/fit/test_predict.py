@@ -48,8 +48,8 @@ def test_a_condition_that_was_not_fitted_is_predicted_with_a_warning_that_says_h
 ) -> None:
     fit = mrfit.fit.stage.run(fitted, Settings("bingham", "lsq"))
     found = predict(fit, read_dataset(logs(tmp_path, frequency, amplitude, current)))
-    assert [w["kind"] for w in found.warnings] == ["nearest-set"]
-    text = found.warnings[0]["text"]
+    assert [w.kind for w in found.warnings] == ["nearest-set"]
+    text = found.warnings[0].text
     assert all(part in text for part in told), text
     assert not any(f"{part} " in text for part in untold), text
 
@@ -66,7 +66,7 @@ def test_a_moving_current_is_not_taken_for_a_level(fitted: Workspace, tmp_path: 
     moving = logs(tmp_path, 2.0, 0.010, 1.0)
     segment = replace(moving.read_segments()[0][0], current=float("nan"), condition="sine-2Hz-0.01")
     moving.write_segments([segment], {})
-    assert "current 1 A instead of a moving one" in predict(fit, read_dataset(moving)).warnings[0]["text"]
+    assert "current 1 A instead of a moving one" in predict(fit, read_dataset(moving)).warnings[0].text
 
 
 @pytest.mark.parametrize("model", ["bingham", "boucwen-flux"])

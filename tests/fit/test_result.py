@@ -1,5 +1,6 @@
 """Every reason to distrust a result has a name, and conditions with the same reason share one wording."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,39 +10,37 @@ from mrfit.core.specs import Derived, ModelSpec, Param
 from mrfit.fit.diagnostics.bootstrap import Interval
 from mrfit.fit.diagnostics.uncertainty import Uncertainty
 from mrfit.fit.result import derived_rows, warnings_of, with_intervals
+from mrfit.io.schemas.fit import MetricRow, Passivity, Quantity, Repeats, ResidualTest, Result
 from mrfit.search.cube import Cube
 from mrfit.simulate.assembly import Assembly
 
-PARAMETER = {"name": "n", "at_bound": False, "identifiable": True, "fixed": False, "low": 1.0, "high": 2.0}
-TESTED = {
-    "channel": "current",
-    "condition": "a",
-    "correlation": 0.1,
-    "lag": 3,
-    "limit": 0.2,
-    "dependent": 0,
-    "conditions": 1,
-    "independent": True,
-}
-SOUND: dict[str, Any] = {
-    "parameters": [PARAMETER],
-    "derived": [],
-    "nonfinite": 0,
-    "budget_spent": False,
-    "out_of_time": False,
-    "evaluations": 500,
-    "starts": [1.0, 1.0],
-    "agreeing": 2,
-    "passivity": [{"condition": "a", "loop_area": 0.1, "passive": True}],
-    "residual_tests": [TESTED],
-}
-METRICS = [
-    {"condition": "all", "role": "train", "nrmse": 0.01, "rmse": 3.0, "noise_floor": 1.0, "fit_percent": 96.0},
-]
+PARAMETER = Quantity(name="n", value=1.5, low=1.0, high=2.0)
+TESTED = ResidualTest(
+    channel="current",
+    condition="a",
+    correlation=0.1,
+    lag=3,
+    limit=0.2,
+    dependent=0,
+    conditions=1,
+    independent=True,
+)
+SOUND = Result(
+    condition="a",
+    parameters=[PARAMETER],
+    evaluations=500,
+    starts=[1.0, 1.0],
+    agreeing=2,
+    passivity=[Passivity(condition="a", loop_area=0.1, passive=True)],
+    residual_tests=[TESTED],
+)
+TRAINING = MetricRow(condition="all", role="train", samples=9, nrmse=0.01, rmse=3.0, noise_floor=1.0, fit_percent=96.0)
+METRICS = [TRAINING]
+APART = Repeats(condition="a", segments=2, difference=9.0, noise_floor=1.0, moved=5.0, agree=False)
 
 
-def kinds(change: dict[str, Any], metrics: list[dict[str, Any]] = METRICS) -> list[str]:
-    return [w["kind"] for w in warnings_of({**SOUND, **change}, metrics)]
+def kinds(change: dict[str, Any], metrics: list[MetricRow] = METRICS) -> list[str]:
+    return [w.kind for w in warnings_of(replace(SOUND, **change), metrics)]
 
 
 def test_a_sound_result_has_no_warning() -> None:
@@ -51,28 +50,14 @@ def test_a_sound_result_has_no_warning() -> None:
 @pytest.mark.parametrize(
     ("change", "kind"),
     [
-        ({"parameters": [{**PARAMETER, "at_bound": True}]}, "at-bound"),
-        ({"parameters": [{**PARAMETER, "identifiable": False}]}, "not-identifiable"),
+        ({"parameters": [replace(PARAMETER, at_bound=True)]}, "at-bound"),
+        ({"parameters": [replace(PARAMETER, identifiable=False)]}, "not-identifiable"),
         ({"nonfinite": 3}, "non-finite"),
         ({"budget_spent": True}, "budget-spent"),
         ({"agreeing": 1}, "starts-disagree"),
-        ({"passivity": [{"condition": "a", "loop_area": -0.1, "passive": False}]}, "not-passive"),
-        (
-            {
-                "repeats": [
-                    {
-                        "condition": "a",
-                        "segments": 2,
-                        "difference": 9.0,
-                        "noise_floor": 1.0,
-                        "moved": 5.0,
-                        "agree": False,
-                    }
-                ]
-            },
-            "repeats-disagree",
-        ),
-        ({"residual_tests": [{**SOUND["residual_tests"][0], "independent": False}]}, "input-residual"),
+        ({"passivity": [Passivity(condition="a", loop_area=-0.1, passive=False)]}, "not-passive"),
+        ({"repeats": [APART]}, "repeats-disagree"),
+        ({"residual_tests": [replace(TESTED, independent=False)]}, "input-residual"),
     ],
 )
 def test_each_fault_has_its_warning(change: dict[str, Any], kind: str) -> None:
@@ -90,30 +75,30 @@ def test_each_fault_has_its_warning(change: dict[str, Any], kind: str) -> None:
 def test_the_condition_in_which_the_residual_goes_most_with_an_input_is_said(
     change: dict[str, Any], words: str
 ) -> None:
-    row = {**TESTED, "correlation": 0.9, "independent": False, **change}
-    (warning,) = warnings_of({**SOUND, "residual_tests": [row]}, METRICS)
-    assert words in warning["text"]
+    row = replace(TESTED, correlation=0.9, independent=False, **change)
+    (warning,) = warnings_of(replace(SOUND, residual_tests=[row]), METRICS)
+    assert words in warning.text
 
 
 def test_an_error_that_grows_on_held_out_data_is_a_warning() -> None:
-    held = {"condition": "all", "role": "holdout", "nrmse": 0.02, "rmse": 6.0, "noise_floor": 1.0}
+    held = replace(TRAINING, role="holdout", nrmse=0.02, rmse=6.0)
     assert kinds({}, [*METRICS, held]) == ["holdout-worse"]
     # a smaller range alone, or more noise alone, is none
-    assert kinds({}, [*METRICS, {**held, "rmse": 3.0}]) == []
-    assert kinds({}, [*METRICS, {**held, "noise_floor": 2.0}]) == []
+    assert kinds({}, [*METRICS, replace(held, rmse=3.0)]) == []
+    assert kinds({}, [*METRICS, replace(held, noise_floor=2.0)]) == []
     # without a floor the range has to do
-    assert kinds({}, [*METRICS, {**held, "noise_floor": float("nan")}]) == ["holdout-worse"]
+    assert kinds({}, [*METRICS, replace(held, noise_floor=float("nan"))]) == ["holdout-worse"]
 
 
 def test_an_error_no_less_than_a_constants_is_a_warning() -> None:
-    assert kinds({}, [{**METRICS[0], "fit_percent": 4.0}]) == ["explains-nothing"]
-    assert kinds({}, [{**METRICS[0], "fit_percent": -20.0}]) == ["explains-nothing"]
-    assert kinds({}, [{**METRICS[0], "fit_percent": 6.0}]) == []
+    assert kinds({}, [replace(TRAINING, fit_percent=4.0)]) == ["explains-nothing"]
+    assert kinds({}, [replace(TRAINING, fit_percent=-20.0)]) == ["explains-nothing"]
+    assert kinds({}, [replace(TRAINING, fit_percent=6.0)]) == []
     # of a constant output, or a simulation that diverged, there is none
-    assert kinds({}, [{**METRICS[0], "fit_percent": float("nan")}]) == []
+    assert kinds({}, [replace(TRAINING, fit_percent=float("nan"))]) == []
 
 
-def derived_row(value: float, width: float) -> dict[str, Any]:
+def derived_row(value: float, width: float) -> Quantity:
     """The row of a quantity 3·a of a parameter a between -10 and 10, whose interval in the cube is so wide."""
     place = (value / 3.0 + 10.0) / 20.0
     params = (Param("a", "N", -10.0, 10.0, 0.0),)
@@ -133,19 +118,19 @@ def test_a_derived_quantity_is_determined_by_the_rule_of_parameters(
     value: float, width: float, determined: bool
 ) -> None:
     row = derived_row(value, width)
-    assert row["identifiable"] == determined
-    assert (row["low"] is not None) == determined == (row["high"] is not None)
+    assert row.identifiable == determined
+    assert (row.low is not None) == determined == (row.high is not None)
     if determined:
-        assert row["high"] - row["low"] == pytest.approx(width, rel=1e-3)
+        assert row.high - row.low == pytest.approx(width, rel=1e-3)
 
 
 @pytest.mark.parametrize("change", [{"budget_spent": True}, {"nonfinite": 1}])
 def test_wording_does_not_depend_on_counts(change: dict[str, Any]) -> None:
     texts = {
-        w["text"]
+        w.text
         for n in (500, 900)
         for w in warnings_of(
-            {**SOUND, **change, "evaluations": n, "nonfinite": change.get("nonfinite", 0) * n}, METRICS
+            replace(SOUND, **{**change, "evaluations": n, "nonfinite": change.get("nonfinite", 0) * n}), METRICS
         )
     }
     assert len(texts) == 1
@@ -153,20 +138,20 @@ def test_wording_does_not_depend_on_counts(change: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize(("out_of_time", "remedy"), [(False, "--budget"), (True, "--seconds")])
 def test_what_ended_a_search_is_what_to_raise(out_of_time: bool, remedy: str) -> None:
-    (warning,) = warnings_of({**SOUND, "budget_spent": True, "out_of_time": out_of_time}, METRICS)
-    assert warning["text"].endswith(f"raise {remedy}")
+    (warning,) = warnings_of(replace(SOUND, budget_spent=True, out_of_time=out_of_time), METRICS)
+    assert warning.text.endswith(f"raise {remedy}")
 
 
 def test_what_would_keep_a_model_passive_is_said_where_it_is_known() -> None:
-    active = {**SOUND, "passivity": [{"condition": "a", "loop_area": -0.1, "passive": False}]}
-    texts = [warnings_of(active, METRICS, passive)[0]["text"] for passive in (("A", 1.0, 1.5), None)]
+    active = replace(SOUND, passivity=[Passivity(condition="a", loop_area=-0.1, passive=False)])
+    texts = [warnings_of(active, METRICS, passive)[0].text for passive in (("A", 1.0, 1.5), None)]
     assert texts[0] == f"{texts[1]}; it cannot with --bounds A=1:1.5"
 
 
 @pytest.mark.parametrize(("spent", "remedy"), [(False, "--seed"), (True, "raise --budget")])
 def test_starts_that_disagree_ask_for_more_of_what_ran_out(spent: bool, remedy: str) -> None:
-    said = warnings_of({**SOUND, "agreeing": 1, "budget_spent": spent, "out_of_time": False}, METRICS)
-    assert remedy in next(w["text"] for w in said if w["kind"] == "starts-disagree")
+    said = warnings_of(replace(SOUND, agreeing=1, budget_spent=spent, out_of_time=False), METRICS)
+    assert remedy in next(w.text for w in said if w.kind == "starts-disagree")
 
 
 def test_a_search_without_starts_cannot_disagree() -> None:
@@ -177,7 +162,7 @@ def test_a_search_without_starts_cannot_disagree() -> None:
 def test_other_intervals_replace_those_there_are_and_one_end_is_something(
     low: float | None, high: float | None, known: bool
 ) -> None:
-    fixed = {**PARAMETER, "name": "A", "fixed": True}
+    fixed = replace(PARAMETER, name="A", fixed=True)
     rows = with_intervals([PARAMETER, fixed], {"n": Interval(low, high), "A": Interval(0.0, 1.0)})
-    assert (rows[0]["low"], rows[0]["high"], rows[0]["identifiable"]) == (low, high, known)
+    assert (rows[0].low, rows[0].high, rows[0].identifiable) == (low, high, known)
     assert rows[1] == fixed

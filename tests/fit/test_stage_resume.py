@@ -13,6 +13,7 @@ from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.fit.stage import Settings
+from mrfit.io.schemas.stages import About
 from mrfit.io.workspace import Workspace, read_json, write_json
 from mrfit.models import boucwen_flux
 
@@ -36,7 +37,7 @@ def workspace(tmp_path: Path) -> Workspace:
             Recording(name, f"{name}.csv", f"{seed:064d}", "none", 1 / (PER_CYCLE * FREQUENCY), 0.0, channels, {})
         )
         workspace.write_recording(records[-1])
-    write_json(workspace.ingest_json, {"recordings": [r.about() for r in records], "refused": []})
+    write_json(workspace.ingest_json, {"recordings": [About.of(r) for r in records], "refused": []})
     mrfit.segment.stage.run(workspace, mrfit.segment.stage.Settings(holdout="none"))
     return workspace
 
@@ -65,7 +66,7 @@ def test_a_stopped_fit_searches_only_the_conditions_it_had_not_finished(
     # the third was begun twice, the first two once
     assert len(searched) == 4
     assert searched[2] == searched[3]
-    assert resumed["results"] == whole["results"]
+    assert resumed.results == whole.results
     assert not (workspace.fit_folder(settings.fit_name) / ".partial").exists()
 
 
@@ -105,7 +106,7 @@ def test_a_kill_between_tables_and_key_is_not_taken_for_the_fit_before(
         with pytest.raises(KeyboardInterrupt):
             mrfit.fit.stage.run(workspace, second)
     assert table.read_bytes() != before
-    assert not mrfit.fit.stage.run(workspace, first)["skipped"]
+    assert not mrfit.fit.stage.run(workspace, first).skipped
     assert table.read_bytes() == before
 
 
@@ -122,13 +123,13 @@ def test_a_kill_after_the_key_leaves_nothing_of_the_searches(
         patch.setattr(mrfit.fit.files, "drop_partial", killed)
         with pytest.raises(KeyboardInterrupt):
             mrfit.fit.stage.run(workspace, settings)
-    assert mrfit.fit.stage.run(workspace, settings)["skipped"]
+    assert mrfit.fit.stage.run(workspace, settings).skipped
     assert not (workspace.fit_folder(settings.fit_name) / mrfit.fit.files.PARTIAL).exists()
 
 
 def test_results_do_not_depend_on_the_number_of_workers(workspace: Workspace) -> None:
     one, two = (
-        mrfit.fit.stage.run(workspace, Settings(model="boucwen-flux", name=f"j{jobs}", jobs=jobs))["results"]
+        mrfit.fit.stage.run(workspace, Settings(model="boucwen-flux", name=f"j{jobs}", jobs=jobs)).results
         for jobs in (1, 2)
     )
     assert one == two
@@ -137,16 +138,16 @@ def test_results_do_not_depend_on_the_number_of_workers(workspace: Workspace) ->
 @pytest.mark.parametrize("intervals", ["hac", "bootstrap", "profile"])
 def test_every_kind_of_interval_holds_the_planted_exponent(workspace: Workspace, intervals: str) -> None:
     settings = Settings(model="boucwen-flux", per="all", intervals=intervals)  # type: ignore[arg-type]
-    result = mrfit.fit.stage.run(workspace, settings)["results"][0]
-    n = next(p for p in result["parameters"] if p["name"] == "n")
-    assert n["low"] < TRUTH[0, 5] < n["high"]
-    assert n["high"] / n["low"] < 1.3
-    assert result["intervals"] == intervals
-    open_names = {p["name"] for p in result["parameters"] if not p["identifiable"]}
+    result = mrfit.fit.stage.run(workspace, settings).results[0]
+    n = next(p for p in result.parameters if p.name == "n")
+    assert n.low < TRUTH[0, 5] < n.high
+    assert n.high / n.low < 1.3
+    assert result.intervals == intervals
+    open_names = {p.name for p in result.parameters if not p.identifiable}
     # of the seven printed parameters, data determine n and four combinations of the others
     assert open_names == {"A", "Lc", "kappa", "beta", "gamma", "D"}
-    assert result["conditioning"]["rank"] == 5
-    assert any("kappa" in s and "D" in s and "leave the output as it is" in s for s in result["identifiability"])
+    assert result.conditioning.rank == 5
+    assert any("kappa" in s and "D" in s and "leave the output as it is" in s for s in result.identifiability)
 
 
 def test_a_simulation_that_diverges_is_counted_and_its_parameters_are_kept(
@@ -160,11 +161,11 @@ def test_a_simulation_that_diverges_is_counted_and_its_parameters_are_kept(
         return output
 
     monkeypatch.setattr(boucwen_flux, "response", diverging)
-    result = mrfit.fit.stage.run(workspace, Settings(model="boucwen-flux", per="all", optimizer="pso-fmin"))["results"]
-    assert result[0]["nonfinite"] > 0
-    assert result[0]["first_nonfinite"]["n"] > 4.0
-    assert "non-finite" in [w["kind"] for w in result[0]["warnings"]]
-    assert next(p for p in result[0]["parameters"] if p["name"] == "n")["value"] < 4.0
+    result = mrfit.fit.stage.run(workspace, Settings(model="boucwen-flux", per="all", optimizer="pso-fmin")).results
+    assert result[0].nonfinite > 0
+    assert result[0].first_nonfinite["n"] > 4.0
+    assert "non-finite" in [w.kind for w in result[0].warnings]
+    assert next(p for p in result[0].parameters if p.name == "n").value < 4.0
 
 
 def test_all_simulations_diverging_is_an_error_that_shows_one(

@@ -7,6 +7,7 @@ import numpy as np
 
 from mrfit.core.channels import unit_of
 from mrfit.core.recording import Recording
+from mrfit.io.schemas.stages import About
 from mrfit.io.workspace import Workspace, write_json
 
 
@@ -22,7 +23,7 @@ def workspace(root: Path, recordings: Sequence[Recording]) -> Workspace:
     made = Workspace(root)
     for each in recordings:
         made.write_recording(each)
-    write_json(made.ingest_json, {"recordings": [r.about() for r in recordings], "refused": []})
+    write_json(made.ingest_json, {"recordings": [About.of(r) for r in recordings], "refused": []})
     return made
 
 

@@ -1,6 +1,7 @@
 import json
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -45,12 +46,12 @@ def test_the_history_says_what_was_done(tmp_path: Path) -> None:
 
 def test_the_summary_reports_the_loop(tmp_path: Path) -> None:
     summary = run(workspace(tmp_path, [log(loss=0.03)]), Settings())
-    (row,) = summary["recordings"]
-    assert row["action"] == "integrated"
-    assert row["loop_area"] == pytest.approx(np.pi * 9 * 0.03, rel=1e-3)
-    assert (row["frequency"], row["amplitude"]) == pytest.approx((5.0, 3.0), rel=1e-4)
-    assert row["closure_max"] < 1e-4
-    assert row["loops"][0]["cycles"] == 8
+    (row,) = summary.recordings
+    assert row.action == "integrated"
+    assert row.loop_area == pytest.approx(np.pi * 9 * 0.03, rel=1e-3)
+    assert (row.frequency, row.amplitude) == pytest.approx((5.0, 3.0), rel=1e-4)
+    assert row.closure_max < 1e-4
+    assert row.loops[0].cycles == 8
 
 
 def test_resistance_comes_from_the_setting_then_the_recording_then_the_data(tmp_path: Path) -> None:
@@ -58,9 +59,7 @@ def test_resistance_comes_from_the_setting_then_the_recording_then_the_data(tmp_
     made = workspace(tmp_path, logs)
 
     def sources(settings: Settings) -> list[tuple[float, str]]:
-        return [
-            (round(r["resistance"], 4), r["resistance_source"].split()[0]) for r in run(made, settings)["recordings"]
-        ]
+        return [(round(r.resistance, 4), r.resistance_source.split()[0]) for r in run(made, settings).recordings]
 
     assert sources(Settings(resistance=1.9)) == [(1.9, "given")] * 3
     assert sources(Settings()) == [(2.0, "recording's"), (2.0, "estimated"), (2.0, "estimated")]
@@ -99,7 +98,7 @@ def test_recordings_without_coil_voltage_are_not_copied(tmp_path: Path) -> None:
     stroke = np.sin(np.arange(2000) / 50)
     damper = recording("damper", 1e-3, {"displacement": stroke, "force": 100 * stroke})
     made = workspace(tmp_path, [damper, log()])
-    rows = {r["id"]: r["action"] for r in run(made, Settings())["recordings"]}
+    rows = {r.id: r.action for r in run(made, Settings()).recordings}
     assert rows == {"damper": "passed through", "coil-5Hz-3A": "integrated"}
     assert [p.name for p in (tmp_path / "flux").iterdir()] == ["coil-5Hz-3A.parquet"]
     assert np.array_equal(made.read_recording("damper", "flux").channels["force"], 100 * stroke)
@@ -108,7 +107,7 @@ def test_recordings_without_coil_voltage_are_not_copied(tmp_path: Path) -> None:
         "coil-5Hz-3A": made.content("coil-5Hz-3A", "flux"),
     }
     assert made.content("coil-5Hz-3A", "flux") != made.content("coil-5Hz-3A")
-    assert run(made, Settings())["skipped"] is True
+    assert run(made, Settings()).skipped is True
 
 
 def test_a_recording_that_is_no_longer_changed_leaves_no_flux_behind(tmp_path: Path) -> None:
@@ -127,8 +126,8 @@ def test_a_measured_flux_is_kept(tmp_path: Path) -> None:
         "measured", 1e-3, {**{n: channels[n] for n in ("voltage", "current")}, "flux": channels["truth"]}
     )
     made = workspace(tmp_path, [measured])
-    (row,) = run(made, Settings())["recordings"]
-    assert row["action"] == "measured flux kept"
+    (row,) = run(made, Settings()).recordings
+    assert row.action == "measured flux kept"
     assert not list((tmp_path / "flux").iterdir())
     assert np.array_equal(made.read_recording("measured", "flux").channels["flux"], channels["truth"])
 
@@ -138,17 +137,17 @@ def test_nothing_is_done_twice(tmp_path: Path) -> None:
     first = run(made, Settings())
     before = {p: p.stat().st_mtime_ns for p in tmp_path.rglob("*")}
     again = run(made, Settings())
-    assert (first["skipped"], again["skipped"]) == (False, True)
-    assert {k: v for k, v in again.items() if k != "skipped"} == {k: v for k, v in first.items() if k != "skipped"}
+    assert (first.skipped, again.skipped) == (False, True)
+    assert replace(again, skipped=False) == first
     assert {p: p.stat().st_mtime_ns for p in tmp_path.rglob("*")} == before
-    assert run(made, Settings(rule="simpson"))["skipped"] is False
+    assert run(made, Settings(rule="simpson")).skipped is False
 
 
 def test_a_lost_file_is_made_again(tmp_path: Path) -> None:
     made = workspace(tmp_path, [log()])
     run(made, Settings())
     made.recording_file("coil-5Hz-3A", "flux").unlink()
-    assert run(made, Settings())["skipped"] is False
+    assert run(made, Settings()).skipped is False
     assert made.recording_file("coil-5Hz-3A", "flux").is_file()
 
 
@@ -220,7 +219,7 @@ def test_settings_that_cannot_be_read_are_not_replaced_by_defaults(tmp_path: Pat
         made.flux_json.write_text(text)
         with pytest.raises(DataError, match=r"flux\.json: .*`mrfit flux --work .*` with the settings you want"):
             last_settings(made)
-    assert run(made, Settings(resistance=2.5))["skipped"] is False
+    assert run(made, Settings(resistance=2.5)).skipped is False
 
 
 def test_a_change_of_bias_that_cannot_be_told_from_drift_is_a_finding(tmp_path: Path) -> None:
@@ -229,9 +228,9 @@ def test_a_change_of_bias_that_cannot_be_told_from_drift_is_a_finding(tmp_path: 
     walk = np.random.default_rng(1).standard_normal(len(current))
     voltage = 2 * current + 0.1 * np.gradient(current, 4e-4) + 5 * walk
     made = workspace(tmp_path, [recording("steps", 4e-4, {"voltage": voltage, "current": current}, OWN), log()])
-    (finding,) = run(made, Settings())["findings"]
+    (finding,) = run(made, Settings()).findings
     assert finding.startswith("steps: bias-change: ") and "--drift none" in finding
-    assert run(made, Settings(drift="none"))["findings"] == []
+    assert run(made, Settings(drift="none")).findings == []
 
 
 def test_the_same_input_gives_the_same_bytes(tmp_path: Path) -> None:
@@ -243,9 +242,9 @@ def test_the_same_input_gives_the_same_bytes(tmp_path: Path) -> None:
 def test_three_frequencies_give_the_separation_in_words(tmp_path: Path) -> None:
     logs = [log(f, loss=0.03, eddy=0.002) for f in (1.0, 5.0, 10.0)]
     summary = run(workspace(tmp_path, logs), Settings(resistance=2.1))
-    (separation,) = summary["separation"]
-    assert separation["resistance_error"] == pytest.approx(0.1, rel=1e-3)
-    (text,) = summary["separation_text"]
+    (separation,) = summary.separation
+    assert separation.resistance_error == pytest.approx(0.1, rel=1e-3)
+    (text,) = summary.separation_text
     assert "static hysteresis" in text and "eddy" in text and "R is off by 0.1" in text
 
 
@@ -271,9 +270,9 @@ def test_the_shipped_coil_logs_give_their_resistance(datasets: Path, tmp_path: P
         table = np.loadtxt(path, delimiter=",", skiprows=21)
         logs.append(recording(path.stem, dt, {"voltage": table[:, 1], "current": 10 * table[:, 2]}))
     summary = run(workspace(tmp_path, logs), Settings())
-    assert summary["resistance"] == pytest.approx(2.1, rel=3e-4)
-    assert len(summary["separation"]) == 5
-    assert all(s["static"] > 10 * abs(s["eddy"]) for s in summary["separation"])
+    assert summary.resistance == pytest.approx(2.1, rel=3e-4)
+    assert len(summary.separation) == 5
+    assert all(s.static > 10 * abs(s.eddy) for s in summary.separation)
 
 
 def test_stage_name_is_the_folder(tmp_path: Path) -> None:

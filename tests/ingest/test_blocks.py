@@ -120,12 +120,12 @@ def test_gaps_missing_rows_and_jitter_are_the_same_in_blocks(
         path.write_text("\n".join([head, *shaken]) + "\n")
     whole, parts = Workspace(tmp_path / "whole"), Workspace(tmp_path / "parts")
     summary = run([path], Settings(block=WHOLE), whole)
-    assert summary["recordings"] == run([path], Settings(block=2000), parts)["recordings"]
-    kinds = {f["kind"] for r in summary["recordings"] for f in r["findings"]}
+    assert summary.recordings == run([path], Settings(block=2000), parts).recordings
+    kinds = {f.kind for r in summary.recordings for f in r.findings}
     assert kinds >= {"gap", "refused-rows", "resampled" if jitter else "dropped-samples"}
-    assert len(summary["recordings"]) == 2
-    for row in summary["recordings"]:
-        files = [w.recording_file(row["id"]).read_bytes() for w in (whole, parts)]
+    assert len(summary.recordings) == 2
+    for row in summary.recordings:
+        files = [w.recording_file(row.id).read_bytes() for w in (whole, parts)]
         assert files[0] == files[1]
 
 
@@ -177,7 +177,7 @@ def test_killed_while_a_long_log_is_read(tmp_path: Path) -> None:
     assert child.returncode == -signal.SIGKILL
     assert len(list(workspace.root.glob(".ingest-*/numbers/*/*"))) > 0
     assert {p: p.read_bytes() for p in workspace.root.rglob("*") if p.is_file() and ".ingest-" not in str(p)} == before
-    assert len(run([tmp_path / "log.csv"], Settings(block=1000), workspace)["recordings"]) == 2
+    assert len(run([tmp_path / "log.csv"], Settings(block=1000), workspace).recordings) == 2
     assert not list(workspace.root.glob(".ingest-*"))
 
 
@@ -190,18 +190,18 @@ def test_preview_of_a_long_log_reads_its_first_block_only(tmp_path: Path, monkey
 
     monkeypatch.setattr("mrfit.ingest.stage.hash_of", never)
     (row,) = preview([path], Settings(block=size // 20))
-    assert float(row["rows"].removeprefix("about ")) == pytest.approx(3000, rel=0.05)
-    assert row["channels"] == "displacement (m), current (A)" and row["rate"] == "1000 Hz"
-    assert "rows were looked at" in row["oddities"]
+    assert float(row.rows.removeprefix("about ")) == pytest.approx(3000, rel=0.05)
+    assert row.channels == "displacement (m), current (A)" and row.rate == "1000 Hz"
+    assert "rows were looked at" in row.oddities
     (all_of_it,) = preview([path], Settings())
-    assert isinstance(all_of_it["rows"], int)
+    assert isinstance(all_of_it.rows, int)
 
 
 def test_preview_of_a_long_table(tmp_path: Path) -> None:
     path = tmp_path / "log.parquet"
     write_table(path, {"time": np.arange(5000) * 1e-3, "force [N]": np.sin(np.arange(5000.0))})
     (row,) = preview([path], Settings(block=4000))
-    assert row["rows"] == "about 5e3"
+    assert row.rows == "about 5e3"
 
 
 def test_what_cannot_be_read_in_blocks_and_would_not_fit_is_refused(
@@ -214,7 +214,7 @@ def test_what_cannot_be_read_in_blocks_and_would_not_fit_is_refused(
     with pytest.raises(DataError, match=r"are read as a whole: about .* MB of memory are needed, and it may take"):
         run(paths, Settings(), Workspace(tmp_path / "w"))
     monkeypatch.setattr(memory, "free_memory", lambda: 13.0 * size)
-    assert run(paths, Settings(), Workspace(tmp_path / "w"))["added"]
+    assert run(paths, Settings(), Workspace(tmp_path / "w")).added
 
 
 def test_free_memory_is_that_of_this_machine() -> None:
@@ -235,7 +235,7 @@ def test_a_recording_longer_than_memory_is_one_line_in_later_stages(
     run([long_log(tmp_path / "log.csv")], Settings(), workspace)
     monkeypatch.setattr("mrfit.io.workspace.free_memory", lambda: 1e5)
     with pytest.raises(DataError, match=r"log.parquet: its 3000 samples in 2 columns need about .* every n-th row"):
-        workspace.read_recording(workspace.ingest_summary()["recordings"][0]["id"])
+        workspace.read_recording(workspace.ingest_summary().recordings[0].id)
 
 
 def test_a_damaged_time_stamp_among_the_few_rows_of_a_block_is_one_row_refused() -> None:

@@ -24,6 +24,7 @@ from mrfit.ingest.stage import Settings, run
 from mrfit.ingest.table import Source
 from mrfit.ingest.text.head import open_head
 from mrfit.io.workspace import Workspace
+from mrfit.settings.forms import size_of
 from tests.conftest import Run
 from tests.ingest.examining import examine
 from tests.ingest.samples import mdf, seven_three, signals
@@ -113,9 +114,9 @@ def test_a_library_that_goes_round_in_circles_is_stopped(tmp_path: Path, monkeyp
     (tmp_path / "good.csv").write_text(GOOD)
     (tmp_path / "loop.h5").write_bytes((HOSTILE / "loop.h5").read_bytes())
     summary = run([tmp_path], Settings(), Workspace(tmp_path / "w"))
-    assert [Path(s).name for s in summary["added"]] == ["good.csv"]
-    (refused,) = summary["refused"]
-    assert refused["reason"] == "damaged: reading it takes more than 4 s"
+    assert [Path(s).name for s in summary.added] == ["good.csv"]
+    (refused,) = summary.refused
+    assert refused.reason == "damaged: reading it takes more than 4 s"
 
 
 @pytest.mark.parametrize(("length", "sound"), [(24, True), (0xFFFFFFFF, False)])
@@ -227,13 +228,13 @@ def test_a_unit_that_never_ends_is_no_unit(mrfit: Run) -> None:
 @pytest.mark.parametrize("text", ["500MB", "2 GB", "1.5gib", "12", "800k"])
 def test_sizes_of_memory(text: str, tmp_path: Path) -> None:
     sizes = {"500MB": 5e8, "2 GB": 2e9, "1.5gib": 1.5 * 2**30, "12": 12.0, "800k": 8e5}
-    assert memory.size_of(text) == sizes[text]
+    assert size_of(text) == sizes[text]
 
 
 @pytest.mark.parametrize("text", ["", "0", "much", "-1GB", "1e3", "nan", "5XB"])
 def test_what_is_no_size_is_an_error_of_the_command_line(text: str) -> None:
     with pytest.raises(ConfigError, match="--max-memory takes a size such as 500MB"):
-        memory.size_of(text)
+        size_of(text)
 
 
 def test_what_is_no_size_is_one_line_and_exit_code_two(mrfit: Run) -> None:
@@ -254,11 +255,11 @@ def test_a_log_refused_for_want_of_memory_is_read_when_there_is_more(tmp_path: P
     time = np.arange(20_000) * 1e-3
     savemat(large, {"time": time, "force": np.sin(time)})
     first = run([tmp_path], Settings(max_memory=1e6), workspace)
-    assert [Path(r["source"]).name for r in first["refused"]] == ["large.mat"]
+    assert [Path(r.source).name for r in first.refused] == ["large.mat"]
     again = run([tmp_path], Settings(max_memory=1e6), workspace)
-    assert [Path(r["source"]).name for r in again["refused"]] == ["large.mat"]
+    assert [Path(r.source).name for r in again.refused] == ["large.mat"]
     second = run([tmp_path], Settings(), workspace)
-    assert not second["refused"] and [Path(s).name for s in second["added"]] == ["large.mat"]
+    assert not second.refused and [Path(s).name for s in second.added] == ["large.mat"]
 
 
 def _parquet(path: Path, **columns: object) -> Path:
@@ -373,8 +374,8 @@ def test_odd_files_in_a_folder_are_named_and_the_others_read(mrfit: Run, tmp_pat
     done = mrfit("ingest", "logs")
     assert done.returncode == 0, done.stderr
     summary = Workspace(tmp_path / "mrfit-work").ingest_summary()
-    assert [r["id"] for r in summary["recordings"]] == ["epoch_ns", "good"]
-    refused = {Path(r["source"]).name[:12]: r["reason"] for r in summary["refused"]}
+    assert [r.id for r in summary.recordings] == ["epoch_ns", "good"]
+    refused = {Path(r.source).name[:12]: r.reason for r in summary.refused}
     assert refused["caf\\xe9.csv"] == "its path is not UTF-8"
     assert refused["a" * 12].startswith("its name is 240 bytes long")
     assert set(refused) == {"caf\\xe9.csv", "a" * 12, "leak.h5", "meta_dt.parq"}
@@ -391,7 +392,7 @@ def test_names_up_to_two_hundred_bytes_are_read(length: int, tmp_path: Path) -> 
         with pytest.raises(DataError, match="its name is 201 bytes long"):
             run([path], Settings(), Workspace(tmp_path / "w"))
     else:
-        assert run([path], Settings(), Workspace(tmp_path / "w"))["added"]
+        assert run([path], Settings(), Workspace(tmp_path / "w")).added
 
 
 def test_what_is_no_file_and_a_name_no_file_can_have_are_one_line(mrfit: Run, tmp_path: Path) -> None:
@@ -411,9 +412,9 @@ def test_a_reader_that_fails_costs_its_file_alone(tmp_path: Path, monkeypatch: p
     (tmp_path / "good.csv").write_text(GOOD)
     _parquet(tmp_path / "odd.parquet", time=TIME, force=TIME)
     summary = run([tmp_path], Settings(), Workspace(tmp_path / "w"))
-    assert [Path(s).name for s in summary["added"]] == ["good.csv"]
-    (refused,) = summary["refused"]
-    assert refused["reason"] == f"{OWN_FAULT} parquet (ZeroDivisionError: not)"
+    assert [Path(s).name for s in summary.added] == ["good.csv"]
+    (refused,) = summary.refused
+    assert refused.reason == f"{OWN_FAULT} parquet (ZeroDivisionError: not)"
 
 
 def test_a_full_disk_is_no_fault_of_the_log(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,14 +1,14 @@
 import json
 import os
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from mrfit.errors import ConfigError, DataError
 from mrfit.ingest.stage import Settings, preview, run
-from mrfit.io.workspace import Workspace
+from mrfit.io.schemas.stages import About, Copy, IngestFile
+from mrfit.io.workspace import Workspace, plain
 from tests.ingest.samples import WRITERS, sample
 
 MAP = '[channels]\ncurrent = {column = "CH1", scale = 10.0, unit = "A"}\n'
@@ -32,20 +32,20 @@ def workspace(tmp_path: Path) -> Workspace:
     return Workspace(tmp_path / "work")
 
 
-def _ids(summary: dict[str, Any]) -> list[str]:
-    return [r["id"] for r in summary["recordings"]]
+def _ids(summary: IngestFile) -> list[str]:
+    return [r.id for r in summary.recordings]
 
 
 def test_folder_becomes_recordings_and_a_summary(logs: Path, workspace: Workspace) -> None:
     summary = run([logs], Settings(resistance=2.1), workspace)
     assert _ids(summary) == ["NewFile1", "log", "scope_0"]
-    assert not summary["skipped"] and len(summary["added"]) == 3
+    assert not summary.skipped and len(summary.added) == 3
     on_disk = json.loads(workspace.ingest_json.read_text())
-    assert on_disk["recordings"] == summary["recordings"]
-    assert on_disk["key"] == summary["key"]
-    for row in summary["recordings"]:
-        record = workspace.read_recording(row["id"])
-        assert record.about() == row
+    assert on_disk["recordings"] == plain(summary.recordings)
+    assert on_disk["key"] == summary.key
+    for row in summary.recordings:
+        record = workspace.read_recording(row.id)
+        assert About.of(record) == row
         assert record.condition["resistance"] == 2.1
     assert not list(workspace.root.glob(".ingest-*"))
 
@@ -54,7 +54,7 @@ def test_nothing_is_done_twice(logs: Path, workspace: Workspace) -> None:
     run([logs], Settings(), workspace)
     before = {p: p.stat().st_mtime_ns for p in workspace.root.rglob("*")}
     again = run([logs], Settings(), workspace)
-    assert again["skipped"] and len(again["unchanged"]) == 3
+    assert again.skipped and len(again.unchanged) == 3
     assert {p: p.stat().st_mtime_ns for p in workspace.root.rglob("*")} == before
 
 
@@ -64,8 +64,8 @@ def test_changed_file_replaces_its_recording_and_only_it(logs: Path, workspace: 
     path = logs / "NewFile1.csv"
     path.write_bytes(path.read_bytes().rsplit(b"\r\n", 2)[0] + b"\r\n")
     summary = run([logs], Settings(), workspace)
-    assert summary["replaced"] == [str(path)]
-    assert len(summary["unchanged"]) == 2 and not summary["added"]
+    assert summary.replaced == [str(path)]
+    assert len(summary.unchanged) == 2 and not summary.added
     assert workspace.read_recording("NewFile1").samples == 239
     assert workspace.recording_file("scope_0").stat().st_mtime_ns == kept
 
@@ -75,7 +75,7 @@ def test_further_files_are_added_and_earlier_ones_stay(logs: Path, workspace: Wo
     _, more = sample("siglent", tmp_path)
     summary = run([more], Settings(), workspace)
     assert _ids(summary) == ["SDS00001", "log"]
-    assert summary["added"] == [str(more)]
+    assert summary.added == [str(more)]
 
 
 def test_same_file_under_another_spelling_is_the_same_source(
@@ -83,7 +83,7 @@ def test_same_file_under_another_spelling_is_the_same_source(
 ) -> None:
     run([logs / "log.csv"], Settings(), workspace)
     monkeypatch.chdir(logs)
-    assert run([Path("./log.csv")], Settings(), workspace)["skipped"]
+    assert run([Path("./log.csv")], Settings(), workspace).skipped
 
 
 def test_logs_of_one_name_from_two_folders_are_both_kept(
@@ -95,12 +95,12 @@ def test_logs_of_one_name_from_two_folders_are_both_kept(
         path.with_name("bad.csv").write_text("1,2\n3,4\n")
         monkeypatch.chdir(tmp_path / folder)
         summary = run([Path("log.csv"), Path("bad.csv")], Settings(), workspace)
-    assert {r["id"]: r["source"] for r in summary["recordings"]} == {"log": "log.csv", "log-2": "../t2/log.csv"}
-    assert [r["source"] for r in summary["refused"]] == ["../t2/bad.csv", "bad.csv"]
+    assert {r.id: r.source for r in summary.recordings} == {"log": "log.csv", "log-2": "../t2/log.csv"}
+    assert [r.source for r in summary.refused] == ["../t2/bad.csv", "bad.csv"]
     before = _tree(workspace.root)
-    assert run([Path("../t1/log.csv"), Path("log.csv"), Path("bad.csv")], Settings(), workspace)["skipped"]
+    assert run([Path("../t1/log.csv"), Path("log.csv"), Path("bad.csv")], Settings(), workspace).skipped
     monkeypatch.chdir(tmp_path)
-    assert run([Path("t1/log.csv"), tmp_path / "t2" / "log.csv"], Settings(), workspace)["skipped"]
+    assert run([Path("t1/log.csv"), tmp_path / "t2" / "log.csv"], Settings(), workspace).skipped
     assert _tree(workspace.root) == before
 
 
@@ -116,12 +116,12 @@ def test_the_same_call_in_another_place_gives_the_same_bytes(tmp_path: Path, mon
 
 def test_settings_and_map_are_part_of_the_key(logs: Path, workspace: Workspace) -> None:
     run([logs / "NewFile1.csv"], Settings(), workspace)
-    assert run([logs / "NewFile1.csv"], Settings(resistance=3.0), workspace)["replaced"]
+    assert run([logs / "NewFile1.csv"], Settings(resistance=3.0), workspace).replaced
     (logs / "mrfit.toml").write_text(MAP)
     summary = run([logs / "NewFile1.csv"], Settings(resistance=3.0), workspace)
-    assert summary["replaced"]
-    assert {c["name"] for c in summary["recordings"][0]["channels"]} == {"current", "ch2"}
-    assert run([logs / "NewFile1.csv"], Settings(resistance=3.0), workspace)["skipped"]
+    assert summary.replaced
+    assert {c.name for c in summary.recordings[0].channels} == {"current", "ch2"}
+    assert run([logs / "NewFile1.csv"], Settings(resistance=3.0), workspace).skipped
 
 
 def test_map_is_found_up_to_the_folder_given(tmp_path: Path, workspace: Workspace) -> None:
@@ -130,21 +130,21 @@ def test_map_is_found_up_to_the_folder_given(tmp_path: Path, workspace: Workspac
     (tmp_path / "series" / "mrfit.toml").write_text(MAP)
     _, path = sample("rigol", deep)
     alone = run([path], Settings(), Workspace(tmp_path / "a"))
-    assert "current" not in {c["name"] for c in alone["recordings"][0]["channels"]}
+    assert "current" not in {c.name for c in alone.recordings[0].channels}
     whole = run([tmp_path / "series"], Settings(), workspace)
-    assert "current" in {c["name"] for c in whole["recordings"][0]["channels"]}
+    assert "current" in {c.name for c in whole.recordings[0].channels}
 
 
 def test_why_a_log_is_read_again_is_said_truly(logs: Path, workspace: Workspace) -> None:
     path = logs / "log.csv"
     run([path], Settings(), workspace)
     source = str(path)
-    assert "options" in run([path], Settings(resistance=3.0), workspace)["reasons"][source]
+    assert "options" in run([path], Settings(resistance=3.0), workspace).reasons[source]
     workspace.recording_file("log").unlink()
-    assert "damaged or missing" in run([path], Settings(resistance=3.0), workspace)["reasons"][source]
+    assert "damaged or missing" in run([path], Settings(resistance=3.0), workspace).reasons[source]
     path.write_bytes(path.read_bytes() + path.read_bytes()[-30:])
-    assert run([path], Settings(), workspace)["reasons"] == {source: "has changed since it was last read"}
-    assert run([path], Settings(), workspace)["reasons"] == {}
+    assert run([path], Settings(), workspace).reasons == {source: "has changed since it was last read"}
+    assert run([path], Settings(), workspace).reasons == {}
 
 
 def copied(logs: Path, *names: str) -> list[Path]:
@@ -158,19 +158,17 @@ def copied(logs: Path, *names: str) -> list[Path]:
 def test_a_copy_is_read_once_and_said(logs: Path, workspace: Workspace) -> None:
     paths = copied(logs, "a.csv", "deeper/log.csv")
     first = run(paths, Settings(), workspace)
-    assert _ids(first) == ["log"] and first["refused"] == []
-    rows = [{"source": str(p), "of": str(paths[0]), "read": False} for p in paths[1:]]
-    assert first["copies"] == rows
+    assert _ids(first) == ["log"] and first.refused == []
+    rows = [Copy(source=str(p), of=str(paths[0]), read=False) for p in paths[1:]]
+    assert first.copies == rows
     before = _tree(workspace.root)
     again = run(paths, Settings(), workspace)
-    assert again["skipped"] and again["copies"] == rows and _tree(workspace.root) == before
+    assert again.skipped and again.copies == rows and _tree(workspace.root) == before
     # what the workspace holds stays, in whatever order and call the copies come
     alone = run([paths[1]], Settings(), workspace)
-    assert alone["skipped"] and alone["copies"] == rows
+    assert alone.skipped and alone.copies == rows
     later = run(copied(logs, "b.csv")[1:], Settings(), workspace)
-    assert _ids(later) == ["log"] and [c["source"] for c in later["copies"]] == sorted(
-        map(str, [*paths[1:], logs / "b.csv"])
-    )
+    assert _ids(later) == ["log"] and [c.source for c in later.copies] == sorted(map(str, [*paths[1:], logs / "b.csv"]))
 
 
 def test_a_log_that_becomes_a_copy_gives_way_and_one_that_ceases_to_be_comes_back(
@@ -183,7 +181,7 @@ def test_a_log_that_becomes_a_copy_gives_way_and_one_that_ceases_to_be_comes_bac
     for content, ids in ((same, ["log"]), (own, ["log", "other"])):
         other.write_bytes(content)
         summary = run([path, other], Settings(), workspace)
-        assert _ids(summary) == ids and len(summary["copies"]) == 2 - len(ids)
+        assert _ids(summary) == ids and len(summary.copies) == 2 - len(ids)
         assert sorted(p.stem for p in workspace.root.glob("recordings/*")) == ids
 
 
@@ -194,11 +192,11 @@ def test_the_same_bytes_under_a_name_that_states_another_test_are_kept_and_said(
     summary = run(paths, Settings(pattern="-{pressure:bar}bar"), workspace)
     assert _ids(summary) == ["run-5bar", "run-7bar"]
     five, seven, again = map(str, paths)
-    assert summary["copies"] == [
-        {"source": again, "of": five, "read": False},
-        {"source": seven, "of": five, "read": True},
+    assert summary.copies == [
+        Copy(source=again, of=five, read=False),
+        Copy(source=seven, of=five, read=True),
     ]
-    assert run(paths, Settings(pattern="-{pressure:bar}bar"), workspace)["skipped"]
+    assert run(paths, Settings(pattern="-{pressure:bar}bar"), workspace).skipped
     assert _ids(run(paths, Settings(), workspace)) == ["run-5bar"]
 
 
@@ -208,21 +206,21 @@ def test_a_copy_of_a_refused_log_leaves_the_refusal(logs: Path, workspace: Works
     with pytest.raises(DataError, match=r"bad\.csv"):
         run([logs / "bad.csv", logs / "worse.csv"], Settings(), workspace)
     summary = run([logs], Settings(), workspace)
-    assert [Path(r["source"]).name for r in summary["refused"]] == ["bad.csv"]
-    assert [Path(c["source"]).name for c in summary["copies"]] == ["worse.csv"]
+    assert [Path(r.source).name for r in summary.refused] == ["bad.csv"]
+    assert [Path(c.source).name for c in summary.copies] == ["worse.csv"]
 
 
 def test_refused_files_are_listed_and_the_rest_is_kept(logs: Path, workspace: Workspace) -> None:
     (logs / "bare.csv").write_text("1,2\n3,4\n")
     (logs / "empty.csv").write_text("")
     summary = run([logs], Settings(), workspace)
-    assert len(summary["recordings"]) == 3
-    assert [Path(r["source"]).name for r in summary["refused"]] == ["bare.csv", "empty.csv"]
-    assert all(r["reason"] and r["remedy"] for r in summary["refused"])
-    assert run([logs], Settings(), workspace)["skipped"]
+    assert len(summary.recordings) == 3
+    assert [Path(r.source).name for r in summary.refused] == ["bare.csv", "empty.csv"]
+    assert all(r.reason and r.remedy for r in summary.refused)
+    assert run([logs], Settings(), workspace).skipped
     (logs / "bare.csv").write_text("time (s),force (N)\n0,1\n1,2\n2,3\n")
     mended = run([logs], Settings(), workspace)
-    assert [Path(r["source"]).name for r in mended["refused"]] == ["empty.csv"]
+    assert [Path(r.source).name for r in mended.refused] == ["empty.csv"]
     assert "bare" in _ids(mended)
 
 
@@ -239,18 +237,16 @@ def test_a_log_that_can_no_longer_be_read_keeps_its_recordings(
     for _ in range(2):
         summary = run([logs, other], Settings(), workspace)
         assert _ids(summary) == ["NewFile1", "SDS00001", "log", "scope_0"]
-        (refused,) = summary["refused"]
-        assert refused["source"] == str(path)
-        assert refused["remedy"].endswith("(the recordings read from it before are kept)")
-        assert refused["remedy"].count("are kept") == 1
+        (refused,) = summary.refused
+        assert refused.source == str(path)
+        assert refused.remedy.endswith("(the recordings read from it before are kept)")
+        assert refused.remedy.count("are kept") == 1
         assert workspace.recording_file("NewFile1").read_bytes() == before
     path.write_bytes(sound)
     mended = run([logs, other], Settings(), workspace)
-    assert mended["refused"] == [] and not mended["skipped"]
-    assert [r for r in mended["recordings"] if r["id"] == "NewFile1"] == [
-        r for r in first["recordings"] if r["id"] == "NewFile1"
-    ]
-    assert run([logs, other], Settings(), workspace)["skipped"]
+    assert mended.refused == [] and not mended.skipped
+    assert [r for r in mended.recordings if r.id == "NewFile1"] == [r for r in first.recordings if r.id == "NewFile1"]
+    assert run([logs, other], Settings(), workspace).skipped
 
 
 def test_a_log_of_the_same_name_does_not_take_the_place_of_one_that_cannot_be_read(
@@ -261,7 +257,7 @@ def test_a_log_of_the_same_name_does_not_take_the_place_of_one_that_cannot_be_re
     sample("delimited", tmp_path / "again")
     summary = run([logs / "log.csv", tmp_path / "again"], Settings(), workspace)
     assert _ids(summary) == ["log", "log-2"]
-    assert [Path(r["source"]).parent.name for r in summary["recordings"]] == ["logs", "again"]
+    assert [Path(r.source).parent.name for r in summary.recordings] == ["logs", "again"]
 
 
 def test_a_damaged_recording_is_read_again(logs: Path, workspace: Workspace) -> None:
@@ -269,7 +265,7 @@ def test_a_damaged_recording_is_read_again(logs: Path, workspace: Workspace) -> 
     path = workspace.recording_file(_ids(first)[0])
     whole = path.read_bytes()
     path.write_bytes(whole[:500])
-    assert not run([logs], Settings(), workspace)["skipped"]
+    assert not run([logs], Settings(), workspace).skipped
     assert path.read_bytes() == whole
 
 
@@ -280,8 +276,8 @@ def test_a_damaged_part_stays_refused_while_other_logs_come(tmp_path: Path, work
     first = run([tmp_path / "logs"], Settings(), workspace)
     _, other = sample("siglent", tmp_path / "more")
     summary = run([tmp_path / "logs", other], Settings(), workspace)
-    assert summary["refused"] == first["refused"] and len(first["refused"]) == 1
-    assert [r for r in summary["recordings"] if r["id"] != "SDS00001"] == first["recordings"]
+    assert summary.refused == first.refused and len(first.refused) == 1
+    assert [r for r in summary.recordings if r.id != "SDS00001"] == first.recordings
 
 
 @pytest.mark.parametrize("content", [b"", b"1,2\n3,4\n", b"prose only\n", b"\xef\xbb\xbf"])
@@ -360,7 +356,7 @@ def test_pauses_give_numbered_recordings_of_one_source(tmp_path: Path, workspace
     path.write_text("time (s),force (N)\n" + "".join(f"{t:.2f},{np.sin(t):.6f}\n" for t in time))
     summary = run([path], Settings(), workspace)
     assert _ids(summary) == ["press-1", "press-2"]
-    assert {r["source"] for r in summary["recordings"]} == {str(path)}
+    assert {r.source for r in summary.recordings} == {str(path)}
     path.write_text("".join(path.read_text().splitlines(keepends=True)[:51]))
     assert _ids(run([path], Settings(), workspace)) == ["press"]
     assert sorted(p.name for p in workspace.root.glob("recordings/*")) == ["press.parquet"]
@@ -377,13 +373,12 @@ def test_preview_says_what_would_be_read_and_writes_nothing(logs: Path) -> None:
     before = _tree(logs.parent)
     rows = preview([logs], Settings())
     assert _tree(logs.parent) == before
-    by_name = {Path(r["source"]).name: r for r in rows}
-    assert by_name["log.csv"]["channels"] == "current (A), flux (Wb)"
-    assert by_name["log.csv"]["rate"] == "1000 Hz"
-    assert by_name["log.csv"]["rows"] == 240
-    assert by_name["bare.csv"]["reader"] == "refused"
-    assert "channel map" in by_name["bare.csv"]["remedy"]
-    assert len({tuple(r) for r in rows}) == 1
+    by_name = {Path(r.source).name: r for r in rows}
+    assert by_name["log.csv"].channels == "current (A), flux (Wb)"
+    assert by_name["log.csv"].rate == "1000 Hz"
+    assert by_name["log.csv"].rows == 240
+    assert by_name["bare.csv"].reader == "refused"
+    assert "channel map" in by_name["bare.csv"].remedy
 
 
 def test_killed_run_leaves_a_workspace_that_goes_on(
@@ -403,5 +398,5 @@ def test_killed_run_leaves_a_workspace_that_goes_on(
         with pytest.raises(Killed):
             run([logs], Settings(), workspace)
     summary = run([logs], Settings(), workspace)
-    assert len(summary["recordings"]) == 3 and not summary["skipped"]
+    assert len(summary.recordings) == 3 and not summary.skipped
     assert len(list(workspace.root.glob("recordings/*"))) == 3

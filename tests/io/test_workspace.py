@@ -15,7 +15,9 @@ from hypothesis import strategies as st
 from mrfit.core.recording import Finding, Recording, Segment
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.keys import fit_key
-from mrfit.io.workspace import Workspace, read_json, recording_id, write_atomic, write_json, write_table
+from mrfit.io.schemas.fit import Fit
+from mrfit.io.schemas.stages import About
+from mrfit.io.workspace import Workspace, plain, read_json, recording_id, write_atomic, write_json, write_table
 
 
 def a_recording() -> Recording:
@@ -41,7 +43,7 @@ def test_a_recording_comes_back_as_it_was(tmp_path: Path) -> None:
     workspace, recording = Workspace(tmp_path), a_recording()
     workspace.write_recording(recording)
     back = workspace.read_recording("log-1")
-    assert back.about() == recording.about()
+    assert About.of(back) == About.of(recording)
     assert all(np.array_equal(back.channels[n], v) for n, v in recording.channels.items())
 
 
@@ -88,12 +90,12 @@ def test_where_a_recording_came_from_is_not_in_the_hash_of_its_content(about: di
     before = workspace.content("log-1")
     workspace.write_recording(replace(recording, **about))
     assert workspace.content("log-1") == before
-    assert workspace.read_recording("log-1").about() == replace(recording, **about).about()
+    assert About.of(workspace.read_recording("log-1")) == About.of(replace(recording, **about))
 
 
 def test_a_recording_without_a_hash_of_its_content_is_refused_in_one_line(tmp_path: Path) -> None:
     workspace, recording = Workspace(tmp_path), a_recording()
-    metadata = {"mrfit": json.dumps(recording.about())}
+    metadata = {"mrfit": json.dumps(plain(About.of(recording)))}
     write_table(workspace.recording_file("log-1"), {"time": np.arange(7.0), **recording.channels}, metadata)
     with pytest.raises(DataError, match=r"log-1\.parquet: .*older mrfit.*run `mrfit ingest` on its log again") as error:
         workspace.contents(["log-1"])
@@ -151,9 +153,12 @@ def test_a_fit_is_outdated_once_its_data_or_segments_change(tmp_path: Path) -> N
     workspace.write_recording(recording)
     workspace.write_segments([row], {})
     settings, made_from = {"model": "bingham", "seed": 1}, workspace.made_from([row])
-    fit = {"name": "x", "settings": settings, "key": fit_key(settings, *made_from)}
+    key = fit_key(settings, *made_from)
+    fit = Fit(
+        name="x", model="bingham", optimizer="auto", output="force", results=[], metrics=[], settings=settings, key=key
+    )
     assert workspace.outdated([fit]) == []
-    assert fit_key({**settings, "jobs": 3}, *made_from) == fit["key"]
+    assert fit_key({**settings, "jobs": 3}, *made_from) == key
     workspace.write_segments([replace(row, role="holdout")], {})
     assert workspace.outdated([fit]) == ["x"]
     workspace.write_segments([row], {})

@@ -2,12 +2,14 @@
 
 import json
 import re
+from dataclasses import asdict, replace
 
 import numpy as np
 import pytest
 
 from mrfit.core.recording import Recording, Segment
 from mrfit.errors import DataError
+from mrfit.io.schemas.discovery import DiscoveryDependence, DiscoveryFile, FoundEffect
 from mrfit.io.workspace import Workspace, write_json, write_table
 from mrfit.report import discovery, discovery_figures
 from mrfit.report.discovery_source import read_discovery
@@ -108,6 +110,10 @@ INSUFFICIENT = NONE | {
 }
 
 
+def typed(found: dict) -> DiscoveryFile:
+    return DiscoveryFile.of(found)
+
+
 def errors(amplitude: float) -> tuple[np.ndarray, np.ndarray]:
     """Return errors before and after: RMS 1e-3·A and 1e-4·A."""
     phase = 2 * np.pi * np.arange(CYCLES * RATE) / RATE
@@ -152,7 +158,7 @@ def study(root, found: dict) -> Workspace:
 @pytest.fixture(scope="module")
 def named(tmp_path_factory):
     workspace = study(tmp_path_factory.mktemp("named"), FOUND)
-    assert not discovery.run(workspace)["skipped"]
+    assert not discovery.run(workspace).skipped
     return workspace
 
 
@@ -224,9 +230,9 @@ def test_matrix_holds_every_cosine_and_marks_the_pairs_that_are_alike(page, text
 @pytest.mark.parametrize(("limit", "marked", "alone"), [(0.8, 1, []), (0.9, 0, ["delay", "inertia"])])
 def test_pairs_are_marked_from_the_cosine_on_that_the_discovery_took_for_alike(limit, marked, alone):
     table = {"names": ["delay", "inertia"], "matrix": [[1.0, -0.85], [-0.85, 1.0]], "alike": limit}
-    found = discovery.confusion({"cosines": table, "candidates": []})
-    assert sum(alike for row in found["rows"] for _, alike in row["cells"]) == marked
-    assert (found["alone"], found["alike"]) == (alone, f"{limit:g}")
+    found = discovery.confusion(typed(FOUND | {"cosines": table}).cosines, ())
+    assert sum(cell.alike for row in found.rows for cell in row) == marked
+    assert (list(found.alone), found.alike) == (alone, f"{limit:g}")
 
 
 def test_text_from_the_discovery_is_not_taken_for_markup(text):
@@ -235,12 +241,12 @@ def test_text_from_the_discovery_is_not_taken_for_markup(text):
 
 def test_page_is_made_again_only_if_what_it_shows_has_changed(tmp_path):
     workspace = study(tmp_path, FOUND)
-    assert [discovery.run(workspace)["skipped"] for _ in range(2)] == [False, True]
+    assert [discovery.run(workspace).skipped for _ in range(2)] == [False, True]
     first = (tmp_path / "discover" / "discovery.html").read_bytes()
     write_json(tmp_path / "discover" / "discovery.json", FOUND | {"seed": 5})
-    assert not discovery.run(workspace)["skipped"]
+    assert not discovery.run(workspace).skipped
     write_json(tmp_path / "discover" / "discovery.json", FOUND)
-    assert not discovery.run(workspace)["skipped"]
+    assert not discovery.run(workspace).skipped
     assert (tmp_path / "discover" / "discovery.html").read_bytes() == first
 
 
@@ -305,20 +311,20 @@ def test_residuals_share_one_scale_and_loops_show_measured_before_and_after(draw
     ids=lambda v: v["verdict"] if isinstance(v, dict) else "",
 )
 def test_every_verdict_has_its_page(tmp_path, found, words, also):
-    path = discovery.run(study(tmp_path, found))["page"]
+    path = discovery.run(study(tmp_path, found)).path
     with open(path, encoding="utf-8") as handle:
         text = handle.read()
     parsed = Page(text)
     assert not parsed.open and not parsed.unbalanced
-    assert words in headline(found) and words in text and also in text
+    assert words in headline(typed(found)) and words in text and also in text
     assert "mrfit fit" not in text
 
 
 def test_what_would_take_part_of_the_gap_is_said_with_what_could_stand_instead():
     partly = {"parameters": EFFECT["parameters"], "holdout_nrmse_after": 0.03, "closed": 0.62}
     suspects = [{"name": "eddy-current", **partly}, {"name": "probe-skew", "instead_of": "eddy-current", **partly}]
-    said = " ".join(sentences(UNEXPLAINED | {"suspects": suspects}))
-    assert headline(UNEXPLAINED | {"suspects": suspects}).endswith("explains all of it.")
+    said = " ".join(sentences(typed(UNEXPLAINED | {"suspects": suspects})))
+    assert headline(typed(UNEXPLAINED | {"suspects": suspects})).endswith("explains all of it.")
     assert "(eddy-current) with" in said and "would take 62.0 % of the gap" in said
     assert "(probe-skew) with" in said.partition("(or ")[2] and "cannot tell from it)" in said
 
@@ -327,33 +333,35 @@ def test_what_stays_unexplained_is_said_only_above_the_noise():
     gap = {"noise_floor": 0.01, "before": 0.05, "after": 0.02, "closed": 0.875}
     rest = {"share_of_gap": 0.125, "predictable": 0.5, "where": [], "text": ["40% of the error in 9%: end of stroke"]}
     assert "12.5 % of the gap stay unexplained: 40% of the error in 9%: end of stroke." in sentences(
-        FOUND | {"gap": gap, "unexplained": rest}
+        typed(FOUND | {"gap": gap, "unexplained": rest})
     )
     at_floor = FOUND | {"gap": gap | {"after": 0.0105}, "unexplained": rest}
-    assert not any("unexplained" in line for line in sentences(at_floor))
+    assert not any("unexplained" in line for line in sentences(typed(at_floor)))
 
 
 def test_an_effect_stands_for_the_set_it_cannot_be_told_from():
-    assert any("with eddy-current standing for the set" in line for line in sentences(AMBIGUOUS))
-    assert next_step(AMBIGUOUS) == ""
+    assert any("with eddy-current standing for the set" in line for line in sentences(typed(AMBIGUOUS)))
+    assert next_step(typed(AMBIGUOUS)) == ""
 
 
 def test_the_command_that_goes_on_keeps_the_dependence_on_current():
     dependence = {"orders": [["fy", 2], ["c", 1]], "low": 0.0, "high": 2.0}
     found = FOUND | {"augmented_model": "tanh+current-lag", "current_dependence": dependence}
-    assert next_step(found) == "mrfit fit --model tanh+current-lag --current-order fy=2,c=1 --per all"
+    assert next_step(typed(found)) == "mrfit fit --model tanh+current-lag --current-order fy=2,c=1 --per all"
 
 
 def test_a_form_that_was_chosen_is_in_words_on_the_page():
-    told = discovery._dependence({"orders": [["fy", 2], ["alpha", "plain2"], ["c", "log1"]], "low": 0.0, "high": 2.0})
+    told = discovery._dependence(
+        DiscoveryDependence(orders=(("fy", 2), ("alpha", "plain2"), ("c", "log1")), low=0.0, high=2.0)
+    )
     assert told == "fy of order 2, alpha of order 2 (plain), c of order 1 (log), 0 to 2 A"
 
 
 def test_parameters_are_read_in_a_fitting_unit_and_an_open_interval_is_said():
-    shown = parameter_rows(EFFECT)[0]
-    assert (shown["value"], shown["interval"]) == ("2.100 ms", "2.050 to 2.150 ms")
+    shown = parameter_rows(FoundEffect.model_validate_json(json.dumps(EFFECT)))[0]
+    assert (shown.value, shown.interval) == ("2.100 ms", "2.050 to 2.150 ms")
     open_ended = {**EFFECT, "parameters": [EFFECT["parameters"][0] | {"low": None, "high": None}]}
-    assert parameter_rows(open_ended)[0]["interval"] == "not determined"
+    assert parameter_rows(FoundEffect.model_validate_json(json.dumps(open_ended)))[0].interval == "not determined"
 
 
 def test_nearly_all_is_not_called_all():
@@ -377,4 +385,47 @@ def test_no_discovery_and_changed_segments_are_errors_with_a_remedy(tmp_path):
 def test_advice_is_the_last_discoverys(tmp_path):
     workspace = study(tmp_path, AMBIGUOUS)
     told = {k: AMBIGUOUS[k] for k in ("base_model", "verdict", "ambiguous_set", "advice")}
-    assert discovery.advice(workspace) == json.loads(json.dumps(told)) | {"outdated": False}
+    assert json.loads(json.dumps(asdict(discovery.advice(workspace)))) == told | {"outdated": False}
+
+
+OPEN = FOUND | {
+    "base_model": "bingham",
+    "held": [["gas-spring.k_g", 9030.0]],
+    "augmented_model": "bingham+gas-spring",
+    "effects": [EFFECT | {"name": "gas-spring", "parameters": [
+        {"name": "k_g", "unit": "N/m", "value": 9030.0, "low": 8940.0, "high": 9120.0}]}],
+    "law_gap": {
+        "error": 0.054, "share": 0.96, "effects": 0.03, "rest": 0.01, "left": 0.006, "taken": 0.99,
+        "text": ["75% of it in the 20% of the samples within 1.6 mm of a reversal"],
+    },
+    "confounded": [{"name": "stribeck", "reason": "any law may have it <b>", "test": "slow strokes"}],
+    "invariance": {
+        "named": [{"name": "gas-spring", "breaks": "position", "tier": "short-memory",
+                   "standing": {"share": 0.99, "kept": 0.98, "held": 0.97, "size": 0.05, "z": 50.0, "left": 0.2,
+                                "improved": 1.0}}],
+        "turned_down": [{"name": "inertia", "breaks": "memory", "reason": "takes only 1%"}],
+        "travel": 0.003, "travel_unit": "m",
+    },
+    "other_laws": [{"model": "guo", "holdout_nrmse": 0.01, "takes": 0.91, "takes_beside": 0.95, "floors": 3.0,
+                    "command": "mrfit discover --model guo"}],
+}  # fmt: skip
+
+
+def test_the_page_tells_effects_the_law_and_other_laws_apart(tmp_path):
+    text = discovery.render(replace(read_discovery(study(tmp_path, FOUND)), found=typed(OPEN)), "k")
+    parsed = Page(text)
+    assert not parsed.open and not parsed.unbalanced
+    assert {"tested", "laws", "confounded"} <= set(parsed.captions) == set(parsed.tables)
+    for said in (
+        "bingham lacks stiffness of the gas accumulator (gas-spring), and its law itself is off.",
+        "bingham itself errs by 5.40 % of the range, 96% of its gap: 75% of it in the 20%",
+        "of which gas-spring takes 99%",
+        "any law may have it &lt;b&gt;",
+        "mrfit discover --model guo",
+        "--fix gas-spring.k_g=9030",
+    ):
+        assert said in text, said
+    rows = {cells[0]["text"]: cells for cells in parsed.tables["tested"][1:]}
+    assert plain(rows["gas-spring"][2]["shown"][0]) == pytest.approx(99.0)
+    assert (rows["gas-spring"][6]["text"], rows["inertia"][6]["text"]) == ("yes", "no")
+    assert plain(parsed.tables["laws"][1][2]["shown"][0]) == pytest.approx(95.0)

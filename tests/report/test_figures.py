@@ -1,10 +1,10 @@
 import re
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
-from mrfit.io.schemas.fit import Fit
 from mrfit.report.figures import draw_all, drawings_of
 from mrfit.report.source import Series, read_source
 
@@ -69,9 +69,9 @@ def test_long_records_are_decimated(damper):
 
 def test_diverged_fit_is_still_drawn(damper):
     fit = read_source(damper[0], ()).fits[0]
-    rows = [m.model_copy(update={"nrmse": None, "rmse": None}) for m in fit.metrics]
-    results = [r.model_copy(update={"history": [(10.0, None)], "cost": None}) for r in fit.results]
-    lost = Fit.model_validate({**fit.model_dump(), "metrics": rows, "results": results})
+    rows = [replace(m, nrmse=None, rmse=None) for m in fit.metrics]
+    results = [replace(r, history=[(10, None)], cost=None) for r in fit.results]
+    lost = replace(fit, metrics=rows, results=results)
     time = np.arange(50) / 50.0
     one = Series(rows[0].condition, "a#0", "train", time, np.sin(time), np.full(50, np.nan), {}, 0.0)
     assert [f.title for f in draw_all(drawings_of(lost, [one]))] == ["Time history", "Residual"]
@@ -85,10 +85,10 @@ def test_best_cost_only_falls_and_that_on_thinned_data_is_a_line_of_its_own(damp
     # on thinned data the cost was lower; on all of them a point tried twice costs the same but for rounding
     history = [(10.0, None), (20.0, 5.0), (40.0, 2.0), (60.0, 3.0), (80.0, 2.5), (90.0, 2.5 + 1e-12)]
     changed = {"history": history, "preliminary": thinned}
-    results = [r.model_copy(update=changed) for r in fit.results]
+    results = [replace(r, **changed) for r in fit.results]
     drawn = []
     monkeypatch.setattr(figures, "to_svg", lambda canvas, title: drawn.append(canvas) or "<svg/>")
-    figure = figures.convergence_figure(fit.model_copy(update={"results": results}))
+    figure = figures.convergence_figure(replace(fit, results=results))
     curves = [line.get_ydata() for line in drawn[0].axes[0].lines]
     assert all(np.all(np.diff(curve) <= 0.0) for curve in curves)
     assert len(curves) == len(results) * (2 if thinned else 1)

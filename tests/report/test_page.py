@@ -1,10 +1,12 @@
 import csv
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
 
 from mrfit.io.schemas.fit import CurrentChoice
+from mrfit.io.schemas.stages import FluxFile, FluxRow, FluxSettings
 from mrfit.report.figures import draw_all, drawings_of
 from mrfit.report.page import render
 from mrfit.report.source import read_source
@@ -177,7 +179,7 @@ def test_page_tells_what_was_run_and_read(coil):
 
 def test_several_fits_are_compared(coil):
     source = read_source(coil[0], ())
-    other = source.fits[0].model_copy(update={"name": "second"})
+    other = replace(source.fits[0], name="second")
     both = type(source)([source.fits[0], other], source.series, source.ingest, source.flux, source.segments)
     figures = draw_all(drawings_of(source.fits[0], []))
     page = Page(render(both, {source.fits[0].name: figures, "second": figures}))
@@ -199,7 +201,7 @@ def test_several_fits_are_compared(coil):
 )
 def test_every_choice_of_the_user_is_on_the_page(small, settings, text):
     source = read_source(small, ())
-    source.fits[0].settings = settings
+    source.fits[0] = replace(source.fits[0], settings=settings)
     page = render(source, {source.fits[0].name: []})
     assert ("<dt>Settings</dt>" in page) == bool(text)
     assert f"<dt>Settings</dt><dd>{text}</dd>" in page or not text
@@ -209,13 +211,16 @@ def test_what_was_chosen_and_rejected_of_laws_of_current_is_on_the_page(small):
     source = read_source(small, ())
     assert "Dependence on current" not in render(source, {source.fits[0].name: []})
     told = ["law of current by the error", "fy: polynomial of order 2, 1.01; rejected plain1 4.02 <b>"]
-    source.fits[0] = source.fits[0].model_copy(update={"current_choice": CurrentChoice(text=told)})
+    source.fits[0] = replace(source.fits[0], current_choice=CurrentChoice(text=told))
     page = render(source, {source.fits[0].name: []})
     assert "<li>fy: polynomial of order 2, 1.01; rejected plain1 4.02 &lt;b&gt;</li>" in page
 
 
 def test_findings_of_the_flux_are_on_the_page(small):
     source = read_source(small, ())
-    row = {"id": "a", "action": "integrated", "resistance": 2.0}
-    source.flux.update(recordings=[row], findings=["a: bias-change: the mean of the current changes"])
+    row = FluxRow(id="a", action="integrated", resistance=2.0)
+    told = FluxFile(
+        settings=FluxSettings(), recordings=[row], findings=["a: bias-change: the mean of the current changes"]
+    )
+    source = replace(source, flux=told)
     assert "a: bias-change: the mean" in render(source, {source.fits[0].name: []})

@@ -23,8 +23,8 @@ def test_report_holds_tables_figures_and_page(coil):
     workspace, summary = coil
     files = set(contents(workspace))
     assert {"index.html", "parameters.csv", "parameters.tex", "metrics.csv", "metrics.tex", "report.json"} <= files
-    assert files == {*summary["files"], "report.json"}
-    assert (summary["fits"], summary["conditions"], summary["skipped"]) == (["boucwen-flux.pso-fmin"], 15, False)
+    assert files == {*summary.files, "report.json"}
+    assert (summary.fits, summary.conditions, summary.skipped) == (["boucwen-flux.pso-fmin"], 15, False)
 
 
 def test_every_figure_is_xml(coil, damper):
@@ -50,12 +50,12 @@ def test_nothing_is_done_when_nothing_changed_and_progress_is_told_when_it_has(s
     assert told == [("figures", k, count) for k in range(count + 1)]
     before = {p: p.stat().st_mtime_ns for p in small.report_folder.rglob("*")}
     again = run(small, Settings(), lambda what, done, total: told.append((what, done, total)))
-    assert (first["skipped"], again["skipped"], len(told)) == (False, True, count + 1)
-    assert {k: v for k, v in again.items() if k != "skipped"} == {k: v for k, v in first.items() if k != "skipped"}
+    assert (first.skipped, again.skipped, len(told)) == (False, True, count + 1)
+    assert replace(again, skipped=False) == first
     assert {p: p.stat().st_mtime_ns for p in small.report_folder.rglob("*")} == before
     path = small.fit_folder("bingham.lsq.all") / "fit.json"
     path.write_text(json.dumps({**json.loads(path.read_text()), "seed": 9}))
-    assert not run(small, Settings())["skipped"]
+    assert not run(small, Settings()).skipped
     assert "<dt>Seed</dt><dd>9</dd>" in (small.report_folder / "index.html").read_text(encoding="utf-8")
 
 
@@ -64,18 +64,18 @@ def test_every_input_and_lost_file_counts(damper, monkeypatch):
     monkeypatch.setattr(stage, "_render", lambda source, jobs, progress: {"index.html": "made anew"})
     monkeypatch.setattr(stage, "publish", lambda folder, files, summary: None)
     settings = Settings()
-    assert run(workspace, settings)["skipped"]
+    assert run(workspace, settings).skipped
     for name in ("metrics.tex", "figures/bingham.lsq.all.nrmse.svg"):
         path = workspace.report_folder / name
         kept = path.read_bytes()
         path.unlink()
-        assert not run(workspace, settings)["skipped"]
+        assert not run(workspace, settings).skipped
         path.write_bytes(kept)
     kept = workspace.ingest_json.read_bytes()
     workspace.ingest_json.write_bytes(kept + b"\n")
-    assert not run(workspace, settings)["skipped"]
+    assert not run(workspace, settings).skipped
     workspace.ingest_json.write_bytes(kept)
-    assert run(workspace, settings)["skipped"]
+    assert run(workspace, settings).skipped
 
 
 def test_figures_and_leftovers_of_older_reports_are_taken_away(tmp_path):
@@ -129,9 +129,9 @@ def test_fit_made_from_other_data_is_said_to_be(small):
         small.write_recording(Recording(recording, "", "a", "none", 1e-3, 0.0, {"force": np.zeros(3)}, {}))
     write_json(path, {**fit, "key": fit_key(fit["settings"], *small.made_from(small.read_segments()[0]))})
     said = "Made from older data: fit again"
-    assert run(small, Settings())["outdated"] == []
+    assert run(small, Settings()).outdated == []
     assert said not in (small.report_folder / "index.html").read_text(encoding="utf-8")
     segments = small.read_segments()[0]
     small.write_segments([replace(s, role="train") for s in segments[:-1]], {})
-    assert run(small, Settings())["outdated"] == ["bingham.lsq.all"]
+    assert run(small, Settings()).outdated == ["bingham.lsq.all"]
     assert said in (small.report_folder / "index.html").read_text(encoding="utf-8")

@@ -1,6 +1,8 @@
+from dataclasses import replace
+
 import pytest
 
-from mrfit.io.schemas.fit import Fit, SegmentUse
+from mrfit.io.schemas.fit import Fit, MetricRow, SegmentUse
 from mrfit.report.source import read_source
 from mrfit.report.verdict import cautions, open_directions, verdict
 
@@ -10,13 +12,13 @@ def fits(coil, damper) -> list[Fit]:
     return [read_source(workspace, ()).fits[0] for workspace, _ in (coil, damper)]
 
 
-def metric(condition: str, role: str, rmse: float | None, floor: float | None = None) -> dict[str, object]:
+def metric(condition: str, role: str, rmse: float | None, floor: float | None = None) -> MetricRow:
     nrmse = None if rmse is None else rmse / 10.0
-    return {"condition": condition, "role": role, "samples": 10, "rmse": rmse, "nrmse": nrmse, "noise_floor": floor}
+    return MetricRow(condition=condition, role=role, samples=10, rmse=rmse, nrmse=nrmse, noise_floor=floor)
 
 
-def with_metrics(fit: Fit, *rows: dict[str, object]) -> Fit:
-    return Fit.model_validate({**fit.model_dump(), "metrics": list(rows)})
+def with_metrics(fit: Fit, *rows: MetricRow) -> Fit:
+    return replace(fit, metrics=list(rows))
 
 
 def test_best_and_worst_condition_are_named_from_held_out_data(fits):
@@ -51,26 +53,28 @@ def test_divergence_is_said(fits):
 
 def test_equal_warnings_are_said_once(fits):
     found = cautions(fits[0])
-    assert [(c["kind"], c["where"], c["others"]) for c in found] == [
+    assert [(c.kind, c.where, list(c.others)) for c in found] == [
         ("not-identifiable", "all 15 conditions", []),
         ("at-bound", "all 15 conditions", []),
     ]
 
 
 def test_rarer_wordings_of_a_warning_follow_the_commonest(fits):
-    fit = fits[0].model_copy(deep=True)
-    for k, result in enumerate(fit.results):
-        kept = [result.warnings[1].model_copy(update={"text": "rho"} if k < 2 else {})] if k < 7 else []
-        result.warnings = kept
+    results = []
+    for k, result in enumerate(fits[0].results):
+        told = result.warnings[1]
+        kept = [replace(told, text="rho") if k < 2 else told] if k < 7 else []
+        results.append(replace(result, warnings=kept))
+    fit = replace(fits[0], results=results)
     (found,) = cautions(fit)
-    assert found["where"] == "7 of 15 conditions" and found["text"].startswith("n ended at a bound")
-    assert found["others"] == [("rho", "sine-1Hz-1A, sine-1Hz-2A")]
+    assert found.where == "7 of 15 conditions" and found.text.startswith("n ended at a bound")
+    assert found.others == [("rho", "sine-1Hz-1A, sine-1Hz-2A")]
 
 
 def test_joint_fit_needs_no_condition_beside_its_warning(fits):
-    fit = fits[1].model_copy(deep=True)
-    fit.results[0].warnings = fits[0].results[0].warnings
-    assert [c["where"] for c in cautions(fit)] == ["", ""]
+    only = replace(fits[1].results[0], warnings=fits[0].results[0].warnings)
+    fit = replace(fits[1], results=[only])
+    assert [c.where for c in cautions(fit)] == ["", ""]
 
 
 def test_open_directions_are_spelled_out_largest_weight_first(fits):
@@ -87,13 +91,13 @@ def test_how_the_noise_floor_was_found_is_said(fits):
         {"id": "b#1", "condition": "b", "role": "train", "noise_floor_method": "not known"},
     ]
     rows[0]["noise_floor_bounds"], rows[1]["noise_floor_bounds"] = (1.5, 3.0), (1.0, None)
-    fit = fits[1].model_copy(deep=True)
-    fit.results[0].segments = [SegmentUse(**row) for row in rows]
+    only = replace(fits[1].results[0], segments=[SegmentUse(**row) for row in rows])
+    fit = replace(fits[1], results=[only])
     said = [text for text in verdict(fit) if text.startswith("The noise floor")]
     assert said == [
         "The noise floor is by regression on the inputs in 1 segment, not known in 1 segment; it lies between 1.00 and "
         "3.00 N."
     ]
-    for segment in fit.results[0].segments:
-        segment.noise_floor_method = "cycles"
+    only = replace(only, segments=[replace(s, noise_floor_method="cycles") for s in only.segments])
+    fit = replace(fit, results=[only])
     assert not [text for text in verdict(fit) if text.startswith("The noise floor")]

@@ -13,7 +13,7 @@ from mrfit.errors import ConfigError
 from mrfit.fit.identify import build_group
 from mrfit.fit.select import read_dataset
 from mrfit.fit.stage import Settings, check, prepare
-from mrfit.io.workspace import Workspace
+from mrfit.io.workspace import Workspace, plain
 from mrfit.search.staged import kind_of, settled, stages_of, warnings
 from mrfit.simulate.assembly import assemble
 from tests.fit.hw_bench import KINDS, TRUTH, programme, write_tests
@@ -59,44 +59,44 @@ def test_samples_near_reversals_of_a_constant_speed_count_nothing(workspace: Wor
 
 
 def test_stages_and_joint_refinement_recover_what_was_planted(staged: dict[str, Any]) -> None:
-    result = staged["results"][0]
-    found = {p["name"]: p for p in result["parameters"]}
+    result = staged.results[0]
+    found = {p.name: p for p in result.parameters}
     del found["temperature.b_yield"]
-    assert all(p["identifiable"] for p in found.values())
+    assert all(p.identifiable for p in found.values())
     # poles of one filter have no order of their own
     for names in (("p1", "p2", "p3", "p4"), ("q1", "q2")):
-        poles = sorted((found[n] for n in names), key=lambda p: float(p["value"]))
+        poles = sorted((found[n] for n in names), key=lambda p: float(p.value))
         found |= dict(zip(names, poles, strict=True))
-    missed = [n for n, p in found.items() if not p["low"] <= TRUTH[n] <= p["high"]]
+    missed = [n for n, p in found.items() if not p.low <= TRUTH[n] <= p.high]
     assert len(missed) <= 1, missed
-    whole = {m["role"]: m for m in staged["metrics"] if m["condition"] == "all"}
-    assert whole["train"]["rmse"] <= 1.01 * whole["train"]["noise_floor"]
-    assert whole["holdout"]["rmse"] <= 1.02 * whole["holdout"]["noise_floor"]
+    whole = {m.role: m for m in staged.metrics if m.condition == "all"}
+    assert whole["train"].rmse <= 1.01 * whole["train"].noise_floor
+    assert whole.holdout.rmse <= 1.02 * whole.holdout.noise_floor
 
 
 def test_every_stage_says_which_segments_it_used_and_ends_near_the_noise(staged: dict[str, Any]) -> None:
-    stages = staged["results"][0]["stages"]
-    assert [s["test"] for s in stages] == list(TEST_NAMES.values())
-    assert [len(s["segments"]) for s in stages] == [9, 6, 2, 1]
-    assert stages[0]["parameters"] == ["c_pre", "c_post", "a", "b", "f0"]
-    assert all(s["cost"] <= 1.05 * 8.0 and s["evaluations"] > 0 for s in stages)
-    assert not [w for w in staged["results"][0]["warnings"] if w["kind"] == "stage-skipped"]
+    stages = staged.results[0].stages
+    assert [s.test for s in stages] == list(TEST_NAMES.values())
+    assert [len(s.segments) for s in stages] == [9, 6, 2, 1]
+    assert stages[0].parameters == ["c_pre", "c_post", "a", "b", "f0"]
+    assert all(s.cost <= 1.05 * 8.0 and s.evaluations > 0 for s in stages)
+    assert not [w for w in staged.results[0].warnings if w.kind == "stage-skipped"]
 
 
 def test_a_stage_without_its_tests_is_skipped_in_one_line_and_its_parameters_wait(tmp_path: Path) -> None:
     made = write_tests(tmp_path, programme(("sine", "step")), "hammerstein-wiener")
     fit = mrfit.fit.stage.run(made, Settings(model="hw-static+current-lag", optimizer="staged", per="all"))
-    result = fit["results"][0]
-    first, second = result["stages"]
-    assert first["segments"] == [] and "cost" not in first
-    assert second["parameters"] == ["c_pre", "c_post", "a", "b", "f0", "current-lag.tau", "current-lag.t_d"]
-    said = [w["text"] for w in result["warnings"] if w["kind"] == "stage-skipped"]
+    result = fit.results[0]
+    first, second = result.stages
+    assert first.segments == [] and "cost" not in plain(first)
+    assert second.parameters == ["c_pre", "c_post", "a", "b", "f0", "current-lag.tau", "current-lag.t_d"]
+    said = [w.text for w in result.warnings if w.kind == "stage-skipped"]
     assert len(said) == 1 and "\n" not in said[0]
     assert "static map C" in said[0] and "constant speed" in said[0]
-    assert warnings(result["stages"][1:]) == []
-    assert f"fitted with those of the {second['stage']}" in said[0]
-    alone = warnings([second, {**first, "stage": "last"}])
-    assert len(alone) == 1 and alone[0]["text"].endswith("were fitted only in the joint refinement")
+    assert warnings(result.stages[1:]) == []
+    assert f"fitted with those of the {second.stage}" in said[0]
+    alone = warnings([second, replace(first, stage="last")])
+    assert len(alone) == 1 and alone[0].text.endswith("were fitted only in the joint refinement")
 
 
 def test_models_without_stages_or_fits_per_condition_are_refused() -> None:
@@ -111,21 +111,21 @@ def test_models_without_stages_or_fits_per_condition_are_refused() -> None:
 def test_ablation_falls_out_of_the_chain(tmp_path: Path) -> None:
     made = write_tests(tmp_path, programme(("speed", "sine", "step", "road")), "hammerstein-wiener")
     settings = mrfit.compare.stage.Settings(models=CHAIN, optimizer="staged", per="all")
-    table = {m["model"]: m for m in mrfit.compare.stage.run(made, settings)["models"]}
+    table = {m.model: m for m in mrfit.compare.stage.run(made, settings).models}
     static, magnetisation, hysteresis, complete = (table[name] for name in CHAIN)
     for role in ("train_rmse", "holdout_rmse"):
         assert complete[role] < hysteresis[role] < static[role]
         assert complete[role] < magnetisation[role] < static[role]
         assert complete[role] == pytest.approx(8.0, rel=0.05)
-    assert hysteresis["holdout_rmse"] > 5 * complete["holdout_rmse"]
+    assert hysteresis.holdout_rmse > 5 * complete.holdout_rmse
 
 
 @pytest.mark.slow
 def test_stages_end_no_worse_than_a_direct_search(workspace: Workspace, staged: dict[str, Any]) -> None:
     direct = mrfit.fit.stage.run(workspace, SETTINGS)
-    assert staged["results"][0]["cost"] <= 1.0005 * direct["results"][0]["cost"]
-    evaluations = sum(s["evaluations"] for s in staged["results"][0]["stages"])
-    assert evaluations + staged["results"][0]["evaluations"] < direct["results"][0]["evaluations"]
+    assert staged.results[0].cost <= 1.0005 * direct.results[0].cost
+    evaluations = sum(s.evaluations for s in staged.results[0].stages)
+    assert evaluations + staged.results[0].evaluations < direct.results[0].evaluations
 
 
 def test_parameters_of_stages_are_those_of_the_models() -> None:

@@ -2,7 +2,9 @@
 
 import ast
 import re
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -10,6 +12,7 @@ import mrfit
 from mrfit.cli import output
 from mrfit.core import registry
 from mrfit.errors import ConfigError
+from mrfit.fit import stage as fit_stage
 from mrfit.search import chain
 from mrfit.search.auto import Auto
 from mrfit.search.chain import Chain
@@ -73,14 +76,82 @@ def test_only_starts_are_read_off_the_data_and_only_some_strategies_use_several(
     assert [n for n in specs() if find(n).many_starts] == ["auto"]
 
 
-def test_no_search_is_chosen_by_comparing_a_name() -> None:
-    for source in sorted(PACKAGE.rglob("*.py")):
-        for node in ast.walk(ast.parse(source.read_text())):
-            if isinstance(node, ast.Compare) and {"auto", "staged"} & {
-                n.value for n in ast.walk(node) if isinstance(n, ast.Constant) and isinstance(n.value, str)
-            }:
-                compared = ast.unparse(node)
-                assert "opt" not in compared and "strategy" not in compared, f"{source.name}: {compared}"
+def asked_for_by_name(tree: ast.AST) -> list[str]:
+    """Return the comparisons in a syntax tree with a strategy's or an optimizer's name.
+
+    A name is written out, or the one that a module says of itself (``staged.NAME``, ``auto.SPEC.name``). The word
+    ``auto`` is a resistance's, an order's and a hold-out's as well: it counts beside what tells of a search.
+    """
+    known, own = set(chain.names()), re.compile(r"\b(?:\w+\.)?(?:NAME|SPEC\.name)\b")
+    found = []
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.Compare, ast.Match)) or (
+            isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in STRING_TESTS
+        ):
+            inner = ast.walk(node)
+            words = {n.value for n in inner if isinstance(n, ast.Constant) and isinstance(n.value, str)} & known
+            written = ast.unparse(node)
+            of_search = re.search(r"opt|strateg|search|chain|part|step|link", written)
+            if words - {"auto"} or (words or own.search(written)) and of_search:
+                found.append(written)
+    return found
+
+
+STRING_TESTS = ("startswith", "endswith", "removeprefix", "removesuffix", "count", "index", "find", "get")
+
+
+@pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda p: p.relative_to(PACKAGE).as_posix())
+def test_no_strategy_and_no_optimizer_is_asked_for_by_its_name(path: Path) -> None:
+    assert asked_for_by_name(ast.parse(path.read_text())) == []
+
+
+@pytest.mark.parametrize(
+    ("code", "seen"),
+    [
+        ('if optimizer == "points": pass', True),
+        ("if staged.NAME in chain.parts(name): pass", True),
+        ("return [w] if optimizer == NAME else []", True),
+        ('if settings.optimizer != "auto": pass', True),
+        ('chosen = name in ("pso", "woa")', True),
+        ('if optimizer.startswith("staged"): pass', True),
+        ("match optimizer:\n    case 'lsq': pass", True),
+        ('if settings.resistance == "auto": pass', False),
+        ('SPEC = OptimizerSpec(name="points")', False),
+        ('step = Chain("multistart")', False),
+        ("if strategy.begins_with: pass", False),
+    ],
+)
+def test_a_comparison_with_a_name_is_seen_and_nothing_else(code: str, seen: bool) -> None:
+    assert bool(asked_for_by_name(ast.parse(code))) == seen
+
+
+def test_strategies_say_what_they_begin_with_and_whether_they_search() -> None:
+    assert {n for n in specs() if not find(n).searches} == {"points"} and find("points-lsq").searches
+    assert {n: find(n).begins_with for n in (*specs(), "staged-lsq") if find(n).begins_with} == {
+        "staged": "stages",
+        "staged-lsq": "stages",
+    }
+
+
+def test_a_start_of_a_plugin_is_treated_as_the_built_in_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    points = registry.load("optimizer", "points")
+    other = SimpleNamespace(SPEC=replace(points.SPEC, name="corners"), minimise=points.minimise)
+    names, load = registry.names, registry.load
+    monkeypatch.setattr(registry, "names", lambda kind: sorted([*names(kind), "corners"]))
+    monkeypatch.setattr(registry, "load", lambda kind, name: other if name == "corners" else load(kind, name))
+    assert find("corners").from_points and not find("corners").searches and find("corners-lsq").searches
+    (said,) = fit_stage._no_search_warnings(find("corners"), "corners")
+    assert said["kind"] == "no-search" and "corners-lsq searches on" in said["text"]
+    assert fit_stage._no_search_warnings(find("corners-lsq"), "corners-lsq") == []
+
+
+def test_a_strategy_refuses_what_it_cannot_be_used_for() -> None:
+    find("auto").check("bingham", "condition")
+    find("pso-lsq").check("bingham", "condition")
+    find("staged").check("hammerstein-wiener", "all")
+    for model, per, message in (("bingham", "all", "no stages"), ("hammerstein-wiener", "condition", "add --per all")):
+        with pytest.raises(ConfigError, match=f"--opt staged-lsq.*{message}"):
+            find("staged-lsq").check(model, per)
 
 
 def test_rooms_above_the_search_enter_it_by_its_one_door() -> None:

@@ -1,4 +1,5 @@
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -29,9 +30,9 @@ def test_every_log_of_a_grid_becomes_its_condition(tmp_path: Path) -> None:
     summary = run(made, Settings())
     segments, _ = made.read_segments()
     assert {s.condition for s in segments} == {f"sine-{f}Hz-{a}A" for f in (1, 5, 10) for a in (1, 3, 5)}
-    assert sum(c["role"] == "holdout" for c in summary["conditions"]) == 2
-    assert [s["id"] for s in summary["segments"]] == [s.id for s in segments]
-    assert all(r["kept"] + r["cut"] == 4000 for r in summary["recordings"])
+    assert sum(c.role == "holdout" for c in summary.conditions) == 2
+    assert [s.id for s in summary.segments] == [s.id for s in segments]
+    assert all(r.kept + r.cut == 4000 for r in summary.recordings)
 
 
 def test_hold_out_may_begin_in_time(tmp_path: Path) -> None:
@@ -40,7 +41,7 @@ def test_hold_out_may_begin_in_time(tmp_path: Path) -> None:
     train, held = made.read_segments()[0]
     assert (train.role, held.role) == ("train", "holdout")
     assert train.stop == held.start == pytest.approx(2000, abs=250) and train.cycles + held.cycles == 7
-    assert [(c["role"], c["samples"]) for c in summary["conditions"]] == [
+    assert [(c.role, c.samples) for c in summary.conditions] == [
         ("holdout", held.samples),
         ("train", train.samples),
     ]
@@ -49,10 +50,10 @@ def test_hold_out_may_begin_in_time(tmp_path: Path) -> None:
 def test_flux_is_used_where_it_was_made(tmp_path: Path) -> None:
     made = workspace(tmp_path, logs())
     mrfit.flux.stage.run(made, mrfit.flux.stage.Settings())
-    assert run(made, Settings())["skipped"] is False
-    assert run(made, Settings())["skipped"] is True
+    assert run(made, Settings()).skipped is False
+    assert run(made, Settings()).skipped is True
     mrfit.flux.stage.run(made, mrfit.flux.stage.Settings(resistance=2.1))
-    assert run(made, Settings())["skipped"] is False
+    assert run(made, Settings()).skipped is False
 
 
 def test_nothing_is_done_twice(tmp_path: Path) -> None:
@@ -60,8 +61,8 @@ def test_nothing_is_done_twice(tmp_path: Path) -> None:
     first = run(made, Settings())
     before = files_under(tmp_path)
     again = run(made, Settings())
-    assert (first.pop("skipped"), again.pop("skipped")) == (False, True)
-    assert again == first
+    assert (first.skipped, again.skipped) == (False, True)
+    assert replace(again, skipped=False) == first
     assert files_under(tmp_path) == before
 
 
@@ -90,7 +91,7 @@ def test_no_segment_anywhere_says_what_was_looked_for(tmp_path: Path) -> None:
 def test_a_log_without_a_segment_is_said_beside_others(tmp_path: Path) -> None:
     still = recording("still", 1e-3, {"current": np.zeros(2000), "voltage": np.zeros(2000)})
     summary = run(workspace(tmp_path, [*logs(), still]), Settings())
-    assert any(f.startswith("still: ") for f in summary["findings"])
+    assert any(f.startswith("still: ") for f in summary.findings)
 
 
 @pytest.mark.parametrize(
@@ -121,7 +122,7 @@ def test_a_damaged_table_is_made_again(tmp_path: Path) -> None:
     made = workspace(tmp_path, logs())
     run(made, Settings())
     made.segments_file.write_bytes(b"half")
-    assert run(made, Settings())["skipped"] is False
+    assert run(made, Settings()).skipped is False
 
 
 def test_progress_is_told_of_every_recording(tmp_path: Path) -> None:
@@ -190,4 +191,4 @@ def test_settings_that_cannot_be_read_are_not_replaced_by_defaults(tmp_path: Pat
         ):
             last_settings(made)
         made.segments_file.write_bytes(b"damaged")
-    assert run(made, Settings(holdout="none"))["skipped"] is False
+    assert run(made, Settings(holdout="none")).skipped is False

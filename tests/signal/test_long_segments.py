@@ -111,20 +111,20 @@ def test_a_long_segment_is_fitted_in_pieces_as_the_whole_is(tmp_path: Path, monk
     monkeypatch.setattr(noise, "WINDOW", 1000)
     monkeypatch.setattr(long_segments, "PIECE", 4000)
     cut = studied(tmp_path / "cut", recording)
-    assert len(whole["results"][0]["segments"]) == 2
-    assert len(cut["results"][0]["segments"]) == 14
-    values = [{p["name"]: p for p in f["results"][0]["parameters"]} for f in (whole, cut)]
+    assert len(whole.results[0].segments) == 2
+    assert len(cut.results[0].segments) == 14
+    values = [{p.name: p for p in f.results[0].parameters} for f in (whole, cut)]
     for name, one in values[0].items():
         other = values[1][name]
         # both have seen the same samples but for those about the segment's ends
-        assert abs(one["value"] - other["value"]) < 0.25 * (one["high"] - one["low"]), name
-        assert other["high"] - other["low"] == pytest.approx(one["high"] - one["low"], rel=0.3), name
-    for one, other in zip(whole["metrics"], cut["metrics"], strict=True):
-        assert (one["condition"], one["role"]) == (other["condition"], other["role"])
-        assert abs(one["samples"] - other["samples"]) <= 8
-        assert other["rmse"] == pytest.approx(one["rmse"], rel=0.01)
-        assert other["noise_floor"] == pytest.approx(one["noise_floor"], rel=0.05)
+        assert abs(one.value - other.value) < 0.25 * (one.high - one.low), name
+        assert other.high - other.low == pytest.approx(one.high - one.low, rel=0.3), name
+    for one, other in zip(whole.metrics, cut.metrics, strict=True):
+        assert (one.condition, one.role) == (other.condition, other.role)
+        assert abs(one.samples - other.samples) <= 8
+        assert other.rmse == pytest.approx(one.rmse, rel=0.01)
+        assert other.noise_floor == pytest.approx(one.noise_floor, rel=0.05)
     table = pq.read_table(tmp_path / "cut" / "work" / "fits" / "tanh.auto" / "residuals.parquet")
     train = table.filter(table.column("role").to_numpy(zero_copy_only=False) == "train")
     assert np.allclose(np.diff(train.column("time").to_numpy()), 0.001)
-    assert cut["results"][0]["warnings"] == whole["results"][0]["warnings"]
+    assert cut.results[0].warnings == whole.results[0].warnings

@@ -1,6 +1,5 @@
 """Joint fits over current: which parameters vary, where the search starts, and that planted polynomials come back."""
 
-import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,8 @@ from mrfit.core.recording import Recording
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.predict import predict
 from mrfit.fit.select import read_dataset
+from mrfit.io.schemas.fit import Fit, FitDependence
+from mrfit.io.schemas.reading import of_json
 from mrfit.io.workspace import Workspace, write_json
 from mrfit.models import bingham, boucwen, polynomial, tanh
 from mrfit.search.cube import cube_of
@@ -42,18 +43,18 @@ def fitted(workspace: Workspace, **changes: Any) -> dict[str, Any]:
 
 def test_polynomials_of_current_that_were_planted_come_back_within_their_intervals(tmp_path: Path) -> None:
     fit = fitted(a_workspace(tmp_path))
-    assert fit["current_dependence"] == {"orders": {"fy": 2, "C_inf": 1}, "low": 0.0, "high": 1.0}
-    found = {p["name"]: p for p in fit["results"][0]["parameters"]}
+    assert fit.current_dependence == FitDependence(orders={"fy": 2, "C_inf": 1}, low=0.0, high=1.0)
+    found = {p.name: p for p in fit.results[0].parameters}
     assert list(found) == list(TRUTH)
     for name, value in TRUTH.items():
-        half = (found[name]["high"] - found[name]["low"]) / 2
-        assert abs(found[name]["value"] - value) <= 2 * half, name
+        half = (found[name].high - found[name].low) / 2
+        assert abs(found[name].value - value) <= 2 * half, name
         assert 2 * half < 0.25 * value, name
-    powers = {d["name"]: d["value"] for d in fit["results"][0]["derived"]}
+    powers = {d.name: d.value for d in fit.results[0].derived}
     assert powers["fy.i1"] == pytest.approx(500.0, rel=0.05)
     assert powers["fy.i2"] == pytest.approx(400.0, rel=0.05)
-    noise = next(m for m in fit["metrics"] if m["condition"] == "all")
-    assert noise["rmse"] <= 1.05 * noise["noise_floor"]
+    noise = next(m for m in fit.metrics if m.condition == "all")
+    assert noise.rmse <= 1.05 * noise.noise_floor
 
 
 def test_a_saved_generalised_fit_predicts_a_current_it_has_not_seen(tmp_path: Path) -> None:
@@ -61,32 +62,32 @@ def test_a_saved_generalised_fit_predicts_a_current_it_has_not_seen(tmp_path: Pa
     write_json(tmp_path / "fit.json", fit)
     other = a_workspace(tmp_path / "other", levels=(0.25, 0.75))
     rows = predict(fit, read_dataset(other)).metrics
-    assert rows[-1]["role"] == "predict"
-    assert rows[-1]["rmse"] <= 1.05 * rows[-1]["noise_floor"]
+    assert rows[-1].role == "predict"
+    assert rows[-1].rmse <= 1.05 * rows[-1].noise_floor
     assert assembly_of(fit).spec.names == tuple(TRUTH)
 
 
 def test_the_first_phase_is_kept_with_the_fit(tmp_path: Path) -> None:
     fit = fitted(a_workspace(tmp_path))
-    levels = fit["results"][0]["per_current"]
+    levels = fit.results[0].per_current
     assert [level["current"] for level in levels] == pytest.approx(LEVELS, abs=1e-9)
     assert [level["fy"] for level in levels] == pytest.approx([100.0, 450.0, 1000.0], rel=0.05)
 
 
 def test_without_a_dependence_one_set_of_parameters_serves_all_currents(tmp_path: Path) -> None:
     fit = fitted(a_workspace(tmp_path), current_order="0")
-    assert fit["current_dependence"] is None
-    assert [p["name"] for p in fit["results"][0]["parameters"]] == ["fy", "C_inf", "f0"]
-    assert next(m["nrmse"] for m in fit["metrics"] if m["condition"] == "all") > 0.05
+    assert fit.current_dependence is None
+    assert [p.name for p in fit.results[0].parameters] == ["fy", "C_inf", "f0"]
+    assert next(m.nrmse for m in fit.metrics if m.condition == "all") > 0.05
 
 
 def test_bounds_and_fixed_values_of_a_parameter_go_to_all_its_nodes_or_to_one(tmp_path: Path) -> None:
     fixed = (("C_inf", 900.0), ("fy@0A", 100.0))
     fit = fitted(a_workspace(tmp_path), fixed=fixed, bounds=(("fy", 10.0, 700.0),), current_order="fy=2,C_inf=1")
-    found = {p["name"]: p for p in fit["results"][0]["parameters"]}
-    assert found["C_inf@0A"]["value"] == found["C_inf@1A"]["value"] == 900.0
-    assert found["fy@0A"]["fixed"] and not found["fy@1A"]["fixed"]
-    assert found["fy@1A"]["bound_high"] == 700.0 and found["fy@1A"]["at_bound"]
+    found = {p.name: p for p in fit.results[0].parameters}
+    assert found["C_inf@0A"].value == found["C_inf@1A"].value == 900.0
+    assert found["fy@0A"].fixed and not found["fy@1A"].fixed
+    assert found["fy@1A"].bound_high == 700.0 and found["fy@1A"].at_bound
 
 
 def test_a_fixed_parameter_does_not_vary_by_default() -> None:
@@ -141,23 +142,23 @@ def test_pieces_that_were_planted_come_back_and_predict_currents_not_seen(tmp_pa
     bench = Bench(assemble("bingham", PIECES), truth, 0.01, 3)
     workspace = write_workspace(tmp_path / "train", bench, SINES, SIX_LEVELS)
     fit = fitted(workspace, current_order="fy=1:0.5:2,C_inf=0/0.55/1")
-    assert fit["current_dependence"]["orders"] == {"fy": "1:0.5:2", "C_inf": "0/0.55/1"}
-    found = {p["name"]: p for p in fit["results"][0]["parameters"]}
+    assert fit.current_dependence.orders == {"fy": "1:0.5:2", "C_inf": "0/0.55/1"}
+    found = {p.name: p for p in fit.results[0].parameters}
     assert list(found) == [*BENT, *STEPPED, "f0"]
     for name, value in (BENT | STEPPED).items():
-        half = (found[name]["high"] - found[name]["low"]) / 2
-        assert abs(found[name]["value"] - value) <= 2 * half < 0.3 * value, name
-    powers = {d["name"]: d["value"] for d in fit["results"][0]["derived"]}
+        half = (found[name].high - found[name].low) / 2
+        assert abs(found[name].value - value) <= 2 * half < 0.3 * value, name
+    powers = {d.name: d.value for d in fit.results[0].derived}
     assert powers["fy(0..0.5A).i1"] == pytest.approx(240.0, rel=0.05)
     assert powers["fy(0.5..1.5A).i2"] == pytest.approx(-700.0, rel=0.05)
-    assert powers["C_inf(0..0.55A).i0"] == found["C_inf@0.275A"]["value"]
-    whole = next(m for m in fit["metrics"] if m["condition"] == "all")
-    assert whole["rmse"] <= 1.05 * whole["noise_floor"]
+    assert powers["C_inf(0..0.55A).i0"] == found["C_inf@0.275A"].value
+    whole = next(m for m in fit.metrics if m.condition == "all")
+    assert whole.rmse <= 1.05 * whole.noise_floor
     write_json(tmp_path / "fit.json", fit)
-    stored = json.loads((tmp_path / "fit.json").read_text())
+    stored = of_json(Fit, (tmp_path / "fit.json").read_bytes())
     assert assembly_of(stored).spec.names == tuple(found)
     other = write_workspace(tmp_path / "other", replace(bench, seed=4), SINES, (0.1, 0.6, 1.2))
-    assert (row := predict(stored, read_dataset(other)).metrics[-1])["rmse"] <= 1.05 * row["noise_floor"]
+    assert (row := predict(stored, read_dataset(other)).metrics[-1]).rmse <= 1.05 * row.noise_floor
 
 
 @pytest.mark.parametrize(
@@ -221,7 +222,7 @@ def test_a_yield_force_that_turns_negative_between_the_currents_is_said() -> Non
     # 100 N at 0, 10 at 0.5 and 400 at 1 A: a parabola with its least value at 0.31 A
     dipping, rising = np.array([100.0, 10.0, 400.0, 900.0, -5.0]), np.array([100.0, 200.0, 400.0, 900.0, -5.0])
     [warning] = sign_warnings("bingham", dependence, dipping)
-    assert warning["kind"] == "negative-between" and warning["text"].startswith("fy turns negative")
+    assert warning.kind == "negative-between" and warning.text.startswith("fy turns negative")
     assert sign_warnings("bingham+inertia", dependence, np.array([*rising, 3.0])) == []
     assert sign_warnings("bingham", CurrentDependence((("fy", "log2"),), 0.0, 1.0), dipping) == []
     assert sign_warnings("bingham", None, dipping[2:]) == []

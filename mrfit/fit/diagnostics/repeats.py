@@ -7,11 +7,11 @@ alike in all of them. Two repeats differ by the RMS of (g₁ − g₂)·ŷ + (o�
 
 from collections.abc import Sequence
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
 from mrfit.core.specs import Array
+from mrfit.io.schemas.fit import Repeats
 from mrfit.search.parts import Part
 
 # Repeats disagree where they differ by more than so many times what differs from cycle to cycle within them, and by
@@ -19,7 +19,7 @@ from mrfit.search.parts import Part
 NOISES, SHARE = 5.0, 0.1
 
 
-def repeat_rows(parts: Sequence[Part], floors: Sequence[float], simulated: Sequence[Array]) -> list[dict[str, Any]]:
+def repeat_rows(parts: Sequence[Part], floors: Sequence[float], simulated: Sequence[Array]) -> list[Repeats]:
     """Return one row per periodic condition with several training segments: how much these differ, and if they agree.
 
     Parameters
@@ -30,12 +30,6 @@ def repeat_rows(parts: Sequence[Part], floors: Sequence[float], simulated: Seque
         Noise floor of each, in the output's unit.
     simulated
         Simulated output of each, (N,).
-
-    Returns
-    -------
-    list of dict
-        ``condition``; ``segments``, how many; ``difference``, the largest of two of them, ``noise_floor`` and
-        ``moved``, the output's standard deviation, in its unit; ``agree``.
     """
     chosen = [k for k, p in enumerate(parts) if p.segment.role == "train" and p.segment.cycles]
     rows = []
@@ -55,8 +49,15 @@ def repeat_rows(parts: Sequence[Part], floors: Sequence[float], simulated: Seque
         moved = max(float(np.std(parts[k].output)) for k in members)
         floor = max(floors[k] for k in members)
         agree = not (difference > NOISES * floor and difference > SHARE * moved)
-        row = {"condition": condition, "segments": len(members), "difference": difference}
-        rows.append(row | {"noise_floor": floor, "moved": moved, "agree": agree})
+        row = Repeats(
+            condition=condition,
+            segments=len(members),
+            difference=difference,
+            noise_floor=floor,
+            moved=moved,
+            agree=agree,
+        )
+        rows.append(row)
     return rows
 
 

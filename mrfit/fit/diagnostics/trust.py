@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import asdict
-from typing import Any, Literal
 
 import numpy as np
 
@@ -15,13 +14,13 @@ from mrfit.fit.diagnostics.residual_tests import input_dependence, varies
 from mrfit.fit.diagnostics.uncertainty import analyse
 from mrfit.fit.identify import Group, linearise, weights_of
 from mrfit.fit.result import conditioning, derived_rows, parameter_rows, passivity_rows, with_intervals
+from mrfit.io.schemas.fit import Caution, DriftRow, ResidualTest, Trust
 from mrfit.search.cube import Cube
 from mrfit.search.parts import Made, Part
 from mrfit.search.problem import Posed
+from mrfit.settings.fit import Intervals as Intervals
 from mrfit.signal.drift import drift_row, drift_words, steady_drift
 from mrfit.simulate.assembly import Assembly
-
-Intervals = Literal["hac", "bootstrap", "profile"]
 
 
 def trust(
@@ -30,9 +29,12 @@ def trust(
     cube: Cube,
     point: Array,
     simulated: Sequence[Array],
-    settings: tuple[str, Intervals, np.random.Generator],
-) -> dict[str, Any]:
-    """Return everything of a result that says how far to trust it, ready for JSON.
+    *,
+    weight: str,
+    intervals: Intervals,
+    rng: np.random.Generator,
+) -> Trust:
+    """Return everything of a result that says how far to trust it.
 
     Parameters
     ----------
@@ -44,10 +46,13 @@ def trust(
         Optimum in the cube, shape (F,).
     simulated
         Output at this point for each full block.
-    settings
-        Weighting of conditions, method of the intervals, and the generator a bootstrap draws from.
+    weight
+        Weighting of conditions.
+    intervals
+        Method of the intervals.
+    rng
+        What a bootstrap draws from.
     """
-    weight, intervals, rng = settings
     linearised = linearise(group, assembly, cube, point, weight)
     uncertainty = analyse(linearised.jacobians, linearised.residuals, linearised.periods)
     parameters = parameter_rows(cube, point, uncertainty)
@@ -56,27 +61,27 @@ def trust(
     if intervals == "bootstrap":
         errors = [p.output - y for p, y in zip(group.full.parts, simulated, strict=True) if p.segment.role == "train"]
         drawn = bootstrap_intervals(folded, point, uncertainty, errors, rng)
-        known = {r["name"] for r in [*parameters, *derived] if r["identifiable"]}
+        known = {r.name for r in [*parameters, *derived] if r.identifiable}
         found = {name: interval for name, interval in drawn.items() if name in known}
         parameters, derived = with_intervals(parameters, found), with_intervals(derived, found)
     elif intervals == "profile":
         parameters = with_intervals(parameters, profile_intervals(folded, point, uncertainty, linearised))
-    readable = [d["name"] for d in derived if d["identifiable"]]
+    readable = [d.name for d in derived if d.identifiable]
     segments = group.training.segments
-    return {
-        "intervals": intervals,
-        "parameters": parameters,
-        "derived": derived,
-        "conditioning": conditioning(cube, uncertainty),
-        "identifiability": list(judge(cube, point, uncertainty, segments, readable).sentences),
-        "passivity": passivity_rows(group.full, simulated, assembly),
-        "drift": drift_rows(group.full.parts, simulated),
-        "repeats": repeat_rows(group.full.parts, [f.scale for f in group.floors], simulated),
-        "residual_tests": residual_rows(group, assembly, simulated),
-    }
+    return Trust(
+        intervals=intervals,
+        parameters=parameters,
+        derived=derived,
+        conditioning=conditioning(cube, uncertainty),
+        identifiability=list(judge(cube, point, uncertainty, segments, readable).sentences),
+        passivity=passivity_rows(group.full, simulated, assembly),
+        drift=drift_rows(group.full.parts, simulated),
+        repeats=repeat_rows(group.full.parts, [f.scale for f in group.floors], simulated),
+        residual_tests=residual_rows(group, assembly, simulated),
+    )
 
 
-def drift_rows(parts: Sequence[Part], simulated: Sequence[Array]) -> list[dict[str, Any]]:
+def drift_rows(parts: Sequence[Part], simulated: Sequence[Array]) -> list[DriftRow]:
     """Return one row per part whose residual drifts steadily: what the output's level and gain do with time."""
     rows = []
     for part, output in zip(parts, simulated, strict=True):
@@ -86,12 +91,12 @@ def drift_rows(parts: Sequence[Part], simulated: Sequence[Array]) -> list[dict[s
     return rows
 
 
-def drift_warnings(rows: Sequence[dict[str, Any]]) -> list[dict[str, str]]:
+def drift_warnings(rows: Sequence[DriftRow]) -> list[Caution]:
     """Return the warning on blocks whose residual drifts, if any."""
-    return [{"kind": "drift", "text": drift_words(rows)}] if rows else []
+    return [Caution(kind="drift", text=drift_words(rows))] if rows else []
 
 
-def residual_rows(group: Group, assembly: Assembly, simulated: Sequence[Array]) -> list[dict[str, Any]]:
+def residual_rows(group: Group, assembly: Assembly, simulated: Sequence[Array]) -> list[ResidualTest]:
     """Return one row per input of the model: how the training residual goes with it, and in which condition most."""
     pairs = [(p, y) for p, y in zip(group.full.parts, simulated, strict=True) if p.segment.role == "train"]
     residuals = Made(len(pairs), lambda k: pairs[k][0].output - pairs[k][1])
@@ -107,5 +112,5 @@ def residual_rows(group: Group, assembly: Assembly, simulated: Sequence[Array]) 
     for name, values in moving.items():
         found = input_dependence(name, values, residuals, periods, conditions, len(moving))
         if found is not None:
-            rows.append({**asdict(found), "independent": found.independent})
+            rows.append(ResidualTest(**asdict(found), independent=found.independent))
     return rows

@@ -8,7 +8,6 @@ errors over conditions.
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from mrfit.core.specs import Array, Param
 from mrfit.errors import DataError
 from mrfit.fit.laws.by_level import Law, Posing, Tests, drawn_together, tests_about
 from mrfit.fit.laws.law_search import FEWEST_LEVELS, LawSearch, State
+from mrfit.io.schemas.fit import Caution, CurrentChoice, LawChosen, LawTried, LevelError
 from mrfit.search.cube import Cube
 from mrfit.search.problem import Block, Posed
 from mrfit.search.starts import Level, level_fits, node_names
@@ -69,7 +69,7 @@ class Choice:
     dependence
         The choice, None where every parameter is constant.
     about
-        For fit.json: ``judged_by``, ``held_out`` levels with errors, ``parameters`` with what was rejected, ``text``.
+        For fit.json: how it was judged, levels with errors, parameters with what was rejected, and all in words.
     warnings
         What the number of currents cannot support.
     fits
@@ -85,8 +85,8 @@ class Choice:
     """
 
     dependence: CurrentDependence | None
-    about: dict[str, Any]
-    warnings: list[dict[str, str]]
+    about: CurrentChoice
+    warnings: list[Caution]
     fits: list[Level]
     theta: Array
     by_role: bool
@@ -194,7 +194,7 @@ def _groups(params: Sequence[Param], chosen: Sequence[int]) -> list[list[int]]:
     return [*alone, together] if together else alone
 
 
-def _about(search: LawSearch, state: State, params: Sequence[Param]) -> tuple[dict[str, Any], list[dict[str, str]]]:
+def _about(search: LawSearch, state: State, params: Sequence[Param]) -> tuple[CurrentChoice, list[Caution]]:
     """Return what fit.json and the page say of a choice, and the warnings."""
     search.score([s for g in range(len(state)) for s in search.neighbours(state, g)])
     errors, rows, currents = search.errors(state), [], search.tests.currents
@@ -207,34 +207,38 @@ def _about(search: LawSearch, state: State, params: Sequence[Param]) -> tuple[di
         )
     for group, law in enumerate(state):
         others = sorted(search.neighbours(state, group), key=lambda s: search.scores[s].total)
-        rejected = [{**_row(s[group]), "error": _mean(search.errors(s))} for s in others]
+        tried = [(s[group], _mean(search.errors(s))) for s in others]
+        rejected = [LawTried(form=_form(one), order=one.order, error=error) for one, error in tried]
         names = [params[m].name for m in search.groups[group]]
-        rows.append({"names": names, **_row(law), "error": _mean(errors), "rejected": rejected})
-        shown = ", ".join(f"{_short(r)} {_shown(r['error'])}" for r in rejected[:TOLD])
+        own = LawChosen(names=names, form=_form(law), order=law.order, error=_mean(errors), rejected=rejected)
+        rows.append(own)
+        shown = ", ".join(f"{_short(one)} {_shown(error)}" for one, error in tried[:TOLD])
         told = f"{_span(names)}: {_words(law)}, {_shown(_mean(errors))}"
         text.append(f"{told}; rejected {shown}" if shown else told)
-    about = {
-        "judged_by": "held-out currents" if search.held_out else "fitted currents",
-        "currents": currents.tolist(),
-        "errors": [
-            {"current": float(i), "error": float(e)} for i, e in zip(currents, errors, strict=True) if np.isfinite(e)
+    about = CurrentChoice(
+        judged_by="held-out currents" if search.held_out else "fitted currents",
+        currents=currents.tolist(),
+        errors=[
+            LevelError(current=float(i), error=float(e))
+            for i, e in zip(currents, errors, strict=True)
+            if np.isfinite(e)
         ],
-        "parameters": rows,
-        "text": text,
-    }
+        parameters=rows,
+        text=text,
+    )
     return about, _warnings(search, state, errors)
 
 
-def _row(law: Law) -> dict[str, Any]:
-    return {"form": law.form if law.order else "constant", "order": law.order}
+def _form(law: Law) -> str:
+    return law.form if law.order else "constant"
 
 
-def _short(row: dict[str, Any]) -> str:
+def _short(law: Law) -> str:
     """Return a law as it is written after --current-order."""
-    return f"{row['form']}{row['order']}" if row["order"] else "constant"
+    return f"{law.form}{law.order}" if law.order else "constant"
 
 
-def _warnings(search: LawSearch, state: State, errors: Array) -> list[dict[str, str]]:
+def _warnings(search: LawSearch, state: State, errors: Array) -> list[Caution]:
     currents, found = search.tests.currents, []
     at = ", ".join(f"{i:.4g} A" for i in currents)
     if not search.held_out and any(law.order for law in state):
@@ -250,7 +254,7 @@ def _warnings(search: LawSearch, state: State, errors: Array) -> list[dict[str, 
             f"leaves: a polynomial through {len(currents) - 1} other currents does not reach it; test at currents "
             "near it, or try pieces (--current-order NAME=1:BREAK:2)"
         )
-    return [{"kind": "current-levels", "text": text} for text in found]
+    return [Caution(kind="current-levels", text=text) for text in found]
 
 
 def _unmet(search: LawSearch, errors: Array) -> int | None:

@@ -1,11 +1,9 @@
 """How much memory a file may take, asked before it is unpacked and held to while a library unpacks it."""
 
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from mrfit.errors import ConfigError
 from mrfit.ingest.refusal import Passing, Refusal
 from mrfit.io.workspace import free_memory
 
@@ -13,21 +11,6 @@ SHARE = 0.5
 """Part of the free memory that one file may take unless the user says another amount."""
 COPIES = 4
 """How many times the numbers of a file are in memory, at most, while they are unpacked, sent on and used."""
-SIZES = {"": 1.0, "K": 1e3, "M": 1e6, "G": 1e9, "T": 1e12, "KI": 2.0**10, "MI": 2.0**20, "GI": 2.0**30, "TI": 2.0**40}
-
-
-def size_of(text: str) -> float:
-    """Return the bytes of a text such as ``500MB``, ``2 GB`` or ``1.5GiB``.
-
-    Raises
-    ------
-    ConfigError
-        If it is no positive size.
-    """
-    match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([KMGT]?I?)B?\s*", text, re.IGNORECASE)
-    if match is None or match[2].upper() not in SIZES or float(match[1]) == 0.0:
-        raise ConfigError(f"--max-memory takes a size such as 500MB or 2GB, not '{text}'")
-    return float(match[1]) * SIZES[match[2].upper()]
 
 
 def shown(size: float) -> str:

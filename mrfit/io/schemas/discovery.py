@@ -1,14 +1,24 @@
-"""What discovery.json holds, and what is kept of an unfinished discovery."""
+"""What discovery.json holds, which is the result of a discovery, and what is kept of an unfinished one."""
 
 from typing import Any, Self
 
-from pydantic import model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from mrfit.io.schemas.reading import Part, Stored
 
+SCHEMA = "mrfit/discovery/2"
+# The first had no examination by invariances
+EARLIER = "mrfit/discovery/1"
 
-class EffectParameter(Part):
-    """A parameter of an effect with its interval."""
+
+class Row(Part):
+    """A part of a discovery, which nobody changes."""
+
+    model_config = ConfigDict(frozen=True, populate_by_name=True)
+
+
+class EffectParameter(Row):
+    """A parameter of an effect with its 95 % interval; None where the data leave an end open."""
 
     name: str
     unit: str
@@ -17,25 +27,30 @@ class EffectParameter(Part):
     high: float | None
 
 
-class FoundEffect(Part):
-    """An effect that a discovery names."""
+class FoundEffect(Row):
+    """An effect that a discovery names, those it looks like in these data, and the errors without and with it."""
 
     name: str
-    parameters: list[EffectParameter]
+    parameters: tuple[EffectParameter, ...]
+    aliases: tuple[str, ...] = ()
     holdout_nrmse_before: float | None
     holdout_nrmse_after: float | None
 
 
-class Suspect(Part):
-    """An effect that a discovery does not name, and what it would take of the gap."""
+class Suspect(Row):
+    """An effect that a discovery does not name, and what it would take of the gap.
+
+    ``instead_of`` is the effect in whose place it would stand, where that was taken back too.
+    """
 
     name: str
-    parameters: list[EffectParameter]
+    parameters: tuple[EffectParameter, ...]
     holdout_nrmse_after: float | None
     closed: float | None = None
+    instead_of: str = ""
 
 
-class Where(Part):
+class Where(Row):
     """A region with its shares of the squared error and of the samples."""
 
     region: str
@@ -43,8 +58,8 @@ class Where(Part):
     share_of_samples: float
 
 
-class Gap(Part):
-    """Noise floor and errors as shares of the output's range."""
+class Gap(Row):
+    """Noise floor and errors as shares of the output's range, and the share of the gap closed."""
 
     noise_floor: float | None
     before: float | None
@@ -52,30 +67,40 @@ class Gap(Part):
     closed: float | None
 
 
-class Unexplained(Part):
-    """What is left of the gap."""
+class Drifting(Row):
+    """A record that drifts steadily, at rates in the output's unit and as a share per second, or an effect follows."""
 
-    share_of_gap: float | None
-    where: list[Where] = []
-    text: list[str] = []
-    looks_text: str = ""
+    condition: str
+    segment: str
+    level_rate: float = 0.0
+    gain_rate: float = 0.0
+    follows: str = ""
+    rate: float = 0.0
 
 
-class Candidate(Part):
+class Candidate(Row):
     """What became of an effect of the library."""
 
     name: str
     screen: float
+    strength: float = 0.0
     holdout_gain: float | None
     accepted: bool
     reason: str
 
 
-class Cosines(Part):
+class Pair(Row):
+    """Two effects that look alike in these data, and the cosine between what they do."""
+
+    pair: tuple[str, str]
+    cosine: float
+
+
+class Cosines(Row):
     """Cosines between what effects do, a square matrix."""
 
-    names: list[str]
-    matrix: list[list[float]]
+    names: tuple[str, ...]
+    matrix: tuple[tuple[float, ...], ...]
     alike: float = 1.0
 
     @model_validator(mode="after")
@@ -86,45 +111,244 @@ class Cosines(Part):
         return self
 
 
-class SegmentFloor(Part):
+class Look(Row):
+    """Shares of the squared hold-out error that shapes over a channel predict; negative where that is nothing."""
+
+    over: str
+    curve: float
+    loop: float
+    since_it_turned: float = Field(alias="since it turned")
+
+
+class Unexplained(Row):
+    """What is left of the gap."""
+
+    share_of_gap: float | None
+    predictable: float | None = None
+    where: tuple[Where, ...] = ()
+    text: tuple[str, ...] = ()
+    looks: tuple[Look, ...] = ()
+    looks_text: str = ""
+
+
+class SegmentFloor(Row):
     """A segment of a discovery with its noise floor."""
 
     id: str
     condition: str
     role: str
     noise_floor: float | None = None
+    noise_floor_method: str = ""
+    noise_floor_bounds: tuple[float | None, float | None] = (None, None)
 
 
-class DiscoveryDependence(Part):
+class DiscoveryDependence(Row):
     """How the base's parameters depend on current."""
 
-    orders: list[tuple[str, int | str]]
+    orders: tuple[tuple[str, int | str], ...]
     low: float
     high: float
 
 
-class DiscoveryFile(Stored):
-    """Content of discovery.json."""
+class LawPlace(Row):
+    """A part of the samples, of travel since a reversal, speed or current, and the share of the law's error in it."""
 
-    known = ("mrfit/discovery/1",)
+    over: str
+    low: float
+    high: float
+    unit: str
+    share_of_error: float
+    share_of_samples: float
+
+
+class LawGap(Row):
+    """How far the base's law itself is off, effects put aside.
+
+    Attributes
+    ----------
+    error
+        RMS error over the output's range.
+    share, effects, rest
+        Shares of the base's squared error beyond noise: the law's, that of the effects named, and what neither makes.
+    left
+        RMS error that no law and no effect named makes, over the output's range.
+    taken
+        Share that the effects named take of the squared error that no law makes.
+    where, text, looks
+        Where it lies, the same in words, and how it looks.
+    """
+
+    error: float
+    share: float
+    effects: float
+    rest: float
+    left: float
+    taken: float
+    where: tuple[LawPlace, ...] = ()
+    text: tuple[str, ...] = ()
+    looks: str = ""
+
+
+class Confounded(Row):
+    """An effect that the law could imitate on these data, why, and the test that would separate them."""
+
+    name: str
+    reason: str
+    test: str
+
+
+class Standing(Row):
+    """How clearly an effect shows beside the best law; see ``mrfit.discover.invariance.findings``."""
+
+    share: float
+    kept: float
+    held: float
+    size: float
+    z: float
+    left: float
+    improved: float
+
+
+class InvariantEffect(Row):
+    """An effect that stands whatever the law is, as long as the law keeps what ``tier`` says, or why it does not."""
+
+    name: str
+    breaks: str
+    tier: str = ""
+    parameters: tuple[EffectParameter, ...] = ()
+    force: EffectParameter | None = None
+    standing: Standing | None = None
+    one_of: tuple[str, ...] = ()
+    reason: str = ""
+
+
+class BrokenInvariance(Row):
+    """An invariance that is broken by something that no effect of the library describes."""
+
+    invariance: str
+    share: float
+    kept: float
+    size: float
+
+
+class Examination(Row):
+    """What was found whatever the law is.
+
+    Attributes
+    ----------
+    not_applicable
+        Why nothing was examined; empty otherwise.
+    named, turned_down
+        Effects that stand, and those that were tested and do not.
+    broken
+        Invariances broken by something without a name.
+    travel, travel_unit, time
+        Horizon of travel and time (s) within which a law was let remember.
+    base, law, after, noise
+        RMS errors over the output's range: of the base, of the best law, with the effects named, and noise.
+    """
+
+    not_applicable: str = ""
+    named: tuple[InvariantEffect, ...] = ()
+    turned_down: tuple[InvariantEffect, ...] = ()
+    broken: tuple[BrokenInvariance, ...] = ()
+    travel: float = 0.0
+    travel_unit: str = ""
+    time: float = 0.0
+    base: float | None = None
+    law: float = 0.0
+    after: float = 0.0
+    noise: float = 0.0
+
+
+class Way(Row):
+    """What one way of discovery says on its own."""
+
+    verdict: str
+    effects: tuple[str, ...] = ()
+    ambiguous_set: tuple[str, ...] = ()
+
+
+class Ways(Row):
+    """Whether the base taken as exact and the invariances agree, and how they differ."""
+
+    exact_base: Way
+    invariances: Way
+    agree: bool
+    difference: str = ""
+
+
+class OtherLaw(Row):
+    """Another base and the share of the gap that it takes on held-out conditions, and where the effects are held.
+
+    Attributes
+    ----------
+    model
+        Its name.
+    holdout_nrmse
+        Its error on held-out conditions.
+    takes, takes_beside
+        Share of the base's gap it takes, alone and with the effects named held at their values; None without effects.
+    floors
+        Its error, effects held, in multiples of the noise floor; None where that is not known.
+    near_the_floor
+        Whether that is so little that it may be taken as exact.
+    command
+        That looks for what this law lacks.
+    """
+
+    model: str
+    holdout_nrmse: float | None
+    takes: float
+    takes_beside: float | None = None
+    floors: float | None = None
+    near_the_floor: bool = False
+    command: str
+
+
+class OtherBase(Row):
+    """What another law lacks that errs so little that it was taken as exact."""
+
+    model: str
+    verdict: str
+    effects: tuple[FoundEffect, ...] = ()
+    ambiguous_set: tuple[str, ...] = ()
+    gap: Gap
+
+
+class DiscoveryFile(Stored):
+    """Content of discovery.json, the result of a discovery."""
+
+    model_config = ConfigDict(frozen=True)
+    known = (SCHEMA, EARLIER)
     base_model: str
     verdict: str
-    effects: list[FoundEffect]
-    ambiguous_set: list[str]
-    suspects: list[Suspect] = []
-    advice: list[str]
-    where: list[Where]
-    where_text: list[str] = []
-    beyond_training: list[str] = []
+    effects: tuple[FoundEffect, ...]
+    ambiguous_set: tuple[str, ...]
+    suspects: tuple[Suspect, ...] = ()
+    advice: tuple[str, ...]
+    where: tuple[Where, ...]
+    where_text: tuple[str, ...] = ()
+    beyond_training: tuple[str, ...] = ()
     gap: Gap
-    candidates: list[Candidate]
+    drift: tuple[Drifting, ...] = ()
+    candidates: tuple[Candidate, ...]
+    confusable: tuple[Pair, ...] = ()
     cosines: Cosines | None = None
     unexplained: Unexplained
+    law_gap: LawGap | None = None
+    confounded: tuple[Confounded, ...] = ()
+    invariance: Examination | None = None
+    ways: Ways | None = None
+    other_laws: tuple[OtherLaw, ...] = ()
+    other_base: OtherBase | None = None
     augmented_model: str
-    segments: list[SegmentFloor] = []
-    current_dependence: DiscoveryDependence | None = None
+    held: tuple[tuple[str, float], ...] = ()
+    segments: tuple[SegmentFloor, ...] = ()
     seed: int
     data_sha256: str
+    current_dependence: DiscoveryDependence | None = None
+    current_choice: dict[str, Any] | None = None
     key: str
     code: str = ""
     settings: dict[str, Any] = {}
@@ -136,10 +360,15 @@ class DiscoveryFile(Stored):
             raise ValueError("gap: no errors for this verdict")
         known = {s.name for s in self.suspects}
         for suspect in self.suspects:
-            other = (suspect.model_extra or {}).get("instead_of")
-            if "instead_of" in (suspect.model_extra or {}) and (not isinstance(other, str) or other not in known):
+            if "instead_of" in suspect.model_fields_set and suspect.instead_of not in known:
+                other = suspect.instead_of
                 raise ValueError(f"suspects: '{other}', instead of which '{suspect.name}' may stand, is none of them")
         return self
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the file's content as JSON has it, without what was never set."""
+        whole = self.model_dump(mode="json", by_alias=True, exclude_unset=True)
+        return {"schema": whole.pop("schema", SCHEMA), **whole}
 
 
 class PartialPoint(Part):

@@ -1,29 +1,34 @@
-"""What fit.json holds, and what is kept of an unfinished fit."""
+"""What a fit comes to, as fit.json holds it, and what is kept of an unfinished fit."""
 
 import json
-from typing import Any, Literal, Self
+from collections.abc import Collection
+from dataclasses import dataclass, field
+from typing import Any, ClassVar, Literal, Self
 
 from pydantic import field_validator, model_validator
 
 from mrfit.core.channels import unit_of
-from mrfit.io.schemas.reading import Part, Stored
+from mrfit.io.schemas.reading import Document, Entry, Number, of_json, told
 from mrfit.io.schemas.stages import FluxSettings, SegmentSettings
 
+FIT = "mrfit/fit/1"
 
-class Quantity(Part):
+
+@dataclass(frozen=True, kw_only=True)
+class Quantity(Entry):
     """A parameter or derived quantity; ``low`` to ``high`` is its 95 % interval, None where the data leave it open."""
 
     name: str
-    value: float
+    value: Number
     unit: str = ""
-    low: float | None = None
-    high: float | None = None
-    bound_low: float | None = None
-    bound_high: float | None = None
+    text: str = ""
+    low: Number | None = None
+    high: Number | None = None
+    bound_low: Number | None = None
+    bound_high: Number | None = None
     at_bound: bool = False
     identifiable: bool = True
     fixed: bool = False
-    text: str = ""
 
     @property
     def bound(self) -> float | None:
@@ -34,31 +39,37 @@ class Quantity(Part):
         return self.bound_low if nearer_low else self.bound_high
 
 
-class Conditioning(Part):
+@dataclass(frozen=True, kw_only=True)
+class Conditioning(Entry):
     """How many directions of the parameter space the data determine, and the ones they do not."""
 
     rank: int
     parameters: int
-    null_directions: list[dict[str, float]] = []
+    singular_values: list[float | None] = field(default_factory=list)
+    null_directions: list[dict[str, float]] = field(default_factory=list)
 
 
-class Passivity(Part):
+@dataclass(frozen=True, kw_only=True)
+class Passivity(Entry):
     """Work per cycle taken in by the model on one periodic segment."""
 
     condition: str
+    role: str = ""
     loop_area: float | None
     unit: str = "J"
     passive: bool
 
 
-class Caution(Part):
+@dataclass(frozen=True, kw_only=True)
+class Caution(Entry):
     """A reason to distrust a result."""
 
     kind: str
     text: str
 
 
-class SegmentUse(Part):
+@dataclass(frozen=True, kw_only=True)
+class SegmentUse(Entry):
     """How a segment entered a fit."""
 
     id: str
@@ -71,7 +82,8 @@ class SegmentUse(Part):
     noise_floor_bounds: tuple[float | None, float | None] = (None, None)
 
 
-class Level(Part):
+@dataclass(frozen=True, kw_only=True)
+class Level(Entry):
     """The test condition of a result, None where it is not known."""
 
     frequency: float | None = None
@@ -79,43 +91,179 @@ class Level(Part):
     current: float | None = None
 
 
-class SearchStage(Part):
-    """A stage of a staged search."""
+@dataclass(frozen=True, kw_only=True)
+class SearchStage(Entry):
+    """A stage of a staged search; without tests of its kind it has neither cost nor evaluations."""
 
     stage: str
-    segments: list[str] = []
-    cost: float = 0.0
+    test: str = ""
+    segments: list[str] = field(default_factory=list)
+    parameters: list[str] = field(default_factory=list)
+    cost: float | None = None
+    evaluations: int | None = None
+
+    @property
+    def absent(self) -> Collection[str]:
+        """What a stage without tests does not have."""
+        return () if self.evaluations is not None else ("cost", "evaluations")
 
 
-class Result(Part):
-    """One set of parameters and the search that found it."""
+@dataclass(frozen=True, kw_only=True)
+class DriftRow(Entry):
+    """A steady drift of a record: range of level and gain over its duration, or what would follow an effect."""
 
     condition: str
-    conditions: list[str] = []
-    at: Level = Level()
+    segment: str = ""
+    level_rate: float = 0.0
+    gain_rate: float = 0.0
+    follows: str = ""
+    rate: float = 0.0
+
+    @property
+    def absent(self) -> Collection[str]:
+        """The effect that the drift would follow, and its rate, where there is none."""
+        return () if self.follows else ("follows", "rate")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Repeats(Entry):
+    """How much the training segments of one condition differ.
+
+    Attributes
+    ----------
+    condition, segments
+        Its name, and how many there are.
+    difference, noise_floor, moved
+        The largest of two of them, its noise floor, and the output's standard deviation, in the output's unit.
+    agree
+        Whether one set of parameters can follow them all.
+    """
+
+    condition: str
+    segments: int
+    difference: float
+    noise_floor: float
+    moved: float
+    agree: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class ResidualTest(Entry):
+    """How the residual goes with one input, see ``mrfit.fit.diagnostics.residual_tests.Dependence``."""
+
+    channel: str
+    condition: str
+    correlation: float
+    lag: int
+    limit: float
+    dependent: int
+    conditions: int
+    independent: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class FoundPoint(Entry):
+    """What a search found, as it is kept until the whole fit is written.
+
+    Attributes
+    ----------
+    point, cost
+        Optimum in the unit cube and its cost.
+    evaluations, budget, budget_spent, out_of_time, stopped
+        Points simulated, and allowed; whether these or the time ended the search; why it ended, in words.
+    nonfinite, first_nonfinite
+        Points without a finite output, and the first of them by parameter.
+    history, preliminary
+        Best cost after so many evaluations, and how many of these steps are costs of another problem.
+    starts, agreeing
+        Costs at which several starts ended, and how many of them at the best.
+    stages
+        Of a staged search.
+    per_current
+        What a first phase found at each current: ``current``, ``cost`` and the parameters.
+    """
+
+    point: list[float]
+    cost: float
+    evaluations: int
+    budget: int | None
+    budget_spent: bool
+    out_of_time: bool
+    stopped: str
+    nonfinite: int
+    first_nonfinite: dict[str, float | None] | None
+    history: list[tuple[int, float | None]]
+    preliminary: int = 0
+    starts: list[float | None] | None
+    agreeing: int
+    stages: list[SearchStage]
+    per_current: list[dict[str, float | None]] | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trust(Entry):
+    """Everything of a result that says how far to trust it.
+
+    Attributes
+    ----------
+    intervals
+        Method of the intervals.
+    parameters, derived
+        With their intervals.
+    conditioning, identifiability
+        What the data determine, in numbers and in words.
+    passivity, drift, repeats, residual_tests
+        What the residual still holds.
+    """
+
+    intervals: str = "hac"
+    parameters: list[Quantity]
+    derived: list[Quantity] = field(default_factory=list)
+    conditioning: Conditioning | None = None
+    identifiability: list[str] = field(default_factory=list)
+    passivity: list[Passivity] = field(default_factory=list)
+    drift: list[DriftRow] = field(default_factory=list)
+    repeats: list[Repeats] = field(default_factory=list)
+    residual_tests: list[ResidualTest] = field(default_factory=list)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SearchEnd(Entry):
+    """Where and how the search for one set of parameters ended; attributes as in ``FoundPoint``."""
+
+    condition: str
+    conditions: list[str] = field(default_factory=list)
+    at: Level = field(default_factory=Level)
     cost: float | None = None
     evaluations: int
     budget: int | None = None
+    budget_spent: bool = False
+    out_of_time: bool = False
     stopped: str = ""
     nonfinite: int = 0
-    history: list[tuple[float, float | None]] = []
+    history: list[tuple[int, float | None]] = field(default_factory=list)
     preliminary: int = 0
     starts: list[float | None] | None = None
-    parameters: list[Quantity]
-    derived: list[Quantity] = []
-    conditioning: Conditioning | None = None
-    identifiability: list[str] = []
-    passivity: list[Passivity] = []
-    warnings: list[Caution] = []
-    segments: list[SegmentUse] = []
-    stages: list[SearchStage] = []
+    agreeing: int = 0
+    first_nonfinite: dict[str, float | None] | None = None
+    per_current: list[dict[str, float | None]] | None = None
+    stages: list[SearchStage] = field(default_factory=list)
 
 
-class MetricRow(Part):
-    """Errors of one condition and role, or of all conditions of a role; None where a measure is undefined."""
+@dataclass(frozen=True, kw_only=True)
+class Result(Trust, SearchEnd):
+    """One set of parameters, the search that found it, and how far to trust it."""
+
+    segments: list[SegmentUse] = field(default_factory=list)
+    warnings: list[Caution] = field(default_factory=list)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MetricRow(Entry):
+    """Errors of one condition and role, or of all conditions of a role; None or nan where a measure is undefined."""
 
     condition: str
-    role: Literal["train", "holdout"]
+    role: Literal["train", "holdout", "predict"]
     samples: int
     rmse: float | None = None
     mse: float | None = None
@@ -135,21 +283,56 @@ class MetricRow(Part):
         return self.noise_floor * self.nrmse / self.rmse
 
 
-class Changes(Part):
+@dataclass(frozen=True, kw_only=True)
+class Changes(Entry):
     """The user's changes to a model's own bounds, start values and fixed parameters, in the settings of a fit."""
 
-    bounds: list[tuple[str, float, float]] = []
-    start: list[tuple[str, float]] = []
-    fixed: list[tuple[str, float]] = []
+    bounds: list[tuple[str, float, float]] = field(default_factory=list)
+    start: list[tuple[str, float]] = field(default_factory=list)
+    fixed: list[tuple[str, float]] = field(default_factory=list)
 
 
-class CurrentChoice(Part):
-    """How parameters were made to depend on current, in words: how it was judged, then parameter by parameter."""
+@dataclass(frozen=True, kw_only=True)
+class LevelError(Entry):
+    """Error at a current, as a multiple of what a fit to it alone leaves."""
 
-    text: list[str] = []
+    current: float
+    error: float | None
 
 
-class FitDependence(Part):
+@dataclass(frozen=True, kw_only=True)
+class LawTried(Entry):
+    """A law of current and its mean error; ``form`` is ``constant``, or what stands before the order."""
+
+    form: str
+    order: int
+    error: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class LawChosen(Entry):
+    """The law of current of parameters that vary alike, with what was rejected, the nearest first."""
+
+    names: list[str]
+    form: str
+    order: int
+    error: float | None
+    rejected: list[LawTried]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CurrentChoice(Entry):
+    """How parameters were made to depend on current: how it was judged, then parameter by parameter, and in words."""
+
+    judged_by: str = ""
+    currents: list[float] = field(default_factory=list)
+    errors: list[LevelError] = field(default_factory=list)
+    parameters: list[LawChosen] = field(default_factory=list)
+    text: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitDependence(Entry):
     """How a fit's parameters depend on current: an order by parameter, between two currents in A."""
 
     orders: dict[str, int | str]
@@ -157,10 +340,12 @@ class FitDependence(Part):
     high: float
 
 
-class Fit(Stored):
-    """Content of fit.json."""
+@dataclass(frozen=True, kw_only=True)
+class Fit(Document):
+    """What a fit came to, the content of fit.json; ``skipped``: whether it was there already."""
 
-    known = ("mrfit/fit/1",)
+    known: ClassVar = (FIT,)
+    schema: str = FIT
     name: str
     model: str
     optimizer: str
@@ -169,23 +354,24 @@ class Fit(Stored):
     key: str = ""
     code: str = ""
     data_sha256: str = ""
-    versions: dict[str, str] = {}
-    settings: dict[str, Any] = {}
+    versions: dict[str, str] = field(default_factory=dict)
+    settings: dict[str, Any] = field(default_factory=dict)
     current_dependence: FitDependence | None = None
     current_choice: CurrentChoice | None = None
     output: str
-    inputs: list[str] = []
+    inputs: list[str] = field(default_factory=list)
     equation: str = ""
     reference: str = ""
     results: list[Result]
     metrics: list[MetricRow]
-    warnings: list[Caution] = []
+    warnings: list[Caution] = field(default_factory=list)
+    skipped: bool = told(False)
 
     @field_validator("settings")
     @classmethod
-    def _changes(cls, settings: dict[str, Any]) -> dict[str, Any]:
+    def _changes(cls, settings: object) -> object:
         # as JSON, whose lists may be tuples
-        Changes.model_validate_json(json.dumps(settings))
+        of_json(Changes, json.dumps(settings))
         return settings
 
     @model_validator(mode="after")
@@ -208,33 +394,17 @@ class Fit(Stored):
         return next((m for m in self.metrics if m.role == role and m.condition == "all"), None)
 
 
-class FoundPoint(Part):
-    """What a search found, as it is kept until the whole fit is written."""
-
-    point: list[float]
-    cost: float
-    evaluations: int
-    budget: int | None
-    budget_spent: bool
-    out_of_time: bool
-    stopped: str
-    nonfinite: int
-    history: list[tuple[float, float | None]]
-    starts: list[float | None] | None
-    agreeing: int
-    first_nonfinite: dict[str, Any] | list[Any] | str | None
-    per_current: list[Any] | dict[str, Any] | None
-    stages: list[SearchStage]
-
-
-class PartialFit(Stored):
+@dataclass(frozen=True, kw_only=True)
+class PartialFit(Document):
     """A finished search of an unfinished fit."""
 
     key: str
+    condition: str = ""
     found: FoundPoint
 
 
-class FitPreparation(Part):
+@dataclass(frozen=True, kw_only=True)
+class FitPreparation(Entry):
     """How the recordings of a fit were prepared, and the coil resistance in Ω by which their flux was found."""
 
     flux: FluxSettings
@@ -242,6 +412,7 @@ class FitPreparation(Part):
     resistance: float | None = None
 
 
+@dataclass(frozen=True, kw_only=True)
 class SavedFit(Fit):
     """Content of a fit saved by itself: fit.json, and what other logs need that it is to predict."""
 

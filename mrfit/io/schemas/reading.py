@@ -1,16 +1,19 @@
 """The one place that reads the JSON of a workspace, which anyone may have edited.
 
-A file is checked as a whole as it is read, so that no later code meets a value of a wrong type. What a model does not
-name is let through; what a file leaves out has the model's default, or is a fault.
+A file is checked as a whole as it is read, so that no later code meets a value of a wrong type. What a document does
+not name is passed over; what a file leaves out has the document's default, or is a fault. ``mrfit.io.workspace.plain``
+is the way back: documents to what JSON can hold.
 """
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, fields
+from functools import cache
 from pathlib import Path
 from typing import Any, ClassVar, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
 
 from mrfit.errors import DataError
 from mrfit.io.faults import plain_fault
@@ -33,7 +36,67 @@ class Stored(Part):
         return cls.model_validate_json(json.dumps(dict(content)))
 
 
-File = TypeVar("File", bound=Stored)
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """A part of a document, whose fields are the keys of its JSON, in their order.
+
+    It is checked where it is read, not where it is made: what a stage computes may be an array's element or not finite,
+    which JSON has as a plain number or null.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(strict=True, extra="ignore", allow_inf_nan=False)
+
+    @property
+    def absent(self) -> Collection[str]:
+        """Fields that its JSON leaves out."""
+        return ()
+
+    def written(self, told: bool = False) -> list[str]:
+        """Return the fields that its file has; those besides that a command tells, where ``told``."""
+        absent = self.absent
+        return [f.name for f in fields(self) if f.name not in absent and (told or not f.metadata.get("told"))]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Document(Entry):
+    """What a stage came to, and its file; ``known`` lists the schemas that can be read, where the file names one."""
+
+    known: ClassVar[tuple[str, ...]] = ()
+
+
+def told(default: Any) -> Any:
+    """Return a field that a command tells of a run and no file holds; a function gives a default of its own to each."""
+    made: dict[str, Any] = {"default_factory": default} if callable(default) else {"default": default}
+    return field(**made, metadata={"told": True})
+
+
+# A number that is written as it was given: 1 and 1.0 stay what they are
+Number = int | float
+File = TypeVar("File", bound=Stored | Document)
+Kind = TypeVar("Kind")
+
+
+@cache
+def _adapter(kind: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(kind)
+
+
+def of_json(kind: type[Kind], text: str | bytes) -> Kind:
+    """Return what JSON says, checked.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        If a value is missing or of a wrong type.
+    """
+    found: Kind = _adapter(kind).validate_json(text)  # type: ignore[arg-type]
+    return found
+
+
+def of_row(kind: type[Kind], row: Mapping[str, object]) -> Kind:
+    """Return what a row of a table says, checked as ``of_json`` does."""
+    # in JSON, of which strict reading makes documents
+    return of_json(kind, json.dumps(dict(row), default=str))
 
 
 class UnknownSchema(DataError):
@@ -49,9 +112,9 @@ def parsed(path: Path, text: str | bytes, kind: type[File], remedy: str) -> File
         If it is of an unknown schema, no JSON, or a value is missing or of a wrong type; the message names the file
         and the value, and ends with ``remedy``.
     """
-    _check_schema(path, text, kind)
+    _check_schema(path, text, kind.known)
     try:
-        return kind.model_validate_json(text)
+        return of_json(kind, text)
     except ValidationError as error:
         raise DataError(f"{path}: damaged, or another mrfit's: {plain_fault(error)}; {remedy}") from error
 
@@ -80,7 +143,7 @@ def content(path: Path, kind: type[Stored], remedy: str) -> dict[str, Any] | Non
 
 def as_json(text: str | bytes, whole: Stored) -> dict[str, Any]:
     """Return a checked file as lists and dictionaries, in its own order, with the defaults of what it leaves out."""
-    return dict(_with_defaults(json.loads(text), whole.model_dump(mode="json")))
+    return dict(_with_defaults(json.loads(text), whole.model_dump(mode="json", by_alias=True)))
 
 
 def _with_defaults(own: Any, full: Any) -> Any:
@@ -89,6 +152,25 @@ def _with_defaults(own: Any, full: Any) -> Any:
     if isinstance(own, list) and isinstance(full, list):
         return [_with_defaults(a, b) for a, b in zip(own, full, strict=True)]
     return own
+
+
+def reusable(path: Path, kind: type[File]) -> File | None:
+    """Return what an earlier run of a command made; None where it is not there or damaged, so that it is made again.
+
+    Raises
+    ------
+    UnknownSchema
+        It may be of a later mrfit and worth more than what this one would make.
+    """
+    try:
+        text = path.read_bytes()
+    except OSError:
+        return None
+    _check_schema(path, text, kind.known)
+    try:
+        return of_json(kind, text)
+    except ValidationError:
+        return None
 
 
 def made(path: Path, kind: type[Stored]) -> dict[str, Any] | None:
@@ -103,22 +185,22 @@ def made(path: Path, kind: type[Stored]) -> dict[str, Any] | None:
         text = path.read_bytes()
     except OSError:
         return None
-    _check_schema(path, text, kind)
+    _check_schema(path, text, kind.known)
     try:
         return as_json(text, kind.model_validate_json(text))
     except ValidationError:
         return None
 
 
-def _check_schema(path: Path, text: str | bytes, kind: type[Stored]) -> None:
+def _check_schema(path: Path, text: str | bytes, known: tuple[str, ...]) -> None:
     try:
         whole = json.loads(text)
     except (ValueError, RecursionError):
         return  # said by pydantic
     named = whole.get("schema") if isinstance(whole, Mapping) else None
-    if kind.known and named is not None and named not in kind.known:
+    if known and named is not None and named not in known:
         shown = re.sub(r"\s+", " ", str(named))[:60]
         raise UnknownSchema(
-            f"{path}: of the schema '{shown}', which this mrfit does not know (it reads {', '.join(kind.known)}); use "
+            f"{path}: of the schema '{shown}', which this mrfit does not know (it reads {', '.join(known)}); use "
             "the mrfit that wrote it, or another --work folder"
         )

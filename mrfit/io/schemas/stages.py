@@ -1,20 +1,26 @@
-"""What ingest.json, flux.json, segments.parquet, report.json and the metadata of recordings hold."""
+"""What ingest, flux, segment and report come to, as ingest.json and others hold it, and what is said of a recording."""
 
-from typing import Annotated, Any, Literal, Self
+from collections.abc import Collection
+from dataclasses import dataclass, field, fields
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
-from mrfit.io.schemas.reading import Part, Stored
+from mrfit.core.recording import Recording
+from mrfit.io.schemas.reading import Document, Entry, Number, told
 
 INGEST = "mrfit/ingest/1"
 FLUX = "mrfit/flux/1"
 SEGMENTS = "mrfit/segments/1"
 RECORDING = "mrfit/recording/1"
+REPORT = "mrfit/report/1"
 # Ids name files and are never paths
 Identifier = Annotated[str, Field(pattern=r"^[A-Za-z0-9_][A-Za-z0-9._-]*$")]
+FORBIDDING = ConfigDict(strict=True, extra="forbid", allow_inf_nan=False)
 
 
-class FoundOddity(Part):
+@dataclass(frozen=True, kw_only=True)
+class FoundOddity(Entry):
     """A finding of ingest."""
 
     kind: str
@@ -23,7 +29,8 @@ class FoundOddity(Part):
     text: str
 
 
-class StoredChannel(Part):
+@dataclass(frozen=True, kw_only=True)
+class StoredChannel(Entry):
     """A channel of a recording."""
 
     name: str
@@ -31,66 +38,133 @@ class StoredChannel(Part):
     column: int | None
 
 
-class About(Stored):
-    """All that is kept of a recording beside its samples."""
+@dataclass(frozen=True, kw_only=True)
+class About(Document):
+    """All that is kept of a recording beside its samples; its own file has the schema before it."""
 
-    known = (RECORDING,)
+    known: ClassVar = (RECORDING,)
     id: Identifier
     source: str
     sha256: str
     reader: str
     rows_kept: int
     rows_refused: int
-    dt: float = Field(gt=0.0)
+    dt: Annotated[float, Field(gt=0.0)]
     start: float
     channels: list[StoredChannel]
     condition: dict[str, float | None]
-    wording: dict[str, str] = {}
+    wording: dict[str, str] = field(default_factory=dict)
     findings: list[FoundOddity]
     history: list[str]
 
+    @classmethod
+    def of(cls, recording: Recording) -> Self:
+        """Return what is kept of a recording."""
+        r = recording
+        return cls(
+            id=r.id,
+            source=r.source,
+            sha256=r.sha256,
+            reader=r.reader,
+            rows_kept=r.rows_kept,
+            rows_refused=r.rows_refused,
+            dt=r.dt,
+            start=r.start,
+            channels=[StoredChannel(name=n, unit=r.units.get(n, ""), column=r.columns.get(n)) for n in r.channels],
+            condition=dict(r.condition),
+            wording=dict(r.wording),
+            findings=[FoundOddity(kind=f.kind, channel=f.channel, at=f.at, text=f.text) for f in r.findings],
+            history=list(r.history),
+        )
 
-class Refused(Part):
-    """A log that could not be read."""
+
+@dataclass(frozen=True, kw_only=True)
+class Refused(Entry):
+    """A log that could not be read; ``kept`` says that the recordings read from it before are still there."""
 
     source: str
     reason: str
     remedy: str
     kept: bool = False
 
+    @property
+    def absent(self) -> Collection[str]:
+        """``kept`` where it is not so."""
+        return () if self.kept else ("kept",)
 
-class Copy(Part):
-    """A log that holds the same bytes as another one."""
+
+@dataclass(frozen=True, kw_only=True)
+class Copy(Entry):
+    """A log that holds the same bytes as another one; ``read`` where its name or settings make another test of it."""
 
     source: str
     of: str
     read: bool
 
 
-class IngestFile(Stored):
-    """Content of ingest.json."""
+@dataclass(frozen=True, kw_only=True)
+class IngestFile(Document):
+    """What ingest came to, the content of ingest.json.
 
-    known = (INGEST,)
+    Attributes
+    ----------
+    sources
+        Source -> key of all that determined its recordings.
+    base
+        Folder in which relative sources are meant, as seen from the workspace; None where all are absolute.
+    code
+        Version of the code that read all there is; empty where several did.
+    skipped, added, replaced, unchanged, reasons
+        Of the run: whether it had nothing to do; sources; why each was replaced.
+    """
+
+    known: ClassVar = (INGEST,)
+    schema: str = INGEST
     recordings: list[About]
     refused: list[Refused]
-    copies: list[Copy] = []
-    sources: dict[str, str] = {}
-    base: str = "."
+    copies: list[Copy] = field(default_factory=list)
+    sources: dict[str, str] = field(default_factory=dict)
+    key: str = ""
     code: str | None = None
+    base: str | None = None
+    skipped: bool = told(False)
+    added: list[str] = told(list)
+    replaced: list[str] = told(list)
+    unchanged: list[str] = told(list)
+    reasons: dict[str, str] = told(dict)
+
+    @property
+    def absent(self) -> Collection[str]:
+        """``base`` where there is none."""
+        return ("base",) if self.base is None else ()
 
 
-class FluxSettings(Part):
+@dataclass(frozen=True, kw_only=True)
+class FluxSettings(Entry):
     """Settings of the flux stage."""
 
-    model_config = ConfigDict(extra="forbid")
-    resistance: float | Literal["auto"] | None = None
+    __pydantic_config__: ClassVar[ConfigDict] = FORBIDDING
+    resistance: Number | Literal["auto"] | None = None
     drift: str = "cycle"
     rule: str = "trapezoid"
-    fallback: float | None = None
+    fallback: Number | None = None
 
 
-class FluxRow(Part):
-    """What the flux stage did with a recording."""
+@dataclass(frozen=True, kw_only=True)
+class LoopRow(Entry):
+    """A steady loop of current and flux: area in J with its standard error, ohmic loss per cycle in J."""
+
+    frequency: float
+    amplitude: float
+    cycles: int
+    loop_area: float | None
+    loop_area_error: float | None
+    ohmic: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class FluxRow(Entry):
+    """What the flux stage did with a recording; of one that it did not integrate only id and action are written."""
 
     id: str
     action: str = ""
@@ -99,63 +173,83 @@ class FluxRow(Part):
     resistance_source: str = ""
     lambda0: float | None = None
     offset_volt: float | None = None
+    drift: str = ""
+    finding: str = ""
     closure_rms: float | None = None
+    closure_max: float | None = None
     loop_area: float | None = None
+    amplitude: float | None = None
+    frequency: float | None = None
+    loops: list[LoopRow] = field(default_factory=list)
+
+    @property
+    def absent(self) -> Collection[str]:
+        """All but id and action where nothing was integrated."""
+        return () if self.resistance is not None else [f.name for f in fields(self)[2:]]
 
 
-class FluxFile(Stored):
-    """Content of flux.json."""
+@dataclass(frozen=True, kw_only=True)
+class SeparationRow(Entry):
+    """Loop area of one amplitude, separated into static hysteresis, eddy currents and an error of R."""
 
-    known = (FLUX,)
-    settings: FluxSettings
+    amplitude: float
+    frequencies: list[float]
+    static: float | None
+    static_error: float | None
+    eddy: float | None
+    eddy_error: float | None
+    resistance_error: float | None
+    resistance_error_error: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class FluxFile(Document):
+    """What the flux stage came to, the content of flux.json; ``skipped``: whether it was there already."""
+
+    known: ClassVar = (FLUX,)
+    schema: str = FLUX
     key: str | None = None
     code: str = ""
+    settings: FluxSettings
     resistance: float | None = None
     recordings: list[FluxRow]
-    findings: list[str] = []
-    separation_text: list[str] = []
+    findings: list[str] = field(default_factory=list)
+    separation: list[SeparationRow] = field(default_factory=list)
+    separation_text: list[str] = field(default_factory=list)
+    skipped: bool = told(False)
 
 
-class SegmentSettings(Part):
+@dataclass(frozen=True, kw_only=True)
+class SegmentSettings(Entry):
     """Settings of the segment stage."""
 
-    model_config = ConfigDict(extra="forbid")
+    __pydantic_config__: ClassVar[ConfigDict] = FORBIDDING
     drive: str | None = None
     min_cycles: int = 2
     holdout: str = "auto"
     settle: int = 1
-    tolerance: float = 0.02
+    tolerance: Number = 0.02
 
 
-class SegmentsFile(Stored):
-    """What the segment stage writes with its table."""
+@dataclass(frozen=True, kw_only=True)
+class SegmentRow(Entry):
+    """A segment; a level that no test holds is nan, which JSON has as null."""
 
-    known = (SEGMENTS,)
-    settings: SegmentSettings
-    key: str
-    code: str = ""
-    segments: list[dict[str, Any]]
-    findings: list[str] = []
-
-
-class SegmentRow(Part):
-    """A row of segments.parquet; a level may be nan."""
-
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=True)
+    __pydantic_config__: ClassVar[ConfigDict] = ConfigDict(strict=True, extra="forbid", allow_inf_nan=True)
     id: str
     condition: str
     recording: Identifier
-    start: int = Field(ge=0)
+    start: Annotated[int, Field(ge=0)]
     stop: int
-    warm_up: int = Field(ge=0)
+    warm_up: Annotated[int, Field(ge=0)]
     waveform: str
     drive: str
-    frequency: float = Field(ge=0.0, allow_inf_nan=False)
-    amplitude: float = Field(ge=0.0, allow_inf_nan=False)
-    offset: float = Field(allow_inf_nan=False)
-    cycles: int = Field(ge=0)
-    current: float
-    temperature: float
+    frequency: Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+    amplitude: Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+    offset: Annotated[float, Field(allow_inf_nan=False)]
+    cycles: Annotated[int, Field(ge=0)]
+    current: float | None
+    temperature: float | None
     role: Literal["train", "holdout"]
 
     @model_validator(mode="after")
@@ -165,13 +259,66 @@ class SegmentRow(Part):
         return self
 
 
-class ReportFile(Stored):
-    """Content of report.json."""
+@dataclass(frozen=True, kw_only=True)
+class ConditionRow(Entry):
+    """A test condition in one role."""
 
-    known = ("mrfit/report/1",)
+    condition: str
+    role: str
+    waveform: str
+    segments: int
+    samples: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class CutRow(Entry):
+    """Samples of a recording that are in its segments, and those that are not."""
+
+    id: str
+    kept: int
+    cut: int
+    segments: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class SegmentsFile(Document):
+    """What the segment stage came to, written with its table; ``skipped``: whether it was there already."""
+
+    known: ClassVar = (SEGMENTS,)
+    schema: str = SEGMENTS
+    key: str
+    code: str = ""
+    settings: SegmentSettings
+    segments: list[SegmentRow]
+    conditions: list[ConditionRow] = field(default_factory=list)
+    recordings: list[CutRow] = field(default_factory=list)
+    findings: list[str] = field(default_factory=list)
+    skipped: bool = told(False)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReportFile(Document):
+    """What the report stage came to, the content of report.json.
+
+    Attributes
+    ----------
+    fits, outdated
+        Names of the fits, and of those that other data than are here now made.
+    conditions
+        How many conditions they have.
+    files
+        What the report consists of.
+    index, skipped
+        Of the run: path of the page; whether nothing had changed since the last.
+    """
+
+    known: ClassVar = (REPORT,)
+    schema: str = REPORT
     key: str
     code: str = ""
     fits: list[str]
     outdated: list[str]
     conditions: int
     files: list[str]
+    index: str = told("")
+    skipped: bool = told(False)

@@ -42,9 +42,9 @@ def repeated(folder: Path, change: Change, noise: float = 0.01) -> Workspace:
 def test_a_gain_or_an_offset_between_repeats_is_told_and_half_a_cycle_is_not(
     model: str, change: Change, agree: bool, tmp_path: Path
 ) -> None:
-    (result,) = mrfit.fit.stage.run(repeated(tmp_path, change), Settings(model, "lsq"))["results"]
-    (row,) = result["repeats"]
-    assert row["segments"] == 2 and row["agree"] is agree
-    told = [w["text"] for w in result["warnings"] if w["kind"] == "repeats-disagree"]
+    (result,) = mrfit.fit.stage.run(repeated(tmp_path, change), Settings(model, "lsq")).results
+    (row,) = result.repeats
+    assert row.segments == 2 and row.agree is agree
+    told = [w.text for w in result.warnings if w.kind == "repeats-disagree"]
     assert len(told) == (not agree)
     assert all("sine-1Hz-0.01-0.5A" in text and "do not ingest the odd one" in text for text in told)

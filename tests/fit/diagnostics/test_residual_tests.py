@@ -12,7 +12,7 @@ from mrfit.cli import output
 from mrfit.core.specs import Array
 from mrfit.fit.diagnostics.residual_tests import ALL, Dependence, input_dependence
 from mrfit.fit.stage import Settings
-from mrfit.io.workspace import Workspace
+from mrfit.io.workspace import Workspace, to_json
 from mrfit.simulate.assembly import assemble
 from tests.fit.benches import Bench, write_workspace
 from tests.fit.toy import coloured
@@ -152,13 +152,13 @@ def test_a_stiffness_that_changes_sign_with_current_is_said_of_a_joint_fit(
 ) -> None:
     workspace = sprung(tmp_path, 5e3)
     fit = mrfit.fit.stage.run(workspace, Settings("bingham", "lsq", per="all"))
-    (row,) = fit["results"][0]["residual_tests"]
-    assert (row["channel"], row["independent"], row["conditions"], row["dependent"]) == ("velocity", False, 5, 4)
-    assert row["condition"] in ("sine-1Hz-0.01-0A", "sine-1Hz-0.01-2A") and abs(row["correlation"]) > 0.9
-    (warning,) = [w for w in fit["results"][0]["warnings"] if w["kind"] == "input-residual"]
-    said = f"goes with velocity in 4 of 5 conditions, most on {row['condition']} (correlation {row['correlation']:.2f}"
-    assert said in warning["text"]
-    output.fit(fit, tmp_path)
+    (row,) = fit.results[0].residual_tests
+    assert (row.channel, row.independent, row.conditions, row.dependent) == ("velocity", False, 5, 4)
+    assert row.condition in ("sine-1Hz-0.01-0A", "sine-1Hz-0.01-2A") and abs(row.correlation) > 0.9
+    (warning,) = [w for w in fit.results[0].warnings if w.kind == "input-residual"]
+    said = f"goes with velocity in 4 of 5 conditions, most on {row.condition} (correlation {row.correlation:.2f}"
+    assert said in warning.text
+    output.fit(to_json(fit), tmp_path)
     mrfit.report.stage.run(workspace, mrfit.report.stage.Settings())
     page = (workspace.report_folder / "index.html").read_text()
     for shown in (" ".join(capsys.readouterr().out.split()), " ".join(page.split())):
@@ -167,6 +167,6 @@ def test_a_stiffness_that_changes_sign_with_current_is_said_of_a_joint_fit(
 
 def test_a_joint_fit_that_leaves_only_noise_says_nothing(tmp_path: Path) -> None:
     fit = mrfit.fit.stage.run(sprung(tmp_path, 0.0), Settings("bingham", "lsq", per="all"))
-    (row,) = fit["results"][0]["residual_tests"]
-    assert row["independent"] and row["dependent"] == 0
-    assert not [w for w in fit["results"][0]["warnings"] if w["kind"] == "input-residual"]
+    (row,) = fit.results[0].residual_tests
+    assert row.independent and row.dependent == 0
+    assert not [w for w in fit.results[0].warnings if w.kind == "input-residual"]

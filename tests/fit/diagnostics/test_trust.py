@@ -1,7 +1,6 @@
 """What is said of a fit's trustworthiness comes from its own residuals and sensitivities."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -10,10 +9,11 @@ from benchmarks.planted import problem
 from mrfit.fit.diagnostics.trust import Intervals, trust
 from mrfit.fit.identify import SearchSettings, search_optimum
 from mrfit.fit.result import simulate_block
+from mrfit.io.schemas.fit import Trust
 from mrfit.search.parts import Blocks
 
 
-def judged(intervals: Intervals = "hac", missing: float = 0.0, model: str = "bingham") -> dict[str, Any]:
+def judged(intervals: Intervals = "hac", missing: float = 0.0, model: str = "bingham") -> Trust:
     """Fit planted logs, to which a force in proportion to displacement was added, and judge the fit."""
     group, assembly, cube = problem(model, 2, 6000, np.random.default_rng(1))
     if missing:
@@ -26,26 +26,28 @@ def judged(intervals: Intervals = "hac", missing: float = 0.0, model: str = "bin
     point = found.point
     theta = cube.to_theta(point[None, :])[0]
     simulated = [simulate_block(b, assembly, theta)[0] for b in group.full]
-    return trust(group, assembly, cube, point, simulated, ("none", intervals, np.random.default_rng(2)))
+    return trust(
+        group, assembly, cube, point, simulated, weight="none", intervals=intervals, rng=np.random.default_rng(2)
+    )
 
 
 def test_a_model_that_fits_is_determined_and_leaves_nothing_of_its_input() -> None:
     result = judged()
-    assert result["conditioning"]["rank"] == 3
-    assert result["identifiability"] == ["The data determine all 3 parameters."]
-    assert [r["independent"] for r in result["residual_tests"]] == [True]
-    assert all(p["low"] < p["value"] < p["high"] for p in result["parameters"])
+    assert result.conditioning.rank == 3
+    assert result.identifiability == ["The data determine all 3 parameters."]
+    assert [r.independent for r in result.residual_tests] == [True]
+    assert all(p.low < p.value < p.high for p in result.parameters)
 
 
 def test_a_force_the_model_leaves_out_is_found_in_the_residual() -> None:
-    row = judged(missing=2e4)["residual_tests"][0]
-    assert row["channel"] == "velocity"
-    assert not row["independent"]
+    row = judged(missing=2e4).residual_tests[0]
+    assert row.channel == "velocity"
+    assert not row.independent
 
 
 @pytest.mark.parametrize("intervals", ["bootstrap", "profile"])
 def test_other_intervals_agree_with_those_from_the_jacobian(intervals: Intervals) -> None:
-    theirs, ours = judged(intervals, model="guo")["parameters"], judged(model="guo")["parameters"]
+    theirs, ours = judged(intervals, model="guo").parameters, judged(model="guo").parameters
     for a, b in zip(theirs, ours, strict=True):
-        assert a["high"] - a["low"] == pytest.approx(b["high"] - b["low"], rel=0.4)
-        assert (a["low"] + a["high"]) / 2 == pytest.approx(b["value"], abs=0.3 * (b["high"] - b["low"]))
+        assert a.high - a.low == pytest.approx(b.high - b.low, rel=0.4)
+        assert (a.low + a.high) / 2 == pytest.approx(b.value, abs=0.3 * (b.high - b.low))

@@ -67,11 +67,11 @@ def fitted(workspace: Workspace, model: str, order: str = "auto", **changes: Any
 
 def held_out(fit: dict[str, Any], noise: float) -> float:
     """RMS error on all held-out currents in units of the noise."""
-    return next(m["rmse"] for m in fit["metrics"] if (m["role"], m["condition"]) == ("holdout", "all")) / noise
+    return next(m.rmse for m in fit.metrics if (m.role, m.condition) == ("holdout", "all")) / noise
 
 
 def orders(fit: dict[str, Any]) -> dict[str, Any]:
-    return dict((fit["current_dependence"] or {"orders": {}})["orders"])
+    return dict(fit.current_dependence.orders if fit.current_dependence else {})
 
 
 def rotary(i: float) -> dict[str, float]:
@@ -106,15 +106,15 @@ def test_the_planted_law_is_chosen_and_predicts_held_out_currents_as_well_as_if_
     told = fitted(workspace, model, ",".join(f"{n}={o}" for n, o in expected.items()))
     assert held_out(fit, noise) <= 1.01 * held_out(told, noise)
     assert held_out(fit, noise) == pytest.approx(1.0, abs=0.05)
-    assert fit["warnings"] == []
+    assert fit.warnings == []
 
 
 @pytest.mark.parametrize("model", ["tanh", "hysteretic-biviscous", "rotational-erf"])
 def test_parameters_that_do_not_depend_on_current_stay_constant(tmp_path: Path, model: str) -> None:
     workspace, noise = planted(tmp_path, model, lambda i: {})
     fit = fitted(workspace, model)
-    assert fit["current_dependence"] is None
-    assert {row["form"] for row in fit["current_choice"]["parameters"]} == {"constant"}
+    assert fit.current_dependence is None
+    assert {row.form for row in fit.current_choice.parameters} == {"constant"}
     assert held_out(fit, noise) == pytest.approx(1.0, abs=0.05)
 
 
@@ -148,11 +148,9 @@ def test_a_law_in_pieces_is_met_at_no_current_and_what_cannot_be_is_said(tmp_pat
     at_zero = {}
     for order in ("auto", "fy=2,a1=2,c=1"):
         fit = fitted(workspace, "tanh", order)
-        at_zero[order] = max(
-            m["relative_rmse"] for m in fit["metrics"] if m["role"] == "train" and m["condition"].endswith("-0A")
-        )
+        at_zero[order] = max(m.relative_rmse for m in fit.metrics if m.role == "train" and m.condition.endswith("-0A"))
         if order == "auto":
-            assert [w["kind"] for w in fit["warnings"]] == ["current-levels"]
+            assert [w.kind for w in fit.warnings] == ["current-levels"]
     assert at_zero["auto"] < 0.5 * at_zero["fy=2,a1=2,c=1"]
 
 
@@ -164,8 +162,8 @@ def test_two_currents_carry_a_straight_line_for_what_differs_and_the_fit_says_th
     fit = fitted(workspace, "tanh")
     assert orders(fit) == {"fy": 1, "k": 1}
     assert held_out(fit, noise) == pytest.approx(1.0, abs=0.05)
-    [warning] = fit["warnings"]
-    assert warning["kind"] == "current-levels" and "2 currents (0 A, 1 A)" in warning["text"]
+    [warning] = fit.warnings
+    assert warning.kind == "current-levels" and "2 currents (0 A, 1 A)" in warning.text
 
 
 def test_three_currents_carry_a_parabola(tmp_path: Path) -> None:
@@ -174,7 +172,7 @@ def test_three_currents_carry_a_parabola(tmp_path: Path) -> None:
     fit = fitted(workspace, "bingham")
     assert orders(fit) == {"fy": 2}
     assert held_out(fit, noise) == pytest.approx(1.0, abs=0.05)
-    assert [w["kind"] for w in fit["warnings"]] == ["current-levels"]
+    assert [w.kind for w in fit.warnings] == ["current-levels"]
 
 
 def test_a_base_that_lacks_something_keeps_the_orders_of_its_roles_but_for_what_it_clearly_predicts_better(
@@ -188,7 +186,7 @@ def test_a_base_that_lacks_something_keeps_the_orders_of_its_roles_but_for_what_
     by_role = fitted(workspace, "rotational-erf", "c=1,alpha=2,beta=2")
     assert held_out(by_role, noise) > 2.0 * held_out(fit, noise)
     assert orders(fit)["k"] == 1
-    assert "the model's own error" in fit["current_choice"]["text"][0]
+    assert "the model's own error" in fit.current_choice.text[0]
 
 
 def test_what_the_user_fixes_or_asks_for_is_not_chosen(tmp_path: Path) -> None:
@@ -196,21 +194,21 @@ def test_what_the_user_fixes_or_asks_for_is_not_chosen(tmp_path: Path) -> None:
     workspace, _ = planted(tmp_path, "bingham", law)
     fixed = fitted(workspace, "bingham", fixed=(("C_inf", 1000.0),))
     assert "C_inf" not in orders(fixed) and orders(fixed)["fy"] >= 1
-    assert all(row["names"] != ["C_inf"] for row in fixed["current_choice"]["parameters"])
+    assert all(row.names != ["C_inf"] for row in fixed.current_choice.parameters)
     asked = fitted(workspace, "bingham", "fy=log2")
-    assert orders(asked) == {"fy": "log2"} and asked["current_choice"] is None
+    assert orders(asked) == {"fy": "log2"} and asked.current_choice is None
 
 
 def test_the_choice_and_what_was_rejected_are_told_and_the_same_every_time(tmp_path: Path) -> None:
     workspace, _ = planted(tmp_path, "bingham", lambda i: {"fy": 100 + 1500 * i - 600 * i * i})
     fit = fitted(workspace, "bingham")
-    rows = {row["names"][0]: row for row in fit["current_choice"]["parameters"]}
-    assert rows["fy"]["form"] == "plain" and rows["fy"]["order"] == 2
-    rejected = {(r["form"], r["order"]): r["error"] for r in rows["fy"]["rejected"]}
-    assert rejected["plain", 1] > 3.0 * rows["fy"]["error"] and rejected["log", 2] > 3.0
-    assert any(t.startswith("fy: polynomial of order 2, 1") and "rejected" in t for t in fit["current_choice"]["text"])
+    rows = {row.names[0]: row for row in fit.current_choice.parameters}
+    assert rows["fy"].form == "plain" and rows["fy"].order == 2
+    rejected = {(r.form, r.order): r.error for r in rows["fy"].rejected}
+    assert rejected["plain", 1] > 3.0 * rows["fy"].error and rejected["log", 2] > 3.0
+    assert any(t.startswith("fy: polynomial of order 2, 1") and "rejected" in t for t in fit.current_choice.text)
     again = fitted(workspace, "bingham", name="again")
-    assert plain(again["current_choice"]) == plain(fit["current_choice"])
+    assert plain(again.current_choice) == plain(fit.current_choice)
 
 
 @given(st.lists(st.integers(1, 6), min_size=1, max_size=8))

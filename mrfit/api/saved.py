@@ -1,0 +1,31 @@
+"""Results that were saved, read again."""
+
+from pathlib import Path
+
+from mrfit.api import fitting
+from mrfit.api.discovery import Discovery
+from mrfit.api.fitting import FitResult
+from mrfit.api.recordings import PathText
+from mrfit.io.schemas import reading
+from mrfit.io.schemas.discovery import DiscoveryFile
+from mrfit.io.workspace import read_json
+
+DISCOVERY = "mrfit/discovery/"
+
+
+def load(path: PathText) -> FitResult | Discovery:
+    """Return a fit or a discovery that its ``save``, or the command, wrote (``fit.json``, ``discovery.json``).
+
+    Of a fit that the command wrote the coil resistance is not known: logs that state none have it estimated.
+
+    Raises
+    ------
+    DataError
+        If there is no such file, it is damaged, or of an unknown schema.
+    """
+    whole = read_json(Path(path))
+    if isinstance(whole, dict) and str(whole.get("schema", "")).startswith(DISCOVERY):
+        found = reading.load(Path(path), DiscoveryFile, "run `mrfit discover` again")
+        assert found is not None  # it was read a moment ago
+        return Discovery(found)
+    return fitting.load(path)

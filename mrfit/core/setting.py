@@ -1,0 +1,153 @@
+"""What a field of a settings class says of itself, beside its name, type and default.
+
+The option of a command, the key in a pipeline file, the argument in Python and the line in a report follow from it:
+
+    seed: Annotated[int, Setting("Seed of every random choice.", low=0)] = 0
+"""
+
+from collections.abc import Callable
+from dataclasses import MISSING, dataclass, fields
+from types import NoneType
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+
+# Default of a field that has none
+UNSET: object = object()
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """How people write a value that is written otherwise than its type says.
+
+    Attributes
+    ----------
+    option
+        Type of the option of a command.
+    parse
+        Gives the value of an option, called with its name (``--start``) and what was written.
+    key
+        Type of the key in a pipeline file.
+    load
+        Gives the value of such a key.
+    take
+        Gives the value of an argument in Python, called with its name and the argument.
+    nothing
+        The option where nothing is written.
+    """
+
+    option: object
+    parse: Callable[[str, Any], Any]
+    key: object
+    load: Callable[[Any], Any]
+    take: Callable[[str, object], Any]
+    nothing: object = None
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """What a setting says of itself.
+
+    Attributes
+    ----------
+    help
+        One line for the command's help.
+    flag
+        Name on the command line, with underscores; empty for the field's name.
+    short
+        One-letter form, as ``-j``.
+    key
+        Name in a pipeline file; empty for the name on the command line.
+    metavar
+        What stands for the value in the command's help; None for its type.
+    low, high
+        Limits, both allowed.
+    above
+        Limit below, not allowed itself.
+    form
+        How the value is written; None for as its type says.
+    show_default
+        Whether the command's help shows the default.
+    command_default
+        Default on the command line where it is another than in Python.
+    in_file
+        Whether a pipeline file has it in the table of its stage.
+    changes_result
+        Whether it can change the result. One that cannot comes last in the command's help and is in no pipeline file.
+    told
+        How the page of a report says that it is not at its default: a format of the name and the value, or of the parts
+        of each item where the value is a list. None if the page says it elsewhere.
+    """
+
+    help: str
+    flag: str = ""
+    short: str = ""
+    key: str = ""
+    metavar: str | None = None
+    low: float | None = None
+    high: float | None = None
+    above: float | None = None
+    form: Form | None = None
+    show_default: bool = True
+    command_default: object = UNSET
+    in_file: bool = True
+    changes_result: bool = True
+    told: str | None = "{0} {1}"
+
+
+@dataclass(frozen=True, slots=True)
+class Defined:
+    """A field of a settings class.
+
+    Attributes
+    ----------
+    name
+        Of the field, which is the argument's in Python.
+    kind
+        Its type.
+    default
+        ``UNSET`` if it has none.
+    setting
+        What it says of itself; None for a field that is for programs alone.
+    """
+
+    name: str
+    kind: object
+    default: object = UNSET
+    setting: Setting | None = None
+
+    @property
+    def alternatives(self) -> tuple[object, ...]:
+        """The types that make up its type."""
+        union = get_origin(self.kind) not in (None, Literal, tuple, list, dict)
+        return get_args(self.kind) if union else (self.kind,)
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """The words it takes, none if it takes others."""
+        return tuple(a for part in self.alternatives if get_origin(part) is Literal for a in get_args(part))
+
+    @property
+    def optional(self) -> bool:
+        """Whether it may be None."""
+        return NoneType in self.alternatives
+
+
+def defined(kind: type[Any]) -> tuple[Defined, ...]:
+    """Return the fields of a settings class in their order."""
+    hints = get_type_hints(kind, include_extras=True)
+    return tuple(defined_as(f.name, hints[f.name], UNSET if f.default is MISSING else f.default) for f in fields(kind))
+
+
+def defined_as(name: str, hint: object, default: object = UNSET) -> Defined:
+    """Return what an annotation says of a field or an argument."""
+    kind, *said = get_args(hint) if get_origin(hint) is Annotated else (hint,)
+    return Defined(name, kind, default, next((s for s in said if isinstance(s, Setting)), None))
+
+
+def flag_of(field: Defined) -> str:
+    """Return the name of a field on the command line, with underscores."""
+    return (field.setting.flag if field.setting else "") or field.name
+
+
+def key_of(field: Defined) -> str:
+    """Return the name of a field in a pipeline file."""
+    return (field.setting.key if field.setting else "") or flag_of(field)

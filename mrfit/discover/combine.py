@@ -1,0 +1,153 @@
+"""Both ways of discovery together: what a base taken as exact tells, and what no law can make, whatever it is.
+
+Where a base with its effects leaves the noise, it is taken as exact: that is the sharper way, and any effect of the
+library can be told. Where it does not, its own error hides effects or imitates them. There an effect is believed that
+breaks an invariance which every law keeps, and no other. Nothing is computed, read or written here.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from mrfit.discover.invariance.findings import Findings, NamedEffect
+from mrfit.discover.policy import Policy
+from mrfit.discover.select import Selection
+
+
+@dataclass(frozen=True)
+class Shadow:
+    """An effect that an examination names and that is not believed, and why."""
+
+    name: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Combined:
+    """What both ways come to.
+
+    Attributes
+    ----------
+    verdict
+        One of the five.
+    named
+        Effects that are named.
+    ambiguous
+        Sets of effects that the data cannot tell apart.
+    standing
+        Effects that stand whatever the law is, those that are one of a set among them; empty where the base was taken
+        as exact.
+    taken_back
+        Whether what the base taken as exact names is not believed, since its law is open and nothing confirms it.
+    shadows
+        Effects that the examination names and that are not believed.
+    difference
+        How the two ways differ, in words; empty where they agree or only one had something to say.
+    """
+
+    verdict: str
+    named: tuple[str, ...]
+    ambiguous: tuple[tuple[str, ...], ...] = ()
+    standing: tuple[NamedEffect, ...] = ()
+    shadows: tuple[Shadow, ...] = ()
+    difference: str = ""
+    taken_back: bool = False
+
+    @property
+    def law_is_open(self) -> bool:
+        """Whether effects are named beside a law that is off."""
+        return bool(self.standing)
+
+
+def worth_examining(chosen: Selection, noise: float, measured: bool, policy: Policy) -> bool:
+    """Return whether the law of a base may be off, by what its effects leave.
+
+    Parameters
+    ----------
+    chosen
+        What was decided with the base taken as exact.
+    noise
+        The most that the noise can be, in multiples of the floor.
+    measured
+        Whether the floors were measured, by cycles or repeats. One that was guessed from what a regression or the base
+        leaves holds the error of a wrong law, too: it cannot say that nothing is missing.
+    policy
+        The thresholds.
+    """
+    if chosen.verdict == "unexplained":
+        return True
+    if chosen.verdict in ("none", "insufficient-data"):
+        return not measured
+    gap, after = chosen.base.holdout**2 - noise**2, chosen.final.holdout
+    allowed = policy.left_open_in_sight if after > policy.in_sight * noise else policy.left_open
+    return gap > 0.0 and after**2 - noise**2 > allowed * gap
+
+
+def combine(chosen: Selection, examined: Findings | None, policy: Policy) -> Combined:
+    """Return what both ways come to; without an examination, that of the base taken as exact."""
+    exact = Combined(chosen.verdict, chosen.named, chosen.ambiguous)
+    if examined is None or examined.not_applicable:
+        return exact
+    shadows = tuple(s for n in examined.named if (s := _shadow(n, examined, policy)) is not None)
+    hidden = {s.name for s in shadows}
+    standing = tuple(n for n in examined.named if n.name not in hidden)
+    if not standing:
+        back = bool(chosen.final.effects)
+        verdict = "unexplained" if back else exact.verdict
+        return Combined(verdict, (), (), (), shadows, _only_exact(chosen), taken_back=back)
+    sets = tuple((n.name, *rivals) for n in standing if (rivals := _others(n)))
+    clear = tuple(n.name for n in standing if not _others(n))
+    return Combined(
+        verdict="ambiguous" if sets else "named",
+        named=clear,
+        ambiguous=sets,
+        standing=standing,
+        shadows=shadows,
+        difference=_difference(chosen, clear, sets),
+    )
+
+
+def _others(effect: NamedEffect) -> tuple[str, ...]:
+    """Return the effects that one cannot be told from, each once."""
+    return tuple(dict.fromkeys((*effect.rivals, *effect.alike)))
+
+
+def _shadow(effect: NamedEffect, examined: Findings, policy: Policy) -> Shadow | None:
+    """Return why an effect is not believed; None if it is.
+
+    What breaks the same invariance beside it, and takes no little share of what it takes, may be all that is there: the
+    effect would be a part of something else.
+    """
+    share = effect.standing.share
+    for row in examined.broken:
+        if row.invariance == effect.breaks and row.kept * (1.0 - share) > policy.broken_beside * share:
+            return Shadow(
+                effect.name,
+                f"something else breaks the same invariance ({row.invariance.value}): it takes {row.kept:.0%} of what "
+                f"{effect.name} leaves on conditions left out, so that this may be a part of it",
+            )
+    return None
+
+
+def _only_exact(chosen: Selection) -> str:
+    """Return the difference where only the base taken as exact tells of effects."""
+    if not chosen.final.effects:
+        return ""
+    names = _listed(chosen.final.effects)
+    return f"with the base taken as exact {names} would be there; beside an open law that has no proof"
+
+
+def _difference(chosen: Selection, clear: Sequence[str], sets: Sequence[Sequence[str]]) -> str:
+    """Return how the ways differ where an examination names effects."""
+    suspected = chosen.final.effects or chosen.proven.effects
+    mine = {*clear, *(n for group in sets for n in group)}
+    others = [n for n in suspected if n not in mine]
+    if not others:
+        return ""
+    return (
+        f"with the base taken as exact {_listed(others)} would take part of the gap; beside an open law that has no "
+        "proof: the law may make it"
+    )
+
+
+def _listed(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -1,0 +1,102 @@
+"""An examination by invariances on the data of a discovery, and what is told of it beside a base taken as exact."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from mrfit.core import registry
+from mrfit.core.channels import MOTION
+from mrfit.discover.bench import Bench, effects_for
+from mrfit.discover.combine import combine
+from mrfit.discover.findings import gap_of
+from mrfit.discover.gather import Gathering
+from mrfit.discover.held import refitted, with_held
+from mrfit.discover.invariance.base import base_of
+from mrfit.discover.invariance.examine import examine
+from mrfit.discover.invariance.findings import Findings, NamedEffect
+from mrfit.discover.invariance.records import from_block
+from mrfit.discover.laws import Dependence, other_laws
+from mrfit.discover.open_law import with_examination, with_gap, with_laws
+from mrfit.discover.policy import Policy
+from mrfit.discover.refit import Fitter, Refit
+from mrfit.discover.select import Selection
+from mrfit.io.schemas.discovery import DiscoveryFile
+
+
+@dataclass(frozen=True)
+class Beside:
+    """A discovery beside a law that may be off, and the fit of the model with what was found."""
+
+    found: DiscoveryFile
+    after: Refit
+
+
+def beside_open_law(
+    gathering: Gathering, chosen: Selection, exact: DiscoveryFile, dependence: Dependence, policy: Policy
+) -> Beside:
+    """Return a discovery with what was found whatever the law is, and with other laws that take part of the gap.
+
+    Parameters
+    ----------
+    gathering
+        Data and fits.
+    chosen
+        What was decided with the base taken as exact.
+    exact
+        The same as discovery.json has it.
+    dependence
+        How parameters of other bases depend on current.
+    policy
+        The thresholds.
+    """
+    fitter, base = gathering.fitter, gathering.refit_of(chosen.base)
+    examined = examination(fitter.bench, base, exact.base_model)
+    combined = combine(chosen, examined, policy)
+    found = with_examination(exact, combined, examined, base.assembly.spec.output, policy)
+    after = base if combined.taken_back else gathering.refit_of(chosen.final)
+    held = held_at(combined.standing)
+    if combined.law_is_open:
+        after = refitted(with_held(fitter, held), base)
+        without = {n: _without(fitter, base, held, n) for n in combined.named}
+        found = with_gap(found, gap_of(fitter.bench, base, after), without)
+    if not examined.not_applicable and found.verdict != "none":
+        found = with_laws(found, other_laws(fitter, base, held, dependence, policy))
+    return Beside(found, after)
+
+
+def _without(fitter: Fitter, base: Refit, held: Mapping[str, float], effect: str) -> float | None:
+    """Return the error on held-out conditions (NRMSE) with all effects held but one."""
+    others = {name: value for name, value in held.items() if name.partition(".")[0] != effect}
+    return gap_of(fitter.bench, base, refitted(with_held(fitter, others), base) if others else base).after
+
+
+def examination(bench: Bench, base: Refit, model: str) -> Findings:
+    """Return which effects are there whatever the law is, on fitted and held-out conditions together.
+
+    Parameters
+    ----------
+    bench
+        The data.
+    base
+        The fitted base alone.
+    model
+        Its written name; effects written with it are part of it.
+    """
+    output = base.assembly.spec.output
+    lacking = [n for n in MOTION.get(output, ()) if n not in bench.channels]
+    if output not in MOTION or lacking:
+        what = f"no {lacking[0]}" if lacking else f"no law of {output} is known to keep invariances"
+        return Findings(not_applicable=what)
+    records = [from_block(s.block, s.names, output) for s in bench.stretches]
+    written = model.split("+")
+    effects = [registry.load("effect", e.name) for e in effects_for(output) if e.name not in written]
+    try:
+        return examine(records, base_of(base.assembly, base.theta, records), effects)
+    except np.linalg.LinAlgError:
+        return Findings(not_applicable="the equations of the best law have no solution on these data")
+
+
+def held_at(effects: Iterable[NamedEffect]) -> dict[str, float]:
+    """Return the parameters of effects by their name in a model, at the values that were found."""
+    return {f"{e.name}.{p.name}": p.value for e in effects for p in e.parameters}

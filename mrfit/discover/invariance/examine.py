@@ -1,0 +1,182 @@
+"""The examination: which effects are there whatever the law is, and how far the base's law is off.
+
+    F = shape(m*Phi(v, memory, i_e) beta + sum_e theta_e S_e) + noise
+
+Phi is a dictionary of forces that keep the invariances of every law (``nuisance``). Effects are added one by one, the
+one that leaves least first, each against its rivals, and all are judged again beside the others.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mrfit.core.protocols import Effect
+from mrfit.core.specs import Array, Invariance
+from mrfit.discover.invariance.base import Base, none
+from mrfit.discover.invariance.choice import Chosen, chosen_effects
+from mrfit.discover.invariance.estimate import table
+from mrfit.discover.invariance.findings import (
+    BrokenInvariance,
+    Confounded,
+    Errors,
+    Findings,
+    NamedEffect,
+    Parameter,
+    Tier,
+    TurnedDown,
+)
+from mrfit.discover.invariance.generic import broken
+from mrfit.discover.invariance.horizon import FURTHER, held_further
+from mrfit.discover.invariance.law_gap import law_gap
+from mrfit.discover.invariance.owned import lawful, owns
+from mrfit.discover.invariance.policy import STANDARD, Policy
+from mrfit.discover.invariance.records import Record
+from mrfit.discover.invariance.sensitivity import Examined, examined, missing
+from mrfit.discover.invariance.setting import Setting, setting_of
+from mrfit.discover.invariance.standing import Described
+from mrfit.discover.invariance.weights import residuals, rms, weights_of
+
+TIERS: dict[Invariance, Tier] = {
+    Invariance.ODDNESS: "any-law",
+    Invariance.TIME: "any-law",
+    Invariance.TEMPERATURE: "any-law",
+    Invariance.POSITION: "short-memory",
+    Invariance.MEMORY: "causal",
+    Invariance.CURRENT: "current-at-once",
+}
+
+
+def examine(
+    records: Sequence[Record], base: Base | None, effects: Sequence[Effect], policy: Policy = STANDARD
+) -> Findings:
+    """Return which effects are there whatever the law is, and how far the law of a base is off.
+
+    Parameters
+    ----------
+    records
+        Records of one specimen, under several conditions.
+    base
+        What the base model gives, see ``base_of``; None for no base.
+    effects
+        Effects that may be missing, all that act on the output.
+    policy
+        Thresholds.
+    """
+    if not records:
+        return Findings(not_applicable="no records")
+    base = base or none(records)
+    able, confounded = _able(records, base, effects, policy)
+    base = _without_unlawful(records, base, able)
+    setting = setting_of(records, base.terms, able, policy)
+    columns = setting.law(0, {}).ends[-1]
+    if setting.rows < policy.rows_for_a_column * columns:
+        return Findings(not_applicable=f"{setting.rows} means over samples are too few to tell {columns} forces apart")
+    further = setting_of(records, base.terms, able, policy, FURTHER)
+    chosen = held_further(further, chosen_effects(setting, policy), policy)
+    weights = weights_of(setting, chosen.state)
+    plain = table(setting, weights_of(setting, {}), {})
+    alone = rms(residuals(setting, {}, plain))
+    made = table(setting, weights, chosen.state)
+    after = rms(residuals(setting, chosen.state, made))
+    gap = law_gap(setting, base.response, chosen.state, made, (alone, after))
+    return Findings(
+        named=tuple(_named(setting, d, chosen.rivals.get(d.row.name, ())) for d in chosen.found),
+        turned_down=tuple(_turned_down(setting, chosen)),
+        confounded=(*confounded, *_no_sensitivity(setting, chosen, policy)),
+        broken=tuple(_broken(setting, further, chosen, policy)),
+        errors=Errors(_base_error(setting, base.response), alone, after, setting.noise),
+        law_gap=gap,
+        travel=setting.scales.lengths[-1] * setting.scales.travel,
+        time=setting.scales.longest,
+    )
+
+
+def _able(
+    records: Sequence[Record], base: Base, effects: Sequence[Effect], policy: Policy
+) -> tuple[list[Examined], list[Confounded]]:
+    """Return the effects that can be tested, and why others cannot."""
+    channels = frozenset.intersection(*(frozenset(r.channels) for r in records))
+    spans = {
+        n: max(float(r.measured(r.channels[n]).max()) for r in records)
+        - min(float(r.measured(r.channels[n]).min()) for r in records)
+        for n in channels
+    }
+    able, confounded = [], []
+    for module in effects:
+        effect, spec = examined(module), module.SPEC
+        if effect is None:
+            confounded.append(Confounded(spec.name, "it breaks no invariance: any law may have it", spec.experiment))
+            continue
+        why = missing(effect, channels, spans)
+        if not why and effect.moves and not any(r.moves for r in records):
+            why = "no record in which its input moves"
+        if not why and owns(base, records, effect, policy):
+            why = "the base has it itself"
+        if why:
+            confounded.append(Confounded(spec.name, why, spec.experiment))
+        else:
+            able.append(effect)
+    return able, confounded
+
+
+def _without_unlawful(records: Sequence[Record], base: Base, able: Sequence[Examined]) -> Base:
+    """Return a base without terms that an effect would be lost in."""
+    if not base.terms[0].shape[1]:
+        return base
+    bare = setting_of(records, none(records).terms, able, STANDARD)
+    return lawful(base, records, able, [bare.law(k, {}).values for k in range(len(records))])
+
+
+def _broken(setting: Setting, further: Setting, chosen: Chosen, policy: Policy) -> list[BrokenInvariance]:
+    """Return the invariances that something without a name breaks, also where a law may remember for longer."""
+    found = broken(setting, weights_of(setting, chosen.state), chosen.state, policy)
+    if not found:
+        return []
+    still = {b.invariance for b in broken(further, weights_of(further, chosen.state), chosen.state, policy)}
+    return [b for b in found if b.invariance in still]
+
+
+def _named(setting: Setting, found: Described, rivals: tuple[str, ...]) -> NamedEffect:
+    effect = setting.known[found.row.name]
+    parameters: tuple[Parameter, ...] = found.parameters
+    return NamedEffect(
+        name=effect.name,
+        breaks=effect.breaks.invariance,
+        tier=TIERS[effect.breaks.invariance],
+        parameters=parameters,
+        force=found.force,
+        common=effect.common,
+        standing=found.row.standing,
+        rivals=rivals,
+        alike=effect.breaks.alike,
+    )
+
+
+def _turned_down(setting: Setting, chosen: Chosen) -> list[TurnedDown]:
+    return [
+        TurnedDown(
+            name, setting.known[name].breaks.invariance, why, chosen.screened[name].share,
+            chosen.rows[name].standing if name in chosen.rows else None,
+        )
+        for name, why in chosen.reasons.items()
+        if name not in chosen.state and why
+    ]  # fmt: skip
+
+
+def _no_sensitivity(setting: Setting, chosen: Chosen, policy: Policy) -> list[Confounded]:
+    return [
+        Confounded(name, f"the law takes all but {c.left:.2g} of its square", setting.known[name].spec.experiment)
+        for name, c in chosen.screened.items()
+        if c.left < policy.left
+    ]
+
+
+def _base_error(setting: Setting, response: Sequence[Array]) -> float | None:
+    if not response:
+        return None
+    parts = []
+    for at, own in enumerate(response):
+        record = setting.records[at]
+        whole = np.concatenate([np.zeros(record.lead), own])
+        parts.append(setting.targets[at] - setting.row_means(at, whole) / setting.scales.span)
+    return rms(parts)

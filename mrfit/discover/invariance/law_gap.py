@@ -1,0 +1,71 @@
+"""How far the base's law itself is off, and where: its response less that of the best law, effects put aside."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mrfit.core.channels import CONTROL, unit_of
+from mrfit.core.specs import Array
+from mrfit.discover.invariance.estimate import Table, rows_of
+from mrfit.discover.invariance.findings import LawGap, Place
+from mrfit.discover.invariance.setting import Setting, State
+from mrfit.discover.invariance.weights import rms
+
+# Bins: travel since a reversal in half strokes, speed and current as shares of their largest
+TRAVELS, SHARES = (0.0, 0.04, 0.1, 0.3, 1.0, np.inf), (0.0, 0.05, 0.2, 0.5, np.inf)
+
+
+def law_gap(
+    setting: Setting, response: Sequence[Array], state: State, made: Table, errors: tuple[float, float]
+) -> LawGap | None:
+    """Return how far a base's law is off; None where its response is not known.
+
+    Parameters
+    ----------
+    setting
+        The data.
+    response
+        Of the base, per record (N,).
+    state
+        Effects that are there.
+    made
+        The table of the best law with them.
+    errors
+        Of the best law alone, and with the effects, over the range.
+    """
+    if not response:
+        return None
+    rows, found = rows_of(setting, state), made.solve(made.total, effects=0)
+    differences, base = [], []
+    for at, own in enumerate(response):
+        whole = np.concatenate([np.zeros(setting.records[at].lead), own])
+        simulated = setting.row_means(at, whole) / setting.scales.span
+        differences.append(simulated - rows.law[at] @ found[: made.size])
+        base.append(simulated - setting.targets[at])
+    total = rms(base) ** 2 - setting.noise**2
+    share = float(np.clip((rms(base) ** 2 - errors[0] ** 2) / total, 0.0, 1.0)) if total > 0.0 else 0.0
+    return LawGap(rms(differences), share, tuple(_where(setting, differences)))
+
+
+def _where(setting: Setting, differences: Sequence[Array]) -> list[Place]:
+    """Return where the squared difference lies, over travel, speed and current, the largest bin of each first."""
+    scales, records = setting.scales, setting.records
+    squared = np.concatenate([d**2 for d in differences])
+    since = [np.concatenate([np.zeros(r.lead), m.since]) for r, m in zip(records, setting.motions, strict=True)]
+    place, speed, _ = records[0].motion
+    kinds = (
+        ("travel", since, scales.travel * np.array(TRAVELS), unit_of(place)),
+        ("speed", [np.abs(r.speed) for r in records], scales.speed * np.array(SHARES), unit_of(speed)),
+        ("control", [np.abs(r.control) for r in records], scales.control * np.array(SHARES), unit_of(CONTROL)),
+    )
+    found: list[Place] = []
+    for name, values, edges, unit in kinds:
+        at = np.concatenate([setting.row_means(k, v) for k, v in enumerate(values)])
+        bins = np.clip(np.searchsorted(edges, at, side="right") - 1, 0, len(edges) - 2)
+        own = [
+            Place(name, float(edges[b]), float(min(edges[b + 1], at.max())), unit,
+                  float(squared[bins == b].sum() / max(squared.sum(), 1e-300)), float(np.mean(bins == b)))
+            for b in np.unique(bins)
+        ]  # fmt: skip
+        found += sorted(own, key=lambda p: -p.share)
+    return found

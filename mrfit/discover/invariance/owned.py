@@ -1,0 +1,81 @@
+"""Which effects a base has itself: their force lies in the span of its own linear terms."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mrfit.core.specs import Array
+from mrfit.discover.invariance.base import Base
+from mrfit.discover.invariance.policy import Policy
+from mrfit.discover.invariance.records import Record
+from mrfit.discover.invariance.sensitivity import Examined, added
+
+
+def owns(base: Base, records: Sequence[Record], effect: Examined, policy: Policy) -> bool:
+    """Return whether the force that an effect adds at its neutral shape is a sum of a base's own terms."""
+    if effect.constant and base.offset:
+        return True
+    if not effect.adds or not base.terms[0].shape[1]:
+        return False
+    unit = effect.at(np.array(effect.spec.neutral), 0, 1.0 if effect.of(0).high > 0.0 else -1.0)
+    force = np.concatenate([r.measured(added(effect, r, unit)) for r in records])
+    terms = np.vstack([t[r.lead :] for t, r in zip(base.terms, records, strict=True)])
+    return bool(explained(terms, force) > policy.owned)
+
+
+def explained(terms: Array, force: Array) -> float:
+    """Return the share of a force's square (N,) that lies in the span of some terms (N, K)."""
+    power = float(force @ force)
+    if power == 0.0:
+        return 0.0
+    found = np.linalg.lstsq(terms, force, rcond=1e-10)[0]
+    return 1.0 - float(np.sum((force - terms @ found) ** 2)) / power
+
+
+def lawful(base: Base, records: Sequence[Record], effects: Sequence[Examined], law: Sequence[Array]) -> Base:
+    """Return a base without the terms that break an invariance which the base has no effect of its own for.
+
+    A term such as v + Omega*x, set free beside v, is a spring: what it has beyond the other forces of a law (``law``,
+    (L + N, p) per record) is the force of an effect.
+
+    Parameters
+    ----------
+    base
+        The base.
+    records
+        The records.
+    effects
+        Effects that are not the base's own.
+    law
+        Forces of any law, per record.
+    """
+    count = base.terms[0].shape[1]
+    adding = [e for e in effects if e.adds]
+    if not count or not adding:
+        return base
+    units = [e.at(np.array(e.spec.neutral), 0, 1.0 if e.of(0).high > 0.0 else -1.0) for e in adding]
+    force = np.vstack(
+        [np.stack([r.measured(added(e, r, u)) for e, u in zip(adding, units, strict=True)], axis=1) for r in records]
+    )
+    terms = np.vstack([t[r.lead :] for t, r in zip(base.terms, records, strict=True)])
+    forces = np.vstack([c[r.lead :] for c, r in zip(law, records, strict=True)])
+    every = max(len(terms) // MOST, 1)
+    left = _beyond(forces[::every], np.hstack([terms, force])[::every])
+    size = np.sqrt(np.sum(left**2, axis=0)) + 1e-300
+    cosines = (left / size).T @ (left / size)
+    kept = ~np.any(np.abs(cosines[:count, count:]) > ALIKE, axis=1) | (size[:count] < NOTHING)
+    return replace(base, terms=tuple(t[:, kept] for t in base.terms))
+
+
+# Samples to look at; cosine from which a term is an effect's force; size of a column of which nothing is left
+MOST, ALIKE, NOTHING = 20_000, 0.7, 1e-6
+
+
+def _beyond(columns: Array, values: Array) -> Array:
+    """Return what of values (N, K) no combination of columns (N, p) makes."""
+    scaled = columns / (np.sqrt(np.mean(columns**2, axis=0)) + 1e-300)
+    gram = scaled.T @ scaled
+    gram[np.diag_indices_from(gram)] += 1e-9 * len(scaled)
+    beyond: Array = values - scaled @ np.linalg.solve(gram, scaled.T @ values)
+    return beyond

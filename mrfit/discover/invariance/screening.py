@@ -1,0 +1,210 @@
+"""What every effect could take of what the best law leaves, to first order, before any is refined."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mrfit.core.specs import Array, Index, Invariance
+from mrfit.discover.invariance.estimate import Table, derivative, force_added, force_of_law, plain_table, rows_of, table
+from mrfit.discover.invariance.nuisance import FULL, TIME
+from mrfit.discover.invariance.selection import Candidate, Pair, Screening
+from mrfit.discover.invariance.sensitivity import Examined, added, moved, starts
+from mrfit.discover.invariance.setting import Setting, State
+
+# Step of the current by which a law's slope to it is told, as a share of the largest
+SLOPE = 0.02
+# Share of a sensitivity's square left by the law below which it is in no pair, and of two that are nearly one
+LEFT, ALIKE = 5e-4, 0.02
+
+
+@dataclass(frozen=True)
+class _Tried:
+    effect: Examined
+    theta: Array
+    offset: bool
+
+
+def screened(setting: Setting, weights: Sequence[Array], state: State) -> Screening:
+    """Return the best start of every effect that is not there yet, and pairs of them; what could take most first."""
+    rows = rows_of(setting, state)
+    plain = table(setting, weights, state, rows=rows)
+    tried, columns = [], []
+    slopes = _slopes(setting, state, plain.law)
+    for effect in _lacking(setting, state):
+        for theta in starts(effect, setting.scales, setting.middle):
+            own = _column(setting, state, effect, theta, plain.law, slopes)
+            if any(np.any(c) for c in own):
+                tried.append(_Tried(effect, theta, not effect.constant))
+                columns.append(own)
+    if not tried:
+        return Screening()
+    extra = [[c[at] for c in columns] for at in range(len(setting.records))]
+    made = table(setting, weights, state, extra, rows)
+    best: dict[str, Candidate] = {}
+    for level in (FULL, TIME):
+        for offset in (True, False):
+            chosen = [k for k, t in enumerate(tried) if _level(t.effect) == level and t.offset is offset]
+            for row in _judged(setting, made, [tried[k] for k in chosen], np.array(chosen, dtype=np.int64), level):
+                if row.name not in best or row.rank > best[row.name].rank:
+                    best[row.name] = row
+    best |= {n: _profiled(setting, weights, state, c) for n, c in best.items() if setting.known[n].moves}
+    candidates = sorted(best.values(), key=lambda c: -c.rank)
+    return Screening(tuple(candidates), tuple(_pairs(setting, made, tried, candidates)))
+
+
+def _profiled(setting: Setting, weights: Sequence[Array], state: State, candidate: Candidate) -> Candidate:
+    """Return a candidate that moves the current with the share that it takes with the law refitted at its best start.
+
+    A law that was fitted at another current knows too little of its slope to it.
+    """
+    effect, before = setting.known[candidate.name], plain_table(setting, weights, state).left()
+    found = [
+        (1.0 - plain_table(setting, weights, {**state, effect.name: theta}).left() / before, tuple(theta.tolist()))
+        for theta in starts(effect, setting.scales, setting.middle)
+    ]
+    share, start = max(found)
+    return replace(candidate, share=share, theta=start, wrong=False) if share > candidate.rank else candidate
+
+
+def _pairs(setting: Setting, made: Table, tried: Sequence[_Tried], candidates: Sequence[Candidate]) -> list[Pair]:
+    """Return what every two effects that the law leaves something of could take together, the most first."""
+    able = [c for c in candidates if c.left >= LEFT and not setting.known[c.name].constant]
+    places = np.array([c.tried for c in able], dtype=np.int64)
+    if len(able) < 2:
+        return []
+    weights = made.beside(made.size + len(made.free) + places)
+    gram = weights.T @ made.total @ weights
+    found = []
+    for a in range(len(able)):
+        for b in range(a + 1, len(able)):
+            effects = [setting.known[able[k].name] for k in (a, b)]
+            own, cross = gram[np.ix_([a, b], [a, b])], gram[[a, b], -1]
+            if all(e.moves for e in effects) or np.linalg.det(own) <= ALIKE * own[0, 0] * own[1, 1]:
+                continue
+            steps = np.linalg.solve(own, cross)
+            scaled = steps / made.scales[len(made.free) + places[[a, b]]]
+            if any(_wrong(e, s) for e, s in zip(effects, scaled, strict=True)):
+                continue
+            first, second = (
+                _start(e, tried[able[k].tried], s) for e, k, s in zip(effects, (a, b), scaled, strict=True)
+            )
+            share = float(steps @ cross / max(gram[-1, -1], 1e-30))
+            found.append(Pair((able[a].name, able[b].name), share, (first, second)))
+    return sorted(found, key=lambda p: -p.share)
+
+
+def _wrong(effect: Examined, step: float) -> bool:
+    """Return whether a strength of this sign is not physical, or not the effect's."""
+    sign = effect.breaks.sign
+    return (sign != 0 and step * sign < 0.0) or (effect.moves and step < 0.0)
+
+
+def _start(effect: Examined, tried: _Tried, step: float) -> tuple[float, ...]:
+    theta = tried.theta if effect.moves else effect.at(tried.theta, 0, step)
+    return tuple(theta.tolist())
+
+
+def _lacking(setting: Setting, state: State) -> list[Examined]:
+    """Return the effects that may join.
+
+    One current moved by two effects is more than records can tell; beside a force of the place, whose origin is free, a
+    constant force is none of its own.
+    """
+    taken, placed = any(setting.known[n].moves for n in state), any(of_place(setting.known[n]) for n in state)
+    return [
+        e
+        for n, e in setting.known.items()
+        if n not in state and not (e.moves and taken) and not (e.constant and placed)
+    ]
+
+
+def of_place(effect: Examined) -> bool:
+    """Return whether an effect is a force of the place."""
+    return effect.breaks.invariance is Invariance.POSITION
+
+
+def _level(effect: Examined) -> int:
+    return FULL if effect.breaks.relaxation else TIME
+
+
+def level_of(effect: Examined) -> int:
+    """Return the highest level of the nuisance beside which an effect can be told."""
+    return _level(effect)
+
+
+def _judged(setting: Setting, made: Table, tried: Sequence[_Tried], places: Index, level: int) -> list[Candidate]:
+    if not tried:
+        return []
+    behind = made.size + len(made.free)
+    weights = made.beside(behind + places, level, None if tried[0].offset else False)
+    gram = made.total
+    own = np.einsum("ij,ik,kj->j", weights[:, :-1], gram, weights[:, :-1], optimize=True)
+    cross = weights[:, :-1].T @ gram @ weights[:, -1]
+    target = float(weights[:, -1] @ gram @ weights[:, -1])
+    full = gram.diagonal()[behind + places]
+    found = []
+    for k, one in enumerate(tried):
+        left = float(own[k] / full[k])
+        step = float(cross[k] / max(own[k], 1e-30) / made.scales[len(made.free) + places[k]])
+        share = float(cross[k] ** 2 / max(own[k], 1e-30) / max(target, 1e-30)) if left > 1e-9 else 0.0
+        start = _start(one.effect, one, step)
+        found.append(Candidate(one.effect.name, share, left, start, _wrong(one.effect, step), int(places[k])))
+    return found
+
+
+def _slopes(setting: Setting, state: State, law: Array) -> list[Array | None]:
+    """Return every record's slope of the law to the current (L + N,), None where it does not move."""
+    found: list[Array | None] = []
+    for at, record in enumerate(setting.records):
+        if not record.moves or not any(e.moves for e in setting.known.values()):
+            found.append(None)
+            continue
+        current, step = setting.control(at, state), SLOPE * setting.scales.control
+        ends = [setting.law_at(at, current + side * step).values @ law for side in (-1.0, 1.0)]
+        slope = setting.passed(at, state, ((ends[1] - ends[0]) / (2.0 * step))[:, None])[:, 0]
+        found.append(slope)
+    return found
+
+
+def _column(
+    setting: Setting, state: State, effect: Examined, theta: Array, law: Array, slopes: Sequence[Array | None]
+) -> list[Array]:
+    """Return what an effect would add at unit strength (one that moves the current: at its own), per record (n,)."""
+    found = []
+    for at, record in enumerate(setting.records):
+        slope = slopes[at]
+        if effect.adds:
+            unit = effect.at(theta, 0, 1.0 if effect.of(0).high > 0.0 else -1.0)
+            force = added(effect, record, unit) / (effect.value(unit) * setting.scales.span)
+            found.append(setting.row_means(at, force))
+        elif not effect.moves:
+            found.append(derivative(setting, at, {**state, effect.name: theta}, (effect.name, 0), law))
+        elif slope is None:
+            found.append(np.zeros(len(setting.targets[at])))
+        else:
+            current = setting.control(at, state)
+            found.append(setting.row_means(at, (moved(effect, record, current, theta) - current) * slope))
+    return found
+
+
+def contribution(setting: Setting, state: State, name: str, law: Array) -> list[Array]:
+    """Return what one effect of a state adds to the force, law held, per record (n,), over the range."""
+    effect, rest = setting.known[name], {n: t for n, t in state.items() if n != name}
+    found = []
+    for at, record in enumerate(setting.records):
+        if effect.adds:
+            found.append(setting.row_means(at, added(effect, record, state[name])) / setting.scales.span)
+        else:
+            change = force_of_law(setting, at, state, law) - force_of_law(setting, at, rest, law)
+            found.append(setting.row_means(at, change))
+    return found
+
+
+def early(setting: Setting, state: State, law: Array) -> list[Array]:
+    """Return what a record that is early by one second would add, to first order, per record (n,)."""
+    found = []
+    for at, record in enumerate(setting.records):
+        force = force_of_law(setting, at, state, law) + force_added(setting, at, state) / setting.scales.span
+        found.append(setting.row_means(at, np.gradient(force) / record.dt))
+    return found

@@ -1,0 +1,217 @@
+"""The decision: evidence in, effects out. Nothing here computes, reads or writes."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from mrfit.discover.invariance.findings import Standing
+from mrfit.discover.invariance.policy import Policy
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """What screening says of an effect.
+
+    Attributes
+    ----------
+    name
+        Of the effect.
+    share
+        Of the squared error beside the best law, how much it could take to first order.
+    left
+        Share of its sensitivity's square that no law takes.
+    theta
+        Parameters to start from.
+    wrong
+        Whether its strength has a sign that is not physical.
+    tried
+        Which of the starts that were screened it is.
+    """
+
+    name: str
+    share: float
+    left: float
+    theta: tuple[float, ...] = ()
+    wrong: bool = False
+    tried: int = -1
+
+    @property
+    def rank(self) -> float:
+        """Share, 0 for one of the wrong sign."""
+        return 0.0 if self.wrong else self.share
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two effects that could take more together than either alone: opposed, each hides the other.
+
+    Attributes
+    ----------
+    names
+        Of the effects.
+    share
+        Of the squared error beside the best law, how much they could take together to first order.
+    thetas
+        Parameters to start from.
+    """
+
+    names: tuple[str, str]
+    share: float
+    thetas: tuple[tuple[float, ...], tuple[float, ...]]
+
+
+@dataclass(frozen=True)
+class Screening:
+    """What screening says of every effect, and of pairs, those that could take most first."""
+
+    candidates: tuple[Candidate, ...] = ()
+    pairs: tuple[Pair, ...] = ()
+
+
+@dataclass(frozen=True)
+class Refined:
+    """An effect refined beside those that are there already.
+
+    Attributes
+    ----------
+    name
+        Of the effect.
+    standing
+        How clearly it shows.
+    error
+        Squared error with it.
+    sign
+        Whether its strength has a physical sign.
+    early
+        Share that a record which is early would take, over its own; 0 where that is no rival.
+    beyond
+        What such a record would take beside the effect, over what the effect takes beside it.
+    numbers
+        Numbers that were fitted.
+    """
+
+    name: str
+    standing: Standing
+    error: float
+    sign: bool = True
+    early: float = 0.0
+    beyond: float = 0.0
+    numbers: int = 1
+
+
+def worth_refining(candidates: Sequence[Candidate], policy: Policy) -> tuple[list[Candidate], list[Candidate]]:
+    """Return the candidates to refine, the one that could take most first, and those that are turned down at once."""
+    ordered = sorted(candidates, key=lambda c: -c.rank)
+    least = policy.worth_refining * policy.share
+    good = [c for c in ordered if c.left >= policy.left and c.rank >= least][: policy.most_refined]
+    return good, [c for c in ordered if c not in good]
+
+
+def worth_pairing(screening: Screening, policy: Policy) -> list[Pair]:
+    """Return the pairs to refine where no effect alone is there: together they take more than both alone."""
+    alone = {c.name: c.rank for c in screening.candidates}
+    return [
+        p for p in screening.pairs if p.share >= max(policy.pair, policy.gain_of_pair * sum(alone[n] for n in p.names))
+    ][: policy.most_pairs]
+
+
+def both(rows: Sequence[Refined], policy: Policy) -> bool:
+    """Return whether two effects stand beside each other without objection."""
+    return all(not objection(row, policy) for row in rows)
+
+
+def screened_out(candidate: Candidate, policy: Policy) -> str:
+    """Return why a candidate is not refined."""
+    if candidate.left < policy.left:
+        return "the law may have it"
+    if candidate.wrong and candidate.share >= policy.worth_refining * policy.share:
+        return "its strength would have the wrong sign"
+    return f"takes only {candidate.share:.0%} of what no law makes"
+
+
+def looks_early(row: Refined, policy: Policy) -> bool:
+    """Return whether a record that is early cannot be told from an effect.
+
+    It takes much less, or less and nothing of its own beside the effect.
+    """
+    if row.early <= policy.early:
+        return False
+    return row.early > policy.early_at_most or row.beyond > policy.early_beyond
+
+
+def objection(row: Refined, policy: Policy) -> str:
+    """Return why a refined effect is not there; empty if it is."""
+    s = row.standing
+    reasons = (
+        (s.left < policy.left, "the law may have it"),
+        (not row.sign, "its strength would have the wrong sign"),
+        (looks_early(row, policy), f"a record that is early would take {row.early:.0%} of what it takes"),
+        (s.z < policy.clear, f"only {s.z:.1f} standard errors from neutral"),
+        (s.share < policy.share, f"takes only {s.share:.0%} of what no law makes"),
+        (s.kept < policy.kept, f"takes only {s.kept:.0%} on conditions left out"),
+        (s.held < policy.held, f"takes only {s.held:.0%} on conditions left out, the law from the others too"),
+        (s.size < policy.size, f"at most {s.size:.2%} of the range"),
+    )
+    return next((text for fails, text in reasons if fails), "")
+
+
+@dataclass(frozen=True)
+class Round:
+    """What one round of refinements decides: the effect to add, or none, its rivals, and why others are not there."""
+
+    winner: str
+    rivals: tuple[str, ...]
+    reasons: tuple[tuple[str, str], ...]
+
+
+def decide(rows: Sequence[Refined], policy: Policy) -> Round:
+    """Return the effect that leaves least among those without objection; rivals leave hardly more.
+
+    One with fewer numbers wins over it where it leaves as little.
+    """
+    reasons = tuple((r.name, objection(r, policy)) for r in rows)
+    good = sorted((r for r, (_, why) in zip(rows, reasons, strict=True) if not why), key=lambda r: r.error)
+    if not good:
+        return Round("", (), reasons)
+    near = [r for r in good if r.error <= policy.simpler * good[0].error]
+    winner = min(near, key=lambda r: r.numbers)
+    rivals = tuple(r.name for r in good if r is not winner and r.error < policy.rival * winner.error)
+    return Round(winner.name, rivals, reasons)
+
+
+def worth_a_swap(candidates: Sequence[Candidate], present: Refined, policy: Policy) -> list[Candidate]:
+    """Return the candidates to refine in the place of an effect that is there, with everything else."""
+    least = policy.instead * present.standing.share
+    good = [c for c in candidates if c.left >= policy.left and c.name != present.name and c.rank >= least]
+    return sorted(good, key=lambda c: -c.rank)[: policy.most_pairs]
+
+
+def weakest(rows: Sequence[Refined], policy: Policy) -> tuple[str, str]:
+    """Return the effect with an objection that takes least beside the others, and the objection; empty if none has."""
+    bad = [(r, objection(r, policy)) for r in rows]
+    bad = [(r, why) for r, why in bad if why]
+    if not bad:
+        return "", ""
+    row, why = min(bad, key=lambda b: b[0].standing.share)
+    return row.name, why
+
+
+def lost(rows: Sequence[Refined], before: Mapping[str, float], policy: Policy) -> tuple[str, str]:
+    """Return the effect that does not hold where a law may remember for longer, and why; empty if all hold.
+
+    Parameters
+    ----------
+    rows
+        The effects beside such a law.
+    before
+        Size of each beside a law of shorter memory.
+    policy
+        Thresholds.
+    """
+    name, why = weakest(rows, policy.beside_longer_memory)
+    if name:
+        return name, why
+    taken = {r.name: 1.0 - r.standing.size / before[r.name] for r in rows}
+    most = max(taken, key=lambda n: taken[n], default="")
+    if most and taken[most] > policy.drifts:
+        return most, f"it takes over {taken[most]:.0%} of its force"
+    return "", ""

@@ -1,0 +1,59 @@
+"""Weights of samples by what the best law leaves: so much in this condition, so much at this travel since a reversal.
+
+Errors of laws are ten times larger at full current than without, and larger near reversals; springs and masses are the
+same everywhere. Ordinary least squares would listen to the former alone.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mrfit.core.specs import Array
+from mrfit.discover.invariance.estimate import Table, rows_of, table
+from mrfit.discover.invariance.setting import Setting, State
+
+# Edges of the travel since a reversal in half strokes, bounds of its factor, and the fewest rows to tell it from
+EDGES, BOUNDS, FEWEST = (0.01, 0.04, 0.1, 0.3, 1.0), (0.25, 16.0), 20
+# Share of the median condition's mean square below which no condition's is taken, squared
+LEAST = 0.2**2
+
+
+def equal(setting: Setting) -> list[Array]:
+    """Return weights of 1, per record (n,)."""
+    return [np.ones(len(t)) for t in setting.targets]
+
+
+def weights_of(setting: Setting, state: State) -> list[Array]:
+    """Return weights of mean square 1, per record (n,), by what the best law with the effects of a state leaves."""
+    made = table(setting, equal(setting), state)
+    errors = residuals(setting, state, made)
+    mean = np.array([float(np.mean(e**2)) for e in errors])
+    mean += LEAST * float(np.median(mean)) + setting.noise**2 + np.finfo(float).tiny
+    edges = setting.scales.travel * np.array(EDGES)
+    places = [np.searchsorted(edges, setting.row_means(k, _padded(setting, k))) for k in range(len(setting.records))]
+    factors = np.ones(len(edges) + 1)
+    for k in range(len(factors)):
+        own = np.concatenate([e[p == k] ** 2 / m for e, p, m in zip(errors, places, mean, strict=True)])
+        if len(own) > FEWEST:
+            factors[k] = np.clip(own.mean(), *BOUNDS)
+    found = [1.0 / np.sqrt(m * factors[p]) for m, p in zip(mean, places, strict=True)]
+    size = np.sqrt(np.mean(np.concatenate(found) ** 2))
+    return [f / size for f in found]
+
+
+def _padded(setting: Setting, at: int) -> Array:
+    """Return the travel since a reversal (L + N,), 0 in the lead-in."""
+    return np.concatenate([np.zeros(setting.records[at].lead), setting.motions[at].since])
+
+
+def residuals(setting: Setting, state: State, made: Table, level: int | None = None) -> list[Array]:
+    """Return what the best law with the effects of a state leaves, unweighted, per record (n,), over the range."""
+    gram = made.total
+    found = made.solve(gram, effects=0) if level is None else made.solve(gram, level, effects=0)
+    rows = rows_of(setting, state)
+    return [t - law @ found[: made.size] for t, law in zip(rows.target, rows.law, strict=True)]
+
+
+def rms(parts: Sequence[Array]) -> float:
+    """Return the root mean square of some rows."""
+    return float(np.sqrt(np.mean(np.concatenate(list(parts)) ** 2)))

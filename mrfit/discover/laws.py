@@ -1,0 +1,117 @@
+"""The law as a finding: which other base takes how much of the gap, before and after the effects that were named.
+
+Each is fitted once, from where its characteristic points in the data put it, and judged on held-out conditions.
+"""
+
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from mrfit.core import registry
+from mrfit.core.specs import ModelSpec
+from mrfit.discover.findings import gap_of
+from mrfit.discover.held import refitted, with_held
+from mrfit.discover.policy import Policy
+from mrfit.discover.refit import Fitter, Refit
+from mrfit.errors import MrfitError
+from mrfit.io.schemas.discovery import OtherLaw
+from mrfit.simulate.current_dependence import CurrentDependence
+
+Dependence = Callable[[str], CurrentDependence | None]
+"""How the parameters of a model depend on current, by its name."""
+
+
+def other_laws(
+    fitter: Fitter, base: Refit, held: Mapping[str, float], dependence: Dependence, policy: Policy
+) -> tuple[OtherLaw, ...]:
+    """Return the other bases that take a visible share of a base's gap, the one that takes most first.
+
+    Parameters
+    ----------
+    fitter
+        Fits the base.
+    base
+        The base's own fit.
+    held
+        Parameters of the effects that were named, by name, at the values that were found.
+    dependence
+        How parameters of other bases depend on current.
+    policy
+        How many are fitted and told of.
+    """
+    laws = []
+    for name in candidates(fitter, base.assembly.spec.output, policy):
+        try:
+            laws.append(_law(_Question(fitter, base, held, policy), name, dependence(name)))
+        except MrfitError:
+            continue  # a law that cannot be fitted to these data is no candidate
+    return worth_telling(laws, policy)
+
+
+def worth_telling(laws: Sequence[OtherLaw], policy: Policy) -> tuple[OtherLaw, ...]:
+    """Return the laws that take a visible share of the gap, effects held, the one that takes most first."""
+    told = [law for law in laws if _taken(law) > policy.law_takes]
+    return tuple(sorted(told, key=lambda law: -_taken(law))[: policy.most_laws])
+
+
+def near_the_floor(floors: float, policy: Policy) -> bool:
+    """Return whether a law errs so little that it may be taken as exact, by its error in multiples of the floor."""
+    return floors <= policy.near_floor
+
+
+def suits(spec: ModelSpec, output: str, channels: Collection[str], policy: Policy) -> bool:
+    """Return whether a base is a law of few parameters with this output that the channels can drive."""
+    able = spec.output == output and all(i in channels for i in spec.inputs)
+    return able and len(spec.params) <= policy.most_law_parameters
+
+
+def candidates(fitter: Fitter, output: str, policy: Policy) -> Iterator[str]:
+    """Yield the bases that may be the law."""
+    own = fitter.base.partition("+")[0]
+    for name in registry.names("model"):
+        if name != own and suits(registry.load("model", name).SPEC, output, fitter.bench.channels, policy):
+            yield name
+
+
+@dataclass(frozen=True)
+class _Question:
+    """A base with its fit, and what is held beside other laws."""
+
+    fitter: Fitter
+    base: Refit
+    held: Mapping[str, float]
+    policy: Policy
+
+
+def _law(asked: _Question, name: str, dependence: CurrentDependence | None) -> OtherLaw:
+    fitter, base, held = asked.fitter, asked.base, asked.held
+    written = "+".join([name, *fitter.base.split("+")[1:]])
+    other = replace(
+        fitter, base=written, dependence=dependence, start={}, known={}, keep=lambda effects, point: None, judged={}
+    )
+    alone = other.rough()
+    gap = gap_of(fitter.bench, base, alone)
+    last = refitted(with_held(other, held), alone) if held else alone
+    beside = gap_of(fitter.bench, base, last)
+    known = all(s.noise.known for s in fitter.bench.of_role("holdout"))
+    floors = last.chi("holdout")
+    return OtherLaw(
+        model=written,
+        holdout_nrmse=gap.after,
+        takes=_share(gap.before, gap.after, gap.noise_floor),
+        takes_beside=_share(beside.before, beside.after, beside.noise_floor) if held else None,
+        floors=floors if known else None,
+        near_the_floor=known and near_the_floor(floors, asked.policy),
+        command=f"mrfit discover --model {written}",
+    )
+
+
+def _share(before: float | None, after: float | None, floor: float | None) -> float:
+    """Return the share of a gap that is taken; the noise counts for nothing where it is not known."""
+    if before is None or after is None:
+        return 0.0
+    noise = (floor or 0.0) ** 2
+    return min((before**2 - after**2) / max(before**2 - noise, 1e-300), 1.0)
+
+
+def _taken(law: OtherLaw) -> float:
+    return law.takes if law.takes_beside is None else law.takes_beside

@@ -1,0 +1,117 @@
+"""Settings of a comparison, of models or of optimizers."""
+
+import re
+from dataclasses import asdict, dataclass, fields
+from typing import Annotated
+
+import mrfit.settings.fit
+from mrfit.core.setting import Setting
+from mrfit.errors import ConfigError
+from mrfit.settings.fit import PATIENCE, Bounds, Budget, Fixed, Only, Options, Per, Seconds, Stall, Weight
+from mrfit.settings.forms import NAMES, Names
+from mrfit.settings.shared import CurrentOrder, Jobs, Seed, Start
+
+Models = Annotated[Names, Setting("Models by commas, or all.", form=NAMES, show_default=False)]
+Seeds = Annotated[int, Setting("Runs of each optimizer, from different starts.", low=1)]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Which models to compare, and how they are fitted.
+
+    Attributes
+    ----------
+    models
+        Models as written; ``("all",)`` for every one there is.
+    optimizer, options, per, seed, budget, seconds, stall, weight, current_order, only
+        As in the fit stage, the same for all.
+    jobs
+        Worker threads of each fit; fits run one after the other, so that their times can be compared.
+    """
+
+    models: Models = ("all",)
+    optimizer: Annotated[str, Setting("Optimizer with which models are compared.", flag="opt")] = "auto"
+    options: Options = ()
+    per: Per = "all"
+    seed: Seed = 0
+    budget: Budget = None
+    seconds: Seconds = None
+    stall: Stall = PATIENCE
+    weight: Weight = "none"
+    current_order: CurrentOrder = "auto"
+    only: Only = ""
+    jobs: Jobs = 1
+
+    def of_fit(self, model: str) -> mrfit.settings.fit.Settings:
+        """Return the settings of one model's fit."""
+        shared = {k: v for k, v in asdict(self).items() if k != "models"}
+        name = f"{model}.{self.optimizer}" + (".all" if self.per == "all" else "") + (f".{self.only}" * bool(self.only))
+        return mrfit.settings.fit.Settings(model=model, name=re.sub(r"[^A-Za-z0-9._+-]+", "_", name), **shared)
+
+    @property
+    def names(self) -> list[str]:
+        """The models' names, all written out."""
+        # help looks for no plug-in
+        from mrfit.core import registry
+
+        return registry.names("model") if self.models == ("all",) else list(dict.fromkeys(self.models))
+
+
+@dataclass(frozen=True)
+class OfOptimizers:
+    """Which optimizers to compare, on which fit.
+
+    Attributes
+    ----------
+    optimizers
+        Optimizers or chains, as in ``pso-fmin``.
+    fit
+        What they fit: model, ``per``, bounds, weight, budget, options, … as in the fit stage; its optimizer and seed
+        are not used. An option goes to every optimizer that has one of the name.
+    seeds
+        Runs of each optimizer, seeds 0, 1, …. Seed 0 starts at the model's own start values, every other at a point of
+        the cube drawn at random, the same for all optimizers; ``auto`` starts at what the data give as well, as it
+        does in a fit, and ``points`` there only.
+    """
+
+    optimizers: Names
+    fit: mrfit.settings.fit.Settings
+    seeds: Seeds = 5
+
+
+@dataclass(frozen=True)
+class _First:
+    """What says which comparison is asked for; it comes first in the help."""
+
+    models: Models = ()
+    optimizers: Annotated[Names, Setting("Instead: optimizers by commas, on one --model.", form=NAMES)] = ()
+    model: Annotated[str, Setting("Model on which optimizers are compared.", show_default=False)] = ""
+    seeds: Seeds = 5
+
+
+@dataclass(frozen=True)
+class Asked(Settings, _First):
+    """What the command takes: the settings of either comparison."""
+
+    models: Models = ()
+    bounds: Bounds = ()
+    start: Start = ()
+    fixed: Fixed = ()
+
+    def __post_init__(self) -> None:
+        if bool(self.models) == bool(self.optimizers) or bool(self.optimizers) != bool(self.model):
+            raise ConfigError("compare takes --models NAMES, or --optimizers NAMES together with --model NAME")
+        if self.models and (self.bounds or self.start or self.fixed):
+            raise ConfigError("--bounds, --start and --fix go with --optimizers: models have parameters of their own")
+
+    @property
+    def of_models(self) -> Settings:
+        """The settings of a comparison of models."""
+        return Settings(**{f.name: getattr(self, f.name) for f in fields(Settings)})
+
+    @property
+    def of_optimizers(self) -> OfOptimizers:
+        """The settings of a comparison of optimizers; seeds and optimizers are not those of one fit."""
+        own = {f.name for f in fields(self)} - {"optimizer", "seed"}
+        shared = {f.name: getattr(self, f.name) for f in fields(mrfit.settings.fit.Settings) if f.name in own}
+        return OfOptimizers(self.optimizers, mrfit.settings.fit.Settings(**shared), self.seeds)

@@ -1,0 +1,24 @@
+"""Settings of the report stage."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from mrfit.core.setting import Setting
+from mrfit.settings.forms import LISTED
+from mrfit.settings.shared import Jobs
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What to report.
+
+    Attributes
+    ----------
+    fits
+        Names of fits in the order to show them; empty for all finished ones.
+    jobs
+        Worker processes; does not change the result.
+    """
+
+    fits: Annotated[tuple[str, ...], Setting("Fit to report; default: all.", flag="fit", form=LISTED)] = ()
+    jobs: Jobs = 1

@@ -1,0 +1,41 @@
+"""Settings of several stages."""
+
+import os
+from typing import Annotated, Literal
+
+from mrfit.core.setting import Setting
+from mrfit.settings.forms import NUMBERS, OHMS, ORDER, Pairs
+
+CORES = os.cpu_count() or 1
+
+Jobs = Annotated[
+    int,
+    Setting(
+        "Workers; does not change the result.",
+        short="-j",
+        low=1,
+        command_default=CORES,
+        changes_result=False,
+        told=None,
+    ),
+]
+Seed = Annotated[int, Setting("Seed of every random choice.", low=0, told=None)]
+RESISTANCE = Setting(
+    "Coil resistance in ohm, or 'auto' to estimate it; later commands of the workspace keep it.",
+    metavar="OHM|auto",
+    form=OHMS,
+)
+Resistance = Annotated[float | Literal["auto"] | None, RESISTANCE]
+Start = Annotated[
+    Pairs,
+    Setting("Change a start value.", metavar="NAME=VALUE", form=NUMBERS, told="{0} started at {1:g}"),
+]
+CurrentOrder = Annotated[
+    str,
+    Setting(
+        "Order 0-4 of parameters in current, for all or by name; 1:0.2:2 is order 1 to 0.2 A and 2 from there, "
+        "meeting, 1/0.2/2 lets them jump.",
+        metavar="auto|ORDER|NAME=ORDER,…",
+        form=ORDER,
+    ),
+]

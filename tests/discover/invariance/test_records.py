@@ -1,0 +1,63 @@
+"""Records are means of what was measured, at no more samples than the motion needs."""
+
+import numpy as np
+import pytest
+
+from mrfit.discover.invariance.base import none
+from mrfit.discover.invariance.policy import STANDARD
+from mrfit.discover.invariance.records import MOST_RATE, SAMPLES_OF_FASTEST, from_arrays, thinned
+from mrfit.discover.invariance.setting import setting_of
+from tests.discover.invariance.specimens import records
+
+RATE = 4000.0
+
+
+def channels(f: float, seconds: float = 2.0, lead: int = 0) -> dict[str, np.ndarray]:
+    t = (np.arange(int(seconds * RATE) + lead) - lead) / RATE
+    w = 2.0 * np.pi * f
+    x = 0.01 * np.sin(w * t)
+    return {"displacement": x, "velocity": 0.01 * w * np.cos(w * t), "acceleration": -(w**2) * x, "time": t}
+
+
+@pytest.mark.parametrize(("f", "rate"), [(2.0, MOST_RATE), (20.0, 20.0 * SAMPLES_OF_FASTEST)])
+def test_a_record_has_as_many_samples_as_its_motion_needs(f: float, rate: float) -> None:
+    found = thinned("a", 1.0 / RATE, channels(f), np.ones(int(2 * RATE)), "force")
+    assert 1.0 / found.dt == pytest.approx(rate, rel=0.15)
+    assert found.fastest == pytest.approx(f, rel=0.3)
+
+
+def test_samples_are_means_and_the_lead_in_stays_aligned() -> None:
+    made, lead = channels(2.0, lead=403), 403
+    output = made["velocity"][lead:]
+    found = thinned("a", 1.0 / RATE, made, output, "force")
+    np.testing.assert_allclose(found.measured(found.speed), found.output, atol=1e-12)
+    np.testing.assert_allclose(found.measured(found.channels["time"])[0], np.mean(np.arange(8) / RATE), atol=1e-12)
+    assert found.lead == 403 // 8
+
+
+def test_a_current_that_hardly_moves_is_held_at_its_mean() -> None:
+    made = channels(2.0)
+    noise = np.random.default_rng(0).normal(0.0, 0.01, len(made["time"]))
+    for level, moves in ((1.0, False), (0.0, False)):
+        found = thinned("a", 1.0 / RATE, {**made, "current": level + noise * level}, np.ones(len(noise)), "force")
+        assert found.moves is moves
+        assert np.ptp(found.control) == 0.0
+    found = thinned("a", 1.0 / RATE, {**made, "current": 1.0 + 10.0 * noise}, np.ones(len(noise)), "force")
+    assert found.moves
+
+
+def test_the_motion_of_a_raw_stroke_is_derived_with_the_package_s_smoother() -> None:
+    made, rng = channels(2.0), np.random.default_rng(1)
+    raw = {"displacement": made["displacement"] + rng.normal(0.0, 5e-6, len(made["time"])), "force": made["velocity"]}
+    found = from_arrays(1.0 / RATE, "force", raw, "a")
+    middle = slice(20, -20)
+    true = found.output[middle]
+    assert np.max(np.abs(found.measured(found.speed)[middle] - true)) < 0.02 * np.max(np.abs(true))
+
+
+@pytest.mark.parametrize(("conditions", "whole"), [(8, True), (STANDARD.fewest_groups - 1, False)])
+def test_few_conditions_are_cut_into_pieces(conditions: int, whole: bool) -> None:
+    rows = records()[:conditions]
+    own = setting_of(rows, none(rows).terms, [], STANDARD)
+    assert own.count == conditions if whole else own.count > conditions
+    assert {len(set(g.tolist())) for g in own.groups} == {1} if whole else max(len(set(g)) for g in own.groups) > 1

@@ -1,0 +1,143 @@
+"""Two ways of discovery together: which of them is believed, where, and what is said where they differ."""
+
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mrfit.core.specs import Invariance
+from mrfit.discover.combine import combine, worth_examining
+from mrfit.discover.evidence import Screening
+from mrfit.discover.invariance.findings import BrokenInvariance, Findings, NamedEffect, Parameter, Standing
+from mrfit.discover.policy import STANDARD
+from mrfit.discover.select import Selection
+from tests.discover.world import fit
+
+CLEAR = Standing(share=0.9, kept=0.9, held=0.8, size=0.1, z=20.0, left=0.1, improved=1.0)
+FORCE = Parameter("largest force", "N", 100.0, 90.0, 110.0)
+BASE = fit(20.0)
+
+
+def effect(name: str, breaks: Invariance = Invariance.POSITION, **more: tuple[str, ...]) -> NamedEffect:
+    return NamedEffect(name, breaks, "short-memory", (), FORCE, False, CLEAR, **more)
+
+
+def broken(kept: float, invariance: Invariance = Invariance.POSITION) -> BrokenInvariance:
+    return BrokenInvariance(invariance, kept, kept, 0.05)
+
+
+def exact(verdict: str = "unexplained", *effects: str, left: float = 10.0, **more: object) -> Selection:
+    final = fit(left, *effects) if effects else BASE
+    return replace(Selection(BASE, final, final, Screening(BASE)), verdict=verdict, **more)
+
+
+def test_without_an_examination_the_base_taken_as_exact_decides() -> None:
+    chosen = exact("ambiguous", "a", "c", ambiguous=(("a", "b"),))
+    for examined in (None, Findings(not_applicable="no displacement")):
+        found = combine(chosen, examined, STANDARD)
+        assert (found.verdict, found.named, found.ambiguous) == ("ambiguous", ("c",), (("a", "b"),))
+        assert not found.law_is_open and not found.difference
+
+
+def test_an_effect_that_no_law_makes_is_named_where_the_base_taken_as_exact_explains_nothing() -> None:
+    found = combine(exact(), Findings(named=(effect("s"),)), STANDARD)
+    assert (found.verdict, found.named, found.ambiguous) == ("named", ("s",), ())
+    assert found.law_is_open and not found.difference
+
+
+def test_what_an_examination_does_not_confirm_is_taken_back() -> None:
+    nothing = Findings(broken=(broken(0.9),))
+    for verdict in ("ambiguous", "named"):
+        found = combine(exact(verdict, "a"), nothing, STANDARD)
+        assert (found.verdict, found.named, found.taken_back) == ("unexplained", (), True)
+        assert "a would be there" in found.difference and not found.law_is_open
+    found = combine(exact(), nothing, STANDARD)
+    assert (found.verdict, found.taken_back, found.difference) == ("unexplained", False, "")
+    kept = combine(exact("named", "a", "b"), Findings(named=(effect("a"),)), STANDARD)
+    assert (kept.verdict, kept.named) == ("named", ("a",)) and "b would take part" in kept.difference
+
+
+@pytest.mark.parametrize(
+    "partners", [{"rivals": ("t",)}, {"alike": ("t",)}, {"rivals": ("t",), "alike": ("t",)}], ids=lambda p: "+".join(p)
+)
+def test_a_name_with_partners_is_a_set(partners: dict[str, tuple[str, ...]]) -> None:
+    found = combine(exact(), Findings(named=(effect("s", **partners), effect("u"))), STANDARD)
+    assert (found.verdict, found.named, found.ambiguous) == ("ambiguous", ("u",), (("s", "t"),))
+    assert found.law_is_open
+
+
+def test_what_breaks_the_same_invariance_beside_an_effect_makes_it_a_shadow() -> None:
+    for kept, invariance, believed in (
+        (0.8, Invariance.POSITION, False),
+        (0.6, Invariance.POSITION, True),
+        (0.8, Invariance.TIME, True),
+    ):
+        found = combine(exact(), Findings(named=(effect("s"),), broken=(broken(kept, invariance),)), STANDARD)
+        assert (found.named == ("s",), found.verdict == "named") == (believed, believed)
+        assert [s.name for s in found.shadows] == ([] if believed else ["s"])
+        assert found.verdict == ("named" if believed else "unexplained")
+
+
+def test_the_way_that_has_no_proof_for_an_effect_of_the_other_is_told() -> None:
+    proven = exact(proven=fit(5.0, "lag", "s"), taken_back=True)
+    found = combine(proven, Findings(named=(effect("s"),)), STANDARD)
+    assert "lag would take part of the gap" in found.difference and " s " not in found.difference
+    assert not combine(proven, Findings(named=(effect("s"), effect("lag"))), STANDARD).difference
+    resolved = combine(exact("ambiguous", "a", ambiguous=(("a", "b"),)), Findings(named=(effect("a"),)), STANDARD)
+    assert (resolved.verdict, resolved.named, resolved.difference) == ("named", ("a",), "")
+
+
+@pytest.mark.parametrize(
+    ("chosen", "noise", "open_"),
+    [
+        (exact("none"), 1.0, False),
+        (exact("insufficient-data"), 1.0, False),
+        (exact("unexplained"), 1.0, True),
+        (exact("named", "a", left=2.1), 1.0, False),
+        (exact("named", "a", left=2.6), 1.0, True),
+        (exact("named", "a", left=12.0), 1.0, True),
+        (exact("ambiguous", "a", left=2.1), 1.0, False),
+        (exact("ambiguous", "a", left=12.0), 1.0, True),
+        # within what the noise can be
+        (exact("named", "a", left=12.0), 12.0, False),
+        (exact("named", "a", left=12.0), 30.0, False),
+    ],
+)
+def test_a_law_is_examined_only_where_the_base_does_not_leave_the_noise(
+    chosen: Selection, noise: float, open_: bool
+) -> None:
+    assert worth_examining(chosen, noise, True, STANDARD) == open_
+
+
+@pytest.mark.parametrize("verdict", ["none", "insufficient-data"])
+def test_a_floor_that_was_guessed_cannot_say_that_nothing_is_missing(verdict: str) -> None:
+    assert worth_examining(exact(verdict), 1.0, False, STANDARD)
+    assert not worth_examining(exact(verdict), 1.0, True, STANDARD)
+    nothing = combine(exact(verdict), Findings(), STANDARD)
+    assert (nothing.verdict, nothing.named) == (verdict, ())
+    assert combine(exact(verdict), Findings(named=(effect("s"),)), STANDARD).named == ("s",)
+
+
+NAMES = st.sampled_from(["a", "b", "c", "d"])
+
+
+@given(
+    st.lists(NAMES, unique=True, max_size=3),
+    st.lists(NAMES, unique=True, max_size=2),
+    st.lists(st.tuples(st.sampled_from(list(Invariance)), st.floats(0.0, 1.0)), max_size=2),
+    st.sampled_from(list(Invariance)),
+)
+def test_every_name_is_in_one_place_and_the_verdict_says_which(
+    named: list[str], rivals: list[str], rows: list[tuple[Invariance, float]], breaks: Invariance
+) -> None:
+    effects = tuple(
+        effect(n, breaks, rivals=tuple(r for r in rivals if r not in named) if k == 0 else ())
+        for k, n in enumerate(named)
+    )
+    found = combine(exact(), Findings(named=effects, broken=tuple(broken(k, i) for i, k in rows)), STANDARD)
+    sets = {n for group in found.ambiguous for n in group}
+    shadows = {s.name for s in found.shadows}
+    assert not set(found.named) & sets and not shadows & ({*found.named} | sets)
+    assert set(named) <= {*found.named} | sets | shadows
+    assert found.verdict == ("ambiguous" if sets else "named" if found.named else "unexplained")
