@@ -64,11 +64,11 @@ def timed(source: Source, parts: Parts, files: dict[str, str], options: Sequence
     """Return nanoseconds per step."""
     import subprocess
 
-    p = parts.context["p"]
+    p = parts.context.p
     drive = source.drive(source.stretches[0])
     rows = np.tile(user_inputs(source, drive), (1, STEPS // drive.shape[1] + 1))[:, :STEPS]
-    assign = " ".join(f"in[k].{c['field']} = ({p}_real)row[{k}];" for k, c in enumerate(parts.context["inputs"]))
-    output = parts.context["output"]["field"]
+    assign = " ".join(f"in[k].{c.field} = ({p}_real)row[{k}];" for k, c in enumerate(parts.context.inputs))
+    output = parts.context.output.field
     main = TIMER.format(p=p, steps=STEPS, runs=RUNS, columns=len(rows), assign=assign, output=output)
     with TemporaryDirectory() as folder:
         place = Path(folder)
@@ -98,7 +98,7 @@ def table() -> str:
     for name, source in sources():
         parts = parts_of(source)
         files = rendered(source, parts, [], Cost((), 0.002))
-        times = [timed(source, parts, files, o) for o in ((), (f"-D{parts.context['p'].upper()}_FLOAT",))]
+        times = [timed(source, parts, files, o) for o in ((), (f"-D{parts.context.p.upper()}_FLOAT",))]
         drive = source.drive(source.stretches[0])
         wanted = source.simulate(drive, 1e-4)
         with built(parts, files, ("-O2",)) as program:

@@ -1,7 +1,6 @@
 """Take a fit out of Python: what the command export does, of a fit in memory."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,10 +8,10 @@ from mrfit.api import drawing
 from mrfit.api.recordings import PathText, several
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
-from mrfit.errors import ConfigError
 from mrfit.export import stage
 from mrfit.export.source import OWN, Source, Stretch, runs, source_of
 from mrfit.report.source import Series
+from mrfit.settings.export import Settings
 from mrfit.simulate.current_levels import assembly_of
 
 if TYPE_CHECKING:
@@ -23,19 +22,17 @@ def exported(
     result: "FitResult",
     folder: PathText,
     to: str | Sequence[str],
-    recordings: Recording | Iterable[Recording] | None = None,
-    options: Mapping[str, object] | None = None,
+    settings: Settings,
+    *,
+    recordings: Recording | Iterable[Recording] | None,
+    condition: str,
+    without: str | Sequence[str],
 ) -> stage.Written:
     """Write a fit in formats; see ``FitResult.export``."""
-    given = dict(options or {})
-    condition, without = str(given.pop("condition", "")), given.pop("without", ())
-    known = [f.name for f in fields(stage.Options)]
-    if unknown := [n for n in given if n not in known]:
-        raise ConfigError(f"export has no option '{unknown[0]}'; it has condition, without, {', '.join(known)}")
-    settings = stage.Options(**given)  # type: ignore[arg-type]
     formats = [to] if isinstance(to, str) else list(to)
-    stage.check(formats, settings)
-    source = _source(result, recordings, condition, tuple(without))  # type: ignore[arg-type]
+    stage.check(formats)
+    left_out = [without] if isinstance(without, str) else list(without)
+    source = _source(result, recordings, condition, left_out)
     return stage.run(source, formats, Path(folder), settings)
 
 
@@ -43,10 +40,9 @@ def _source(
     result: "FitResult",
     recordings: Recording | Iterable[Recording] | None,
     condition: str,
-    without: tuple[str, ...],
+    without: Sequence[str],
 ) -> Source:
-    content = {k: v for k, v in result.to_json().items() if k != "preparation"}
-    assembly = assembly_of(content)
+    assembly = assembly_of(result.content)
     if recordings is not None:
         logs = list(several(recordings))
         found = result.predict(logs).found
@@ -64,7 +60,7 @@ def _source(
     else:
         series, raw = [], {}
     stretches = [t for s in series for t in _stretches(s, raw.get(s.segment, {}))]
-    return source_of(content, assembly, stretches, condition, without)
+    return source_of(result.content, assembly, stretches, condition, without)
 
 
 def _stretches(series: Series, raw: Mapping[str, Array]) -> list[Stretch]:

@@ -23,6 +23,7 @@ from mrfit.fit.files import Fitted, read_fit_json
 from mrfit.io.schemas.fit import Fit, FitPreparation, Result, SavedFit
 from mrfit.io.schemas.stages import FluxSettings, SegmentSettings
 from mrfit.io.workspace import plain, write_json
+from mrfit.settings.export import Settings as ExportSettings
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -161,6 +162,8 @@ class FitResult:
         *,
         to: str | Sequence[str],
         recordings: Recording | Iterable[Recording] | None = None,
+        condition: str = "",
+        without: str | Sequence[str] = (),
         **options: object,
     ) -> "Written":
         """Write the fitted model as C, FMU, JSON …, as ``mrfit export`` does, and return what was written.
@@ -173,8 +176,12 @@ class FitResult:
             ``c``, ``fmu``, ``json``, ``lookup``, ``matlab``, ``modelica``, ``ssv``, or several of them.
         recordings
             Logs that say where the model holds, of a fit that was read from a file.
+        condition
+            Whose parameters, of a fit with several sets.
+        without
+            Effects to leave out.
         **options
-            ``condition``, ``without``, and those of ``mrfit.export.stage.Options``: ``fmi``, ``draws``, ``seed``.
+            Those of ``mrfit export``, see below.
 
         Raises
         ------
@@ -185,7 +192,9 @@ class FitResult:
         """
         from mrfit.api.exporting import exported
 
-        return exported(self, folder, to, recordings, options)
+        check_names((ExportSettings,), options)
+        settings = settings_of(ExportSettings, options)
+        return exported(self, folder, to, settings, recordings=recordings, condition=condition, without=without)
 
     def __repr__(self) -> str:
         sets = [text_table(self._parameters(r)) for r in self._few]
@@ -291,3 +300,4 @@ def _preparation(how: FitPreparation) -> Preparation:
 
 
 with_options(fit, (fit_stage.Settings, *SETTINGS), ("model",))
+with_options(FitResult.export, (ExportSettings,), ())

@@ -1,20 +1,17 @@
 """The command that takes a fit out of the tool."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
+import mrfit.settings.export
 from mrfit.cli import console
-from mrfit.cli.options import WORK, Json, Plugins, Work
+from mrfit.cli.options import Json, Plugins, Work, options
 from mrfit.core.progress import Progress
-
-if TYPE_CHECKING:
-    from mrfit.export.stage import Options
+from mrfit.io.schemas.reading import Entry
 
 To = Annotated[
     list[str],
@@ -27,28 +24,26 @@ To = Annotated[
 ]
 
 
-def export(  # noqa: PLR0913
+@options
+def export(
     fit_name: Annotated[str, typer.Option("--fit", help="Name of a finished fit.", show_default=False)],
     to: To,
+    *,
     out: Annotated[Path | None, typer.Option("--out", help="Folder; default: export/NAME in the workspace.")] = None,
     condition: Annotated[str, typer.Option(help="Whose parameters, of a fit with several sets.")] = "",
     without: Annotated[list[str] | None, typer.Option("--without", help="Effect to leave out; repeat.")] = None,
-    fmi: Annotated[int, typer.Option(help="Version of FMI of an FMU: 2 or 3.")] = 2,
-    draws: Annotated[int, typer.Option(min=1, help="Parameter sets drawn for ssv.")] = 100,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of these draws.")] = 0,
-    work: Work = WORK,
-    plugins: Plugins = None,
-    as_json: Json = False,
+    settings: mrfit.settings.export.Settings,
+    work: Work,
+    plugins: Plugins,
+    as_json: Json,
 ) -> None:
     """Write a fitted model as C, FMU, JSON, lookup tables, MATLAB, Modelica or SSP parameter sets.
 
     Example: mrfit export --fit tanh.auto --to c --to fmu
     """
-    from mrfit.export.stage import Options
-
-    options = Options(fmi=fmi, draws=draws, seed=seed)
     with console.progress_bar() as progress:
-        summary = exported(work, fit_name, to, Place(out, condition, tuple(without or ())), options, progress)
+        place = Place(out, condition, tuple(without or ()))
+        summary = exported(work, fit_name, to, place, settings, progress)
     return console.print_json(summary) if as_json else show(summary)
 
 
@@ -61,9 +56,34 @@ class Place:
     without: tuple[str, ...]
 
 
+@dataclass(frozen=True, kw_only=True)
+class Format(Entry):
+    """What was written in a format; ``error`` as a share of the output's range, None where it was not measured."""
+
+    format: str
+    files: list[str]
+    said: list[str]
+    error: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Exported(Entry):
+    """What the command tells of an export."""
+
+    fit: str
+    model: str
+    folder: str
+    formats: list[Format]
+
+
 def exported(
-    work: Path, name: str, to: Sequence[str], place: Place, options: Options, progress: Progress
-) -> dict[str, Any]:
+    work: Path,
+    name: str,
+    to: Sequence[str],
+    place: Place,
+    settings: mrfit.settings.export.Settings,
+    progress: Progress,
+) -> Exported:
     """Write a fit of a workspace in formats; return what was written.
 
     Raises
@@ -78,28 +98,27 @@ def exported(
     from mrfit.export.workspace import read_fit_and_logs
     from mrfit.io.workspace import Workspace
 
-    stage.check(to, options)
+    stage.check(to)
     workspace = Workspace(work)
     with workspace.locked():
         found = read_fit_and_logs(workspace, name)
         source = source_of(found.content, found.assembly, found.stretches, place.condition, place.without)
         folder = place.out or workspace.root / "export" / name
-        written = stage.run(source, to, folder, options, progress)
-    rows = [
-        {"format": f, "files": written.files[f], "said": written.said[f], "error": written.errors[f]}
-        for f in written.files
+        written = stage.run(source, to, folder, settings, progress)
+    formats = [
+        Format(format=f, files=written.files[f], said=written.said[f], error=written.errors[f]) for f in written.files
     ]
-    return {"fit": name, "model": source.assembly.name, "folder": str(folder), "formats": rows}
+    return Exported(fit=name, model=source.assembly.name, folder=str(folder), formats=formats)
 
 
-def show(summary: dict[str, Any]) -> None:
+def show(summary: Exported) -> None:
     """Print what was written."""
-    rows = [[r["format"], _few(r["files"]), r["error"]] for r in summary["formats"]]
-    title = f"{summary['model']} of the fit {summary['fit']}, in {summary['folder']}"
+    rows = [[row.format, _few(row.files), row.error] for row in summary.formats]
+    title = f"{summary.model} of the fit {summary.fit}, in {summary.folder}"
     console.print_table(title, ["format", "files", "difference / range"], rows)
-    for row in summary["formats"]:
-        for text in row["said"]:
-            console.say(f"{row['format']}: {text}")
+    for row in summary.formats:
+        for text in row.said:
+            console.say(f"{row.format}: {text}")
 
 
 def _few(names: Sequence[str]) -> str:

@@ -1,9 +1,8 @@
 """C99: one header, one source, a self-test; no heap, no recursion, ``<math.h>`` only."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -16,8 +15,9 @@ from mrfit.export.compiler import Compiled, compiled, compiler
 from mrfit.export.head import CAUSALITY, head_lines
 from mrfit.export.motion import motion_of
 from mrfit.export.source import Source
-from mrfit.export.stage import Files, Options
+from mrfit.export.stage import Files
 from mrfit.export.text import c_comment, field, number
+from mrfit.settings.export import Settings
 
 # Functions of math.h that templates call by their names, those of two arguments apart
 TWO = ("pow", "hypot", "copysign", "atan2", "fmin", "fmax", "fmod")
@@ -67,6 +67,28 @@ class Difference:
 
 
 @dataclass(frozen=True)
+class SelfTest:
+    """What the template of the self-test is rendered with.
+
+    Attributes
+    ----------
+    rows, columns
+        Inputs and output of every sample, and what they are.
+    dt
+        Sample interval in s.
+    range
+        Extent of the output, of which ``tolerance`` is the share that an error may have, ``float_tolerance`` in float.
+    """
+
+    rows: list[list[str]]
+    columns: list[str]
+    dt: str
+    range: str
+    tolerance: str
+    float_tolerance: str
+
+
+@dataclass(frozen=True)
 class CExport:
     """The files' contents by name, what was measured, and what is to be told."""
 
@@ -91,10 +113,10 @@ def c_export(source: Source) -> CExport:
     difference = differs(source, parts, draft)
     told = [difference.text, *notes_of(source), "", CAUSALITY, *cost.lines]
     files = rendered(source, parts, told, cost)
-    return CExport(parts.context["p"], files, difference, cost, tuple(notes_of(source)))
+    return CExport(parts.context.p, files, difference, cost, tuple(notes_of(source)))
 
 
-def files(source: Source, options: Options) -> Files:
+def files(source: Source, settings: Settings) -> Files:
     """Return header, source and self-test."""
     made = c_export(source)
     contents = {name: text.encode("ascii") for name, text in made.files.items()}
@@ -116,9 +138,9 @@ def notes_of(source: Source) -> list[str]:
 
 def rendered(source: Source, parts: Parts, told: Sequence[str], cost: Cost, tunable: bool = False) -> dict[str, str]:
     """Return the contents of header, source and self-test, by file name."""
-    prefix = parts.context["p"]
+    prefix = parts.context.p
     motion = motion_of(source, cost.tau)
-    context = {**parts.context, "motion": motion, "tunable": tunable, "two": TWO}
+    context = {**vars(parts.context), "motion": motion, "tunable": tunable, "two": TWO}
     head = c_comment(head_lines(source, told))
     short = c_comment([f"{source.assembly.name}: see {prefix}.h"])
     jinja = environment(TEMPLATES / "c")
@@ -132,38 +154,38 @@ def rendered(source: Source, parts: Parts, told: Sequence[str], cost: Cost, tuna
     }
     test = _selftest(source, parts)
     if test:
-        text = jinja.get_template("selftest.c.j2").render(context, head=short, **test)
+        text = jinja.get_template("selftest.c.j2").render(context, head=short, **vars(test))
         files[f"{prefix}_selftest.c"] = tidy(named(text, prefix))
     return files
 
 
-def _selftest(source: Source, parts: Parts) -> dict[str, Any]:
-    """Return what the self-test is made of: the first samples of a segment in which the output moves most."""
+def _selftest(source: Source, parts: Parts) -> SelfTest | None:
+    """Return the self-test: the first samples of a segment in which the output moves most; None without logs."""
     if not source.stretches:
-        return {}
+        return None
     stretch = max(source.stretches, key=lambda s: float(np.ptp(s.simulated[:TESTED])))
     drive = source.drive(stretch)[:, :TESTED]
     expected = source.simulate(drive, stretch.dt)
     inputs = [drive[source.spec.inputs.index(n)] for n in source.channels]
     rows = [[number(v) for v in row] for row in np.column_stack([*inputs, expected]).tolist()]
     units = [f"{field(n)} {unit_of(n)}" for n in (*source.channels, source.spec.output)]
-    return {
-        "rows": rows,
-        "columns": units,
-        "dt": number(stretch.dt),
-        "range": number(source.output_range),
-        "tolerance": number(_tolerance(source, parts)),
-        "float_tolerance": number(EXACT_FLOAT),
-    }
+    return SelfTest(
+        rows=rows,
+        columns=units,
+        dt=number(stretch.dt),
+        range=number(source.output_range),
+        tolerance=number(_tolerance(source, parts)),
+        float_tolerance=number(EXACT_FLOAT),
+    )
 
 
 def _tolerance(source: Source, parts: Parts) -> float:
     """Return the share of the range that the self-test allows: what was stated of the causal forms in this export."""
     stated = [EXACT, float(parts.base.setting("tolerance", 0.0)) * 10.0]
-    looser = {"smooth_lag", "play"} & set(parts.context["block_names"])
+    looser = {"smooth_lag", "play"} & set(parts.context.block_names)
     if looser or any(k.spec.slot == "loop" for k in source.links):
         stated.append(1e-2)
-    if parts.context["shape_varies"]:
+    if parts.context.shape_varies:
         stated.append(2e-5)
     return max(stated)
 
@@ -195,8 +217,8 @@ def tidy(text: str) -> str:
 
 def driver(parts: Parts) -> str:
     """Return a program that runs the export on rows of numbers, see ``compiler.Compiled``."""
-    prefix = parts.context["p"]
-    text = environment(TEMPLATES / "c").get_template("driver.c.j2").render(parts.context)
+    prefix = parts.context.p
+    text = environment(TEMPLATES / "c").get_template("driver.c.j2").render(vars(parts.context))
     return named(text, prefix)
 
 
@@ -208,9 +230,9 @@ def built(parts: Parts, files: dict[str, str], options: Sequence[str] = ()) -> C
     ConfigError
         If there is no C compiler.
     """
-    prefix = parts.context["p"]
+    prefix = parts.context.p
     sources = {n: t for n, t in files.items() if n in (f"{prefix}.h", f"{prefix}.c")}
-    return compiled({**sources, "driver.c": driver(parts)}, len(parts.context["inputs"]), options)
+    return compiled({**sources, "driver.c": driver(parts)}, len(parts.context.inputs), options)
 
 
 def differs(source: Source, parts: Parts, files: dict[str, str]) -> Difference:
@@ -228,7 +250,7 @@ def user_inputs(source: Source, drive: Array) -> Array:
     return drive[[source.spec.inputs.index(n) for n in source.channels]]
 
 
-def compared(source: Source, run: Any) -> Difference:
+def compared(source: Source, run: Callable[[Array, float], Array]) -> Difference:
     """Return how far ``run(drive, dt)`` is from the simulation in Python on the fit's logs."""
     largest, squares, samples, low, high = 0.0, 0.0, 0, np.inf, -np.inf
     drives = source.compared()

@@ -65,7 +65,7 @@ class Form:
         Variables it sees: ``shape_varies``, ``tunable``.
     """
 
-    def __init__(self, file: Path, given: Mapping[str, Any]) -> None:
+    def __init__(self, file: Path, given: Mapping[str, bool]) -> None:
         self.module: Any = environment(file.parent).get_template(file.name).make_module(dict(given))
 
     def text(self, macro: str) -> str:
@@ -88,7 +88,7 @@ class Form:
         return set(NAMED.findall(self.text("shape")))
 
 
-def form_of(kind: Literal["model", "effect"], name: str, given: Mapping[str, Any]) -> Form:
+def form_of(kind: Literal["model", "effect"], name: str, given: Mapping[str, bool]) -> Form:
     """Return the C form of a model or effect.
 
     Raises
@@ -109,7 +109,7 @@ def form_of(kind: Literal["model", "effect"], name: str, given: Mapping[str, Any
     return Form(file, given)
 
 
-def blocks_for(wanted: list[str], given: Mapping[str, Any]) -> dict[str, Form]:
+def blocks_for(wanted: list[str], given: Mapping[str, bool]) -> dict[str, Form]:
     """Return by name the shared blocks that some need, those they need themselves before them."""
     found: dict[str, Form] = {}
 

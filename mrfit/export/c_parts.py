@@ -4,10 +4,21 @@ import math
 import re
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
 
+from mrfit.export.c_context import (
+    BaseField,
+    Basis,
+    Block,
+    Channel,
+    Context,
+    Curve,
+    EffectCode,
+    EffectField,
+    Piece,
+    Term,
+)
 from mrfit.export.c_form import TEMPLATES, Form, blocks_for, form_of
 from mrfit.export.source import Link, Source
 from mrfit.export.text import field, identifier, in_comment, number
@@ -38,9 +49,9 @@ ARGUMENTS = (
 
 @dataclass(frozen=True)
 class Parts:
-    """What the templates are rendered with, and the C forms it came from."""
+    """What the templates are rendered with, and the C form it came from."""
 
-    context: dict[str, Any]
+    context: Context
     base: Form
 
 
@@ -75,34 +86,35 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
     scales = any(p.role in roles for p in source.base.params)
     if not scales:
         # parameters without roles have nothing that such an effect could scale
-        effects = [e for e in effects if e["slot"] != "theta"]
-    context = {
-        **given,
-        "p": prefix_of(source.name),
-        "inputs": [_channel(source, n) for n in source.channels],
-        "output": {"field": field(source.spec.output), "text": in_comment(source.spec.output)},
-        "base": base,
-        "base_title": in_comment(source.base.title),
-        "base_state": state,
-        "base_code": form.text("code") + ("\n\n" if form.text("code") else ""),
-        "base_body": form.text("body"),
-        "base_arguments": ", ".join(a for _, a, _ in arguments),
-        "base_call": f"base_step({', '.join(c for _, _, c in arguments)})",
-        "effects": effects,
-        "block_names": list(blocks),
-        "blocks": [{"types": b.text("types"), "code": b.text("code")} for b in blocks.values()],
-        "ring": _ring(source, form, forms, tunable),
-        "fastest": FASTEST,
-        "curve": _curve(base, tunable) if "curve" in form.uses else None,
-        "shape": form.text("shape"),
-        "bases": _bases(dependence),
-        "low": number(dependence.low) if dependence else "",
-        "high": number(dependence.high) if dependence else "",
-        "roles": roles,
-        "scales": scales,
-        "count": len(source.theta),
-        "unused_inner": _unused(effects, arguments),
-    }
+        effects = [e for e in effects if e.slot != "theta"]
+    context = Context(
+        tunable=tunable,
+        shape_varies=given["shape_varies"],
+        p=prefix_of(source.name),
+        inputs=[_channel(source, n) for n in source.channels],
+        output=Channel(source.spec.output, field(source.spec.output), in_comment(source.spec.output)),
+        base=base,
+        base_title=in_comment(source.base.title),
+        base_state=state,
+        base_code=form.text("code") + ("\n\n" if form.text("code") else ""),
+        base_body=form.text("body"),
+        base_arguments=", ".join(a for _, a, _ in arguments),
+        base_call=f"base_step({', '.join(c for _, _, c in arguments)})",
+        effects=effects,
+        block_names=list(blocks),
+        blocks=[Block(b.text("types"), b.text("code")) for b in blocks.values()],
+        ring=_ring(source, form, forms, tunable),
+        fastest=FASTEST,
+        curve=_curve(base, tunable) if "curve" in form.uses else None,
+        shape=form.text("shape"),
+        bases=_bases(dependence),
+        low=number(dependence.low) if dependence else "",
+        high=number(dependence.high) if dependence else "",
+        roles=roles,
+        scales=scales,
+        count=len(source.theta),
+        unused_inner=_unused(effects, arguments),
+    )
     return Parts(context, form)
 
 
@@ -125,9 +137,9 @@ def own_functions() -> frozenset[str]:
     return frozenset(found | {f"{e}_step" for e in effects})
 
 
-def _unused(effects: list[dict[str, Any]], arguments: list[tuple[str, str, str]]) -> str:
-    calls = " ".join([*(c for _, _, c in arguments), *(e["call"] for e in effects if e["slot"] in ("theta", "add"))])
-    calls += " ".join(e["call"] for e in effects if e["slot"] == "output")
+def _unused(effects: list[EffectCode], arguments: list[tuple[str, str, str]]) -> str:
+    calls = " ".join([*(c for _, _, c in arguments), *(e.call for e in effects if e.slot in ("theta", "add"))])
+    calls += " ".join(e.call for e in effects if e.slot == "output")
     missing = [n for n in ("s", "u", "dt", "first") if not re.search(rf"\b{n}\b", calls)]
     return "\n".join(f"    (void){name};" for name in missing)
 
@@ -149,7 +161,7 @@ def _arguments(body: str, state: bool) -> list[tuple[str, str, str]]:
     return [row for row in known if _named_in(row[0], body) and (row[0] != "s" or state)]
 
 
-def _channel(source: Source, name: str) -> dict[str, Any]:
+def _channel(source: Source, name: str) -> Channel:
     from mrfit.export.head import channel_text
 
     low = high = None
@@ -158,16 +170,10 @@ def _channel(source: Source, name: str) -> dict[str, Any]:
         ends = source.ranges[name]
         room = 1e-6 * max(ends[1] - ends[0], abs(ends[0]), abs(ends[1]))
         low, high = number(ends[0] - room), number(ends[1] + room)
-    return {
-        "name": name,
-        "field": field(name),
-        "text": in_comment(channel_text(source, name)),
-        "low": low,
-        "high": high,
-    }
+    return Channel(name, field(name), in_comment(channel_text(source, name)), low, high)
 
 
-def base_fields(source: Source, roles: list[str]) -> list[dict[str, Any]]:
+def base_fields(source: Source, roles: list[str]) -> list[BaseField]:
     """Return the base's parameters: how they are stored, their values, and the law that gives them at a current."""
     dependence, spec = source.dependence, source.base
     orders: dict[str, Order] = dict(dependence.orders) if dependence else {}
@@ -191,25 +197,25 @@ def base_fields(source: Source, roles: list[str]) -> list[dict[str, Any]]:
         clip = bool(order) and not log and p.low > 0.0 and p.name not in spec.linear
         written = [number(v) for v in (np.log(values) if log else values)]
         found.append(
-            {
-                "name": p.name,
-                "field": name,
-                "stored": stored,
-                "text": in_comment(f"{p.text or p.name}, {p.unit}"),
-                "count": size,
-                "log": log,
-                "first": first,
-                "values": values.tolist(),
-                "initial": "{ " + ", ".join(written) + " }" if size > 1 else written[0],
-                "law": law,
-                "clip": (number(p.low), number(p.high)) if clip else None,
-            }
+            BaseField(
+                name=p.name,
+                field=name,
+                stored=stored,
+                text=in_comment(f"{p.text or p.name}, {p.unit}"),
+                count=size,
+                log=log,
+                first=first,
+                values=values.tolist(),
+                initial="{ " + ", ".join(written) + " }" if size > 1 else written[0],
+                law=law,
+                clip=(number(p.low), number(p.high)) if clip else None,
+            )
         )
         first += size
     return found
 
 
-def _bases(dependence: CurrentDependence | None) -> list[dict[str, Any]]:
+def _bases(dependence: CurrentDependence | None) -> list[Basis]:
     """Return the Lagrange polynomials of each distinct order, as products in C."""
     if dependence is None:
         return []
@@ -223,13 +229,13 @@ def _bases(dependence: CurrentDependence | None) -> list[dict[str, Any]]:
                 factors = [
                     f"((i - {number(nodes[j])}) / {number(nodes[k] - nodes[j])})" for j in range(len(nodes)) if j != k
                 ]
-                terms.append({"place": place, "product": " * ".join(factors).replace("- -", "+ ") or "1.0"})
-            pieces.append({"high": number(piece.high), "terms": terms})
-        found.append({"count": count(order), "pieces": pieces})
+                terms.append(Term(place, " * ".join(factors).replace("- -", "+ ") or "1.0"))
+            pieces.append(Piece(number(piece.high), terms))
+        found.append(Basis(count(order), pieces))
     return found
 
 
-def _effect(link: Link, form: Form, source: Source) -> dict[str, Any]:
+def _effect(link: Link, form: Form, source: Source) -> EffectCode:
     spec, ident = link.spec, field(link.spec.name.replace("-", "_"))
     body, slot = form.text("body"), link.spec.slot
     whole = [n for n, _, _ in ARGUMENTS if _named_in(n, body)]
@@ -248,26 +254,26 @@ def _effect(link: Link, form: Form, source: Source) -> dict[str, Any]:
             break
         first += len(other.theta)
     rows = [
-        {"field": field(p.name), "text": in_comment(f"{p.text or p.name}, {p.unit}"), "initial": number(v), "first": k}
+        EffectField(field(p.name), in_comment(f"{p.text or p.name}, {p.unit}"), number(v), k)
         for k, (p, v) in enumerate(zip(spec.params, link.theta.tolist(), strict=True), first)
     ]
     rows += [
-        {"field": name, "text": in_comment(text), "initial": number(value), "first": None}
+        EffectField(name, in_comment(text), number(value), None)
         for name, (text, value) in constants(form, source).items()
     ]
-    return {
-        "name": spec.name,
-        "ident": ident,
-        "title": in_comment(spec.title),
-        "slot": slot,
-        "state": form.text("state"),
-        "code": form.text("code") + ("\n\n" if form.text("code") else ""),
-        "body": body,
-        "fields": rows,
-        "returns": "void" if slot in ("input", "theta") else "@real",
-        "arguments": ", ".join(arguments),
-        "call": f"{ident}_step({', '.join(calls)})",
-    }
+    return EffectCode(
+        name=spec.name,
+        ident=ident,
+        title=in_comment(spec.title),
+        slot=slot,
+        state=form.text("state"),
+        code=form.text("code") + ("\n\n" if form.text("code") else ""),
+        body=body,
+        fields=rows,
+        returns="void" if slot in ("input", "theta") else "@real",
+        arguments=", ".join(arguments),
+        call=f"{ident}_step({', '.join(calls)})",
+    )
 
 
 def constants(form: Form, source: Source) -> dict[str, tuple[str, float]]:
@@ -299,23 +305,21 @@ def _ring(source: Source, form: Form, forms: list[Form], tunable: bool) -> int:
     return math.ceil(max(longest) * FASTEST) + SPARE if rings else 0
 
 
-def _curve(base: list[dict[str, Any]], tunable: bool) -> dict[str, Any]:
+def _curve(base: list[BaseField], tunable: bool) -> Curve:
     """Return the tables of a Bouc-Wen element whose shape holds."""
-    values = {q["name"]: float(q["values"][0]) for q in base}
+    values = {q.name: float(q.values[0]) for q in base}
     if "kappa" in values:
         given = [np.array([values[k]]) for k in ("kappa", "beta", "gamma", "n")]
         z_max, rate, rho = (float(v[0]) for v in normal_form(*given))
     else:
         z_max, rate, rho = 1.0, 1.0 / values["flux_y"], values["rho"]
     found = curve_of(values["n"], rho)
-    return {
-        "up": [[number(c) for c in cell] for cell in found.positive.tolist()],
-        "down": [[number(c) for c in cell] for cell in found.negative.tolist()],
-        "positive": len(found.positive),
-        "negative": len(found.negative),
-        "up_size": UP if tunable else len(found.positive),
-        "down_size": DOWN if tunable else len(found.negative),
-        "rest": [
-            number(v) for v in (found.h_positive, found.h_negative, values["n"], found.end, found.gap, rate, z_max)
-        ],
-    }
+    return Curve(
+        up=[[number(c) for c in cell] for cell in found.positive.tolist()],
+        down=[[number(c) for c in cell] for cell in found.negative.tolist()],
+        positive=len(found.positive),
+        negative=len(found.negative),
+        up_size=UP if tunable else len(found.positive),
+        down_size=DOWN if tunable else len(found.negative),
+        rest=[number(v) for v in (found.h_positive, found.h_negative, values["n"], found.end, found.gap, rate, z_max)],
+    )

@@ -5,7 +5,7 @@ It knows the C that the templates are written in and no more: structs, arrays, i
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeAlias
 
 KEYWORDS = frozenset(
     "break case catch classdef continue else elseif end for function global if otherwise parfor persistent return spmd "
@@ -23,6 +23,10 @@ CALLED = {
     "exp2": "pow2",
 }
 OPERATORS = {"!=": "~="}
+
+
+# Value of a field of a struct: a number as text, a row, rows, or a struct
+Value: TypeAlias = str | list[str] | list[list[str]] | Mapping[str, "Value"]
 
 
 @dataclass(frozen=True)
@@ -361,16 +365,16 @@ class Translator:
         return result
 
 
-def struct_of(structs: Structs, kind: Kind, values: Mapping[str, Any]) -> str:
-    """Return a struct with values of its fields, which are numbers, lists, lists of lists, or mappings."""
+def struct_of(structs: Structs, kind: Kind, values: Mapping[str, Value]) -> str:
+    """Return a struct with values of its fields, which are numbers as text, lists, lists of lists, or mappings."""
     pairs = [f"'{n}', {_literal(structs, k, values[n])}" for n, k in structs.fields[kind.name].items()]
     return f"struct({', '.join(pairs)})"
 
 
-def _literal(structs: Structs, kind: Kind, value: Any) -> str:
+def _literal(structs: Structs, kind: Kind, value: Value) -> str:
     if isinstance(value, Mapping):
         return struct_of(structs, kind, value)
     if isinstance(value, list):
         rows = [", ".join(row) if isinstance(row, list) else row for row in value]
         return f"[{'; '.join(rows) if value and isinstance(value[0], list) else ', '.join(rows)}]"
-    return str(value)
+    return value

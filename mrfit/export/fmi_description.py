@@ -64,7 +64,7 @@ def model_description(source: Source, parts: Parts, token: str, head: Sequence[s
         "generationTool": f"mrfit {version('mrfit')}",
         "variableNamingConvention": "flat",
     }
-    identifier = parts.context["p"]
+    identifier = parts.context.p
     units = _units(variables)
     step = number(source.stretches[0].dt) if source.stretches else "0.001"
     experiment = Node("DefaultExperiment", {"startTime": "0.0", "stopTime": "1.0", "stepSize": step})

@@ -12,10 +12,10 @@ import sys
 import uuid
 import zipfile
 from collections.abc import Mapping
+from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 from mrfit.errors import DataError
 from mrfit.export.c import compared, notes_of, rendered, user_inputs
@@ -26,8 +26,9 @@ from mrfit.export.compiler import compiled, required, run_compiler
 from mrfit.export.fmi_description import build_description, model_description
 from mrfit.export.head import CAUSALITY, head_lines
 from mrfit.export.source import Source
-from mrfit.export.stage import Files, Options
+from mrfit.export.stage import Files
 from mrfit.export.text import c_comment, number
+from mrfit.settings.export import Settings
 
 HEADERS = TEMPLATES / "fmi" / "headers"
 # Names of a platform in FMI 2 and 3, the ending of its libraries, and the name by which ziglang knows it
@@ -43,7 +44,15 @@ FLAGS = ("-std=c99", "-O2", "-shared", "-fvisibility=hidden")
 EPOCH = (1980, 1, 1, 0, 0, 0)
 
 
-def files(source: Source, options: Options) -> Files:
+@dataclass(frozen=True)
+class Input:
+    """A field of the inputs in C, and its start value."""
+
+    field: str
+    start: str
+
+
+def files(source: Source, settings: Settings) -> Files:
     """Return one FMU.
 
     Raises
@@ -55,53 +64,53 @@ def files(source: Source, options: Options) -> Files:
     """
     required("--to fmu")
     parts = parts_of(source, tunable=True)
-    prefix, token = parts.context["p"], token_of(source, options)
+    prefix, token = parts.context.p, token_of(source, settings)
     cost = costs(source)
-    sources = wrapped_sources(source, parts, cost, options)
+    sources = wrapped_sources(source, parts, cost, settings)
     if source.stretches:
-        driver = environment(TEMPLATES / "fmi").get_template(f"driver{options.fmi}.c.j2")
-        text = driver.render(parts.context, token=token)
+        driver = environment(TEMPLATES / "fmi").get_template(f"driver{settings.fmi}.c.j2")
+        text = driver.render(vars(parts.context), token=token)
         with compiled({**sources, "driver.c": text}, len(source.channels), ("-O2",)) as program:
             difference = compared(source, lambda drive, dt: program.run(user_inputs(source, drive), dt)[0])
         told, error = difference.text, difference.largest
     else:
         told, error = "Difference from the simulation in Python: not measured (the fit's logs are not at hand).", None
-    binaries = built_binaries(prefix, sources, options.fmi)
+    binaries = built_binaries(prefix, sources, settings.fmi)
     lines = [told, *notes_of(source), CAUSALITY, *cost.lines]
-    archive = packed(source, parts, sources, binaries, lines, options)
+    archive = packed(source, parts, sources, binaries, lines, settings)
     said = (
         told,
-        f"FMI {options.fmi}.0 with binaries for {', '.join(sorted(p for p, _ in binaries))}",
+        f"FMI {settings.fmi}.0 with binaries for {', '.join(sorted(p for p, _ in binaries))}",
         *notes_of(source),
     )
     return Files({f"{prefix}.fmu": archive}, said, error)
 
 
-def token_of(source: Source, options: Options) -> str:
+def token_of(source: Source, settings: Settings) -> str:
     """Return what ties a description to its binary: of the fit, the parameters and the version."""
-    text = f"{source.digest} {source.condition} {source.assembly.name} {options.fmi}"
+    text = f"{source.digest} {source.condition} {source.assembly.name} {settings.fmi}"
     return f"{{{uuid.uuid5(uuid.NAMESPACE_URL, text)}}}"
 
 
-def wrapped_sources(source: Source, parts: Parts, cost: Cost, options: Options) -> dict[str, str]:
+def wrapped_sources(source: Source, parts: Parts, cost: Cost, settings: Settings) -> dict[str, str]:
     """Return the C files of an FMU by name, the standard's headers included."""
-    prefix = parts.context["p"]
+    prefix = parts.context.p
     model = rendered(source, parts, [], cost, tunable=True)
     files = {name: model[name] for name in (f"{prefix}.h", f"{prefix}.c")}
-    for path in sorted(HEADERS.glob(f"fmi{options.fmi}*.h")):
+    for path in sorted(HEADERS.glob(f"fmi{settings.fmi}*.h")):
         files[path.name] = path.read_text(encoding="utf-8").encode("ascii", "replace").decode("ascii")
-    context: dict[str, Any] = {
-        **parts.context,
+    context = {
+        **vars(parts.context),
         "head": c_comment([f"{source.assembly.name} as an FMU: see {prefix}.h and modelDescription.xml"]),
-        "token": token_of(source, options),
+        "token": token_of(source, settings),
         "start": [number(v) for v in source.theta.tolist()],
-        "inputs": [{**c, "start": number(start_of(source, c["name"]))} for c in parts.context["inputs"]],
+        "inputs": [Input(c.field, number(start_of(source, c.name))) for c in parts.context.inputs],
     }
-    template = environment(TEMPLATES / "fmi").get_template(f"fmi{options.fmi}.c.j2")
+    template = environment(TEMPLATES / "fmi").get_template(f"fmi{settings.fmi}.c.j2")
     text = template.render(context, absent=())
-    if options.fmi == 3:
+    if settings.fmi == 3:
         text = template.render(context, absent=_absent(text, files["fmi3FunctionTypes.h"]))
-    files[f"fmi{options.fmi}.c"] = re.sub(r"\n{3,}", "\n\n", text).lstrip("\n")
+    files[f"fmi{settings.fmi}.c"] = re.sub(r"\n{3,}", "\n\n", text).lstrip("\n")
     return files
 
 
@@ -159,18 +168,18 @@ def packed(
     sources: Mapping[str, str],
     binaries: Mapping[tuple[str, str], bytes],
     told: list[str],
-    options: Options,
+    settings: Settings,
 ) -> bytes:
     """Return the archive."""
-    prefix = parts.context["p"]
+    prefix = parts.context.p
     head = head_lines(source, told)
     page = f"<!DOCTYPE html><title>{prefix}</title><pre>{escape(chr(10).join(head))}</pre>\n"
     contents: dict[str, bytes] = {
-        "modelDescription.xml": model_description(source, parts, token_of(source, options), head, options.fmi),
+        "modelDescription.xml": model_description(source, parts, token_of(source, settings), head, settings.fmi),
         "documentation/index.html": page.encode("ascii", "xmlcharrefreplace"),
     }
     contents |= {f"sources/{name}": text.encode("ascii") for name, text in sorted(sources.items())}
-    if options.fmi == 3:
+    if settings.fmi == 3:
         contents["sources/buildDescription.xml"] = build_description(prefix)
     contents |= {f"binaries/{p}/{prefix}.{ending}": data for (p, ending), data in sorted(binaries.items())}
     archive = io.BytesIO()

@@ -1,11 +1,11 @@
 """What stands at the head of every export: model, equations, where it comes from, units, ranges, errors."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from importlib.metadata import version
-from typing import Any
 
 from mrfit.core.channels import unit_of
 from mrfit.export.source import Source
+from mrfit.io.schemas.fit import MetricRow
 
 CAUSALITY = (
     "A fit is driven by smoothed inputs, free of noise and of delay; a controller is not. Give the velocity that you "
@@ -19,8 +19,8 @@ def head_lines(source: Source, measured: Sequence[str] = ()) -> list[str]:
     lines = [
         f"{source.assembly.name}: {source.base.title}",
         f"Exported by mrfit {version('mrfit')} from the fit {source.name}, parameters of '{source.condition}'.",
-        f"SHA-256 of the fit {source.digest}; key {content.get('key') or 'none'}; "
-        f"SHA-256 of its logs {content.get('data_sha256') or 'not known'}.",
+        f"SHA-256 of the fit {source.digest}; key {content.key or 'none'}; "
+        f"SHA-256 of its logs {content.data_sha256 or 'not known'}.",
         "",
         f"Equations: {source.base.equation}  [{source.base.reference}]",
     ]
@@ -36,8 +36,8 @@ def head_lines(source: Source, measured: Sequence[str] = ()) -> list[str]:
     lines += ["", "Inputs and output, SI, and what the fit has seen of them:"]
     lines += [f"  {channel_text(source, name)}" for name in source.channels]
     lines += [f"  {channel_text(source, spec.output)}  (output)", "", "Errors of the fit against the logs:"]
-    own = [row for row in content["metrics"] if str(row["condition"]) == source.condition]
-    pooled = [row for row in content["metrics"] if row["condition"] == "all"]
+    own = [row for row in content.metrics if row.condition == source.condition]
+    pooled = [row for row in content.metrics if row.condition == "all"]
     lines += [f"  {error_text(row, spec.output)}" for row in own or pooled]
     lines += ["", *measured]
     return lines
@@ -52,9 +52,9 @@ def channel_text(source: Source, name: str) -> str:
     return f"{name} in {unit}, {low:.6g} to {high:.6g}"
 
 
-def error_text(row: Mapping[str, Any], output: str) -> str:
+def error_text(row: MetricRow, output: str) -> str:
     """Return an error of the fit in words."""
-    role = {"train": "training", "holdout": "held out", "predict": "prediction"}.get(str(row["role"]), str(row["role"]))
-    rmse, nrmse = row.get("rmse"), row.get("nrmse")
+    role = {"train": "training", "holdout": "held out", "predict": "prediction"}[row.role]
+    rmse, nrmse = row.rmse, row.nrmse
     share = f", {100.0 * nrmse:.3g} % of the range" if nrmse is not None else ""
     return f"{role}: RMSE {rmse:.4g} {unit_of(output)}{share}" if rmse is not None else f"{role}: not known"

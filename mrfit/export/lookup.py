@@ -16,8 +16,9 @@ from mrfit.export.c_form import TEMPLATES, environment
 from mrfit.export.c_parts import prefix_of
 from mrfit.export.head import head_lines
 from mrfit.export.source import OWN, Source
-from mrfit.export.stage import Files, Options
+from mrfit.export.stage import Files
 from mrfit.export.text import ascii_line, c_comment, field, in_comment, number, wrapped
+from mrfit.settings.export import Settings
 
 # Breakpoints of the drive, of the current and of the temperature, and of the output in the inverse
 POINTS, LEVELS, TEMPERATURES, OUTPUTS = 61, 17, 5, 41
@@ -72,7 +73,27 @@ class Table:
         return found
 
 
-def files(source: Source, options: Options) -> Files:
+@dataclass(frozen=True)
+class CAxis:
+    """An axis as C: its field, and its breakpoints as constants."""
+
+    name: str
+    unit: str
+    field: str
+    at: list[str]
+
+
+@dataclass(frozen=True)
+class Inverse:
+    """The inverse as C: the channel that it gives, its axes, and its values as constants."""
+
+    output: str
+    unit: str
+    axes: list[CAxis]
+    table: list[str]
+
+
+def files(source: Source, settings: Settings) -> Files:
     """Return the tables as CSV and as C.
 
     Raises
@@ -263,31 +284,29 @@ def _csv(source: Source, table: Table, told: list[str]) -> bytes:
 
 def _c(source: Source, table: Table, inverse: Table | None, told: list[str]) -> dict[str, bytes]:
     prefix = prefix_of(source.name)
-
-    def axes(of: Table) -> list[dict[str, object]]:
-        return [
-            {"name": a.name, "unit": a.unit, "field": field(a.name), "at": [f"K({number(v)})" for v in a.at.tolist()]}
-            for a in of.axes
-        ]
-
-    given: dict[str, object] = {
+    context = {
         "p": prefix,
         "output": in_comment(table.name),
         "unit": unit_of(table.name),
-        "axes": axes(table),
-        "values": [f"K({number(v)})" for v in table.values.ravel().tolist()],
-        "inverse": None,
+        "axes": _axes(table),
+        "values": _constants(table.values),
+        "inverse": _inverse(inverse) if inverse else None,
     }
-    if inverse:
-        given["inverse"] = {
-            "output": inverse.name,
-            "unit": unit_of(inverse.name),
-            "axes": axes(inverse),
-            "table": [f"K({number(v)})" for v in inverse.values.ravel().tolist()],
-        }
     jinja = environment(TEMPLATES / "lookup")
     head = c_comment(head_lines(source, told))
     short = c_comment([f"See {prefix}_lookup.h"])
-    header = jinja.get_template("lookup.h.j2").render(given, head=head)
-    code = jinja.get_template("lookup.c.j2").render(given, head=short)
+    header = jinja.get_template("lookup.h.j2").render(context, head=head)
+    code = jinja.get_template("lookup.c.j2").render(context, head=short)
     return {f"{prefix}_lookup.h": header.encode("ascii"), f"{prefix}_lookup.c": code.encode("ascii")}
+
+
+def _inverse(table: Table) -> Inverse:
+    return Inverse(table.name, unit_of(table.name), _axes(table), _constants(table.values))
+
+
+def _axes(table: Table) -> list[CAxis]:
+    return [CAxis(a.name, a.unit, field(a.name), _constants(a.at)) for a in table.axes]
+
+
+def _constants(values: Array) -> list[str]:
+    return [f"K({number(v)})" for v in values.ravel().tolist()]

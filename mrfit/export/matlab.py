@@ -13,13 +13,15 @@ import numpy as np
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 from mrfit.export.c import Difference, compared, named, notes_of, user_inputs
+from mrfit.export.c_context import Context
 from mrfit.export.c_form import TEMPLATES, environment
 from mrfit.export.c_parts import Parts, parts_of
-from mrfit.export.c_to_matlab import Kind, Translator, struct_of
+from mrfit.export.c_to_matlab import Kind, Translator, Value, struct_of
 from mrfit.export.head import CAUSALITY, head_lines
 from mrfit.export.source import Source
-from mrfit.export.stage import Files, Options
+from mrfit.export.stage import Files
 from mrfit.export.text import ascii_line, in_comment, number, wrapped
+from mrfit.settings.export import Settings
 
 # Values of the macros of the C form
 LIMITS = {"TINY": "1e-100", "CLOSE": "1e-12", "HUGE": "1e30"}
@@ -27,7 +29,7 @@ LIMITS = {"TINY": "1e-100", "CLOSE": "1e-12", "HUGE": "1e30"}
 SAMPLES, SEGMENTS = 400, 3
 
 
-def files(source: Source, options: Options) -> Files:
+def files(source: Source, settings: Settings) -> Files:
     """Return one file.
 
     Raises
@@ -38,7 +40,7 @@ def files(source: Source, options: Options) -> Files:
         If the model or an effect has no C form.
     """
     parts = parts_of(source)
-    prefix = parts.context["p"]
+    prefix = parts.context.p
     draft = function_file(source, parts, ["not measured yet"])
     difference = _difference(source, parts, draft)
     told = [difference.text, *notes_of(source), CAUSALITY]
@@ -48,7 +50,7 @@ def files(source: Source, options: Options) -> Files:
 
 def function_file(source: Source, parts: Parts, told: list[str]) -> str:
     """Return the file's text."""
-    context, prefix = parts.context, parts.context["p"]
+    context, prefix = parts.context, parts.context.p
     translator = Translator(_parsed(_c_text(source, parts)), (f"{prefix}_init", f"{prefix}_step"))
     structs = translator.structs
     head = "\n".join(f"%   {ascii_line(line)}".rstrip() for line in wrapped(head_lines(source, told)))
@@ -56,47 +58,48 @@ def function_file(source: Source, parts: Parts, told: list[str]) -> str:
         environment(TEMPLATES / "matlab")
         .get_template("function.m.j2")
         .render(
-            context,
+            vars(context),
             title=in_comment(f"{source.assembly.name}: {source.base.title}"),
             head=head,
             zero=structs.zero(Kind(f"{prefix}_state")),
-            fitted=struct_of(
-                structs, Kind(f"{prefix}_parameters"), _values(context, structs.fields[f"{prefix}_parameters"])
-            ),
+            fitted=struct_of(structs, Kind(f"{prefix}_parameters"), _values(context)),
             functions=translator.text(),
         )
     )
 
 
-def _values(context: dict[str, Any], fields: Any) -> dict[str, Any]:
-    values: dict[str, Any] = {}
-    for q in context["base"]:
-        written = [number(np.log(v) if q["log"] else v) for v in q["values"]]
-        values[q["stored"]] = written if q["count"] > 1 else written[0]
-    for e in context["effects"]:
-        values[e["ident"]] = {q["field"]: q["initial"] for q in e["fields"]}
-    if "curve" in fields:
-        curve = context["curve"]
+def _values(context: Context) -> dict[str, Value]:
+    """Return the fitted parameters by the names of the fields they have in C."""
+    values = dict[str, Value]()
+    for q in context.base:
+        written = [number(np.log(v) if q.log else v) for v in q.values]
+        values[q.stored] = written if q.count > 1 else written[0]
+    for e in context.effects:
+        values[e.ident] = {q.field: q.initial for q in e.fields}
+    if context.curve:
+        curve = context.curve
         names = ("h_up", "h_down", "n", "end", "gap", "rate", "z_max")
         values["curve"] = {
-            "positive": curve["positive"],
-            "negative": curve["negative"],
-            "up": curve["up"],
-            "down": curve["down"],
-            **dict(zip(names, curve["rest"], strict=True)),
+            "positive": str(curve.positive),
+            "negative": str(curve.negative),
+            "up": curve.up,
+            "down": curve.down,
+            **dict(zip(names, curve.rest, strict=True)),
         }
     return values
 
 
 def _c_text(source: Source, parts: Parts) -> str:
     """Return header and source of the C form as one text without comments and preprocessor, in double."""
-    context = {**parts.context, "motion": None, "two": (), "functions": (), "limits": ()}
-    prefix = context["p"]
+    context, prefix = parts.context, parts.context.p
     jinja = environment(TEMPLATES / "c")
-    both = "".join(jinja.get_template(n).render(context, head="") for n in ("header.h.j2", "source.c.j2"))
+    absent: dict[str, None | tuple[str, ...]] = {"motion": None, "two": (), "functions": (), "limits": ()}
+    both = "".join(
+        jinja.get_template(n).render(vars(context), head="", **absent) for n in ("header.h.j2", "source.c.j2")
+    )
     both = re.sub(r"#ifdef \w+_FLOAT.*?#endif", "", both, flags=re.DOTALL)
-    curve = context["curve"] or {"up_size": 0, "down_size": 0}
-    sizes = {"RING": context["ring"], "UP": curve["up_size"], "DOWN": curve["down_size"]}
+    curve = context.curve
+    sizes = {"RING": context.ring, "UP": curve.up_size if curve else 0, "DOWN": curve.down_size if curve else 0}
     for name, value in {**LIMITS, **{n: str(v) for n, v in sizes.items()}}.items():
         both = re.sub(rf"@{name}\b", value, both)
     text = named(both, prefix)
@@ -144,11 +147,11 @@ def run_octave(octave: str, parts: Parts, text: str, inputs: Array, dt: float) -
     DataError
         If Octave refuses it.
     """
-    prefix = parts.context["p"]
+    prefix = parts.context.p
     with TemporaryDirectory(prefix="mrfit-m-") as folder:
         place = Path(folder)
         (place / f"{prefix}.m").write_text(text, encoding="ascii")
-        simulate = environment(TEMPLATES / "matlab").get_template("simulate.m.j2").render(parts.context)
+        simulate = environment(TEMPLATES / "matlab").get_template("simulate.m.j2").render(vars(parts.context))
         (place / "simulate.m").write_text(simulate, encoding="ascii")
         np.savetxt(place / "in.txt", np.column_stack([np.full(inputs.shape[1], dt), *inputs]), fmt="%.17g")
         command = [octave, "--no-gui", "--norc", "--quiet", "--eval", "simulate('in.txt', 'out.txt')"]

@@ -1,6 +1,6 @@
 """Modelica: a package with a block that steps the exported C at a fixed period; every model that has a C form."""
 
-from typing import Any
+from dataclasses import dataclass
 
 from mrfit.core.channels import unit_of
 from mrfit.export.c import Difference, compared, notes_of, rendered, user_inputs
@@ -10,8 +10,9 @@ from mrfit.export.causality import costs
 from mrfit.export.compiler import compiled, compiler
 from mrfit.export.head import CAUSALITY, head_lines
 from mrfit.export.source import Source
-from mrfit.export.stage import Files, Options
+from mrfit.export.stage import Files
 from mrfit.export.text import ascii_line, field, in_comment, number, wrapped
+from mrfit.settings.export import Settings
 
 KEYWORDS = (
     "algorithm and annotation block class connect connector constant der discrete each else elseif elsewhen "
@@ -21,7 +22,37 @@ KEYWORDS = (
 ).split()
 
 
-def files(source: Source, options: Options) -> Files:
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of the block."""
+
+    field: str
+    unit: str
+    value: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Connector:
+    """An input or the output of the block."""
+
+    field: str
+    unit: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Block:
+    """What the package is rendered with beside the context of the C templates; ``period`` is in s."""
+
+    title: str
+    params: list[Parameter]
+    inputs: list[Connector]
+    output: Connector
+    period: str
+
+
+def files(source: Source, settings: Settings) -> Files:
     """Return the package's folder.
 
     Raises
@@ -30,12 +61,13 @@ def files(source: Source, options: Options) -> Files:
         If the model or an effect has no C form.
     """
     parts = parts_of(source, tunable=True)
-    context = _context(source, parts)
-    prefix = context["p"]
+    block = _block(source, parts)
+    context = {**vars(parts.context), **vars(block)}
+    prefix = parts.context.p
     jinja = environment(TEMPLATES / "modelica")
     code = rendered(source, parts, [], costs(source), tunable=True)
     wrapper = jinja.get_template("modelica.h.j2").render(context)
-    difference = _difference(source, {f"{prefix}.h": code[f"{prefix}.h"], f"{prefix}.c": code[f"{prefix}.c"]}, context)
+    difference = _difference(source, parts, block, code, wrapper)
     told = [difference.text, *notes_of(source), CAUSALITY]
     head = "\n".join(f"  // {ascii_line(line)}".rstrip() for line in wrapped(head_lines(source, told)))
     package = jinja.get_template("package.mo.j2").render(context, head=head)
@@ -50,23 +82,20 @@ def files(source: Source, options: Options) -> Files:
     return Files(contents, (said, *notes_of(source)), difference.largest)
 
 
-def _context(source: Source, parts: Parts) -> dict[str, Any]:
+def _block(source: Source, parts: Parts) -> Block:
     taken = {*KEYWORDS, "period", "state", "held", "seen", "in_range", "Model", "State", "step"}
     taken |= {field(n) for n in (*source.channels, source.spec.output)}
     params = []
     for p, value in zip(source.spec.params, source.theta.tolist(), strict=True):
-        params.append(
-            {"field": _unlike(field(p.name), taken), "unit": p.unit, "value": number(value), "text": _string(p.text)}
-        )
-    inputs = [{**c, "unit": unit_of(c["name"]), "text": _string(c["text"])} for c in parts.context["inputs"]]
-    return {
-        **parts.context,
-        "title": _string(f"{source.assembly.name}: {source.base.title}"),
-        "params": params,
-        "inputs": inputs,
-        "output": {**parts.context["output"], "unit": unit_of(source.spec.output)},
-        "period": number(source.stretches[0].dt) if source.stretches else "0.001",
-    }
+        params.append(Parameter(_unlike(field(p.name), taken), p.unit, number(value), _string(p.text)))
+    output = parts.context.output
+    return Block(
+        title=_string(f"{source.assembly.name}: {source.base.title}"),
+        params=params,
+        inputs=[Connector(c.field, unit_of(c.name), _string(c.text)) for c in parts.context.inputs],
+        output=Connector(output.field, unit_of(output.name), output.text),
+        period=number(source.stretches[0].dt) if source.stretches else "0.001",
+    )
 
 
 def _string(text: str) -> str:
@@ -83,18 +112,19 @@ def _unlike(name: str, taken: set[str]) -> str:
     return found
 
 
-def _difference(source: Source, code: dict[str, str], context: dict[str, Any]) -> Difference:
+def _difference(source: Source, parts: Parts, block: Block, code: dict[str, str], wrapper: str) -> Difference:
     if not source.stretches:
         return Difference(why_not="the fit's logs are not at hand")
     if compiler() is None:
         return Difference(why_not="no C compiler here")
-    prefix, jinja = context["p"], environment(TEMPLATES / "modelica")
+    prefix = parts.context.p
+    driver = environment(TEMPLATES / "modelica").get_template("driver.c.j2")
     # the wrapper includes the model's source
     given = {
         f"{prefix}.h": code[f"{prefix}.h"],
-        f"{prefix}_modelica.h": jinja.get_template("modelica.h.j2").render(context).replace('.c"', '_model.h"'),
+        f"{prefix}_modelica.h": wrapper.replace('.c"', '_model.h"'),
         f"{prefix}_model.h": code[f"{prefix}.c"],
-        "driver.c": jinja.get_template("driver.c.j2").render(context),
+        "driver.c": driver.render(vars(parts.context), params=block.params),
     }
     with compiled(given, len(source.channels), ("-O2",)) as program:
         return compared(source, lambda drive, dt: program.run(user_inputs(source, drive), dt)[0])

@@ -5,7 +5,6 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from mrfit.core.channels import unit_of
 from mrfit.core.recording import FLUX_RESISTANCE
 from mrfit.core.specs import Array, EffectSpec, Index, ModelSpec
 from mrfit.errors import ConfigError, DataError
+from mrfit.io.schemas.fit import Fit
 from mrfit.io.workspace import plain
 from mrfit.signal.smoothing import TIME
 from mrfit.simulate.assembly import SLOTS, Assembly, assemble
@@ -81,7 +81,7 @@ class Source:
         Effects of the fit that were left out.
     """
 
-    content: Mapping[str, Any]
+    content: Fit
     assembly: Assembly
     condition: str
     theta: Array
@@ -91,7 +91,7 @@ class Source:
     @property
     def name(self) -> str:
         """Name of the fit."""
-        return str(self.content["name"])
+        return self.content.name
 
     @property
     def spec(self) -> ModelSpec:
@@ -154,7 +154,7 @@ class Source:
     @cached_property
     def digest(self) -> str:
         """SHA-256 of the fit's content."""
-        text = json.dumps(plain(dict(self.content)), sort_keys=True)
+        text = json.dumps(plain(self.content), sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
     def drive(self, stretch: Stretch) -> Array:
@@ -189,7 +189,7 @@ def runs(time: Array) -> list[tuple[Index, float]]:
 
 
 def source_of(
-    content: Mapping[str, Any],
+    content: Fit,
     assembly: Assembly,
     stretches: Sequence[Stretch],
     condition: str = "",
@@ -215,20 +215,20 @@ def source_of(
     ConfigError
         If there are several sets and none is named, no set has this name, or an effect is not in the model.
     """
-    results = {str(r["condition"]): r for r in content["results"]}
+    results = {r.condition: r for r in content.results}
     if not condition and len(results) > 1:
         raise ConfigError(
-            f"{content['name']}: has {len(results)} sets of parameters; name one with --condition "
+            f"{content.name}: has {len(results)} sets of parameters; name one with --condition "
             f"({', '.join(list(results)[:8])}{' …' if len(results) > 8 else ''}), or fit with --per all"
         )
     chosen = condition or next(iter(results))
     if chosen not in results:
-        raise ConfigError(f"{content['name']}: no parameters of '{chosen}'; there are {', '.join(list(results)[:8])}")
-    values = {p["name"]: float(p["value"]) for p in results[chosen]["parameters"]}
+        raise ConfigError(f"{content.name}: no parameters of '{chosen}'; there are {', '.join(list(results)[:8])}")
+    values = {p.name: float(p.value) for p in results[chosen].parameters}
     own = tuple(s for s in stretches if chosen == "all" or s.condition == chosen)
     theta = np.array([values[n] for n in assembly.spec.names])
     if not np.all(np.isfinite(theta)):
-        raise DataError(f"{content['name']}: a parameter is not a number: fit again")
+        raise DataError(f"{content.name}: a parameter is not a number: fit again")
     whole = Source(content, assembly, chosen, theta, own)
     return _left_out(whole, without) if without else whole
 

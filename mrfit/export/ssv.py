@@ -9,8 +9,6 @@ the intervals of parameters and derived quantities say; what cannot be seen in t
 """
 
 import math
-from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -18,10 +16,12 @@ from mrfit.core.specs import Array, Param
 from mrfit.export.c_parts import prefix_of
 from mrfit.export.head import head_lines
 from mrfit.export.source import Source
-from mrfit.export.stage import Files, Options
+from mrfit.export.stage import Files
 from mrfit.export.text import ascii_line, number
 from mrfit.export.units import base_units
 from mrfit.export.xml import Node, xml
+from mrfit.io.schemas.fit import Quantity, Result
+from mrfit.settings.export import Settings
 
 # Of a normal distribution: half the 95 % interval over the standard deviation
 WIDTH = 1.959963984540054
@@ -35,9 +35,9 @@ NO_DRAWS = "No draws: of no parameter and no derived quantity of this fit an int
 NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 
 
-def files(source: Source, options: Options) -> Files:
-    """Return the fit's own set and ``options.draws`` drawn ones."""
-    sets = drawn(source, options)
+def files(source: Source, settings: Settings) -> Files:
+    """Return the fit's own set and ``settings.draws`` drawn ones."""
+    sets = drawn(source, settings)
     moved = int(np.count_nonzero(np.ptp(np.vstack([source.theta, sets]), axis=0)))
     if not moved:
         told = [
@@ -46,25 +46,25 @@ def files(source: Source, options: Options) -> Files:
         ]
         prefix = prefix_of(source.name)
         return Files({f"{prefix}.ssv": _set(source, source.theta, told, prefix)}, (NO_DRAWS,), 0.0)
-    told = _told(source, sets, options)
+    told = _told(source, sets, settings)
     prefix = prefix_of(source.name)
-    digits = max(3, len(str(options.draws)))
+    digits = max(3, len(str(settings.draws)))
     contents = {f"{prefix}.ssv": _set(source, source.theta, told, prefix)}
     for k, theta in enumerate(sets, 1):
         name = f"{prefix}_{k:0{digits}d}"
-        contents[f"ssv/{name}.ssv"] = _set(source, theta, [f"Draw {k} of {options.draws}", *told], name)
-    said = f"{options.draws} draws of {moved} parameters, seed {options.seed}; {len(source.theta) - moved} held"
+        contents[f"ssv/{name}.ssv"] = _set(source, theta, [f"Draw {k} of {settings.draws}", *told], name)
+    said = f"{settings.draws} draws of {moved} parameters, seed {settings.seed}; {len(source.theta) - moved} held"
     return Files(contents, (said, *told[1:2], _band(source, sets)), 0.0, f"ssv/{prefix}_[0-9]*.ssv")
 
 
-def _told(source: Source, sets: Array, options: Options) -> list[str]:
+def _told(source: Source, sets: Array, settings: Settings) -> list[str]:
     held = [n for n, column in zip(source.spec.names, sets.T, strict=True) if not np.ptp(column)]
     how = "within 95 % intervals, correlated as in the fit"
     if not one_by_one(source):
         how = "along what the data determine, as wide as the intervals of parameters and derived quantities"
     lines = [
         "Values are those of the fit, to the last digit: no difference from the simulation in Python.",
-        f"Draws: normal {how}, seed {options.seed}.",
+        f"Draws: normal {how}, seed {settings.seed}.",
     ]
     return [*lines, *([f"Held: {', '.join(held)}"] if held else [])]
 
@@ -81,13 +81,12 @@ def _band(source: Source, sets: Array) -> str:
     return f"Standard deviation of the output over the draws: {100.0 * spread:.2g} % of its range."
 
 
-def _result(source: Source) -> Mapping[str, Any]:
-    found: Mapping[str, Any] = next(r for r in source.content["results"] if str(r["condition"]) == source.condition)
-    return found
+def _result(source: Source) -> Result:
+    return next(r for r in source.content.results if r.condition == source.condition)
 
 
-def _rows(source: Source) -> list[Mapping[str, Any]]:
-    rows: dict[str, Mapping[str, Any]] = {p["name"]: p for p in _result(source)["parameters"]}
+def _rows(source: Source) -> list[Quantity]:
+    rows = {p.name: p for p in _result(source).parameters}
     return [rows[p.name] for p in source.spec.params]
 
 
@@ -99,32 +98,32 @@ def intervals(source: Source) -> list[tuple[float, bool] | None]:
 def one_by_one(source: Source) -> bool:
     """Return whether every parameter that was fitted has an interval, or there are no logs to tell more by."""
     known = zip(_rows(source), intervals(source), strict=True)
-    return not source.stretches or all(bool(row.get("fixed")) or width is not None for row, width in known)
+    return not source.stretches or all(row.fixed or width is not None for row, width in known)
 
 
-def _spread(param: Param, row: Mapping[str, Any]) -> tuple[float, bool] | None:
-    low, high = row.get("low"), row.get("high")
-    if row.get("fixed") or low is None or high is None or not high > low:
+def _spread(param: Param, row: Quantity) -> tuple[float, bool] | None:
+    low, high = row.low, row.high
+    if row.fixed or low is None or high is None or not high > low:
         return None
     log = param.scale == "log" and low > 0.0
     width = math.log(high / low) if log else high - low
     return width / (2.0 * WIDTH), log
 
 
-def drawn(source: Source, options: Options) -> Array:
+def drawn(source: Source, settings: Settings) -> Array:
     """Return parameter sets (draws, K)."""
     if not one_by_one(source):
-        return _along(source, options)
+        return _along(source, settings)
     rows = intervals(source)
     free = [k for k, row in enumerate(rows) if row is not None]
-    sets = np.tile(source.theta, (options.draws, 1))
+    sets = np.tile(source.theta, (settings.draws, 1))
     if not free:
         return sets
     widths = np.array([row[0] for row in rows if row is not None])
     logs = np.array([row[1] for row in rows if row is not None])
     values, vectors = np.linalg.eigh(correlation(source, free, widths, logs))
     root = vectors * np.sqrt(np.maximum(values, 0.0))
-    normal = np.random.default_rng(options.seed).standard_normal((options.draws, len(free)))
+    normal = np.random.default_rng(settings.seed).standard_normal((settings.draws, len(free)))
     moves = normal @ root.T * widths
     moved = _moved(source.theta[free], moves, logs)
     low, high = (np.array([getattr(source.spec.params[k], end) for k in free]) for end in ("low", "high"))
@@ -160,10 +159,10 @@ def correlation(source: Source, free: list[int], widths: Array, logs: Array) -> 
     return found
 
 
-def _along(source: Source, options: Options) -> Array:
+def _along(source: Source, settings: Settings) -> Array:
     """Return parameter sets (draws, K), drawn along the directions of the parameter space that the data determine."""
-    free = [k for k, row in enumerate(_rows(source)) if not row.get("fixed")]
-    sets = np.tile(source.theta, (options.draws, 1))
+    free = [k for k, row in enumerate(_rows(source)) if not row.fixed]
+    sets = np.tile(source.theta, (settings.draws, 1))
     steps = CUBE_STEP * np.vstack([np.eye(len(free)), -np.eye(len(free))])
     jacobian = np.hstack([_slopes(o) for o in _outputs(source, _in_cube(source, free, steps))])
     values, vectors = np.linalg.eigh(jacobian @ jacobian.T)
@@ -172,7 +171,7 @@ def _along(source: Source, options: Options) -> Array:
     scale = _scale(source, free, steps, values, vectors)
     widths = scale / np.sqrt(values)
     kept = widths < OPEN
-    normal = np.random.default_rng(options.seed).standard_normal((options.draws, len(values)))
+    normal = np.random.default_rng(settings.seed).standard_normal((settings.draws, len(values)))
     moves = normal[:, kept] * widths[kept] @ vectors[:, kept].T
     sets[:, free] = _in_cube(source, free, moves)[:, free]
     return sets
@@ -216,8 +215,8 @@ def _scale(source: Source, free: list[int], steps: Array, values: Array, vectors
     points = _in_cube(source, free, steps)
     found = []
     derived = _slopes(source.assembly.derived(points))
-    for column, row in zip(derived.T, _result(source).get("derived", []), strict=False):
-        low, high = row.get("low"), row.get("high")
+    for column, row in zip(derived.T, _result(source).derived, strict=False):
+        low, high = row.low, row.high
         power = float(column @ covariance @ column)
         if low is not None and high is not None and high > low and power > 0.0:
             found.append((high - low) / (2.0 * WIDTH) / math.sqrt(power))

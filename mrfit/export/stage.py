@@ -10,8 +10,9 @@ from mrfit.core.progress import Progress, silent
 from mrfit.errors import ConfigError, DataError
 from mrfit.export.source import Source
 from mrfit.io.workspace import write_atomic
+from mrfit.settings.export import Settings
 
-# Format -> module that has its ``files(source, options)``
+# Format -> module that has its ``files(source, settings)``
 FORMATS = {
     "c": "c",
     "fmu": "fmu",
@@ -21,23 +22,6 @@ FORMATS = {
     "modelica": "modelica",
     "ssv": "ssv",
 }
-
-
-@dataclass(frozen=True)
-class Options:
-    """What a format may be told.
-
-    Attributes
-    ----------
-    fmi
-        Version of the standard of an FMU, 2 or 3.
-    draws, seed
-        Number of parameter sets of ``ssv``, and the seed they are drawn with.
-    """
-
-    fmi: int = 2
-    draws: int = 100
-    seed: int = 0
 
 
 @dataclass(frozen=True)
@@ -72,8 +56,8 @@ class Written:
     errors: dict[str, float | None] = field(default_factory=dict)
 
 
-def check(formats: Sequence[str], options: Options) -> None:
-    """Refuse formats and options that do not exist.
+def check(formats: Sequence[str]) -> None:
+    """Refuse formats that do not exist.
 
     Raises
     ------
@@ -85,14 +69,10 @@ def check(formats: Sequence[str], options: Options) -> None:
     for name in formats:
         if name not in FORMATS:
             raise ConfigError(f"--to {name}: no such format; choose of {', '.join(FORMATS)}")
-    if options.fmi not in (2, 3):
-        raise ConfigError(f"--fmi {options.fmi}: 2 or 3")
-    if options.draws < 1:
-        raise ConfigError(f"--draws {options.draws}: at least 1")
 
 
 def run(
-    source: Source, formats: Sequence[str], folder: Path, options: Options | None = None, progress: Progress = silent
+    source: Source, formats: Sequence[str], folder: Path, settings: Settings, progress: Progress = silent
 ) -> Written:
     """Write a fit in formats.
 
@@ -105,13 +85,13 @@ def run(
     DataError
         If the fit has no form in a format, or the folder cannot be written.
     """
-    settings, asked = options or Options(), list(dict.fromkeys(formats))
-    check(asked, settings)
+    asked = list(dict.fromkeys(formats))
+    check(asked)
     made: dict[str, Files] = {}
     for done, name in enumerate(asked):
         progress("exporting", done, len(asked))
         module: Any = importlib.import_module(f"mrfit.export.{FORMATS[name]}")
-        write: Callable[[Source, Options], Files] = module.files
+        write: Callable[[Source, Settings], Files] = module.files
         made[name] = write(source, settings)
     written = Written(folder)
     for name, files in made.items():

@@ -1,6 +1,5 @@
 """A fit of a workspace with its logs, as they are exported."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +10,7 @@ from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.export.source import OWN, Stretch, runs
 from mrfit.fit.predict import read_fit
+from mrfit.io.schemas.fit import Fit
 from mrfit.io.workspace import Workspace, reading
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_levels import assembly_of
@@ -20,7 +20,7 @@ from mrfit.simulate.current_levels import assembly_of
 class FitAndLogs:
     """A fit's content, its model, its logs."""
 
-    content: Mapping[str, Any]
+    content: Fit
     assembly: Assembly
     stretches: tuple[Stretch, ...]
 

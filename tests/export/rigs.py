@@ -7,6 +7,7 @@ import numpy as np
 from mrfit.core import registry
 from mrfit.core.specs import Array, EffectSpec, ModelSpec
 from mrfit.export.source import OWN, Source, Stretch
+from mrfit.io.schemas.fit import Fit, MetricRow, Quantity, Result
 from mrfit.simulate.assembly import SLOTS, assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 
@@ -93,15 +94,16 @@ def rig(
     signals = channels(seconds, dt)
     drive = np.stack([signals[n] for n in assembly.spec.inputs])
     output = assembly.simulate(drive, theta[None], dt)[0]
-    row = {"condition": "all", "role": "holdout", "samples": len(output), "rmse": 1.0, "nrmse": 0.01}
-    parameters = [{"name": n, "value": float(v)} for n, v in zip(assembly.spec.names, theta, strict=True)]
-    content = {
-        "name": name or model.replace("+", "."),
-        "model": model,
-        "output": assembly.spec.output,
-        "metrics": [row],
-        "results": [{"condition": "all", "parameters": parameters}],
-    }
+    row = MetricRow(condition="all", role="holdout", samples=len(output), rmse=1.0, nrmse=0.01)
+    parameters = [Quantity(name=n, value=float(v)) for n, v in zip(assembly.spec.names, theta, strict=True)]
+    content = Fit(
+        name=name or model.replace("+", "."),
+        model=model,
+        optimizer="none",
+        output=assembly.spec.output,
+        metrics=[row],
+        results=[Result(condition="all", evaluations=0, parameters=parameters)],
+    )
     stretches = (stretch(assembly.spec.inputs, signals, output, dt),)
     return Source(content, assembly, "all", theta, stretches)
 

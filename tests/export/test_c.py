@@ -195,7 +195,7 @@ def test_a_lag_loses_what_it_cannot_know_with_the_square_of_the_step() -> None:
 
 def test_floats_are_near() -> None:
     source = rig("boucwen+current-lag", CurrentDependence((("alpha", 1),), 0.1, 1.5))
-    prefix = parts_of(source).context["p"].upper()
+    prefix = parts_of(source).context.p.upper()
     with program(source, (*STRICT, f"-D{prefix}_FLOAT")) as run:
         off = shares(source, run, source.drive(source.stretches[0]), 1e-3)
     assert 1e-9 < off.max() < 1e-4
@@ -217,7 +217,7 @@ def test_late_values_suffice_at_any_rate(model: str) -> None:
 @pytest.mark.parametrize("model", [*registry.names("model"), *SELECTION])
 def test_floats_of_every_model_are_near(model: str) -> None:
     source = rig(model)
-    with program(source, (*STRICT, f"-D{parts_of(source).context['p'].upper()}_FLOAT")) as run:
+    with program(source, (*STRICT, f"-D{parts_of(source).context.p.upper()}_FLOAT")) as run:
         off = shares(source, run, source.drive(source.stretches[0]), 1e-3)
     assert off.max() < 1e-3
 
@@ -256,7 +256,7 @@ def test_values_that_are_no_numbers_leave_state_and_output() -> None:
 )
 def test_hostile_names_stay_in_their_comment(name: str) -> None:
     source = replace(rig("lugre"), condition=f"c {name}")
-    source = replace(source, content={**source.content, "name": name, "data_sha256": f"{name}*/"})
+    source = replace(source, content=replace(source.content, name=name, data_sha256=f"{name}*/"))
     with program(source, (*WARNINGS,)) as run:
         off = shares(source, run, source.drive(source.stretches[0]), 1e-3)
     assert off.max() < 1e-9
@@ -318,7 +318,7 @@ def test_the_differentiator_is_the_one_whose_cost_is_stated(tmp_path: Path) -> N
     source = rig("hysteretic-biviscous")
     parts = parts_of(source)
     files = rendered(source, parts, [], NO_COST)
-    prefix = parts.context["p"]
+    prefix = parts.context.p
     main = f"""#include <stdio.h>
 #include "{prefix}.h"
 int main(void) {{
@@ -352,7 +352,7 @@ int main(void) {{
 def test_the_self_test_passes_and_fails(tmp_path: Path) -> None:
     source = rig("dahl")
     parts = parts_of(source)
-    prefix = parts.context["p"]
+    prefix = parts.context.p
     files = rendered(source, parts, [], NO_COST)
 
     def passes(changed: dict[str, str]) -> bool:
@@ -369,8 +369,8 @@ def test_the_self_test_passes_and_fails(tmp_path: Path) -> None:
 
 def test_the_stroke_s_middle_is_that_of_the_logs() -> None:
     source = rig("tanh+velocity-hysteresis")
-    (effect,) = parts_of(source).context["effects"]
-    middle = float(effect["fields"][-1]["initial"])
+    (effect,) = parts_of(source).context.effects
+    middle = float(effect.fields[-1].initial)
     assert middle == level(source.stretches[0].inputs["displacement"]) != 0.0
 
 
@@ -383,7 +383,7 @@ def test_cppcheck_finds_no_deviation_that_is_not_listed(model: str, tmp_path: Pa
     for name, text in {**rendered(source, parts, [], NO_COST), "driver.c": driver(parts)}.items():
         (tmp_path / name).write_text(text)
     command = ["cppcheck", "--addon=misra", "--std=c99", "--enable=warning,style,performance,portability", "-q"]
-    done = subprocess.run([*command, f"{parts.context['p']}.c"], cwd=tmp_path, capture_output=True, text=True)
+    done = subprocess.run([*command, f"{parts.context.p}.c"], cwd=tmp_path, capture_output=True, text=True)
     page = (Path(__file__).parents[2] / "docs" / "export.md").read_text()
     listed = set(re.findall(r"^\| (\d+\.\d+) \|", page, flags=re.MULTILINE))
     found = set(re.findall(r"misra-c2012-(\d+\.\d+)", done.stderr))

@@ -20,7 +20,7 @@ from mrfit.export.compiler import compiler
 from mrfit.export.fmi_description import model_description, variables_of
 from mrfit.export.fmu import files
 from mrfit.export.source import Source
-from mrfit.export.stage import Options
+from mrfit.settings.export import Settings
 from mrfit.simulate.current_dependence import CurrentDependence
 from tests.export.rigs import rig
 
@@ -34,7 +34,7 @@ WITH_CURRENT = "boucwen+current-saturation+temperature+gas-spring"
 
 
 def written(source: Source, fmi: int, folder: Path) -> Path:
-    made = files(source, Options(fmi=fmi))
+    made = files(source, Settings(fmi=fmi))
     assert made.error is not None and made.error < 1e-9
     (name,) = made.contents
     (folder / name).write_bytes(made.contents[name])
@@ -141,7 +141,7 @@ def test_the_description_has_units_starts_and_words(tmp_path: Path) -> None:
 
 def test_the_same_fit_gives_the_same_bytes_with_sources(tmp_path: Path) -> None:
     source = replace(rig("dahl"), stretches=())
-    one, two = (files(source, Options(fmi=3)).contents["dahl.fmu"] for _ in range(2))
+    one, two = (files(source, Settings(fmi=3)).contents["dahl.fmu"] for _ in range(2))
     assert one == two
     with zipfile.ZipFile(io.BytesIO(one)) as archive:
         names = archive.namelist()
@@ -152,7 +152,7 @@ def test_the_same_fit_gives_the_same_bytes_with_sources(tmp_path: Path) -> None:
 def test_a_missing_compiler_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "no-such-compiler")
     with pytest.raises(ConfigError, match="^--to fmu needs a C compiler.*CC=no-such-compiler.*install gcc"):
-        files(rig("bingham"), Options())
+        files(rig("bingham"), Settings())
 
 
 def test_mrfit_reads_its_own_fmu_as_a_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

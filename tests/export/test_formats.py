@@ -23,8 +23,10 @@ from mrfit.export.lookup import forward, inverted
 from mrfit.export.source import source_of
 from mrfit.export.ssv import drawn, intervals
 from mrfit.export.ssv import files as ssv_files
-from mrfit.export.stage import FORMATS, Options, run
+from mrfit.export.stage import FORMATS, run
 from mrfit.export.text import ascii_line
+from mrfit.io.schemas.fit import Quantity
+from mrfit.settings.export import Settings
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 from tests.conftest import Run
@@ -62,6 +64,10 @@ def test_json_is_read_by_mrfit_and_by_a_script_without_it(fit: mrfit.FitResult, 
     assert written.errors == {"json": 0.0}
     again = mrfit.load(tmp_path / "damper.json")
     pd.testing.assert_frame_equal(again.params, fit.params)
+    # an export of an export states the same fit
+    again.export(tmp_path / "again", to="json")
+    one, two = (json.loads((tmp_path / p).read_text())["export"] for p in ("damper.json", "again/damper.json"))
+    assert one["sha256"] == two["sha256"] and one["parameters"] == two["parameters"]
     script = Path(__file__).with_name("read_json.py")
     assert len(script.read_text().splitlines()) <= 40
     command = [sys.executable, "-I", script, tmp_path / "damper.json"]
@@ -79,7 +85,7 @@ def test_a_fit_from_a_file_takes_its_logs_from_the_caller(fit: mrfit.FitResult, 
     assert seeing.errors["c"] is not None and seeing.errors["c"] < 1e-9
     assert any("inputs as recorded instead of smoothed" in line for line in seeing.said["c"])
     assert sorted(p.name for p in (tmp_path / "blind").iterdir()) == ["damper.c", "damper.h"]
-    with pytest.raises(ConfigError, match="^export has no option 'fmy'; it has condition, without, fmi, draws, seed"):
+    with pytest.raises(ConfigError, match="^there is no option 'fmy': did you mean fmi?"):
         again.export(tmp_path, to="fmu", fmy=3)
 
 
@@ -114,14 +120,14 @@ def test_draws_have_the_intervals_widths_and_the_fit_s_correlation(fit: mrfit.Fi
 
 def test_draws_hold_what_was_not_fitted() -> None:
     source = rig("dahl")
-    rows = [dict(p) for p in source.content["results"][0]["parameters"]]
-    rows[0] |= {"low": rows[0]["value"] * 0.9, "high": rows[0]["value"] * 1.1}
-    for row in rows[1:]:
-        row |= {"low": row["value"], "high": row["value"], "fixed": True}
-    content = {**source.content, "results": [{"condition": "all", "parameters": rows}]}
+    (result,) = source.content.results
+    first, *others = result.parameters
+    rows = [replace(first, low=first.value * 0.9, high=first.value * 1.1)]
+    rows += [replace(p, low=p.value, high=p.value, fixed=True) for p in others]
+    content = replace(source.content, results=[replace(result, parameters=rows)])
     given = source_of(content, source.assembly, source.stretches)
     assert [row is not None for row in intervals(given)] == [True, False, False, False]
-    sets = drawn(given, Options(draws=2000))
+    sets = drawn(given, Settings(draws=2000))
     assert np.all(sets[:, 1:] == source.theta[1:])
     # damping is searched on a logarithmic scale: its draws are log-normal
     spread = np.std(np.log(sets[:, 0]))
@@ -144,16 +150,16 @@ def test_draws_of_a_model_with_a_redundant_parameter_have_the_band_of_its_noise(
     half = 1.96 * np.sqrt(np.einsum("kd,kj,jd->d", slopes, covariance, slopes))
     at = derived(source.theta[None])[0]
     rows = [
-        {"name": d.name, "low": a - h, "high": a + h} for d, a, h in zip(source.spec.derived, at, half, strict=True)
+        Quantity(name=d.name, value=a, low=a - h, high=a + h)
+        for d, a, h in zip(source.spec.derived, at, half, strict=True)
     ]
-    parameters = [p | {"low": None, "high": None} for p in source.content["results"][0]["parameters"]]
-    results = [{"condition": "all", "parameters": parameters, "derived": rows}]
-    sets = drawn(replace(source, content={**source.content, "results": results}), Options(draws=400))
+    (result,) = source.content.results
+    known = replace(source.content, results=[replace(result, derived=rows)])
+    sets = drawn(replace(source, content=known), Settings(draws=400))
     outputs = source.assembly.simulate(drive, sets, DT)
     assert np.sqrt(np.mean(np.var(outputs, axis=0))) == pytest.approx(np.sqrt(7 / 1000), rel=0.1)
     # without any interval there is nothing to draw
-    nothing = [{"condition": "all", "parameters": parameters, "derived": []}]
-    made = ssv_files(replace(source, content={**source.content, "results": nothing}), Options())
+    made = ssv_files(source, Settings())
     assert list(made.contents) == ["boucwen.ssv"] and made.said[0].startswith("No draws:")
 
 
@@ -164,7 +170,7 @@ def test_a_table_of_a_model_without_a_past_is_the_model() -> None:
     exact = source.simulate(np.stack([v, current]), DT)
     np.testing.assert_allclose(table.values.ravel(), exact, atol=1e-6 * np.ptp(exact))
     # the stated error is that of straight lines between breakpoints
-    made = lookup_files(source, Options())
+    made = lookup_files(source, Settings())
     assert made.error is not None and 1e-6 < made.error < 5e-3
 
 
@@ -176,7 +182,7 @@ def test_a_table_of_a_loop_is_its_middle_and_says_what_it_loses() -> None:
     inner = slice(2, -2)
     np.testing.assert_allclose(table.values[inner], np.mean(both, axis=0)[inner], atol=2e-3 * np.ptp(both[0]))
     loop = np.max(np.abs(both[0] - both[1])) / 2 / source.output_range
-    error = lookup_files(source, Options()).error
+    error = lookup_files(source, Settings()).error
     assert error is not None and error == pytest.approx(loop, rel=0.1)
 
 
@@ -227,7 +233,7 @@ def test_a_fit_of_conditions_asks_whose_parameters(logs: Path, tmp_path: Path) -
     found = mrfit.fit(mrfit.read(logs), model="bingham", name="each")
     with pytest.raises(ConfigError, match=r"^each: has 6 sets of parameters; name one with --condition \(sine-1Hz"):
         found.export(tmp_path, to="json")
-    chosen = str(found.content["results"][4]["condition"])
+    chosen = found.content.results[4].condition
     found.export(tmp_path, to=["json", "lookup"], condition=chosen)
     model = json.loads((tmp_path / "each.json").read_text())["export"]
     assert model["condition"] == chosen
@@ -243,29 +249,41 @@ def test_a_fit_of_conditions_asks_whose_parameters(logs: Path, tmp_path: Path) -
 
 def test_an_effect_is_left_out_where_it_is_named() -> None:
     source = rig("tanh+inertia+delay")
-    content = {**source.content, "current_dependence": None}
-    kept = source_of(content, source.assembly, source.stretches, without=["delay"])
+    kept = source_of(source.content, source.assembly, source.stretches, without=["delay"])
     assert kept.assembly.name == "tanh+inertia"
     values = dict(zip(source.spec.names, source.theta, strict=True))
     np.testing.assert_array_equal(kept.theta, [values[n] for n in kept.spec.names])
     with pytest.raises(ConfigError, match="^--without nix: the model is tanh[+]inertia[+]delay, which has no such"):
-        source_of(content, source.assembly, source.stretches, without=["nix"])
+        source_of(source.content, source.assembly, source.stretches, without=["nix"])
 
 
 @pytest.mark.parametrize(
-    ("formats", "options", "said"),
+    ("formats", "said"),
     [
-        ([], {}, "--to: name a format: c, fmu"),
-        (["cc"], {}, "--to cc: no such format; choose of c, fmu"),
-        (["fmu"], {"fmi": 1}, "--fmi 1: 2 or 3"),
-        (["ssv"], {"draws": 0}, "--draws 0: at least 1"),
+        ([], "--to: name a format: c, fmu"),
+        (["cc"], "--to cc: no such format; choose of c, fmu"),
     ],
 )
-def test_formats_and_options_that_do_not_exist(
-    formats: list[str], options: dict[str, int], said: str, tmp_path: Path
+def test_formats_that_do_not_exist(formats: list[str], said: str, tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match=f"^{said}"):
+        run(rig("bingham"), formats, tmp_path / "out", Settings())
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"fmi": 1}, "fmi takes 2 or more, not 1"),
+        ({"fmi": 4}, "fmi takes 3 or less, not 4"),
+        ({"draws": 0}, "draws takes 1 or more, not 0"),
+        ({"seed": "one"}, "seed takes a number, not 'one'"),
+    ],
+)
+def test_options_out_of_their_limits(
+    fit: mrfit.FitResult, options: dict[str, object], said: str, tmp_path: Path
 ) -> None:
     with pytest.raises(ConfigError, match=f"^{said}"):
-        run(rig("bingham"), formats, tmp_path / "out", Options(**options))
+        fit.export(tmp_path / "out", to="json", **options)
     assert not (tmp_path / "out").exists()
 
 
@@ -274,7 +292,7 @@ def test_nothing_is_written_if_one_format_fails(tmp_path: Path) -> None:
     assembly = assemble("boucwen-flux+integrator-offset")
     broken = replace(source, assembly=assembly, theta=np.append(source.theta, 0.01))
     with pytest.raises(DataError, match="^the effect integrator-offset has no C form"):
-        run(broken, ["json", "c"], tmp_path / "out")
+        run(broken, ["json", "c"], tmp_path / "out", Settings())
     assert not (tmp_path / "out").exists()
 
 
@@ -302,6 +320,7 @@ def test_from_the_command_line(logs: Path, mrfit: Run, tmp_path: Path) -> None:
     for arguments, code, said in (
         (("--fit", "nix", "--to", "c"), 1, "no fit named 'nix' (there are: d)"),
         (("--fit", "d", "--to", "nix"), 2, "--to nix: no such format"),
+        (("--fit", "d", "--to", "fmu", "--fmi", "4"), 2, "--fmi"),
     ):
         done = mrfit("export", *arguments)
         assert done.returncode == code and said in done.stderr and len(done.stderr.splitlines()) == 1
@@ -310,9 +329,9 @@ def test_from_the_command_line(logs: Path, mrfit: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["--> <x>", "a]]>&\"'", "\x00\u202e", "-", "--"])
 def test_hostile_names_stay_in_their_attribute(name: str) -> None:
     source = replace(rig("dahl"), condition=name)
-    results = [{**source.content["results"][0], "condition": name}]
-    source = replace(source, content={**source.content, "name": name, "results": results})
-    made = ssv_files(source, Options(draws=1))
+    results = [replace(source.content.results[0], condition=name)]
+    source = replace(source, content=replace(source.content, name=name, results=results))
+    made = ssv_files(source, Settings(draws=1))
     for text in made.contents.values():
         root = ElementTree.fromstring(text)
         assert len(root) == 2 and len(root[0]) == 4

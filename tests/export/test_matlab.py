@@ -10,7 +10,7 @@ from mrfit.core import registry
 from mrfit.export.c_parts import parts_of
 from mrfit.export.matlab import files, function_file, run_octave
 from mrfit.export.source import Source
-from mrfit.export.stage import Options
+from mrfit.settings.export import Settings
 from mrfit.simulate.current_dependence import CurrentDependence, orders_of
 from tests.export.rigs import rig
 
@@ -49,7 +49,7 @@ def test_follows_a_current_that_moves() -> None:
 
 
 def test_the_file_states_what_octave_measured(tmp_path: Path) -> None:
-    made = files(rig("tanh", seconds=0.3), Options())
+    made = files(rig("tanh", seconds=0.3), Settings())
     # a function of this name would hide MATLAB's own
     text = made.contents["tanh_fit.m"].decode()
     assert made.error is not None and made.error < 1e-9
@@ -62,7 +62,7 @@ def test_hostile_names_stay_in_their_comment(name: str) -> None:
     from dataclasses import replace
 
     source = rig("bingham", seconds=0.1)
-    source = replace(source, condition=name, content={**source.content, "name": name})
+    source = replace(source, condition=name, content=replace(source.content, name=name))
     assert share(source) < 1e-9
 
 
