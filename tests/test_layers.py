@@ -20,7 +20,7 @@ LAYERS = [
     {"search", "optimizers"},
     {"fit"},
     {"discover"},
-    {"report"},
+    {"report", "export"},
     {"compare"},
     {"api"},
     {"apply"},

@@ -13,6 +13,7 @@ import mrfit.settings.ingest
 import mrfit.settings.report
 import mrfit.settings.segment
 from mrfit.cli import apply, console
+from mrfit.cli.export import export
 from mrfit.cli.options import Catalog, DataSet, Folder, Json, Logs, Only, Plugins, Work, options
 from mrfit.settings.shared import Jobs, Resistance
 
@@ -312,6 +313,9 @@ def show(
 
     item = output.item(name)
     return console.print_json(item) if as_json else output.show(item)
+
+
+app.command()(export)
 
 
 def main() -> None:
