@@ -10,6 +10,7 @@ from types import ModuleType
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from mrfit.api.advice import Advice, advise
     from mrfit.api.catalog import models
     from mrfit.api.comparison import Comparison, OptimizerComparison, compare
     from mrfit.api.discovery import Discovery, discover
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from mrfit.errors import ConfigError, DataError, MrfitError
 
 __all__ = [
+    "Advice",
     "Comparison",
     "ConfigError",
     "DataError",
@@ -32,6 +34,7 @@ __all__ = [
     "Param",
     "Prediction",
     "Recording",
+    "advise",
     "compare",
     "discover",
     "fit",
@@ -44,6 +47,7 @@ __all__ = [
 
 # Where each name is defined
 _HOMES = {
+    "api.advice": ("Advice", "advise"),
     "api.catalog": ("models",),
     "api.comparison": ("Comparison", "OptimizerComparison", "compare"),
     "api.discovery": ("Discovery", "discover"),
@@ -71,7 +75,7 @@ _APPLIED = {
     "track": "calls",
 }
 # Functions that a room of the package has the name of: the room is called in their place
-_ROOMS = ("compare", "discover", "fit", "models")
+_ROOMS = ("advise", "compare", "discover", "fit", "models")
 
 
 def _of_face(name: str) -> object:

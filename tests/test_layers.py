@@ -21,7 +21,7 @@ LAYERS = [
     {"fit"},
     {"discover"},
     {"report", "export"},
-    {"compare"},
+    {"compare", "advise"},
     {"api"},
     {"apply"},
     {"cli", "contracts"},

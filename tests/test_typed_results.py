@@ -16,6 +16,7 @@ BOUNDARY = {
     "mrfit.io.workspace",  # documents to JSON: plain, to_json
     "mrfit.io.outdated",  # settings as a file has them, of which a key is made as they stand
     "mrfit.api.fitting",  # FitResult.to_json
+    "mrfit.api.advice",  # Advice.to_json
     "mrfit.api.discovery",  # Discovery.to_json
     "mrfit.io.schemas.discovery",  # discovery.json, written and read
     "mrfit.api.comparison",  # Comparison.to_json, OptimizerComparison.to_json

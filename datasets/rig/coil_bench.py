@@ -87,7 +87,7 @@ def run(coil: FluxCoil | Coil, magnitudes: Mapping[str, float], drives: list[Dri
     emf = emf * [d.envelope(phase / (2 * np.pi), 0) if d.envelope else np.ones_like(phase) for d in drives]
     step = 1.0 / (frequency * PER_PERIOD * OVERSAMPLING)
     true = _solved(coil, magnitudes, emf, step)
-    seen = _clamp(true.current, magnitudes, step)
+    seen = clamped(true.current, magnitudes, step)
     time = step[:, None] * np.arange(steps + 1)
     drift = magnitudes.get("integrator-offset", 0.0) * time
     kept = slice(0, steps, OVERSAMPLING)
@@ -101,7 +101,7 @@ def _solved(coil: FluxCoil | Coil, magnitudes: Mapping[str, float], emf: Array, 
     return stop_coil.solve(replace(coil, eddy=magnitudes.get("eddy-current", coil.eddy)), emf[:, ::2], step, keep=1)
 
 
-def _clamp(current: Array, magnitudes: Mapping[str, float], step: Array) -> Array:
+def clamped(current: Array, magnitudes: Mapping[str, float], step: Array) -> Array:
     """Return the current as the clamp shows it: late, and compressed on one side."""
     count = np.arange(current.shape[1])
     late = magnitudes.get("probe-skew", 0.0) / step

@@ -13,6 +13,7 @@ import mrfit.settings.ingest
 import mrfit.settings.report
 import mrfit.settings.segment
 from mrfit.cli import apply, console
+from mrfit.cli.advise import advise
 from mrfit.cli.export import export
 from mrfit.cli.options import Catalog, DataSet, Folder, Json, Logs, Only, Plugins, Work, options
 from mrfit.settings.shared import Jobs, Resistance
@@ -199,17 +200,7 @@ def discover(
     return console.print_json(summary) if as_json else output.discover(summary, work)
 
 
-@app.command()
-@options
-def advise(work: Work, plugins: Plugins, as_json: Json) -> None:
-    """Say which test would settle what the last discovery left open.
-
-    Example: mrfit advise
-    """
-    from mrfit.cli import output, pipeline
-
-    summary = pipeline.advise(work)
-    return console.print_json(summary) if as_json else output.advise(summary)
+app.command()(advise)
 
 
 @app.command()

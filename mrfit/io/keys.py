@@ -29,6 +29,7 @@ STARTS: dict[str, tuple[str, ...]] = {
     "segment": ("segment/stage.py",),
     "fit": _FITTING,
     "discover": (*_FITTING, "discover/stage.py"),
+    "advise": (*_FITTING, "advise/stage.py"),
 }
 # ``from mrfit.a.b import c, d`` with or without brackets, and ``import mrfit.a.b``, at any depth of a file
 _IMPORT = re.compile(

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -68,6 +68,8 @@ class MapFile(Part):
     """A whole channel map."""
 
     files: list[FilesPart] = []
+    # limits of the rig, which `mrfit advise` reads and checks: they say nothing about logs
+    rig: dict[str, Any] = {}
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,102 @@
+"""The rivals' predicted loops on a test, and how far they are apart, as one figure."""
+
+import io
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mrfit.advise.drives import Test
+from mrfit.advise.separation import Contest
+from mrfit.advise.specimen import rows_of
+from mrfit.core.channels import symbol_of, unit_of
+from mrfit.core.specs import Array
+from mrfit.report.figures import LOOPS, PALETTE
+from mrfit.report.svg import style, to_svg
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+WIDTH, HEIGHT, DOTS = 10.0, 4.6, 120
+POINTS = 3000
+
+
+@dataclass(frozen=True)
+class Loops:
+    """The figure as SVG and as PNG."""
+
+    svg: str
+    png: bytes
+
+
+@dataclass(frozen=True)
+class _Curve:
+    name: str
+    across: Array
+    output: Array
+
+
+def loops(contest: Contest, test: Test, text: str) -> Loops:
+    """Return the figure of the rivals' outputs on a test: loops, and differences from the first over time."""
+    from matplotlib.figure import Figure
+
+    output = contest.standings[0].assembly.spec.output
+    curves, across = _curves(contest, test, LOOPS.get(output, ("",))[0])
+    with style():
+        canvas = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
+        loop, apart = canvas.subplots(1, 2)
+        _draw(loop, curves)
+        loop.set(xlabel=_label(across), ylabel=_label(output), title="predicted loops")
+        _draw_apart(apart, curves, test.time, contest.noise)
+        apart.set(xlabel=_label("time"), ylabel=f"{_label(output)}, difference", title=f"beside {curves[0].name}")
+        canvas.legend(*loop.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+        canvas.suptitle(text)
+        return Loops(*_saved(canvas, text))
+
+
+def _saved(canvas: "Figure", text: str) -> tuple[str, bytes]:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    FigureCanvasAgg(canvas)
+    image = io.BytesIO()
+    canvas.savefig(image, format="png", dpi=DOTS, metadata={"Software": None})
+    return to_svg(canvas, text), image.getvalue()
+
+
+def _label(name: str) -> str:
+    unit = "s" if name == "time" else unit_of(name)
+    return f"{'t' if name == 'time' else symbol_of(name)} in {unit}"
+
+
+def _curves(contest: Contest, test: Test, wanted: str) -> tuple[list[_Curve], str]:
+    channels = contest.specimen.driven(test)
+    across = wanted if wanted in channels else contest.specimen.channels.motion
+    curves = []
+    for standing, drawn in zip(contest.standings, contest.draws, strict=True):
+        point = _typical(drawn, standing.point) if standing.rival.hidden else standing.point
+        theta = standing.cube.to_theta(point[None, :])
+        output = standing.assembly.simulate(rows_of(channels, standing.assembly), theta, test.dt)[0]
+        curves.append(_Curve(standing.rival.name, channels[across], output))
+    return curves, across
+
+
+def _typical(drawn: Array, point: Array) -> Array:
+    """Return the draw whose distance from a point is in the middle: at the point a hidden effect is absent."""
+    far = np.linalg.norm(drawn - point, axis=1)
+    typical: Array = drawn[np.argsort(far)[len(far) // 2]]
+    return typical
+
+
+def _draw(axes: "Axes", curves: list[_Curve]) -> None:
+    for k, curve in enumerate(curves):
+        every = max(1, len(curve.output) // POINTS)
+        axes.plot(curve.across[::every], curve.output[::every], color=PALETTE[k % len(PALETTE)], label=curve.name)
+
+
+def _draw_apart(axes: "Axes", curves: list[_Curve], time: Array, noise: float) -> None:
+    axes.axhspan(-noise, noise, color="#94a3b8", alpha=0.3, linewidth=0.0)
+    for k, curve in enumerate(curves[1:], start=1):
+        every = max(1, len(curve.output) // POINTS)
+        apart = curve.output - curves[0].output
+        axes.plot(time[::every], apart[::every], color=PALETTE[k % len(PALETTE)])

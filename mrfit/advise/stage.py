@@ -1,0 +1,233 @@
+"""The advise stage: the next test, from what a discovery or a fit left open and from what the rig can do."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from mrfit.advise import drawing, words
+from mrfit.advise.choose import Chosen, Judged, Mask
+from mrfit.advise.parameters import known_of, narrow, widths
+from mrfit.advise.rig import Rig, read_rig, rig_beside
+from mrfit.advise.rivalry import separate
+from mrfit.advise.specimen import Specimen, rigged_of
+from mrfit.core.progress import Progress, silent
+from mrfit.discover.bench import Bench, build_bench, effects_for
+from mrfit.errors import ConfigError, DataError
+from mrfit.fit.select import read_dataset
+from mrfit.io.dataset import Dataset
+from mrfit.io.keys import code_version
+from mrfit.io.schemas.advice import AdviceFile, AdvisedTest, Pair
+from mrfit.io.schemas.discovery import DiscoveryFile
+from mrfit.io.schemas.fit import Fit
+from mrfit.io.schemas.reading import load
+from mrfit.io.workspace import Workspace, write_atomic, write_json, write_text
+from mrfit.settings.advise import Settings
+from mrfit.simulate.assembly import assemble
+
+FOLDER, JSON = "advise", "advise.json"
+
+
+@dataclass(frozen=True)
+class Made:
+    """An advice with the files that go with it.
+
+    Attributes
+    ----------
+    content
+        What advise.json holds.
+    drives
+        File name -> text of each drive.
+    figure
+        The rivals' predicted loops on the first test, as SVG and PNG; None of an advice on parameters.
+    """
+
+    content: AdviceFile
+    drives: dict[str, str]
+    figure: drawing.Loops | None = None
+
+
+def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> AdviceFile:
+    """Choose the next test and write ``advise/``.
+
+    Parameters
+    ----------
+    workspace
+        Holds recordings, segments, and a discovery or a fit.
+    settings
+        What to advise on.
+    progress
+        Told of every step.
+
+    Raises
+    ------
+    ConfigError
+        If the rig's limits are missing, wrong or leave no test, or a rival needs a channel that the rig cannot move.
+    DataError
+        If there is no discovery or fit, or it left no rivals.
+    """
+    made = advised(workspace, rig_for(workspace, settings), settings, progress)
+    write(workspace.root / FOLDER, made)
+    return made.content
+
+
+def write(folder: Path, made: Made) -> None:
+    """Write an advice: advise.json, the drives, the figure."""
+    # a kill from here on must not leave the drives of one advice beside the words of another
+    (folder / JSON).unlink(missing_ok=True)
+    for old in (*folder.glob("*.csv"), *folder.glob("loops.*")):
+        old.unlink()
+    for name, text in made.drives.items():
+        write_text(folder / name, text)
+    if made.figure is not None:
+        png = made.figure.png
+        write_text(folder / "loops.svg", made.figure.svg)
+        write_atomic(folder / "loops.png", lambda path: path.write_bytes(png))
+    write_json(folder / JSON, made.content)
+
+
+def rig_for(workspace: Workspace, settings: Settings) -> Rig:
+    """Return the limits that settings name, or that stand beside the logs.
+
+    Raises
+    ------
+    ConfigError
+        If there are none.
+    """
+    path = settings.rig or rig_beside(_sources(workspace))
+    if path is None:
+        raise ConfigError("no rig: state its limits in a table [rig] of mrfit.toml, or in a file that --rig names")
+    return read_rig(Path(path))
+
+
+def has_rig(workspace: Workspace, settings: Settings) -> bool:
+    """Return whether limits of a rig are named or stand beside the logs."""
+    return settings.rig is not None or rig_beside(_sources(workspace)) is not None
+
+
+def _sources(workspace: Workspace) -> list[str]:
+    segments, _ = workspace.read_segments()
+    return [workspace.read_recording(i).source for i in dict.fromkeys(s.recording for s in segments)]
+
+
+def advised(workspace: Workspace, rig: Rig, settings: Settings, progress: Progress = silent) -> Made:
+    """Return the advice on a workspace for a rig, nothing written."""
+    data = read_dataset(workspace)
+    if settings.goal == "parameters":
+        fit = _read_fit(workspace, settings.fit)
+        return of_fit(bench_of(data, fit.model), fit, rig, settings.seed, progress)
+    if settings.fit:
+        raise ConfigError("--fit goes with --goal parameters")
+    found = read_found(workspace)
+    return of_discovery(bench_of(data, found.base_model), found, rig, settings.seed, progress)
+
+
+def read_found(workspace: Workspace) -> DiscoveryFile:
+    """Return the last discovery.
+
+    Raises
+    ------
+    DataError
+        If there is none.
+    """
+    path = workspace.root / "discover" / "discovery.json"
+    found = load(path, DiscoveryFile, f"delete {path.parent} and run `mrfit discover` again")
+    if found is None:
+        raise DataError(
+            f"{workspace.root}: no discovery here; run `mrfit discover --model NAME --work {workspace.root}` first"
+        )
+    return found
+
+
+def _read_fit(workspace: Workspace, name: str) -> Fit:
+    if not name:
+        raise ConfigError("--goal parameters needs --fit NAME, the fit whose intervals are to be narrower")
+    path = workspace.fit_folder(name) / "fit.json"
+    fit = load(path, Fit, f"run `mrfit fit --name {name}` again")
+    if fit is None:
+        there = ", ".join(workspace.fit_names()) or "none yet; run `mrfit fit` first"
+        raise DataError(f"{workspace.root}: no fit named '{name}' (there are: {there})")
+    return fit
+
+
+def bench_of(data: Dataset, model: str) -> Bench:
+    """Return data as a discovery takes them, for a base model with or without effects."""
+    base = assemble(model.partition("+")[0])
+    return build_bench(data.segments, data.recordings, base, effects_for(base.spec.output))
+
+
+def of_discovery(bench: Bench, found: DiscoveryFile, rig: Rig, seed: int, progress: Progress = silent) -> Made:
+    """Return the tests that separate what a discovery left standing."""
+    advice = separate(bench, found, rig, seed, progress)
+    contest, chosen = advice.contest, advice.chosen
+    names = [contest.names(pair) for pair in advice.pairs]
+    pairs = tuple(
+        Pair(names=n, before=float(b), separable=bool(o))
+        for n, b, o in zip(names, advice.before, advice.open, strict=True)
+    )
+    drives: dict[str, str] = {}
+    tests = tuple(
+        _row(t, f"test-{k}.csv", contest.specimen, advice.open, drives) for k, t in enumerate(chosen.tests, start=1)
+    )
+    other = advice.companion
+    second = None if other is None else _row(other, "companion.csv", contest.specimen, advice.open, drives)
+    content = AdviceFile(
+        goal="rivals",
+        model=found.base_model,
+        rivals=tuple(r.name for r in advice.rivals),
+        pairs=pairs,
+        text=tuple(words.of_rivals(pairs, tests, second)),
+        tests=tests,
+        companion=second,
+        rig=rig.model_dump(),
+        looked_at=chosen.looked_at,
+        refused=chosen.refused,
+        noise=contest.noise,
+        seed=seed,
+        code=code_version("advise"),
+    )
+    return Made(content, drives, drawing.loops(contest, chosen.tests[0].test, tests[0].text))
+
+
+def _row(judged: Judged, name: str, specimen: Specimen, wanted: Mask, drives: dict[str, str]) -> AdvisedTest:
+    test = judged.test
+    drives[name] = words.drive_csv(test, specimen.channels, specimen.driven(test))
+    return AdvisedTest(
+        kind=test.kind,
+        text=words.test_words(test, specimen.channels),
+        numbers={k: float(v) for k, v in test.numbers.items()},
+        seconds=test.seconds,
+        waiting=test.waiting,
+        distances=tuple(map(float, judged.amounts)),
+        worth=judged.worth(wanted),
+        drive=name,
+    )
+
+
+def of_fit(bench: Bench, fit: Fit, rig: Rig, seed: int, progress: Progress = silent) -> Made:
+    """Return the tests that narrow the intervals of a fit."""
+    known = known_of(bench, fit)
+    specimen = Specimen.of(bench, known.assembly, rig)
+    chosen: Chosen = narrow(known, specimen, rigged_of(bench, specimen.channels, rig), seed, progress)
+    if not chosen.tests:
+        raise ConfigError("no test within [rig] can be simulated or keeps its force; give wider limits")
+    drives: dict[str, str] = {}
+    mask = np.ones(1, dtype=np.bool_)
+    rows = [_row(t, f"test-{k}.csv", specimen, mask, drives) for k, t in enumerate(chosen.tests, start=1)]
+    # of parameters there are no distances
+    tests = tuple(replace(row, distances=()) for row in rows)
+    narrower = widths(known, fit, chosen.tests[0].test, specimen)
+    content = AdviceFile(
+        goal="parameters",
+        model=fit.model,
+        text=tuple(words.of_parameters(narrower, tests[0])),
+        tests=tests,
+        widths=narrower,
+        rig=rig.model_dump(),
+        looked_at=chosen.looked_at,
+        refused=chosen.refused,
+        noise=known.noise,
+        seed=seed,
+        code=code_version("advise"),
+    )
+    return Made(content, drives)

@@ -1,0 +1,103 @@
+"""An advice in words, and the drive of a test as a file."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from mrfit.advise.drives import Test
+from mrfit.advise.specimen import CURRENT, TEMPERATURE, Channels
+from mrfit.core.channels import unit_of
+from mrfit.core.specs import Array
+from mrfit.io.csv_table import csv_table
+from mrfit.io.schemas.advice import AdvisedTest, Pair, Width
+
+# Units in which motions are said, and their factors
+SAID = {"m": ("mm", 1e3)}
+DIGITS = 9
+
+
+def number(value: float) -> str:
+    """Return a number in three significant digits."""
+    return f"{float(f'{value:.3g}'):g}"
+
+
+def test_words(test: Test, channels: Channels) -> str:
+    """Return a test as one says it to whoever runs it."""
+    own = test.numbers
+    unit, factor = SAID.get(unit_of(channels.motion), (unit_of(channels.motion), 1.0))
+    size = f"{number(factor * own['amplitude'])} {unit}"
+    if test.kind == "sweep":
+        what = f"a sweep from {number(own['frequency'])} to {number(own['to'])} Hz at constant speed, up to {size}"
+    else:
+        shape = "triangle" if test.kind == "triangle" else "sine"
+        what = f"a {shape} of {number(own['frequency'])} Hz and {size}"
+    if "dwell" in own:
+        return (
+            f"{what} under a current stepped between {number(own['low'])} and {number(own['current'])} A "
+            f"about every {number(own['dwell'])} s"
+        )
+    held = f" at {number(own['current'])} A" if "current" in own else ""
+    if test.kind == "repeat":
+        return f"{what}{held}, {number(own['wait'])} s of rest, and the same again"
+    if test.kind == "warm-up":
+        return f"{what}{held}, once cold and once warm"
+    return f"{what}{held}"
+
+
+def drive_csv(test: Test, channels: Channels, driven: dict[str, Array]) -> str:
+    """Return the drive of a test as CSV: time, motion and its rate, current, and temperature where it is set."""
+    names = [channels.motion, channels.rate]
+    if channels.motion != CURRENT and len(test.current):
+        names.append(CURRENT)
+    if len(test.warmth):
+        names.append(TEMPERATURE)
+    columns = {"time [s]": test.time}
+    rows = dict(zip((channels.motion, channels.rate), test.motion, strict=False))
+    columns |= {f"{n} [{unit_of(n)}]": rows.get(n, driven.get(n, np.empty(0))) for n in names if n}
+    table = np.round(np.stack(list(columns.values())), DIGITS) + 0.0
+    return csv_table(list(columns), (dict(zip(columns, row, strict=True)) for row in table.T.tolist()))
+
+
+def listed(words: Sequence[str], last: str = "and") -> str:
+    """Return words as a list in a sentence."""
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} {last} {words[-1]}"
+
+
+def of_rivals(pairs: Sequence[Pair], tests: Sequence[AdvisedTest], companion: AdvisedTest | None) -> list[str]:
+    """Return what to do to separate rivals, in sentences."""
+    first = tests[0]
+    apart = [k for k, p in enumerate(pairs) if p.separable]
+    if not apart:
+        return [
+            "No test within these limits separates the rivals: the best one puts none of them 3 standard errors apart."
+        ]
+    weakest = min(apart, key=lambda k: first.distances[k])
+    said = [
+        f"Run {first.text}, {_length(first)}: it puts {listed(_those(pairs, apart))} at least "
+        f"{number(first.distances[weakest])} standard errors apart ({' and '.join(pairs[weakest].names)}); "
+        f"in the data there are it is {number(pairs[weakest].before)}."
+    ]
+    if companion is not None:
+        said.append(f"Then run {companion.text}, {_length(companion)}, so that a test of this kind can be held out.")
+    never = [p.names for p in pairs if not p.separable]
+    if never:
+        said.append(f"No test within these limits tells {listed([' from '.join(n) for n in never], 'or')}.")
+    return said
+
+
+def _those(pairs: Sequence[Pair], apart: Sequence[int]) -> list[str]:
+    return list(dict.fromkeys(n for k in apart for n in pairs[k].names))
+
+
+def _length(test: AdvisedTest) -> str:
+    return f"{number(test.seconds)} s" + (f" and {number(test.waiting)} s to warm it" if test.waiting else "")
+
+
+def of_parameters(widths: Sequence[Width], first: AdvisedTest) -> list[str]:
+    """Return what to do to narrow intervals, in sentences."""
+    shares = [w.after / w.before for w in widths if w.before and w.after is not None]
+    said = f"Run {first.text}, {_length(first)}"
+    if not shares:
+        return [f"{said}: the data there are leave every parameter open."]
+    middle = float(np.exp(np.mean(np.log(shares))))
+    return [f"{said}: intervals shrink to {number(100.0 * middle)} % of their width, in the geometric mean."]

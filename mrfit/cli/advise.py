@@ -1,0 +1,77 @@
+"""The command ``mrfit advise``."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mrfit.cli import console
+from mrfit.cli.options import Json, Plugins, Work, options
+from mrfit.core.progress import Progress
+from mrfit.settings.advise import Settings
+
+if TYPE_CHECKING:
+    from mrfit.io.schemas.advice import AdviceFile, AdvisedTest
+
+# What follows a discovery's own advice where no rig is stated
+NO_RIG = "State the rig's limits in a table [rig] of mrfit.toml to have this test computed."
+
+
+@options
+def advise(settings: Settings, work: Work, plugins: Plugins, as_json: Json) -> None:
+    """Choose the test that separates most, per second, what the last discovery left open, within the rig's limits.
+
+    Example: mrfit advise --rig press.toml
+    """
+    from mrfit.cli import output, pipeline
+    from mrfit.io.workspace import to_json
+
+    with console.progress_bar() as progress:
+        made = computed(work, settings, progress)
+    if made is not None:
+        return console.print_json(to_json(made)) if as_json else _say(made, work)
+    words = pipeline.advise(work)
+    if as_json:
+        return console.print_json(words)
+    output.advise(words)
+    if words["verdict"] == "ambiguous":
+        console.say(NO_RIG)
+    return None
+
+
+def computed(work: Path, settings: Settings, progress: Progress) -> AdviceFile | None:
+    """Return the next test; None where no rig is stated, so that a discovery's own words are all there is to say."""
+    from mrfit.advise import stage
+    from mrfit.cli import pipeline
+    from mrfit.io.workspace import Workspace
+
+    workspace, on_rivals = Workspace(work), settings.goal == "rivals"
+    outdated = on_rivals and bool(pipeline.advise(work)["outdated"])
+    if on_rivals and not stage.has_rig(workspace, settings):
+        return None
+    with workspace.locked():
+        return replace(stage.run(workspace, settings, progress), outdated=outdated)
+
+
+def _say(made: AdviceFile, work: Path) -> None:
+    from mrfit.cli.output import OUTDATED
+
+    if made.outdated:
+        console.say(f"  warning outdated: {OUTDATED}: discover again")
+    for line in made.text:
+        console.say(line)
+    apart = [k for k, pair in enumerate(made.pairs) if pair.separable]
+    tests = [*made.tests, *([made.companion] if made.companion else [])]
+    last = "least distance, standard errors" if apart else "gain per second"
+    rows = [_row(t, apart) for t in tests]
+    console.print_table("Tests", ("test", "seconds", "waiting", last, "drive"), rows)
+    if made.widths:
+        shown = [[w.name, w.unit, w.value, w.before, w.after] for w in made.widths]
+        console.print_table("Half-widths of 95 % intervals", ("parameter", "unit", "value", "now", "expected"), shown)
+    console.say(f"Drives{' and loops' if made.pairs else ''}: {work / 'advise'}")
+
+
+def _row(test: AdvisedTest, apart: list[int]) -> list[object]:
+    worth = min(test.distances[k] for k in apart) if apart else test.worth
+    return [test.text, test.seconds, test.waiting, worth, test.drive]

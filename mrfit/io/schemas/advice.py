@@ -1,0 +1,109 @@
+"""What advise.json holds: the next test, from what a discovery or a fit left open."""
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from mrfit.io.schemas.reading import Document, Entry, Number, told
+
+SCHEMA = "mrfit/advice/1"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pair(Entry):
+    """Two rivals: standard errors between them in the data there are, and whether the rig can tell them apart."""
+
+    names: tuple[str, str]
+    before: Number
+    separable: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class AdvisedTest(Entry):
+    """A test that a rig can run.
+
+    Attributes
+    ----------
+    kind
+        Kind of test.
+    text
+        The same in words.
+    numbers
+        Its frequency in Hz, amplitude, currents in A, times in s.
+    seconds, waiting
+        How long it drives, and what it waits for beside that.
+    distances
+        Standard errors that it puts between each pair, in the mean over draws of the parameters; of parameters none.
+    worth
+        The least squared distance of a separable pair, or the gain in information, per second.
+    drive
+        File with the drive, in the folder of the advice.
+    """
+
+    kind: str
+    text: str
+    numbers: dict[str, Number]
+    seconds: Number
+    waiting: Number
+    distances: tuple[Number, ...] = ()
+    worth: Number
+    drive: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Width(Entry):
+    """A parameter with the half-width of its 95 % interval now, and expected after the test; None where open."""
+
+    name: str
+    unit: str
+    value: Number
+    before: Number | None
+    after: Number | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class AdviceFile(Document):
+    """Content of advise.json.
+
+    Attributes
+    ----------
+    goal
+        ``rivals`` or ``parameters``.
+    model
+        Base model of the discovery, or model of the fit.
+    rivals, pairs
+        The models to separate.
+    text
+        What to do, in sentences.
+    tests
+        The best test of each kind, the best first.
+    companion
+        A second test of the kind of the best one, that can be held out.
+    widths
+        Parameters of the fit.
+    rig
+        The limits, SI.
+    looked_at, refused
+        Tests simulated, and those among them that the rig cannot run after all.
+    noise
+        Standard error of one sample of the output, SI.
+    outdated
+        Whether the discovery was made from other data than are there now.
+    """
+
+    known: ClassVar = (SCHEMA,)
+    schema: str = SCHEMA
+    goal: str
+    model: str
+    rivals: tuple[str, ...] = ()
+    pairs: tuple[Pair, ...] = ()
+    text: tuple[str, ...]
+    tests: tuple[AdvisedTest, ...]
+    companion: AdvisedTest | None = None
+    widths: tuple[Width, ...] = ()
+    rig: dict[str, Number | tuple[Number, Number] | None] = field(default_factory=dict)
+    looked_at: int
+    refused: int
+    noise: Number
+    seed: int
+    code: str = ""
+    outdated: bool = told(False)
