@@ -60,6 +60,20 @@ _HOMES = {
     "errors": ("ConfigError", "DataError", "MrfitError"),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
+# What `mrfit.apply` offers, by the module of that room it is in
+_APPLIED = {
+    "Amplifier": "inverse",
+    "Car": "car",
+    "Control": "car",
+    "Damper": "damper",
+    "Timing": "car",
+    "damper": "damper",
+    "invert": "calls",
+    "quarter_car": "calls",
+    "road": "roads",
+    "sine": "motion",
+    "track": "calls",
+}
 # Functions that a room of the package has the name of: the room is called in their place
 _ROOMS = ("advise", "compare", "discover", "fit", "models")
 
@@ -91,12 +105,28 @@ class _Room(ModuleType):
         return self.__wrapped__.__doc__
 
 
+class _Applied(ModuleType):
+    """The room ``apply``, whose functions are found in its modules: ``mrfit.apply.invert(…)``."""
+
+    def __getattr__(self, name: str) -> object:
+        from importlib import import_module
+
+        if name not in _APPLIED:
+            raise AttributeError(f"module '{self.__name__}' has no attribute '{name}'")
+        return getattr(import_module(f"{self.__name__}.{_APPLIED[name]}"), name)
+
+    def __dir__(self) -> list[str]:
+        return sorted(_APPLIED)
+
+
 class _Package(ModuleType):
     """The package itself: a room of a function's name, as the import system sets it, can be called."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if name in _ROOMS and isinstance(value, ModuleType):
             value.__class__ = _Room
+        if name == "apply" and isinstance(value, ModuleType):
+            value.__class__ = _Applied
         super().__setattr__(name, value)
 
 
@@ -110,7 +140,7 @@ def __getattr__(name: str) -> object:
         from importlib.metadata import version
 
         return version(__name__)
-    if name in _ROOMS:
+    if name in (*_ROOMS, "apply"):
         return import_module(f"{__name__}.{name}")
     if name not in _HOME:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")

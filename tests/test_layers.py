@@ -19,10 +19,11 @@ LAYERS = [
     {"simulate"},
     {"search", "optimizers"},
     {"fit"},
-    {"discover", "apply"},
-    {"report"},
+    {"discover"},
+    {"report", "export"},
     {"compare", "advise"},
     {"api"},
+    {"apply"},
     {"cli", "contracts"},
 ]
 STAGES = {"ingest", "flux", "segment", "fit", "report"}

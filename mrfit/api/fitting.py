@@ -1,6 +1,6 @@
 """Fit a model to recordings in memory; the result, saved and read again."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,10 +23,13 @@ from mrfit.fit.files import Fitted, read_fit_json
 from mrfit.io.schemas.fit import Fit, FitPreparation, Result, SavedFit
 from mrfit.io.schemas.stages import FluxSettings, SegmentSettings
 from mrfit.io.workspace import plain, write_json
+from mrfit.settings.export import Settings as ExportSettings
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from pandas import DataFrame
+
+    from mrfit.export.stage import Written
 
 COLUMNS = ("parameter", "condition", "value", "unit", "low", "high", "bound_low", "bound_high", "at_bound")
 SHOWN = ("value", "unit", "low", "high", "identifiable")
@@ -153,6 +156,46 @@ class FitResult:
         flux, segment = FluxSettings(**asdict(how.flux)), SegmentSettings(**asdict(how.segment))
         return SavedFit(**own, preparation=FitPreparation(flux=flux, segment=segment, resistance=how.resistance))
 
+    def export(
+        self,
+        folder: PathText,
+        *,
+        to: str | Sequence[str],
+        recordings: Recording | Iterable[Recording] | None = None,
+        condition: str = "",
+        without: str | Sequence[str] = (),
+        **options: object,
+    ) -> "Written":
+        """Write the fitted model as C, FMU, JSON …, as ``mrfit export`` does, and return what was written.
+
+        Parameters
+        ----------
+        folder
+            Where to.
+        to
+            ``c``, ``fmu``, ``json``, ``lookup``, ``matlab``, ``modelica``, ``ssv``, or several of them.
+        recordings
+            Logs that say where the model holds, of a fit that was read from a file.
+        condition
+            Whose parameters, of a fit with several sets.
+        without
+            Effects to leave out.
+        **options
+            Those of ``mrfit export``, see below.
+
+        Raises
+        ------
+        ConfigError
+            If a format or an option is wrong, or a program is missing.
+        DataError
+            If the model has no form in a format.
+        """
+        from mrfit.api.exporting import exported
+
+        check_names((ExportSettings,), options)
+        settings = settings_of(ExportSettings, options)
+        return exported(self, folder, to, settings, recordings=recordings, condition=condition, without=without)
+
     def __repr__(self) -> str:
         sets = [text_table(self._parameters(r)) for r in self._few]
         return "\n".join([self._title, text_table(self._errors), *sets, *self._said])
@@ -257,3 +300,4 @@ def _preparation(how: FitPreparation) -> Preparation:
 
 
 with_options(fit, (fit_stage.Settings, *SETTINGS), ("model",))
+with_options(FitResult.export, (ExportSettings,), ())

@@ -12,8 +12,9 @@ import mrfit.settings.flux
 import mrfit.settings.ingest
 import mrfit.settings.report
 import mrfit.settings.segment
-from mrfit.cli import console
+from mrfit.cli import apply, console
 from mrfit.cli.advise import advise
+from mrfit.cli.export import export
 from mrfit.cli.options import Catalog, DataSet, Folder, Json, Logs, Only, Plugins, Work, options
 from mrfit.settings.shared import Jobs, Resistance
 
@@ -25,6 +26,8 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
     help="From laboratory logs of magnetorheological dampers and their coils to identified models and error reports.",
 )
+
+app.add_typer(apply.app, name="apply")
 
 
 @app.callback(invoke_without_command=True)
@@ -301,6 +304,9 @@ def show(
 
     item = output.item(name)
     return console.print_json(item) if as_json else output.show(item)
+
+
+app.command()(export)
 
 
 def main() -> None:

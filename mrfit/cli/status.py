@@ -118,20 +118,26 @@ def _recordings(workspace: Workspace, progress: Progress) -> Step | None:
 
 def _changed_logs(workspace: Workspace, rows: Sequence[About], progress: Progress) -> Iterator[str]:
     """Yield the logs that are no longer what was read; one that is gone is none of these."""
-    from mrfit.ingest.dispatch import look, part_of
     from mrfit.ingest.earlier import Earlier
-    from mrfit.ingest.reading import hash_of
+    from mrfit.ingest.hashes import hash_of
     from mrfit.ingest.refusal import Refusal
 
     base = Earlier(workspace).base
     for source, digest in {r.source: r.sha256 for r in rows}.items():
         path = Path(os_path.join(base, source))
         try:
-            # one record may lie in several files, whose hashes are hashed together
-            if path.is_file() and hash_of(path, progress) != digest and not part_of(*look(path)):
+            if path.is_file() and hash_of(path, progress) != digest and not _is_part(path):
                 yield source
         except Refusal:
             yield source
+
+
+def _is_part(path: Path) -> bool:
+    """Return whether a log is one of several files of one record, whose hashes are hashed together."""
+    # loads what reads logs, which a workspace whose logs are as they were does without
+    from mrfit.ingest.dispatch import look, part_of
+
+    return bool(part_of(*look(path)))
 
 
 def _flux(workspace: Workspace) -> Step | None:

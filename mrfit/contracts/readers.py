@@ -9,8 +9,9 @@ from mrfit.contracts.check import Check, check_of, need
 from mrfit.core.protocols import Reader
 from mrfit.core.recording import Recording
 from mrfit.ingest.dispatch import FALLBACK, claims, reader_of
+from mrfit.ingest.hashes import hash_of
 from mrfit.ingest.meaning.channel_map import Rules
-from mrfit.ingest.reading import OWN_FAULT, PLUGIN_FAULT, Item, Outcome, hash_of, read_item
+from mrfit.ingest.reading import OWN_FAULT, PLUGIN_FAULT, Item, Outcome, read_item
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.text.head import open_head
 

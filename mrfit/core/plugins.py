@@ -15,7 +15,7 @@ import traceback
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, wraps
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import TYPE_CHECKING, Any, TypedDict, TypeVar, Unpack
@@ -413,6 +413,7 @@ def quiet(simulate: "Response") -> "Response":
     """Return the same response without numpy's warnings: what overflows becomes inf or nan, and the search sees it."""
     import numpy as np
 
+    @wraps(simulate)
     def response(drive: "Array", theta: "Array", dt: float) -> "Array":
         with np.errstate(all="ignore"):
             return simulate(drive, theta, dt)
@@ -424,6 +425,7 @@ def one_by_one(simulate: "Callable[[Array, Array, float], Array]") -> "Response"
     """Return the batched response of a function of one parameter vector; where it fails in arithmetic, nan."""
     import numpy as np
 
+    @wraps(simulate)
     def response(drive: "Array", theta: "Array", dt: float) -> "Array":
         output = np.full((len(theta), drive.shape[1]), np.nan)
         with np.errstate(all="ignore"):

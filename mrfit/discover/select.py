@@ -153,7 +153,7 @@ def decide(source: Source, policy: Policy) -> Selection:
     for name in chosen.final.effects:
         strength = source.ask(Strength(chosen.final, name))
         chosen = chosen.because(name, f"its parameter is {strength:.0f} standard errors from neutral")
-    return _with_verdict(inquiry, take_back(chosen, source.noise, policy))
+    return _with_verdict(inquiry, take_back(without_idle(chosen), source.noise, policy))
 
 
 def _grow(inquiry: Inquiry, chosen: Selection) -> Round:
@@ -303,6 +303,15 @@ def _without_drifting(inquiry: Inquiry, chosen: Selection) -> Selection:
             reason = f"it changes by {share:.0%} in half a record: a drift, not this effect"
             chosen = replace(chosen, drifting=(*chosen.drifting, Follower(name, found))).without(name, rest, reason)
     return chosen
+
+
+def without_idle(chosen: Selection) -> Selection:
+    """Leave out all effects if together they do not lower the held-out error, as what stays of a pair may not."""
+    if not chosen.final.effects or chosen.final.holdout < chosen.base.holdout:
+        return chosen
+    reason = "what was left beside it does not lower the error on held-out conditions"
+    reasons = {**chosen.reasons, **dict.fromkeys(chosen.final.effects, reason)}
+    return replace(chosen, final=chosen.base, ambiguous=(), reasons=reasons)
 
 
 def take_back(chosen: Selection, noise: float, policy: Policy) -> Selection:

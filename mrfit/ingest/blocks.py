@@ -1,7 +1,7 @@
 """A log read block by block: its text cut between rows, its numbers gathered on disk."""
 
 import codecs
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +12,7 @@ import numpy as np
 
 from mrfit.errors import DataError
 from mrfit.ingest import series
+from mrfit.ingest.hashes import Watch
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Block, Column, Lost, Source, Table
 from mrfit.ingest.text.body import ROW, TAIL
@@ -19,8 +20,6 @@ from mrfit.ingest.text.head import Head, plain_feeds
 from mrfit.ingest.text.textlog import check_rows
 
 MIB = 1 << 20
-Watch = Callable[[bytes], None]
-"""Told every piece of a file as it is read."""
 
 
 def text_blocks(head: Head, size: int, watch: Watch) -> Iterator[Block]:

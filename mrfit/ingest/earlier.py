@@ -1,15 +1,20 @@
 """What earlier calls of the ingest stage left in the workspace."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from os import getcwd
 from os import path as os_path
+from typing import TYPE_CHECKING
 
 from mrfit.errors import DataError
-from mrfit.ingest.reading import Item
 from mrfit.ingest.refusal import Refusal
 from mrfit.io.escapes import encodable
 from mrfit.io.schemas.stages import IngestFile
 from mrfit.io.workspace import Workspace
+
+if TYPE_CHECKING:
+    from mrfit.ingest.reading import Item
 
 
 class Earlier:

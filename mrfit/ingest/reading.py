@@ -12,11 +12,12 @@ from mrfit.core.progress import Progress, silent
 from mrfit.core.protocols import JoinsParts, Reader, ReadsRows
 from mrfit.core.recording import Recording
 from mrfit.errors import MrfitError
-from mrfit.ingest.blocks import Gathered, Watch, text_blocks
+from mrfit.ingest.blocks import Gathered, text_blocks
 from mrfit.ingest.build import Origin, build
 from mrfit.ingest.containers.apart import read_apart
 from mrfit.ingest.containers.memory import out_of_memory, shown
 from mrfit.ingest.containers.shelf import Shelf, check_disk
+from mrfit.ingest.hashes import BLOCKS_IN_MEMORY, Watch, watched
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table, with_end
@@ -67,8 +68,6 @@ class Outcome:
     refusals: tuple[Refusal, ...]
 
 
-BLOCKS_IN_MEMORY = 8
-"""A log of more blocks than this is read block by block."""
 MEMORY_FOR_A_BYTE = 6
 """Bytes of memory that reading one byte of a text log as a whole takes, at most."""
 
@@ -96,43 +95,6 @@ class Pieces:
     folder: Path
     block: int = BLOCK
     progress: Progress = silent
-
-
-def hash_of(path: Path, progress: Progress = silent) -> str:
-    """Return the SHA-256 of a file's bytes.
-
-    Raises
-    ------
-    Refusal
-        If it cannot be read.
-    """
-    digest, watch = _watched(path, "looking at", progress)
-    try:
-        with path.open("rb", buffering=0) as handle:
-            while raw := handle.read(BLOCK):
-                watch(raw)
-    except OSError as error:
-        raise Refusal(path, f"cannot be read ({error.strerror or error})", "check the path and permissions") from None
-    return digest.hexdigest()
-
-
-def _watched(path: Path, what: str, progress: Progress) -> tuple["hashlib._Hash", Watch]:
-    """Return a hash, and what feeds it and tells the progress of a file longer than a few blocks."""
-    digest, done = hashlib.sha256(), 0
-    try:
-        size = path.stat().st_size
-    except OSError:
-        size = 0
-    label = f"{what} {path.name} (MB)"
-
-    def watch(raw: bytes) -> None:
-        nonlocal done
-        digest.update(raw)
-        done += len(raw)
-        if size > BLOCKS_IN_MEMORY * BLOCK:
-            progress(label, done // 1_000_000, size // 1_000_000)
-
-    return digest, watch
 
 
 def read_item(item: Item, pieces: Pieces | None = None) -> Outcome:
@@ -225,7 +187,7 @@ def _blocks(module: Reader, source: Source, size: int, watch: Watch) -> Iterator
 def _in_blocks(module: Reader, source: Source, digest: str, pieces: Pieces) -> list[Table]:
     """Return the tables of a long log, their numbers on disk."""
     path = source.head.path
-    read, watch = _watched(path, "reading", pieces.progress)
+    read, watch = watched(path, "reading", pieces.progress)
     rows = 0
     if isinstance(module, ReadsRows):
         rows, columns = module.extent(source)

@@ -17,9 +17,10 @@ from mrfit.errors import ConfigError, DataError
 from mrfit.ingest.copies import part_copies
 from mrfit.ingest.dispatch import expand, look, part_of
 from mrfit.ingest.earlier import Earlier
+from mrfit.ingest.hashes import hash_of
 from mrfit.ingest.meaning.channel_map import FILE_NAME, MapFile, Rules, load_map, rules_for
 from mrfit.ingest.meaning.conditions import name_expression
-from mrfit.ingest.reading import Item, Outcome, Pieces, hash_of, look_into, read_item
+from mrfit.ingest.reading import Item, Outcome, Pieces, look_into, read_item
 from mrfit.ingest.refusal import Passing, Refusal
 from mrfit.io.keys import code_version, key_of, plugins_used
 from mrfit.io.schemas.stages import About, Copy, IngestFile, Refused

@@ -42,6 +42,10 @@ _LIMITS = {
 }
 
 
+# What pydantic calls a key too many: of its own models, of dataclasses
+UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
+
+
 def plain_fault(error: "ValidationError", model: "type[BaseModel] | None" = None) -> str:
     """Return the first fault of a file in words: its key, and what is allowed there.
 
@@ -53,7 +57,7 @@ def plain_fault(error: "ValidationError", model: "type[BaseModel] | None" = None
         What a TOML file was read as, for the keys that are known where one is not; None for JSON.
     """
     faults = error.errors(include_url=False)
-    unknown = next((f for f in faults if f["type"] == "extra_forbidden"), None)
+    unknown = next((f for f in faults if f["type"] in UNKNOWN), None)
     if unknown is not None:
         return _unknown(unknown["loc"], model)
     key = _toml_key if model else _json_key

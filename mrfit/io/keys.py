@@ -7,8 +7,9 @@ changes none of these makes nothing again: a comment in a channel map, or a file
 
 import hashlib
 import json
+import os
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from functools import cache
 from importlib.metadata import version
@@ -50,13 +51,21 @@ def sources(stage: str = "") -> list[Path]:
     return sorted(found)
 
 
-def _imported(path: Path) -> Iterator[Path]:
-    """Yield the modules of the package that a file imports; what is no module but a name in one is passed over."""
+@cache
+def _imported(path: Path) -> list[Path]:
+    """Return the modules of the package that a file imports; what is no module but a name in one is passed over."""
+    found = []
     for module, names, whole in _IMPORT.findall(path.read_text(encoding="utf-8")):
-        folder = PACKAGE.joinpath(*(module or whole).split(".")[1:])
-        wanted = [folder.with_suffix(".py"), folder / "__init__.py"]
-        wanted += [folder / f"{name}.py" for name in re.findall(r"\w+", names)]
-        yield from (p for p in wanted if p.is_file())
+        folder = os.path.join(PACKAGE, *(module or whole).split(".")[1:])
+        wanted = [f"{folder}.py", os.path.join(folder, "__init__.py")]
+        wanted += [os.path.join(folder, f"{name}.py") for name in re.findall(r"\w+", names)]
+        found += [Path(p) for p in wanted if p in _files()]
+    return found
+
+
+@cache
+def _files() -> frozenset[str]:
+    return frozenset(map(str, PACKAGE.rglob("*.py")))
 
 
 @cache

@@ -381,3 +381,11 @@ def printed_form(rate: Array, n: Array, rho: Array, z_max: Array) -> tuple[Array
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         total = kappa / z_max**n
     return kappa, 0.5 * total * (1.0 + rho), 0.5 * total * (1.0 - rho)
+
+
+def curve_of(n: float, rho: float) -> Curve:
+    """Return the branch curve of a sharpness n and a ratio rho, its tables as ``bouc_wen`` reads them."""
+    _, cells, counts, scales = _kept_tables(np.array([[n, rho]]).tobytes(), _WIDTH)
+    h_positive, h_negative, end, gap = scales[0].tolist()
+    positive, negative = cells[0, 0, : counts[0, 0]], cells[0, 1, : counts[0, 1]]
+    return Curve(positive, negative, h_positive, h_negative, n, end, gap)

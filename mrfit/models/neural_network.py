@@ -18,7 +18,7 @@ from mrfit.kernels.lti import delayed
 from mrfit.kernels.network import network
 from mrfit.kernels.theta import by_blocks, plain
 
-_LAG = 4e-3
+LAG = 4e-3
 _UNITS = 3
 # Share of the bounds of weights and biases within which to search first
 _SEARCHED = 0.12
@@ -59,7 +59,7 @@ SPEC = ModelSpec(
 
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the force in N, shape (P, N), of velocity (m/s) and current (A), shape (2, N), sampled every dt s."""
-    lag = np.array([_LAG / dt])
+    lag = np.array([LAG / dt])
     inputs = np.vstack([drive, *(delayed(plain(row), lag) for row in drive)])
     return by_blocks(lambda block: _layers(inputs, block), drive.shape[1], theta)
 
@@ -80,7 +80,7 @@ def sensitivities(drive: Array, theta: Array, dt: float, columns: Index) -> Arra
 
     A vector with NaN gives NaN.
     """
-    lag = np.array([_LAG / dt])
+    lag = np.array([LAG / dt])
     return network(plain(drive), lag, plain(theta), np.array(columns, dtype=np.int64))
 
 

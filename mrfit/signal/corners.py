@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrfit.core.specs import Array
+from mrfit.signal.convolution import correlated
 
 Indices = NDArray[np.int64]
 
@@ -114,10 +115,9 @@ class _Level:
     def _candidates(self, known: Indices) -> Indices:
         """Return the places where a kink or a step explains most for its neighbourhood, away from known corners."""
         from scipy.ndimage import maximum_filter1d
-        from scipy.signal import oaconvolve
 
         centred = self.values - self.values.mean()
-        kink, step = (oaconvolve(centred, shape[::-1], mode="valid") for shape in (KINK, STEP))
+        kink, step = (correlated(centred, shape) for shape in (KINK, STEP))
         power = kink**2 + step**2
         peaks = (power == maximum_filter1d(power, SIDE // 2)) & (power > CANDIDATE * self.power)
         blocked = np.zeros(len(power) + 1, dtype=np.int64)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from mrfit.core.specs import Array
 from mrfit.kernels.windows import moving_mean
+from mrfit.signal.convolution import correlated
 from mrfit.signal.corners import SIDE, Indices, find_corners
 from mrfit.signal.cycles import without_small_swings
 from mrfit.signal.noise import white_part
@@ -116,12 +117,7 @@ class _Window:
 
 
 def _correlated(values: Array, kernel: Array) -> Array:
-    from scipy.signal import oaconvolve
-
-    if len(kernel) <= DIRECT:
-        return np.convolve(values, kernel[::-1], mode="valid")
-    result: Array = oaconvolve(values, kernel[::-1], mode="valid")
-    return result
+    return np.convolve(values, kernel[::-1], mode="valid") if len(kernel) <= DIRECT else correlated(values, kernel)
 
 
 def _windows(longest: int, derivative: int) -> list[_Window]:

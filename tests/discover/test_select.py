@@ -13,7 +13,7 @@ from mrfit.discover.evidence import Contrast, Fall, Growth, Join, Repetition, St
 from mrfit.discover.gather import gather
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.rules import leaves_too_much
-from mrfit.discover.select import Selection, decide, select, take_back
+from mrfit.discover.select import Selection, decide, select, take_back, without_idle
 from tests.discover.world import UNCLEAR, World, fit
 
 
@@ -141,6 +141,17 @@ def test_all_effects_with_proof_are_taken_back_though_one_was_dropped_before() -
     assert not before.taken_back and before.final == one and before.reasons == {}
     little = replace(before, final=fit(1.1, "a", "b"), proven=fit(1.1, "a", "b"))
     assert take_back(little, 1.0, STANDARD) is little
+
+
+def test_what_stays_of_a_pair_and_takes_nothing_is_not_named() -> None:
+    errors = {(): 1.5, ("a",): 2.0, ("b",): 1.0, ("c",): 2.0, ("a", "b"): 1.0, ("a", "c"): 1.375, ("b", "c"): 1.0}
+    strengths = {"a": 5.0, "b": 0.0, "c": 5.0}
+    found = chosen(World({**errors, ("a", "b", "c"): 1.0}, noise=3.0, strengths=strengths))
+    assert found.verdict != "named" and found.final == found.base
+    assert found.reasons["c"] == "what was left beside it does not lower the error on held-out conditions"
+    base, better = fit(2.0), fit(1.5, "a")
+    held = Selection(base, better, better, World({(): 2.0}).ask_screening())
+    assert without_idle(held) is held and without_idle(replace(held, final=fit(2.0, "a"))).final == base
 
 
 def test_an_effect_that_follows_a_drift_is_taken_out() -> None:

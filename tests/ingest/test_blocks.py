@@ -14,8 +14,9 @@ from hypothesis import strategies as st
 
 from mrfit.core import plugins, registry
 from mrfit.errors import DataError
-from mrfit.ingest import reading, series
+from mrfit.ingest import hashes, series
 from mrfit.ingest.containers import memory
+from mrfit.ingest.hashes import hash_of
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.reading import Item, Pieces, read_item
 from mrfit.ingest.stage import Settings, preview, run
@@ -130,7 +131,7 @@ def test_gaps_missing_rows_and_jitter_are_the_same_in_blocks(
 
 
 def test_progress_moves_while_a_long_log_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reading, "BLOCK", 2_000_000)
+    monkeypatch.setattr(hashes, "BLOCK", 2_000_000)
     path, heard = tmp_path / "log.csv", list[tuple[str, int, int]]()
     row = "".join(f"0.00{k},1.2345678901234567890\n" for k in range(10))
     path.write_text("time (s),force (N)\n" + row * 60_000)
@@ -153,7 +154,7 @@ def test_a_log_that_grows_while_it_is_read_is_refused(tmp_path: Path, monkeypatc
 KILLED = """
 import os, signal, sys
 from pathlib import Path
-from mrfit.ingest import reading
+from mrfit.ingest import hashes
 from mrfit.ingest.stage import Settings, run
 from mrfit.io.workspace import Workspace
 
@@ -162,7 +163,7 @@ def listen(what, done, total):
     if calls.count("reading log.csv (MB)") == 30:
         os.kill(os.getpid(), signal.SIGKILL)
 
-calls, reading.BLOCK, folder = [], 1000, Path(sys.argv[1])
+calls, hashes.BLOCK, folder = [], 1000, Path(sys.argv[1])
 run([folder / "log.csv"], Settings(block=1000), Workspace(folder / "work"), listen)
 """
 
@@ -249,6 +250,6 @@ def test_a_plugin_reader_that_reads_no_blocks_is_given_long_logs_as_a_whole(
     monkeypatch.setenv(plugins.VARIABLE, "")
     plugins.use(EXAMPLE / "mrfit_example" / "acme.py")
     path = acme_log(tmp_path / "run.log", seconds=2.0)
-    digest = reading.hash_of(path)
+    digest = hash_of(path)
     outcome = read_item(Item(((path, digest),), "acme", Rules()), Pieces(tmp_path / "pieces", block=500))
     assert outcome.recordings[0].rows_kept == 1000

@@ -6,8 +6,9 @@ import pytest
 
 from mrfit.core import plugins
 from mrfit.ingest.dispatch import reader_of
+from mrfit.ingest.hashes import hash_of
 from mrfit.ingest.meaning.channel_map import Rules
-from mrfit.ingest.reading import Item, hash_of, read_item
+from mrfit.ingest.reading import Item, read_item
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.text.head import open_head
 from tests.ingest.samples import sample

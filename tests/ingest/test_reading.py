@@ -3,8 +3,9 @@ from pathlib import Path
 
 import pytest
 
+from mrfit.ingest.hashes import hash_of
 from mrfit.ingest.meaning.channel_map import Rules
-from mrfit.ingest.reading import Item, hash_of, read_item
+from mrfit.ingest.reading import Item, read_item
 from mrfit.ingest.refusal import Refusal
 from tests.ingest.samples import sample
 

@@ -2,9 +2,7 @@
 
 import contextlib
 import io
-import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
@@ -15,6 +13,8 @@ from hypothesis import strategies as st
 
 from mrfit.cli import main
 from mrfit.core.recording import Recording, Segment
+from mrfit.io.schemas.fit import Fit
+from mrfit.io.schemas.reading import of_json
 from mrfit.segment import thinning
 from mrfit.signal import long_segments, noise
 from mrfit.signal.long_segments import FITTED_CYCLES, LEAD_CYCLES, PIECE, middle_piece, pieces
@@ -89,7 +89,7 @@ def test_a_slow_drive_is_thinned_and_a_fast_one_is_not(monkeypatch: pytest.Monke
     assert thinning.thinned(short, "displacement") == (short, 1)
 
 
-def studied(folder: Path, recording: Recording) -> dict[str, Any]:
+def studied(folder: Path, recording: Recording) -> Fit:
     """Ingest and fit a recording, and return fit.json."""
     folder.mkdir()
     time = np.arange(recording.samples) * recording.dt
@@ -99,8 +99,7 @@ def studied(folder: Path, recording: Recording) -> dict[str, Any]:
     for command in (["ingest", str(folder / "log.parquet")], ["fit", "--model", "tanh"]):
         with contextlib.redirect_stdout(io.StringIO()):
             main.app([*command, "--work", work], standalone_mode=False)
-    fit: dict[str, Any] = json.loads((folder / "work" / "fits" / "tanh.auto" / "fit.json").read_text())
-    return fit
+    return of_json(Fit, (folder / "work" / "fits" / "tanh.auto" / "fit.json").read_text())
 
 
 def test_a_long_segment_is_fitted_in_pieces_as_the_whole_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

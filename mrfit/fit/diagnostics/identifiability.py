@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg
 
 from mrfit.core.channels import unit_of
 from mrfit.core.recording import Segment
@@ -112,9 +111,11 @@ def sparse_directions(null: Array) -> list[Array]:
 
 def _pivots(null: Array) -> Index:
     """Return the parameters that together move most along the open directions (F, U), U of them."""
+    from scipy.linalg import qr
+
     if not null.shape[1]:
         return np.empty(0, dtype=np.int64)
-    order: Index = linalg.qr(null.T, mode="r", pivoting=True)[1][: null.shape[1]].astype(np.int64)
+    order: Index = qr(null.T, mode="r", pivoting=True)[1][: null.shape[1]].astype(np.int64)
     return order
 
 

@@ -21,7 +21,7 @@ from mrfit.ingest import series
 from mrfit.ingest.containers import apart, shelf
 from mrfit.ingest.containers.arrays import Arrays, Packed
 from mrfit.ingest.containers.shelf import Shelf, check_disk
-from mrfit.ingest.reading import BLOCKS_IN_MEMORY
+from mrfit.ingest.hashes import BLOCKS_IN_MEMORY
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.stage import Settings, preview, run
 from mrfit.io.workspace import Workspace

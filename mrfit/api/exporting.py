@@ -1,0 +1,74 @@
+"""Take a fit out of Python: what the command export does, of a fit in memory."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mrfit.api import drawing
+from mrfit.api.recordings import PathText, several
+from mrfit.core.recording import Recording
+from mrfit.core.specs import Array
+from mrfit.export import stage
+from mrfit.export.source import OWN, Source, Stretch, runs, source_of
+from mrfit.report.source import Series
+from mrfit.settings.export import Settings
+from mrfit.simulate.current_levels import assembly_of
+
+if TYPE_CHECKING:
+    from mrfit.api.fitting import FitResult
+
+
+def exported(
+    result: "FitResult",
+    folder: PathText,
+    to: str | Sequence[str],
+    settings: Settings,
+    *,
+    recordings: Recording | Iterable[Recording] | None,
+    condition: str,
+    without: str | Sequence[str],
+) -> stage.Written:
+    """Write a fit in formats; see ``FitResult.export``."""
+    formats = [to] if isinstance(to, str) else list(to)
+    stage.check(formats)
+    left_out = [without] if isinstance(without, str) else list(without)
+    source = _source(result, recordings, condition, left_out)
+    return stage.run(source, formats, Path(folder), settings)
+
+
+def _source(
+    result: "FitResult",
+    recordings: Recording | Iterable[Recording] | None,
+    condition: str,
+    without: Sequence[str],
+) -> Source:
+    assembly = assembly_of(result.content)
+    if recordings is not None:
+        logs = list(several(recordings))
+        found = result.predict(logs).found
+        series = drawing.series_of(found.blocks, found.simulated, assembly)
+        places = {s.id: s for s in found.blocks.segments}
+        by_id = {r.id: r for r in logs}
+        raw = {
+            i: {n: v[s.start : s.stop] for n, v in by_id[s.recording].channels.items()}
+            for i, s in places.items()
+            if s.recording in by_id
+        }
+    elif result.fitted is not None:
+        fitted = result.fitted
+        series, raw = drawing.series_of(fitted.blocks, fitted.simulated, fitted.assembly), {}
+    else:
+        series, raw = [], {}
+    stretches = [t for s in series for t in _stretches(s, raw.get(s.segment, {}))]
+    return source_of(result.content, assembly, stretches, condition, without)
+
+
+def _stretches(series: Series, raw: Mapping[str, Array]) -> list[Stretch]:
+    whole = {n: v for n, v in raw.items() if len(v) == len(series.time)}
+    found = []
+    for run, dt in runs(series.time):
+        inputs = {n: v[run] for n, v in series.inputs.items() if n not in OWN}
+        own = {n: v[run] for n, v in whole.items()}
+        measured, simulated = series.measured[run], series.simulated[run]
+        found.append(Stretch(series.segment, series.condition, series.role, dt, inputs, measured, simulated, own))
+    return found

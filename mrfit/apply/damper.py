@@ -1,0 +1,188 @@
+"""The damper that is applied: a model, its parameters, how they depend on current, and the range it was tested in."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mrfit.core import registry
+from mrfit.errors import ConfigError, DataError
+from mrfit.simulate.assembly import Assembly, assemble
+from mrfit.simulate.current_dependence import CurrentDependence, Order
+from mrfit.simulate.current_levels import assembly_of
+
+if TYPE_CHECKING:
+    from mrfit.api.fitting import FitResult
+    from mrfit.io.schemas.fit import Fit
+
+MOTIONS = {
+    "force": ("displacement", "velocity", "acceleration"),
+    "torque": ("angle", "angular_velocity", "angular_acceleration"),
+}
+"""Displacement, velocity and acceleration as the inputs of models of each output are called."""
+
+
+@dataclass(frozen=True)
+class Damper:
+    """A damper that can be controlled.
+
+    Attributes
+    ----------
+    name
+        What it is called in tables: the fit's name.
+    model
+        Model as written, effects included.
+    parameters
+        (name, value) of all its parameters, in the order of the SPEC, SI.
+    orders
+        (parameter, order) of those that depend on current.
+    low, high
+        Least and greatest current in A at which it was tested.
+    """
+
+    name: str
+    model: str
+    parameters: tuple[tuple[str, float], ...]
+    orders: tuple[tuple[str, Order], ...]
+    low: float
+    high: float
+
+    @cached_property
+    def dependence(self) -> CurrentDependence | None:
+        """How its parameters depend on current."""
+        return CurrentDependence(self.orders, self.low, self.high) if self.orders else None
+
+    @cached_property
+    def assembly(self) -> Assembly:
+        """The model to simulate as a whole."""
+        return assemble(self.model, self.dependence)
+
+    @property
+    def theta(self) -> "np.ndarray[Any, np.dtype[np.float64]]":
+        """Parameters, shape (1, K)."""
+        return np.array([[value for _, value in self.parameters]])
+
+    @property
+    def output(self) -> str:
+        """Channel it gives: force or torque."""
+        return self.assembly.spec.output
+
+    @property
+    def motion(self) -> tuple[str, str, str]:
+        """Names of its displacement, velocity and acceleration."""
+        return MOTIONS[self.output]
+
+    def without(self, *effects: str) -> "Damper":
+        """Return it without some of its effects."""
+        base, *written = self.model.split("+")
+        kept = [e for e in written if e not in effects]
+        parameters = tuple((n, v) for n, v in self.parameters if n.partition(".")[0] not in effects)
+        return replace(self, model="+".join([base, *kept]), parameters=parameters)
+
+
+def damper(
+    model: str,
+    parameters: Mapping[str, float],
+    orders: Mapping[str, Order] | None = None,
+    current: tuple[float, float] = (0.0, 1.0),
+    name: str = "",
+) -> Damper:
+    """Return a damper of parameters that are known, as those of a paper.
+
+    Parameters
+    ----------
+    model
+        Model as written.
+    parameters
+        Values by name; those that depend on current at their nodes, as ``fy@0A``. Effects' that are not named are
+        neutral, any other is an error.
+    orders
+        Order in current of parameters that depend on it, as ``--current-order`` has them.
+    current
+        Least and greatest current in A.
+    name
+        What it is called; default: the model.
+
+    Raises
+    ------
+    ConfigError
+        If a parameter is unknown or missing.
+    """
+    pairs = tuple((orders or {}).items())
+    spec = assemble(model, CurrentDependence(pairs, *current) if pairs else None).spec
+    if unknown := sorted(set(parameters) - set(spec.names)):
+        raise ConfigError(f"'{model}' has no parameter '{unknown[0]}'; it has {', '.join(spec.names)}")
+    neutral = {
+        f"{e}.{p.name}": value
+        for e in model.split("+")[1:]
+        for effect in [registry.load("effect", e).SPEC]
+        for p, value in zip(effect.params, effect.neutral, strict=True)
+    }
+    given = {**neutral, **parameters}
+    if missing := [n for n in spec.names if n not in given]:
+        raise ConfigError(f"'{model}' needs a value of {', '.join(missing)}")
+    return controllable(Damper(name or model, model, tuple((n, float(given[n])) for n in spec.names), pairs, *current))
+
+
+def damper_of(fit: "FitResult", current: tuple[float, float] | None = None) -> Damper:
+    """Return the damper that a fit describes.
+
+    Parameters
+    ----------
+    fit
+        One set of parameters for all conditions.
+    current
+        Least and greatest current in A, where the model has the current as an input of its own and the fit says of no
+        range; default: 0 A to the greatest current of its conditions.
+
+    Raises
+    ------
+    DataError
+        If the fit has several sets of parameters, or its force does not depend on a current.
+    """
+    content = fit.content
+    if len(content.results) != 1:
+        raise DataError(
+            f"fit '{fit.name}' has {len(content.results)} sets of parameters, one for each condition: apply needs one "
+            f"for all; run `mrfit fit --model {fit.model} --per all`"
+        )
+    stored = content.current_dependence
+    values = {p.name: p.value for p in content.results[0].parameters}
+    parameters = tuple((n, values[n]) for n in assembly_of(content).spec.names)
+    orders: tuple[tuple[str, Order], ...] = ()
+    if stored:
+        orders, (low, high) = tuple(stored.orders.items()), (stored.low, stored.high)
+    else:
+        low, high = current or (0.0, _greatest(content))
+    return controllable(Damper(fit.name, fit.model, parameters, orders, low, high))
+
+
+def _greatest(content: "Fit") -> float:
+    """Return the greatest current of a fit's conditions as their names have it, 1 A where they have none."""
+    import re
+
+    found = [float(a) for m in content.metrics for a in re.findall(r"(\d+(?:\.\d+)?)\s*A\b", m.condition)]
+    return max(found, default=1.0) or 1.0
+
+
+def controllable(damper: Damper) -> Damper:
+    """Return a damper if a current changes what it does.
+
+    Raises
+    ------
+    DataError
+        If none does, or it is a coil.
+    """
+    spec = damper.assembly.spec
+    if spec.output not in MOTIONS:
+        raise DataError(f"'{damper.name}' predicts {spec.output}: apply takes models of force or torque")
+    if "current" not in registry.load("model", damper.model.partition("+")[0]).SPEC.inputs and not damper.orders:
+        raise DataError(
+            f"'{damper.name}' does not depend on current: fit tests at several currents together, "
+            f"`mrfit fit --model {damper.model} --per all`"
+        )
+    if not damper.low < damper.high:
+        raise DataError(f"'{damper.name}' was tested at one current, {damper.low:g} A: there is none to choose")
+    return damper

@@ -1,0 +1,231 @@
+"""A study of a quarter car: every control on every road, with and without lag, and what makes it chatter."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mrfit.apply.car import Car, Check, Control, Ride, Timing, adaptive, drive, rms
+from mrfit.apply.chatter import SOFTENING, told_apart
+from mrfit.apply.damper import Damper
+from mrfit.apply.entries import amplifier_entry, damper_entry
+from mrfit.apply.inverse import Amplifier
+from mrfit.apply.roads import Road
+from mrfit.apply.stepper import Stepper
+from mrfit.core import registry
+from mrfit.core.progress import Progress, silent
+from mrfit.io.schemas.apply import CarEntry, Chatter, CheckRow, ControlEntry, QuarterCarFile, RideRow, TimingEntry
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+LAGS = ("current-lag", "current-filter", "residual-magnetism")
+# Fixed and adaptive steps agree if their rms accelerations differ by less than this share
+AGREE = 0.02
+
+
+@dataclass(frozen=True)
+class QuarterCar:
+    """A study: what was asked, and every ride in numbers.
+
+    Attributes
+    ----------
+    damper, car, timing, amplifier
+        What was simulated.
+    controls, roads
+        What it was driven by; a random road has its seed in it.
+    rows
+        One of each control on each road, with the lag and, where there is one, without.
+    checks
+        By control, on the first road: the adaptive simulation beside the fixed steps.
+    rides
+        Their courses, for figures.
+    """
+
+    damper: Damper
+    car: Car
+    timing: Timing
+    amplifier: Amplifier
+    controls: tuple[Control, ...]
+    roads: tuple[Road, ...]
+    rows: tuple[RideRow, ...]
+    checks: tuple[tuple[str, Check], ...]
+    rides: tuple[Ride, ...]
+
+    @property
+    def lags(self) -> bool:
+        """Whether the damper's current lags."""
+        return any(not row.lag for row in self.rows)
+
+    @property
+    def findings(self) -> list[str]:
+        """What is to be said in words: chatter and its cause, and where fixed and adaptive steps disagree."""
+        branches = _branches(self.damper)
+        found = [_in_words(row, branches) for row in self.rows if row.chatter.found or row.chatter.limit_cycle]
+        by_control = {
+            row.control: row for row in self.rows if row.lag == self.rows[0].lag and row.road == self.rows[0].road
+        }
+        agreeing = []
+        for name, check in self.checks:
+            fixed = by_control[name].acceleration
+            if np.isnan(check.acceleration):
+                found.append(
+                    f"{name} on {self.roads[0].name}: the adaptive simulation came to {check.ended:.3g} s of "
+                    f"{check.duration:g} s within its bound on steps; the fixed steps alone stand for the rest"
+                )
+            elif abs(check.acceleration - fixed) > AGREE * fixed:
+                found.append(
+                    f"{name} on {self.roads[0].name}: fixed steps ({fixed:.4g} m/s²) and adaptive ones "
+                    f"({check.acceleration:.4g} m/s²) disagree by more than {100 * AGREE:g} %"
+                )
+            else:
+                agreeing.append(name)
+        if agreeing:
+            found.append(
+                f"Fixed and adaptive steps agree within {100 * AGREE:g} % on {self.roads[0].name}: "
+                + ", ".join(agreeing)
+            )
+        return found
+
+    @property
+    def document(self) -> QuarterCarFile:
+        """All but the courses, as its file has it."""
+        car, timing = self.car, self.timing
+        return QuarterCarFile(
+            fit=self.damper.name,
+            damper=damper_entry(self.damper),
+            car=CarEntry(
+                sprung=car.sprung,
+                unsprung=car.unsprung,
+                spring=car.spring,
+                tyre=car.tyre,
+                tyre_damping=car.tyre_damping,
+            ),
+            timing=TimingEntry(sample=timing.sample, steps=timing.steps, soft=timing.soft, until=timing.until),
+            amplifier=amplifier_entry(self.amplifier),
+            controls=[ControlEntry(name=c.name, damping=c.damping, share=c.share) for c in self.controls],
+            roads=[{"name": r.name, **asdict(r)} for r in self.roads],  # type: ignore[call-overload]
+            rows=list(self.rows),
+            checks=[
+                CheckRow(
+                    control=name,
+                    acceleration=check.acceleration,
+                    evaluations=check.evaluations,
+                    ended=check.ended,
+                    duration=check.duration,
+                )
+                for name, check in self.checks
+            ],
+            findings=self.findings,
+        )
+
+    def to_frame(self) -> "DataFrame":
+        """Return the rows, what was found of chatter beside them."""
+        from pandas import DataFrame
+
+        return DataFrame(
+            [{**{k: v for k, v in asdict(r).items() if k != "chatter"}, **asdict(r.chatter)} for r in self.rows]
+        )
+
+
+def _branches(damper: Damper) -> bool:
+    spec = registry.load("model", damper.model.partition("+")[0]).SPEC
+    return damper.motion[2] in spec.inputs
+
+
+def _in_words(row: RideRow, branches: bool) -> str:
+    one, where = row.chatter, f"{row.control} on {row.road}" + ("" if row.lag else ", without lag")
+    kinds = []
+    if one.found:
+        kinds.append(
+            f"chatters at {one.rate:.0f} Hz for {100 * one.share:.0f} % of the time, {one.swing:.3g} N a swing"
+        )
+    if one.limit_cycle:
+        kinds.append(f"goes on oscillating at {one.limit_cycle:.3g} Hz on the level road (limit cycle)")
+    causes = {
+        "lag": "the current's lag: without it this is gone",
+        "sample time": "the control's sample time: with a quarter of it this is gone",
+        "pre-yield slope": f"the pre-yield slope: faded out below {1e3 * SOFTENING:g} mm/s this is gone, with a "
+        "shorter sample time it is not",
+    }
+    text = causes.get(
+        one.cause,
+        "none of lag, sample time and pre-yield slope alone; what is left is the switching of the control's law",
+    )
+    if branches and one.cause == "pre-yield slope":
+        text += "; the model branches by the sign of an acceleration that its own force makes"
+    return f"{where} {' and '.join(kinds)}. Cause: {text}."
+
+
+def quarter_car(  # noqa: PLR0913
+    damper: Damper,
+    car: Car,
+    controls: Sequence[Control],
+    roads: Sequence[Road],
+    timing: Timing,
+    amplifier: Amplifier | None = None,
+    check: bool = True,
+    progress: Progress = silent,
+) -> QuarterCar:
+    """Drive a car on a damper under every control and on every road.
+
+    Parameters
+    ----------
+    damper
+        The damper, with its lag; what delays a rig's record only (``delay``) is left out.
+    car
+        Masses, spring, tyre.
+    controls, roads
+        What to simulate.
+    timing
+        Sample time of the control, and steps within it.
+    amplifier
+        What coil and amplifier allow.
+    check
+        Whether to simulate every control on the first road adaptively too.
+    progress
+        Called as ``progress(what, done, total)``.
+    """
+    amplifier = amplifier or Amplifier()
+    damper = damper.without("delay")
+    prompt = damper.without(*LAGS)
+    pairs = [(control, road) for road in roads for control in controls]
+    steppers = {True: Stepper(damper)} | ({False: Stepper(prompt)} if prompt != damper else {})
+    rows: list[RideRow] = []
+    rides: list[Ride] = []
+    for lag, stepper in steppers.items():
+
+        def again(some: Sequence[Ride], changed: Timing, lagless: bool, own: Stepper = stepper) -> list[Ride]:
+            chosen = Stepper(prompt) if lagless else own
+            return drive(chosen, car, [(r.control, r.road) for r in some], changed, amplifier, progress)
+
+        found = drive(stepper, car, pairs, timing, amplifier, progress)
+        chatter = told_apart(found, timing, car.fastest, again, lag and len(steppers) > 1)
+        rows += [_row(ride, car, lag, one) for ride, one in zip(found, chatter, strict=True)]
+        rides += found if lag else []
+    checks = []
+    for k, control in enumerate(controls if check else ()):
+        progress("adaptive check", k, len(controls))
+        checks.append((control.name, adaptive(steppers[True], car, (control, roads[0]), timing, amplifier)))
+    progress("adaptive check", len(controls), len(controls))
+    return QuarterCar(
+        damper, car, timing, amplifier, tuple(controls), tuple(roads), tuple(rows), tuple(checks), tuple(rides)
+    )
+
+
+def _row(ride: Ride, car: Car, lag: bool, chatter: Chatter) -> RideRow:
+    static = (car.sprung + car.unsprung) * 9.81
+    rolling = car.unsprung > 0.0
+    return RideRow(
+        road=ride.road.name,
+        control=ride.control.name,
+        lag=lag,
+        acceleration=rms(ride.acceleration),
+        tyre_load=rms(ride.tyre_load) / static if rolling else float("nan"),
+        least_load=1.0 - float(np.max(ride.tyre_load)) / static if rolling else float("nan"),
+        travel=rms(ride.travel),
+        greatest_travel=float(np.max(np.abs(ride.travel))),
+        current=float(np.mean(ride.current)),
+        chatter=chatter,
+    )

@@ -1,0 +1,199 @@
+"""The current for a series of desired forces: each sample's inverse behind the last, state and coil carried along."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrfit.apply.damper import Damper
+from mrfit.apply.entries import amplifier_entry, damper_entry
+from mrfit.apply.inverse import FLAGS, REACHED, Amplifier, Inverter, prompt
+from mrfit.apply.stepper import Stepper
+from mrfit.core.progress import Progress, silent
+from mrfit.core.specs import Array
+from mrfit.io.schemas.apply import InversionRow
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+# Samples between two reports of progress
+_REPORT = 200
+
+
+@dataclass(frozen=True)
+class Inversion:
+    """Currents for a series of desired forces; arrays (N,), SI.
+
+    Attributes
+    ----------
+    damper
+        Whose currents.
+    amplifier
+        What coil and amplifier allow.
+    dt
+        Sample interval in s.
+    time, desired
+        When which force was wanted.
+    current
+        Command in A, held from a sample back to the one before.
+    wanted, field
+        Current that the base had to see for the desired force, and what it saw under the command.
+    force
+        Force under the command, before what is ``behind`` it.
+    low, high
+        Least and greatest force that any current gives at this motion.
+    flag
+        Whether the desired force can be reached, one of ``FLAGS``.
+    limited
+        Where the coil or the amplifier kept the field from what was wanted.
+    explicit
+        Whether currents were found in closed form.
+    dead_time
+        Time in s by which commands were sent earlier, since the field answers later.
+    behind
+        Parts of the model behind the force that is inverted; the errors here do not show their lag.
+    """
+
+    damper: Damper
+    amplifier: Amplifier
+    dt: float
+    time: Array
+    desired: Array
+    current: Array
+    wanted: Array
+    field: Array
+    force: Array
+    low: Array
+    high: Array
+    flag: NDArray[np.int64]
+    limited: NDArray[np.bool_]
+    explicit: bool
+    dead_time: float
+    behind: tuple[str, ...]
+
+    @property
+    def summary(self) -> InversionRow:
+        """What is printed and stands in the JSON file, there with the motion's name."""
+        reached = self.flag == REACHED
+        free = reached & ~self.limited
+        off = np.abs(self.force - self.desired)
+        size = float(np.max(np.abs(self.desired), initial=0.0)) or 1.0
+        return InversionRow(
+            damper=damper_entry(self.damper),
+            amplifier=amplifier_entry(self.amplifier),
+            samples=len(self.time),
+            dt=self.dt,
+            explicit=self.explicit,
+            shares={text: float(np.mean(self.flag == flag)) for flag, text in FLAGS.items()},
+            limited=float(np.mean(self.limited & reached)),
+            greatest_error_where_reached=float(off[free].max(initial=0.0)),
+            rms_error=float(np.sqrt(np.mean(off**2))),
+            rms_error_over_peak=float(np.sqrt(np.mean(off**2))) / size,
+            dead_time=self.dead_time,
+            behind=self.behind,
+        )
+
+    def to_frame(self) -> "DataFrame":
+        """Return every sample."""
+        from pandas import DataFrame
+
+        names = ("time", "desired", "current", "wanted", "field", "force", "low", "high", "flag", "limited")
+        return DataFrame({n: getattr(self, n) for n in names})
+
+
+def inversion(
+    damper: Damper,
+    motion: Mapping[str, Array],
+    desired: Array,
+    dt: float,
+    amplifier: Amplifier | None = None,
+    progress: Progress = silent,
+) -> Inversion:
+    """Return the currents for a series of desired forces at a given motion.
+
+    Parameters
+    ----------
+    damper
+        The damper.
+    motion
+        Channels (N,) that its model needs, the current excepted.
+    desired
+        Forces in N or torques in N*m, shape (N,).
+    dt
+        Sample interval in s.
+    amplifier
+        What coil and amplifier allow.
+    progress
+        Called as ``progress(what, done, total)``.
+    """
+    amplifier = amplifier or Amplifier()
+    bare, dead = prompt(damper)
+    inverter = Inverter(Stepper(bare), amplifier)
+    walk = _together if inverter.stepper.static_behind_field else _one_by_one
+    found = walk(inverter, motion, desired, dt, progress)
+    late = round(dead / dt)
+    current = np.concatenate([found["current"][late:], np.full(min(late, len(desired)), found["current"][-1])])
+    time = np.arange(len(desired), dtype=np.float64) * np.float64(dt)
+    limited = np.abs(found["field"] - found["wanted"]) > 1e-9 * max(1.0, damper.high)
+    kept = {n: found[n] for n in ("wanted", "field", "force", "low", "high")}
+    flag, behind = found["flag"].astype(np.int64), inverter.stepper.behind
+    return Inversion(
+        damper, amplifier, dt, time, desired, current, **kept, flag=flag, limited=limited,
+        explicit=inverter.explicit, dead_time=dead, behind=behind,
+    )  # fmt: skip
+
+
+def _together(
+    inverter: Inverter, motion: Mapping[str, Array], desired: Array, dt: float, progress: Progress
+) -> dict[str, Array]:
+    """Return the inverse of a damper whose force has no memory: of all samples at once, then the coil's one by one."""
+    stepper, damper = inverter.stepper, inverter.damper
+    channels = {**motion, "current": np.full(len(desired), damper.low)}
+    rest = stepper.rest(channels)
+    one = inverter.solve(rest, channels, dt, desired)
+    field, current = one.field, np.empty(len(desired))
+    if stepper.lagging or not inverter.amplifier.unlimited:
+        field = np.empty(len(desired))
+        state = stepper.rest({n: c[:1] for n, c in channels.items()})
+        for k in range(len(desired)):
+            now = {n: c[k : k + 1] for n, c in channels.items()}
+            now["current"] = inverter.command(state, now, dt, one.field[k : k + 1])
+            state = stepper.coil(state, now, dt)
+            current[k], field[k] = now["current"][0], state.seen["current"][0]
+            if k % _REPORT == 0:
+                progress("currents", k, len(desired))
+    else:
+        current = field
+    progress("currents", len(desired), len(desired))
+    return {
+        "current": current, "wanted": one.field, "field": field, "force": stepper.inner(rest, channels, dt, field),
+        "low": one.low, "high": one.high, "flag": one.flag.astype(np.float64),
+    }  # fmt: skip
+
+
+def _one_by_one(
+    inverter: Inverter, motion: Mapping[str, Array], desired: Array, dt: float, progress: Progress
+) -> dict[str, Array]:
+    names = ("current", "wanted", "field", "force", "low", "high", "flag")
+    found = {n: np.empty(len(desired)) for n in names}
+    stepper = inverter.stepper
+
+    def channels(k: int, current: Array) -> dict[str, Array]:
+        return {**{n: c[k : k + 1] for n, c in motion.items()}, "current": current}
+
+    current = np.array([min(max(inverter.damper.low, 0.0), inverter.damper.high)])
+    state = stepper.rest(channels(0, current))
+    for k in range(len(desired)):
+        # the first sample has had an interval to get there
+        one = inverter.solve(state, channels(k, current), dt, desired[k : k + 1])
+        current = inverter.command(state, channels(k, current), dt, one.field)
+        done = stepper.step(state, channels(k, current), dt)
+        state = done.state
+        values = current, one.field, done.field, done.inner, one.low, one.high, one.flag
+        for name, value in zip(names, values, strict=True):
+            found[name][k] = value[0]
+        if k % _REPORT == 0 or k + 1 == len(desired):
+            progress("currents", k + 1, len(desired))
+    return found

@@ -1,0 +1,347 @@
+"""What the commands of ``mrfit apply`` leave in a workspace: ``apply/``, a page and the numbers behind it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from mrfit.apply.figures import MEASURED, PALETTE, SIMULATED, Curve, Panel, figure
+from mrfit.apply.inverse import FLAGS, REACHED
+from mrfit.apply.motion import Motion
+from mrfit.apply.page import Drawn, Section, Table, facts_of, render
+from mrfit.apply.ride import QuarterCar
+from mrfit.apply.roads import RandomRoad
+from mrfit.apply.series import Inversion
+from mrfit.apply.tracking import TrackingStudy
+from mrfit.core.specs import Array
+from mrfit.io.schemas.apply import INVERT, QUARTER_CAR, TRACK, InversionRow, InvertFile, QuarterCarFile, TrackFile
+from mrfit.io.workspace import Workspace, checked, write_json, write_table, write_text
+
+File = TypeVar("File", InvertFile, TrackFile, QuarterCarFile)
+# What files are called, by schema
+_NAMES = {INVERT: "invert", TRACK: "track", QUARTER_CAR: "quarter-car"}
+_COURSES = (("Sprung acceleration", "a (m/s²)", "acceleration"), ("Damper force", "F (N)", "force"))
+
+
+def write(work: Path, document: File, page: str, tables: Mapping[str, Mapping[str, Array]] | None = None) -> File:
+    """Write a page, its JSON file, and tables as Parquet files; return the document with where they are."""
+    workspace, name = Workspace(work), _NAMES[document.schema]
+    folder = workspace.root / "apply"
+    document = checked(document)
+    with workspace.locked():
+        write_json(folder / f"{name}.json", document)
+        write_text(folder / f"{name}.html", page)
+        for file, columns in (tables or {}).items():
+            write_table(folder / file, columns)
+    return replace(document, page=str(folder / f"{name}.html"), file=str(folder / f"{name}.json"))
+
+
+def invert(work: Path, found: Sequence[tuple[Motion, Inversion]]) -> InvertFile:
+    """Write the currents of desired forces as Parquet tables, and the page; return the document."""
+    rows = [replace(one.summary, motion=motion.name) for motion, one in found]
+    first = found[0][1]
+    notes = notes_of(first)
+    sections = [_inversion_section(motion, one, k) for k, (motion, one) in enumerate(found)]
+    sections.insert(0, Section("Summary", notes, [_shares(rows, first.damper.output)]))
+    lead = "The current for a desired force, sample by sample, with the state of damper and coil carried along."
+    page = render(f"Inverse of {first.damper.name}", lead, facts_of(first.damper), sections, "invert.json")
+    tables = {
+        f"invert-{k}.parquet": {str(n): np.asarray(c, dtype=np.float64) for n, c in one.to_frame().items()}
+        for k, (_, one) in enumerate(found, start=1)
+    }
+    return write(work, InvertFile(fit=first.damper.name, motions=rows, notes=notes), page, tables)
+
+
+def lag_text(lag: bool, there: bool) -> str:
+    """Return whether the current lagged in a row of a table, given whether the damper has a lag at all."""
+    return "none" if not there else "yes" if lag else "0"
+
+
+def notes_of(one: Inversion) -> list[str]:
+    """Return what is to be said of how currents were found."""
+    notes = [
+        "Currents were found in closed form: the force is a polynomial of current."
+        if one.explicit
+        else "Currents were found by Newton's method within bisection; of several that give a force, the least."
+    ]
+    if one.dead_time > 0.0:
+        notes.append(f"Commands are sent {1e3 * one.dead_time:.3g} ms early, since the field answers that much later.")
+    if one.behind:
+        notes.append(f"Not inverted, its lag stays as error: {', '.join(one.behind)}.")
+    return notes
+
+
+def _shares(motions: Sequence[InversionRow], output: str) -> Table:
+    unit = "N" if output == "force" else "N·m"
+    heads = (
+        "motion",
+        "samples",
+        *(f"{n} (%)" for n in FLAGS.values()),
+        "limited (%)",
+        f"greatest error where reached ({unit})",
+        f"rms error ({unit})",
+    )
+    rows = [
+        (
+            row.motion,
+            row.samples,
+            *(100.0 * row.shares[n] for n in FLAGS.values()),
+            100.0 * row.limited,
+            row.greatest_error_where_reached,
+            row.rms_error,
+        )
+        for row in motions
+    ]
+    return Table("Desired forces: reached, saturated, or held back by coil and amplifier", heads, rows)
+
+
+def _inversion_section(motion: Motion, one: Inversion, k: int) -> Section:
+    unit = "N" if one.damper.output == "force" else "N·m"
+    t, out = one.time, one.flag != REACHED
+    panels = [
+        Panel(
+            "Force",
+            "t (s)",
+            f"F ({unit})",
+            [Curve(t, one.desired, "desired", MEASURED, "-", 2.0), Curve(t, one.force, "given", SIMULATED)],
+            (t, one.low, one.high, "any current gives"),
+            spans(t, out),
+        ),
+        Panel(
+            "Current",
+            "t (s)",
+            "i (A)",
+            [Curve(t, one.current, "command", PALETTE[2]), Curve(t, one.field, "seen by the fluid", PALETTE[0], "--")],
+        ),
+    ]
+    caption = "Grey: forces that some current gives at this motion. Red: the desired force is outside."
+    drawn = Drawn("Force and current.", caption, figure(panels, f"i{k}", f"Force and current, {motion.name}"))
+    return Section(motion.name, (), (), (drawn,))
+
+
+def spans(t: np.ndarray[Any, Any], where: np.ndarray[Any, Any], most: int = 200) -> list[tuple[float, float]]:
+    """Return the stretches of time in which something holds, the first ``most`` of them."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], where, [False]]).astype(int)))
+    step = float(t[1] - t[0]) if len(t) > 1 else 0.0
+    return [(float(t[a]) - step / 2, float(t[b - 1]) + step / 2) for a, b in zip(edges[::2], edges[1::2], strict=True)][
+        :most
+    ]
+
+
+def quarter_car(work: Path, study: QuarterCar) -> QuarterCarFile:
+    """Write the page of a quarter car, and its numbers; return the document."""
+    car, timing = study.car, study.timing
+    rigid = "rigid wheel" if not car.unsprung else f"unsprung {car.unsprung:g} kg, tyre {car.tyre:g} N/m"
+    seeds = ", ".join(f"{r.name}: {r.speed:g} m/s, seed {r.seed}" for r in study.roads if isinstance(r, RandomRoad))
+    facts = [
+        *facts_of(study.damper),
+        ("Car", f"sprung {car.sprung:g} kg, spring {car.spring:g} N/m, {rigid}"),
+        ("Control", f"sampled every {1e3 * timing.sample:g} ms, simulated by {timing.steps} Runge-Kutta steps in each"),
+        *([("Random roads", seeds)] if seeds else []),
+    ]
+    sections = [
+        Section("What was found", study.findings or ["No control chatters."], [_chatters(study)]),
+        *(_road_section(study, road.name, k) for k, road in enumerate(study.roads)),
+    ]
+    if study.checks:
+        heads = ("control", "fixed steps (m/s²)", "adaptive (m/s²)", "evaluations of the force", "came to (s)")
+        fixed = {r.control: r.acceleration for r in reversed(study.rows) if r.road == study.roads[0].name and r.lag}
+        rows = [(n, fixed[n], c.acceleration, c.evaluations, c.ended) for n, c in study.checks]
+        table = Table(
+            f"Rms of the sprung acceleration on {study.roads[0].name}, by fixed and by adaptive steps", heads, rows, 4
+        )
+        sections.append(Section("Fixed and adaptive steps", (), [table]))
+    lead = "Sprung and unsprung mass on tyre and identified damper, under every control on every road."
+    page = render(f"Quarter car on {study.damper.name}", lead, facts, sections, "quarter-car.json")
+    return write(work, study.document, page)
+
+
+def _chatters(study: QuarterCar) -> Table:
+    heads = (
+        "road",
+        "control",
+        "lag",
+        "chatter (% of time)",
+        "rate (Hz)",
+        "swing (N)",
+        "switches (1/s)",
+        "jumps (1/s)",
+        "limit cycle (Hz)",
+        "cause",
+        "swing × share of time (N): as is, then without each cause",
+    )
+    rows = [
+        (
+            r.road,
+            r.control,
+            lag_text(r.lag, study.lags),
+            100.0 * c.share if c.found else 0.0,
+            c.rate if c.found else None,
+            c.swing if c.found else None,
+            c.switching,
+            c.jumps,
+            c.limit_cycle or None,
+            c.cause or "–",
+            ", ".join(f"{text.removeprefix('without ')} {n:.3g}" for text, n in c.evidence) or "–",
+        )
+        for r in study.rows
+        for c in [r.chatter]
+        if c.found or c.limit_cycle or c.jumps
+    ]
+    return Table("Chatter, switching, jumps and limit cycles; rides without any of them are left out", heads, rows)
+
+
+def _road_section(study: QuarterCar, road: str, k: int) -> Section:
+    rows = [r for r in study.rows if r.road == road]
+    heads = (
+        "control",
+        "lag",
+        "rms acceleration (m/s²)",
+        "rms tyre load (share of static)",
+        "least tyre load",
+        "rms travel (mm)",
+        "greatest travel (mm)",
+        "mean current (A)",
+    )
+    cells = [
+        (
+            r.control,
+            lag_text(r.lag, study.lags),
+            r.acceleration,
+            r.tyre_load,
+            r.least_load,
+            1e3 * r.travel,
+            1e3 * r.greatest_travel,
+            r.current,
+        )
+        for r in rows
+    ]
+    rides = [r for r in study.rides if r.road.name == road]
+    end = min(rides[0].time[-1], 3.0)
+    panels = [
+        Panel(
+            title,
+            "t (s)",
+            label,
+            [
+                Curve(r.time[r.time <= end], getattr(r, name)[r.time <= end], r.control.name, PALETTE[n], width=0.9)
+                for n, r in enumerate(rides)
+            ],
+        )
+        for title, label, name in _COURSES
+    ]
+    drawn = Drawn(
+        "Acceleration and force.",
+        f"The first {end:g} s on {road}.",
+        figure(panels, f"q{k}", f"Acceleration and force on {road}"),
+    )
+    return Section(road, (), [Table("Comfort, road holding and travel", heads, cells)], [drawn])
+
+
+def track(work: Path, study: TrackingStudy) -> TrackFile:
+    """Write the page of forces tracked, and its numbers; return the document."""
+    damper, unit = study.damper, "N" if study.damper.output == "force" else "N·m"
+    proportional, integral = study.gains
+    facts = [
+        *facts_of(damper),
+        ("Answers", study.plant.name + ("" if study.plant == damper else f": {study.plant.model}")),
+        ("Feedback", f"{proportional:.3g} A/{unit}, {integral:.3g} A/({unit}·s) on the force's error"),
+        ("Command", f"up to {study.amplifier.most:g} of {damper.high:g} A"),
+    ]
+    sections = [
+        Section("Errors", ERRORS, [_tracked(study), _regions(study)]),
+        *([Section("What the lag costs", (), [_lag_costs(study)])] if study.lag_costs else []),
+        *_tracking_sections(study, unit),
+    ]
+    lead = "Desired forces, and what the damper gives of them under the current that its model asks for."
+    page = render(f"Forces tracked by {damper.name}", lead, facts, sections, "track.json")
+    return write(work, study.document, page)
+
+
+ERRORS = (
+    "Errors are those against the feasible force: the desired one within what the damper can give at that motion, "
+    "which never pushes (inverse-tanh paper eq. 10). Err_rms_f is the rms error over the greatest force (eq. 12), "
+    "Err_energy the share by which the energy absorbed differs (eq. 13).",
+    "Region I: the wanted current rests at its least or greatest. Region II: it varies. Region III: from a step "
+    "between both until the force has come within 5 %. Their squared errors add up to that of the whole.",
+)
+
+
+def _tracked(study: TrackingStudy) -> Table:
+    heads = (
+        "law",
+        "motion",
+        "scheme",
+        "lag",
+        "rms error / rms force",
+        "against desired",
+        "Err_rms_f",
+        "Err_energy",
+        "greatest command (A)",
+    )
+    rows = [
+        (
+            c.law,
+            c.motion,
+            c.scheme,
+            lag_text(c.lag, bool(study.lag_costs)),
+            c.error,
+            c.error_to_desired,
+            c.err_peak,
+            c.err_energy,
+            float(c.command.max()),
+        )
+        for c in study.cases
+    ]
+    return Table("Errors of every law by every scheme", heads, rows)
+
+
+def _regions(study: TrackingStudy) -> Table:
+    names = [f"region {n}" for n in ("I", "II", "III")]
+    heads = ("law", "motion", "scheme", "lag", *(h for n in names for h in (n, "share (%)")))
+    rows = [
+        (
+            c.law,
+            c.motion,
+            c.scheme,
+            lag_text(c.lag, bool(study.lag_costs)),
+            *(v for r in c.regions for v in (r.error, 100.0 * r.share)),
+        )
+        for c in study.cases
+        if c.lag
+    ]
+    return Table("Rms error over the rms force by region of the wanted current", heads, rows)
+
+
+def _lag_costs(study: TrackingStudy) -> Table:
+    heads = ("law", "motion", "scheme", "error", "the same without lag")
+    rows = [(r.law, r.motion, r.scheme, r.error, r.without_lag) for r in study.lag_costs]
+    return Table("Rms error over the rms force, with the current's lag and with lag 0", heads, rows)
+
+
+def _tracking_sections(study: TrackingStudy, unit: str) -> list[Section]:
+    sections, keys = [], dict.fromkeys((c.motion, c.law) for c in study.cases)
+    for k, (motion, law) in enumerate(keys):
+        cases = [c for c in study.cases if (c.motion, c.law, c.lag) == (motion, law, study.cases[0].lag)]
+        one = cases[0]
+        last = one.time >= one.time[-1] - min(one.time[-1], 2.0)
+        t = one.time[last]
+        forces = [
+            Curve(t, one.desired[last], "desired", MEASURED, "--"),
+            Curve(t, one.feasible[last], "feasible", MEASURED, width=2.2),
+        ]
+        forces += [Curve(t, c.force[last], c.scheme, PALETTE[n]) for n, c in enumerate(cases)]
+        currents = [Curve(t, one.wanted[last], "wanted", MEASURED, width=2.0)]
+        currents += [Curve(t, c.command[last], c.scheme, PALETTE[n]) for n, c in enumerate(cases)]
+        stepping = spans(t, one.region[last] == 3.0)
+        panels = [
+            Panel("Force", "t (s)", f"F ({unit})", forces, marks=stepping),
+            Panel("Current", "t (s)", "i (A)", currents, marks=stepping),
+        ]
+        drawn = Drawn(
+            "Force and current.", "Red: region III of the first scheme.", figure(panels, f"t{k}", f"{law} on {motion}")
+        )
+        sections.append(Section(f"{law}, {motion}", (), (), [drawn]))
+    return sections

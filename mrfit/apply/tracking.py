@@ -1,0 +1,401 @@
+"""How well a damper tracks desired forces: schemes of control, errors by region, and what the current's lag costs.
+
+The wanted current is the inverse's, within the inverse-tanh paper's eq. 10: the least current where the desired force
+would push or is less than the damper's least, the greatest where it is more than its greatest. Regions are the paper's:
+I where the wanted current rests at its least or greatest, II where it varies, III from a step between the two until the
+force has come within 5 % of what that current gives at rest.
+
+Schemes: ``feedforward`` sends the inverse of field and coil; ``feedback`` a PI controller's current on the error of the
+force; ``both`` adds the controller's to the inverse's; ``uninverted`` sends the wanted current as it is, without making
+up for the lag.
+"""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrfit.apply.damper import Damper
+from mrfit.apply.entries import amplifier_entry, damper_entry
+from mrfit.apply.inverse import ABOVE, BELOW, Amplifier, Inverter, prompt
+from mrfit.apply.laws import Law
+from mrfit.apply.motion import Motion
+from mrfit.apply.stepper import Stepper
+from mrfit.core.progress import Progress, silent
+from mrfit.core.specs import Array
+from mrfit.errors import ConfigError
+from mrfit.io.schemas.apply import GainsEntry, LagCost, Region, TrackFile, TrackingRow
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+SCHEMES = ("feedforward", "feedback", "both", "uninverted")
+LAGS = ("current-lag", "current-filter", "residual-magnetism")
+# Region III ends when the force has come this near to what it steps to, as a share
+SETTLED = 0.05
+_REPORT = 200
+
+
+@dataclass(frozen=True)
+class Gains:
+    """PI controller on the force's error: A per N, and A per N and s; None: found from the damper.
+
+    By default an error of the damper's whole reach is answered by 0.3 of the current's range, and by as much again
+    every 5 ms that it lasts.
+    """
+
+    proportional: float | None = None
+    integral: float | None = None
+
+    def of(self, damper: Damper, reach: float) -> tuple[float, float]:
+        """Return both gains, given the forces between least and greatest current, in N."""
+        each = (damper.high - damper.low) / max(reach, 1e-9)
+        proportional = 0.3 * each if self.proportional is None else self.proportional
+        return proportional, proportional / 0.005 if self.integral is None else self.integral
+
+
+@dataclass(frozen=True)
+class Tracking:
+    """One law tracked by one scheme; arrays (N,).
+
+    Attributes
+    ----------
+    motion, law, scheme
+        Names.
+    lag
+        Whether the current lagged.
+    time, desired, feasible, force
+        Times, what the law asks for, the part of it that eq. 10 grants, and what the damper gave.
+    wanted, command, field
+        Currents: the inverse's, the command, what the fluid saw.
+    region
+        1, 2 or 3 at every sample.
+    """
+
+    motion: str
+    law: str
+    scheme: str
+    lag: bool
+    time: Array
+    desired: Array
+    feasible: Array
+    force: Array
+    wanted: Array
+    command: Array
+    field: Array
+    region: Array
+    velocity: Array
+
+    @property
+    def judged(self) -> Array:
+        """Samples that count: the first tenth of a second, in which states settle, does not."""
+        return np.asarray(self.time >= min(0.1, 0.2 * self.time[-1]))
+
+    @property
+    def error(self) -> float:
+        """Rms error against the feasible force, over the rms force."""
+        return self._relative(self.judged)
+
+    @property
+    def error_to_desired(self) -> float:
+        """Rms error against the desired force, over the rms of that."""
+        kept = self.judged
+        off, size = self.force[kept] - self.desired[kept], self.desired[kept]
+        return float(np.sqrt(np.mean(off**2) / np.mean(size**2))) if np.any(size) else float("nan")
+
+    @property
+    def err_peak(self) -> float:
+        """Err_rms_f: rms error over the greatest force (inverse-tanh paper eq. 12)."""
+        kept = self.judged
+        off = self.force[kept] - self.feasible[kept]
+        return float(np.sqrt(np.mean(off**2)) / np.max(np.abs(self.force[kept])))
+
+    @property
+    def err_energy(self) -> float:
+        """Err_energy: missing share of the energy absorbed (inverse-tanh paper eq. 13), as a positive number."""
+        kept = self.judged
+        work = [float(np.trapezoid((f * self.velocity)[kept], self.time[kept])) for f in (self.force, self.feasible)]
+        return abs(work[0] - work[1]) / abs(work[0]) if work[0] else float("nan")
+
+    @property
+    def regions(self) -> tuple[Region, Region, Region]:
+        """Errors of regions I, II and III; their squares add up to that of the whole, as the paper's do."""
+        kept, found = self.judged, []
+        for number in (1, 2, 3):
+            own = kept & (self.region == number)
+            whole = float(np.sum(self.force[kept] ** 2))
+            off = float(np.sum((self.force[own] - self.feasible[own]) ** 2))
+            error = float(np.sqrt(off / whole)) if own.any() else float("nan")
+            found.append(Region(error=error, share=float(own.sum() / kept.sum())))
+        return found[0], found[1], found[2]
+
+    def _relative(self, kept: Array) -> float:
+        off, size = self.force[kept] - self.feasible[kept], self.force[kept]
+        return float(np.sqrt(np.mean(off**2) / np.mean(size**2))) if np.any(size) else float("nan")
+
+    def numbers(self) -> TrackingRow:
+        """Return its errors."""
+        return TrackingRow(
+            motion=self.motion,
+            law=self.law,
+            scheme=self.scheme,
+            lag=self.lag,
+            error=self.error,
+            error_to_desired=self.error_to_desired,
+            err_rms_f=self.err_peak,
+            err_energy=self.err_energy,
+            regions=self.regions,
+            greatest_command=float(np.max(self.command)),
+        )
+
+
+@dataclass(frozen=True)
+class TrackingStudy:
+    """Every law by every scheme on every motion, and the settings."""
+
+    damper: Damper
+    plant: Damper
+    amplifier: Amplifier
+    gains: tuple[float, float]
+    dead_time: float
+    cases: tuple[Tracking, ...]
+
+    @property
+    def document(self) -> TrackFile:
+        """All but the courses, as its file has it."""
+        return TrackFile(
+            fit=self.damper.name,
+            damper=damper_entry(self.damper),
+            plant=damper_entry(self.plant),
+            amplifier=amplifier_entry(self.amplifier),
+            gains=GainsEntry(proportional=self.gains[0], integral=self.gains[1]),
+            dead_time=self.dead_time,
+            cases=[c.numbers() for c in self.cases],
+            lag_costs=self.lag_costs,
+        )
+
+    @property
+    def lag_costs(self) -> list[LagCost]:
+        """What the lag costs: the error of every case beside that of the same without lag."""
+        without = {(c.motion, c.law, c.scheme): c.error for c in self.cases if not c.lag}
+        return [
+            LagCost(motion=c.motion, law=c.law, scheme=c.scheme, error=c.error, without_lag=without[key])
+            for c in self.cases
+            if c.lag and (key := (c.motion, c.law, c.scheme)) in without
+        ]
+
+    def to_frame(self) -> "DataFrame":
+        """Return the errors."""
+        from pandas import DataFrame
+
+        rows = []
+        for c in self.cases:
+            row = {k: v for k, v in asdict(c.numbers()).items() if k != "regions"}
+            for number, region in enumerate(c.regions, start=1):
+                row |= {f"region_{number}": region.error, f"share_{number}": region.share}
+            rows.append(row)
+        return DataFrame(rows)
+
+
+@dataclass(frozen=True)
+class Demand:
+    """Desired forces (N,) of a law at a motion."""
+
+    law: str
+    force: Array
+
+
+def demands_of(laws: Sequence[Law], motion: Motion, damper: Damper) -> list[Demand]:
+    """Return what laws want at a motion."""
+    x, v, _ = damper.motion
+    return [Demand(law.name, law.force(motion.channels[x], motion.channels[v])) for law in laws]
+
+
+def tracking(  # noqa: PLR0913
+    damper: Damper,
+    plant: Damper,
+    tasks: Sequence[tuple[Motion, Sequence[Demand]]],
+    schemes: Sequence[str],
+    amplifier: Amplifier | None = None,
+    gains: Gains | None = None,
+    progress: Progress = silent,
+) -> TrackingStudy:
+    """Track desired forces.
+
+    Parameters
+    ----------
+    damper
+        Whose inverse the controller has.
+    plant
+        The damper that answers: the same one, or one that is more than its model.
+    tasks
+        Motions, and what is wanted at each.
+    schemes
+        Of ``SCHEMES``.
+    amplifier
+        What coil and amplifier allow.
+    gains
+        Of the PI controller.
+    progress
+        Called as ``progress(what, done, total)``.
+
+    Raises
+    ------
+    ConfigError
+        If a scheme is unknown.
+    """
+    for scheme in schemes:
+        if scheme not in SCHEMES:
+            raise ConfigError(f"--scheme takes {', '.join(SCHEMES)}, not '{scheme}'")
+    amplifier, gains = amplifier or Amplifier(), gains or Gains()
+    variants = {True: (damper, plant)}
+    lagless = damper.without(*LAGS), plant.without(*LAGS)
+    if lagless != (damper, plant):
+        variants[False] = lagless
+    cases: list[Tracking] = []
+    found = (0.0, 0.0)
+    for lag, pair in variants.items():
+        for motion, demands in tasks:
+            lanes = [(d, s) for d in demands for s in schemes]
+            loop = _Loop(pair, motion, lanes, amplifier, gains, lag)
+            for k in range(motion.samples):
+                loop.sample(k)
+                if k % _REPORT == 0 or k + 1 == motion.samples:
+                    progress(f"tracking on {motion.name}" + ("" if lag else ", no lag"), k + 1, motion.samples)
+            cases += loop.cases()
+            found = found if any(found) else loop.gains
+    return TrackingStudy(damper, plant, amplifier, found, prompt(damper)[1], tuple(cases))
+
+
+class _Loop:
+    """Control loops side by side, one lane for every demand and scheme."""
+
+    def __init__(
+        self,
+        pair: tuple[Damper, Damper],
+        motion: Motion,
+        lanes: Sequence[tuple[Demand, str]],
+        amplifier: Amplifier,
+        gains: Gains,
+        lag: bool,
+    ) -> None:
+        self.motion, self.lanes, self.lag, self.damper = motion, lanes, lag, pair[0]
+        model, dead = prompt(pair[0])
+        self.ahead = round(dead / motion.dt)
+        self.plant, self.inverter = Stepper(pair[1]), Inverter(Stepper(model), amplifier)
+        self.desired = np.stack([d.force for d, _ in lanes])
+        self.feedback = np.array([s in ("feedback", "both") for _, s in lanes])
+        self.forward = np.array([s != "feedback" for _, s in lanes])
+        self.plainly = np.array([s == "uninverted" for _, s in lanes])
+        names = ("feasible", "force", "wanted", "command", "field", "saturated", "target")
+        self.kept = {n: np.zeros((motion.samples, len(lanes))) for n in names}
+        start = self._channels(0, np.full(len(lanes), self.damper.low))
+        self.state, self.answer = self.inverter.stepper.rest(start), self.plant.rest(start)
+        self.integral, self.measured = np.zeros(len(lanes)), np.zeros(len(lanes))
+        self.gains = gains.of(self.damper, self._reach())
+
+    def _channels(self, k: int, current: Array) -> dict[str, Array]:
+        lanes = len(self.lanes)
+        return {**{n: np.full(lanes, c[k]) for n, c in self.motion.channels.items()}, "current": current}
+
+    def _reach(self) -> float:
+        """Return the median over the motion of what the current moves the force by, in N."""
+        stepper, some = self.inverter.stepper, slice(None, None, max(1, self.motion.samples // 200))
+        motion = {n: c[some] for n, c in self.motion.channels.items()}
+        count = len(next(iter(motion.values())))
+        ends = []
+        for current in (self.damper.low, self.damper.high):
+            given = {**motion, "current": np.full(count, current)}
+            ends.append(stepper.inner(stepper.rest(given), given, self.motion.dt, given["current"]))
+        return float(np.median(np.abs(ends[1] - ends[0])))
+
+    def sample(self, k: int) -> None:
+        """Choose the commands of a sample, and let model and plant answer."""
+        ahead = min(k + self.ahead, self.motion.samples - 1)
+        dt, held = self.motion.dt, self.state.given["current"]
+        # the model runs a dead time ahead of the plant, where the motion is known
+        now = self._channels(ahead, held)
+        wish = self.inverter.solve(self.state, now, dt, self.desired[:, ahead])
+        coil = self.inverter.command(self.state, now, dt, wish.field)
+        forward = np.where(self.plainly, wish.field, coil)
+        command = np.where(self.forward, forward, self.damper.low)
+        low, high = self.inverter.amplifier.range(self.damper, held, dt)
+        command = command + self._correction(k, low - command, high - command)
+        command = np.clip(command, low, high)
+        given = {**now, "current": command}
+        self.state = self.inverter.stepper.step(self.state, given, dt).state
+        done = self.plant.step(self.answer, self._channels(k, command), dt)
+        self.answer, self.measured = done.state, done.force
+        self.kept["command"][k], self.kept["field"][k], self.kept["force"][k] = command, done.field, done.force
+        at_ends = np.isin(wish.flag, (BELOW, ABOVE))
+        for name, value in (("wanted", wish.field), ("feasible", wish.force), ("saturated", at_ends)):
+            # of the time at which the plant will show it
+            self.kept[name][ahead] = value
+            if k == 0:
+                self.kept[name][: ahead + 1] = value
+
+    def _correction(self, k: int, low: Array, high: Array) -> Array:
+        """Return the PI controller's current, its integral held where the command is at a limit."""
+        if not self.feedback.any() or k == 0:
+            return np.zeros(len(self.lanes))
+        wish = self.kept["feasible"][k - 1]
+        side = np.sign(wish)
+        # more current is more force against the motion: the error is that of the force's size
+        error = np.where(self.feedback, side * (wish - self.measured), 0.0)
+        proportional, integral = self.gains
+        total = proportional * error + integral * (self.integral + error * self.motion.dt)
+        free = (total > low) & (total < high)
+        self.integral = np.where(free, self.integral + error * self.motion.dt, self.integral)
+        return np.where(self.feedback, proportional * error + integral * self.integral, 0.0)
+
+    def cases(self) -> list[Tracking]:
+        """Return every lane."""
+        velocity = self.motion.channels[self.damper.motion[1]]
+        found = []
+        for lane, (demand, scheme) in enumerate(self.lanes):
+            own = {n: v[:, lane].copy() for n, v in self.kept.items()}
+            region = regions(own["wanted"], own["saturated"] > 0.0, own["force"], own["feasible"])
+            found.append(
+                Tracking(
+                    self.motion.name,
+                    demand.law,
+                    scheme,
+                    self.lag,
+                    self.motion.time,
+                    demand.force,
+                    own["feasible"],
+                    own["force"],
+                    own["wanted"],
+                    own["command"],
+                    own["field"],
+                    region,
+                    velocity,
+                )
+            )
+        return found
+
+
+def regions(wanted: Array, saturated: NDArray[np.bool_], force: Array, feasible: Array) -> Array:
+    """Return the region, 1, 2 or 3, of every sample.
+
+    Parameters
+    ----------
+    wanted
+        Current in A that the inverse asks for.
+    saturated
+        Whether it rests at its least or greatest.
+    force, feasible
+        What the damper gives, and what the wanted current gives at rest, in N.
+    """
+    region = np.where(saturated, 1.0, 2.0)
+    span = float(np.ptp(wanted))
+    if span <= 0.0:
+        return region
+    steps = np.flatnonzero(saturated[1:] & (np.abs(np.diff(wanted)) > 0.5 * span)) + 1
+    for step in steps:
+        near = np.abs(force[step:] - feasible[step:]) <= SETTLED * np.maximum(np.abs(feasible[step:]), 1e-9)
+        ends = int(np.argmax(near)) if near.any() else len(near)
+        region[step : step + ends] = 3.0
+    return region

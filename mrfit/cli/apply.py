@@ -1,0 +1,323 @@
+"""``mrfit apply``: a fit put to use. The current for a force, how well forces are tracked, and the ride of a car."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from mrfit.cli import console
+from mrfit.cli.options import Json, Only, Plugins, Work, options
+from mrfit.errors import ConfigError
+from mrfit.settings import ingest
+from mrfit.settings.apply import Supply
+from mrfit.settings.forms import number
+
+if TYPE_CHECKING:
+    from mrfit.apply.damper import Damper
+    from mrfit.apply.inverse import Amplifier
+    from mrfit.apply.motion import Motion
+    from mrfit.core.recording import Recording
+    from mrfit.io.schemas.apply import InvertFile, QuarterCarFile, TrackFile
+    from mrfit.io.schemas.reading import Document
+
+app = typer.Typer(no_args_is_help=True, help="Put a fit to use: invert it, track forces with it, drive a car on it.")
+
+Fit = Annotated[str, typer.Option("--fit", help="Name of a fit, one set of parameters for all currents.")]
+OptionalLogs = Annotated[list[Path] | None, typer.Argument(help="Logs whose motion is taken.", show_default=False)]
+Sine = Annotated[
+    str, typer.Option(help="Instead of logs a sine, Hz and m: 1:0.01.", metavar="HZ:M[:CYCLES]", show_default=False)
+]
+Step = Annotated[float, typer.Option("--dt", help="Sample interval of the sine in s.", min=1e-6, max=0.1)]
+Reading = Annotated[ingest.Settings, Only(("map",))]
+
+
+def damper_named(work: Path, name: str) -> "Damper":
+    """Return the damper of a fit in a workspace."""
+    from mrfit.api.fitting import FitResult
+    from mrfit.apply.damper import damper_of
+    from mrfit.fit.predict import read_fit
+    from mrfit.io.workspace import Workspace
+
+    return damper_of(FitResult(read_fit(Workspace(work), name)))
+
+
+def motions_of(
+    logs: list[Path] | None, sine: str, dt: float, map_file: Path | None, damper: "Damper"
+) -> "list[Motion]":
+    """Return the motions of logs, or of a written sine.
+
+    Raises
+    ------
+    ConfigError
+        If both or none are given, or the sine is malformed.
+    """
+    from mrfit.apply import motion
+
+    if bool(logs) == bool(sine):
+        raise ConfigError("give logs whose motion to take, or --sine HZ:M")
+    if sine:
+        numbers = [number("--sine", part) for part in sine.split(":")]
+        if len(numbers) not in (2, 3):
+            raise ConfigError(f"--sine takes HZ:M or HZ:M:CYCLES, not '{sine}'")
+        frequency, amplitude, cycles = numbers if len(numbers) == 3 else (*numbers, 4.0)
+        return [motion.sine(frequency, amplitude, cycles, dt, damper.output)]
+    return motion.of_recordings(read_logs(logs or [], map_file), damper.assembly.spec.inputs, damper.output)
+
+
+def read_logs(logs: list[Path], map_file: Path | None) -> "list[Recording]":
+    """Return recordings of logs; one that cannot be read is said on standard error.
+
+    Raises
+    ------
+    DataError
+        If none can be read.
+    """
+    import warnings
+
+    from mrfit.api.recordings import read
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        found = read(logs, map_file)
+    for one in caught:
+        console.note(str(one.message))
+    return list(found)
+
+
+def amplifier_of(supply: Supply) -> "Amplifier":
+    """Return the limits of the options."""
+    from mrfit.apply.inverse import Amplifier
+
+    none = float("inf")
+    rate, voltage = (none if most is None else most for most in (supply.rate, supply.voltage))
+    return Amplifier(supply.most, supply.least, rate, voltage, supply.resistance, supply.inductance)
+
+
+def _print_json(document: "Document") -> None:
+    from mrfit.io.workspace import to_json
+
+    console.print_json(to_json(document))
+
+
+@app.command()
+@options
+def invert(
+    fit: Fit,
+    logs: OptionalLogs = None,
+    sine: Sine = "",
+    dt: Step = 1e-3,
+    law: Annotated[str, typer.Option(help="Desired force: c=N*s/m, k=N/m,c=N*s/m, skyhook=N*s/m.")] = "",
+    desired: Annotated[Path | None, typer.Option(help="File with the desired force over time.")] = None,
+    *,
+    supply: Supply,
+    reading: Reading,
+    work: Work,
+    plugins: Plugins,
+    as_json: Json,
+) -> None:
+    """Find the current for a desired force; without --law and --desired, for the force that the log measured.
+
+    Example: mrfit apply invert --fit tanh.auto --sine 1:0.01 --law c=2e4
+    """
+    from mrfit.apply import stage
+    from mrfit.apply.calls import wanted
+    from mrfit.apply.motion import desired_series
+    from mrfit.apply.series import inversion
+
+    if law and desired:
+        raise ConfigError("give --law or --desired, not both")
+    damper = damper_named(work, fit)
+    amplifier = amplifier_of(supply)
+    motions = motions_of(logs, sine, dt, reading.map, damper)
+    found = []
+    with console.progress_bar() as progress:
+        for motion in motions:
+            series = desired_series(read_logs([desired], None), motion, damper.output) if desired else law or None
+            forces = wanted(damper, motion, series)
+            found.append((motion, inversion(damper, motion.channels, forces, motion.dt, amplifier, progress)))
+        summary = stage.invert(work, found)
+    return _print_json(summary) if as_json else _print_inversions(summary)
+
+
+def _print_inversions(summary: "InvertFile") -> None:
+    columns = ("motion", "samples", "reached", "above reach", "below reach", "limited", "greatest error", "rms error")
+    rows = [
+        [
+            r.motion,
+            r.samples,
+            *(f"{100 * r.shares[n]:.1f} %" for n in ("reached", "above reach", "below reach")),
+            f"{100 * r.limited:.1f} %",
+            r.greatest_error_where_reached,
+            r.rms_error,
+        ]
+        for r in summary.motions
+    ]
+    how = "in closed form" if summary.motions[0].explicit else "by search"
+    console.print_table(
+        f"Currents of {summary.fit}, {how}; errors where reached and not limited, and of all", columns, rows
+    )
+    for line in (*summary.notes, f"Page: {summary.page}"):
+        console.say(line)
+
+
+@app.command()
+@options
+def track(
+    fit: Fit,
+    logs: OptionalLogs = None,
+    sine: Sine = "",
+    dt: Step = 1e-3,
+    law: Annotated[
+        list[str] | None, typer.Option(help="Desired force: c=N*s/m, k=N/m,c=N*s/m, skyhook=N*s/m; may be repeated.")
+    ] = None,
+    desired: Annotated[Path | None, typer.Option(help="File with the desired force over time.")] = None,
+    scheme: Annotated[
+        str, typer.Option(help="By commas: feedforward, feedback, both, uninverted.")
+    ] = "feedforward,feedback,both,uninverted",
+    plant: Annotated[str, typer.Option(help="Fit that answers in the damper's place; default: the same.")] = "",
+    proportional: Annotated[float | None, typer.Option(help="Gain of the feedback in A/N.", min=0.0)] = None,
+    integral: Annotated[float | None, typer.Option(help="Gain of its integral in A/(N*s).", min=0.0)] = None,
+    *,
+    supply: Supply,
+    reading: Reading,
+    work: Work,
+    plugins: Plugins,
+    as_json: Json,
+) -> None:
+    """Track desired forces by feedforward, feedback and both: errors, by region, and what the current's lag costs.
+
+    Example: mrfit apply track --fit tanh.auto --sine 1:0.01 --law c=2e4 --law k=-1e5,c=1e4
+    """
+    from mrfit.apply import stage, tracking
+    from mrfit.apply.laws import law_of
+    from mrfit.apply.motion import desired_series
+
+    if not law and not desired:
+        raise ConfigError("give a desired force: --law c=2e4, or --desired FILE")
+    laws = [law_of(text) for text in law or []]
+    schemes = list(dict.fromkeys(s.strip() for s in scheme.split(",")))
+    amplifier = amplifier_of(supply)
+    damper = damper_named(work, fit)
+    answers = damper_named(work, plant) if plant else damper
+    motions = motions_of(logs, sine, dt, reading.map, damper)
+    with console.progress_bar() as progress:
+        tasks = []
+        for motion in motions:
+            demands = tracking.demands_of(laws, motion, damper)
+            if desired:
+                series = desired_series(read_logs([desired], None), motion, damper.output)
+                demands.append(tracking.Demand(desired.name, series))
+            tasks.append((motion, demands))
+        gains = tracking.Gains(proportional, integral)
+        study = tracking.tracking(damper, answers, tasks, schemes, amplifier, gains, progress)
+        summary = stage.track(work, study)
+    return _print_json(summary) if as_json else _print_tracking(summary)
+
+
+def _print_tracking(summary: "TrackFile") -> None:
+    from mrfit.apply.stage import lag_text
+
+    columns = ("law", "motion", "scheme", "lag", "error", "region I", "II", "III", "Err_rms_f", "Err_energy")
+    rows = [
+        [
+            c.law,
+            c.motion,
+            c.scheme,
+            lag_text(c.lag, bool(summary.lag_costs)),
+            c.error,
+            *(r.error for r in c.regions),
+            c.err_rms_f,
+            c.err_energy,
+        ]
+        for c in summary.cases
+    ]
+    console.print_table(f"Forces tracked by {summary.fit}: rms error over rms force", columns, rows)
+    for line in (*_lag_words(summary), f"Page: {summary.page}"):
+        console.say(line)
+
+
+def _lag_words(summary: "TrackFile") -> list[str]:
+    by_scheme: dict[str, list[tuple[float, float]]] = {}
+    for r in summary.lag_costs:
+        if r.error is not None and r.without_lag is not None:
+            by_scheme.setdefault(r.scheme, []).append((r.error, r.without_lag))
+    return [
+        f"The lag costs {name}: rms error {sum(a for a, _ in some) / len(some):.3g} of the force, mean of all laws, "
+        f"{sum(b for _, b in some) / len(some):.3g} without lag"
+        for name, some in by_scheme.items()
+    ]
+
+
+@app.command("quarter-car")
+@options
+def quarter_car(
+    fit: Fit,
+    sprung: Annotated[float, typer.Option(help="Sprung mass in kg.")] = 400.0,
+    unsprung: Annotated[float, typer.Option(help="Unsprung mass in kg; 0: a rigid wheel.")] = 40.0,
+    spring: Annotated[float, typer.Option(help="Spring in N/m.")] = 20e3,
+    tyre: Annotated[float, typer.Option(help="Tyre in N/m.")] = 180e3,
+    tyre_damping: Annotated[float, typer.Option(help="Tyre's damping in N*s/m.")] = 0.0,
+    road: Annotated[
+        str, typer.Option(help="Roads by commas: bump, A, B, C, D (ISO 8608), sweep.")
+    ] = "bump,A,B,C,D,sweep",
+    speed: Annotated[
+        float | None, typer.Option(help="Speed in m/s; default: 15 km/h on the bump, 20 m/s else.", min=0.1)
+    ] = None,
+    duration: Annotated[
+        float | None, typer.Option(help="Of each road in s; default: 3 on the bump, 10 else.", min=1.0, max=300.0)
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Seed of random roads.", min=0)] = 0,
+    control: Annotated[str, typer.Option(help="Controls by commas; default: all.")] = "",
+    damping: Annotated[
+        float, typer.Option(help="Desired damping of skyhook, groundhook and hybrid in N*s/m.", min=0.0)
+    ] = 2000.0,
+    share: Annotated[float, typer.Option(help="Of skyhook in the hybrid.", min=0.0, max=1.0)] = 0.5,
+    sample: Annotated[float, typer.Option(help="Sample time of the control in s.")] = 1e-3,
+    steps: Annotated[int, typer.Option(help="Steps of the simulation in it.")] = 2,
+    check: Annotated[bool, typer.Option(help="Simulate the first road adaptively too.")] = True,
+    *,
+    supply: Supply,
+    work: Work,
+    plugins: Plugins,
+    as_json: Json,
+) -> None:
+    """Drive a quarter car on the damper: comfort, tyre load and travel of passive and controlled rides, and chatter.
+
+    Example: mrfit apply quarter-car --fit tanh.auto --road bump,C
+    """
+    from mrfit.apply import ride, stage
+    from mrfit.apply.car import CONTROLS, Car, Control, Timing
+    from mrfit.apply.roads import road as road_of
+
+    names = [n.strip() for n in control.split(",")] if control else list(CONTROLS)
+    controls = [Control(n, damping, share) for n in dict.fromkeys(names)]
+    roads = [road_of(n.strip(), speed, duration, seed) for n in dict.fromkeys(road.split(","))]
+    car, timing = Car(sprung, unsprung, spring, tyre, tyre_damping), Timing(sample, steps)
+    amplifier = amplifier_of(supply)
+    damper = damper_named(work, fit)
+    with console.progress_bar() as progress:
+        study = ride.quarter_car(damper, car, controls, roads, timing, amplifier, check, progress)
+        summary = stage.quarter_car(work, study)
+    return _print_json(summary) if as_json else _print_rides(summary)
+
+
+def _print_rides(summary: "QuarterCarFile") -> None:
+    from mrfit.apply.stage import lag_text
+
+    columns = ("road", "control", "lag", "rms acceleration", "tyre load", "least load", "rms travel", "chatter")
+    rows = [
+        [
+            r.road,
+            r.control,
+            lag_text(r.lag, any(not one.lag for one in summary.rows)),
+            r.acceleration,
+            r.tyre_load,
+            r.least_load,
+            r.travel,
+            r.chatter.cause or "–",
+        ]
+        for r in summary.rows
+    ]
+    console.print_table(f"Quarter car on {summary.fit}: m/s², tyre load over the static one, m", columns, rows)
+    for line in (*summary.findings, f"Page: {summary.page}"):
+        console.say(line)

@@ -1,0 +1,125 @@
+"""The command that takes a fit out of the tool."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import mrfit.settings.export
+from mrfit.cli import console
+from mrfit.cli.options import Json, Plugins, Work, options
+from mrfit.core.progress import Progress
+from mrfit.io.schemas.reading import Entry
+
+To = Annotated[
+    list[str],
+    typer.Option(
+        "--to",
+        metavar="c|fmu|json|lookup|matlab|modelica|ssv",
+        help="Format; several by repeating.",
+        show_default=False,
+    ),
+]
+
+
+@options
+def export(
+    fit_name: Annotated[str, typer.Option("--fit", help="Name of a finished fit.", show_default=False)],
+    to: To,
+    *,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder; default: export/NAME in the workspace.")] = None,
+    condition: Annotated[str, typer.Option(help="Whose parameters, of a fit with several sets.")] = "",
+    without: Annotated[list[str] | None, typer.Option("--without", help="Effect to leave out; repeat.")] = None,
+    settings: mrfit.settings.export.Settings,
+    work: Work,
+    plugins: Plugins,
+    as_json: Json,
+) -> None:
+    """Write a fitted model as C, FMU, JSON, lookup tables, MATLAB, Modelica or SSP parameter sets.
+
+    Example: mrfit export --fit tanh.auto --to c --to fmu
+    """
+    with console.progress_bar() as progress:
+        place = Place(out, condition, tuple(without or ()))
+        summary = exported(work, fit_name, to, place, settings, progress)
+    return console.print_json(summary) if as_json else show(summary)
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where an export goes, and what of a fit it takes."""
+
+    out: Path | None
+    condition: str
+    without: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Format(Entry):
+    """What was written in a format; ``error`` as a share of the output's range, None where it was not measured."""
+
+    format: str
+    files: list[str]
+    said: list[str]
+    error: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Exported(Entry):
+    """What the command tells of an export."""
+
+    fit: str
+    model: str
+    folder: str
+    formats: list[Format]
+
+
+def exported(
+    work: Path,
+    name: str,
+    to: Sequence[str],
+    place: Place,
+    settings: mrfit.settings.export.Settings,
+    progress: Progress,
+) -> Exported:
+    """Write a fit of a workspace in formats; return what was written.
+
+    Raises
+    ------
+    ConfigError
+        If a format or a condition does not exist, or a program is missing.
+    DataError
+        If there is no such fit, or it has no form in a format.
+    """
+    from mrfit.export import stage
+    from mrfit.export.source import source_of
+    from mrfit.export.workspace import read_fit_and_logs
+    from mrfit.io.workspace import Workspace
+
+    stage.check(to)
+    workspace = Workspace(work)
+    with workspace.locked():
+        found = read_fit_and_logs(workspace, name)
+        source = source_of(found.content, found.assembly, found.stretches, place.condition, place.without)
+        folder = place.out or workspace.root / "export" / name
+        written = stage.run(source, to, folder, settings, progress)
+    formats = [
+        Format(format=f, files=written.files[f], said=written.said[f], error=written.errors[f]) for f in written.files
+    ]
+    return Exported(fit=name, model=source.assembly.name, folder=str(folder), formats=formats)
+
+
+def show(summary: Exported) -> None:
+    """Print what was written."""
+    rows = [[row.format, _few(row.files), row.error] for row in summary.formats]
+    title = f"{summary.model} of the fit {summary.fit}, in {summary.folder}"
+    console.print_table(title, ["format", "files", "difference / range"], rows)
+    for row in summary.formats:
+        for text in row.said:
+            console.say(f"{row.format}: {text}")
+
+
+def _few(names: Sequence[str]) -> str:
+    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")

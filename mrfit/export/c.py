@@ -1,0 +1,263 @@
+"""C99: one header, one source, a self-test; no heap, no recursion, ``<math.h>`` only."""
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mrfit.core.channels import unit_of
+from mrfit.core.specs import Array
+from mrfit.export.c_form import TEMPLATES, environment
+from mrfit.export.c_parts import Parts, parts_of
+from mrfit.export.causality import Cost, costs
+from mrfit.export.compiler import Compiled, compiled, compiler
+from mrfit.export.head import CAUSALITY, head_lines
+from mrfit.export.motion import motion_of
+from mrfit.export.source import Source
+from mrfit.export.stage import Files
+from mrfit.export.text import c_comment, field, number
+from mrfit.settings.export import Settings
+
+# Functions of math.h that templates call by their names, those of two arguments apart
+TWO = ("pow", "hypot", "copysign", "atan2", "fmin", "fmax", "fmod")
+ONE = (
+    *("exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "sqrt", "cbrt", "fabs", "floor", "ceil", "trunc", "erf"),
+    *("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"),
+)
+CALLED = re.compile(rf"\b({'|'.join((*TWO, *ONE))})\(")
+LITERAL = re.compile(r"(?<![\w.])(\d+\.\d*(?:[eE][+-]?\d+)?|\d+[eE][+-]?\d+)(?![\w.])")
+COMMENT = re.compile(r"(/\*.*?\*/)", re.DOTALL)
+OWN = re.compile(r"@(\w+)")
+# Samples of the self-test
+TESTED = 500
+# Share of the output's range by which the exported model may differ from the simulation in Python
+EXACT, EXACT_FLOAT = 1e-9, 1e-2
+
+
+@dataclass(frozen=True)
+class Difference:
+    """How far an export is from the simulation in Python, over the fit's logs.
+
+    Attributes
+    ----------
+    largest, rms
+        Error as a share of the output's range; None if it could not be measured.
+    samples, segments
+        What it was measured on.
+    why_not
+        Why it was not measured.
+    """
+
+    largest: float | None = None
+    rms: float | None = None
+    samples: int = 0
+    segments: int = 0
+    why_not: str = ""
+
+    @property
+    def text(self) -> str:
+        """It in words."""
+        if self.largest is None or self.rms is None:
+            return f"Difference from the simulation in Python: not measured ({self.why_not})."
+        return (
+            f"Difference from the simulation in Python on {self.samples} samples of {self.segments} segments of the "
+            f"logs: {self.largest:.2g} of the output's range at most, {self.rms:.2g} RMS."
+        )
+
+
+@dataclass(frozen=True)
+class SelfTest:
+    """What the template of the self-test is rendered with.
+
+    Attributes
+    ----------
+    rows, columns
+        Inputs and output of every sample, and what they are.
+    dt
+        Sample interval in s.
+    range
+        Extent of the output, of which ``tolerance`` is the share that an error may have, ``float_tolerance`` in float.
+    """
+
+    rows: list[list[str]]
+    columns: list[str]
+    dt: str
+    range: str
+    tolerance: str
+    float_tolerance: str
+
+
+@dataclass(frozen=True)
+class CExport:
+    """The files' contents by name, what was measured, and what is to be told."""
+
+    prefix: str
+    files: dict[str, str]
+    difference: Difference
+    cost: Cost
+    notes: tuple[str, ...]
+
+
+def c_export(source: Source) -> CExport:
+    """Return the C99 form of a fit, compared with the simulation where there is a compiler.
+
+    Raises
+    ------
+    DataError
+        If the model or an effect has no C form.
+    """
+    parts = parts_of(source)
+    cost = costs(source)
+    draft = rendered(source, parts, ["not measured yet"], cost)
+    difference = differs(source, parts, draft)
+    told = [difference.text, *notes_of(source), "", CAUSALITY, *cost.lines]
+    files = rendered(source, parts, told, cost)
+    return CExport(parts.context.p, files, difference, cost, tuple(notes_of(source)))
+
+
+def files(source: Source, settings: Settings) -> Files:
+    """Return header, source and self-test."""
+    made = c_export(source)
+    contents = {name: text.encode("ascii") for name, text in made.files.items()}
+    return Files(contents, (made.difference.text, *made.notes, *made.cost.lines), made.difference.largest)
+
+
+def notes_of(source: Source) -> list[str]:
+    """Return what of the fit a causal model cannot have."""
+    notes = []
+    for link in source.links:
+        for p, value in zip(link.spec.params, link.theta.tolist(), strict=True):
+            if p.unit == "s" and p.low < 0.0 and value < 0.0:
+                notes.append(
+                    f"{link.spec.name}.{p.name} is {value:.3g} s: the logs have it before it happens, which a causal "
+                    "model cannot; it is taken as 0"
+                )
+    return notes
+
+
+def rendered(source: Source, parts: Parts, told: Sequence[str], cost: Cost, tunable: bool = False) -> dict[str, str]:
+    """Return the contents of header, source and self-test, by file name."""
+    prefix = parts.context.p
+    motion = motion_of(source, cost.tau)
+    context = {**vars(parts.context), "motion": motion, "tunable": tunable, "two": TWO}
+    head = c_comment(head_lines(source, told))
+    short = c_comment([f"{source.assembly.name}: see {prefix}.h"])
+    jinja = environment(TEMPLATES / "c")
+    code = jinja.get_template("source.c.j2").render(context, head=short, functions=(), limits=())
+    functions = sorted({m for part in COMMENT.split(code)[::2] for m in CALLED.findall(part)})
+    limits = [name for name in ("TINY", "CLOSE") if f"@{name}" in code]
+    code = jinja.get_template("source.c.j2").render(context, head=short, functions=functions, limits=limits)
+    files = {
+        f"{prefix}.h": tidy(named(jinja.get_template("header.h.j2").render(context, head=head), prefix)),
+        f"{prefix}.c": tidy(named(precise(code), prefix)),
+    }
+    test = _selftest(source, parts)
+    if test:
+        text = jinja.get_template("selftest.c.j2").render(context, head=short, **vars(test))
+        files[f"{prefix}_selftest.c"] = tidy(named(text, prefix))
+    return files
+
+
+def _selftest(source: Source, parts: Parts) -> SelfTest | None:
+    """Return the self-test: the first samples of a segment in which the output moves most; None without logs."""
+    if not source.stretches:
+        return None
+    stretch = max(source.stretches, key=lambda s: float(np.ptp(s.simulated[:TESTED])))
+    drive = source.drive(stretch)[:, :TESTED]
+    expected = source.simulate(drive, stretch.dt)
+    inputs = [drive[source.spec.inputs.index(n)] for n in source.channels]
+    rows = [[number(v) for v in row] for row in np.column_stack([*inputs, expected]).tolist()]
+    units = [f"{field(n)} {unit_of(n)}" for n in (*source.channels, source.spec.output)]
+    return SelfTest(
+        rows=rows,
+        columns=units,
+        dt=number(stretch.dt),
+        range=number(source.output_range),
+        tolerance=number(_tolerance(source, parts)),
+        float_tolerance=number(EXACT_FLOAT),
+    )
+
+
+def _tolerance(source: Source, parts: Parts) -> float:
+    """Return the share of the range that the self-test allows: what was stated of the causal forms in this export."""
+    stated = [EXACT, float(parts.base.setting("tolerance", 0.0)) * 10.0]
+    looser = {"smooth_lag", "play"} & set(parts.context.block_names)
+    if looser or any(k.spec.slot == "loop" for k in source.links):
+        stated.append(1e-2)
+    if parts.context.shape_varies:
+        stated.append(2e-5)
+    return max(stated)
+
+
+def named(text: str, prefix: str) -> str:
+    """Return text with the export's prefix for every ``@``."""
+    return OWN.sub(rf"{prefix}_\1", text)
+
+
+def precise(code: str) -> str:
+    """Return code whose constants and functions have the precision of its numbers."""
+    pieces = COMMENT.split(code)
+    for k in range(0, len(pieces), 2):
+        lines = pieces[k].split("\n")
+        for j, line in enumerate(lines):
+            if not line.lstrip().startswith("#"):
+                line = CALLED.sub(lambda m: f"{m[1].upper()}_(", line)
+                lines[j] = LITERAL.sub(r"K(\1)", line)
+        pieces[k] = "\n".join(lines)
+    return "".join(pieces)
+
+
+def tidy(text: str) -> str:
+    """Return text without blanks at line ends and without more than one empty line in a row."""
+    text = re.sub(r"[ \t]+\n", "\n", text)
+    text = re.sub(r"\n{3,}", "\n\n", text)
+    return re.sub(r"\{\n\n+", "{\n", text).lstrip("\n")
+
+
+def driver(parts: Parts) -> str:
+    """Return a program that runs the export on rows of numbers, see ``compiler.Compiled``."""
+    prefix = parts.context.p
+    text = environment(TEMPLATES / "c").get_template("driver.c.j2").render(vars(parts.context))
+    return named(text, prefix)
+
+
+def built(parts: Parts, files: dict[str, str], options: Sequence[str] = ()) -> Compiled:
+    """Return the exported model as a program.
+
+    Raises
+    ------
+    ConfigError
+        If there is no C compiler.
+    """
+    prefix = parts.context.p
+    sources = {n: t for n, t in files.items() if n in (f"{prefix}.h", f"{prefix}.c")}
+    return compiled({**sources, "driver.c": driver(parts)}, len(parts.context.inputs), options)
+
+
+def differs(source: Source, parts: Parts, files: dict[str, str]) -> Difference:
+    """Return how far the compiled export is from the simulation in Python on the fit's logs."""
+    if not source.stretches:
+        return Difference(why_not="the fit's logs are not at hand")
+    if compiler() is None:
+        return Difference(why_not="no C compiler here")
+    with built(parts, files, ("-O2",)) as program:
+        return compared(source, lambda drive, dt: program.run(user_inputs(source, drive), dt)[0])
+
+
+def user_inputs(source: Source, drive: Array) -> Array:
+    """Return the rows of a drive that a user sets."""
+    return drive[[source.spec.inputs.index(n) for n in source.channels]]
+
+
+def compared(source: Source, run: Callable[[Array, float], Array]) -> Difference:
+    """Return how far ``run(drive, dt)`` is from the simulation in Python on the fit's logs."""
+    largest, squares, samples, low, high = 0.0, 0.0, 0, np.inf, -np.inf
+    drives = source.compared()
+    for drive, dt in drives:
+        wanted = source.simulate(drive, dt)
+        off = np.abs(run(drive, dt) - wanted)
+        largest, squares = max(largest, float(np.max(off))), squares + float(np.sum(off**2))
+        samples, low, high = samples + len(off), min(low, float(wanted.min())), max(high, float(wanted.max()))
+    extent = (high - low) or 1.0
+    return Difference(largest / extent, float(np.sqrt(squares / samples)) / extent, samples, len(drives))

@@ -1,0 +1,125 @@
+"""C templates of models, effects and what they share, by name: in ``templates/c``, or beside a plug-in's file."""
+
+import inspect
+import re
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from mrfit.core import registry
+from mrfit.core.protocols import SLOT_FUNCTIONS
+from mrfit.errors import DataError
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+TEMPLATES = Path(__file__).with_name("templates")
+NAMED = re.compile(r"\bb->(\w+)")
+
+
+def environment(folder: Path) -> "Environment":
+    """Return the environment in which templates of a folder are read; nothing in them is escaped by itself."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    return Environment(
+        loader=FileSystemLoader(folder),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+
+
+def own_form(kind: Literal["model", "effect"], name: str) -> Path | None:
+    """Return the file of an item's C form, ``NAME.c.j2``; None if it has none."""
+    item = registry.load(kind, name)
+    shipped = TEMPLATES / "c" / f"{kind}s" / f"{name}.c.j2"
+    if not registry.where(kind, name):
+        return shipped if shipped.is_file() else None
+    file = getattr(item, "__file__", None) or _file_of(item)
+    beside = Path(file).with_name(f"{name}.c.j2") if file else None
+    return beside if beside and beside.is_file() else None
+
+
+def _file_of(item: object) -> str | None:
+    """Return the file in which an object's function stands."""
+    for name in ("response", *SLOT_FUNCTIONS.values()):
+        function = getattr(item, name, None)
+        if callable(function):
+            try:
+                return inspect.getsourcefile(inspect.unwrap(function))
+            except TypeError:
+                return None
+    return None
+
+
+class Form:
+    """A template's macros and settings, rendered for one export.
+
+    Parameters
+    ----------
+    file
+        The template.
+    given
+        Variables it sees: ``shape_varies``, ``tunable``.
+    """
+
+    def __init__(self, file: Path, given: Mapping[str, bool]) -> None:
+        self.module: Any = environment(file.parent).get_template(file.name).make_module(dict(given))
+
+    def text(self, macro: str) -> str:
+        """Return what a macro gives, empty where the template has none of this name."""
+        found = getattr(self.module, macro, None)
+        return str(found()).strip("\n") if found else ""
+
+    def setting(self, name: str, default: Any) -> Any:
+        """Return what the template sets."""
+        return getattr(self.module, name, default)
+
+    @cached_property
+    def uses(self) -> list[str]:
+        """The shared blocks it needs."""
+        return list(self.setting("uses", []))
+
+    @cached_property
+    def shape_names(self) -> set[str]:
+        """The base's parameters that shape its hysteresis: while they hold, it is one curve."""
+        return set(NAMED.findall(self.text("shape")))
+
+
+def form_of(kind: Literal["model", "effect"], name: str, given: Mapping[str, bool]) -> Form:
+    """Return the C form of a model or effect.
+
+    Raises
+    ------
+    DataError
+        If it has none.
+    """
+    file = own_form(kind, name)
+    if file is None and kind == "effect":
+        raise DataError(
+            f"the effect {name} has no C form: it is what the record adds, or is told from the whole record; leave it "
+            f"out with --without {name}"
+        )
+    if file is None:
+        raise DataError(
+            f"the model {name} has no C form: put its body into {name}.c.j2 beside its file, as docs/export.md shows"
+        )
+    return Form(file, given)
+
+
+def blocks_for(wanted: list[str], given: Mapping[str, bool]) -> dict[str, Form]:
+    """Return by name the shared blocks that some need, those they need themselves before them."""
+    found: dict[str, Form] = {}
+
+    def add(name: str) -> None:
+        if name not in found:
+            form = Form(TEMPLATES / "c" / "blocks" / f"{name}.c.j2", given)
+            for other in form.uses:
+                add(other)
+            found[name] = form
+
+    for name in wanted:
+        add(name)
+    return found

@@ -1,0 +1,100 @@
+"""The C compiler of this machine, and programs made with it."""
+
+import os
+import shutil
+import subprocess
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from mrfit.core.specs import Array
+from mrfit.errors import ConfigError, DataError
+
+TRIED = ("gcc", "cc", "clang")
+
+
+def compiler() -> str | None:
+    """Return the C compiler's path: that of the environment's ``CC``, else the first of ``TRIED``; None if none."""
+    asked = os.environ.get("CC", "").strip()
+    return next((found for name in ((asked,) if asked else TRIED) if (found := shutil.which(name))), None)
+
+
+def required(what: str) -> str:
+    """Return the C compiler's path.
+
+    Raises
+    ------
+    ConfigError
+        If there is none.
+    """
+    found = compiler()
+    if found is None:
+        asked = os.environ.get("CC", "").strip()
+        tried = f"CC={asked}" if asked else ", ".join(TRIED)
+        raise ConfigError(f"{what} needs a C compiler, and there is none here (tried {tried}): install gcc, or set CC")
+    return found
+
+
+def run_compiler(arguments: Sequence[str | Path], what: str) -> None:
+    """Run the compiler.
+
+    Raises
+    ------
+    ConfigError
+        If there is none.
+    DataError
+        If it refuses the code.
+    """
+    done = subprocess.run([required(what), *map(str, arguments)], capture_output=True, text=True, check=False)
+    if done.returncode:
+        first = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr[:200])
+        raise DataError(f"{what}: the compiler refuses the code: {first.strip()}")
+
+
+class Compiled:
+    """A program that reads rows of doubles, dt and the inputs, and writes rows of doubles, output and in_range."""
+
+    def __init__(self, folder: "TemporaryDirectory[str]", program: Path, channels: int) -> None:
+        self.folder, self.program, self.channels = folder, program, channels
+
+    def run(self, inputs: Array, dt: float | Array) -> tuple[Array, Array]:
+        """Return output and in_range (N,) of inputs (C, N) whose steps are dt apart, one number or (N,)."""
+        steps = np.broadcast_to(np.asarray(dt, dtype=np.float64), inputs.shape[1:])
+        rows = np.ascontiguousarray(np.column_stack([steps, *inputs]))
+        done = subprocess.run([self.program], input=rows.tobytes(), capture_output=True, check=False)
+        if done.returncode:
+            text = done.stderr.decode("utf-8", "replace").strip().splitlines()
+            raise DataError(f"the exported program fails: {text[0] if text else done.returncode}")
+        answer = np.frombuffer(done.stdout).reshape(-1, 2)
+        return answer[:, 0], answer[:, 1]
+
+    def __enter__(self) -> "Compiled":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.folder.cleanup()
+
+
+def compiled(files: Mapping[str, str], channels: int, options: Sequence[str] = ()) -> Compiled:
+    """Return a program of C files, by name, of which one has ``main``.
+
+    Raises
+    ------
+    ConfigError
+        If there is no compiler.
+    DataError
+        If the code is refused.
+    """
+    folder = TemporaryDirectory(prefix="mrfit-c-")
+    place = Path(folder.name)
+    try:
+        for name, text in files.items():
+            (place / name).write_text(text, encoding="ascii")
+        sources = [place / name for name in files if name.endswith(".c")]
+        run_compiler(["-std=c99", *options, *sources, "-lm", "-o", place / "program"], "--to c")
+    except BaseException:
+        folder.cleanup()
+        raise
+    return Compiled(folder, place / "program", channels)

@@ -1,0 +1,170 @@
+"""modelDescription.xml of FMI 2.0 and 3.0, and buildDescription.xml of 3.0."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+
+from mrfit.core.channels import unit_of
+from mrfit.export.c_parts import Parts
+from mrfit.export.head import channel_text
+from mrfit.export.source import Source
+from mrfit.export.text import field, number
+from mrfit.export.units import base_units
+from mrfit.export.xml import Node, xml
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable of the description; ``start`` is empty where it is calculated."""
+
+    name: str
+    reference: int
+    causality: str
+    variability: str
+    text: str
+    unit: str = ""
+    start: str = ""
+    boolean: bool = False
+
+
+def variables_of(source: Source) -> list[Variable]:
+    """Return inputs, outputs and parameters in the order of their value references."""
+    from mrfit.export.fmu import start_of
+
+    found = [
+        Variable(
+            field(name),
+            k,
+            "input",
+            "continuous",
+            channel_text(source, name),
+            unit_of(name),
+            number(start_of(source, name)),
+        )
+        for k, name in enumerate(source.channels)
+    ]
+    output = source.spec.output
+    found.append(
+        Variable(field(output), len(found), "output", "continuous", channel_text(source, output), unit_of(output))
+    )
+    seen = "whether all inputs lie within what the fit has seen"
+    found.append(Variable("in_range", len(found), "output", "discrete", seen, boolean=True))
+    for p, value in zip(source.spec.params, source.theta.tolist(), strict=True):
+        text = p.text or p.name
+        found.append(Variable(p.name, len(found), "parameter", "tunable", text, p.unit, number(value)))
+    return found
+
+
+def model_description(source: Source, parts: Parts, token: str, head: Sequence[str], fmi: int) -> bytes:
+    """Return modelDescription.xml."""
+    variables = variables_of(source)
+    shared = {
+        "modelName": source.name,
+        "description": f"{source.assembly.name}: {source.base.title}",
+        "generationTool": f"mrfit {version('mrfit')}",
+        "variableNamingConvention": "flat",
+    }
+    identifier = parts.context.p
+    units = _units(variables)
+    step = number(source.stretches[0].dt) if source.stretches else "0.001"
+    experiment = Node("DefaultExperiment", {"startTime": "0.0", "stopTime": "1.0", "stepSize": step})
+    if fmi == 2:
+        simulation = Node(
+            "CoSimulation",
+            {
+                "modelIdentifier": identifier,
+                "canHandleVariableCommunicationStepSize": "true",
+                "canGetAndSetFMUstate": "true",
+            },
+            [Node("SourceFiles", {}, [Node("File", {"name": n}) for n in (f"{identifier}.c", "fmi2.c")])],
+        )
+        root = Node(
+            "fmiModelDescription",
+            {"fmiVersion": "2.0", "guid": token, **shared},
+            [simulation, units, experiment, _variables_2(variables), _structure_2(variables)],
+        )
+        return xml(root, head)
+    simulation = Node(
+        "CoSimulation",
+        {
+            "modelIdentifier": identifier,
+            "canHandleVariableCommunicationStepSize": "true",
+            "canGetAndSetFMUState": "true",
+        },
+    )
+    root = Node(
+        "fmiModelDescription",
+        {"fmiVersion": "3.0", "instantiationToken": token, **shared},
+        [simulation, units, experiment, _variables_3(variables), _structure_3(variables)],
+    )
+    return xml(root, head)
+
+
+def _units(variables: Sequence[Variable]) -> Node:
+    # the time's unit too
+    names = dict.fromkeys(v.unit for v in variables if v.unit and v.unit != "1") | {"s": None}
+    return Node(
+        "UnitDefinitions", {}, [Node("Unit", {"name": u}, [Node("BaseUnit", dict(base_units(u)))]) for u in names]
+    )
+
+
+def _typed(variable: Variable) -> dict[str, str]:
+    given = {"unit": variable.unit} if variable.unit and variable.unit != "1" else {}
+    return given | ({"start": variable.start} if variable.start else {})
+
+
+def _named(variable: Variable) -> dict[str, str]:
+    return {
+        "name": variable.name,
+        "valueReference": str(variable.reference),
+        "description": variable.text,
+        "causality": variable.causality,
+        "variability": variable.variability,
+    }
+
+
+def _initial(variable: Variable) -> dict[str, str]:
+    return {"initial": "calculated"} if variable.causality == "output" else {}
+
+
+def _variables_2(variables: Sequence[Variable]) -> Node:
+    rows = [
+        Node(
+            "ScalarVariable",
+            {**_named(v), **_initial(v)},
+            [Node("Boolean" if v.boolean else "Real", _typed(v))],
+        )
+        for v in variables
+    ]
+    return Node("ModelVariables", {}, rows)
+
+
+def _variables_3(variables: Sequence[Variable]) -> Node:
+    rows = [Node("Boolean" if v.boolean else "Float64", {**_named(v), **_initial(v), **_typed(v)}) for v in variables]
+    time = Variable("time", len(variables), "independent", "continuous", "time of the simulation", "s")
+    units = Node("Float64", {**_named(time), "unit": "s"})
+    return Node("ModelVariables", {}, [*rows, units])
+
+
+def _structure_2(variables: Sequence[Variable]) -> Node:
+    # counted from 1 in the order of the variables
+    places = [str(k) for k, v in enumerate(variables, 1) if v.causality == "output"]
+    unknowns = [Node("Unknown", {"index": place}) for place in places]
+    return Node("ModelStructure", {}, [Node("Outputs", {}, unknowns), Node("InitialUnknowns", {}, unknowns)])
+
+
+def _structure_3(variables: Sequence[Variable]) -> Node:
+    references = [str(v.reference) for v in variables if v.causality == "output"]
+    rows = [Node(name, {"valueReference": r}) for name in ("Output", "InitialUnknown") for r in references]
+    return Node("ModelStructure", {}, rows)
+
+
+def build_description(prefix: str) -> bytes:
+    """Return buildDescription.xml: how the sources are compiled."""
+    code = Node(
+        "SourceFileSet", {"language": "C99"}, [Node("SourceFile", {"name": n}) for n in (f"{prefix}.c", "fmi3.c")]
+    )
+    root = Node(
+        "fmiBuildDescription", {"fmiVersion": "3.0"}, [Node("BuildConfiguration", {"modelIdentifier": prefix}, [code])]
+    )
+    return xml(root, ["How the sources of this FMU are compiled"])

@@ -1,0 +1,245 @@
+"""What is exported: a fit's model with one set of parameters, and what of its logs tells where it holds."""
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from mrfit.core import registry
+from mrfit.core.channels import unit_of
+from mrfit.core.recording import FLUX_RESISTANCE
+from mrfit.core.specs import Array, EffectSpec, Index, ModelSpec
+from mrfit.errors import ConfigError, DataError
+from mrfit.io.schemas.fit import Fit
+from mrfit.io.workspace import plain
+from mrfit.signal.smoothing import TIME
+from mrfit.simulate.assembly import SLOTS, Assembly, assemble
+from mrfit.simulate.current_dependence import CurrentDependence
+
+# Channels that no user sets: they follow from the others
+OWN = (TIME, FLUX_RESISTANCE)
+# Most samples on which an export is compared with the simulation
+COMPARED = 200_000
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """One segment of the logs a fit was made from.
+
+    Attributes
+    ----------
+    segment, condition, role
+        As in the fit.
+    dt
+        Sample interval in s.
+    inputs
+        Channel name -> smoothed values (N,) that drove the model.
+    measured, simulated
+        Output (N,) as recorded, and as the fit has it.
+    raw
+        Channel name -> values (N,) as recorded, where the logs are at hand.
+    """
+
+    segment: str
+    condition: str
+    role: str
+    dt: float
+    inputs: Mapping[str, Array]
+    measured: Array
+    simulated: Array
+    raw: Mapping[str, Array] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Link:
+    """An effect of the chain with its parameters (Q,)."""
+
+    spec: EffectSpec
+    theta: Array
+
+
+@dataclass(frozen=True)
+class Source:
+    """A fit to be exported.
+
+    Attributes
+    ----------
+    content
+        Content of fit.json.
+    assembly
+        The model that is exported.
+    condition
+        Whose parameters these are; ``all`` of a joint fit.
+    theta
+        The parameters (K,) in the order of the assembly's SPEC.
+    stretches
+        The logs' segments; empty where they are not at hand.
+    without
+        Effects of the fit that were left out.
+    """
+
+    content: Fit
+    assembly: Assembly
+    condition: str
+    theta: Array
+    stretches: tuple[Stretch, ...] = ()
+    without: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Name of the fit."""
+        return self.content.name
+
+    @property
+    def spec(self) -> ModelSpec:
+        """SPEC of the whole."""
+        return self.assembly.spec
+
+    @property
+    def dependence(self) -> CurrentDependence | None:
+        """Dependence of the base's parameters on current, None if there is none."""
+        assert self.assembly.recipe is not None
+        found = self.assembly.recipe[1]
+        return found if found and found.varies else None
+
+    @cached_property
+    def base(self) -> ModelSpec:
+        """SPEC of the base model, as it stands in its file."""
+        return registry.load("model", self.assembly.name.partition("+")[0]).SPEC
+
+    @cached_property
+    def links(self) -> tuple[Link, ...]:
+        """The effects in the order in which they act."""
+        modules = [registry.load("effect", e) for e in self.assembly.name.split("+")[1:]]
+        specs = sorted((m.SPEC for m in modules), key=lambda s: (SLOTS.index(s.slot), s.name))
+        first = len(self.theta) - sum(len(s.params) for s in specs)
+        links = []
+        for spec in specs:
+            links.append(Link(spec, self.theta[first : first + len(spec.params)]))
+            first += len(spec.params)
+        return tuple(links)
+
+    @property
+    def base_theta(self) -> Array:
+        """Parameters of the base model at their nodes of current (K',)."""
+        return self.theta[: len(self.theta) - sum(len(link.theta) for link in self.links)]
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The inputs a user sets, in the order of the SPEC."""
+        return tuple(n for n in self.spec.inputs if n not in OWN)
+
+    @cached_property
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Least and greatest value in the logs of every input and of the output, SI; of rates, of either sign."""
+        found = {}
+        for name in (*self.channels, self.spec.output):
+            values = [s.simulated if name == self.spec.output else s.inputs[name] for s in self.stretches]
+            if values:
+                low, high = min(float(v.min()) for v in values), max(float(v.max()) for v in values)
+                if unit_of(name).endswith(("/s", "/s^2")):
+                    low, high = -max(-low, high), max(-low, high)
+                found[name] = low, high
+        return found
+
+    @property
+    def output_range(self) -> float:
+        """Extent of the simulated output over all logs."""
+        low, high = self.ranges.get(self.spec.output, (0.0, 0.0))
+        return (high - low) or 1.0
+
+    @cached_property
+    def digest(self) -> str:
+        """SHA-256 of the fit's content."""
+        text = json.dumps(plain(self.content), sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    def drive(self, stretch: Stretch) -> Array:
+        """Return the inputs of a stretch (C, N) in the order of the SPEC; time counts from its first sample."""
+        samples = len(stretch.measured)
+        rows = {TIME: np.arange(samples) * stretch.dt, FLUX_RESISTANCE: np.zeros(samples), **stretch.inputs}
+        return np.stack([np.asarray(rows[n], dtype=np.float64) for n in self.spec.inputs])
+
+    def simulate(self, drive: Array, dt: float) -> Array:
+        """Return the output (N,) of the simulation in Python, from rest at the first sample."""
+        with np.errstate(all="ignore"):
+            simulated: Array = self.assembly.simulate(np.ascontiguousarray(drive), self.theta[None, :], dt)[0]
+        return simulated
+
+    def compared(self) -> list[tuple[Array, float]]:
+        """Return drives (C, N) of the logs with their dt in s, ``COMPARED`` samples at most."""
+        share = max(COMPARED // max(len(self.stretches), 1), 500)
+        return [(self.drive(s)[:, :share], s.dt) for s in self.stretches][: COMPARED // 500]
+
+
+def runs(time: Array) -> list[tuple[Index, float]]:
+    """Return the places of samples without a gap between them, and their dt in s.
+
+    What is held out of a segment may lie between what is not.
+    """
+    if len(time) < 2:
+        return []
+    # twelve digits: differences of times have rounding in them
+    dt = float(f"{np.median(np.diff(time)):.12g}")
+    cut = np.split(np.arange(len(time)), np.flatnonzero(np.abs(np.diff(time) - dt) > 0.5 * dt) + 1)
+    return [(run, dt) for run in cut if len(run) > 1]
+
+
+def source_of(
+    content: Fit,
+    assembly: Assembly,
+    stretches: Sequence[Stretch],
+    condition: str = "",
+    without: Sequence[str] = (),
+) -> Source:
+    """Return what is exported of a fit.
+
+    Parameters
+    ----------
+    content
+        Content of fit.json.
+    assembly
+        Its model.
+    stretches
+        Its logs.
+    condition
+        Whose parameters, of a fit with several sets.
+    without
+        Effects to leave out.
+
+    Raises
+    ------
+    ConfigError
+        If there are several sets and none is named, no set has this name, or an effect is not in the model.
+    """
+    results = {r.condition: r for r in content.results}
+    if not condition and len(results) > 1:
+        raise ConfigError(
+            f"{content.name}: has {len(results)} sets of parameters; name one with --condition "
+            f"({', '.join(list(results)[:8])}{' …' if len(results) > 8 else ''}), or fit with --per all"
+        )
+    chosen = condition or next(iter(results))
+    if chosen not in results:
+        raise ConfigError(f"{content.name}: no parameters of '{chosen}'; there are {', '.join(list(results)[:8])}")
+    values = {p.name: float(p.value) for p in results[chosen].parameters}
+    own = tuple(s for s in stretches if chosen == "all" or s.condition == chosen)
+    theta = np.array([values[n] for n in assembly.spec.names])
+    if not np.all(np.isfinite(theta)):
+        raise DataError(f"{content.name}: a parameter is not a number: fit again")
+    whole = Source(content, assembly, chosen, theta, own)
+    return _left_out(whole, without) if without else whole
+
+
+def _left_out(source: Source, without: Sequence[str]) -> Source:
+    base, *effects = source.assembly.name.split("+")
+    for name in without:
+        if name not in effects:
+            raise ConfigError(f"--without {name}: the model is {source.assembly.name}, which has no such effect")
+    kept = "+".join([base, *(e for e in effects if e not in without)])
+    assembly = assemble(kept, source.dependence)
+    values = dict(zip(source.spec.names, source.theta, strict=True))
+    theta = np.array([values[n] for n in assembly.spec.names])
+    return replace(source, assembly=assembly, theta=theta, without=tuple(without))

@@ -1,0 +1,249 @@
+"""SSP parameter sets (.ssv): the fit's values, and draws from the distribution that its intervals stand for.
+
+A parameter is normal about its value, on a logarithmic scale where it has one, with the width of its 95 % interval.
+Parameters that the output moves alike are drawn together: their correlation is that of a least-squares fit of the
+model to its logs. Beyond its bounds a draw is held there.
+
+Where the data do not determine parameters one by one, draws go along the directions that they do determine, as far as
+the intervals of parameters and derived quantities say; what cannot be seen in the output stays as it is.
+"""
+
+import math
+
+import numpy as np
+
+from mrfit.core.specs import Array, Param
+from mrfit.export.c_parts import prefix_of
+from mrfit.export.head import head_lines
+from mrfit.export.source import Source
+from mrfit.export.stage import Files
+from mrfit.export.text import ascii_line, number
+from mrfit.export.units import base_units
+from mrfit.export.xml import Node, xml
+from mrfit.io.schemas.fit import Quantity, Result
+from mrfit.settings.export import Settings
+
+# Of a normal distribution: half the 95 % interval over the standard deviation
+WIDTH = 1.959963984540054
+# Samples by which correlations are computed, share of a standard deviation that is one step
+SAMPLES, STEP = 4000, 0.1
+# Least eigenvalue of the correlation, relative to the largest: parameters that no data tell apart
+LEAST = 1e-12
+# Step in shares of the bounds, singular value below which nothing moves, and the width beyond which a direction is open
+CUBE_STEP, UNSEEN, OPEN = 1e-4, 3e-5, 0.5
+NO_DRAWS = "No draws: of no parameter and no derived quantity of this fit an interval is known."
+NAMESPACE = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
+
+
+def files(source: Source, settings: Settings) -> Files:
+    """Return the fit's own set and ``settings.draws`` drawn ones."""
+    sets = drawn(source, settings)
+    moved = int(np.count_nonzero(np.ptp(np.vstack([source.theta, sets]), axis=0)))
+    if not moved:
+        told = [
+            "Values are those of the fit, to the last digit: no difference from the simulation in Python.",
+            NO_DRAWS,
+        ]
+        prefix = prefix_of(source.name)
+        return Files({f"{prefix}.ssv": _set(source, source.theta, told, prefix)}, (NO_DRAWS,), 0.0)
+    told = _told(source, sets, settings)
+    prefix = prefix_of(source.name)
+    digits = max(3, len(str(settings.draws)))
+    contents = {f"{prefix}.ssv": _set(source, source.theta, told, prefix)}
+    for k, theta in enumerate(sets, 1):
+        name = f"{prefix}_{k:0{digits}d}"
+        contents[f"ssv/{name}.ssv"] = _set(source, theta, [f"Draw {k} of {settings.draws}", *told], name)
+    said = f"{settings.draws} draws of {moved} parameters, seed {settings.seed}; {len(source.theta) - moved} held"
+    return Files(contents, (said, *told[1:2], _band(source, sets)), 0.0, f"ssv/{prefix}_[0-9]*.ssv")
+
+
+def _told(source: Source, sets: Array, settings: Settings) -> list[str]:
+    held = [n for n, column in zip(source.spec.names, sets.T, strict=True) if not np.ptp(column)]
+    how = "within 95 % intervals, correlated as in the fit"
+    if not one_by_one(source):
+        how = "along what the data determine, as wide as the intervals of parameters and derived quantities"
+    lines = [
+        "Values are those of the fit, to the last digit: no difference from the simulation in Python.",
+        f"Draws: normal {how}, seed {settings.seed}.",
+    ]
+    return [*lines, *([f"Held: {', '.join(held)}"] if held else [])]
+
+
+def _band(source: Source, sets: Array) -> str:
+    """Return how far apart the outputs of the draws are over a segment of the logs."""
+    if not source.stretches:
+        return "The band of the output is not known: the fit's logs are not at hand."
+    stretch = source.stretches[0]
+    drive = np.ascontiguousarray(source.drive(stretch)[:, :SAMPLES])
+    with np.errstate(all="ignore"):
+        outputs = source.assembly.simulate(drive, sets, stretch.dt)
+    spread = float(np.sqrt(np.mean(np.var(outputs, axis=0)))) / source.output_range
+    return f"Standard deviation of the output over the draws: {100.0 * spread:.2g} % of its range."
+
+
+def _result(source: Source) -> Result:
+    return next(r for r in source.content.results if r.condition == source.condition)
+
+
+def _rows(source: Source) -> list[Quantity]:
+    rows = {p.name: p for p in _result(source).parameters}
+    return [rows[p.name] for p in source.spec.params]
+
+
+def intervals(source: Source) -> list[tuple[float, bool] | None]:
+    """Return for every parameter its standard deviation and whether that is of its logarithm; None if it is held."""
+    return [_spread(p, row) for p, row in zip(source.spec.params, _rows(source), strict=True)]
+
+
+def one_by_one(source: Source) -> bool:
+    """Return whether every parameter that was fitted has an interval, or there are no logs to tell more by."""
+    known = zip(_rows(source), intervals(source), strict=True)
+    return not source.stretches or all(row.fixed or width is not None for row, width in known)
+
+
+def _spread(param: Param, row: Quantity) -> tuple[float, bool] | None:
+    low, high = row.low, row.high
+    if row.fixed or low is None or high is None or not high > low:
+        return None
+    log = param.scale == "log" and low > 0.0
+    width = math.log(high / low) if log else high - low
+    return width / (2.0 * WIDTH), log
+
+
+def drawn(source: Source, settings: Settings) -> Array:
+    """Return parameter sets (draws, K)."""
+    if not one_by_one(source):
+        return _along(source, settings)
+    rows = intervals(source)
+    free = [k for k, row in enumerate(rows) if row is not None]
+    sets = np.tile(source.theta, (settings.draws, 1))
+    if not free:
+        return sets
+    widths = np.array([row[0] for row in rows if row is not None])
+    logs = np.array([row[1] for row in rows if row is not None])
+    values, vectors = np.linalg.eigh(correlation(source, free, widths, logs))
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    normal = np.random.default_rng(settings.seed).standard_normal((settings.draws, len(free)))
+    moves = normal @ root.T * widths
+    moved = _moved(source.theta[free], moves, logs)
+    low, high = (np.array([getattr(source.spec.params[k], end) for k in free]) for end in ("low", "high"))
+    sets[:, free] = np.clip(moved, np.minimum(low, source.theta[free]), np.maximum(high, source.theta[free]))
+    return sets
+
+
+def _moved(values: Array, moves: Array, logs: Array) -> Array:
+    return np.where(logs, values * np.exp(np.where(logs, moves, 0.0)), values + moves)
+
+
+def correlation(source: Source, free: list[int], widths: Array, logs: Array) -> Array:
+    """Return the correlation (F, F) of the free parameters of a least-squares fit to the logs, 1 without logs."""
+    if not source.stretches:
+        return np.eye(len(free))
+    share = max(SAMPLES // len(source.stretches), 200)
+    columns = []
+    for s in source.stretches[: SAMPLES // 200]:
+        drive = source.drive(s)[:, :share]
+        points = np.tile(source.theta, (2 * len(free), 1))
+        steps = np.diag(STEP * widths)
+        points[:, free] = _moved(source.theta[free], np.vstack([steps, -steps]), logs)
+        with np.errstate(all="ignore"):
+            outputs = source.assembly.simulate(np.ascontiguousarray(drive), points, s.dt)
+        columns.append((outputs[: len(free)] - outputs[len(free) :]) / (2.0 * STEP))
+    jacobian = np.nan_to_num(np.hstack(columns))
+    gram = jacobian @ jacobian.T
+    scale = np.sqrt(np.where(np.diag(gram) > 0.0, np.diag(gram), 1.0))
+    values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
+    inverse = (vectors / np.maximum(values, LEAST * values[-1])) @ vectors.T
+    deviations = np.sqrt(np.diag(inverse))
+    found: Array = inverse / np.outer(deviations, deviations)
+    return found
+
+
+def _along(source: Source, settings: Settings) -> Array:
+    """Return parameter sets (draws, K), drawn along the directions of the parameter space that the data determine."""
+    free = [k for k, row in enumerate(_rows(source)) if not row.fixed]
+    sets = np.tile(source.theta, (settings.draws, 1))
+    steps = CUBE_STEP * np.vstack([np.eye(len(free)), -np.eye(len(free))])
+    jacobian = np.hstack([_slopes(o) for o in _outputs(source, _in_cube(source, free, steps))])
+    values, vectors = np.linalg.eigh(jacobian @ jacobian.T)
+    seen = values > UNSEEN**2 * values[-1]
+    values, vectors = values[seen], vectors[:, seen]
+    scale = _scale(source, free, steps, values, vectors)
+    widths = scale / np.sqrt(values)
+    kept = widths < OPEN
+    normal = np.random.default_rng(settings.seed).standard_normal((settings.draws, len(values)))
+    moves = normal[:, kept] * widths[kept] @ vectors[:, kept].T
+    sets[:, free] = _in_cube(source, free, moves)[:, free]
+    return sets
+
+
+def _slopes(values: Array) -> Array:
+    """Return central differences (F, M) of values (2F, M) at steps up and down."""
+    half = len(values) // 2
+    slopes: Array = np.nan_to_num((values[:half] - values[half:]) / (2.0 * CUBE_STEP))
+    return slopes
+
+
+def _in_cube(source: Source, free: list[int], moves: Array) -> Array:
+    """Return parameters (M, K) moved by shares (M, F) of the range between their bounds, on their scales."""
+    points = np.tile(source.theta, (len(moves), 1))
+    for column, k in enumerate(free):
+        p, value = source.spec.params[k], float(source.theta[k])
+        low, high = min(p.low, value), max(p.high, value)
+        if p.scale == "log" and low > 0.0:
+            moved = value * np.exp(moves[:, column] * math.log(high / low))
+        else:
+            moved = value + moves[:, column] * (high - low)
+        points[:, k] = np.clip(moved, low, high) if np.abs(moves).max(initial=0.0) > CUBE_STEP else moved
+    return points
+
+
+def _outputs(source: Source, points: Array) -> list[Array]:
+    """Return the outputs (P, M) of parameter sets (P, K) over pieces of the logs."""
+    share = max(SAMPLES // len(source.stretches), 200)
+    found = []
+    for s in source.stretches[: SAMPLES // 200]:
+        drive = np.ascontiguousarray(source.drive(s)[:, :share])
+        with np.errstate(all="ignore"):
+            found.append(source.assembly.simulate(drive, points, s.dt))
+    return found
+
+
+def _scale(source: Source, free: list[int], steps: Array, values: Array, vectors: Array) -> float:
+    """Return the size of the noise that gives the intervals there are, of parameters and of derived quantities."""
+    covariance = (vectors / values) @ vectors.T
+    points = _in_cube(source, free, steps)
+    found = []
+    derived = _slopes(source.assembly.derived(points))
+    for column, row in zip(derived.T, _result(source).derived, strict=False):
+        low, high = row.low, row.high
+        power = float(column @ covariance @ column)
+        if low is not None and high is not None and high > low and power > 0.0:
+            found.append((high - low) / (2.0 * WIDTH) / math.sqrt(power))
+    for column_number, k in enumerate(free):
+        p, width = source.spec.params[k], intervals(source)[k]
+        if width is not None:
+            reach = math.log(p.high / p.low) if width[1] else p.high - p.low
+            found.append(width[0] / reach / math.sqrt(float(covariance[column_number, column_number])))
+    return float(np.median(found)) if found else 0.0
+
+
+def _set(source: Source, theta: Array, told: list[str], name: str) -> bytes:
+    parameters = [
+        Node("ssv:Parameter", {"name": p.name}, [Node("ssv:Real", {"value": number(v), "unit": p.unit})])
+        for p, v in zip(source.spec.params, theta.tolist(), strict=True)
+    ]
+    units = dict.fromkeys(p.unit for p in source.spec.params)
+    listed = [Node("ssc:Unit", {"name": u}, [Node("ssc:BaseUnit", dict(base_units(u)))]) for u in units]
+    whole = Node(
+        "ssv:ParameterSet",
+        {
+            "xmlns:ssv": NAMESPACE,
+            "xmlns:ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
+            "version": "1.0",
+            "name": name,
+            "description": ascii_line(f"{source.assembly.name} of the fit {source.name}"),
+        },
+        [Node("ssv:Parameters", {}, parameters), Node("ssv:Units", {}, listed)],
+    )
+    return xml(whole, head_lines(source, told))

@@ -1,0 +1,41 @@
+"""Units as FMI and SSP write them: the powers of SI base units."""
+
+import re
+from functools import cache
+
+# Units of parameters and channels in SI base units, besides which products, quotients and powers are written
+NAMED = {
+    "kg": {"kg": 1},
+    "m": {"m": 1},
+    "s": {"s": 1},
+    "A": {"A": 1},
+    "K": {"K": 1},
+    "degC": {"K": 1},
+    "rad": {"rad": 1},
+    "Hz": {"s": -1},
+    "N": {"kg": 1, "m": 1, "s": -2},
+    "V": {"kg": 1, "m": 2, "s": -3, "A": -1},
+    "Wb": {"kg": 1, "m": 2, "s": -2, "A": -1},
+    "H": {"kg": 1, "m": 2, "s": -2, "A": -2},
+    "ohm": {"kg": 1, "m": 2, "s": -3, "A": -2},
+    "S": {"kg": -1, "m": -2, "s": 3, "A": 2},
+    "1": {},
+}
+OFFSETS = {"degC": 273.15}
+
+
+@cache
+def base_units(unit: str) -> tuple[tuple[str, str], ...]:
+    """Return the attributes of a unit's ``BaseUnit``: powers of base units, and its offset; nothing of an unknown one.
+
+    Units are read as pint writes them, left to right: ``N*s/m``, ``ohm/A^2/s``.
+    """
+    powers: dict[str, int] = {}
+    for sign, name, power in re.findall(r"([*/]?)([A-Za-z]+|1)(?:\^(-?\d+))?", unit):
+        if name not in NAMED:
+            return ()
+        times = int(power or 1) * (-1 if sign == "/" else 1)
+        for base, own in NAMED[name].items():
+            powers[base] = powers.get(base, 0) + own * times
+    found = [(base, str(power)) for base, power in powers.items() if power]
+    return (*found, *((("offset", str(OFFSETS[unit])),) if unit in OFFSETS else ()))

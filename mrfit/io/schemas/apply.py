@@ -1,0 +1,268 @@
+"""What a fit put to use comes to: currents in invert.json, forces tracked in track.json, rides in quarter-car.json."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from mrfit.io.schemas.reading import Document, Entry, Number, told
+
+INVERT = "mrfit/apply-invert/1"
+TRACK = "mrfit/apply-track/1"
+QUARTER_CAR = "mrfit/apply-quarter-car/1"
+
+
+@dataclass(frozen=True, kw_only=True)
+class DamperEntry(Entry):
+    """A damper: (name, value) of its parameters, (parameter, order) of those that depend on current, range in A."""
+
+    name: str
+    model: str
+    parameters: tuple[tuple[str, Number], ...]
+    orders: tuple[tuple[str, int | str], ...]
+    low: Number
+    high: Number
+
+
+@dataclass(frozen=True, kw_only=True)
+class AmplifierEntry(Entry):
+    """What coil and amplifier allow; a limit is null where there is none."""
+
+    most: Number
+    least: Number | None
+    rate: Number | None
+    voltage: Number | None
+    resistance: Number
+    inductance: Number
+
+
+@dataclass(frozen=True, kw_only=True)
+class InversionRow(Entry):
+    """The currents of a motion in numbers, SI; shares of the samples, by whether the desired force can be reached.
+
+    ``limited`` is the share at which coil or amplifier held back what could be reached. ``dead_time`` is that by which
+    commands are sent early; ``behind`` names what is not inverted.
+    """
+
+    motion: str = ""
+    damper: DamperEntry
+    amplifier: AmplifierEntry
+    samples: int
+    dt: float
+    explicit: bool
+    shares: dict[str, float]
+    limited: float
+    greatest_error_where_reached: float | None
+    rms_error: float | None
+    rms_error_over_peak: float | None
+    dead_time: Number
+    behind: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class InvertFile(Document):
+    """The currents for desired forces, motion by motion; their courses are in tables beside it."""
+
+    known: ClassVar = (INVERT,)
+    schema: str = INVERT
+    fit: str
+    motions: list[InversionRow]
+    notes: list[str]
+    page: str = told("")
+    file: str = told("")
+
+
+@dataclass(frozen=True, kw_only=True)
+class GainsEntry(Entry):
+    """Gains of the feedback on the force's error, in A/N and A/(N*s)."""
+
+    proportional: Number
+    integral: Number
+
+
+@dataclass(frozen=True, kw_only=True)
+class Region(Entry):
+    """Errors in a region: relative rms error (over the rms force), and the region's share of the samples."""
+
+    error: float | None
+    share: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackingRow(Entry):
+    """Errors of a law tracked by a scheme, with the current's lag or without; ``regions`` I, II and III."""
+
+    motion: str
+    law: str
+    scheme: str
+    lag: bool
+    error: float | None
+    error_to_desired: float | None
+    err_rms_f: float | None
+    err_energy: float | None
+    regions: tuple[Region, Region, Region]
+    greatest_command: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class LagCost(Entry):
+    """The error of a law tracked by a scheme, beside that of the same without lag."""
+
+    motion: str
+    law: str
+    scheme: str
+    error: float | None
+    without_lag: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackFile(Document):
+    """Every law by every scheme on every motion, and the settings; ``plant`` is the damper that answers."""
+
+    known: ClassVar = (TRACK,)
+    schema: str = TRACK
+    fit: str
+    damper: DamperEntry
+    plant: DamperEntry
+    amplifier: AmplifierEntry
+    gains: GainsEntry
+    dead_time: Number
+    cases: list[TrackingRow]
+    lag_costs: list[LagCost]
+    page: str = told("")
+    file: str = told("")
+
+
+@dataclass(frozen=True, kw_only=True)
+class CarEntry(Entry):
+    """Masses in kg, stiffnesses in N/m, the tyre's damping in N*s/m; ``unsprung`` 0 for a rigid wheel."""
+
+    sprung: Number
+    unsprung: Number
+    spring: Number
+    tyre: Number
+    tyre_damping: Number
+
+
+@dataclass(frozen=True, kw_only=True)
+class TimingEntry(Entry):
+    """Sample time of the control in s, steps of the simulation in it; ``until`` is null where the road ends it."""
+
+    sample: Number
+    steps: int
+    soft: Number
+    until: Number | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControlEntry(Entry):
+    """A control, its desired damping in N*s/m, and the share of skyhook in the hybrid."""
+
+    name: str
+    damping: Number
+    share: Number
+
+
+@dataclass(frozen=True, kw_only=True)
+class Chatter(Entry):
+    """What was found of trembling in a ride.
+
+    Attributes
+    ----------
+    found
+        Whether the force chatters.
+    share
+        Of the time, in bursts.
+    rate
+        Oscillations per s within bursts.
+    turns
+        Turning points within bursts.
+    swing
+        Median size of their swings in N.
+    first
+        Time in s of the first burst; null without one.
+    switching
+        Rate of the command's crossings of its middle in 1/s.
+    jumps
+        Rate of the force's jumps in 1/s while the command stayed.
+    limit_cycle
+        Frequency in Hz of an oscillation that goes on when the road has ended; 0 without one.
+    cause
+        ``lag``, ``sample time``, ``pre-yield slope``, or that they were not told apart; empty without chatter.
+    evidence
+        Swings in N times their share of the time: as it is, and without each cause.
+    """
+
+    found: bool
+    share: float
+    rate: float
+    turns: int
+    swing: float
+    first: float | None
+    switching: float
+    jumps: float
+    limit_cycle: float
+    cause: str = ""
+    evidence: tuple[tuple[str, float], ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class RideRow(Entry):
+    """One ride in numbers, SI.
+
+    Attributes
+    ----------
+    road, control, lag
+        Which; whether the current lagged.
+    acceleration
+        Rms of the sprung mass's.
+    tyre_load, least_load
+        Rms of the dynamic tyre load over the static one, and the least load over it (below 0 the wheel has left the
+        road); null with a rigid wheel.
+    travel, greatest_travel
+        Rms and greatest displacement of the damper.
+    current
+        Mean command.
+    chatter
+        What was found of trembling.
+    """
+
+    road: str
+    control: str
+    lag: bool
+    acceleration: float
+    tyre_load: float | None
+    least_load: float | None
+    travel: float
+    greatest_travel: float
+    current: float
+    chatter: Chatter
+
+
+@dataclass(frozen=True, kw_only=True)
+class CheckRow(Entry):
+    """The adaptive simulation of a control on the first road, as far as it came; its rms acceleration if to the end."""
+
+    control: str
+    acceleration: float | None
+    evaluations: int
+    ended: Number
+    duration: Number
+
+
+@dataclass(frozen=True, kw_only=True)
+class QuarterCarFile(Document):
+    """Every control on every road, and the settings; a road is its name and what it is made of, its seed included."""
+
+    known: ClassVar = (QUARTER_CAR,)
+    schema: str = QUARTER_CAR
+    fit: str
+    damper: DamperEntry
+    car: CarEntry
+    timing: TimingEntry
+    amplifier: AmplifierEntry
+    controls: list[ControlEntry]
+    roads: list[dict[str, str | Number]]
+    rows: list[RideRow]
+    checks: list[CheckRow]
+    findings: list[str]
+    page: str = told("")
+    file: str = told("")

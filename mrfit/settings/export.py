@@ -1,0 +1,23 @@
+"""Settings of an export."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from mrfit.core.setting import Setting
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What the formats of an export may be told.
+
+    Attributes
+    ----------
+    fmi
+        Version of the standard of an FMU, 2 or 3.
+    draws, seed
+        Number of parameter sets of ``ssv``, and the seed they are drawn with.
+    """
+
+    fmi: Annotated[int, Setting("Version of FMI of an FMU: 2 or 3.", low=2, high=3)] = 2
+    draws: Annotated[int, Setting("Parameter sets drawn for ssv.", low=1)] = 100
+    seed: Annotated[int, Setting("Seed of these draws.", low=0)] = 0

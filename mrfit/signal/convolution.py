@@ -1,0 +1,57 @@
+"""Long signals under short kernels, by the fast Fourier transform in blocks.
+
+It gives the numbers of ``scipy.signal.oaconvolve`` to the last digit. That package costs every command 0.4 s of
+processor time to import, for all its filters and, through them, ``scipy.stats``; ``scipy.fft`` is there already.
+"""
+
+import math
+
+import numpy as np
+
+from mrfit.core.specs import Array
+
+
+def correlated(values: Array, kernel: Array) -> Array:
+    """Return a kernel's sum of products with a signal at every place where it lies within (overlap-add).
+
+    y_i = Σ_j k_j x_{i+j}
+
+    Parameters
+    ----------
+    values
+        Signal, x (N,).
+    kernel
+        Weights, k (K,), 2 ≤ K ≤ N.
+
+    Returns
+    -------
+    Array
+        (N − K + 1,).
+    """
+    from scipy.fft import irfft, next_fast_len, rfft
+
+    samples, overlap = len(values), len(kernel) - 1
+    size = _block(samples, overlap + 1)
+    if size >= samples:
+        size = next_fast_len(samples + overlap, real=True)
+        blocks = values[None, :]
+    else:
+        step = size - overlap
+        blocks = np.zeros((math.ceil((samples + overlap) / step), step))
+        blocks.reshape(-1)[:samples] = values
+    summed: Array = irfft(rfft(blocks, size) * rfft(kernel[None, ::-1], size), size)
+    # what a block's sums reach into the next one's
+    summed[1:, :overlap] += summed[:-1, size - overlap :]
+    return summed[:, : blocks.shape[1]].reshape(-1)[overlap:samples] if len(blocks) > 1 else summed[0, overlap:samples]
+
+
+def _block(samples: int, width: int) -> int:
+    """Return the length of a block at which a kernel of a width takes the fewest operations a sample."""
+    from scipy.fft import next_fast_len
+    from scipy.special import lambertw
+
+    if 2 * width >= samples:
+        return samples
+    # least N log(2N)/(N − K) over N, with K = width − 1
+    best = (1 - width) * lambertw(1 / (2 * math.e * (1 - width)), k=-1).real
+    return int(next_fast_len(math.ceil(best)))

@@ -1,0 +1,189 @@
+"""The quarter car against closed forms, its controls against their definitions, chatter against planted causes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from mrfit.apply.car import Car, Control, Ride, Timing, adaptive, desired, drive, rms
+from mrfit.apply.chatter import limit_cycle, look, told_apart, turning_points
+from mrfit.apply.damper import Damper, damper
+from mrfit.apply.roads import ROUGHNESS, Bump, RandomRoad, Sweep, road
+from mrfit.apply.stepper import Stepper
+from mrfit.core.specs import Array
+from mrfit.errors import ConfigError, DataError
+from tests.apply.dampers import monotone
+
+SKYHOOK = Control("skyhook-on-off")
+
+
+def linear(c: float = 1500.0) -> Damper:
+    """A dashpot: post-yield slope c, hardly a yield force, whatever the current."""
+    return damper("bingham", {"fy@0A": 1e-9, "fy@1A": 2e-9, "C_inf": c, "f0": 0.0}, {"fy": 1})
+
+
+def preyield(model: str, **values: tuple[float, float]) -> Damper:
+    """A damper of the preyield paper, parameters at 0 and 1 A."""
+    ends = {f"{n}@{k}A": pair[k] for n, pair in values.items() for k in (0, 1)}
+    return damper(model, {**ends, "f0": 0.0}, dict.fromkeys(values, 1))
+
+
+def bingham() -> Damper:
+    return preyield("bingham", fy=(75.26, 963.1), C_inf=(961.87, 3508.5))
+
+
+def biviscous() -> Damper:
+    return preyield("biviscous", fy=(75.8, 823.5), C_inf=(961.25, 4503.7), vy=(0.0047, 0.0058))
+
+
+@pytest.mark.parametrize("car", [Car(tyre_damping=100.0), Car(500.0, 0.0, 78e3)])
+def test_a_linear_car_rides_as_its_equations_say(car: Car) -> None:
+    bump, c = Bump(duration=1.2), 1500.0
+    ride = drive(Stepper(linear(c)), car, [(Control("passive-low"), bump)], Timing(1e-3, 2))[0]
+
+    def equations(t: float, y: Array) -> Array:
+        z0, v0 = (float(a) for a in bump.height(np.array(t)))
+        zu, vu = (y[2], y[3]) if car.unsprung else (z0, v0)
+        force = car.spring * (y[0] - zu) + c * (y[1] - vu)
+        wheel = (force - car.tyre * (zu - z0) - car.tyre_damping * (vu - v0)) / car.unsprung if car.unsprung else 0.0
+        return np.array([y[1], -force / car.sprung, vu if car.unsprung else 0.0, wheel])
+
+    exact = solve_ivp(equations, (0, 1.2), np.zeros(4), t_eval=ride.time[:-1:2], rtol=1e-9, atol=1e-12, max_step=2e-3)
+    np.testing.assert_allclose(ride.body[:-1:2], exact.y[1], atol=1e-5 * np.max(np.abs(exact.y[1])))
+
+
+def test_the_papers_ride_comes_out() -> None:
+    # 003 Table 3 from its printed parameters: 0.538 and 0.537, printed 0.543 and 0.542
+    regularised = preyield("regularised-bingham", fy=(79.26, 845.5), C_inf=(933.13, 4324.1), vy=(0.0028, 0.0030))
+    for one, expected in ((biviscous(), 0.538), (regularised, 0.537)):
+        ride = drive(Stepper(one), Car(500.0, 0.0, 78e3), [(SKYHOOK, Bump())], Timing(1e-3, 1))[0]
+        # the control's sample time is 1 ms here: the rest is its
+        assert rms(ride.acceleration) == pytest.approx(expected, abs=0.012)
+        assert not look(ride, 2.0).found
+
+
+def test_fixed_and_adaptive_steps_agree_on_a_smooth_damper() -> None:
+    pair, timing = (SKYHOOK, Bump(duration=1.0)), Timing(2e-3, 2)
+    car = Car(500.0, 0.0, 78e3)
+    fixed = drive(Stepper(biviscous()), car, [pair], timing)[0]
+    check = adaptive(Stepper(biviscous()), car, pair, timing)
+    assert check.ended == 1.0
+    assert check.acceleration == pytest.approx(rms(fixed.acceleration), rel=0.01)
+    # where the force jumps with the velocity's sign there is no step that is short enough
+    assert np.isnan(adaptive(Stepper(bingham()), car, (SKYHOOK, Bump(duration=1.2)), Timing(3e-3, 1)).acceleration)
+
+
+def cause(one: Damper, car: Car, control: Control, timing: Timing) -> tuple[bool, float, str]:
+    """Return whether a ride over the bump chatters, its limit cycle, and what makes it."""
+    steppers = {False: Stepper(one), True: Stepper(one.without("current-lag"))}
+    rides = drive(steppers[False], car, [(control, Bump(duration=1.2))], timing)
+
+    def again(some: list[Ride], changed: Timing, lagless: bool) -> list[Ride]:
+        return drive(steppers[lagless], car, [(r.control, r.road) for r in some], changed)
+
+    found = told_apart(rides, timing, car.fastest, again, "current-lag" in one.model)[0]
+    return found.found, found.limit_cycle, found.cause
+
+
+def test_a_force_that_jumps_chatters_by_its_pre_yield_slope() -> None:
+    car, timing = Car(500.0, 0.0, 78e3), Timing(1e-3, 1)
+    found, _, why = cause(bingham(), car, SKYHOOK, timing)
+    assert (found, why) == (True, "pre-yield slope")
+    assert cause(biviscous(), car, SKYHOOK, timing) == (False, 0.0, "")
+
+
+@pytest.mark.slow
+def test_a_control_of_great_gain_chatters_by_its_sample_time() -> None:
+    # gain 40 kN*s/m on 40 kg of wheel: a sampled loop is stable up to a sample time of 2*40/40e3 = 2 ms
+    found, _, why = cause(monotone(), Car(), Control("groundhook", 4e4), Timing(5e-3, 8))
+    assert (found, why) == (True, "sample time")
+    assert not cause(monotone(), Car(), Control("groundhook", 4e4), Timing(1e-3, 2))[0]
+
+
+@pytest.mark.slow
+def test_a_dead_time_of_the_field_makes_a_control_of_great_gain_chatter() -> None:
+    # gain*dead time/mass = 80e3*5e-3/40 = 10 rad, where a loop is stable up to pi/2
+    late = monotone("tanh+current-lag", **{"current-lag.t_d": 0.005})
+    found, _, why = cause(late, Car(), Control("groundhook", 8e4), Timing(1e-3, 2))
+    assert (found, why) == (True, "lag")
+
+
+def test_turning_points_are_those_of_a_sine_and_no_more() -> None:
+    t = np.linspace(0.0, 1.0, 2001)
+    rng = np.random.default_rng(0)
+    turns, sizes = turning_points(np.sin(2 * np.pi * 50 * t) + 1e-3 * rng.standard_normal(len(t)))
+    assert len(turns) in (99, 100)
+    np.testing.assert_allclose(sizes[1:-1], 2.0, atol=0.05)
+    assert len(turning_points(np.zeros(50))[0]) == 0
+
+
+def ride_of(force: Array, acceleration: Array) -> Ride:
+    time, still = np.arange(len(force)) * 1e-3, np.zeros_like(force)
+    return Ride(SKYHOOK, Bump(duration=float(time[-1])), time, acceleration, *[still] * 5, force, still, still)
+
+
+def test_chatter_is_fast_and_lasting_and_a_limit_cycle_does_not_die_away() -> None:
+    t = np.arange(3001) * 1e-3
+    slow, fast = np.sin(2 * np.pi * 2 * t), np.sin(2 * np.pi * 200 * t)
+    assert not look(ride_of(slow, slow), 2.0).found
+    found = look(ride_of(slow + fast * (t > 1.0), slow), 2.0)
+    assert found.found and found.rate == pytest.approx(200.0, rel=0.05) and found.first == pytest.approx(1.0, abs=0.02)
+    assert found.share == pytest.approx(2 / 3, abs=0.02)
+    assert not look(ride_of(slow + 0.01 * fast, slow), 2.0).found, "too small a swing"
+    assert limit_cycle(ride_of(slow, np.sin(2 * np.pi * 9 * t))) == pytest.approx(9.0, rel=0.05)
+    assert limit_cycle(ride_of(slow, np.sin(2 * np.pi * 9 * t) * np.exp(-2 * t))) == 0.0
+
+
+def test_a_jump_is_no_steep_flank_and_no_step_of_the_command() -> None:
+    t = np.arange(3001) * 1e-3
+    steep = np.tanh(200 * np.sin(2 * np.pi * t))
+    assert look(ride_of(steep, steep), 2.0).jumps == 0.0
+    jumping = np.sin(2 * np.pi * t) + 0.3 * (np.floor(2 * t + 0.25) % 2)
+    assert look(ride_of(jumping, jumping), 2.0).jumps == pytest.approx(2.0, abs=0.4)
+    switched = replace(ride_of(jumping, jumping), current=np.floor(2 * t + 0.25) % 2)
+    assert look(switched, 2.0).jumps == 0.0
+
+
+def test_desired_forces_of_controls_never_push() -> None:
+    for name in ("skyhook", "groundhook", "hybrid"):
+        one = Control(name, 1000.0, 0.25)
+        for v in (-0.3, 0.3):
+            for body in (-0.2, 0.2):
+                for wheel in (-0.1, 0.1):
+                    force = desired(one, v, body, wheel)
+                    assert force * v >= 0.0
+                    sky = 200.0 * np.sign(body) if body * v > 0 else 0.0
+                    ground = -100.0 * np.sign(wheel) if wheel * v < 0 else 0.0
+                    assert force == pytest.approx(
+                        {"skyhook": sky, "groundhook": ground}.get(name, 0.25 * sky + 0.75 * ground)
+                    )
+
+
+def test_roads_have_their_shape_and_their_roughness() -> None:
+    bump = Bump()
+    assert bump.height(np.array([0.5 + 0.5 * 1.0 / bump.speed]))[0][0] == pytest.approx(0.02)
+    assert bump.height(np.array([0.4, 2.0]))[0].max() == 0.0
+    for one in (bump, Sweep(), RandomRoad("C", seed=3)):
+        t = np.linspace(0.55, 0.65, 1001)
+        z, rate = one.height(t)
+        np.testing.assert_allclose(np.gradient(z, t)[2:-2], rate[2:-2], atol=2e-4 * np.max(np.abs(rate)))
+    # ISO 8608: variance is the integral of 16e-6*(n/0.1)^-2 over 0.011 to 2.83 cycles/m, for class A
+    t = np.linspace(0.0, 91.0 / 20.0 * 8, 4_000)
+    for grade in "AC":
+        wanted = ROUGHNESS[grade] * 0.01 * (1 / 0.011 - 1 / 2.83)
+        found = np.mean([np.var(RandomRoad(grade, 20.0, 30.0, seed).height(t)[0]) for seed in range(3)])
+        assert found == pytest.approx(wanted, rel=0.35)
+    assert np.array_equal(RandomRoad("B", seed=1).height(t[:9]), RandomRoad("B", seed=1).height(t[:9]))
+    assert not np.array_equal(RandomRoad("B", seed=1).height(t[:9]), RandomRoad("B", seed=2).height(t[:9]))
+    with pytest.raises(ConfigError, match="--road takes bump"):
+        road("moon")
+
+
+def test_bad_cars_and_too_long_steps_are_refused() -> None:
+    with pytest.raises(ConfigError, match="a car needs"):
+        Car(spring=-1.0)
+    with pytest.raises(ConfigError, match="--control takes"):
+        Control("cruise")
+    with pytest.raises(DataError, match="take shorter ones"):
+        drive(Stepper(linear(1e6)), Car(), [(Control("passive-low"), Bump(duration=1.0))], Timing(5e-3, 1))
