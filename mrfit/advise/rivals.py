@@ -71,12 +71,11 @@ def _told(found: DiscoveryFile, present: tuple[str, ...]) -> list[Rival]:
     for name in found.ambiguous_set:
         swaps[name] = name if name in present else _counterpart(name, [p for p in present if p in found.ambiguous_set])
     for effect in found.effects:
-        alike = [a for a in getattr(effect, "aliases", ()) if a not in present and _exists(a)]
+        alike = [a for a in effect.aliases if a not in present and _exists(a)]
         swaps |= {name: effect.name for name in (effect.name, *alike)} if alike else {}
     for suspect in found.suspects:
-        instead = getattr(suspect, "instead_of", "")
-        if instead and suspect.name not in swaps:
-            swaps |= {instead: instead, suspect.name: instead}
+        if suspect.instead_of and suspect.name not in swaps:
+            swaps |= {suspect.instead_of: suspect.instead_of, suspect.name: suspect.instead_of}
     models: dict[tuple[str, ...], Rival] = {}
     for name, own in swaps.items():
         effects = tuple(sorted({*(e for e in present if e != own), name}))
@@ -92,7 +91,7 @@ def _counterpart(name: str, standing: Sequence[str]) -> str:
 
 def _hidden(found: DiscoveryFile, present: tuple[str, ...]) -> list[Rival]:
     """Return the model as found and, beside it, each effect of which the data show nothing."""
-    confounded = {c.name for c in getattr(found, "confounded", ())}
+    confounded = {c.name for c in found.confounded}
     unseen = [
         c.name
         for c in found.candidates

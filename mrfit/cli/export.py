@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -11,7 +11,9 @@ import mrfit.settings.export
 from mrfit.cli import console
 from mrfit.cli.options import Json, Plugins, Work, options
 from mrfit.core.progress import Progress
-from mrfit.io.schemas.reading import Entry
+
+if TYPE_CHECKING:
+    from mrfit.io.schemas.export import Exported
 
 To = Annotated[
     list[str],
@@ -56,26 +58,6 @@ class Place:
     without: tuple[str, ...]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Format(Entry):
-    """What was written in a format; ``error`` as a share of the output's range, None where it was not measured."""
-
-    format: str
-    files: list[str]
-    said: list[str]
-    error: float | None
-
-
-@dataclass(frozen=True, kw_only=True)
-class Exported(Entry):
-    """What the command tells of an export."""
-
-    fit: str
-    model: str
-    folder: str
-    formats: list[Format]
-
-
 def exported(
     work: Path,
     name: str,
@@ -83,7 +65,7 @@ def exported(
     place: Place,
     settings: mrfit.settings.export.Settings,
     progress: Progress,
-) -> Exported:
+) -> "Exported":
     """Write a fit of a workspace in formats; return what was written.
 
     Raises
@@ -96,6 +78,7 @@ def exported(
     from mrfit.export import stage
     from mrfit.export.source import source_of
     from mrfit.export.workspace import read_fit_and_logs
+    from mrfit.io.schemas.export import Exported, Format
     from mrfit.io.workspace import Workspace
 
     stage.check(to)
@@ -111,7 +94,7 @@ def exported(
     return Exported(fit=name, model=source.assembly.name, folder=str(folder), formats=formats)
 
 
-def show(summary: Exported) -> None:
+def show(summary: "Exported") -> None:
     """Print what was written."""
     rows = [[row.format, _few(row.files), row.error] for row in summary.formats]
     title = f"{summary.model} of the fit {summary.fit}, in {summary.folder}"

@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from mrfit.errors import ConfigError
 from mrfit.fit.identify import build_group
 from mrfit.fit.select import read_dataset
 from mrfit.fit.stage import Settings, check, prepare
+from mrfit.io.schemas.fit import Fit
 from mrfit.io.workspace import Workspace, plain
 from mrfit.search.staged import kind_of, settled, stages_of, warnings
 from mrfit.simulate.assembly import assemble
@@ -32,7 +32,7 @@ def workspace(tmp_path_factory: pytest.TempPathFactory) -> Workspace:
 
 
 @pytest.fixture(scope="module")
-def staged(workspace: Workspace) -> dict[str, Any]:
+def staged(workspace: Workspace) -> Fit:
     return mrfit.fit.stage.run(workspace, replace(SETTINGS, optimizer="staged"))
 
 
@@ -58,7 +58,7 @@ def test_samples_near_reversals_of_a_constant_speed_count_nothing(workspace: Wor
     assert settled(sine, ("displacement",)) is sine
 
 
-def test_stages_and_joint_refinement_recover_what_was_planted(staged: dict[str, Any]) -> None:
+def test_stages_and_joint_refinement_recover_what_was_planted(staged: Fit) -> None:
     result = staged.results[0]
     found = {p.name: p for p in result.parameters}
     del found["temperature.b_yield"]
@@ -71,10 +71,10 @@ def test_stages_and_joint_refinement_recover_what_was_planted(staged: dict[str, 
     assert len(missed) <= 1, missed
     whole = {m.role: m for m in staged.metrics if m.condition == "all"}
     assert whole["train"].rmse <= 1.01 * whole["train"].noise_floor
-    assert whole.holdout.rmse <= 1.02 * whole.holdout.noise_floor
+    assert whole["holdout"].rmse <= 1.02 * whole["holdout"].noise_floor
 
 
-def test_every_stage_says_which_segments_it_used_and_ends_near_the_noise(staged: dict[str, Any]) -> None:
+def test_every_stage_says_which_segments_it_used_and_ends_near_the_noise(staged: Fit) -> None:
     stages = staged.results[0].stages
     assert [s.test for s in stages] == list(TEST_NAMES.values())
     assert [len(s.segments) for s in stages] == [9, 6, 2, 1]
@@ -121,7 +121,7 @@ def test_ablation_falls_out_of_the_chain(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_stages_end_no_worse_than_a_direct_search(workspace: Workspace, staged: dict[str, Any]) -> None:
+def test_stages_end_no_worse_than_a_direct_search(workspace: Workspace, staged: Fit) -> None:
     direct = mrfit.fit.stage.run(workspace, SETTINGS)
     assert staged.results[0].cost <= 1.0005 * direct.results[0].cost
     evaluations = sum(s.evaluations for s in staged.results[0].stages)

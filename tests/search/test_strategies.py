@@ -141,7 +141,7 @@ def test_a_start_of_a_plugin_is_treated_as_the_built_in_one(monkeypatch: pytest.
     monkeypatch.setattr(registry, "load", lambda kind, name: other if name == "corners" else load(kind, name))
     assert find("corners").from_points and not find("corners").searches and find("corners-lsq").searches
     (said,) = fit_stage._no_search_warnings(find("corners"), "corners")
-    assert said["kind"] == "no-search" and "corners-lsq searches on" in said["text"]
+    assert said.kind == "no-search" and "corners-lsq searches on" in said.text
     assert fit_stage._no_search_warnings(find("corners-lsq"), "corners-lsq") == []
 
 

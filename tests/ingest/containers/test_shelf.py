@@ -92,7 +92,7 @@ def test_a_preview_takes_no_more_memory_and_leaves_nothing(
     (tmp_path / "temporary").mkdir()
     path = SAMPLES["hdf5"]().write(tmp_path)
     (row,) = preview([path], Settings(block=1000 // BLOCKS_IN_MEMORY))
-    assert row["rows"] == 240 and shelved
+    assert row.rows == 240 and shelved
     assert not list((tmp_path / "temporary").iterdir())
 
 
