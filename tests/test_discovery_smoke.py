@@ -7,8 +7,8 @@ import pytest
 
 from tests.conftest import ROOT
 
-SMALL = ("null_damper-white", "little_delay")
-"""The cases of the smoke set with nothing hidden and with too few data; test_discover_cli.py has the hidden effects."""
+SMALL = ("null_damper-white",)
+"""The case of the smoke set with nothing hidden; test_discover_cli.py has hidden effects and too few data."""
 
 
 @pytest.mark.parametrize(

@@ -5,6 +5,8 @@ import pytest
 from tests.kills import campaign
 
 
+# the quick test of kills is in tests/cli/test_pipeline.py: test_a_kill_at_any_moment_...
+@pytest.mark.slow
 def test_five_kills() -> None:
     stages = campaign(5, seed=1)
     assert not [b for s in stages for b in s.broken]

@@ -21,6 +21,8 @@ def regenerated(tmp_path_factory):
     return out
 
 
+# ten seconds; test_make_coil_logs.py has the quick test that a maker gives the same bytes again
+@pytest.mark.slow
 @pytest.mark.parametrize("folder", sorted(LIMITS))
 def test_regeneration_gives_the_committed_bytes(regenerated, folder):
     made = {p.relative_to(regenerated): p.read_bytes() for p in (regenerated / folder).rglob("*") if p.is_file()}
@@ -79,6 +81,7 @@ def test_force_is_the_benchs_law_of_a_late_current(path):
     assert left[LAG] < 12.0 < left[0.0] / 2
 
 
+@pytest.mark.slow
 def test_without_the_effects_the_logs_do_not_have_them(tmp_path):
     make_discovery_logs.make_coil(tmp_path, 1, np.inf)
     _, voltage, current = coil_log(tmp_path / "sine_10Hz_5A.csv")
