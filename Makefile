@@ -10,8 +10,6 @@ BIN := $(VENV)/bin
 MRFIT := $(BIN)/mrfit
 WORK ?= demo-work
 JOBS ?= 2
-# Tests side by side; one more than two cores, since some wait for a limit of time
-TESTS ?= 3
 
 # For `make batch`: every log under LOGS gets a workspace of its own under BATCH.
 LOGS ?= datasets/coil
@@ -50,7 +48,7 @@ demo-discover: setup
 	$(MRFIT) run pipelines/discover-current-lag.toml --work $(WORK)/discover-current-lag
 
 test: setup lint
-	$(BIN)/python -m pytest -n $(TESTS) -q
+	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile -q
 
 lint: setup
 	$(BIN)/ruff check .
