@@ -37,8 +37,10 @@ def read_tables(reader: str, source: Source, named: str | None = None) -> list[T
     try:
         with held_to(source.memory):
             tables: list[Table] = module.read(source)
-    except SystemError as error:
-        # compiled code that is refused memory may fail without saying why
+    except ModuleNotFoundError:
+        raise
+    except (SystemError, ImportError) as error:
+        # compiled code that is refused memory may fail without saying why, and a library cannot be loaded for want of it
         raise MemoryError from error
     return tables
 

@@ -154,3 +154,22 @@ def test_a_missing_extra_is_named_with_its_command(
         registry.load("reader", reader).read(Source(open_head(path), Rules()))
     assert error.value.remedy == f"install it: pip install 'mrfit[{reader}]'"
     assert isinstance(error.value, Passing)  # read once it is installed
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [
+        (ImportError("_philox.so: cannot map zero-fill pages"), MemoryError),
+        (SystemError("a call failed and said nothing"), MemoryError),
+        (ModuleNotFoundError("No module named 'asammdf'"), ModuleNotFoundError),
+    ],
+)
+def test_a_library_that_cannot_be_loaded_for_want_of_memory_is_no_fault_of_the_reader(
+    fault: Exception, said: type[Exception], source: Source, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def read(_: Source) -> list[object]:
+        raise fault
+
+    monkeypatch.setattr(registry.load("reader", "matlab"), "read", read)
+    with pytest.raises(said):
+        apart.read_tables("matlab", source)
