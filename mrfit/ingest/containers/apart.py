@@ -40,7 +40,7 @@ def read_tables(reader: str, source: Source, named: str | None = None) -> list[T
     except ModuleNotFoundError:
         raise
     except (SystemError, ImportError) as error:
-        # compiled code that is refused memory may fail without saying why, and a library cannot be loaded for want of it
+        # compiled code that is refused memory may fail without saying why, and a library may not be loaded
         raise MemoryError from error
     return tables
 
