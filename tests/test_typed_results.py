@@ -12,7 +12,6 @@ import mrfit
 
 # Where JSON, TOML or a foreign file's own words begin and end
 BOUNDARY = {
-    "mrfit.io.schemas.reading",  # JSON of the workspace, checked
     "mrfit.io.workspace",  # documents to JSON: plain, to_json
     "mrfit.io.outdated",  # settings as a file has them, of which a key is made as they stand
     "mrfit.api.fitting",  # FitResult.to_json

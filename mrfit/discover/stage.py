@@ -28,7 +28,7 @@ from mrfit.fit.select import load_recordings, usable
 from mrfit.io.dataset import Dataset
 from mrfit.io.keys import code_version, digest_of, discovery_key
 from mrfit.io.schemas.discovery import DiscoveryDependence, DiscoveryFile, Gap, PartialDiscovery, Unexplained
-from mrfit.io.schemas.reading import made
+from mrfit.io.schemas.reading import reusable
 from mrfit.io.workspace import Workspace, plain, write_json, write_table, write_text
 from mrfit.settings.discover import Settings as Settings
 from mrfit.simulate.assembly import assemble
@@ -101,9 +101,9 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     data, rows = workspace.made_from(segments)
     key = discovery_key(asdict(settings), data, rows)
     folder = workspace.root / "discover"
-    existing = made(folder / "discovery.json", DiscoveryFile)
-    if existing and existing.get("key") == key:
-        return Outcome(DiscoveryFile.of(existing), skipped=True)
+    existing = reusable(folder / "discovery.json", DiscoveryFile)
+    if existing and existing.key == key:
+        return Outcome(existing, skipped=True)
     asked = Asked(settings.model, settings.seed, digest_of(data), key)
     lacking = too_little(segments, STANDARD)
     if lacking:
@@ -346,10 +346,10 @@ def _fitter(
     base = assemble(settings.model, dependence)
     bench = build_bench(data.segments, data.recordings, base, effects_for(base.spec.output), STANDARD)
     path = workspace.root / "discover" / ".partial" / "fits.json"
-    stored = made(path, PartialDiscovery) or {}
+    stored = reusable(path, PartialDiscovery)
     known = {}
-    if stored.get("key") == key:
-        known = {tuple(f["effects"]): np.array(f["point"]) for f in stored["fits"]}
+    if stored and stored.key == key:
+        known = {tuple(f.effects): np.array(f.point) for f in stored.fits}
 
     kept, writing = dict(known), Lock()
 

@@ -135,25 +135,6 @@ def load(path: Path, kind: type[File], remedy: str) -> File | None:
         raise DataError(f"{path}: cannot be read ({error.strerror or error}); {remedy}") from error
 
 
-def content(path: Path, kind: type[Stored], remedy: str) -> dict[str, Any] | None:
-    """Return a file as JSON has it, checked, with the defaults of what it leaves out; None if it is not there."""
-    whole = load(path, kind, remedy)
-    return None if whole is None else as_json(path.read_bytes(), whole)
-
-
-def as_json(text: str | bytes, whole: Stored) -> dict[str, Any]:
-    """Return a checked file as lists and dictionaries, in its own order, with the defaults of what it leaves out."""
-    return dict(_with_defaults(json.loads(text), whole.model_dump(mode="json", by_alias=True)))
-
-
-def _with_defaults(own: Any, full: Any) -> Any:
-    if isinstance(own, dict) and isinstance(full, dict):
-        return {k: _with_defaults(v, full[k]) for k, v in own.items()} | {k: full[k] for k in full if k not in own}
-    if isinstance(own, list) and isinstance(full, list):
-        return [_with_defaults(a, b) for a, b in zip(own, full, strict=True)]
-    return own
-
-
 def reusable(path: Path, kind: type[File]) -> File | None:
     """Return what an earlier run of a command made; None where it is not there or damaged, so that it is made again.
 
@@ -169,25 +150,6 @@ def reusable(path: Path, kind: type[File]) -> File | None:
     _check_schema(path, text, kind.known)
     try:
         return of_json(kind, text)
-    except ValidationError:
-        return None
-
-
-def made(path: Path, kind: type[Stored]) -> dict[str, Any] | None:
-    """Return what an earlier run of a command made; None where it is not there or damaged, so that it is made again.
-
-    Raises
-    ------
-    UnknownSchema
-        It may be of a later mrfit and worth more than what this one would make.
-    """
-    try:
-        text = path.read_bytes()
-    except OSError:
-        return None
-    _check_schema(path, text, kind.known)
-    try:
-        return as_json(text, kind.model_validate_json(text))
     except ValidationError:
         return None
 
