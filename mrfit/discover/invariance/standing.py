@@ -18,13 +18,13 @@ from mrfit.discover.invariance.setting import Setting
 TINY = 1e-300
 # Two-sided 95 %
 QUANTILE = 0.975
-# Levels of the nuisance between which an estimate must not differ, and how many times the squared error of the best
-# one another may leave to be thought of as the law
 # What smoothing, sampling and the forms of effects are good for, as a share of a value: no interval is narrower
 ACCURACY = 0.02
 # Bounds of the ratio of a group's squared errors
 MOST_RATIO = 10.0
 LARGEST = "largest force"
+# Levels of the nuisance between which an estimate must not differ, and how many times the squared error of the best
+# one another may leave to be thought of as the law
 LADDER, ADEQUATE = (TRAVEL, TIME, FULL), 2.0
 
 
@@ -51,7 +51,7 @@ def described(setting: Setting, weights: Sequence[Array], fitted: Fitted, name: 
     value = effect.value(fitted.state[name])
     sign = effect.breaks.sign == 0 or value * effect.breaks.sign > 0.0
     ahead, beyond = _early(setting, weights, rest, name) if effect.breaks.early else (0.0, 0.0)
-    parameters = _parameters(setting, fitted, name, (level, offset))
+    parameters = _parameters(setting, fitted, name, level, offset)
     numbers = sum(n == name for n, _ in fitted.table.free)
     return Described(Refined(name, standing, fitted.left, sign, ahead, beyond, numbers), parameters, force)
 
@@ -91,16 +91,16 @@ def scatter(without: Array) -> Array:
     return error
 
 
-def _parameters(setting: Setting, fitted: Fitted, name: str, beside: tuple[int, bool | None]) -> tuple[Parameter, ...]:
+def _parameters(setting: Setting, fitted: Fitted, name: str, level: int, offset: bool | None) -> tuple[Parameter, ...]:
     """Return an effect's parameters with intervals; those that were held have none."""
-    effect, half, step = setting.known[name], halves(fitted.table, *beside), fitted.table.steps(*beside)
+    effect, half, step = setting.known[name], halves(fitted.table, level, offset), fitted.table.steps(level, offset)
     found = {
         number: (float(d), float(h))
         for (n, number), d, h in zip(fitted.table.free, step, half, strict=True)
         if n == name
     }
     # the state is that beside all levels; an effect that one of them imitates is told beside the others
-    lower = beside[0] != FULL
+    lower = level != FULL
     rows = []
     for number, places in enumerate(effect.numbers):
         for place in places:
