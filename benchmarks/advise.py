@@ -21,6 +21,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from benchmarks.command import deliver
 from benchmarks.discovery.protocol import Case, case, untellable
 from benchmarks.discovery.runner import command
 from datasets.rig import coil_bench, damper_bench, flux_coil
@@ -292,10 +293,7 @@ def main() -> int:
                 f" {found.tests} ({found.seconds:.0f} s)\n"
             )
     text = document(outcomes)
-    if chosen.out:
-        chosen.out.write_text(text, encoding="utf-8")
-    else:
-        sys.stdout.write(text)
+    deliver(text, chosen.out)
     return 0
 
 

@@ -1,4 +1,4 @@
-"""What benchmarks run as a user does: the command itself."""
+"""What benchmarks have in common: the command, run as a user does, and where a page goes."""
 
 import subprocess
 import sys
@@ -17,3 +17,11 @@ def run_mrfit(work: Path, *command: str) -> str:
     """
     whole = [sys.executable, "-m", "mrfit.cli", *command, "--work", str(work)]
     return subprocess.run(whole, check=True, capture_output=True, text=True).stdout
+
+
+def deliver(text: str, out: Path | None) -> None:
+    """Write a page to a file, or to standard output where none is named."""
+    if out:
+        out.write_text(text, encoding="utf-8")
+    else:
+        sys.stdout.write(text)

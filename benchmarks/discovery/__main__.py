@@ -7,6 +7,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from benchmarks.command import deliver
 from benchmarks.discovery.protocol import STRATA, full, smoke
 from benchmarks.discovery.report import document
 from benchmarks.discovery.runner import run_all
@@ -41,10 +42,7 @@ def main() -> int:
         sys.stderr.write(f"{len(results)}/{len(cases)} {result.name}: {verdict} ({result.seconds:.0f} s)\n")
     outcomes = judge_all(cases, results)
     text = document(outcomes, "smoke set" if options.smoke else "full protocol")
-    if options.out:
-        options.out.write_text(text, encoding="utf-8")
-    else:
-        sys.stdout.write(text)
+    deliver(text, options.out)
     return int(options.smoke and not all(o.right for o in outcomes))
 
 

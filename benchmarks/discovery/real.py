@@ -27,6 +27,7 @@ import numpy as np
 import pandas as pd
 from scipy.signal import lfilter
 
+from benchmarks.command import deliver
 from benchmarks.discovery.runner import command
 from mrfit.cli.catalog import read_catalog
 from mrfit.core.registry import load
@@ -233,10 +234,7 @@ def main() -> int:
         return 2
     parts = [table(n, list(rows(n, options.jobs, options.keep))) for n in options.set or sorted(SETS)]
     text = "# Discovery on real records\n\n" + "\n".join(parts)
-    if options.out:
-        options.out.write_text(text, encoding="utf-8")
-    else:
-        sys.stdout.write(text)
+    deliver(text, options.out)
     return 0
 
 

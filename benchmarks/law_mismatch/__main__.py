@@ -11,6 +11,7 @@ from pathlib import Path
 # cases run beside each other, each on one thread
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+from benchmarks.command import deliver
 from benchmarks.law_mismatch import realsets
 from benchmarks.law_mismatch.head import explanation
 from benchmarks.law_mismatch.methods import METHODS
@@ -85,10 +86,7 @@ def main() -> int:
         )
     title = f"{options.method}, {options.split}"
     text = document(judge_all(cases, results), title, explanation(options.split))
-    if options.out:
-        options.out.write_text(text, encoding="utf-8")
-    else:
-        sys.stdout.write(text)
+    deliver(text, options.out)
     return 0
 
 
