@@ -7,7 +7,6 @@ import numpy as np
 
 from mrfit.apply.car import CONTROLS, Car, Control, Timing
 from mrfit.apply.damper import Damper, damper_of
-from mrfit.apply.inverse import Amplifier
 from mrfit.apply.laws import Law, law_of
 from mrfit.apply.motion import Motion, of_recordings
 from mrfit.apply.ride import QuarterCar
@@ -19,6 +18,7 @@ from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
+from mrfit.settings.apply import Amplifier
 
 if TYPE_CHECKING:
     from mrfit.api.fitting import FitResult

@@ -17,12 +17,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.integrate import RK45
 
-from mrfit.apply.inverse import Amplifier, Inverter, prompt
+from mrfit.apply.inverse import Inverter, prompt
 from mrfit.apply.roads import Road
 from mrfit.apply.stepper import State, Step, Stepper, take
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
+from mrfit.settings.apply import Amplifier
 
 CONTROLS = ("passive-low", "passive-high", "skyhook-on-off", "skyhook", "groundhook", "hybrid")
 ON_OFF = "skyhook-on-off"

@@ -23,7 +23,7 @@ from mrfit.apply.damper import Damper
 from mrfit.apply.stepper import Channels, State, Stepper, take
 from mrfit.core import registry
 from mrfit.core.specs import Array, Index
-from mrfit.errors import ConfigError
+from mrfit.settings.apply import Amplifier
 
 # Grid points of a piece of the current's range: a polynomial of order 2 has three
 EXPLICIT, SEARCHED = 3, 17
@@ -65,52 +65,18 @@ class Solution:
     flag: NDArray[np.int64]
 
 
-@dataclass(frozen=True)
-class Amplifier:
-    """What coil and amplifier allow.
-
-    Attributes
-    ----------
-    most
-        Greatest command over the greatest current tested; the inverse-tanh paper has 1.2.
-    least
-        Least command in A; below 0 for an amplifier that drives the current back.
-    rate
-        Greatest change of the command in A/s.
-    voltage
-        Greatest voltage in V, with resistance (ohm) and inductance (H): L*di/dt = u - R*i.
-    """
-
-    most: float = 1.2
-    least: float | None = None
-    rate: float = np.inf
-    voltage: float = np.inf
-    resistance: float = 0.0
-    inductance: float = 0.0
-
-    def __post_init__(self) -> None:
-        if self.most < 1.0 or self.rate <= 0.0 or self.voltage <= 0.0 or min(self.resistance, self.inductance) < 0.0:
-            raise ConfigError("an amplifier needs --most 1 or more, --rate and --voltage above 0, no negative R or L")
-        if np.isfinite(self.voltage) and self.inductance <= 0.0:
-            raise ConfigError("--voltage limits the current's rate through the coil's inductance: add --inductance")
-
-    @property
-    def unlimited(self) -> bool:
-        """Whether every current tested can be commanded at any time."""
-        return not np.isfinite(self.rate) and not np.isfinite(self.voltage) and self.least is None
-
-    def range(self, damper: Damper, before: Array, dt: float) -> tuple[Array, Array]:
-        """Return the least and greatest command in A at the end of a step, given the one before (B,)."""
-        least = damper.low if self.least is None else self.least
-        low, high = np.full_like(before, least), np.full_like(before, self.most * damper.high)
-        if np.isfinite(self.rate):
-            low, high = np.maximum(low, before - self.rate * dt), np.minimum(high, before + self.rate * dt)
-        if np.isfinite(self.voltage):
-            change = dt / self.inductance
-            low = np.maximum(low, before + change * (-self.voltage - self.resistance * before))
-            high = np.minimum(high, before + change * (self.voltage - self.resistance * before))
-        # a command that must fall because its limit fell does so as fast as it can
-        return np.minimum(low, high), np.maximum(low, high)
+def commands(amplifier: Amplifier, damper: Damper, before: Array, dt: float) -> tuple[Array, Array]:
+    """Return the least and greatest command in A at the end of a step, given the one before (B,)."""
+    least = damper.low if amplifier.least is None else amplifier.least
+    low, high = np.full_like(before, least), np.full_like(before, amplifier.most * damper.high)
+    if amplifier.rate is not None:
+        low, high = np.maximum(low, before - amplifier.rate * dt), np.minimum(high, before + amplifier.rate * dt)
+    if amplifier.voltage is not None:
+        change = dt / amplifier.inductance
+        low = np.maximum(low, before + change * (-amplifier.voltage - amplifier.resistance * before))
+        high = np.minimum(high, before + change * (amplifier.voltage - amplifier.resistance * before))
+    # a command that must fall because its limit fell does so as fast as it can
+    return np.minimum(low, high), np.maximum(low, high)
 
 
 class Inverter:
@@ -223,7 +189,7 @@ class Inverter:
         Where none does, the nearest that the amplifier can give.
         """
         before = state.given["current"]
-        low, high = self.amplifier.range(self.damper, before, dt)
+        low, high = commands(self.amplifier, self.damper, before, dt)
         if not self.stepper.lagging:
             return np.asarray(np.clip(field, low, high))
 

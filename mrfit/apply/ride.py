@@ -9,13 +9,22 @@ import numpy as np
 from mrfit.apply.car import Car, Check, Control, Ride, Timing, adaptive, drive, rms
 from mrfit.apply.chatter import SOFTENING, told_apart
 from mrfit.apply.damper import Damper
-from mrfit.apply.entries import amplifier_entry, damper_entry
-from mrfit.apply.inverse import Amplifier
 from mrfit.apply.roads import Road
 from mrfit.apply.stepper import Stepper
 from mrfit.core import registry
 from mrfit.core.progress import Progress, silent
-from mrfit.io.schemas.apply import CarEntry, Chatter, CheckRow, ControlEntry, QuarterCarFile, RideRow, TimingEntry
+from mrfit.io.schemas.apply import (
+    AmplifierEntry,
+    CarEntry,
+    Chatter,
+    CheckRow,
+    ControlEntry,
+    DamperEntry,
+    QuarterCarFile,
+    RideRow,
+    TimingEntry,
+)
+from mrfit.settings.apply import Amplifier
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -94,7 +103,7 @@ class QuarterCar:
         car, timing = self.car, self.timing
         return QuarterCarFile(
             fit=self.damper.name,
-            damper=damper_entry(self.damper),
+            damper=DamperEntry(**asdict(self.damper)),
             car=CarEntry(
                 sprung=car.sprung,
                 unsprung=car.unsprung,
@@ -103,7 +112,7 @@ class QuarterCar:
                 tyre_damping=car.tyre_damping,
             ),
             timing=TimingEntry(sample=timing.sample, steps=timing.steps, soft=timing.soft, until=timing.until),
-            amplifier=amplifier_entry(self.amplifier),
+            amplifier=AmplifierEntry(**asdict(self.amplifier)),
             controls=[ControlEntry(name=c.name, damping=c.damping, share=c.share) for c in self.controls],
             roads=[{"name": r.name, **asdict(r)} for r in self.roads],  # type: ignore[call-overload]
             rows=list(self.rows),

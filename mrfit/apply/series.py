@@ -1,19 +1,19 @@
 """The current for a series of desired forces: each sample's inverse behind the last, state and coil carried along."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mrfit.apply.damper import Damper
-from mrfit.apply.entries import amplifier_entry, damper_entry
-from mrfit.apply.inverse import FLAGS, REACHED, Amplifier, Inverter, prompt
+from mrfit.apply.inverse import FLAGS, REACHED, Inverter, prompt
 from mrfit.apply.stepper import Stepper
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
-from mrfit.io.schemas.apply import InversionRow
+from mrfit.io.schemas.apply import AmplifierEntry, DamperEntry, InversionRow
+from mrfit.settings.apply import Amplifier
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -81,8 +81,8 @@ class Inversion:
         off = np.abs(self.force - self.desired)
         size = float(np.max(np.abs(self.desired), initial=0.0)) or 1.0
         return InversionRow(
-            damper=damper_entry(self.damper),
-            amplifier=amplifier_entry(self.amplifier),
+            damper=DamperEntry(**asdict(self.damper)),
+            amplifier=AmplifierEntry(**asdict(self.amplifier)),
             samples=len(self.time),
             dt=self.dt,
             explicit=self.explicit,

@@ -18,15 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrfit.apply.damper import Damper
-from mrfit.apply.entries import amplifier_entry, damper_entry
-from mrfit.apply.inverse import ABOVE, BELOW, Amplifier, Inverter, prompt
+from mrfit.apply.inverse import ABOVE, BELOW, Inverter, commands, prompt
 from mrfit.apply.laws import Law
 from mrfit.apply.motion import Motion
 from mrfit.apply.stepper import Stepper
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
-from mrfit.io.schemas.apply import GainsEntry, LagCost, Region, TrackFile, TrackingRow
+from mrfit.io.schemas.apply import AmplifierEntry, DamperEntry, GainsEntry, LagCost, Region, TrackFile, TrackingRow
+from mrfit.settings.apply import Amplifier
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -167,9 +167,9 @@ class TrackingStudy:
         """All but the courses, as its file has it."""
         return TrackFile(
             fit=self.damper.name,
-            damper=damper_entry(self.damper),
-            plant=damper_entry(self.plant),
-            amplifier=amplifier_entry(self.amplifier),
+            damper=DamperEntry(**asdict(self.damper)),
+            plant=DamperEntry(**asdict(self.plant)),
+            amplifier=AmplifierEntry(**asdict(self.amplifier)),
             gains=GainsEntry(proportional=self.gains[0], integral=self.gains[1]),
             dead_time=self.dead_time,
             cases=[c.numbers() for c in self.cases],
@@ -321,7 +321,7 @@ class _Loop:
         coil = self.inverter.command(self.state, now, dt, wish.field)
         forward = np.where(self.plainly, wish.field, coil)
         command = np.where(self.forward, forward, self.damper.low)
-        low, high = self.inverter.amplifier.range(self.damper, held, dt)
+        low, high = commands(self.inverter.amplifier, self.damper, held, dt)
         command = command + self._correction(k, low - command, high - command)
         command = np.clip(command, low, high)
         given = {**now, "current": command}

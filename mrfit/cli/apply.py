@@ -9,12 +9,11 @@ from mrfit.cli import console
 from mrfit.cli.options import Json, Only, Plugins, Work, options
 from mrfit.errors import ConfigError
 from mrfit.settings import ingest
-from mrfit.settings.apply import Supply
+from mrfit.settings.apply import Amplifier
 from mrfit.settings.forms import number
 
 if TYPE_CHECKING:
     from mrfit.apply.damper import Damper
-    from mrfit.apply.inverse import Amplifier
     from mrfit.apply.motion import Motion
     from mrfit.core.recording import Recording
     from mrfit.io.schemas.apply import InvertFile, QuarterCarFile, TrackFile
@@ -84,15 +83,6 @@ def read_logs(logs: list[Path], map_file: Path | None) -> "list[Recording]":
     return list(found)
 
 
-def amplifier_of(supply: Supply) -> "Amplifier":
-    """Return the limits of the options."""
-    from mrfit.apply.inverse import Amplifier
-
-    none = float("inf")
-    rate, voltage = (none if most is None else most for most in (supply.rate, supply.voltage))
-    return Amplifier(supply.most, supply.least, rate, voltage, supply.resistance, supply.inductance)
-
-
 def _print_json(document: "Document") -> None:
     from mrfit.io.workspace import to_json
 
@@ -109,7 +99,7 @@ def invert(
     law: Annotated[str, typer.Option(help="Desired force: c=N*s/m, k=N/m,c=N*s/m, skyhook=N*s/m.")] = "",
     desired: Annotated[Path | None, typer.Option(help="File with the desired force over time.")] = None,
     *,
-    supply: Supply,
+    amplifier: Amplifier,
     reading: Reading,
     work: Work,
     plugins: Plugins,
@@ -127,7 +117,6 @@ def invert(
     if law and desired:
         raise ConfigError("give --law or --desired, not both")
     damper = damper_named(work, fit)
-    amplifier = amplifier_of(supply)
     motions = motions_of(logs, sine, dt, reading.map, damper)
     found = []
     with console.progress_bar() as progress:
@@ -178,7 +167,7 @@ def track(
     proportional: Annotated[float | None, typer.Option(help="Gain of the feedback in A/N.", min=0.0)] = None,
     integral: Annotated[float | None, typer.Option(help="Gain of its integral in A/(N*s).", min=0.0)] = None,
     *,
-    supply: Supply,
+    amplifier: Amplifier,
     reading: Reading,
     work: Work,
     plugins: Plugins,
@@ -196,7 +185,6 @@ def track(
         raise ConfigError("give a desired force: --law c=2e4, or --desired FILE")
     laws = [law_of(text) for text in law or []]
     schemes = list(dict.fromkeys(s.strip() for s in scheme.split(",")))
-    amplifier = amplifier_of(supply)
     damper = damper_named(work, fit)
     answers = damper_named(work, plant) if plant else damper
     motions = motions_of(logs, sine, dt, reading.map, damper)
@@ -276,7 +264,7 @@ def quarter_car(
     steps: Annotated[int, typer.Option(help="Steps of the simulation in it.")] = 2,
     check: Annotated[bool, typer.Option(help="Simulate the first road adaptively too.")] = True,
     *,
-    supply: Supply,
+    amplifier: Amplifier,
     work: Work,
     plugins: Plugins,
     as_json: Json,
@@ -293,7 +281,6 @@ def quarter_car(
     controls = [Control(n, damping, share) for n in dict.fromkeys(names)]
     roads = [road_of(n.strip(), speed, duration, seed) for n in dict.fromkeys(road.split(","))]
     car, timing = Car(sprung, unsprung, spring, tyre, tyre_damping), Timing(sample, steps)
-    amplifier = amplifier_of(supply)
     damper = damper_named(work, fit)
     with console.progress_bar() as progress:
         study = ride.quarter_car(damper, car, controls, roads, timing, amplifier, check, progress)

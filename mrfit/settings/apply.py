@@ -4,23 +4,25 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from mrfit.core.setting import Setting
+from mrfit.errors import ConfigError
 
 
 @dataclass(frozen=True, slots=True)
-class Supply:
-    """What the current's supply can do.
+class Amplifier:
+    """What coil and amplifier allow.
 
     Attributes
     ----------
     most
-        Greatest command over the greatest current tested.
+        Greatest command over the greatest current tested; the inverse-tanh paper has 1.2.
     least
-        Least command in A, or None for the least current tested.
+        Least command in A, or None for the least current tested; below 0 for an amplifier that drives the current back.
     rate
         Greatest change of the command in A/s, or None for any.
-    voltage, resistance, inductance
-        Greatest voltage in V, or None for any; the coil's resistance in ohm and inductance in H, by which it limits the
-        rate.
+    voltage
+        Greatest voltage in V, or None for any, with resistance (ohm) and inductance (H): L*di/dt = u - R*i.
+    resistance, inductance
+        Of the coil.
     """
 
     most: Annotated[float, Setting("Greatest command over the greatest current tested.", low=1.0)] = 1.2
@@ -29,3 +31,15 @@ class Supply:
     voltage: Annotated[float | None, Setting("Greatest voltage in V; needs --inductance.", low=1e-9)] = None
     resistance: Annotated[float, Setting("Coil resistance in ohm, with --voltage.", low=0.0)] = 0.0
     inductance: Annotated[float, Setting("Coil inductance in H, with --voltage.", low=0.0)] = 0.0
+
+    def __post_init__(self) -> None:
+        limits = [limit for limit in (self.rate, self.voltage) if limit is not None]
+        if self.most < 1.0 or any(limit <= 0.0 for limit in limits) or min(self.resistance, self.inductance) < 0.0:
+            raise ConfigError("an amplifier needs --most 1 or more, --rate and --voltage above 0, no negative R or L")
+        if self.voltage is not None and self.inductance <= 0.0:
+            raise ConfigError("--voltage limits the current's rate through the coil's inductance: add --inductance")
+
+    @property
+    def unlimited(self) -> bool:
+        """Whether every current tested can be commanded at any time."""
+        return self.rate is None and self.voltage is None and self.least is None
