@@ -380,9 +380,12 @@ class ReaderSpec:
         blocks is given to it so, and to a reader that cannot as a whole.
     fragile
         Whether it reads in a process of its own, since its library crashes on some damaged files.
+    libraries
+        Modules that a fragile reader loads while it reads: their memory is not counted as the file's.
     """
 
     name: str
     title: str
     blocks: bool = False
     fragile: bool = False
+    libraries: tuple[str, ...] = ()

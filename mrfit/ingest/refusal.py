@@ -1,5 +1,6 @@
 """The error of a log that cannot be read, with its remedy apart, as ingest.json lists it."""
 
+import errno
 from os import fsencode
 from pathlib import Path
 
@@ -38,7 +39,8 @@ class Passing(Refusal):
 
 def damaged(path: Path, kind: str, error: Exception, remedy: str = "copy it again") -> Refusal:
     """Return the refusal of a file on which a library raised whatever it met."""
-    if isinstance(error, (MrfitError, MemoryError)):
+    refused_memory = isinstance(error, MemoryError) or isinstance(error, OSError) and error.errno == errno.ENOMEM
+    if refused_memory or isinstance(error, MrfitError):
         raise error  # no fault of the library's; who set a limit to memory knows what it is
     return Refusal(path, f"damaged {kind} ({(str(error).splitlines() or ['unreadable'])[0]})", remedy)
 

@@ -2,6 +2,7 @@
 
 import atexit
 import contextlib
+import errno
 import os
 import pickle
 import signal
@@ -10,6 +11,7 @@ import sys
 import threading
 from collections.abc import Callable
 from dataclasses import replace
+from importlib import import_module
 from typing import IO, Any
 
 from mrfit.core import plugins, registry
@@ -34,6 +36,9 @@ def read_tables(reader: str, source: Source, named: str | None = None) -> list[T
     if named is not None:
         os.environ[plugins.VARIABLE] = named
     module = registry.load("reader", reader)
+    for library in module.SPEC.libraries:  # loaded before memory is counted; the reader says what to do without one
+        with contextlib.suppress(ImportError):
+            import_module(library)
     try:
         with held_to(source.memory):
             tables: list[Table] = module.read(source)
@@ -42,6 +47,10 @@ def read_tables(reader: str, source: Source, named: str | None = None) -> list[T
     except (SystemError, ImportError) as error:
         # compiled code that is refused memory may fail without saying why, and a library may not be loaded
         raise MemoryError from error
+    except OSError as error:
+        if error.errno == errno.ENOMEM:
+            raise MemoryError from error
+        raise
     return tables
 
 

@@ -6,7 +6,7 @@ from mrfit.ingest.containers.hdf import hdf_arrays
 from mrfit.ingest.table import Source, Table
 from mrfit.ingest.text.head import Head
 
-SPEC = ReaderSpec("hdf5", "HDF5 (needs h5py)", fragile=True)
+SPEC = ReaderSpec("hdf5", "HDF5 (needs h5py)", fragile=True, libraries=("h5py",))
 
 
 def sniff(head: Head) -> bool:

@@ -22,7 +22,7 @@ from mrfit.ingest.refusal import damaged
 from mrfit.ingest.table import Source, Table
 from mrfit.ingest.text.head import Head
 
-SPEC = ReaderSpec("matlab", "MATLAB MAT-file", fragile=True)
+SPEC = ReaderSpec("matlab", "MATLAB MAT-file", fragile=True, libraries=("scipy.io", "h5py"))
 DEEPEST = 6
 HEADER = 128
 """Bytes before the first element of a version 5 file; the last two say the order of bytes."""

@@ -14,7 +14,12 @@ from mrfit.ingest.refusal import Passing, Refusal, damaged
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
 
-SPEC = ReaderSpec("mdf", "ASAM MDF (needs asammdf)", fragile=True)
+SPEC = ReaderSpec(
+    "mdf",
+    "ASAM MDF (needs asammdf)",
+    fragile=True,
+    libraries=("asammdf", "asammdf.blocks.mdf_v3", "asammdf.blocks.mdf_v4"),
+)
 LONGEST_RECORD = 1 << 24
 """Bytes of a record that no file is too short for, since it may be packed."""
 TIME = 1

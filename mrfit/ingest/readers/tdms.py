@@ -16,7 +16,7 @@ from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import TIME_NAMES, name_and_unit
 
-SPEC = ReaderSpec("tdms", "National Instruments TDMS (needs npTDMS)", fragile=True)
+SPEC = ReaderSpec("tdms", "National Instruments TDMS (needs npTDMS)", fragile=True, libraries=("nptdms",))
 UNIT_KEYS = ("unit_string", "NI_UnitDescription", "unit", "Unit")
 
 

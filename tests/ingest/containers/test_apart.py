@@ -1,11 +1,14 @@
 """What a library does to its own process must not reach ours."""
 
+import errno
 import os
 import signal
 import subprocess
 import sys
 import time
 from dataclasses import replace
+from importlib.util import find_spec
+from itertools import chain
 from pathlib import Path
 
 import pytest
@@ -70,6 +73,29 @@ def test_tables_come_back_whole(source: Source) -> None:
     (table,) = apart.read_apart("matlab", source)
     assert [c.name for c in table.columns] == ["x_F[0]", "x_F[1]"]
     assert table.rows == 240
+
+
+@pytest.mark.parametrize("code", [errno.ENOMEM, errno.EIO])
+def test_a_library_that_cannot_be_loaded_for_want_of_memory_says_so(
+    source: Source, monkeypatch: pytest.MonkeyPatch, code: int
+) -> None:
+    """Python lists the folder of a module before it loads it: a system that refuses the memory ends that listing."""
+
+    def refused(_: Source) -> None:
+        raise OSError(code, os.strerror(code))
+
+    monkeypatch.setattr(registry.load("reader", "matlab"), "read", refused)
+    with pytest.raises(MemoryError if code == errno.ENOMEM else OSError):
+        apart.read_tables("matlab", source)
+
+
+def test_libraries_are_loaded_before_the_memory_of_a_file_is_counted() -> None:
+    """Each fragile reader names what it loads, and names nothing that does not exist."""
+    specs = [registry.load("reader", name).SPEC for name in registry.names("reader")]
+    libraries = {spec.name: spec.libraries for spec in specs if spec.fragile}
+    assert len(libraries) == 4 and all(libraries.values())
+    for library in chain(*libraries.values()):
+        assert find_spec(library), library
 
 
 def test_a_crash_is_one_refusal_and_the_next_file_is_read(source: Source, monkeypatch: pytest.MonkeyPatch) -> None:
