@@ -56,6 +56,8 @@ CHANNELS: dict[str, Channel] = {
         ("current", "A", "i", ("i", "amp", "amps", "coil current", "i_coil")),
         ("voltage", "V", "u", ("u", "v", "volt", "volts", "coil voltage", "u_coil")),
         ("flux", "Wb", "λ", ("lambda", "flux linkage", "flux_linkage", "λ", "linkage")),
+        ("field_strength", "A/m", "H", ("h", "magnetic field strength", "magnetic field", "feldstärke")),
+        ("flux_density", "T", "B", ("b", "magnetic flux density", "induction", "flussdichte", "induktion")),
         ("temperature", "degC", "T", ("t_oil", "temp", "oil temperature")),
         ("angle", "rad", "θ", ("theta", "rotation")),
         ("angular_velocity", "rad/s", "ω", ("omega", "angular velocity", "angular speed")),

@@ -13,6 +13,7 @@ from mrfit.core.specs import Array
 from mrfit.ingest import series
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
+from mrfit.ingest.meaning.coil import with_coil
 from mrfit.ingest.meaning.conditions import conditions_of, wording
 from mrfit.ingest.meaning.naming import Signal, all_missing, check_wrong_dimension, name_signals
 from mrfit.ingest.meaning.sanity import channel_findings, relation_findings, shortened, shortening
@@ -96,6 +97,8 @@ def build(table: Table, origin: Origin) -> list[Recording]:
     """
     check_wrong_dimension(table.columns, origin.rules, origin.path)
     signals, findings = name_signals(table.columns, origin.rules, origin.path)
+    signals, assumed = with_coil(signals, origin.rules.coil)
+    findings += assumed
     if not signals:
         raise Refusal(origin.path, "no channel beside the time", "export at least one signal")
     times = _times(table, origin)

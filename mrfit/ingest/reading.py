@@ -218,6 +218,25 @@ def look_into(item: Item, pieces: Pieces) -> tuple[Outcome, float]:
         return Outcome(item, (), (_refusal_of(error, item.files[0][0], item),)), 1.0
 
 
+def first_tables(item: Item, pieces: Pieces) -> list[Table]:
+    """Return the tables of the first block of a log, or of the first of its files, as the file has them.
+
+    Raises
+    ------
+    Refusal
+        If the log cannot be read.
+    """
+    path = item.files[0][0]
+    module = registry.load("reader", item.reader)
+    try:
+        source = Source(open_head(path), item.rules, memory=item.memory)
+        if _is_long(module, source, pieces.block):
+            return next(_blocks(module, source, pieces.block, lambda _: None))[1]
+        return _whole(module, item.reader, source)
+    except Exception as error:
+        raise _refusal_of(error, path, item) from error
+
+
 def _place(pieces: Pieces, path: Path) -> Path:
     """Return the folder in which the numbers of one log lie meanwhile."""
     return pieces.folder / hashlib.sha256(fsencode(path)).hexdigest()[:16]

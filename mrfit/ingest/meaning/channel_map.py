@@ -45,6 +45,17 @@ class TimeRule(Strict):
     unit: str | None = None
 
 
+class CoilRule(Strict):
+    """The coil of a log of field strength H and flux density B: i = H·length/turns, λ = turns·area·B.
+
+    Its turns, the length in m of the path that the field takes, and the area in m² of its cross-section.
+    """
+
+    turns: Positive
+    length: Positive
+    area: Positive
+
+
 class Part(Strict):
     """Keys that hold for all files, or for those a ``[[files]]`` pattern matches."""
 
@@ -55,6 +66,7 @@ class Part(Strict):
     time: str | int | TimeRule | None = None
     ignore: list[str] = []
     condition: dict[str, Finite | list[Finite]] = {}
+    coil: CoilRule | None = None
     channels: dict[str, ChannelRule] = {}
 
 
@@ -89,6 +101,7 @@ class Rules:
     time: TimeRule | None = None
     ignore: tuple[str, ...] = ()
     condition: Mapping[str, float | list[float]] = field(default_factory=dict)
+    coil: CoilRule | None = None
     channels: Mapping[str, ChannelRule] = field(default_factory=dict)
 
 
@@ -126,7 +139,7 @@ def _first_fault(error: ValidationError) -> str:
         return f"key '{key}' takes a table, not {given}; write {table}"
     if fault["type"] != "extra_forbidden":
         return f"key '{key}': {fault['msg'].lower()} (got {fault.get('input')!r}); correct it"
-    known = [n for m in (ChannelRule, FilesPart, MapFile, TimeRule) for n in m.model_fields]
+    known = [n for m in (ChannelRule, CoilRule, FilesPart, MapFile, TimeRule) for n in m.model_fields]
     near = get_close_matches(str(fault["loc"][-1]), known, n=1)
     return f"unknown key '{key}'; " + (f"did you mean '{near[0]}'?" if near else "remove it")
 
@@ -153,7 +166,7 @@ def rules_for(file: Path, loaded: MapFile | None, where: str) -> Rules:
         return Rules()
     parts: list[Part] = [loaded]
     parts += [p for p in loaded.files if fnmatch.fnmatch(file.name.lower(), p.match.lower())]
-    dt = resistance = pattern = time = None
+    dt = resistance = pattern = time = coil = None
     ignore: list[str] = []
     condition: dict[str, float | list[float]] = {}
     channels: dict[str, ChannelRule] = {}
@@ -162,6 +175,7 @@ def rules_for(file: Path, loaded: MapFile | None, where: str) -> Rules:
         resistance = part.resistance if part.resistance is not None else resistance
         pattern = part.pattern or pattern
         time = part.time if part.time is not None else time
+        coil = part.coil or coil
         ignore += part.ignore
         condition |= part.condition
         channels |= part.channels
@@ -173,5 +187,6 @@ def rules_for(file: Path, loaded: MapFile | None, where: str) -> Rules:
         time=time if isinstance(time, TimeRule) or time is None else TimeRule(column=time),
         ignore=tuple(ignore),
         condition=condition,
+        coil=coil,
         channels=channels,
     )

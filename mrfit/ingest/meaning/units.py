@@ -77,6 +77,9 @@ SPELLINGS = {
     "1/min": "min^-1",
     "1/s": "Hz",
     "gauss": "flux_gauss",
+    "oersted": "field_oersted",
+    "oe": "field_oersted",
+    "koe": "kilofield_oersted",
     "ω": "ohm",
     "mps": "m/s",
     "in": "inch",
@@ -115,7 +118,9 @@ def _registry() -> Any:
     import pint
 
     registry: Any = pint.UnitRegistry(autoconvert_offset_to_baseunit=True)
-    registry.define("flux_gauss = 1e-4 tesla")  # pint's own gauss is of the CGS system, and no part of a tesla
+    # pint's own gauss and oersted are of the CGS system, and no part of a tesla or of A/m
+    registry.define("flux_gauss = 1e-4 tesla")
+    registry.define("field_oersted = 1000 / (4 * pi) * ampere / meter")
     return registry
 
 

@@ -110,7 +110,7 @@ def test_wrong_dimension_is_refused_but_a_transducer_signal_is_not() -> None:
 def test_gauss_and_gravity_differ_in_case_only() -> None:
     signals, findings = name_signals(_columns(("a", "g"), ("B", "G")), Rules(), "log.csv")
     values = [(s.name, s.unit, float(s.values[0] + s.values[1]) / (1 + 2 * s.index)) for s in signals]
-    assert values == [("acceleration", "m/s^2", 9.80665), ("b", "T", pytest.approx(1e-4))]
+    assert values == [("acceleration", "m/s^2", 9.80665), ("flux_density", "T", pytest.approx(1e-4))]
     assert [f.kind for f in findings] == ["unit-assumed", "unit-assumed"]
     with pytest.raises(Refusal, match="column 'Acceleration' is in 'G', which is no unit of acceleration"):
         check_wrong_dimension(_columns(("Acceleration", "G")), Rules(), "log.csv")

@@ -1,0 +1,153 @@
+"""A starter channel map for logs that do not say what is in them: every column with what it may be and its values."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from textwrap import wrap
+
+import numpy as np
+
+from mrfit.core.channels import CHANNELS, unit_of
+from mrfit.errors import ConfigError, DataError
+from mrfit.ingest import series
+from mrfit.ingest.meaning import units
+from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
+from mrfit.ingest.meaning.naming import Signal, name_signals
+from mrfit.ingest.reading import Item, Pieces, first_tables
+from mrfit.ingest.refusal import Refusal, excerpt
+from mrfit.ingest.stage import plan_items
+from mrfit.ingest.table import Column, Table
+from mrfit.io.workspace import write_text
+from mrfit.settings.ingest import Settings
+
+WIDTH = 118
+LISTED = 5
+"""Logs that are named where several have other columns."""
+
+
+def write(paths: Sequence[Path], settings: Settings, file: Path) -> None:
+    """Write a starter channel map for logs to a file that does not exist yet.
+
+    Raises
+    ------
+    ConfigError
+        If the file exists or cannot be written.
+    DataError
+        If no log can be read.
+    """
+    if file.exists():
+        raise ConfigError(f"{file} exists; give another name, or remove it first")
+    text = suggest(paths, settings)
+    try:
+        write_text(file, text)
+    except OSError as error:
+        raise ConfigError(f"{file}: cannot be written ({error.strerror or error}); give another name") from None
+
+
+def suggest(paths: Sequence[Path], settings: Settings) -> str:
+    """Return a starter channel map (TOML) for the commonest layout among logs.
+
+    What the logs themselves say is written out; what they leave open stands as a comment with the choices there are.
+
+    Raises
+    ------
+    ConfigError
+        If the settings or a channel map are wrong.
+    DataError
+        If no log can be read.
+    """
+    items, refusals = plan_items(paths, settings, lambda _: "")
+    layouts: dict[tuple[tuple[str, str | None], ...], list[tuple[Item, Table]]] = {}
+    with TemporaryDirectory(prefix="mrfit-") as place:
+        for item, _ in items:
+            bare = replace(item, rules=Rules(pattern=item.rules.pattern))
+            try:
+                table = first_tables(bare, Pieces(Path(place), settings.block))[0]
+            except Refusal as refusal:
+                refusals.append(refusal)
+                continue
+            layouts.setdefault(tuple((c.name, c.unit) for c in table.columns), []).append((item, table))
+        if not layouts:
+            raise DataError(
+                f"no log could be read: {refusals[0]}" if refusals else "no log given; name a file or folder"
+            )
+        commonest = max(layouts.values(), key=len)
+        others = [Path(i.source).name for found in layouts.values() if found is not commonest for i, _ in found]
+        return "\n".join([*_map_of(*commonest[0]), *_told_of(others), ""])
+
+
+def _map_of(item: Item, table: Table) -> Iterator[str]:
+    name = excerpt(Path(item.source).name)
+    yield f"# Channel map for logs as {name} (reader {item.reader}), suggested by `mrfit ingest --suggest-map`."
+    yield f"# Check every line, complete those that begin with #, and save it as {FILE_NAME} beside the logs."
+    yield ""
+    yield from _time_lines(table)
+    yield "# resistance = 2.1   # ohm, of the coil; without it, it is estimated from voltage and current"
+    yield '# pattern = "{frequency:Hz}Hz-{current:A}A"   # conditions in the names of the files'
+    yield ""
+    yield "[channels]"
+    signals = {s.index: s for s in name_signals(table.columns, Rules(), item.source)[0]}
+    for column in table.columns:
+        yield from _channel_lines(column, signals[column.index], table.columns)
+    yield ""
+    listed = f"NAME is one of {', '.join(f'{c.name} ({c.unit})' for c in CHANNELS.values())}, or a name of your own."
+    yield from wrap(listed, WIDTH, initial_indent="# ", subsequent_indent="# ")
+    yield "# A transducer's signal needs scale = …, the unit for each number of the file; offset, sign = -1 where due."
+
+
+def _time_lines(table: Table) -> Iterator[str]:
+    if table.time is not None:
+        unit = table.time.unit if table.time.unit and units.known(table.time.unit) else "s"
+        said = "" if table.time.unit else " the file states no unit;"
+        yield f"time = {{{_place(table.time, ())}, unit = {_quoted(unit)}}}   #{said} {_values(table.time)}"
+    elif table.dt is not None:
+        yield f"# the file states {1.0 / table.dt:.6g} samples a second"
+    else:
+        yield "# The log states neither times nor a rate: write one of these."
+        yield "# rate = 1000   # samples a second"
+        yield '# time = {column = 0, unit = "s"}'
+
+
+def _channel_lines(column: Column, signal: Signal, columns: tuple[Column, ...]) -> Iterator[str]:
+    place, known = _place(column, columns), column.unit is not None and units.known(column.unit)
+    if signal.name in CHANNELS:
+        unit = column.unit if known and column.unit else unit_of(signal.name)
+        said = "" if known else " the file states no unit;"
+        yield f"{signal.name} = {{{place}, unit = {_quoted(unit)}}}   #{said} {_values(column)}"
+        return
+    possible = units.channels_of(column.unit) if known and column.unit else []
+    may_be = f"may be {' or '.join(possible)}; " if possible else ""
+    unit = column.unit if known and column.unit else "…"
+    yield f"# NAME = {{{place}, unit = {_quoted(unit)}}}   # {may_be}{_values(column)}"
+
+
+def _place(column: Column, columns: tuple[Column, ...]) -> str:
+    """Return how a map names a column: by its header, or by its number where that is empty or stands twice."""
+    alike = [c for c in columns if c.name.strip().lower() == column.name.strip().lower()]
+    return f"column = {_quoted(column.name) if column.name.strip() and len(alike) < 2 else column.index}"
+
+
+def _quoted(text: str) -> str:
+    """Return a TOML string in which nothing stands that a terminal would obey."""
+    escaped = (c if c.isprintable() else f"\\U{ord(c):08x}" for c in text.replace("\\", r"\\").replace('"', r"\""))
+    return f'"{"".join(escaped)}"'
+
+
+def _values(column: Column) -> str:
+    """Return a preview of a column's numbers for a comment."""
+    first = ", ".join(f"{v:.5g}" for v in np.asarray(column.values[:3], dtype=float))
+    sound = [v[np.isfinite(v)] for (v,) in series.chunks(column.values)]
+    if not any(len(v) for v in sound):
+        return f"column {column.index}: no number in what was looked at"
+    low, high = min(v.min() for v in sound if len(v)), max(v.max() for v in sound if len(v))
+    return f"column {column.index}: {low:.5g} to {high:.5g}, begins {first}"
+
+
+def _told_of(others: list[str]) -> Iterator[str]:
+    if others:
+        shown = ", ".join(excerpt(name) for name in others[:LISTED])
+        more = f" and {len(others) - LISTED} more" if len(others) > LISTED else ""
+        yield ""
+        yield f"# Other columns than these have {shown}{more}: give them a part of their own,"
+        yield '# [[files]] with match = "NAME*" and the keys above below it.'
