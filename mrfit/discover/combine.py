@@ -79,7 +79,7 @@ def worth_examining(chosen: Selection, noise: float, measured: bool, policy: Pol
         return True
     if chosen.verdict in ("none", "insufficient-data"):
         return False
-    return _leaves_much(chosen, noise, policy)
+    return chosen.final.holdout > policy.at_the_floor * noise or _leaves_much(chosen, noise, policy)
 
 
 def _leaves_much(chosen: Selection, noise: float, policy: Policy) -> bool:
@@ -89,7 +89,7 @@ def _leaves_much(chosen: Selection, noise: float, policy: Policy) -> bool:
 
 
 def leaves_noise(chosen: Selection, noise: float, policy: Policy) -> bool:
-    """Return whether effects beside a base leave no more than its noise may be: only their floor may be a guess."""
+    """Return whether effects beside a base leave so little that it may be exact, if its floor can be trusted."""
     return chosen.verdict in ("named", "ambiguous") and not _leaves_much(chosen, noise, policy)
 
 
@@ -105,8 +105,8 @@ def combine(chosen: Selection, examined: Findings | None, policy: Policy, noisy:
     policy
         The thresholds.
     noisy
-        Whether the base with its effects leaves no more than a floor that was guessed, see ``leaves_noise``. It is
-        believed if it leaves as little as the best law whatever it is.
+        Whether the base with its effects leaves little more than a floor, see ``leaves_noise``. It is believed if it
+        leaves as little as the best law whatever it is.
     """
     exact = Combined(chosen.verdict, chosen.named, chosen.ambiguous)
     if examined is None or examined.not_applicable:

@@ -94,10 +94,11 @@ def test_the_way_that_has_no_proof_for_an_effect_of_the_other_is_told() -> None:
         (exact("none"), 1.0, False),
         (exact("insufficient-data"), 1.0, False),
         (exact("unexplained"), 1.0, True),
-        (exact("named", "a", left=2.1), 1.0, False),
+        (exact("named", "a", left=1.19), 1.0, False),
+        (exact("named", "a", left=1.21), 1.0, True),
         (exact("named", "a", left=2.6), 1.0, True),
         (exact("named", "a", left=12.0), 1.0, True),
-        (exact("ambiguous", "a", left=2.1), 1.0, False),
+        (exact("ambiguous", "a", left=1.19), 1.0, False),
         (exact("ambiguous", "a", left=12.0), 1.0, True),
         # within what the noise can be
         (exact("named", "a", left=12.0), 12.0, False),
