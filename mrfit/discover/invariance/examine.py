@@ -91,7 +91,11 @@ def examine(
         confounded=(*confounded, *_no_sensitivity(setting, chosen, policy)),
         broken=tuple(_broken(setting, further, chosen, policy)),
         errors=Errors(
-            _base_error(setting, base.response), alone, after, setting.noise, _exact_error(setting, exact),
+            _base_error(setting, base.response),
+            alone,
+            after,
+            setting.noise,
+            _exact_error(setting, exact),
             after * float(np.sqrt(setting.rows / max(setting.rows - columns, 1))),
         ),  # fmt: skip
         law_gap=gap,
