@@ -10,7 +10,6 @@ the force is late when a current goes, and not when it comes.
 Source: first-order lag of the field, inverse-tanh paper eq. 9, for the way down only.
 """
 
-
 from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param
 from mrfit.kernels.filters import released
 from mrfit.kernels.theta import plain

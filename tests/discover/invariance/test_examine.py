@@ -66,6 +66,19 @@ def test_a_field_that_lags_is_named_with_what_looks_alike() -> None:
     assert findings.named[0].parameters[0].value == pytest.approx(0.03, rel=0.2)
 
 
+def test_a_lag_longer_than_the_steps_of_the_current_is_named_though_the_law_has_no_slope_to_it() -> None:
+    def switched(i: Array) -> Array:
+        return np.tile(np.repeat([0.0, 1.0, 0.3, 0.7], 8), len(i) // 32 + 1)[: len(i)]
+
+    def late(i: Array) -> Array:
+        return lag(np.ascontiguousarray(switched(i)[None]), np.array([0.06 / DT]))[0]
+
+    rows = [replace(r, channels={**r.channels, "current": switched(r.control)}) for r in records(moved=late)]
+    (named,) = examine(rows, None, library()).named
+    assert named.name == "current-lag"
+    assert named.parameters[0].value == pytest.approx(0.06, rel=0.2)
+
+
 def slowly_gone(i: Array) -> Array:
     return i + 0.6 * (released(np.ascontiguousarray(i), 0.06 / DT) - i)
 
