@@ -15,8 +15,8 @@ from mrfit.discover.invariance.selection import (
     Screening,
     both,
     decide,
-    objection,
     screened_out,
+    stands_weighed,
     weakest,
     worth_a_swap,
     worth_pairing,
@@ -90,14 +90,14 @@ def _weighed_again(setting: Setting, chosen: Chosen, screening: Screening, polic
     if not rows:
         return chosen
     name = max(rows, key=lambda r: r.standing.share).name
-    state, row = {**chosen.state, name: np.array(starts[name])}, None
+    state = {**chosen.state, name: np.array(starts[name])}
     for _ in range(policy.most_weighings):
         weights = weights_of(setting, state)
         fitted = refine(setting, weights, state, level_of(setting.known[name]))
         state, row = dict(fitted.state), described(setting, weights, fitted, name).row
-        if not objection(row, policy):
+        if stands_weighed(row, policy):
             return replace(chosen, state=state, rows={**chosen.rows, name: row})
-    return chosen if row is None else replace(chosen, reasons={**chosen.reasons, name: objection(row, policy)})
+    return chosen
 
 
 def _two_more(

@@ -159,14 +159,22 @@ def _clear(s: Standing, policy: Policy) -> float:
 
     Where one condition tells most of an effect, its strength without that one scatters, though it is there as well.
     """
-    return policy.clear_of_most if min(s.share, s.kept) >= policy.most else policy.clear
+    return policy.clear_of_most if _takes_most(s, policy) else policy.clear
+
+
+def _takes_most(s: Standing, policy: Policy) -> bool:
+    return min(s.share, s.kept) >= policy.most
 
 
 def worth_weighing(row: Refined, policy: Policy) -> bool:
     """Return whether an effect without proof deserves weights of its own: it takes enough, where it was fitted."""
     s = row.standing
-    least = policy.worth_refining * policy.share
-    return row.sign and s.left >= policy.left and s.share >= least and not looks_early(row, policy)
+    return row.sign and s.left >= policy.left and s.share >= policy.share and not looks_early(row, policy)
+
+
+def stands_weighed(row: Refined, policy: Policy) -> bool:
+    """Return whether an effect stands by weights of its own, which favour it: it has to take nearly all."""
+    return _takes_most(row.standing, policy) and not objection(row, policy)
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ from mrfit.discover.invariance.selection import (
     lost,
     objection,
     screened_out,
+    stands_weighed,
     weakest,
     worth_a_swap,
     worth_pairing,
@@ -62,13 +63,20 @@ def test_of_what_takes_nearly_all_on_conditions_left_out_too_fewer_standard_erro
         assert bool(objection(row(share=share, kept=kept, z=z), STANDARD)) is fires
 
 
-def test_an_effect_is_weighed_again_if_it_takes_enough_to_be_refined() -> None:
-    least = STANDARD.worth_refining * STANDARD.share
-    assert worth_weighing(row(share=1.01 * least, z=1.0), STANDARD)
-    assert not worth_weighing(row(share=0.99 * least), STANDARD)
+def test_an_effect_is_weighed_again_if_it_takes_enough() -> None:
+    assert worth_weighing(row(share=1.01 * STANDARD.share, z=1.0), STANDARD)
+    assert not worth_weighing(row(share=0.99 * STANDARD.share), STANDARD)
     assert not worth_weighing(row(sign=False), STANDARD)
     assert not worth_weighing(row(left=0.99 * STANDARD.left), STANDARD)
     assert not worth_weighing(row(early=1.01 * STANDARD.early_at_most), STANDARD)
+
+
+def test_by_weights_of_its_own_an_effect_has_to_take_nearly_all() -> None:
+    most = 1.01 * STANDARD.most
+    assert stands_weighed(row(share=most, kept=most), STANDARD)
+    assert not stands_weighed(row(share=most, kept=0.99 * STANDARD.most), STANDARD)
+    assert not stands_weighed(row(share=0.99 * STANDARD.most, kept=most), STANDARD)
+    assert not stands_weighed(row(share=most, kept=most, held=0.0), STANDARD)
 
 
 def test_a_sign_that_is_not_physical_and_a_record_that_is_early_are_objections() -> None:
