@@ -137,7 +137,7 @@ LIBRARY = {
     "end-stop": ("end-stop", "peak", "N"),
     "current-lag": ("current-lag", "tau", "s"),
     "play": ("residual-magnetism", "w", "A"),
-    "slow-release": ("residual-magnetism", "tau", "s"),
+    "slow-release": ("slow-release", "tau", "s"),
 }
 OUTSIDE = ("position-ripple", "position-damping", "force-jumps", "backlash", "offset-wander")
 OF_CURRENT = tuple(INPUTS)

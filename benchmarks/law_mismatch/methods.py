@@ -144,7 +144,7 @@ def _of_prototype(effect: Any, answer: Any, asked: Asked) -> Name:
         parameter = {"temperature": "b_yield", "gain-drift": "g", "current-lag": "tau", "residual-play": "w"}
         top = max(np.abs(c["current"]).max() for c in asked.channels) if effect.name == "residual-play" else 1.0
         numbers = {parameter[effect.name]: _scaled(Number(*ends), top)}
-    name = "residual-magnetism" if effect.name == "residual-play" else effect.name
+    name = {"residual-play": "residual-magnetism", "residual-magnetism": "slow-release"}.get(effect.name, effect.name)
     return Name(name, numbers, tuple(answer.rivals.get(effect.name, ())))
 
 

@@ -8,9 +8,10 @@ by bisection. Of several currents that give a force the
 least is taken, which heats the coil least; two of them within one cell of the grid are passed over. A force that no
 current gives is answered by the current whose force is nearest, and flagged.
 
-The current's own dynamics (``current-lag``, ``current-filter``, M(s) of ``hammerstein-wiener``, residual magnetism and
-saturation) are inverted behind it, step by step: the command, held over the step, at whose end the base sees the
-current wanted, within what coil and amplifier allow. A dead time is foreseen where the motion is known beforehand.
+The current's own dynamics (``current-lag``, ``slow-release``, ``current-filter``, M(s) of ``hammerstein-wiener``,
+residual magnetism and saturation) are inverted behind it, step by step: the command, held over the step, at whose end
+the base sees the current wanted, within what coil and amplifier allow. A dead time is foreseen where the motion is
+known beforehand.
 """
 
 from collections.abc import Callable

@@ -275,6 +275,28 @@ class Play:
 
 
 @dataclass(frozen=True)
+class Release:
+    """A share h of the signal that follows at once away from 0 and back behind a lag, of ``slow-release``."""
+
+    share: float
+    tau: float
+
+    def rest(self, now: Channels, signal: Array) -> Array:
+        """Return the parts above and below 0 (2, B), at rest at the signal."""
+        return np.stack([np.maximum(signal, 0.0), np.maximum(-signal, 0.0)])
+
+    def step(
+        self, state: Array, before: Channels, now: Channels, signals: tuple[Array, Array], dt: float
+    ) -> tuple[Array, Array]:
+        """Return the output (B,) and the parts."""
+        rate = dt / self.tau
+        kept, follow = np.exp(-rate), -np.expm1(-rate) / rate if rate else 1.0
+        old, new = (np.stack([np.maximum(s, 0.0), np.maximum(-s, 0.0)]) for s in signals)
+        parts = np.maximum(new, new + kept * (state - old) - follow * (new - old))
+        return signals[1] + self.share * (parts[0] - parts[1] - signals[1]), parts
+
+
+@dataclass(frozen=True)
 class VelocityMemory:
     """``velocity-hysteresis`` about a stroke whose middle is 0: a log's mean stroke is not known while it is made."""
 
@@ -355,6 +377,10 @@ def _residual_magnetism(theta: Array, held: bool) -> Play:
     return Play(float(theta[0]))
 
 
+def _slow_release(theta: Array, held: bool) -> Release:
+    return Release(*map(float, theta))
+
+
 def _velocity_hysteresis(theta: Array, held: bool) -> VelocityMemory:
     return VelocityMemory(float(theta[0]), Play(float(theta[1])))
 
@@ -381,6 +407,7 @@ ELEMENTS: Mapping[str, Callable[[Array, bool], Element]] = {
     "current-lag": _current_lag,
     "current-filter": _current_filter,
     "residual-magnetism": _residual_magnetism,
+    "slow-release": _slow_release,
     "velocity-hysteresis": _velocity_hysteresis,
     "coulomb-friction": _coulomb,
     "stribeck": _stribeck,

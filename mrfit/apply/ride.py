@@ -29,7 +29,7 @@ from mrfit.settings.apply import Amplifier
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-LAGS = ("current-lag", "current-filter", "residual-magnetism")
+LAGS = ("current-lag", "current-filter", "residual-magnetism", "slow-release")
 # Fixed and adaptive steps agree if their rms accelerations differ by less than this share
 AGREE = 0.02
 

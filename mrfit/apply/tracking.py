@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 SCHEMES = ("feedforward", "feedback", "both", "uninverted")
-LAGS = ("current-lag", "current-filter", "residual-magnetism")
+LAGS = ("current-lag", "current-filter", "residual-magnetism", "slow-release")
 # Region III ends when the force has come this near to what it steps to, as a share
 SETTLED = 0.05
 _REPORT = 200

@@ -75,17 +75,43 @@ def worth_examining(chosen: Selection, noise: float, measured: bool, policy: Pol
     """
     if chosen.verdict == "unexplained":
         return True
+    if not measured:
+        return True
     if chosen.verdict in ("none", "insufficient-data"):
-        return not measured
+        return False
+    return chosen.final.holdout > policy.at_the_floor * noise or _leaves_much(chosen, noise, policy)
+
+
+def _leaves_much(chosen: Selection, noise: float, policy: Policy) -> bool:
     gap, after = chosen.base.holdout**2 - noise**2, chosen.final.holdout
     allowed = policy.left_open_in_sight if after > policy.in_sight * noise else policy.left_open
     return gap > 0.0 and after**2 - noise**2 > allowed * gap
 
 
-def combine(chosen: Selection, examined: Findings | None, policy: Policy) -> Combined:
-    """Return what both ways come to; without an examination, that of the base taken as exact."""
+def leaves_noise(chosen: Selection, noise: float, policy: Policy) -> bool:
+    """Return whether effects beside a base leave so little that it may be exact, if its floor can be trusted."""
+    return chosen.verdict in ("named", "ambiguous") and not _leaves_much(chosen, noise, policy)
+
+
+def combine(chosen: Selection, examined: Findings | None, policy: Policy, noisy: bool = False) -> Combined:
+    """Return what both ways come to; without an examination, that of the base taken as exact.
+
+    Parameters
+    ----------
+    chosen
+        What was decided with the base taken as exact.
+    examined
+        The examination, None for none.
+    policy
+        The thresholds.
+    noisy
+        Whether the base with its effects leaves little more than a floor, see ``leaves_noise``. It is believed if it
+        leaves as little as the best law whatever it is.
+    """
     exact = Combined(chosen.verdict, chosen.named, chosen.ambiguous)
     if examined is None or examined.not_applicable:
+        return exact
+    if noisy and _as_good_as_any_law(examined, policy):
         return exact
     shadows = tuple(s for n in examined.named if (s := _shadow(n, examined, policy)) is not None)
     hidden = {s.name for s in shadows}
@@ -104,6 +130,12 @@ def combine(chosen: Selection, examined: Findings | None, policy: Policy) -> Com
         shadows=shadows,
         difference=_difference(chosen, clear, sets),
     )
+
+
+def _as_good_as_any_law(examined: Findings, policy: Policy) -> bool:
+    """Return whether a model taken as exact leaves hardly more than the best law does."""
+    errors = examined.errors
+    return errors.exact is not None and errors.exact <= policy.as_good * max(errors.open, errors.noise)
 
 
 def _others(effect: NamedEffect) -> tuple[str, ...]:

@@ -1,21 +1,22 @@
 """An examination by invariances on the data of a discovery, and what is told of it beside a base taken as exact."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from mrfit.core import registry
 from mrfit.core.channels import MOTION
+from mrfit.core.specs import Array
 from mrfit.discover.bench import Bench, effects_for
-from mrfit.discover.combine import combine
+from mrfit.discover.combine import combine, leaves_noise
 from mrfit.discover.findings import gap_of
 from mrfit.discover.gather import Gathering
 from mrfit.discover.held import refitted, with_held
 from mrfit.discover.invariance.base import base_of
 from mrfit.discover.invariance.examine import examine
 from mrfit.discover.invariance.findings import Findings, NamedEffect
-from mrfit.discover.invariance.records import from_block
+from mrfit.discover.invariance.records import Record, from_block
 from mrfit.discover.laws import Dependence, other_laws
 from mrfit.discover.open_law import with_examination, with_gap, with_laws
 from mrfit.discover.policy import Policy
@@ -51,8 +52,8 @@ def beside_open_law(
         The thresholds.
     """
     fitter, base = gathering.fitter, gathering.refit_of(chosen.base)
-    examined = examination(fitter.bench, base, exact.base_model)
-    combined = combine(chosen, examined, policy)
+    examined = examination(fitter.bench, base, exact.base_model, gathering.refit_of(chosen.final))
+    combined = combine(chosen, examined, policy, leaves_noise(chosen, gathering.noise, policy))
     found = with_examination(exact, combined, examined, base.assembly.spec.output, policy)
     after = base if combined.taken_back else gathering.refit_of(chosen.final)
     held = held_at(combined.standing)
@@ -71,7 +72,7 @@ def _without(fitter: Fitter, base: Refit, held: Mapping[str, float], effect: str
     return gap_of(fitter.bench, base, refitted(with_held(fitter, others), base) if others else base).after
 
 
-def examination(bench: Bench, base: Refit, model: str) -> Findings:
+def examination(bench: Bench, base: Refit, model: str, exact: Refit | None = None) -> Findings:
     """Return which effects are there whatever the law is, on fitted and held-out conditions together.
 
     Parameters
@@ -82,6 +83,8 @@ def examination(bench: Bench, base: Refit, model: str) -> Findings:
         The fitted base alone.
     model
         Its written name; effects written with it are part of it.
+    exact
+        A model taken as exact, to compare with the best law; None for none.
     """
     output = base.assembly.spec.output
     lacking = [n for n in MOTION.get(output, ()) if n not in bench.channels]
@@ -92,9 +95,19 @@ def examination(bench: Bench, base: Refit, model: str) -> Findings:
     written = model.split("+")
     effects = [registry.load("effect", e.name) for e in effects_for(output) if e.name not in written]
     try:
-        return examine(records, base_of(base.assembly, base.theta, records), effects)
+        left = _left(bench, records, exact) if exact else ()
+        return examine(records, base_of(base.assembly, base.theta, records), effects, exact=left)
     except np.linalg.LinAlgError:
         return Findings(not_applicable="the equations of the best law have no solution on these data")
+
+
+def _left(bench: Bench, records: Sequence[Record], fit: Refit) -> list[Array]:
+    """Return what a model leaves of every record, as means over as many samples as the record has them."""
+    errors, found = {"train": iter(fit.train), "holdout": iter(fit.holdout)}, []
+    for stretch, record in zip(bench.stretches, records, strict=True):
+        own, every = next(errors[stretch.segment.role]) * stretch.floor, int(round(record.dt / stretch.block.dt))
+        found.append(own[: every * len(record.output)].reshape(-1, every).mean(axis=1))
+    return found
 
 
 def held_at(effects: Iterable[NamedEffect]) -> dict[str, float]:

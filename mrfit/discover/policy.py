@@ -110,6 +110,11 @@ class Policy:
     # … and where the error left is in sight of a reader: where the base is exact, effects that are named rightly leave
     # less than .003 of it and 1.1 times the noise; wrong ones beside a wrong law left .05 and 6 times
     left_open_in_sight: float = 0.01
+    # Multiples of a floor above which a law is examined although little of the gap is left: right names leave 1.1
+    at_the_floor: float = 1.2
+    # Error left over that of the best law, up to which a base with its effects is taken as exact where its floor is a
+    # guess or is not quite reached
+    as_good: float = 1.5
     # Share of what an effect takes that something else takes beside it which breaks the same invariance, from which the
     # effect may be a part of that: beside an asymmetry that was cavitation .13 and more (outside: cavitation)
     broken_beside: float = 0.08

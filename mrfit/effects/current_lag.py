@@ -30,7 +30,7 @@ SPEC = EffectSpec(
         Param("t_d", "s", -0.005, 0.05, 0.0, "linear", "shape", "dead time before the field moves"),
     ),
     neutral=(0.0, 0.0),
-    aliases=("delay", "residual-magnetism"),
+    aliases=("delay", "residual-magnetism", "slow-release"),
     experiment="current steps at constant speed, up and down, to several levels: a lag rises exponentially, a delay "
     "keeps the edge, residual magnetism leaves an error that does not decay; sines at constant current cannot show "
     "it",

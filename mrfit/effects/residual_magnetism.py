@@ -23,7 +23,7 @@ SPEC = EffectSpec(
     inputs=("current",),
     params=(Param("w", "A", 0.0, 1.0, 0.0, text="half-width of the play, the coercive current"),),
     neutral=(0.0,),
-    aliases=("current-lag",),
+    aliases=("current-lag", "slow-release"),
     experiment="current up and down in stairs at constant speed, each step held until the force rests, once fast and "
     "once slowly: residual magnetism leaves different forces on the way up and down at any rate, a lag does not",
     breaks=Breaks(Invariance.CURRENT, sign=1),

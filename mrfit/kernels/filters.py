@@ -1,4 +1,4 @@
-"""Operators on sampled signals, of which effects are made: lag, fractional shift, play, bend, level.
+"""Operators on sampled signals, of which effects are made: lag, fractional shift, play, release, bend, level.
 
 Every operator is the identity, to the last bit, at the parameter value that makes it vanish.
 """
@@ -121,6 +121,33 @@ def play(x: Array, half_width: float) -> Array:
     for j in range(len(x)):
         state = max(x[j] - half_width, min(x[j] + half_width, state))
         y[j] = state
+    return y
+
+
+@kernel
+def released(x: Array, ratio: float) -> Array:
+    """Return a signal (N,) that moves away from 0 with x at once and back behind a lag, exact for x linear in between.
+
+    The parts of x above and below 0 are followed each by itself. Both are at rest at the first sample.
+
+    Parameters
+    ----------
+    x
+        Signal, shape (N,).
+    ratio
+        tau/dt > 0 of the way back.
+    """
+    y = np.empty_like(x)
+    decay = math.exp(-1.0 / ratio)
+    follow = -ratio * math.expm1(-1.0 / ratio)
+    above, below = max(x[0], 0.0), max(-x[0], 0.0)
+    y[0] = x[0]
+    for j in range(1, len(x)):
+        old, new = max(x[j - 1], 0.0), max(x[j], 0.0)
+        above = max(new, new + decay * (above - old) - follow * (new - old))
+        old, new = max(-x[j - 1], 0.0), max(-x[j], 0.0)
+        below = max(new, new + decay * (below - old) - follow * (new - old))
+        y[j] = above - below
     return y
 
 

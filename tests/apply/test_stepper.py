@@ -20,6 +20,7 @@ TOLERANCE = {"boucwen": 1e-6, "spencer": 2e-6}
 EFFECTS = {
     "current-filter": ({"T": 0.02}, 1e-9),
     "residual-magnetism": ({"w": 0.1}, 1e-9),
+    "slow-release": ({"h": 0.4, "tau": 0.05}, 1e-9),
     "current-saturation": ({"q": 0.5}, 1e-9),
     "force-filter": ({"T": 0.004}, 1e-9),
     "asymmetry": ({"g_yield": 0.2}, 1e-9),

@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mrfit.core.specs import Invariance
-from mrfit.discover.combine import combine, worth_examining
+from mrfit.discover.combine import combine, leaves_noise, worth_examining
 from mrfit.discover.evidence import Screening
-from mrfit.discover.invariance.findings import BrokenInvariance, Findings, NamedEffect, Parameter, Standing
+from mrfit.discover.invariance.findings import BrokenInvariance, Errors, Findings, NamedEffect, Parameter, Standing
 from mrfit.discover.policy import STANDARD
 from mrfit.discover.select import Selection
 from tests.discover.world import fit
@@ -94,10 +94,11 @@ def test_the_way_that_has_no_proof_for_an_effect_of_the_other_is_told() -> None:
         (exact("none"), 1.0, False),
         (exact("insufficient-data"), 1.0, False),
         (exact("unexplained"), 1.0, True),
-        (exact("named", "a", left=2.1), 1.0, False),
+        (exact("named", "a", left=1.19), 1.0, False),
+        (exact("named", "a", left=1.21), 1.0, True),
         (exact("named", "a", left=2.6), 1.0, True),
         (exact("named", "a", left=12.0), 1.0, True),
-        (exact("ambiguous", "a", left=2.1), 1.0, False),
+        (exact("ambiguous", "a", left=1.19), 1.0, False),
         (exact("ambiguous", "a", left=12.0), 1.0, True),
         # within what the noise can be
         (exact("named", "a", left=12.0), 12.0, False),
@@ -108,6 +109,22 @@ def test_a_law_is_examined_only_where_the_base_does_not_leave_the_noise(
     chosen: Selection, noise: float, open_: bool
 ) -> None:
     assert worth_examining(chosen, noise, True, STANDARD) == open_
+
+
+@pytest.mark.parametrize("verdict", ["named", "ambiguous"])
+def test_what_leaves_a_guessed_floor_is_believed_if_no_law_leaves_clearly_less(verdict: str) -> None:
+    chosen = exact(verdict, "a", left=1.1)
+    assert leaves_noise(chosen, 1.0, STANDARD)
+    assert not leaves_noise(exact(verdict, "a", left=12.0), 1.0, STANDARD)
+    assert not leaves_noise(exact("none"), 1.0, STANDARD)
+    assert worth_examining(chosen, 1.0, False, STANDARD)
+    assert not worth_examining(chosen, 1.0, True, STANDARD)
+    for left, believed in ((0.012, True), (0.020, False)):
+        errors = Errors(base=0.05, law=0.01, after=0.01, noise=0.002, exact=left, open=0.01)
+        found = combine(chosen, Findings(errors=errors), STANDARD, noisy=True)
+        assert (found.verdict, found.taken_back) == ((verdict, False) if believed else ("unexplained", True))
+        open_ = combine(chosen, Findings(errors=errors, named=(effect("s"),)), STANDARD, noisy=True)
+        assert (open_.named == ("s",)) is not believed
 
 
 @pytest.mark.parametrize("verdict", ["none", "insufficient-data"])

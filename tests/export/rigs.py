@@ -27,6 +27,7 @@ STRENGTH: Mapping[str, tuple[float, ...]] = {
     "inertia": (2.5,),
     "quadratic-drag": (900.0,),
     "residual-magnetism": (0.1,),
+    "slow-release": (0.4, 0.05),
     "stribeck": (40.0, 0.03, 1.5, 5e-4, 3e-4),
     "temperature": (0.01, 0.006),
     "velocity-hysteresis": (3.0, 0.01),

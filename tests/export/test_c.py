@@ -41,6 +41,7 @@ SELECTION = (
     "lugre",
     "hammerstein-wiener",
     "hw-static+current-lag+residual-magnetism",
+    "tanh+slow-release",
     "boucwen-flux+eddy-current+saturation",
 )
 RECORD = ("integrator-offset", "probe-skew", "resistance-error", "resistance-heating")

@@ -16,10 +16,12 @@ from mrfit.discover.invariance.selection import (
     both,
     decide,
     screened_out,
+    stands_weighed,
     weakest,
     worth_a_swap,
     worth_pairing,
     worth_refining,
+    worth_weighing,
 )
 from mrfit.discover.invariance.setting import Setting
 from mrfit.discover.invariance.standing import Described, described
@@ -48,6 +50,8 @@ def chosen_effects(setting: Setting, policy: Policy) -> Chosen:
             chosen = replace(chosen, screened={c.name: c for c in screening.candidates})
         further = _one_more(setting, weights, chosen, screening, policy)
         if further.state is chosen.state:
+            further = _weighed_again(setting, further, screening, policy)
+        if further.state is chosen.state:
             further = _two_more(setting, weights, further, screening, policy)
         found, chosen = further.state is not chosen.state, further
         if not found:
@@ -74,6 +78,26 @@ def _one_more(
         state = dict(fits[outcome.winner].state)
         rivals[outcome.winner] = outcome.rivals
     return replace(chosen, state=state, reasons=reasons, rows=rows, rivals=rivals)
+
+
+def _weighed_again(setting: Setting, chosen: Chosen, screening: Screening, policy: Policy) -> Chosen:
+    """Return what stands with the effect that takes most by weights of its own, the same state where it has no proof.
+
+    By what the law alone leaves, the conditions weigh least in which the effect is largest.
+    """
+    starts = {c.name: c.theta for c in screening.candidates}
+    rows = [r for n in starts if (r := chosen.rows.get(n)) and n not in chosen.state and worth_weighing(r, policy)]
+    if not rows:
+        return chosen
+    name = max(rows, key=lambda r: r.standing.share).name
+    state = {**chosen.state, name: np.array(starts[name])}
+    for _ in range(policy.most_weighings):
+        weights = weights_of(setting, state)
+        fitted = refine(setting, weights, state, level_of(setting.known[name]))
+        state, row = dict(fitted.state), described(setting, weights, fitted, name).row
+        if stands_weighed(row, policy):
+            return replace(chosen, state=state, rows={**chosen.rows, name: row})
+    return chosen
 
 
 def _two_more(

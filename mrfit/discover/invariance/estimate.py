@@ -240,7 +240,10 @@ def _grams(setting: Setting, weights: Sequence[Array], rows: Rows, behind: Seque
     size = rows.law[0].shape[1] + len(behind[0]) + 1
     grams = np.zeros((setting.count, size, size))
     for law, target, own, weight, group in zip(rows.law, rows.target, behind, weights, setting.groups, strict=True):
-        block = np.column_stack([law, *own, target]) * weight[:, None]
+        block, columns = np.empty((len(target), size)), law.shape[1]
+        np.multiply(law, weight[:, None], out=block[:, :columns])
+        for k, column in enumerate((*own, target), columns):
+            np.multiply(column, weight, out=block[:, k])
         edges = np.flatnonzero(np.diff(group, prepend=-1, append=-1))
         for first, last in zip(edges[:-1], edges[1:], strict=True):
             part = block[first:last]

@@ -47,7 +47,11 @@ TIERS: dict[Invariance, Tier] = {
 
 
 def examine(
-    records: Sequence[Record], base: Base | None, effects: Sequence[Effect], policy: Policy = STANDARD
+    records: Sequence[Record],
+    base: Base | None,
+    effects: Sequence[Effect],
+    policy: Policy = STANDARD,
+    exact: Sequence[Array] = (),
 ) -> Findings:
     """Return which effects are there whatever the law is, and how far the law of a base is off.
 
@@ -61,6 +65,8 @@ def examine(
         Effects that may be missing, all that act on the output.
     policy
         Thresholds.
+    exact
+        What a model taken as exact leaves, per record (N,); empty for no such model.
     """
     if not records:
         return Findings(not_applicable="no records")
@@ -84,7 +90,14 @@ def examine(
         turned_down=tuple(_turned_down(setting, chosen)),
         confounded=(*confounded, *_no_sensitivity(setting, chosen, policy)),
         broken=tuple(_broken(setting, further, chosen, policy)),
-        errors=Errors(_base_error(setting, base.response), alone, after, setting.noise),
+        errors=Errors(
+            _base_error(setting, base.response),
+            alone,
+            after,
+            setting.noise,
+            _exact_error(setting, exact),
+            after * float(np.sqrt(setting.rows / max(setting.rows - columns, 1))),
+        ),  # fmt: skip
         law_gap=gap,
         travel=setting.scales.lengths[-1] * setting.scales.travel,
         time=setting.scales.longest,
@@ -169,6 +182,14 @@ def _no_sensitivity(setting: Setting, chosen: Chosen, policy: Policy) -> list[Co
         for name, c in chosen.screened.items()
         if c.left < policy.left
     ]
+
+
+def _exact_error(setting: Setting, left: Sequence[Array]) -> float | None:
+    """Return the RMS over the range of what a model leaves, on the rows of the regression."""
+    if not left:
+        return None
+    whole = [np.concatenate([np.zeros(r.lead), own]) for r, own in zip(setting.records, left, strict=True)]
+    return rms([setting.row_means(at, own) for at, own in enumerate(whole)]) / setting.scales.span
 
 
 def _base_error(setting: Setting, response: Sequence[Array]) -> float | None:

@@ -137,12 +137,28 @@ class BrokenInvariance:
 
 @dataclass(frozen=True)
 class Errors:
-    """Root mean square errors over the range of the output; ``base`` is None where no response of a base was given."""
+    """Root mean square errors over the range of the output, on means over a few samples.
+
+    Attributes
+    ----------
+    base
+        Of the base; None where no response of one was given.
+    law, after
+        Of the best law alone, and with the named effects.
+    noise
+        Of white noise.
+    exact
+        Of a model taken as exact; None where none was given.
+    open
+        What the best law with the named effects would leave of records it was not fitted to, by its columns.
+    """
 
     base: float | None
     law: float
     after: float
     noise: float
+    exact: float | None = None
+    open: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -160,19 +160,37 @@ def columns(motion: Motion, control: Array, dt: float, scales: Scales) -> Column
     """Return the nuisance of a motion at a current (L + N,)."""
     powers = (control / scales.control)[:, None] ** np.arange(scales.order + 1)
     few = powers[:, : MOST_POWERS_OF_MEMORY + 1]
-    parts = [
-        np.hstack([np.ones((len(powers), 1)), _products(motion.base, few)]),
-        _products(motion.static, powers),
-        _products(motion.travel, few),
-        _lagging(_products(motion.slow, few), scales.times(SLOW), dt),
-        _products(motion.relaxation, few[:, 1:]),
-    ]
-    return Columns(np.hstack(parts), tuple(int(n) for n in np.cumsum([p.shape[1] for p in parts])))
+    slow = _products(motion.slow, few)
+    taus = scales.times(SLOW)
+    widths = (
+        1 + motion.base.shape[1] * few.shape[1],
+        motion.static.shape[1] * powers.shape[1],
+        motion.travel.shape[1] * few.shape[1],
+        slow.shape[1] * len(taus),
+        motion.relaxation.shape[1] * (few.shape[1] - 1),
+    )
+    ends = tuple(int(n) for n in np.cumsum(widths))
+    values = np.empty((len(powers), ends[-1]))
+    values[:, 0] = 1.0
+    _fill(values[:, 1 : ends[0]], motion.base, few)
+    _fill(values[:, ends[0] : ends[1]], motion.static, powers)
+    _fill(values[:, ends[1] : ends[2]], motion.travel, few)
+    values[:, ends[2] : ends[3]] = _lagging(slow, taus, dt)
+    _fill(values[:, ends[3] :], motion.relaxation, few[:, 1:])
+    return Columns(values, ends)
+
+
+def _fill(place: Array, values: Array, powers: Array) -> None:
+    """Write every column (N, K) times every power (N, P) to its place (N, K*P)."""
+    for p in range(powers.shape[1]):
+        np.multiply(values, powers[:, p : p + 1], out=place[:, p :: powers.shape[1]])
 
 
 def _products(values: Array, powers: Array) -> Array:
     """Return every column times every power, (N, K*P)."""
-    return (values[:, :, None] * powers[:, None, :]).reshape(len(values), -1)
+    made = np.empty((len(values), values.shape[1] * powers.shape[1]))
+    _fill(made, values, powers)
+    return made
 
 
 def _lagging(values: Array, times: Sequence[float], dt: float) -> Array:

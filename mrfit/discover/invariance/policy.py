@@ -13,6 +13,9 @@ class Policy:
 
     # Standard errors from neutral: ten candidates reach 4 by chance in less than 1 of 1000 data sets
     clear: float = 4.0
+    # … and of what takes at least this share, on conditions left out too: nulls take .14 at most
+    most: float = 0.6
+    clear_of_most: float = 2.5
     # Share to take; of 120 nulls the largest was .14, of 114 planted effects the smallest .21
     share: float = 0.15
     # Share to take on conditions left out, the law from all: chance takes less than nothing there
@@ -30,6 +33,8 @@ class Policy:
     # Effects refined in a round, and named at most (time; two at once are the most that was planted)
     most_refined: int = 4
     most_named: int = 4
+    # Rounds in which an effect is weighed by what the law leaves beside it (time; two are enough to settle)
+    most_weighings: int = 3
     # Where no effect alone is there, pairs are refined that could take this share and so many times what both take
     # alone: a spring and a mass that oppose each other at one frequency
     pair: float = 0.4
@@ -67,7 +72,14 @@ class Policy:
     def beside_longer_memory(self) -> "Policy":
         """The same with what is asked for beside a law that remembers for longer."""
         share, kept, held = (self.further * v for v in (self.share, self.kept, self.held))
-        return replace(self, clear=self.further * self.clear, share=share, kept=kept, held=held)
+        return replace(
+            self,
+            clear=self.further * self.clear,
+            clear_of_most=self.further * self.clear_of_most,
+            share=share,
+            kept=kept,
+            held=held,
+        )
 
 
 STANDARD = Policy()

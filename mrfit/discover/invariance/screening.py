@@ -16,6 +16,8 @@ from mrfit.discover.invariance.setting import Setting, State
 SLOPE = 0.02
 # Share of a sensitivity's square left by the law below which it is in no pair, and of two that are nearly one
 LEFT, ALIKE = 5e-4, 0.02
+# Share from which an effect has shown that the law does not take it
+LITTLE = 0.01
 
 
 @dataclass(frozen=True)
@@ -64,7 +66,11 @@ def _profiled(setting: Setting, weights: Sequence[Array], state: State, candidat
         for theta in starts(effect, setting.scales, setting.middle)
     ]
     share, start = max(found)
-    return replace(candidate, share=share, theta=start, wrong=False) if share > candidate.rank else candidate
+    if candidate.left >= LEFT and share <= candidate.rank:
+        return candidate
+    # what it takes with the law refitted is nothing that the law has, whatever the slope says
+    left = candidate.left if share < LITTLE else 1.0
+    return replace(candidate, share=share, theta=start, wrong=False, left=left)
 
 
 def _pairs(setting: Setting, made: Table, tried: Sequence[_Tried], candidates: Sequence[Candidate]) -> list[Pair]:
@@ -189,16 +195,30 @@ def _column(
 
 
 def contribution(setting: Setting, state: State, name: str, law: Array) -> list[Array]:
-    """Return what one effect of a state adds to the force, law held, per record (n,), over the range."""
+    """Return what one effect of a state adds to the force, law held, per record (n,), over the range.
+
+    Where the effect moves the current, the law without it is taken at currents that the law was fitted at: a field that
+    stays behind never reaches the largest.
+    """
     effect, rest = setting.known[name], {n: t for n, t in state.items() if n != name}
-    found = []
+    found, seen = [], _seen(setting, state) if effect.moves else (0.0, 0.0)
     for at, record in enumerate(setting.records):
         if effect.adds:
             found.append(setting.row_means(at, added(effect, record, state[name])) / setting.scales.span)
+        elif effect.moves:
+            bare = setting.law_at(at, np.clip(setting.control(at, rest), *seen)).values @ law
+            change = force_of_law(setting, at, state, law) - setting.passed(at, rest, bare[:, None])[:, 0]
+            found.append(setting.row_means(at, change))
         else:
             change = force_of_law(setting, at, state, law) - force_of_law(setting, at, rest, law)
             found.append(setting.row_means(at, change))
     return found
+
+
+def _seen(setting: Setting, state: State) -> tuple[float, float]:
+    """Return the range of the current that the law sees."""
+    currents = [setting.records[at].measured(setting.control(at, state)) for at in range(len(setting.records))]
+    return min(float(c.min()) for c in currents), max(float(c.max()) for c in currents)
 
 
 def early(setting: Setting, state: State, law: Array) -> list[Array]:

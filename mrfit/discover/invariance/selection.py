@@ -145,13 +145,36 @@ def objection(row: Refined, policy: Policy) -> str:
         (s.left < policy.left, "the law may have it"),
         (not row.sign, "its strength would have the wrong sign"),
         (looks_early(row, policy), f"a record that is early would take {row.early:.0%} of what it takes"),
-        (s.z < policy.clear, f"only {s.z:.1f} standard errors from neutral"),
+        (s.z < _clear(s, policy), f"only {s.z:.1f} standard errors from neutral"),
         (s.share < policy.share, f"takes only {s.share:.0%} of what no law makes"),
         (s.kept < policy.kept, f"takes only {s.kept:.0%} on conditions left out"),
         (s.held < policy.held, f"takes only {s.held:.0%} on conditions left out, the law from the others too"),
         (s.size < policy.size, f"at most {s.size:.2%} of the range"),
     )
     return next((text for fails, text in reasons if fails), "")
+
+
+def _clear(s: Standing, policy: Policy) -> float:
+    """Return the standard errors that are asked for: fewer of what takes nearly all, on conditions left out too.
+
+    Where one condition tells most of an effect, its strength without that one scatters, though it is there as well.
+    """
+    return policy.clear_of_most if _takes_most(s, policy) else policy.clear
+
+
+def _takes_most(s: Standing, policy: Policy) -> bool:
+    return min(s.share, s.kept) >= policy.most
+
+
+def worth_weighing(row: Refined, policy: Policy) -> bool:
+    """Return whether an effect without proof deserves weights of its own: it takes enough, where it was fitted."""
+    s = row.standing
+    return row.sign and s.left >= policy.left and s.share >= policy.share and not looks_early(row, policy)
+
+
+def stands_weighed(row: Refined, policy: Policy) -> bool:
+    """Return whether an effect stands by weights of its own, which favour it: it has to take nearly all."""
+    return _takes_most(row.standing, policy) and not objection(row, policy)
 
 
 @dataclass(frozen=True)

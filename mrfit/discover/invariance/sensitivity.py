@@ -21,8 +21,9 @@ from mrfit.kernels.theta import plain
 # Where screening looks: strengths that do not enter linearly, by unit
 TIMES = (0.003, 0.006, 0.012, 0.025, 0.05, 0.1)
 CONTROLS = (0.02, 0.05, 0.1, 0.2)
-SHARES = (0.03, 0.1, 0.3)
-# … and shapes: places in the stroke, middles, speeds
+SHARES = (0.15, 0.6)
+# … and shapes: places in the stroke, middles, speeds, time constants
+RELEASES = (0.004, 0.012, 0.04, 0.12, 0.4)
 PLACES, MIDDLES, SPEEDS = (0.5, 0.6, 0.7, 0.8, 0.9, 1.0), (-0.2, -0.1, 0.0, 0.1, 0.2), (0.02, 0.1)
 # Step of a numerical derivative, as a share of a parameter's scale
 STEP = 1e-4
@@ -138,6 +139,8 @@ def _grid(param: Param, scales: Scales, middle: float) -> Sequence[float]:
         return tuple(p * scales.travel for p in PLACES) if logarithmic else _middles(scales, middle)
     if param.unit == f"{scales.unit}/s" and logarithmic:
         return tuple(s * scales.speed for s in SPEEDS)
+    if param.unit == "s" and logarithmic:
+        return RELEASES
     if param.unit == "1" and logarithmic:
         return param.start, float(np.sqrt(param.start * param.high))
     return (param.start,)

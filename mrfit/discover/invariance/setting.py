@@ -74,6 +74,8 @@ class Setting:
         """Return the means (n, …) over the samples of each row of values (L + N, …) of one record."""
         record, every = self.records[at], self.every[at]
         own = values[record.lead :]
+        if every == 1:
+            return own
         count = len(own) // every
         means: Array = own[: count * every].reshape(count, every, *own.shape[1:]).mean(axis=1)
         return means

@@ -13,7 +13,7 @@ from mrfit.discover.invariance.examine import examine
 from mrfit.discover.invariance.findings import Findings
 from mrfit.discover.invariance.policy import STANDARD
 from mrfit.discover.invariance.records import not_applicable
-from mrfit.kernels.filters import lag
+from mrfit.kernels.filters import lag, released
 from mrfit.simulate.assembly import assemble
 from tests.discover.invariance.specimens import DT, HALF_STROKE, Force, library, no_effect, records
 
@@ -62,7 +62,47 @@ def test_a_field_that_lags_is_named_with_what_looks_alike() -> None:
     findings = found(moved=lambda i: lag(np.ascontiguousarray(i[None]), np.array([0.03 / DT]))[0])
     assert [e.name for e in findings.named] == ["current-lag"]
     assert findings.named[0].alike == ("delay",)
+    assert not findings.named[0].rivals
     assert findings.named[0].parameters[0].value == pytest.approx(0.03, rel=0.2)
+
+
+def test_a_lag_longer_than_the_steps_of_the_current_is_named_though_the_law_has_no_slope_to_it() -> None:
+    def switched(i: Array) -> Array:
+        return np.tile(np.repeat([0.0, 1.0, 0.3, 0.7], 8), len(i) // 32 + 1)[: len(i)]
+
+    def late(i: Array) -> Array:
+        return lag(np.ascontiguousarray(switched(i)[None]), np.array([0.06 / DT]))[0]
+
+    rows = [replace(r, channels={**r.channels, "current": switched(r.control)}) for r in records(moved=late)]
+    (named,) = examine(rows, None, library()).named
+    assert named.name == "current-lag"
+    assert named.parameters[0].value == pytest.approx(0.06, rel=0.2)
+
+
+def slowly_gone(i: Array) -> Array:
+    return i + 0.6 * (released(np.ascontiguousarray(i), 0.06 / DT) - i)
+
+
+def test_a_field_that_is_released_slowly_is_no_lag() -> None:
+    findings = found(moved=slowly_gone)
+    assert [e.name for e in findings.named] == ["slow-release"]
+    share, tau = findings.named[0].parameters
+    assert share.value == pytest.approx(0.6, rel=0.2)
+    assert tau.value == pytest.approx(0.06, rel=0.25)
+    assert not findings.named[0].rivals
+
+
+def test_where_the_current_only_falls_a_lag_and_a_slow_release_are_one_set() -> None:
+    def stairs(i: Array) -> Array:
+        return np.sort(i)[::-1]
+
+    def late(i: Array) -> Array:
+        return lag(np.ascontiguousarray(i[None]), np.array([0.05 / DT]))[0]
+
+    rows = records(moved=lambda i: late(stairs(i)))
+    down = [replace(r, channels={**r.channels, "current": stairs(r.control)}) for r in rows]
+    (named,) = examine(down, None, library()).named
+    assert {named.name, *named.rivals} >= {"current-lag", "slow-release"}
 
 
 @pytest.mark.parametrize("offset", [60.0, -60.0])

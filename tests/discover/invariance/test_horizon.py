@@ -34,7 +34,7 @@ def test_a_name_that_holds_with_twice_the_memory_stays_and_another_goes() -> Non
     assert set(chosen.state) == {"gas-spring"}
     further = setting(spring, FURTHER)
     assert held_further(further, chosen, STANDARD) is chosen
-    dropped = held_further(further, chosen, replace(STANDARD, clear=1e9))
+    dropped = held_further(further, chosen, replace(STANDARD, clear=1e9, clear_of_most=1e9))
     assert dropped.state == {}
     assert dropped.found == ()
     assert "remembers for longer" in dropped.reasons["gas-spring"]

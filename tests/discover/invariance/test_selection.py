@@ -17,10 +17,12 @@ from mrfit.discover.invariance.selection import (
     lost,
     objection,
     screened_out,
+    stands_weighed,
     weakest,
     worth_a_swap,
     worth_pairing,
     worth_refining,
+    worth_weighing,
 )
 
 GOOD = Standing(share=0.6, kept=0.5, held=0.4, size=0.05, z=20.0, left=0.1, improved=1.0)
@@ -49,6 +51,32 @@ def test_each_threshold_fires_below_and_not_above(name: str, value: float) -> No
     for factor, fires in ((0.999, True), (1.001, False)):
         standing = replace(GOOD, **{name: value * factor})
         assert bool(objection(Refined("spring", standing, 1.0), STANDARD)) is fires
+
+
+def test_of_what_takes_nearly_all_on_conditions_left_out_too_fewer_standard_errors_are_asked_for() -> None:
+    for share, kept, z, fires in (
+        (0.9, STANDARD.most * 1.01, STANDARD.clear_of_most * 1.01, False),
+        (0.9, STANDARD.most * 1.01, STANDARD.clear_of_most * 0.99, True),
+        (0.9, STANDARD.most * 0.99, STANDARD.clear * 0.99, True),
+        (STANDARD.most * 0.99, 0.9, STANDARD.clear * 0.99, True),
+    ):
+        assert bool(objection(row(share=share, kept=kept, z=z), STANDARD)) is fires
+
+
+def test_an_effect_is_weighed_again_if_it_takes_enough() -> None:
+    assert worth_weighing(row(share=1.01 * STANDARD.share, z=1.0), STANDARD)
+    assert not worth_weighing(row(share=0.99 * STANDARD.share), STANDARD)
+    assert not worth_weighing(row(sign=False), STANDARD)
+    assert not worth_weighing(row(left=0.99 * STANDARD.left), STANDARD)
+    assert not worth_weighing(row(early=1.01 * STANDARD.early_at_most), STANDARD)
+
+
+def test_by_weights_of_its_own_an_effect_has_to_take_nearly_all() -> None:
+    most = 1.01 * STANDARD.most
+    assert stands_weighed(row(share=most, kept=most), STANDARD)
+    assert not stands_weighed(row(share=most, kept=0.99 * STANDARD.most), STANDARD)
+    assert not stands_weighed(row(share=0.99 * STANDARD.most, kept=most), STANDARD)
+    assert not stands_weighed(row(share=most, kept=most, held=0.0), STANDARD)
 
 
 def test_a_sign_that_is_not_physical_and_a_record_that_is_early_are_objections() -> None:

@@ -9,7 +9,11 @@ import pytest
 
 from mrfit.core.registry import load, names
 from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param
+from mrfit.discover.invariance.base import none
+from mrfit.discover.invariance.estimate import force_of_law
 from mrfit.discover.invariance.nuisance import scales_of
+from mrfit.discover.invariance.policy import STANDARD
+from mrfit.discover.invariance.screening import contribution
 from mrfit.discover.invariance.sensitivity import (
     Examined,
     added,
@@ -21,6 +25,7 @@ from mrfit.discover.invariance.sensitivity import (
     starts,
     step_of,
 )
+from mrfit.discover.invariance.setting import setting_of
 from mrfit.kernels.filters import lag
 from tests.discover.invariance.specimens import library, records
 
@@ -121,3 +126,19 @@ def test_what_an_effect_breaks_is_shown_as_text(name: str) -> None:
     breaks = load("effect", name).SPEC.breaks
     assert breaks is not None
     assert json.loads(json.dumps(asdict(breaks)))["invariance"] == breaks.invariance.value
+
+
+def test_what_a_moved_current_adds_is_told_at_currents_that_the_law_was_fitted_at() -> None:
+    rows, play = records(), effect("residual-magnetism")
+    setting = setting_of(rows, none(rows).terms, [play, effect("current-lag")], STANDARD)
+    law = np.ones(setting.law(0, {}).ends[-1])
+    # a held current of 1 A, which the field of a play of 0.2 A never reaches: what 1 A would make is not known
+    (held,) = (at for at, r in enumerate(rows) if r.condition == "condition 1")
+    made = contribution(setting, {play.name: np.array([0.2])}, play.name, law)
+    np.testing.assert_array_equal(made[held], 0.0)
+    # a lag reaches all currents: what it adds is the difference of the forces
+    state = {"current-lag": np.array([0.05, 0.0])}
+    forces = [force_of_law(setting, 2, s, law) for s in (state, {})]
+    made = contribution(setting, state, "current-lag", law)
+    np.testing.assert_allclose(made[2], setting.row_means(2, forces[0] - forces[1]), atol=1e-9)
+    assert np.max(np.abs(made[2])) > 0.1
