@@ -217,7 +217,10 @@ def table(
     first = Table(plain, rows.ends, (), np.empty(0), np.empty(0), rows.unit, setting.rows, constant)
     law = first.solve(first.total)[: first.size] / rows.unit
     free = tuple(
-        (name, n) for name in state for n in range(len(setting.known[name].numbers)) if _free(setting, name, n)
+        (name, n)
+        for name in state
+        for n in range(len(setting.known[name].numbers))
+        if _free(setting, name, n, state[name])
     )
     behind = [
         [derivative(setting, at, state, f, law) for f in free] + (list(extra[at]) if extra else [])
@@ -230,10 +233,15 @@ def table(
     return Table(grams, rows.ends, free, scales, law, rows.unit, setting.rows, constant)
 
 
-def _free(setting: Setting, name: str, number: int) -> bool:
-    """Return whether a number is fitted: strengths, and shapes that screening gave a start that is not neutral."""
-    param = setting.known[name].of(number)
-    return param.role != "shape" or param.scale == "log" or is_place(param, setting.scales)
+def _free(setting: Setting, name: str, number: int, theta: Array) -> bool:
+    """Return whether a number is fitted: strengths, and shapes that have a start, from screening or from a strength.
+
+    A shape that is neutral at its start bends a force that is there: without strength it does nothing.
+    """
+    effect = setting.known[name]
+    param = effect.of(number)
+    started = param.role != "shape" or param.scale == "log" or is_place(param, setting.scales)
+    return started or (effect.adds and effect.value(theta) != 0.0)
 
 
 def _grams(setting: Setting, weights: Sequence[Array], rows: Rows, behind: Sequence[Sequence[Array]]) -> Array:

@@ -26,6 +26,9 @@ class Policy:
     size: float = 0.006
     # Share of its sensitivity's square that no law takes; below, rounding and smoothing decide
     left: float = 0.0005
+    # Half the 95 % interval of its largest force, over that force: true effects .44 at most; a name under a memory
+    # longer than assumed 1.2, since laws that leave as little differ by that much
+    unsure: float = 0.7
     # Sensitivity that lies so far in the base's own linear terms is the base's: a spring beside a model with a spring
     owned: float = 0.999
     # Share of the least share from which an effect is worth a refinement (time)
@@ -76,6 +79,7 @@ class Policy:
             self,
             clear=self.further * self.clear,
             clear_of_most=self.further * self.clear_of_most,
+            unsure=self.unsure / self.further,
             share=share,
             kept=kept,
             held=held,

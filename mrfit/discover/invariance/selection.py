@@ -87,6 +87,8 @@ class Refined:
         What such a record would take beside the effect, over what the effect takes beside it.
     numbers
         Numbers that were fitted.
+    unsure
+        Half the 95 % interval of its largest force, over that force.
     """
 
     name: str
@@ -96,6 +98,7 @@ class Refined:
     early: float = 0.0
     beyond: float = 0.0
     numbers: int = 1
+    unsure: float = 0.0
 
 
 def worth_refining(candidates: Sequence[Candidate], policy: Policy) -> tuple[list[Candidate], list[Candidate]]:
@@ -209,13 +212,20 @@ def worth_a_swap(candidates: Sequence[Candidate], present: Refined, policy: Poli
 
 
 def weakest(rows: Sequence[Refined], policy: Policy) -> tuple[str, str]:
-    """Return the effect with an objection that takes least beside the others, and the objection; empty if none has."""
-    bad = [(r, objection(r, policy)) for r in rows]
+    """Return the effect with an objection that takes least beside the others, and the objection; empty if none has.
+
+    Its force has to be told, too: between laws that leave as little it may be anything where one of them imitates it.
+    """
+    bad = [(r, objection(r, policy) or _unsure(r, policy)) for r in rows]
     bad = [(r, why) for r, why in bad if why]
     if not bad:
         return "", ""
     row, why = min(bad, key=lambda b: b[0].standing.share)
     return row.name, why
+
+
+def _unsure(row: Refined, policy: Policy) -> str:
+    return f"its force is told to ± {row.unsure:.0%} only" if row.unsure > policy.unsure else ""
 
 
 def lost(rows: Sequence[Refined], before: Mapping[str, float], policy: Policy) -> tuple[str, str]:

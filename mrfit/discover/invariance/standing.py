@@ -53,7 +53,8 @@ def described(setting: Setting, weights: Sequence[Array], fitted: Fitted, name: 
     ahead, beyond = _early(setting, weights, rest, name) if effect.breaks.early else (0.0, 0.0)
     parameters = _parameters(setting, fitted, name, level, offset)
     numbers = sum(n == name for n, _ in fitted.table.free)
-    return Described(Refined(name, standing, fitted.left, sign, ahead, beyond, numbers), parameters, force)
+    row = Refined(name, standing, fitted.left, sign, ahead, beyond, numbers, share)
+    return Described(row, parameters, force)
 
 
 def adequate(made: Table, level: int, offset: bool | None = None, effects: int | None = None) -> list[int]:

@@ -58,6 +58,21 @@ def test_an_effect_is_named_though_no_base_is_right(effect: Force, name: str, va
     assert named.breaks is breaks.invariance
 
 
+@pytest.mark.parametrize("inverse_length", [0.0, 8.0, -8.0])
+def test_a_spring_of_gas_bends_and_is_no_end_stop(inverse_length: float) -> None:
+    theta = np.array([[4e3, inverse_length]])
+
+    def gas(channels: Mapping[str, Array], force: Array) -> Array:
+        return force + load("effect", "gas-spring").term(dict(channels), theta, DT)[0]
+
+    (named,) = found(gas).named
+    assert named.name == "gas-spring"
+    for parameter, true in zip(named.parameters, theta[0], strict=True):
+        assert parameter.low is not None and parameter.high is not None
+        assert parameter.low < true < parameter.high
+    assert named.parameters[0].value == pytest.approx(4e3, rel=0.1)
+
+
 def test_a_field_that_lags_is_named_with_what_looks_alike() -> None:
     findings = found(moved=lambda i: lag(np.ascontiguousarray(i[None]), np.array([0.03 / DT]))[0])
     assert [e.name for e in findings.named] == ["current-lag"]

@@ -53,6 +53,14 @@ def test_each_threshold_fires_below_and_not_above(name: str, value: float) -> No
         assert bool(objection(Refined("spring", standing, 1.0), STANDARD)) is fires
 
 
+@pytest.mark.parametrize(("factor", "goes"), [(1.01, "lag"), (0.99, "")])
+def test_beside_the_others_the_force_of_an_effect_has_to_be_told(factor: float, goes: str) -> None:
+    unsure = Refined("lag", GOOD, 1.0, unsure=STANDARD.unsure * factor)
+    assert not objection(unsure, STANDARD)
+    assert weakest([row(), unsure], STANDARD)[0] == goes
+    assert weakest([unsure], STANDARD.beside_longer_memory) == ("", "")
+
+
 def test_of_what_takes_nearly_all_on_conditions_left_out_too_fewer_standard_errors_are_asked_for() -> None:
     for share, kept, z, fires in (
         (0.9, STANDARD.most * 1.01, STANDARD.clear_of_most * 1.01, False),
