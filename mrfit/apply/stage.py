@@ -69,7 +69,10 @@ def notes_of(one: Inversion) -> list[str]:
     if one.dead_time > 0.0:
         notes.append(f"Commands are sent {1e3 * one.dead_time:.3g} ms early, since the field answers that much later.")
     if one.behind:
-        notes.append(f"Not inverted, its lag stays as error: {', '.join(one.behind)}.")
+        notes.append(
+            f"{', '.join(one.behind)}: inverted with the desired force known ahead, and in the errors. On line, where "
+            "it is not, this lag stays as an error."
+        )
     return notes
 
 

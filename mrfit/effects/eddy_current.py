@@ -7,8 +7,8 @@ the equivalent circuit's core-loss resistance. The flux lags the current by G ti
 area per cycle grows in proportion to frequency as long as that lag is short.
 
 Over one interval flux and magnetising current lie on the chord between their values at its ends, of inductance
-L = d(flux)/d(i_m), and the terminal current on a straight line: i_m is then the lag of i with the time constant G*L. The
-chords are found by iteration, starting from those of the static flux; each round is a lag with the chords of the last.
+L = d(flux)/d(i_m), and the terminal current on a straight line: i_m is then the lag of i with time constant G*L. The
+chords are found by iteration, from those of the static flux; each round is a lag with the chords of the last.
 
 Source: A. E. Fitzgerald, C. Kingsley, S. D. Umans, Electric Machinery, ch. 2 (core-loss resistance of the equivalent
 circuit).

@@ -38,7 +38,7 @@ def lag(x: Array, ratio: Array) -> Array:
 
 @kernel
 def varying_lag(x: Array, ratio: Array) -> Array:
-    """Return ``lag`` of a signal (N,) whose tau/dt >= 0 is another at every sample, (N,), for the interval before it."""
+    """Return ``lag`` of a signal (N,) with another tau/dt >= 0 for the interval before every sample, (N,)."""
     y = np.empty_like(x)
     y[0] = x[0]
     for j in range(1, len(x)):
