@@ -274,7 +274,7 @@ class UnitGain:
         gains = np.array([1.0])
         for pole in self.poles:
             gains = np.convolve(gains, [1.0, 1.0 / pole])
-        time, spline = dt * np.arange(signal.shape[1]), _spline(signal, dt)
+        time, spline = np.arange(signal.shape[1]) * np.float64(dt), _spline(signal, dt)
         system = np.array([[0.0, 1.0], [-1.0 / second, -first / second]]), np.array([[0.0], [1.0 / second]])
         both = [_followed(system, row, time) for row in signal]
         orders = [np.stack([w[:, k] for w in both]) for k in (0, 1)]

@@ -113,8 +113,8 @@ class Inversion:
         """Return every sample."""
         from pandas import DataFrame
 
-        names = ("time", "desired", "current", "wanted", "field", "force", "asked", "inner")
-        names += ("low", "high", "flag", "limited")
+        given = ("time", "desired", "current", "wanted", "field", "force", "asked", "inner")
+        names = (*given, "low", "high", "flag", "limited")
         return DataFrame({n: getattr(self, n) for n in names})
 
 
