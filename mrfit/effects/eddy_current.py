@@ -19,12 +19,12 @@ from collections.abc import Callable
 import numpy as np
 
 from mrfit.core.specs import Array, EffectSpec, Param
-from mrfit.kernels.filters import varying_lag
+from mrfit.kernels.filters import chord_lag
 from mrfit.kernels.theta import plain
 
-# Change of the magnetising current at which the rounds end, as a share of the current's range: far below what a
-# derivative by differences would see; 7 to 20 rounds reach it
-SETTLED, ROUNDS = 1e-12, 60
+# Change of the magnetising current at which the rounds end, as a share of the current's range, each change being a
+# tenth or less of the last: far below what a derivative by differences would see; 6 to 18 rounds reach it
+SETTLED, ROUNDS = 1e-10, 60
 
 SPEC = EffectSpec(
     name="eddy-current",
@@ -53,19 +53,9 @@ def closed(simulate: Callable[[Array], Array], current: Array, theta: Array, dt:
     if not (theta[0] > 0.0 and extent > 0.0):
         return flux
     for _ in range(ROUNDS):
-        there = varying_lag(plain(current), theta[0] / dt * _inductances(here, flux))
+        there = chord_lag(plain(current), plain(here), plain(flux), theta[0] / dt)
         change = float(np.max(np.abs(there - here)))
         here, flux = there, simulate(there)
         if not change > SETTLED * extent:
             break
     return flux
-
-
-def _inductances(current: Array, flux: Array) -> Array:
-    """Return those of the chords that end at every sample (N,), H: the last one's where a chord has none above 0."""
-    with np.errstate(all="ignore"):
-        chords = np.diff(flux) / np.diff(current)
-    known = np.isfinite(chords) & (chords > 0.0)
-    last = np.maximum.accumulate(np.where(known, np.arange(1, len(current)), 0))
-    found: Array = np.concatenate([[0.0], np.where(known, chords, 0.0)])
-    return np.concatenate([found[:1], found[last]])

@@ -37,15 +37,22 @@ def lag(x: Array, ratio: Array) -> Array:
 
 
 @kernel
-def varying_lag(x: Array, ratio: Array) -> Array:
-    """Return ``lag`` of a signal (N,) with another tau/dt >= 0 for the interval before every sample, (N,)."""
+def chord_lag(x: Array, here: Array, there: Array, gain: float) -> Array:
+    """Return ``lag`` of a signal (N,) whose tau/dt, over each interval, is a gain > 0 times the chord d(there)/d(here).
+
+    Where a chord of the signals ``here`` and ``there``, (N,), has no slope above 0, that before it holds; 0 at first.
+    """
     y = np.empty_like(x)
     y[0] = x[0]
+    ratio = 0.0
     for j in range(1, len(x)):
+        run = here[j] - here[j - 1]
+        slope = (there[j] - there[j - 1]) / run if run != 0.0 else 0.0
+        ratio = gain * slope if 0.0 < slope < math.inf else ratio
         y[j] = x[j]
-        if ratio[j] > 0.0:
-            rate = 1.0 / ratio[j]
-            y[j] += math.exp(-rate) * (y[j - 1] - x[j - 1]) + ratio[j] * math.expm1(-rate) * (x[j] - x[j - 1])
+        if ratio > 0.0:
+            rate = 1.0 / ratio
+            y[j] += math.exp(-rate) * (y[j - 1] - x[j - 1]) + ratio * math.expm1(-rate) * (x[j] - x[j - 1])
     return y
 
 
