@@ -94,7 +94,7 @@ RIDE_WORDS = (
     "off after the bump, a dead zone of the switch, a late current, yield velocities of 0 and 1 A exchanged. None puts "
     "MH more than 2 % above LMH.",
     "- One thing brings all six rows: yielding at ten times the printed velocities (guo's C0 a tenth), a slope before "
-    "yielding ten times less. LMH then comes out as printed, MH within 4 %. A slip of millimetres in the paper's "
+    "yielding ten times less. LMH then comes out within 0.4 %, MH within 4 %. A slip of millimetres in the paper's "
     "simulation would do that; its biviscous MH velocities 1.8 and 4.1 mm/s are a tenth of what its C0 has. This is a "
     "guess that fits, not a proof. The printed parameters are kept.",
     "- Herschel-Bulkley cannot be had from the print: no exponent between 0.3 and 1 that both currents share gives "
