@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import lsim
 
 from mrfit.core.specs import Array
 from mrfit.kernels.branch import normal_form
@@ -19,6 +21,8 @@ from mrfit.kernels.stepping import bouc_wen_step, lugre_step, spencer_step
 from mrfit.models.neural_network import LAG
 
 Channels = Mapping[str, Array]
+# Time constants after which what a filter remembers is forgotten, and the share of a sample below which it is none
+_FELT, _SHORT = 10.0, 0.01
 
 
 class Base(Protocol):
@@ -176,6 +180,16 @@ class Delayed:
         past = state.after(signals[1], dt, max(self.delay, 0.0))
         return past.at(max(self.delay, 0.0)), past
 
+    @property
+    def lasting(self) -> float:
+        """Return for how many s a signal is felt behind it."""
+        return max(self.delay, 0.0)
+
+    def undone(self, signal: Array, dt: float) -> Array:
+        """Return the signals (L, N) before it of those wanted behind it: known ahead, their last value beyond."""
+        time = dt * np.arange(signal.shape[1])
+        return np.stack([np.interp(time + self.lasting, time, row) for row in signal])
+
 
 @dataclass(frozen=True)
 class FirstOrder:
@@ -199,6 +213,17 @@ class FirstOrder:
         start = signals[1] if self.held else signals[0]
         y = signals[1] + kept * (state - start) - follow * (signals[1] - start)
         return y, y
+
+    @property
+    def lasting(self) -> float:
+        """Return for how many s a signal is felt behind it, to 5e-5."""
+        return _FELT * max(self.tau, 0.0)
+
+    def undone(self, signal: Array, dt: float) -> Array:
+        """Return the signals (L, N) before it of smooth ones wanted behind it: u = y + tau*dy/dt."""
+        if self.tau <= 0.0:
+            return signal
+        return np.asarray(signal + self.tau * _spline(signal, dt)(dt * np.arange(signal.shape[1]), 1))
 
 
 @dataclass(frozen=True)
@@ -232,6 +257,42 @@ class UnitGain:
         first, second = self.zeros
         return following[-1] + first * rate + second * self.poles[-1] * (rate_before - rate), following
 
+    @property
+    def lasting(self) -> float:
+        """Return for how many s a signal is felt behind it, to 5e-5."""
+        return _FELT * float(np.sum(1.0 / np.array(self.poles)))
+
+    def undone(self, signal: Array, dt: float) -> Array:
+        """Return the signals (L, N) before it of smooth ones y wanted behind it.
+
+        w + z_1*w' + z_2*w'' = y is solved for w, exact for y linear between samples; then u = prod(1 + s/p_i)*w, whose
+        third and fourth derivatives follow from those of y. Time constants far below a sample are none.
+        """
+        first, second = self.zeros
+        if 1.0 / min(self.poles) < _SHORT * dt:
+            return signal
+        gains = np.array([1.0])
+        for pole in self.poles:
+            gains = np.convolve(gains, [1.0, 1.0 / pole])
+        time, spline = np.arange(signal.shape[1]) * np.float64(dt), _spline(signal, dt)
+        system = np.array([[0.0, 1.0], [-1.0 / second, -first / second]]), np.array([[0.0], [1.0 / second]])
+        both = [_followed(system, row, time) for row in signal]
+        orders = [np.stack([w[:, k] for w in both]) for k in (0, 1)]
+        for k in range(len(self.poles) - 1):
+            orders.append((spline(time, k) - orders[k] - first * orders[k + 1]) / second)
+        return np.asarray(sum(gain * own for gain, own in zip(gains, orders, strict=False)))
+
+
+def _spline(signal: Array, dt: float) -> CubicSpline:
+    return CubicSpline(dt * np.arange(signal.shape[1]), signal, axis=1)
+
+
+def _followed(system: tuple[Array, Array], signal: Array, time: Array) -> Array:
+    """Return the states (N, 2) of a system at rest at a signal's first value."""
+    start = np.array([signal[0], 0.0])
+    found = lsim((*system, np.eye(2), np.zeros((2, 1))), signal, time, X0=start)[2]
+    return np.asarray(found)
+
 
 @dataclass(frozen=True)
 class Chain:
@@ -253,6 +314,17 @@ class Chain:
             following.append((after, value))
             signals = passed, value
         return signals[1], tuple(following)
+
+    @property
+    def lasting(self) -> float:
+        """Return for how many s a signal is felt behind them."""
+        return float(sum(link.lasting for link in self.links))
+
+    def undone(self, signal: Array, dt: float) -> Array:
+        """Return the signals (L, N) before them of those wanted behind them."""
+        for link in reversed(self.links):
+            signal = link.undone(signal, dt)
+        return signal
 
 
 @dataclass(frozen=True)

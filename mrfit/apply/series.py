@@ -41,19 +41,22 @@ class Inversion:
     wanted, field
         Current that the base had to see for the desired force, and what it saw under the command.
     force
-        Force under the command, before what is ``behind`` it.
+        Force that the whole model gives under the command.
+    asked, inner
+        What the force before the parts ``behind`` it had to be, and what it is; without such parts desired and force.
     low, high
-        Least and greatest force that any current gives at this motion.
+        Least and greatest such force that any current gives at this motion.
     flag
-        Whether the desired force can be reached, one of ``FLAGS``.
+        Whether the force asked can be reached, one of ``FLAGS``.
     limited
-        Where the coil or the amplifier kept the field from what was wanted.
+        Where the coil or the amplifier kept the field from what was wanted, or its command had to come before the
+        first sample.
     explicit
         Whether currents were found in closed form.
     dead_time
         Time in s by which commands were sent earlier, since the field answers later.
-    behind
-        Parts of the model behind the force that is inverted; the errors here do not show their lag.
+    behind, lasting
+        Parts of the model behind the force that the current gives, and for how many s it is felt there.
     """
 
     damper: Damper
@@ -65,6 +68,8 @@ class Inversion:
     wanted: Array
     field: Array
     force: Array
+    asked: Array
+    inner: Array
     low: Array
     high: Array
     flag: NDArray[np.int64]
@@ -72,12 +77,21 @@ class Inversion:
     explicit: bool
     dead_time: float
     behind: tuple[str, ...]
+    lasting: float
+
+    @property
+    def free(self) -> NDArray[np.bool_]:
+        """Samples whose force only such forces have made as could be reached and were not held back."""
+        bad = (self.flag != REACHED) | self.limited
+        places = np.arange(len(bad))
+        last = np.maximum.accumulate(np.where(bad, places, -1))
+        return np.asarray(places - last > np.ceil(self.lasting / self.dt))
 
     @property
     def summary(self) -> InversionRow:
         """What is printed and stands in the JSON file, there with the motion's name."""
         reached = self.flag == REACHED
-        free = reached & ~self.limited
+        free = self.free
         off = np.abs(self.force - self.desired)
         size = float(np.max(np.abs(self.desired), initial=0.0)) or 1.0
         return InversionRow(
@@ -88,7 +102,7 @@ class Inversion:
             explicit=self.explicit,
             shares={text: float(np.mean(self.flag == flag)) for flag, text in FLAGS.items()},
             limited=float(np.mean(self.limited & reached)),
-            greatest_error_where_reached=float(off[free].max(initial=0.0)),
+            greatest_error_where_reached=float(off[free].max()) if free.any() else None,
             rms_error=float(np.sqrt(np.mean(off**2))),
             rms_error_over_peak=float(np.sqrt(np.mean(off**2))) / size,
             dead_time=self.dead_time,
@@ -99,7 +113,8 @@ class Inversion:
         """Return every sample."""
         from pandas import DataFrame
 
-        names = ("time", "desired", "current", "wanted", "field", "force", "low", "high", "flag", "limited")
+        given = ("time", "desired", "current", "wanted", "field", "force", "asked", "inner")
+        names = (*given, "low", "high", "flag", "limited")
         return DataFrame({n: getattr(self, n) for n in names})
 
 
@@ -132,17 +147,34 @@ def inversion(
     bare, dead = prompt(damper)
     inverter = Inverter(Stepper(bare), amplifier)
     walk = _together if inverter.stepper.static_behind_field else _one_by_one
-    found = walk(inverter, motion, desired, dt, progress)
+    behind = inverter.stepper.behind
+    asked = inverter.stepper.undone(np.asarray(desired, dtype=np.float64)[None], dt)[0] if behind else desired
+    found = walk(inverter, motion, asked, dt, progress)
     late = round(dead / dt)
     current = np.concatenate([found["current"][late:], np.full(min(late, len(desired)), found["current"][-1])])
     time = np.arange(len(desired), dtype=np.float64) * np.float64(dt)
     limited = np.abs(found["field"] - found["wanted"]) > 1e-9 * max(1.0, damper.high)
-    kept = {n: found[n] for n in ("wanted", "field", "force", "low", "high")}
-    flag, behind = found["flag"].astype(np.int64), inverter.stepper.behind
+    limited[:late] = True
+    kept = {n: found[n] for n in ("wanted", "field", "inner", "low", "high")}
+    force = _given(damper, motion, current, dt, progress) if behind or dead > 0.0 else found["inner"]
     return Inversion(
-        damper, amplifier, dt, time, desired, current, **kept, flag=flag, limited=limited,
-        explicit=inverter.explicit, dead_time=dead, behind=behind,
+        damper, amplifier, dt, time, desired, current, **kept, force=force, asked=asked,
+        flag=found["flag"].astype(np.int64), limited=limited, explicit=inverter.explicit, dead_time=dead,
+        behind=behind, lasting=inverter.stepper.lasting,
     )  # fmt: skip
+
+
+def _given(damper: Damper, motion: Mapping[str, Array], current: Array, dt: float, progress: Progress) -> Array:
+    """Return the force (N,) of the whole model under commands; the first has had an interval to act."""
+    stepper, force = Stepper(damper), np.empty(len(current))
+    given = {**motion, "current": current}
+    state = stepper.rest({n: c[:1] for n, c in given.items()})
+    for k in range(len(force)):
+        done = stepper.step(state, {n: c[k : k + 1] for n, c in given.items()}, dt)
+        force[k], state = done.force[0], done.state
+        if k % _REPORT == 0 or k + 1 == len(force):
+            progress("forces", k + 1, len(force))
+    return force
 
 
 def _together(
@@ -168,7 +200,7 @@ def _together(
         current = field
     progress("currents", len(desired), len(desired))
     return {
-        "current": current, "wanted": one.field, "field": field, "force": stepper.inner(rest, channels, dt, field),
+        "current": current, "wanted": one.field, "field": field, "inner": stepper.inner(rest, channels, dt, field),
         "low": one.low, "high": one.high, "flag": one.flag.astype(np.float64),
     }  # fmt: skip
 
@@ -176,7 +208,7 @@ def _together(
 def _one_by_one(
     inverter: Inverter, motion: Mapping[str, Array], desired: Array, dt: float, progress: Progress
 ) -> dict[str, Array]:
-    names = ("current", "wanted", "field", "force", "low", "high", "flag")
+    names = ("current", "wanted", "field", "inner", "low", "high", "flag")
     found = {n: np.empty(len(desired)) for n in names}
     stepper = inverter.stepper
 

@@ -43,6 +43,12 @@ def invert(work: Path, found: Sequence[tuple[Motion, Inversion]]) -> InvertFile:
     rows = [replace(one.summary, motion=motion.name) for motion, one in found]
     first = found[0][1]
     notes = notes_of(first)
+    out = float(np.mean(np.concatenate([one.flag != REACHED for _, one in found])))
+    if out > 0.0:
+        notes.append(
+            f"Out of reach in {100.0 * out:.3g} % of the samples: no current gives the force there at this motion; it "
+            "is answered by the nearest."
+        )
     sections = [_inversion_section(motion, one, k) for k, (motion, one) in enumerate(found)]
     sections.insert(0, Section("Summary", notes, [_shares(rows, first.damper.output)]))
     lead = "The current for a desired force, sample by sample, with the state of damper and coil carried along."
@@ -69,7 +75,10 @@ def notes_of(one: Inversion) -> list[str]:
     if one.dead_time > 0.0:
         notes.append(f"Commands are sent {1e3 * one.dead_time:.3g} ms early, since the field answers that much later.")
     if one.behind:
-        notes.append(f"Not inverted, its lag stays as error: {', '.join(one.behind)}.")
+        notes.append(
+            f"{', '.join(one.behind)}: inverted with the desired force known ahead, and in the errors. On line, where "
+            "it is not, this lag stays as an error."
+        )
     return notes
 
 

@@ -177,6 +177,17 @@ class Stepper:
         following_state = State(given, seen, base, inputs, adds, tuple(outputs), inner)
         return Step(force, inner, seen["current"], following_state)
 
+    @property
+    def lasting(self) -> float:
+        """Return for how many s the force is felt in what lies ``behind`` it."""
+        return float(sum(link.element.lasting for link in self._outputs))
+
+    def undone(self, desired: Array, dt: float) -> Array:
+        """Return the forces (L, N) before what lies ``behind`` them of those desired, which are known ahead."""
+        for link in reversed(self._outputs):
+            desired = link.element.undone(desired, dt)
+        return desired
+
     def _seen(self, state: State, given: dict[str, Array], dt: float) -> tuple[dict[str, Array], tuple[Any, ...]]:
         """Return the channels as the base sees them, and the states of what changes them."""
         seen, before, following = dict(given), dict(state.given), list[Any]()

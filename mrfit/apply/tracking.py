@@ -5,9 +5,9 @@ would push or is less than the damper's least, the greatest where it is more tha
 I where the wanted current rests at its least or greatest, II where it varies, III from a step between the two until the
 force has come within 5 % of what that current gives at rest.
 
-Schemes: ``feedforward`` sends the inverse of field and coil; ``feedback`` a PI controller's current on the error of the
-force; ``both`` adds the controller's to the inverse's; ``uninverted`` sends the wanted current as it is, without making
-up for the lag.
+Schemes: ``feedforward`` sends the inverse of field and coil, and of what lies behind the force, since the motion is
+known ahead; ``feedback`` a PI controller's current on the error of the force; ``both`` adds the controller's to the
+inverse's; ``uninverted`` sends the wanted current as it is, without making up for the lag.
 """
 
 from collections.abc import Sequence
@@ -286,6 +286,9 @@ class _Loop:
         self.ahead = round(dead / motion.dt)
         self.plant, self.inverter = Stepper(pair[1]), Inverter(Stepper(model), amplifier)
         self.desired = np.stack([d.force for d, _ in lanes])
+        behind = self.inverter.stepper.behind
+        # what the force must be before what lies behind it, for the lanes that make up for lags
+        self.asked = self.inverter.stepper.undone(self.desired, motion.dt) if behind else None
         self.feedback = np.array([s in ("feedback", "both") for _, s in lanes])
         self.forward = np.array([s != "feedback" for _, s in lanes])
         self.plainly = np.array([s == "uninverted" for _, s in lanes])
@@ -318,7 +321,10 @@ class _Loop:
         # the model runs a dead time ahead of the plant, where the motion is known
         now = self._channels(ahead, held)
         wish = self.inverter.solve(self.state, now, dt, self.desired[:, ahead])
-        coil = self.inverter.command(self.state, now, dt, wish.field)
+        made = wish
+        if self.asked is not None:
+            made = self.inverter.solve(self.state, now, dt, self.asked[:, ahead])
+        coil = self.inverter.command(self.state, now, dt, made.field)
         forward = np.where(self.plainly, wish.field, coil)
         command = np.where(self.forward, forward, self.damper.low)
         low, high = commands(self.inverter.amplifier, self.damper, held, dt)

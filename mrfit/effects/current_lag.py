@@ -6,7 +6,7 @@ i current (A), i_sim the current that the base sees (A), tau time constant (s), 
 0.02 s, t_d dead time before the field moves (s). A record does not show when between two samples a step was made: t_d
 also takes up that, which else would bias tau, and may come out below 0 by a part of a sample. Between samples the
 current is a parabola, since straight lines would blur its edges by dt^2/6 and tau be short of that; i_sim starts at the
-first sample.
+first sample. No sample knows of those after it, but where t_d is below 0.
 
 Source: inverse-tanh paper eq. 9; the simplest M(s) of Savaia et al. eq. 7, with its delay.
 """
@@ -14,7 +14,7 @@ Source: inverse-tanh paper eq. 9; the simplest M(s) of Savaia et al. eq. 7, with
 import numpy as np
 
 from mrfit.core.specs import Array, Breaks, EffectSpec, Index, Invariance, Param
-from mrfit.kernels.filters import lag, lagged_bend
+from mrfit.kernels.filters import lag, lagged_bends
 from mrfit.kernels.theta import plain
 
 SPEC = EffectSpec(
@@ -43,7 +43,8 @@ def transform(channels: dict[str, Array], theta: Array, dt: float) -> dict[str, 
     current, ratio, shift = plain(channels["current"])[None], np.array([theta[0] / dt]), theta[1] / dt
     lagged = lag(current, ratio)[0]
     late = lagged if shift == 0.0 else _late(current[0], lagged, ratio[0], shift)
-    return {"current": late - _between(lagged_bend(current, ratio)[0], shift)}
+    settled, now = lagged_bends(current, ratio)
+    return {"current": late - (now[0] if shift == 0.0 else _between(settled[0], now[0], shift))}
 
 
 def _late(current: Array, lagged: Array, ratio: float, shift: float) -> Array:
@@ -55,10 +56,13 @@ def _late(current: Array, lagged: Array, ratio: float, shift: float) -> Array:
     return late
 
 
-def _between(x: Array, shift: float) -> Array:
-    """Return a signal (N,) a number of samples later, linear between samples."""
-    before, share = _place(len(x), shift)
-    late: Array = x[before] + share * (x[before + 1] - x[before])
+def _between(settled: Array, now: Array, shift: float) -> Array:
+    """Return a signal (N,) a number of samples later, linear between samples; ``now`` is what each sample knows."""
+    before, share = _place(len(settled), shift)
+    after = before + 1
+    known = (after < np.arange(len(settled))) | (shift < 0.0)
+    following = np.where(known, settled[after], now[after])
+    late: Array = settled[before] + share * (following - settled[before])
     return late
 
 

@@ -5,7 +5,8 @@
 F force (N) or torque, tau time (s) by which its record is late; negative if it is early. Of the time by which it is
 late the share s (1) is a first-order lag, as of a sensor's or an amplifier's filter, and the rest a dead time; slow
 tests, which both delay alike, do not tell how much. A record that is early is so by dead time alone. The dead time is
-a cubic Lagrange interpolation, the ends held; the lag is exact for a force that is a parabola between samples.
+a cubic Lagrange interpolation, the ends held; the lag is exact for a force that is a parabola between samples. Neither
+knows of samples to come, but for a record that is early.
 
 Source: time lag of the test rig, inverse-tanh paper sec. 3.2; interpolation after Laakso et al., IEEE Signal Processing
 Magazine 13 (1996) 30.
@@ -14,7 +15,7 @@ Magazine 13 (1996) 30.
 import numpy as np
 
 from mrfit.core.specs import Array, EffectSpec, Param
-from mrfit.kernels.filters import shifted, smooth_lag
+from mrfit.kernels.filters import held_back, shifted, smooth_lag
 from mrfit.kernels.theta import plain
 
 SPEC = EffectSpec(
@@ -41,4 +42,9 @@ def shape(output: Array, channels: dict[str, Array], theta: Array, dt: float) ->
     """Return the output, shape (P, N), late by tau in s, theta[:, 0], a share theta[:, 1] of it by a lag."""
     tau, share = theta.T
     filtered = np.maximum(share * tau, 0.0)
-    return smooth_lag(shifted(plain(output), (tau - filtered) / dt), filtered / dt)
+    shift, known = (tau - filtered) / dt, plain(output)
+    moved = held_back(known, np.maximum(shift, 0.0))
+    early = shift < 0.0
+    if early.any():
+        moved[early] = shifted(plain(known[early]), shift[early])
+    return smooth_lag(moved, filtered / dt)

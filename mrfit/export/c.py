@@ -2,14 +2,14 @@
 
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mrfit.core.channels import unit_of
 from mrfit.core.specs import Array
 from mrfit.export.c_form import TEMPLATES, environment
-from mrfit.export.c_parts import Parts, parts_of
+from mrfit.export.c_parts import Parts, checkable, parts_of, stated
 from mrfit.export.causality import Cost, costs
 from mrfit.export.compiler import Compiled, compiled, compiler
 from mrfit.export.head import CAUSALITY, head_lines
@@ -124,16 +124,30 @@ def files(source: Source, settings: Settings) -> Files:
 
 
 def notes_of(source: Source) -> list[str]:
-    """Return what of the fit a causal model cannot have."""
-    notes = []
-    for link in source.links:
-        for p, value in zip(link.spec.params, link.theta.tolist(), strict=True):
-            if p.unit == "s" and p.low < 0.0 and value < 0.0:
-                notes.append(
-                    f"{link.spec.name}.{p.name} is {value:.3g} s: the logs have it before it happens, which a causal "
-                    "model cannot; it is taken as 0"
-                )
-    return notes
+    """Return what of the fit a causal model cannot have, and where a form says that it is not the simulation."""
+    notes = [
+        f"{source.spec.names[k]} is {source.theta[k]:.3g} s: the logs have it before it happens, which a causal "
+        "model cannot; it is taken as 0"
+        for k in _early(source)
+    ]
+    return notes + stated(source)
+
+
+def _early(source: Source) -> list[int]:
+    """Return the places of times by which something happens before its cause."""
+    first = len(source.base_theta)
+    return [
+        k
+        for k, p in enumerate(source.spec.params)
+        if k >= first and p.unit == "s" and p.low < 0.0 and source.theta[k] < 0.0
+    ]
+
+
+def causal(source: Source) -> Source:
+    """Return it with those times 0."""
+    theta = source.theta.copy()
+    theta[_early(source)] = 0.0
+    return replace(source, theta=theta)
 
 
 def rendered(source: Source, parts: Parts, told: Sequence[str], cost: Cost, tunable: bool = False) -> dict[str, str]:
@@ -163,9 +177,9 @@ def _selftest(source: Source, parts: Parts) -> SelfTest | None:
     """Return the self-test: the first samples of a segment in which the output moves most; None without logs."""
     if not source.stretches:
         return None
-    stretch = max(source.stretches, key=lambda s: float(np.ptp(s.simulated[:TESTED])))
-    drive = source.drive(stretch)[:, :TESTED]
-    expected = source.simulate(drive, stretch.dt)
+    stretch = max(checkable(source), key=lambda s: float(np.ptp(s.simulated[:TESTED])))
+    whole = source.drive(stretch)
+    drive, expected = whole[:, :TESTED], causal(source).simulate(whole, stretch.dt)[:TESTED]
     inputs = [drive[source.spec.inputs.index(n)] for n in source.channels]
     rows = [[number(v) for v in row] for row in np.column_stack([*inputs, expected]).tolist()]
     units = [f"{field(n)} {unit_of(n)}" for n in (*source.channels, source.spec.output)]
@@ -174,20 +188,14 @@ def _selftest(source: Source, parts: Parts) -> SelfTest | None:
         columns=units,
         dt=number(stretch.dt),
         range=number(source.output_range),
-        tolerance=number(_tolerance(source, parts)),
+        tolerance=number(_tolerance(parts)),
         float_tolerance=number(EXACT_FLOAT),
     )
 
 
-def _tolerance(source: Source, parts: Parts) -> float:
-    """Return the share of the range that the self-test allows: what was stated of the causal forms in this export."""
-    stated = [EXACT, float(parts.base.setting("tolerance", 0.0)) * 10.0]
-    looser = {"smooth_lag", "play"} & set(parts.context.block_names)
-    if looser or any(k.spec.slot == "loop" for k in source.links):
-        stated.append(1e-2)
-    if parts.context.shape_varies:
-        stated.append(2e-5)
-    return max(stated)
+def _tolerance(parts: Parts) -> float:
+    """Return the share of the range that the self-test allows: what a form states of itself."""
+    return max(EXACT, 10.0 * float(parts.base.setting("tolerance", 0.0)))
 
 
 def named(text: str, prefix: str) -> str:

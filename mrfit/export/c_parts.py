@@ -20,7 +20,7 @@ from mrfit.export.c_context import (
     Term,
 )
 from mrfit.export.c_form import TEMPLATES, Form, blocks_for, form_of
-from mrfit.export.source import Link, Source
+from mrfit.export.source import Link, Source, Stretch
 from mrfit.export.text import field, identifier, in_comment, number
 from mrfit.kernels.branch import curve_of, normal_form
 from mrfit.kernels.filters import level
@@ -70,13 +70,8 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
     DataError
         If the model or an effect has no C form.
     """
-    given = {"tunable": tunable, "shape_varies": False}
-    form = form_of("model", source.base.name, given)
     dependence = source.dependence
-    varying = {name for name, _ in dependence.orders} if dependence else set()
-    given["shape_varies"] = bool(form.shape_names & set(map(field, varying)))
-    form = form_of("model", source.base.name, given)
-    forms = [form_of("effect", link.spec.name, given) for link in source.links]
+    form, forms, given = _forms(source, tunable)
     blocks = blocks_for([name for one in (form, *forms) for name in one.uses], given)
     roles = sorted({r for one in forms for r in re.findall(r"f->role_(\w+)", one.text("body"))})
     base = base_fields(source, roles)
@@ -116,6 +111,24 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
         unused_inner=_unused(effects, arguments),
     )
     return Parts(context, form)
+
+
+def _forms(source: Source, tunable: bool) -> tuple[Form, list[Form], dict[str, bool]]:
+    """Return the forms of the base and of its effects, and what they were given."""
+    given = {"tunable": tunable, "shape_varies": False}
+    form = form_of("model", source.base.name, given)
+    varying = {name for name, _ in source.dependence.orders} if source.dependence else set()
+    given["shape_varies"] = bool(form.shape_names & set(map(field, varying)))
+    form = form_of("model", source.base.name, given)
+    return form, [form_of("effect", link.spec.name, given) for link in source.links], given
+
+
+def stated(source: Source) -> list[str]:
+    """Return where a causal form cannot be the simulation in Python, as the templates say."""
+    form, forms, _ = _forms(source, False)
+    names = [source.base.name, *(link.spec.name for link in source.links)]
+    said = [one.setting("stated", "") for one in (form, *forms)]
+    return [f"{name}: {text}" for name, text in zip(names, said, strict=True) if text]
 
 
 def prefix_of(name: str) -> str:
@@ -282,9 +295,17 @@ def constants(form: Form, source: Source) -> dict[str, tuple[str, float]]:
     found = {}
     for name in form.setting("constants", []):
         text, channel = known[name]
-        levels = [level(s.inputs[channel]) for s in source.stretches]
-        found[name] = text, float(np.median(levels)) if levels else 0.0
+        levels = sorted(level(s.inputs[channel]) for s in source.stretches)
+        # that of one of the logs, on which the export can then be checked
+        found[name] = text, levels[(len(levels) - 1) // 2] if levels else 0.0
     return found
+
+
+def checkable(source: Source) -> list[Stretch]:
+    """Return the logs whose own values are the constants that effects take from all of them."""
+    forms = _forms(source, False)[1]
+    wanted = {text: value for form in forms for text, value in constants(form, source).values()}
+    return [s for s in source.stretches if not wanted or level(s.inputs["displacement"]) in wanted.values()]
 
 
 def _ring(source: Source, form: Form, forms: list[Form], tunable: bool) -> int:

@@ -37,13 +37,35 @@ def lag(x: Array, ratio: Array) -> Array:
 
 
 @kernel
-def lagged_bend(x: Array, ratio: Array) -> Array:
+def chord_lag(x: Array, here: Array, there: Array, gain: float) -> Array:
+    """Return ``lag`` of a signal (N,) whose tau/dt, over each interval, is a gain > 0 times the chord d(there)/d(here).
+
+    Where a chord of the signals ``here`` and ``there``, (N,), has no slope above 0, that before it holds; 0 at first.
+    """
+    y = np.empty_like(x)
+    y[0] = x[0]
+    ratio = 0.0
+    for j in range(1, len(x)):
+        run = here[j] - here[j - 1]
+        slope = (there[j] - there[j - 1]) / run if run != 0.0 else 0.0
+        ratio = gain * slope if 0.0 < slope < math.inf else ratio
+        y[j] = x[j]
+        if ratio > 0.0:
+            rate = 1.0 / ratio
+            y[j] += math.exp(-rate) * (y[j - 1] - x[j - 1]) + ratio * math.expm1(-rate) * (x[j] - x[j - 1])
+    return y
+
+
+@kernel
+def lagged_bends(x: Array, ratio: Array) -> tuple[Array, Array]:
     """Return by how much ``lag`` of signals (P, N) overshoots that of signals which are parabolas between samples.
 
     Straight lines would blur such signals by dt^2/6: between two samples they are off the line by c*u*(1 - u)/2, c the
-    mean of the second differences at both and u the share of the interval that has passed.
+    mean of the second differences at both and u the share of the interval that has passed. That at the later one takes
+    one sample more. The first result knows it; the second does not, as what is simulated while it happens: there c is
+    the second difference at the earlier one. What that is off at one sample the next makes up for.
     """
-    bend = np.zeros_like(x)
+    settled, now = np.zeros_like(x), np.zeros_like(x)
     last = x.shape[1] - 1
     for p in range(len(x)):
         if ratio[p] == 0.0:
@@ -51,14 +73,15 @@ def lagged_bend(x: Array, ratio: Array) -> Array:
         decay, gained, before = math.exp(-1.0 / ratio[p]), _gained_from_bend(1.0 / ratio[p]), 0.0
         for j in range(1, last + 1):
             here = x[p, j + 1] - 2.0 * x[p, j] + x[p, j - 1] if j < last else 0.0
-            bend[p, j] = decay * bend[p, j - 1] + gained * 0.5 * (before + here)
+            now[p, j] = decay * settled[p, j - 1] + gained * before
+            settled[p, j] = decay * settled[p, j - 1] + gained * 0.5 * (before + here)
             before = here
-    return bend
+    return settled, now
 
 
 def smooth_lag(x: Array, ratio: Array) -> Array:
-    """Return ``lag`` of signals (P, N) that are parabolas between samples."""
-    smooth: Array = lag(x, ratio) - lagged_bend(x, ratio)
+    """Return ``lag`` of signals (P, N) that are parabolas between samples; no sample knows of those after it."""
+    smooth: Array = lag(x, ratio) - lagged_bends(x, ratio)[1]
     return smooth
 
 
@@ -105,6 +128,45 @@ def shifted(x: Array, shift: Array) -> Array:
             else:
                 y[p, j] = before * x[p, max(k - 1, 0)] + here * x[p, k] + after * x[p, k + 1]
                 y[p, j] += beyond * x[p, min(k + 2, last)]
+    return y
+
+
+@kernel
+def held_back(x: Array, shift: Array) -> Array:
+    """Delay signals as ``shifted`` does, by samples that are not after the moment: what a causal model can do.
+
+    Within one sample the cubic goes through the last four samples, beyond it through two on either side.
+
+    Parameters
+    ----------
+    x
+        Signals, shape (P, N); before its first value a signal has that value.
+    shift
+        Delay in samples >= 0, shape (P,); 0 leaves the signal as it is.
+    """
+    y = np.empty_like(x)
+    samples = x.shape[1]
+    for p in range(len(x)):
+        if shift[p] == 0.0:
+            y[p] = x[p]
+            continue
+        bounded = min(shift[p], 2.0 + samples)
+        whole = math.floor(-bounded)
+        f = -bounded - whole
+        # the second of the four
+        second = min(int(whole), -2)
+        f += whole - second
+        before = -f * (f - 1.0) * (f - 2.0) / 6.0
+        here = (f + 1.0) * (f - 1.0) * (f - 2.0) / 2.0
+        after = -(f + 1.0) * f * (f - 2.0) / 2.0
+        beyond = (f + 1.0) * f * (f - 1.0) / 6.0
+        for j in range(samples):
+            if j + whole < 0:
+                y[p, j] = x[p, 0]
+            else:
+                k = j + second
+                y[p, j] = before * x[p, max(k - 1, 0)] + here * x[p, max(k, 0)]
+                y[p, j] += after * x[p, max(k + 1, 0)] + beyond * x[p, k + 2]
     return y
 
 
@@ -156,20 +218,19 @@ def smooth_play(x: Array, half_width: float) -> Array:
     """Return ``play`` of a signal (N,) that is smooth: it turns between the samples, at a parabola's vertex.
 
     A sampled signal misses up to an eighth of its second difference at every turn, which is travel that a narrow play
-    would have seen.
+    would have seen. The parabola goes through the last three samples; no sample knows of those after it.
     """
     y = np.empty_like(x)
-    state, last = 0.0, len(x) - 1
-    for j in range(last + 1):
+    state = 0.0
+    for j in range(len(x)):
+        if j > 1:
+            before, after = x[j - 1] - x[j - 2], x[j] - x[j - 1]
+            # its slopes at the first and at the last of them have unlike signs
+            if (3.0 * before - after) * (3.0 * after - before) < 0.0:
+                vertex = x[j - 1] - (before + after) ** 2 / (8.0 * (after - before))
+                state = max(vertex - half_width, min(vertex + half_width, state))
         state = max(x[j] - half_width, min(x[j] + half_width, state))
         y[j] = state
-        if 0 < j < last and (x[j] - x[j - 1]) * (x[j] - x[j + 1]) > 0.0:
-            slope, bend = x[j + 1] - x[j - 1], 2.0 * x[j] - x[j - 1] - x[j + 1]
-            vertex = x[j] + slope * slope / (8.0 * bend)
-            state = max(vertex - half_width, min(vertex + half_width, state))
-            if slope * bend < 0.0:
-                y[j] = max(x[j] - half_width, min(x[j] + half_width, state))
-                state = y[j]
     return y
 
 

@@ -89,6 +89,9 @@ def test_invert_writes_currents_that_give_the_force(command: Command, work: Path
 
     table = read_table(work / "apply" / "invert-1.parquet").to_pydict()
     assert len(table["current"]) == 1001 and max(table["current"]) <= 1.0
+    assert command("invert", "--fit", "plain", "--sine", "1:0.01:1", "--law", "c=1e9")[0] == 0
+    said = [n for n in page_of(work, "invert")[1]["notes"] if n.startswith("Out of reach in 100 % of the samples")]
+    assert len(said) == 1
     assert command("invert", "--fit", "memory", "--sine", "2:0.01:0.5", "--dt", "0.002", "--law", "c=1e4")[0] == 0
 
 

@@ -51,7 +51,7 @@ def test_coil_whose_inductance_falls_to_a_third_agrees_with_a_circuit_solver() -
         (0.0, t[-1]), [0.0], t_eval=t, rtol=1e-9, atol=1e-12, method="DOP853",
     )  # fmt: skip
     flux = closed(lambda i: b * np.arcsinh(i / a), current, np.array([conductance]), t[1])
-    assert np.abs(flux - b * np.arcsinh(solved.y[0] / a)).max() <= 3e-4 * np.ptp(flux)
+    assert np.abs(flux - b * np.arcsinh(solved.y[0] / a)).max() <= 1e-6 * np.ptp(flux)
 
 
 def test_the_hysteretic_flux_obeys_the_circuit() -> None:

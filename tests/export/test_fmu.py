@@ -53,6 +53,9 @@ def opened(path: Path) -> Iterator[Any]:
         slave.freeInstance()
 
 
+DEPENDENCE_OF_TANH = CurrentDependence((("fy", 1),), 0.1, 1.5)
+
+
 def stepped(path: Path, source: Source, changed: dict[int, dict[str, float]] | None = None) -> Array:
     """The output at every sample, the inputs of a step set before it; parameters changed before some steps."""
     stretch = source.stretches[0]
@@ -122,6 +125,20 @@ def test_parameters_are_tuned_at_the_start_and_on_the_way(fmi: int, tmp_path: Pa
     both = np.concatenate([wanted[0][:half], wanted[1][half:]])
     np.testing.assert_allclose(got, both, atol=1e-6 * np.ptp(both))
     assert np.abs(got - source.simulate(drive, 1e-3)).max() > 0.01 * np.ptp(both)
+
+
+@pytest.mark.slow
+def test_a_delay_set_on_the_way_finds_a_past(tmp_path: Path) -> None:
+    source = rig("tanh+delay+current-lag", DEPENDENCE_OF_TANH, changes={"delay.tau": 0.0, "current-lag.t_d": 0.0})
+    path, half, drive = written(source, 2, tmp_path), 500, source.drive(source.stretches[0])
+    got = stepped(path, source, {half: {"delay.tau": 0.02, "delay.s": 0.0, "current-lag.t_d": 0.01}})
+    late = source.theta.copy()
+    for name, value in (("delay.tau", 0.02), ("delay.s", 0.0), ("current-lag.t_d", 0.01)):
+        late[source.spec.names.index(name)] = value
+    wanted = source.assembly.simulate(drive, late[None], 1e-3)[0]
+    np.testing.assert_allclose(got[:half], source.simulate(drive, 1e-3)[:half], atol=1e-9 * np.ptp(wanted))
+    # what the delay holds of the time before the current's delay was set has left after 20 ms
+    np.testing.assert_allclose(got[half + 25 :], wanted[half + 25 :], atol=1e-9 * np.ptp(wanted))
 
 
 def test_the_description_has_units_starts_and_words(tmp_path: Path) -> None:

@@ -39,7 +39,9 @@ class InversionRow(Entry):
     """The currents of a motion in numbers, SI; shares of the samples, by whether the desired force can be reached.
 
     ``limited`` is the share at which coil or amplifier held back what could be reached. ``dead_time`` is that by which
-    commands are sent early; ``behind`` names what is not inverted.
+    commands are sent early; ``behind`` names what lies behind the force and is inverted with the desired one known
+    ahead. Errors are those of the whole model under the commands; where no sample was free of limits the greatest is
+    none.
     """
 
     motion: str = ""
