@@ -51,13 +51,8 @@ def ingest(
     *,
     preview: Annotated[bool, typer.Option("--preview", help="Show what would be read; write nothing.")] = False,
     suggest_map: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Write a starter channel map for these logs to a new FILE (- prints it); read nothing.",
-            show_default=False,
-        ),
-    ] = None,
+        bool, typer.Option("--suggest-map", help="Write a channel map to start from beside unknown logs; read nothing.")
+    ] = False,
     work: Work,
     plugins: Plugins,
     as_json: Json,
@@ -71,15 +66,12 @@ def ingest(
     from mrfit.cli import output, pipeline
     from mrfit.ingest.stage import preview as preview_logs
 
-    if suggest_map is not None:
+    if suggest_map:
         from mrfit.ingest import suggestion
 
-        if suggest_map == Path("-"):
-            return typer.echo(suggestion.suggest(logs, settings), nl=False)
-        suggestion.write(logs, settings, suggest_map)
-        return console.say(
-            f"Channel map: {suggest_map}. Check every line of it, then `mrfit ingest --map {suggest_map} …`"
-        )
+        place = suggestion.write(logs, settings)
+        told = f"Channel map to start from: {place}; check every line of it, then run `mrfit ingest` again"
+        return console.print_json({"map": str(place)}) if as_json else console.say(told)
     if preview:
         rows = preview_logs(logs, settings)
         return console.print_json([asdict(row) for row in rows]) if as_json else output.preview(rows)

@@ -11,6 +11,7 @@ import numpy as np
 from mrfit.core.channels import CHANNELS, unit_of
 from mrfit.errors import ConfigError, DataError
 from mrfit.ingest import series
+from mrfit.ingest.dispatch import expand
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
 from mrfit.ingest.meaning.naming import Signal, name_signals
@@ -22,27 +23,31 @@ from mrfit.io.workspace import write_text
 from mrfit.settings.ingest import Settings
 
 WIDTH = 118
+# Rows from which a column without a name is taken for the time, and how much its steps may differ
+ROWS, EVENLY = 500, 0.1
 LISTED = 5
 """Logs that are named where several have other columns."""
 
 
-def write(paths: Sequence[Path], settings: Settings, file: Path) -> None:
-    """Write a starter channel map for logs to a file that does not exist yet.
+def write(paths: Sequence[Path], settings: Settings) -> Path:
+    """Write a starter channel map beside the first of some logs, where none is yet, and return its path.
 
     Raises
     ------
     ConfigError
-        If the file exists or cannot be written.
+        If there is a channel map, or the map cannot be written.
     DataError
         If no log can be read.
     """
+    file = expand([Path(p) for p in paths])[0][0].parent / FILE_NAME
     if file.exists():
-        raise ConfigError(f"{file} exists; give another name, or remove it first")
+        raise ConfigError(f"{file}: there is a channel map already; move it to have another one suggested")
     text = suggest(paths, settings)
     try:
         write_text(file, text)
     except OSError as error:
-        raise ConfigError(f"{file}: cannot be written ({error.strerror or error}); give another name") from None
+        raise ConfigError(f"{file}: cannot be written ({error.strerror or error}); copy the logs elsewhere") from None
+    return file
 
 
 def suggest(paths: Sequence[Path], settings: Settings) -> str:
@@ -80,7 +85,7 @@ def suggest(paths: Sequence[Path], settings: Settings) -> str:
 def _map_of(item: Item, table: Table) -> Iterator[str]:
     name = excerpt(Path(item.source).name)
     yield f"# Channel map for logs as {name} (reader {item.reader}), suggested by `mrfit ingest --suggest-map`."
-    yield f"# Check every line, complete those that begin with #, and save it as {FILE_NAME} beside the logs."
+    yield "# Check every line, and complete those that begin with #."
     yield ""
     yield from _time_lines(table)
     yield "# resistance = 2.1   # ohm, of the coil; without it, it is estimated from voltage and current"
@@ -88,7 +93,8 @@ def _map_of(item: Item, table: Table) -> Iterator[str]:
     yield ""
     yield "[channels]"
     signals = {s.index: s for s in name_signals(table.columns, Rules(), item.source)[0]}
-    for column in table.columns:
+    even = [c for c in table.columns if table.time is None and table.dt is None and _rises_evenly(c)][:1]
+    for column in (c for c in table.columns if c not in even):
         yield from _channel_lines(column, signals[column.index], table.columns)
     yield ""
     listed = f"NAME is one of {', '.join(f'{c.name} ({c.unit})' for c in CHANNELS.values())}, or a name of your own."
@@ -103,10 +109,18 @@ def _time_lines(table: Table) -> Iterator[str]:
         yield f"time = {{{_place(table.time, ())}, unit = {_quoted(unit)}}}   #{said} {_values(table.time)}"
     elif table.dt is not None:
         yield f"# the file states {1.0 / table.dt:.6g} samples a second"
+    elif even := [c for c in table.columns if _rises_evenly(c)]:
+        yield f'time = {{{_place(even[0], table.columns)}, unit = "s"}}   # it rises evenly: {_values(even[0])}'
     else:
         yield "# The log states neither times nor a rate: write one of these."
         yield "# rate = 1000   # samples a second"
         yield '# time = {column = 0, unit = "s"}'
+
+
+def _rises_evenly(column: Column) -> bool:
+    """Return whether a column may be the time: its steps differ by little."""
+    steps = np.diff(np.asarray(column.values[:ROWS], dtype=float))
+    return len(steps) > 2 and bool(np.all(steps > 0.0)) and float(np.ptp(steps)) < EVENLY * float(np.mean(steps))
 
 
 def _channel_lines(column: Column, signal: Signal, columns: tuple[Column, ...]) -> Iterator[str]:

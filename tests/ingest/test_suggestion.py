@@ -2,6 +2,7 @@
 
 import tomllib
 from pathlib import Path
+from shutil import copy
 
 import pytest
 from hypothesis import given, settings
@@ -22,7 +23,7 @@ def test_what_logs_say_is_written_out_and_read_back_alike(tmp_path: Path) -> Non
         "Zeit (ms);Kraft (kN);Weg (mm)\n" + "".join(f"{k};{k % 7};{k % 5}\n" for k in range(50))
     )
     (plain,) = read([tmp_path], Settings()).recordings
-    write([tmp_path], Settings(), tmp_path / "mrfit.toml")
+    assert write([tmp_path], Settings()) == tmp_path / "mrfit.toml"
     assert tomllib.loads((tmp_path / "mrfit.toml").read_text())["channels"]["force"] == {
         "column": "Kraft",
         "unit": "kN",
@@ -33,13 +34,21 @@ def test_what_logs_say_is_written_out_and_read_back_alike(tmp_path: Path) -> Non
 
 
 def test_what_logs_leave_open_is_a_comment_with_the_values(tmp_path: Path) -> None:
-    (tmp_path / "run.csv").write_text("AI0,AI1 [V]\n" + "".join(f"{k},{k / 8}\n" for k in range(30)))
+    (tmp_path / "run.csv").write_text("AI0,AI1 [V]\n" + "".join(f"{k * k},{k / 8 * k}\n" for k in range(30)))
     text = suggest([tmp_path], Settings())
     assert tomllib.loads(text) == {"channels": {}}
     assert "# rate = 1000" in text
-    assert '# NAME = {column = "AI0", unit = "…"}   # column 0: 0 to 29, begins 0, 1, 2' in text
+    assert '# NAME = {column = "AI0", unit = "…"}   # column 0: 0 to 841, begins 0, 1, 4' in text
     assert (
-        '# NAME = {column = "AI1", unit = "V"}   # may be voltage; column 1: 0 to 3.625, begins 0, 0.125, 0.25' in text
+        '# NAME = {column = "AI1", unit = "V"}   # may be voltage; column 1: 0 to 105.12, begins 0, 0.125, 0.5' in text
+    )
+
+
+@pytest.mark.parametrize(("rows", "time"), [((0.0, 0.5, 1.0, 1.5), True), ((0.0, 0.5, 1.5, 1.6), False)])
+def test_a_column_that_rises_evenly_may_be_the_time(tmp_path: Path, rows: tuple[float, ...], time: bool) -> None:
+    (tmp_path / "run.csv").write_text("AI0,AI1\n" + "".join(f"{r},{r * (2 - r)}\n" for r in rows))
+    assert tomllib.loads(suggest([tmp_path], Settings())).get("time") == (
+        {"column": "AI0", "unit": "s"} if time else None
     )
 
 
@@ -69,18 +78,17 @@ def test_no_header_breaks_out_of_its_place(tmp_path_factory: pytest.TempPathFact
     assert all(c.isprintable() or c == "\n" for c in text)
 
 
-def test_a_suggestion_can_be_loaded(tmp_path: Path) -> None:
-    write([COIL], Settings(), tmp_path / "map.toml")
-    assert load_map(tmp_path / "map.toml").time is not None
-
-
-def test_the_command_writes_a_new_file_only(tmp_path: Path, mrfit: Run) -> None:
-    ask = ("ingest", COIL, "--suggest-map")
-    assert mrfit(*ask, "map.toml").returncode == 0
-    before = (tmp_path / "map.toml").read_text()
-    again = mrfit(*ask, "map.toml")
-    assert again.returncode == 2 and "exists; give another name" in again.stderr
-    assert (tmp_path / "map.toml").read_text() == before == mrfit(*ask, "-").stdout
+def test_the_command_writes_a_map_that_is_read_where_there_is_none(tmp_path: Path, mrfit: Run) -> None:
+    copy(COIL / "coil_01Hz_1A.csv", tmp_path)
+    ask = ("ingest", tmp_path / "coil_01Hz_1A.csv")
+    told = mrfit(*ask, "--suggest-map")
+    assert told.returncode == 0 and "check every line" in told.stdout
+    assert load_map(tmp_path / "mrfit.toml").time is not None
+    before = (tmp_path / "mrfit.toml").read_text()
+    again = mrfit(*ask, "--suggest-map")
+    assert again.returncode == 2 and "there is a channel map already" in again.stderr
+    assert (tmp_path / "mrfit.toml").read_text() == before
+    assert mrfit(*ask).returncode == 0
 
 
 def test_no_log_is_one_line(tmp_path: Path) -> None:
