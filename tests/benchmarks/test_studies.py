@@ -1,0 +1,90 @@
+"""The papers' claims, on the committed results of the studies; the studies themselves are long and marked so."""
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.studies.__main__ import PAGE, page
+from benchmarks.studies.page import AGREES, RESULTS, Row, Study, load, markdown, near
+from benchmarks.studies.runs import published
+
+NAMES = sorted(p.stem for p in RESULTS.glob("*.json"))
+
+
+def column(study: Study, source: str, number: int, side: str = "reproduced") -> list[float]:
+    return [getattr(row, side)[number] for row in study.table(source).rows]
+
+
+def test_the_page_is_that_of_the_committed_results() -> None:
+    assert PAGE.read_text(encoding="utf-8") == page()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_difference_says_why_and_nothing_is_copied(name: str) -> None:
+    for table in load(name).tables:
+        for row in table.rows:
+            assert row.verdict in ("", AGREES) or len(row.verdict) > len("differs: ")
+        pairs = [(p, r) for row in table.rows for p, r in zip(row.published, row.reproduced, strict=False)]
+        there = [(p, r) for p, r in pairs if p is not None and r is not None and p not in (0.0, 1.0)]
+        assert not there or any(p != r for p, r in there)
+
+
+def test_numbers_agree_within_the_share_and_not_beyond() -> None:
+    assert near(2.0, 2.1, 0.06, "x") == AGREES
+    assert near(2.0, 2.1, 0.04, "other iron") == "differs: other iron"
+
+
+def test_a_page_shows_both_sides_of_a_row() -> None:
+    study = load("coil-flux")
+    row = study.table("Table 1").rows[0]
+    assert isinstance(row, Row)
+    text = markdown([study])
+    assert f"| {row.of} | " + " | ".join(f"{v:.4g}" for v in (*row.published, *row.reproduced) if v is not None) in text
+
+
+def test_flux_errors_rise_with_current_and_fall_with_frequency() -> None:
+    study = load("coil-flux")
+    found = np.array([row.reproduced for row in study.table("Table 1").rows])
+    paper = np.array([row.published for row in study.table("Table 1").rows])
+    assert paper.tolist() == [
+        [float(r[k]) for k in ("f1hz", "f5hz", "f10hz")] for r in published("flux_standard_deviation")
+    ]
+    for table in (found, paper):
+        assert (np.diff(table, axis=0) > 0).all()
+        assert (np.diff(table, axis=1) < 0).all()
+
+
+def test_the_coil_saturates_in_the_paper_and_here() -> None:
+    study = load("coil-flux")
+    for side in ("published", "reproduced"):
+        shares = column(study, "Tables 3-5", 1, side)
+        for first in (0, 5, 10):
+            assert all(a > b for a, b in pairwise(shares[first : first + 5]))
+
+
+def test_published_flux_parameters_are_found_again_in_logs_made_from_them() -> None:
+    rows = load("coil-flux").table("Table 3, 3 A").rows
+    slope, height = rows[0], rows[1]
+    assert slope.reproduced[0] == pytest.approx(slope.published[0], rel=0.005)
+    assert height.reproduced[0] == pytest.approx(height.published[0], rel=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NAMES)
+def test_a_study_gives_the_committed_results(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from benchmarks.studies import __main__ as studies
+    from benchmarks.studies import page as pages
+
+    kept: list[Study] = []
+    monkeypatch.setattr(pages.Study, "save", lambda self: kept.append(self))
+    studies.run(name, tmp_path)
+    if not kept:
+        pytest.skip("not run: MRFIT_REAL_LOGS does not name a folder of real logs")
+    before = load(name)
+    for old, new in zip(before.tables, kept[0].tables, strict=True):
+        assert [r.verdict for r in old.rows] == [r.verdict for r in new.rows]
+        for a, b in zip(old.rows, new.rows, strict=True):
+            for x, y in zip(a.reproduced, b.reproduced, strict=True):
+                assert (x is None) == (y is None) and (x is None or x == pytest.approx(y, rel=0.02, abs=1e-6))
