@@ -143,9 +143,9 @@ def markdown(studies: Sequence[Study]) -> str:
         "# The papers as studies",
         "",
         "`make studies` runs every study and writes this page. The measurements of the papers are not public: the logs "
-        "are made by rigs of this project's own (`datasets/studies`), built to each paper's set-up, and no rig is the "
-        "authors' device. So orderings, ratios and findings can be compared, absolute numbers only where the rig was given "
-        "them. Published numbers are in `benchmarks/studies/published`, reproduced ones are computed by the commands named.",
+        "are made by rigs of this project's own (`datasets/studies`), built to each paper's set-up. No rig is the "
+        "authors' device, so orderings, ratios and findings can be compared; absolute numbers only where the rig was "
+        "given them. Published numbers: `benchmarks/studies/published`. Reproduced numbers: the commands named.",
         "",
         "| study | paper | comparisons that agree |",
         "|---|---|---|",
@@ -179,8 +179,9 @@ def _rows(table: Table) -> list[str]:
     worded = any(r.words for r in table.rows)
     names = [""] if worded else table.columns
     said = any(r.verdict for r in table.rows)
-    sides = ("published", "reproduced")
-    head = [table.of, *(f"{side} {n}".strip() for side in sides for n in names), *["agrees / differs because"] * said]
+    printed = worded or any(r.published for r in table.rows)
+    sides = ("published ", "reproduced ") if printed else ("",)
+    head = [table.of, *((side + n).strip() for side in sides for n in names), *["agrees / differs because"] * said]
     lines = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
     for row in table.rows:
         cells = list(row.words) if row.words else [number(v) for v in (*row.published, *row.reproduced)]

@@ -135,8 +135,8 @@ def read_pipeline(path: Path) -> PipelineFile:
     Raises
     ------
     ConfigError
-        If a key is unknown or a value is of the wrong kind; the message names the key and what it takes. If ``[report]``
-        names a fit that the file does not make.
+        If a key is unknown or a value is of the wrong kind; the message names the key and what it takes. If
+        ``[report]`` names a fit that the file does not make.
     """
     try:
         file: Any = _WHOLE.model_validate(read_toml(path))

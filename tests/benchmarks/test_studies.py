@@ -71,6 +71,55 @@ def test_published_flux_parameters_are_found_again_in_logs_made_from_them() -> N
     assert height.reproduced[0] == pytest.approx(height.published[0], rel=0.05)
 
 
+def preyield_errors() -> dict[tuple[str, str], np.ndarray]:
+    """The errors of a model and fit in low, medium and high tests, at 0 and 1 A."""
+    table = load("preyield").table("Figs 7-15")
+    return {tuple(row.of.split()): np.reshape(row.reproduced, (3, 2)) for row in table.rows}  # type: ignore[misc]
+
+
+def test_low_velocity_is_predicted_by_fits_that_saw_it_and_hysteresis_by_those_that_did_not() -> None:
+    found = preyield_errors()
+    models = {m for m, _ in found}
+    assert len(models) == 9
+    for model in models:
+        assert found[model, "LMH"][0].mean() < found[model, "MH"][0].mean()
+    for model in ("hysteretic-biviscous", "hysteretic-regularised-bingham", "guo"):
+        assert (found[model, "MH"][2] < found[model, "LMH"][2]).all()
+        assert (found[model, "MH"][2] < found["bingham", "MH"][2]).all()
+
+
+def test_spencer_is_below_eight_percent_everywhere_and_best_beyond_the_yield_point() -> None:
+    found = preyield_errors()
+    for fit in ("LMH", "MH"):
+        assert found["spencer", fit].max() < 8.1
+        assert all((found["spencer", fit][1:] <= found[m, fit][1:]).all() for m, f in found if f == fit)
+
+
+def test_herschel_bulkley_loses_its_yield_force_at_one_ampere() -> None:
+    rows = {r.of: r for r in load("preyield").table("Table 2").rows}
+    for fit in ("LMH", "MH"):
+        row = rows[f"herschel-bulkley {fit}, f_y, N"]
+        assert row.published == [0.0]
+        assert row.reproduced[0] < 1.0  # type: ignore[operator]
+
+
+def test_the_loop_of_hysteretic_models_widens_without_the_low_tests() -> None:
+    for source in ("Table 1", "Table 2"):
+        rows = {r.of: r for r in load("preyield").table(source).rows}
+        for model in ("hysteretic-biviscous", "hysteretic-regularised-bingham"):
+            for side in ("published", "reproduced"):
+                low, high = (getattr(rows[f"{model} {fit}, v_h, mm/s"], side)[0] for fit in ("LMH", "MH"))
+                assert low < 0.5 * high
+
+
+def test_spencer_rides_worse_than_the_models_without_chatter() -> None:
+    rows = {r.of: r for r in load("preyield").table("Tables 3-4").rows}
+    for side in ("published", "reproduced"):
+        for calm in ("herschel-bulkley", "biviscous", "regularised-bingham", "guo"):
+            pairs = zip(getattr(rows["spencer"], side), getattr(rows[calm], side), strict=True)
+            assert all(worse > better for worse, better in pairs)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_a_study_gives_the_committed_results(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
