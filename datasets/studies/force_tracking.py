@@ -65,37 +65,48 @@ def random_steps(rng: np.random.Generator, samples: int, step: float) -> Array:
     return chosen[np.searchsorted(ends, step * np.arange(samples), side="right")][None, :]
 
 
+MAP = """\
+[channels]
+displacement = {column = "Displacement", unit = "mm"}
+stroke_command = {column = "Command", unit = "mm"}
+"""
+
+
 def save(path: Path, columns: list[Array]) -> None:
-    """Write time, stroke, force and current."""
+    """Write time, stroke, force, current, and the command that the actuator follows 10 ms late."""
     with path.open("w", newline="\n", encoding="ascii") as file:
-        file.write("Time,Displacement,Load,Current\ns,mm,N,A\n")
+        file.write("Time,Displacement,Load,Current,Command\ns,mm,N,A,mm\n")
         np.savetxt(file, np.stack(columns, axis=1), "%.8g", ",")
 
 
-def record(path: Path, motion: Array, command: Array, force: Array, rng: np.random.Generator) -> None:
-    """Write one log of stroke, current and force, all at the solver's rate, as instruments and filter show them."""
+def record(path: Path, motion: Array, led: Array, command: Array, force: Array, rng: np.random.Generator) -> None:
+    """Write one log of stroke, its command, current and force, at the solver's rate, as instruments and filter show."""
     stroke, current, shown = (column[::OVERSAMPLING] for column in (motion, command, force))
     shown = shown + FORCE_NOISE * rng.standard_normal(len(shown))
     shown = sosfiltfilt(butter(4, RECORD_FILTER, fs=RATE, output="sos"), shown)
     stroke = stroke + STROKE_NOISE * rng.standard_normal(len(stroke))
     current = current + CURRENT_NOISE * rng.standard_normal(len(current))
-    save(path, [np.arange(len(shown)) / RATE, 1e3 * stroke, shown, current])
+    time = np.arange(len(shown)) / RATE
+    save(path, [time, 1e3 * stroke, shown, current, 1e3 * led[::OVERSAMPLING]])
 
 
 def make(out: Path, seed: int) -> None:
     """Write 24 sines at constant current and one with random steps of the current."""
     rng = np.random.default_rng([seed, 4])
+    (out / "mrfit.toml").write_text(MAP, encoding="utf-8")
     step = 1.0 / (RATE * OVERSAMPLING)
     for frequency in (1.0, 2.0):
         tests = [(a, i) for f, a in SINES if f == frequency for i in CURRENTS]
         time = np.arange(int(CYCLES / frequency / step)) * step
-        motion = np.array([a for a, _ in tests])[:, None] * np.sin(2.0 * np.pi * frequency * time)
+        stroke = np.array([a for a, _ in tests])[:, None]
+        motion, led = (stroke * np.sin(2.0 * np.pi * frequency * t) for t in (time, time + ACTUATOR_LAG))
         command = np.broadcast_to(np.array([i for _, i in tests])[:, None], motion.shape)
         force = plant(motion, command, step)
         for k, (amplitude, current) in enumerate(tests):
             stem = f"sine_{frequency:g}Hz_{1e3 * amplitude:02.0f}mm_{current:g}A"
-            record(out / f"{stem}.csv", motion[k], command[k], force[k], rng)
+            record(out / f"{stem}.csv", motion[k], led[k], command[k], force[k], rng)
     time = np.arange(int(STEPS_SECONDS / step)) * step
-    motion, command = 0.010 * np.sin(2.0 * np.pi * time)[None, :], random_steps(rng, len(time), step)
+    motion, led = (0.010 * np.sin(2.0 * np.pi * t)[None, :] for t in (time, time + ACTUATOR_LAG))
+    command = random_steps(rng, len(time), step)
     force = plant(motion, command, step)
-    record(out / "steps_1Hz_10mm.csv", motion[0], command[0], force[0], rng)
+    record(out / "steps_1Hz_10mm.csv", motion[0], led[0], command[0], force[0], rng)

@@ -120,6 +120,29 @@ def test_spencer_rides_worse_than_the_models_without_chatter() -> None:
             assert all(worse > better for worse, better in pairs)
 
 
+def test_a_fit_is_better_than_the_points_it_began_with() -> None:
+    for row in load("force-tracking").table("Table 1").rows:
+        for side in (row.published, row.reproduced):
+            assert all(est > fit for est, fit in zip(side[0::2], side[1::2], strict=True))
+
+
+def test_yield_force_and_offset_over_current_are_those_the_rig_was_given() -> None:
+    rows = {r.of: r for r in load("force-tracking").table("Table 3").rows}
+    for piece, currents in (("low", (0.1, 0.2)), ("high", (0.4, 0.6, 1.0))):
+        row = rows[f"f_y, N, {piece}"]
+        for i in currents:
+            assert np.polyval(row.reproduced, i) == pytest.approx(np.polyval(row.published, i), rel=0.06)
+
+
+def test_tracking_orders_its_laws_as_the_paper_does() -> None:
+    rows = load("force-tracking").table("Table 4").rows
+    for side in ("published", "reproduced"):
+        total = [getattr(row, side)[0] for row in rows]
+        assert max(total) < 0.15
+        assert all(a > b for a, b in zip(total[2:6], total[6:10], strict=True))
+        assert all(a > b for a, b in zip(total[0::2], total[1::2], strict=True))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_a_study_gives_the_committed_results(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
