@@ -271,7 +271,7 @@ def run(logs: Path, work: Path) -> Study:
         "Force tracking by an inverse hyperbolic tangent",
         "Explicit inverse model for force tracking of an MR damper",
         "Rig: the plug of `datasets/rig/plug.py` with f_y(i), c(i), f_0(i) of the paper's Table 3, the field 20 ms "
-        "behind the current, 1000 samples a second, the record filtered at 20 Hz; 24 sines, and random steps of the current.",
+        "behind the current, 1000 samples a second, filtered at 20 Hz; 24 sines, random steps of the current.",
         ["mrfit run pipelines/study-force-tracking.toml"],
         [
             error_table(place),

@@ -14,6 +14,7 @@ from mrfit.ingest import series
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
 from mrfit.ingest.meaning.conditions import conditions_of, wording
+from mrfit.ingest.meaning.lever import levered
 from mrfit.ingest.meaning.naming import Signal, all_missing, check_wrong_dimension, name_signals
 from mrfit.ingest.meaning.sanity import channel_findings, relation_findings, shortened, shortening
 from mrfit.ingest.refusal import Refusal
@@ -98,6 +99,7 @@ def build(table: Table, origin: Origin) -> list[Recording]:
     signals, findings = name_signals(table.columns, origin.rules, origin.path)
     if not signals:
         raise Refusal(origin.path, "no channel beside the time", "export at least one signal")
+    signals = levered(signals, origin.rules, origin.path)
     times = _times(table, origin)
     rows = Rows(signals, times.values, table.lines, table.breaks, Lost(table.refused))
     _refuse_missing(rows, origin)
