@@ -20,7 +20,7 @@ FORCE_NOISE, SPEED_NOISE, CURRENT_NOISE, TEMPERATURE_NOISE = 25.0, 1e-3, 5e-3, 0
 C_PRE, C_POST = 2.6e4, 1700.0
 FIELD_LAGS, DEAD_TIME = (0.0048, 0.0012), 0.003
 COLUMN_LAG, COLUMN_FREQUENCY, COLUMN_DAMPING = 0.0016, 80.0, 0.6
-OIL_B, OIL_C, REFERENCE = 130.0, 80.0, 25.0
+OIL_B, OIL_C, REFERENCE = 370.0, 150.0, 25.0
 OFFSET = 60.0
 PEAK_SPEED = 0.3
 SPEEDS = ((0.03, 0.006), (0.1, 0.02), (0.3, 0.025))
@@ -94,9 +94,9 @@ def step(speed: float, current: float) -> Test:
 
 
 def heating(current: float, seconds: float = 16.0) -> Test:
-    """Return a sine of 2.5 Hz over which the oil warms from -5 to 75 degC."""
+    """Return a sine of 2.5 Hz over which the oil warms from -25 to 75 degC."""
     time = np.arange(round(seconds / DT)) * DT
-    warm = 75.0 - 80.0 * np.exp(-time / (seconds / 4.0))
+    warm = 75.0 - 100.0 * np.exp(-time / (seconds / 4.0))
     return Test("heating_2.5Hz", PEAK_SPEED * np.cos(5.0 * np.pi * time), np.full(len(time), current), warm)
 
 
