@@ -143,6 +143,25 @@ def test_tracking_orders_its_laws_as_the_paper_does() -> None:
         assert all(a > b for a, b in zip(total[0::2], total[1::2], strict=True))
 
 
+def test_the_error_function_beats_the_hybrid_model_as_printed() -> None:
+    rows = load("rotary-vsd").table("Table 1").rows
+    assert len(rows) == 60
+    for side in ("published", "reproduced"):
+        mse = np.array([getattr(row, side) for row in rows]).reshape(4, 3, 5, 2)
+        assert (mse[..., 0] < mse[..., 1]).sum() >= 50
+        # at the two larger strokes under current always, and by more than half
+        assert (mse[:, 1:, 1:, 0] < 0.8 * mse[:, 1:, 1:, 1]).all()
+        assert (np.diff(mse[..., 0], axis=2) > 0).all()
+
+
+def test_amplitude_and_damping_over_current_are_lines_near_the_printed_ones() -> None:
+    rows = {r.of: r for r in load("rotary-vsd").table("eqs. 20-24").rows}
+    for name, share in (("alpha, joint", 0.15), ("c, joint", 0.25), ("alpha, means", 0.15)):
+        for i in (0.5, 2.0):
+            printed, own = (p[0] + i * p[1] for p in (rows[name].published, rows[name].reproduced))  # type: ignore[operator]
+            assert own == pytest.approx(printed, rel=share)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_a_study_gives_the_committed_results(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
