@@ -172,6 +172,12 @@ def test_every_block_of_a_hammerstein_wiener_damper_lowers_the_error_on_a_road_n
     assert rows["complete"][1] < 5.8
 
 
+def test_a_joint_fit_predicts_the_press_better_than_the_authors_of_the_press_fitted_it() -> None:
+    rows = {r.of: r for r in load("real").table("parameters of the authors").rows}
+    assert rows["spencer"].reproduced[0] < rows["spencer"].published[0]  # type: ignore[operator]
+    assert rows["spencer"].reproduced[0] < 0.5 * rows["bingham"].reproduced[0]  # type: ignore[operator]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_a_study_gives_the_committed_results(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -48,3 +48,10 @@ def test_without_a_lever_nothing_is_added(tmp_path: Path) -> None:
     path = write(tmp_path, 0.05 * np.sin(np.linspace(0.0, 12.0, 400)), None)
     (tmp_path / "mrfit.toml").write_text("")
     assert "angle" not in mrfit.read(str(path))[0].to_frame()
+
+
+def test_a_log_without_displacement_is_refused_in_one_line(tmp_path: Path) -> None:
+    (tmp_path / "mrfit.toml").write_text(MAP)
+    (tmp_path / "log.csv").write_text("Time,Load\ns,N\n" + "".join(f"{k / 100},{k % 7}\n" for k in range(200)))
+    with pytest.raises(DataError, match="gives a lever, but the log has no displacement"):
+        mrfit.read(str(tmp_path / "log.csv"))
