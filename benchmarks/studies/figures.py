@@ -16,7 +16,7 @@ MOST_POINTS = 160
 
 @dataclass(frozen=True)
 class Curve:
-    """One curve; a dashed one is simulated, a dotted one with marks are single values."""
+    """One curve: x, y (N,), its legend, a place in the palette, matplotlib's line style (empty: none) and mark."""
 
     x: NDArray[np.float64]
     y: NDArray[np.float64]
@@ -46,7 +46,8 @@ def draw(name: str, panels: Sequence[Panel], folder: Path = FOLDER) -> None:
             for c in panel.curves:
                 step = max(1, len(c.x) // MOST_POINTS)
                 colour = PALETTE[c.colour % len(PALETTE)]
-                axes.plot(c.x[::step], c.y[::step], c.line, label=c.label, color=colour, lw=1.1, marker=c.mark or None)
+                look = {"ls": c.line or "none", "marker": c.mark or "none", "ms": 4.0, "lw": 1.1}
+                axes.plot(c.x[::step], c.y[::step], label=c.label, color=colour, **look)
             axes.set_title(panel.title)
             axes.set_xlabel(panel.axes[0])
             axes.set_ylabel(panel.axes[1])

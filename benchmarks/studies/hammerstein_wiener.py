@@ -194,7 +194,7 @@ def stage_table(place: Place) -> Table:
 def figures(place: Place) -> list[tuple[str, str]]:
     """Write the normalised step, the maximal force over temperature, and the road."""
     warm, force = peaks(place)
-    reach = np.linspace(-5.0, 75.0, 60)
+    reach = np.linspace(-22.0, 75.0, 60)
     at_reference = float(np.interp(REFERENCE, warm, force))
     road = recording(place, ROADS[JUDGED])
     frame = mrfit.predict(mrfit.load(place.work / "fits" / "complete" / "fit.json"), road).to_frame()

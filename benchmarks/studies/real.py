@@ -72,8 +72,8 @@ def keio_table(work: Path) -> Table:
         verdict = (AGREES if held > KEIO_BOUC_WEN else "differs: mrfit's model is worse") if model != "bingham" else ""
         rows.append(Row(model, [KEIO_BOUC_WEN if model != "bingham" else None], [held], verdict))
     note = (
-        "Fit in % in free run on the second record. Published: a simple Bouc-Wen model, as this project's tests cite it; "
-        "the source was not seen again. Agreement: no worse."
+        "Fit in % in free run on the second record. Published: a simple Bouc-Wen model, as the tests here cite "
+        "it; its source was not seen again. Agreement: no worse."
     )
     return Table("Keio: fit on the record held out", "as reported", "model", [""], rows, note)
 
