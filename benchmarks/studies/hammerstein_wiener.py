@@ -145,7 +145,13 @@ def block_table(place: Place) -> Table:
             drop > 0.5,
             "the rig's oil",
         ),
-        claim("α(T)", "a polynomial serves", f"by evidence: {better}", True),
+        claim(
+            "α(T)",
+            "a polynomial serves",
+            f"by evidence: {better}",
+            better.startswith("polynomial"),
+            "an exponential explains the peaks with fewer coefficients",
+        ),
     ]
     return Table("What section 3 says of the blocks", "section 3", "of", [], rows)
 
