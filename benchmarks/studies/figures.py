@@ -36,7 +36,7 @@ class Panel:
     log: bool = False
 
 
-def draw(name: str, panels: Sequence[Panel], folder: Path = FOLDER) -> None:
+def draw(name: str, panels: Sequence[Panel]) -> None:
     """Write panels side by side as one file."""
     with style():
         from matplotlib.figure import Figure
@@ -55,5 +55,5 @@ def draw(name: str, panels: Sequence[Panel], folder: Path = FOLDER) -> None:
                 axes.set_yscale("log")
             if any(c.label for c in panel.curves):
                 axes.legend(fontsize=7.0)
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(to_svg(figure, name), encoding="utf-8")
+        FOLDER.mkdir(parents=True, exist_ok=True)
+        (FOLDER / name).write_text(to_svg(figure, name), encoding="utf-8")

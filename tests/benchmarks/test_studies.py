@@ -182,9 +182,11 @@ def test_a_joint_fit_predicts_the_press_better_than_the_authors_of_the_press_fit
 @pytest.mark.parametrize("name", NAMES)
 def test_a_study_gives_the_committed_results(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from benchmarks.studies import __main__ as studies
+    from benchmarks.studies import figures
     from benchmarks.studies import page as pages
 
     kept: list[Study] = []
+    monkeypatch.setattr(figures, "FOLDER", tmp_path / "figures")
     monkeypatch.setattr(pages.Study, "save", lambda self: kept.append(self))
     studies.run(name, tmp_path)
     if not kept:
