@@ -113,7 +113,7 @@ def error_table(place: Place) -> Table:
         Row(f"{m} {f}", [], [found[m, f, band, i] for band in TESTS for i in (0, 1)]) for m, f in product(MODELS, FITS)
     ]
     columns = [f"{band} {i} A" for band in TESTS for i in (0, 1)]
-    note = "Low, medium and high test at 0 and 1 A, as the figures show. The paper prints these errors as ranges only, see above."
+    note = "Low, medium and high test at 0 and 1 A, as the figures show. The paper prints ranges only, see above."
     return Table("NRMSE on the six tests, %", "Figs 7-15", "model, fit", columns, rows, note)
 
 
