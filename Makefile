@@ -9,6 +9,7 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 MRFIT := $(BIN)/mrfit
 WORK ?= demo-work
+STUDIES ?= studies-work
 JOBS ?= 2
 
 # For `make batch`: every log under LOGS gets a workspace of its own under BATCH.
@@ -18,7 +19,7 @@ MODEL ?= boucwen-flux
 OPT ?= pso-fmin
 PATTERN ?= *.csv
 
-.PHONY: help setup demo demo-discover test lint test-fmu test-slow bench discovery-benchmark batch datasets clean
+.PHONY: help setup demo demo-discover test lint test-fmu test-slow bench studies discovery-benchmark batch datasets clean
 
 help:
 	@echo 'make demo       run the whole pipeline on the logs in datasets/ and say where the report lies'
@@ -27,6 +28,7 @@ help:
 	@echo 'make test-fmu   install FMPy (200 MB) and test FMUs as models'
 	@echo 'make test-slow  the long studies, and FMUs as models'
 	@echo 'make bench      measure speed, as ratios in one run'
+	@echo 'make studies    the studies of the papers, beside their published tables: docs/studies.md (ten minutes)'
 	@echo 'make discovery-benchmark  score discovery on hidden effects (hours; goes on where it was stopped)'
 	@echo 'make batch LOGS=folder MODEL=name OPT=name -j2   re-process every log under a folder, only what changed'
 	@echo 'make datasets   make the logs in datasets/ again'
@@ -69,6 +71,9 @@ test-slow: test-fmu
 bench: setup
 	$(BIN)/python -m benchmarks
 
+studies: setup
+	$(BIN)/python -m benchmarks.studies --work $(STUDIES)
+
 discovery-benchmark: setup
 	$(BIN)/python -m benchmarks.discovery --full --jobs $(JOBS) --keep discovery-work --out discovery-work/result.md
 
@@ -77,7 +82,7 @@ datasets: setup
 	$(BIN)/python -m datasets.make_discovery_logs
 
 clean:
-	rm -rf $(VENV) $(WORK) $(BATCH) discovery-work
+	rm -rf $(VENV) $(WORK) $(BATCH) $(STUDIES) discovery-work
 
 # One target per log and model: made again when the log, or a channel map beside it, is newer. It lies under BATCH,
 # wherever the log does, and keeps the log's suffix. Signs that mean something to make cannot be in a target's name.

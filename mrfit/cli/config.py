@@ -11,6 +11,7 @@ import mrfit.settings.discover
 import mrfit.settings.fit
 import mrfit.settings.flux
 import mrfit.settings.ingest
+import mrfit.settings.report
 import mrfit.settings.segment
 from mrfit.core.setting import UNSET, Defined, Setting, defined, key_of
 from mrfit.errors import ConfigError
@@ -69,12 +70,14 @@ class _File(_Table):
 _INGEST = table_of(mrfit.settings.ingest.Settings, logs=(list[str], Field(min_length=1)))
 _FLUX, _SEGMENT = table_of(mrfit.settings.flux.Settings), table_of(mrfit.settings.segment.Settings)
 _FIT, _DISCOVER = table_of(mrfit.settings.fit.Settings), table_of(mrfit.settings.discover.Settings)
+_REPORT = table_of(mrfit.settings.report.Settings)
 _TABLES: dict[str, Any] = {
     "ingest": (_INGEST, ...),
     "flux": (_FLUX, _FLUX()),
     "segment": (_SEGMENT, _SEGMENT()),
     "fit": (list[_FIT], []),  # type: ignore[valid-type]
     "discover": (_DISCOVER | None, None),
+    "report": (_REPORT, _REPORT()),
 }
 _WHOLE = create_model("pipeline", __base__=_File, **_TABLES)
 
@@ -95,6 +98,8 @@ class PipelineFile:
         Settings of these stages; None where nothing is to be discovered.
     fit
         Settings of the fits.
+    report
+        Which of them the report shows; all where it names none.
     """
 
     work: str
@@ -105,6 +110,7 @@ class PipelineFile:
     segment: mrfit.settings.segment.Settings
     fit: tuple[mrfit.settings.fit.Settings, ...]
     discover: mrfit.settings.discover.Settings | None
+    report: mrfit.settings.report.Settings
 
 
 def read_toml(path: Path, what: str = "a pipeline file") -> dict[str, Any]:
@@ -129,13 +135,19 @@ def read_pipeline(path: Path) -> PipelineFile:
     Raises
     ------
     ConfigError
-        If a key is unknown or a value is of the wrong kind; the message names the key and what it takes.
+        If a key is unknown or a value is of the wrong kind; the message names the key and what it takes. If
+        ``[report]`` names a fit that the file does not make.
     """
     try:
         file: Any = _WHOLE.model_validate(read_toml(path))
     except ValidationError as error:
         raise ConfigError(f"{path}: {plain_fault(error, _WHOLE)}") from error
     ingest = made_of(mrfit.settings.ingest.Settings, file.ingest)
+    fits = tuple(made_of(mrfit.settings.fit.Settings, one) for one in file.fit)
+    shown = made_of(mrfit.settings.report.Settings, file.report)
+    for name in shown.fits:
+        if name not in (made := [s.fit_name for s in fits]):
+            raise ConfigError(f"{path}: [report] fits: '{name}' is no fit of this file; it makes {', '.join(made)}")
     return PipelineFile(
         work=file.work,
         plugins=tuple(file.plugins),
@@ -144,6 +156,7 @@ def read_pipeline(path: Path) -> PipelineFile:
         # one resistance for the recordings and their flux linkage
         flux=made_of(mrfit.settings.flux.Settings, file.flux, resistance=ingest.resistance),
         segment=made_of(mrfit.settings.segment.Settings, file.segment),
-        fit=tuple(made_of(mrfit.settings.fit.Settings, one) for one in file.fit),
+        fit=fits,
         discover=made_of(mrfit.settings.discover.Settings, file.discover) if file.discover else None,
+        report=shown,
     )

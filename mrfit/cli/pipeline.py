@@ -269,7 +269,8 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
         if discovery:
             summary["discovery"] = _discover(workspace, discovery, progress)
         if fits:
-            told = mrfit.report.stage.Settings(tuple(s.fit_name for s in fits), overrides.jobs)
+            shown = config.report.fits or tuple(s.fit_name for s in fits)
+            told = mrfit.report.stage.Settings(shown, overrides.jobs)
             summary["report"] = to_json(mrfit.report.stage.run(workspace, told, progress))
     return summary
 

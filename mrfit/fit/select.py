@@ -118,8 +118,8 @@ def select(
         All segments.
     only
         Empty for all; letters of ``LMH`` for those whose peak velocity is low (to 15 mm/s), medium (to 100 mm/s) or
-        high, with 5 % of tolerance, so that ``LMH`` and ``MH`` are the data sets of preyield paper; else patterns on
-        conditions, by commas.
+        high, with 5 % of tolerance, so that ``LMH`` and ``MH`` are the data sets of preyield paper; patterns on
+        conditions, by commas; or both, as ``MH,*-1A``: those of the bands that a pattern names.
     recordings
         Recordings by id.
     roles
@@ -134,12 +134,12 @@ def select(
     """
     if not only:
         return list(segments)
-    if _bands(only):
-        kept = [s for s in segments if speed_class(s, recordings[s.recording]) in only]
-        what = "bands of peak velocity L (to 15 mm/s), M (to 100 mm/s) and H"
-    else:
-        kept = [s for s in segments if named(s.condition, only)]
-        what = "patterns on conditions"
+    bands, patterns = _parts(only)
+    kept = [s for s in segments if named(s.condition, only)]
+    what = "patterns on conditions"
+    if bands:
+        kept = [s for s in kept if speed_class(s, recordings[s.recording]) in bands]
+        what = "bands of peak velocity L (to 15 mm/s), M (to 100 mm/s) and H" + f", and {what}" * bool(patterns)
     if not any(s.role in roles for s in kept):
         there = sorted({s.condition for s in segments if s.role in roles})
         more = f" and {len(there) - LISTED} more" if len(there) > LISTED else ""
@@ -149,12 +149,16 @@ def select(
 
 
 def named(condition: str, only: str) -> bool:
-    """Return whether the patterns of ``--only`` name a condition; bands of velocity, and none at all, name any."""
-    return _bands(only) or any(fnmatch.fnmatchcase(condition, p.strip()) for p in only.split(","))
+    """Return whether the patterns of ``--only`` name a condition; where there are none, any is named."""
+    patterns = _parts(only)[1]
+    return not patterns or any(fnmatch.fnmatchcase(condition, pattern) for pattern in patterns)
 
 
-def _bands(only: str) -> bool:
-    return set(only) <= set("LMH")
+def _parts(only: str) -> tuple[str, list[str]]:
+    """Return the bands of velocity and the patterns on conditions that ``--only`` holds."""
+    words = [word for part in only.split(",") if (word := part.strip())]
+    bands = [word for word in words if set(word) <= set("LMH")]
+    return "".join(bands), [word for word in words if word not in bands]
 
 
 def speed_class(segment: Segment, recording: Recording) -> str:

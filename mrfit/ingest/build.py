@@ -15,6 +15,7 @@ from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
 from mrfit.ingest.meaning.coil import with_coil
 from mrfit.ingest.meaning.conditions import conditions_of, wording
+from mrfit.ingest.meaning.lever import levered
 from mrfit.ingest.meaning.naming import Signal, all_missing, check_wrong_dimension, name_signals
 from mrfit.ingest.meaning.sanity import channel_findings, relation_findings, shortened, shortening
 from mrfit.ingest.refusal import Refusal
@@ -101,6 +102,7 @@ def build(table: Table, origin: Origin) -> list[Recording]:
     findings += assumed
     if not signals:
         raise Refusal(origin.path, "no channel beside the time", "export at least one signal")
+    signals = levered(signals, origin.rules, origin.path)
     times = _times(table, origin)
     rows = Rows(signals, times.values, table.lines, table.breaks, Lost(table.refused))
     _refuse_missing(rows, origin)

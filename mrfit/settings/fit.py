@@ -39,7 +39,7 @@ Fixed = Annotated[
         "Hold a parameter.", flag="fix", key="fixed", metavar="NAME=VALUE", form=NUMBERS, told="{0} fixed at {1:g}"
     ),
 ]
-Only = Annotated[str, Setting("Segments by peak velocity or by condition.", metavar="LMH|MH|PATTERN")]
+Only = Annotated[str, Setting("Segments by peak velocity, by condition, or both.", metavar="LMH|MH|PATTERN|MH,PATTERN")]
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,8 @@ class Settings:
         How parameters depend on current in a joint fit: ``auto``, an order 0 to 4 for all, or ``NAME=ORDER,…``; an
         order may be in pieces, ``1:0.2:2``.
     only
-        Segments that take part: ``LMH`` or ``MH`` by peak velocity, or patterns on conditions; empty for all.
+        Segments that take part: ``LMH`` or ``MH`` by peak velocity, patterns on conditions, or both as ``MH,*-1A``;
+        empty for all.
     intervals
         ``hac``: from the Jacobian with autocorrelated noise; ``bootstrap``: refits to residuals drawn anew in blocks;
         ``profile``: how far each parameter can go while the others make up for it.

@@ -20,5 +20,5 @@ class Settings:
         Worker processes; does not change the result.
     """
 
-    fits: Annotated[tuple[str, ...], Setting("Fit to report; default: all.", flag="fit", form=LISTED)] = ()
+    fits: Annotated[tuple[str, ...], Setting("Fit to report; default: all.", flag="fit", key="fits", form=LISTED)] = ()
     jobs: Jobs = 1

@@ -46,6 +46,18 @@ def test_what_the_command_line_refuses_is_refused(table: str, key: str, value: f
         read_pipeline(path)
 
 
+def test_a_report_shows_the_fits_that_the_file_names(tmp_path: Path) -> None:
+    path = tmp_path / "p.toml"
+    fits = "[[fit]]\nmodel = 'bingham'\nname = 'one'\n[[fit]]\nmodel = 'tanh'\n"
+    path.write_text(f"{HEAD}{fits}")
+    assert read_pipeline(path).report.fits == ()
+    path.write_text(f"{HEAD}{fits}[report]\nfits = ['one']\n")
+    assert read_pipeline(path).report.fits == ("one",)
+    path.write_text(f"{HEAD}{fits}[report]\nfits = ['two']\n")
+    with pytest.raises(ConfigError, match=r"fits: 'two' is no fit of this file; it makes one, tanh\.auto$"):
+        read_pipeline(path)
+
+
 def test_stall_reaches_the_fit(tmp_path: Path) -> None:
     path = tmp_path / "p.toml"
     path.write_text(f"{HEAD}[[fit]]\nmodel = 'bingham'\nstall = 0.2\n")

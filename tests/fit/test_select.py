@@ -103,3 +103,15 @@ def test_of_many_conditions_it_is_said_how_many_are_not_listed(
     many = [replace(segments[0], condition=f"c{k:02d}") for k in range(15)]
     with pytest.raises(ConfigError, match="c11 and 3 more"):
         select(many, "nosuch", recordings)
+
+
+@pytest.mark.parametrize(("only", "count"), [("MH,*-2Hz*", 1), ("*-1Hz*, *-2Hz*, MH", 2), ("LM,*-1Hz*", 1), ("M,H", 2)])
+def test_bands_and_patterns_hold_together(
+    only: str, count: int, logs: tuple[list[Segment], dict[str, Recording]]
+) -> None:
+    assert len(select(logs[0], only, logs[1])) == count
+
+
+def test_a_band_that_no_pattern_names_leaves_nothing(logs: tuple[list[Segment], dict[str, Recording]]) -> None:
+    with pytest.raises(ConfigError, match="leaves nothing"):
+        select(logs[0], "L,*-2Hz*", logs[1])

@@ -62,6 +62,7 @@ class Part(Strict):
     resistance: Positive | Literal["auto"] | None = None
     dt: Positive | None = None
     rate: Positive | None = None
+    lever: Positive | None = None
     pattern: str | None = None
     time: str | int | TimeRule | None = None
     ignore: list[str] = []
@@ -92,11 +93,14 @@ class Rules:
     ----------
     where
         Path of the map, or empty if there is none.
+    lever
+        Length in m of the lever between a press and a rotary device, or None.
     """
 
     where: str = ""
     resistance: float | None = None
     dt: float | None = None
+    lever: float | None = None
     pattern: str | None = None
     time: TimeRule | None = None
     ignore: tuple[str, ...] = ()
@@ -166,13 +170,14 @@ def rules_for(file: Path, loaded: MapFile | None, where: str) -> Rules:
         return Rules()
     parts: list[Part] = [loaded]
     parts += [p for p in loaded.files if fnmatch.fnmatch(file.name.lower(), p.match.lower())]
-    dt = resistance = pattern = time = coil = None
+    dt = lever = resistance = pattern = time = coil = None
     ignore: list[str] = []
     condition: dict[str, float | list[float]] = {}
     channels: dict[str, ChannelRule] = {}
     for part in parts:
         dt = part.dt or (1.0 / part.rate if part.rate else dt)
         resistance = part.resistance if part.resistance is not None else resistance
+        lever = part.lever or lever
         pattern = part.pattern or pattern
         time = part.time if part.time is not None else time
         coil = part.coil or coil
@@ -183,6 +188,7 @@ def rules_for(file: Path, loaded: MapFile | None, where: str) -> Rules:
         where=where,
         resistance=resistance if isinstance(resistance, float) else None,
         dt=dt,
+        lever=lever,
         pattern=pattern,
         time=time if isinstance(time, TimeRule) or time is None else TimeRule(column=time),
         ignore=tuple(ignore),

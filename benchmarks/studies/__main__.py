@@ -1,0 +1,83 @@
+"""The papers as studies: ``python -m benchmarks.studies --work DIR [NAME …]``, see ``make studies``.
+
+Every study makes its logs, runs its pipeline and compares; its results go to ``benchmarks/studies/results``, and
+``docs/studies.md`` is written from all results there are.
+"""
+
+import argparse
+import importlib
+import subprocess
+import sys
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from time import perf_counter
+
+from benchmarks.studies.page import RESULTS, load, markdown
+from benchmarks.studies.runs import ROOT
+from datasets.studies.__main__ import NAMES as MADE
+from datasets.studies.__main__ import SEED
+
+NAMES = (*MADE, "real")
+# Those that take longest begin first
+LONGEST = ("hammerstein-wiener", "real", "rotary-vsd")
+PAGE = ROOT / "docs" / "studies.md"
+
+
+def main() -> None:
+    """Parse the command line, run studies, write the page."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"studies, of {', '.join(NAMES)}; default: all")
+    parser.add_argument("--work", type=Path, default=Path("studies-work"), help="folder for logs and workspaces")
+    parser.add_argument("--jobs", type=int, default=2, help="studies run side by side; default %(default)s")
+    parser.add_argument("--page-only", action="store_true", help="write the page from the results there are")
+    options = parser.parse_args()
+    if unknown := set(options.names) - set(NAMES):
+        parser.error(f"no such study: {', '.join(sorted(unknown))}; there are {', '.join(NAMES)}")
+    names = options.names or NAMES
+    if len(names) > 1 and not options.page_only:
+        side_by_side(names, options.work, options.jobs)
+    elif not options.page_only:
+        began = perf_counter()
+        run(names[0], options.work.resolve())
+        print(f"{names[0]}: {perf_counter() - began:.0f} s", flush=True)
+    PAGE.write_text(page(), encoding="utf-8")
+    print(PAGE)
+
+
+def side_by_side(names: Sequence[str], work: Path, jobs: int) -> None:
+    """Run studies in processes of their own, the longest first.
+
+    Raises
+    ------
+    subprocess.CalledProcessError
+        If one of them fails.
+    """
+    command = [sys.executable, "-m", "benchmarks.studies", "--work", str(work)]
+    ordered = sorted(names, key=lambda name: LONGEST.index(name) if name in LONGEST else len(LONGEST))
+    with ThreadPoolExecutor(jobs) as pool:
+        running = [pool.submit(subprocess.run, [*command, name], check=True) for name in ordered]
+        for one in running:
+            one.result()
+
+
+def run(name: str, work: Path) -> None:
+    """Run one study: logs, pipeline, comparison, results."""
+    logs = work / "logs" / name
+    if name in MADE:
+        logs.mkdir(parents=True, exist_ok=True)
+        importlib.import_module(f"datasets.studies.{name.replace('-', '_')}").make(logs, SEED)
+    study = importlib.import_module(f"benchmarks.studies.{name.replace('-', '_')}").run(logs, work / name)
+    if study is None:
+        print(f"{name}: skipped, MRFIT_REAL_LOGS names no folder of real logs", file=sys.stderr)
+        return
+    study.save()
+
+
+def page() -> str:
+    """Return the page of all results there are."""
+    return markdown([load(name) for name in NAMES if (RESULTS / f"{name}.json").is_file()])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,312 @@
+"""Flux paper: SD, PSO-fmincon against fmincon, parameters, loops over current and frequency."""
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+
+import mrfit
+from benchmarks.command import run_mrfit
+from benchmarks.studies.figures import Curve, Panel, draw
+from benchmarks.studies.page import AGREES, Row, Study, Table, claim, near
+from benchmarks.studies.runs import ROOT, Place, errors, fit_file, parameters, pipeline, published, value
+from mrfit.models.boucwen_flux import derived
+
+FIT = "boucwen-flux.pso-fmin"
+SEEDS = 5
+LEAST_GAIN = 0.1
+# What the published fits began with, as their values say
+STARTS = {"kappa": 3.5, "beta": 30.0, "gamma": 60.0, "D": 20.0}
+
+
+def condition_of(place: Place) -> dict[tuple[int, int], str]:
+    """Return the condition of every log by nominal frequency and current: off 1 Hz the current is less than nominal."""
+    segments = pq.read_table(place.work / "segments.parquet").to_pydict()
+    named = dict(zip(segments["recording"], segments["condition"], strict=True))
+    return {(f, i): named[f"coil_{f:02d}Hz_{i}A"] for f in (1, 5, 10) for i in range(1, 6)}
+
+
+def sd_table(place: Place) -> Table:
+    """Return Table 1: standard deviation (RMSE) by current and frequency."""
+    fit, named = fit_file(place.work, FIT), condition_of(place)
+    rmse, small = errors(fit, "rmse"), shares(fit)
+    rows = []
+    for row in published("flux_standard_deviation"):
+        i = int(row["current_a"])
+        paper = [value(row[k]) for k in ("f1hz", "f5hz", "f10hz")]
+        rows.append(Row(f"{i} A", paper, [rmse[named[f, i]] for f in (1, 5, 10)], f"differs: {small}"))
+    return Table("Standard deviation of the flux linkage, Wb", "Table 1", "current", ["1 Hz", "5 Hz", "10 Hz"], rows)
+
+
+def shares(fit: dict[str, Any]) -> str:
+    """Return how large the published and the own errors are against the flux's range."""
+    slopes = {(r["frequency_hz"], r["current_a"]): float(r["A"]) * float(r["Lc_h"]) for r in parameter_rows()}
+    printed = [
+        100.0 * float(row[f"f{f}hz"]) / (2.0 * slopes[f, row["current_a"]] * float(row["current_a"]))
+        for row in published("flux_standard_deviation")
+        for f in ("1", "5", "10")
+    ]
+    own = [100.0 * e for c, e in errors(fit, "nrmse").items() if c != "all"]
+    return (
+        f"published SDs are {min(printed):.2g} to {max(printed):.2g} % of the range of 2·A·Lc·I by the published "
+        f"parameters, as of a model that is not fitted; these are {min(own):.2g} to {max(own):.2g} %"
+    )
+
+
+def parameter_rows() -> list[dict[str, str]]:
+    """Return Tables 3-5."""
+    return published("flux_boucwen_parameters")
+
+
+def trends(table: Table) -> list[Row]:
+    """Return what is said of Table 1."""
+    found = np.array([row.reproduced for row in table.rows], dtype=float)
+    rises, falls = np.diff(found, axis=0) > 0, np.diff(found, axis=1) < 0
+    return [
+        claim(
+            "Table 1, over current",
+            "error rises with current at every frequency",
+            f"rises in {int(rises.sum())} of {rises.size} steps",
+            bool(rises.all()),
+        ),
+        claim(
+            "Table 1, over frequency",
+            "error falls with frequency at every current",
+            f"falls in {int(falls.sum())} of {falls.size} steps",
+            bool(falls.all()),
+            "where it does not, the error is noise",
+        ),
+    ]
+
+
+def hybrid_table(place: Place) -> Table:
+    """Return Table 2: PSO-fmincon against fmincon at 1 Hz, medians and worst of five starts."""
+    options = ["--model", "boucwen-flux", "--per", "condition", "--only", "*-1Hz-*"]
+    run_mrfit(place.work, "compare", "--optimizers", "fmin,pso-fmin", "--seeds", str(SEEDS), *options)
+    with (place.work / "compare" / "optimizers.csv").open(encoding="utf-8") as file:
+        cost = {(r["condition"], r["optimizer"]): float(r["median"]) for r in csv.DictReader(file)}
+    named, rows = condition_of(place), []
+    for row in published("flux_pso_fmincon_vs_fmincon_1hz"):
+        i = int(row["current_a"])
+        both, alone = (cost[named[1, i], o] for o in ("pso-fmin", "fmin"))
+        gain = 100.0 * (alone - both) / alone
+        printed = [float(row[k]) for k in ("pso_fmincon", "fmincon", "improvement_percent")]
+        verdict = AGREES if gain >= LEAST_GAIN else "differs: fmin alone finds the same minimum from most starts"
+        rows.append(Row(f"{i} A", printed, [both, alone, gain], verdict))
+    note = (
+        f"Medians over {SEEDS} starts, A free. Agreement: PSO-fmin ends lower by {LEAST_GAIN} % or more. At 3 A the "
+        "printed errors give 0.49 %, not the 0.69 % printed."
+    )
+    return Table(
+        "PSO-fmin against fmin alone, Wb and %",
+        "Table 2",
+        "current at 1 Hz",
+        ["PSO-fmincon", "fmincon", "improvement"],
+        rows,
+        note,
+    )
+
+
+def slope_table(place: Place) -> Table:
+    """Return what Tables 3-5 determine of the parameters: the inductance A*Lc."""
+    fit, named = fit_file(place.work, FIT), condition_of(place)
+    found = {r["condition"]: parameters(r) for r in fit["results"]}
+    rows, first = [], {}
+    for row in published("flux_boucwen_parameters"):
+        f, i = int(row["frequency_hz"]), int(row["current_a"])
+        own = found[named[f, i]]["slope"]
+        paper = float(row["A"]) * float(row["Lc_h"])
+        first.setdefault(f, (paper, own))
+        share = (paper / first[f][0], own / first[f][1])
+        verdict = near(share[0], share[1], 0.15, "other iron: it saturates less within this range") if i > 1 else ""
+        rows.append(Row(f"{f} Hz, {i} A", [1e3 * paper, share[0]], [1e3 * own, share[1]], verdict))
+    note = (
+        "Of seven parameters the data determine A·Lc and the loop, not A, Lc, κ, β, γ and D one by one. Agreement: the "
+        "share of A·Lc left, against 1 A at the same frequency, within 15 %."
+    )
+    return Table(
+        "Inductance A·Lc, mH, and its share of that at 1 A",
+        "Tables 3-5",
+        "test",
+        ["A·Lc", "share"],
+        rows,
+        note,
+    )
+
+
+def planted_table(place: Place) -> Table:
+    """Return the published parameters of 3 A and 1 Hz, found again in logs made from them."""
+    work, logs = place.work / "planted", ROOT / "datasets" / "coil-planted" / "standard"
+    run_mrfit(work, "ingest", str(logs))
+    run_mrfit(work, "fit", "--model", "boucwen-flux", "--per", "all")
+    found = parameters(fit_file(work, "boucwen-flux.auto.all")["results"][0])
+    row = next(r for r in published("flux_boucwen_parameters") if (r["frequency_hz"], r["current_a"]) == ("1", "3"))
+    p = {k: float(v) for k, v in row.items()}
+    z_max = (p["kappa"] / (p["beta"] + p["gamma"])) ** (1.0 / p["n"])
+    # D multiplies in the standard form, which these logs have
+    truth = {
+        "slope": ("A·Lc, mH", 1e3 * p["A"] * p["Lc_h"], 1e3, 0.005),
+        "amplitude": ("(1 − A)·Lc·D·z_max, mWb", 1e3 * (1.0 - p["A"]) * p["Lc_h"] * p["D"] * z_max, 1e3, 0.05),
+        "turnover": ("z_max/κ, mA", 1e3 * z_max / p["kappa"], 1e3, 0.15),
+        "sharpness": ("n", p["n"], 1.0, 0.15),
+        "rho": ("(β − γ)/(β + γ)", (p["beta"] - p["gamma"]) / (p["beta"] + p["gamma"]), 1.0, 0.3),
+    }
+    rows = [
+        Row(word, [paper], [unit * found[k]], near(paper, unit * found[k], share, "the noise leaves it open"))
+        for k, (word, paper, unit, share) in truth.items()
+    ]
+    note = (
+        "Logs made by the published model itself (`datasets/coil-planted/standard`). Agreement: 0.5 % in A·Lc, 5 % in "
+        "the loop's height, 15 % in turn-over and n, 30 % in the last."
+    )
+    return Table(
+        "The published parameters at 3 A and 1 Hz, found again", "Table 3, 3 A", "combination", [""], rows, note
+    )
+
+
+def moved_from_start(place: Place) -> Row:
+    """Return how far the published kappa, beta, gamma and D are from round numbers, and how much data determine."""
+    ranks = [r["conditioning"]["rank"] for r in fit_file(place.work, FIT)["results"]]
+    rows = published("flux_boucwen_parameters")
+    far = {k: [abs(float(r[k]) / s - 1.0) for r in rows] for k, s in STARTS.items()}
+    within = sum(all(far[k][j] < 0.03 for k in STARTS) for j in range(len(rows)))
+    return claim(
+        "κ, β, γ, D",
+        f"within 3 % of 3.5, 30, 60 and 20 in {within} of {len(rows)} fits",
+        f"the data determine {min(ranks)} to {max(ranks)} of 7 parameters, so start values stay",
+        within >= 13 and max(ranks) < 7,
+        "the data determine every parameter",
+    )
+
+
+def readings() -> str:
+    """Return the loop's height by the published parameters, with D dividing as printed and with D multiplying."""
+    rows = published("flux_boucwen_parameters")
+    names = ("A", "Lc_h", "kappa", "beta", "gamma", "n", "D")
+    theta = np.array([[float(r[k]) for k in names] for r in rows])
+    other = theta.copy()
+    other[:, 6] = 1.0 / other[:, 6]
+    current = np.array([float(r["current_a"]) for r in rows])
+    shares = [100.0 * np.abs(d[:, 1]) / (d[:, 0] * current) for d in (derived(theta), derived(other))]
+    printed, standard = (f"{s.min():.2g} to {s.max():.2g} %" for s in shares)
+    return (
+        f"With the printed D⁻¹ the published parameters give a loop as high as {printed} of the flux; multiplied by D "
+        f"it is {standard}, which is what the figures show. The planted logs have the latter."
+    )
+
+
+def losses(place: Place) -> list[Row]:
+    """Return what is said of the loops: area over current and frequency, and the separation of losses."""
+    flux = json.loads((place.work / "flux.json").read_text(encoding="utf-8"))
+    area = {r["id"]: r["loop_area"] for r in flux["recordings"]}
+    grid = np.array([[area[f"coil_{f:02d}Hz_{i}A"] for i in range(1, 6)] for f in (1, 5, 10)])
+    work = place.work / "eddy"
+    run_mrfit(work, "ingest", str(ROOT / "datasets" / "coil-eddy"))
+    run_mrfit(work, "flux")
+    apart = json.loads((work / "flux.json").read_text(encoding="utf-8"))["separation"]
+    eddy = [s["eddy"] * max(s["frequencies"]) / (s["static"] + s["eddy"] * max(s["frequencies"])) for s in apart]
+    wide = width(place)
+    return [
+        claim(
+            "Fig. 8, loops over current",
+            "area grows with current",
+            "at 1 Hz " + " < ".join(f"{1e3 * a:.1f}" for a in grid[0]) + " mJ",
+            bool((np.diff(grid, axis=1) > 0).all()),
+        ),
+        claim(
+            "Fig. 9, loops over frequency",
+            "width grows with frequency",
+            f"at 3 A width at zero flux {', '.join(f'{1e3 * w:.0f}' for w in wide)} mA at 1, 5, 10 Hz",
+            bool(np.all(np.diff(wide) > 0)),
+        ),
+        claim(
+            "model without frequency",
+            "the flux model holds at every frequency",
+            f"on coil-eddy the eddy loss is {100 * min(eddy):.0f} to {100 * max(eddy):.0f} % of the area at 10 Hz",
+            False,
+            "a rate-independent law cannot give a width that grows; the separation of losses says how much it lacks",
+        ),
+    ]
+
+
+def loop(place: Place, log: str) -> tuple[Any, Any, Any]:
+    """Return current, flux and voltage of the last whole cycle of a log."""
+    frame = mrfit.read(str(place.logs / f"{log}.csv"))[0].to_frame()
+    flux = pq.read_table(place.work / "flux" / f"{log}.parquet").to_pandas()
+    last = slice(-251, None)
+    return (
+        frame["current"].to_numpy()[last],
+        flux["flux"].to_numpy()[last],
+        frame["voltage"].to_numpy()[last],
+    )
+
+
+def width(place: Place) -> list[float]:
+    """Return the loop's width in A at zero flux, at 3 A and 1, 5, 10 Hz."""
+    found = []
+    for f in (1, 5, 10):
+        current, flux, _ = loop(place, f"coil_{f:02d}Hz_3A")
+        flux = flux - 0.5 * (flux.max() + flux.min())
+        cross = np.flatnonzero(np.diff(np.sign(flux)))
+        at = [current[k] - flux[k] * (current[k + 1] - current[k]) / (flux[k + 1] - flux[k]) for k in cross]
+        rising = [a for k, a in zip(cross, at, strict=True) if flux[k + 1] > flux[k]]
+        falling = [a for k, a in zip(cross, at, strict=True) if flux[k + 1] <= flux[k]]
+        found.append(float(np.mean(rising) - np.mean(falling)))
+    return found
+
+
+def figures(place: Place) -> list[tuple[str, str]]:
+    """Write loops over current, over frequency, and the voltage."""
+    axes = ("current, A", "flux linkage, Wb")
+    over_current = {f"{i} A": loop(place, f"coil_01Hz_{i}A") for i in (5, 3, 1)}
+    over_frequency = {f"{f} Hz": loop(place, f"coil_{f:02d}Hz_3A") for f in (1, 5, 10)}
+    voltage = {f"{f} Hz": loop(place, f"coil_{f:02d}Hz_1A")[2] for f in (1, 5, 10)}
+    cycle = np.linspace(0.0, 1.0, 251)
+    panels = [
+        Panel("1 Hz", axes, [Curve(i, y, word, k) for k, (word, (i, y, _)) in enumerate(over_current.items())]),
+        Panel(
+            "3 A nominal",
+            axes,
+            [Curve(i, y, word, k) for k, (word, (i, y, _)) in enumerate(over_frequency.items())],
+        ),
+        Panel(
+            "1 A nominal",
+            ("cycle", "voltage, V"),
+            [Curve(cycle, u, word, k) for k, (word, u) in enumerate(voltage.items())],
+        ),
+    ]
+    draw("coil-flux.svg", panels)
+    return [("coil-flux.svg", "Loops over current (Fig. 8), over frequency (Fig. 9) and the coil's voltage (Fig. 4)")]
+
+
+def run(logs: Path, work: Path) -> Study:
+    """Run the study."""
+    place = Place(logs, work)
+    pipeline("coil-flux", place)
+    one = sd_table(place)
+    said = Table(
+        "What the paper says", "sections 3-5", "of", [], [*trends(one), moved_from_start(place), *losses(place)]
+    )
+    return Study(
+        "coil-flux",
+        "Bouc-Wen flux model of a coil",
+        "Tang, Bankosz, Goldasz, flux model of a dual-coil actuator",
+        "Rig: a voltage-driven coil of sinh iron with stop operators and 60 Ω of eddy loss; 1, 5, 10 Hz by 1 to 5 A, "
+        "the voltage set at 1 Hz and, as in the paper, not corrected at 5 and 10 Hz.",
+        [
+            "mrfit run pipelines/study-coil-flux.toml",
+            "mrfit compare --optimizers fmin,pso-fmin --model boucwen-flux --per condition --only '*-1Hz-*' "
+            f"--seeds {SEEDS}",
+        ],
+        [one, hybrid_table(place), slope_table(place), planted_table(place), said],
+        [
+            "The fall of Table 1's errors with frequency needs no better model at 10 Hz: the voltage was not "
+            "corrected, the current fell, and a smaller current saturates the iron less.",
+            readings(),
+        ],
+        ["n1 ≠ n2: the model has one n, as the paper's tables do.", "Table 6: its numbers are lost in the scan."],
+        figures(place),
+    )

@@ -1,0 +1,112 @@
+"""Logs of the inverse-tanh paper's bench: sines of 1 and 2 Hz, 5 and 10 mm, at 0 to 1 A, and steps of the current.
+
+The damper is the plug of ``rig/plug.py``, not the paper's tanh, with the yield force, viscosity and offset over current
+of the paper's Table 3; the fluid sees the current behind a lag of 50 1/s (eq. 9). 1000 samples a second, and
+the force as the paper's record has it: noise above 20 Hz filtered out.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from datasets.rig.damper import lagged
+from datasets.rig.plug import Plug
+from datasets.rig.stop import Array
+
+RATE, OVERSAMPLING, CYCLES = 1000.0, 2, 6
+CURRENTS = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
+SINES = ((1.0, 0.005), (2.0, 0.005), (1.0, 0.010), (2.0, 0.010))
+FORCE_NOISE, STROKE_NOISE, CURRENT_NOISE = 6.0, 2e-6, 2e-3
+RECORD_FILTER = 20.0
+LAG = 0.02
+ACTUATOR_LAG = 0.010
+STIFFNESS = 270.0
+STEPS_SECONDS = 12.0
+
+
+def yield_force(current: Array) -> Array:
+    """Return fy of Table 3 in N."""
+    above = -719.6 * current**2 + 1817.0 * current - 135.7
+    return np.where(current < 0.2, 579.6 * current + 82.96, above)
+
+
+def viscosity(current: Array) -> Array:
+    """Return c of Table 3 in N*s/m; its jump of 0.05 N*s/mm at 0.2 A is left out."""
+    above = 0.1429 * current**2 + 2.669 * current + 0.79
+    return 1e3 * np.where(current < 0.2, 3.1 * current + 0.71, above)
+
+
+def offset(current: Array) -> Array:
+    """Return f0 of Table 3 in N."""
+    above = 16.28 * current**2 - 29.55 * current - 11.67
+    return np.where(current < 0.2, -19.95 * current - 11.77, above)
+
+
+def leak(current: Array) -> Array:
+    """Return the pre-yield dashpot in N*s/m."""
+    return 1.2e4 + 1.0e5 * current
+
+
+def plant(position: Array, command: Array, step: float) -> Array:
+    """Return the damper's force in N, of piston stroke (m) and current command (A), each (runs, samples)."""
+    field = lagged(command, LAG, step)
+    plug = Plug(yield_force, viscosity, leak)
+    force: Array = plug.force(position, field, np.full(len(position), step)) + STIFFNESS * position + offset(field)
+    return force
+
+
+def random_steps(rng: np.random.Generator, samples: int, step: float) -> Array:
+    """Return a current that steps to another of the six levels every 0.25 to 0.9 s, (1, samples)."""
+    ends = np.cumsum(rng.uniform(0.25, 0.9, 200))
+    levels = rng.integers(0, len(CURRENTS), 201)
+    levels[1:] += levels[1:] == levels[:-1]
+    chosen = np.array(CURRENTS)[levels % len(CURRENTS)]
+    return chosen[np.searchsorted(ends, step * np.arange(samples), side="right")][None, :]
+
+
+MAP = """\
+[channels]
+displacement = {column = "Displacement", unit = "mm"}
+stroke_command = {column = "Command", unit = "mm"}
+"""
+
+
+def save(path: Path, columns: list[Array]) -> None:
+    """Write time, stroke, force, current, and the command that the actuator follows 10 ms late."""
+    with path.open("w", newline="\n", encoding="ascii") as file:
+        file.write("Time,Displacement,Load,Current,Command\ns,mm,N,A,mm\n")
+        np.savetxt(file, np.stack(columns, axis=1), "%.8g", ",")
+
+
+def record(path: Path, motion: Array, led: Array, command: Array, force: Array, rng: np.random.Generator) -> None:
+    """Write one log of stroke, its command, current and force, at the solver's rate, as instruments and filter show."""
+    stroke, current, shown = (column[::OVERSAMPLING] for column in (motion, command, force))
+    shown = shown + FORCE_NOISE * rng.standard_normal(len(shown))
+    shown = sosfiltfilt(butter(4, RECORD_FILTER, fs=RATE, output="sos"), shown)
+    stroke = stroke + STROKE_NOISE * rng.standard_normal(len(stroke))
+    current = current + CURRENT_NOISE * rng.standard_normal(len(current))
+    time = np.arange(len(shown)) / RATE
+    save(path, [time, 1e3 * stroke, shown, current, 1e3 * led[::OVERSAMPLING]])
+
+
+def make(out: Path, seed: int) -> None:
+    """Write 24 sines at constant current and one with random steps of the current."""
+    rng = np.random.default_rng([seed, 4])
+    (out / "mrfit.toml").write_text(MAP, encoding="utf-8")
+    step = 1.0 / (RATE * OVERSAMPLING)
+    for frequency in (1.0, 2.0):
+        tests = [(a, i) for f, a in SINES if f == frequency for i in CURRENTS]
+        time = np.arange(int(CYCLES / frequency / step)) * step
+        stroke = np.array([a for a, _ in tests])[:, None]
+        motion, led = (stroke * np.sin(2.0 * np.pi * frequency * t) for t in (time, time + ACTUATOR_LAG))
+        command = np.broadcast_to(np.array([i for _, i in tests])[:, None], motion.shape)
+        force = plant(motion, command, step)
+        for k, (amplitude, current) in enumerate(tests):
+            stem = f"sine_{frequency:g}Hz_{1e3 * amplitude:02.0f}mm_{current:g}A"
+            record(out / f"{stem}.csv", motion[k], led[k], command[k], force[k], rng)
+    time = np.arange(int(STEPS_SECONDS / step)) * step
+    motion, led = (0.010 * np.sin(2.0 * np.pi * t)[None, :] for t in (time, time + ACTUATOR_LAG))
+    command = random_steps(rng, len(time), step)
+    force = plant(motion, command, step)
+    record(out / "steps_1Hz_10mm.csv", motion[0], led[0], command[0], force[0], rng)
