@@ -15,7 +15,20 @@ import mrfit.settings.segment
 from mrfit.cli import apply, console
 from mrfit.cli.advise import advise
 from mrfit.cli.export import export
-from mrfit.cli.options import Catalog, DataSet, Folder, Json, Logs, Only, Plugins, Work, options
+from mrfit.cli.options import (
+    Catalog,
+    DataSet,
+    Folder,
+    Json,
+    Logs,
+    On,
+    Only,
+    Plugins,
+    Shared,
+    Work,
+    options,
+    send,
+)
 from mrfit.settings.shared import Jobs, Resistance
 
 app = typer.Typer(
@@ -50,6 +63,8 @@ def ingest(
     settings: mrfit.settings.ingest.Settings,
     *,
     preview: Annotated[bool, typer.Option("--preview", help="Show what would be read; write nothing.")] = False,
+    on: On,
+    shared: Shared,
     work: Work,
     plugins: Plugins,
     as_json: Json,
@@ -66,6 +81,7 @@ def ingest(
     if preview:
         rows = preview_logs(logs, settings)
         return console.print_json([asdict(row) for row in rows]) if as_json else output.preview(rows)
+    send(on, shared)
     with console.progress_bar() as progress:
         summary = pipeline.ingest(work, logs, settings, progress)
     return console.print_json(summary) if as_json else output.ingest(summary, work)
@@ -105,6 +121,8 @@ def fit(
     settings: mrfit.settings.fit.Settings,
     *,
     resistance: Resistance = None,
+    on: On,
+    shared: Shared,
     work: Work,
     plugins: Plugins,
     as_json: Json,
@@ -115,6 +133,7 @@ def fit(
     """
     from mrfit.cli import output, pipeline
 
+    send(on, shared)
     with console.progress_bar() as progress:
         summary = pipeline.fit(work, settings, resistance, progress)
     return console.print_json(summary) if as_json else output.fit(summary, work)
@@ -185,6 +204,8 @@ def discover(
     settings: mrfit.settings.discover.Settings,
     *,
     resistance: Resistance = None,
+    on: On,
+    shared: Shared,
     work: Work,
     plugins: Plugins,
     as_json: Json,
@@ -195,6 +216,7 @@ def discover(
     """
     from mrfit.cli import output, pipeline
 
+    send(on, shared)
     with console.progress_bar() as progress:
         summary = pipeline.discover(work, settings, resistance, progress)
     return console.print_json(summary) if as_json else output.discover(summary, work)
@@ -205,13 +227,22 @@ app.command()(advise)
 
 @app.command()
 @options
-def compare(settings: mrfit.settings.compare.Asked, work: Work, plugins: Plugins, as_json: Json) -> None:
+def compare(
+    settings: mrfit.settings.compare.Asked,
+    *,
+    on: On,
+    shared: Shared,
+    work: Work,
+    plugins: Plugins,
+    as_json: Json,
+) -> None:
     """Compare models on all conditions, or optimizers on one model.
 
     Example: mrfit compare --models all
     """
     from mrfit.cli import output, pipeline
 
+    send(on, shared)
     with console.progress_bar() as progress:
         if settings.models:
             summary = pipeline.compare_models(work, settings.of_models, progress)

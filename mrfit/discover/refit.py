@@ -8,9 +8,9 @@ from functools import cached_property
 import numpy as np
 
 from mrfit.core import registry
+from mrfit.core.executors.order import spread
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array, EffectSpec, Param
-from mrfit.core.executors.order import spread
 from mrfit.discover.bench import Bench
 from mrfit.discover.clusters import clustered
 from mrfit.errors import DataError

@@ -26,10 +26,10 @@ from distributed import Client, Future, KilledWorker, get_worker
 from mrfit.core.executors.items import Ended, Make, end_of, made_here, made_of, packed
 from mrfit.core.executors.processes import QUIET, now_and_then
 from mrfit.core.progress import Progress, silent
-from mrfit.errors import ConfigError, DataError, MrfitError
+from mrfit.errors import MrfitError, Unreachable
 
 # Seconds in which a scheduler has to answer, and a worker to be there
-PATIENCE = 20.0
+PATIENCE = 10.0
 # Items sent ahead for each thread of a worker, so that none waits for the way there and back
 AHEAD = 2
 # Least items sent ahead, while workers come and go
@@ -49,21 +49,25 @@ class Dask:
         Of the scheduler, as ``tcp://10.0.0.5:8786``.
     shared
         Whether its workers read and write the same paths as this process.
+
+    Raises
+    ------
+    Unreachable
+        If no scheduler answers, or it has no workers.
     """
 
     def __init__(self, address: str, shared: bool) -> None:
         self.address, self.apart = address, not shared
         self._client: Client | None = None
+        self._connected()
 
     def ends(self, make: Make, items: Iterable[Any], progress: Progress) -> Generator[Ended[Any], None, None]:
         """Yield the ends of items as they come, two items per thread of the workers ahead.
 
         Raises
         ------
-        ConfigError
-            If no scheduler answers.
-        DataError
-            If it has no workers, or is gone.
+        Unreachable
+            If no scheduler answers, it has no workers, or is gone.
         """
         client = self._connected()
         work = _Work(self, client, make, progress)
@@ -76,12 +80,13 @@ class Dask:
     def _connected(self) -> Client:
         if self._client is None:
             # what becomes of a connection is said in one line
-            logging.getLogger("distributed").setLevel(logging.CRITICAL + 1)
+            for name in [n for n in logging.root.manager.loggerDict if n.startswith("distributed")]:
+                logging.getLogger(name).setLevel(logging.CRITICAL + 1)
             try:
                 self._client = Client(self.address, timeout=PATIENCE, set_as_default=False, name="mrfit")
             except (OSError, ValueError, TimeoutError) as error:
                 text = f"{type(error).__name__}: {error}".splitlines()[0][:120]
-                raise ConfigError(
+                raise Unreachable(
                     f"--on {self.address}: no Dask scheduler answers ({text}); start one with `dask scheduler`, or "
                     "leave --on out"
                 ) from None
@@ -89,7 +94,7 @@ class Dask:
                 self._client.wait_for_workers(1, timeout=PATIENCE)
             except TimeoutError:
                 self.close()
-                raise DataError(
+                raise Unreachable(
                     f"--on {self.address}: the scheduler has no workers; start some with `dask worker {self.address}`"
                 ) from None
         return self._client
@@ -104,7 +109,7 @@ class Dask:
     def gone(self) -> MrfitError:
         """Return what is said where the scheduler is no longer there."""
         self.close()
-        return DataError(
+        return Unreachable(
             f"--on {self.address}: the Dask scheduler is gone; the work done so far is kept: start it and its workers "
             "again and repeat the command, or repeat it without --on"
         )

@@ -54,8 +54,8 @@ class Executor(Protocol):
 
         Raises
         ------
-        MrfitError
-            If there is nobody left to do the work.
+        Unreachable
+            If nobody is left to do the work.
         """
 
 

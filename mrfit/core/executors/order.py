@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import closing
 from typing import Any, TypeVar
 
@@ -83,7 +83,7 @@ def spread(
 
     Raises
     ------
-    MrfitError
+    Unreachable
         If nobody is left to do the work.
     """
     return in_order_by(executor(min(jobs, len(items))), make, items, progress)
@@ -98,7 +98,7 @@ def in_processes(
 
 
 def in_order_by(
-    doer: Executor, make: Callable[[Item, Progress], Made], items: Sequence[Item], progress: Progress
+    doer: Executor, make: Callable[[Item, Progress], Made], items: Iterable[Item], progress: Progress
 ) -> Generator[Made, None, None]:
     """Yield what an executor makes of the items in their order, and raise the first error in that order."""
     early: dict[int, Any] = {}
