@@ -14,6 +14,7 @@ import mrfit.settings.report
 import mrfit.settings.segment
 from mrfit.cli import apply, console
 from mrfit.cli.advise import advise
+from mrfit.cli.batch import batch
 from mrfit.cli.export import export
 from mrfit.cli.options import (
     Catalog,
@@ -338,6 +339,7 @@ def show(
 
 
 app.command()(export)
+app.command()(batch)
 
 
 def main() -> None:

@@ -57,7 +57,8 @@ class Told(Protocol):
         """Its name."""
 
 
-def _page(title: str, words: str, tables: Sequence[Table], figures: Sequence[Drawn]) -> str:
+def whole_page(title: str, words: str, tables: Sequence[Table], figures: Sequence[Drawn]) -> str:
+    """Return a page of tables and figures under a title and a few words."""
     from jinja2 import Environment, StrictUndefined
 
     environment = Environment(autoescape=True, trim_blocks=True, undefined=StrictUndefined)
@@ -98,7 +99,7 @@ def models_page(summary: ModelsFile) -> str:
         "fit is 100·(1 − ‖y − ŷ‖/‖y − ȳ‖). Best on held-out data first, those that could be judged on fewer samples "
         "after the others."
     )
-    return _page("Models compared", words, tables, figures)
+    return whole_page("Models compared", words, tables, figures)
 
 
 def _model_row(m: ModelRow) -> tuple[object, ...]:
@@ -130,7 +131,7 @@ def optimizers_page(summary: OptimizersFile) -> str:
     )
     svg = inline(convergence(summary.curves, unit), "o", "Median best cost against evaluations")
     caption = f"Median over the seeds of the best RMS error in {unit} found so far, against evaluations."
-    return _page("Optimizers compared", words, [Table("Cost over the seeds", heads, cells)], [Drawn(svg, caption)])
+    return whole_page("Optimizers compared", words, [Table("Cost over the seeds", heads, cells)], [Drawn(svg, caption)])
 
 
 def _number(value: float | None) -> str:

@@ -210,13 +210,26 @@ def plan_items(
     DataError
         If there is no such path.
     """
+    return plan_files(expand([Path(p) for p in paths]), settings, hashed)
+
+
+def plan_files(
+    files: Iterable[tuple[Path, Path]], settings: Settings, hashed: Callable[[Path], str] = hash_of
+) -> tuple[list[tuple[Item, str]], list[Refusal]]:
+    """Return what ``plan_items`` does of files, each with the folder up to which a channel map is looked for.
+
+    Raises
+    ------
+    ConfigError
+        If the settings or a channel map are wrong.
+    """
     _check_settings(settings)
     maps = _Maps(settings)
     groups: dict[str, list[tuple[Path, str]]] = {}
     readers: dict[str, str] = {}
     rules: dict[str, Rules] = {}
     refusals = []
-    for file, root in expand([Path(p) for p in paths]):
+    for file, root in files:
         try:
             head, reader = look(file)
             digest = hashed(file)

@@ -19,14 +19,15 @@ from functools import cache
 from importlib.metadata import version
 from itertools import islice
 from pathlib import Path
-from typing import Any
-
-from distributed import Client, Future, KilledWorker, get_worker
+from typing import TYPE_CHECKING, Any
 
 from mrfit.core.executors.items import Ended, Make, end_of, made_here, made_of, packed
 from mrfit.core.executors.processes import QUIET, now_and_then
 from mrfit.core.progress import Progress, silent
-from mrfit.errors import MrfitError, Unreachable
+from mrfit.errors import ConfigError, MrfitError, Unreachable
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
 
 # Seconds in which a scheduler has to answer, and a worker to be there
 PATIENCE = 10.0
@@ -52,6 +53,8 @@ class Dask:
 
     Raises
     ------
+    ConfigError
+        If dask.distributed is not installed.
     Unreachable
         If no scheduler answers, or it has no workers.
     """
@@ -77,8 +80,12 @@ class Dask:
         finally:
             work.cancel()
 
-    def _connected(self) -> Client:
+    def _connected(self) -> "Client":
         if self._client is None:
+            try:
+                from distributed import Client
+            except ImportError:
+                raise ConfigError("--on needs dask.distributed: python -m pip install 'mrfit[dask]'") from None
             # what becomes of a connection is said in one line
             for name in [n for n in logging.root.manager.loggerDict if n.startswith("distributed")]:
                 logging.getLogger(name).setLevel(logging.CRITICAL + 1)
@@ -118,7 +125,7 @@ class Dask:
 class _Work:
     """Items at work on a scheduler."""
 
-    def __init__(self, dask: Dask, client: Client, make: Make, progress: Progress) -> None:
+    def __init__(self, dask: Dask, client: "Client", make: Make, progress: Progress) -> None:
         self.dask, self.client, self.make, self.progress = dask, client, make, progress
         self.topic = f"mrfit-{uuid.uuid4().hex}"
         self.waiting: dict[str, tuple[Future, int, Any]] = {}
@@ -172,6 +179,8 @@ class _Work:
 
     def _completed(self) -> Iterator[Ended[Any]]:
         """Wait for one of the items."""
+        from distributed import KilledWorker
+
         key = ""
         while not key:
             with suppress(queue.Empty):
@@ -246,6 +255,8 @@ class _Task:
 
 def _made_there(task: bytes) -> bytes:
     """Make an item in a worker."""
+    from distributed import get_worker
+
     asked: _Task = pickle.loads(task)
     worker = get_worker()
     if asked.versions != _here():

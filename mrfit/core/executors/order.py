@@ -6,11 +6,11 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from contextlib import closing
 from typing import Any, TypeVar
 
+from mrfit.core.executors.dask import Dask
 from mrfit.core.executors.items import Executor, Made
 from mrfit.core.executors.processes import Processes
 from mrfit.core.executors.serial import Serial
 from mrfit.core.progress import Progress
-from mrfit.errors import ConfigError
 
 Item = TypeVar("Item")
 
@@ -32,16 +32,14 @@ def use(address: str, shared: bool = False) -> None:
     ------
     ConfigError
         If dask.distributed is not installed.
+    Unreachable
+        If no scheduler answers, or it has no workers.
     """
     for earlier in _told:
         getattr(earlier, "close", lambda: None)()
     _told.clear()
     if not address:
         return
-    try:
-        from mrfit.core.executors.dask import Dask
-    except ImportError:
-        raise ConfigError("--on needs dask.distributed: python -m pip install 'mrfit[dask]'") from None
     _told.append(Dask(address, shared))
 
 
