@@ -45,7 +45,7 @@ def files_of(work: str) -> dict[str, bytes]:
 
 def test_the_table_holds_what_a_fit_of_each_log_alone_gives(logs: Path) -> None:
     summary = run(logs)
-    assert (summary.logs, summary.done, summary.unchanged) == (4, 3, 0)
+    assert (summary.logs, summary.done, summary.unchanged) == (4, 4, 0)
     table = pq.read_table(summary.table).to_pylist()
     for name, fy in (("a.csv", 500.0), ("b.csv", 550.0), ("sub/c 1.csv", 600.0)):
         alone = mrfit.fit(mrfit.read(logs / name), model="bingham", optimizer="lsq")
@@ -84,15 +84,15 @@ def test_only_what_changed_is_done_again(logs: Path, counted: list[str]) -> None
     run(logs)
     before = files_of("work")
     counted.clear()
-    assert run(logs).unchanged == 3 and counted == [] and files_of("work") == before
+    assert run(logs).unchanged == 4 and counted == [] and files_of("work") == before
     # a time stamp is no change, other numbers are
     os.utime(logs / "b.csv", (1e9, 1e9))
-    assert run(logs).unchanged == 3 and counted == []
+    assert run(logs).unchanged == 4 and counted == []
     write_log(logs / "a.csv", 9, fy=700.0)
     assert run(logs).done == 1 and counted == ["logs/a.csv"]
     counted.clear()
     # so are another model, and a channel map of one folder
-    assert run(logs, fitting=fit.Settings(model="tanh", optimizer="lsq")).done == 3
+    assert run(logs, fitting=fit.Settings(model="tanh", optimizer="lsq")).done == 4
     run(logs)
     counted.clear()
     (logs / "sub" / "mrfit.toml").write_text('[channels.force]\ncolumn = "force (N)"\nunit = "N"\nscale = 2.0\n')
@@ -121,7 +121,7 @@ def test_a_kill_loses_what_was_at_work_alone(logs: Path, counted: list[str], mon
     # the journal's last line may be torn
     with (Path("work") / NAME).open("ab") as handle:
         handle.write(b'{"log": "logs/b.csv", "ke')
-    assert run(logs).done == 2 and counted == ["logs/a.csv", "logs/b.csv", "logs/sub/c 1.csv"]
+    assert run(logs).done == 3 and counted == ["logs/a.csv", "logs/b.csv", "logs/note.csv", "logs/sub/c 1.csv"]
     assert files_of("work").keys() == files_of("whole").keys()
     same = [n for n in files_of("whole") if n.startswith("batch.") and n != "batch.json"]
     assert len(same) == 3 and all(files_of("work")[n] == files_of("whole")[n] for n in same)
@@ -130,7 +130,7 @@ def test_a_kill_loses_what_was_at_work_alone(logs: Path, counted: list[str], mon
 def test_a_log_that_fails_ends_no_other_and_is_not_tried_again(logs: Path, counted: list[str]) -> None:
     (logs / "aa.csv").write_text("time (s),temperature (degC)\n" + "".join(f"{k},{20 + k}\n" for k in range(50)))
     summary = run(logs)
-    assert summary.done == 4 and [f.log for f in summary.failed] == ["logs/aa.csv", "logs/note.csv"]
+    assert summary.done == 5 and [f.log for f in summary.failed] == ["logs/aa.csv", "logs/note.csv"]
     counted.clear()
     again = run(logs)
     assert counted == [] and [f.error for f in again.failed] == [f.error for f in summary.failed]
@@ -141,7 +141,7 @@ def test_a_log_that_is_gone_is_in_the_table_no_longer(logs: Path) -> None:
     (logs / "a.csv").unlink()
     summary = run(logs)
     assert "logs/a.csv" not in set(pq.read_table(summary.table)["log"].to_pylist())
-    assert set(read_journal(Path("work") / NAME)) == {"logs/b.csv", "logs/sub/c 1.csv"}
+    assert set(read_journal(Path("work") / NAME)) == {"logs/b.csv", "logs/note.csv", "logs/sub/c 1.csv"}
 
 
 def test_two_processes_write_what_one_does(logs: Path) -> None:

@@ -174,6 +174,9 @@ class _Work:
                 future = self.client.submit(_made_there, pickle.dumps(task), key=key, pure=False)
             except Exception:
                 raise self.dask.gone() from None
+        self._wait_for(key, future, place, item)
+
+    def _wait_for(self, key: str, future: "Future", place: int, item: Any) -> None:
         self.waiting[key] = future, place, item
         future.add_done_callback(lambda one: self.done.put(one.key))
 
@@ -188,7 +191,11 @@ class _Work:
             while not self.heard.empty():
                 self.progress(*self.heard.get())
         future, place, item = self.waiting.pop(key)
-        if future.status in ("cancelled", "lost"):
+        if future.status in ("lost", "pending"):
+            # the worker that held the result was killed: another one makes it again
+            self._wait_for(key, future, place, item)
+            return
+        if future.status == "cancelled":
             raise self.dask.gone()
         try:
             back = future.result(timeout=None)
@@ -196,7 +203,7 @@ class _Work:
             yield Ended(place, error=MrfitError(_killed(self.dask.address)))
             return
         except Exception as error:
-            if self.client.status != "running" or future.status in ("cancelled", "lost"):
+            if self.client.status != "running" or future.status == "cancelled":
                 raise self.dask.gone() from None
             yield Ended(place, error=_unfit(self.dask.address, error))
             return
