@@ -211,11 +211,23 @@ def free_memory() -> float:
 
 def _check_room(path: Path, rows: int, columns: int) -> None:
     """Refuse to load what would not fit, rather than be ended by the operating system."""
-    needed, free = COPIES * 8.0 * rows * columns, free_memory()
+    check_room(f"{path}: its {rows} samples in {columns} columns", 8.0 * rows * columns)
+
+
+def check_room(what: str, size: float) -> None:
+    """Refuse to begin what would not fit into memory, where numbers of so many bytes are held.
+
+    Raises
+    ------
+    DataError
+        If they do not; the message says how much they need, and what would fit.
+    """
+    needed, free = COPIES * size, free_memory()
     if needed > free:
         raise DataError(
-            f"{path}: its {rows} samples in {columns} columns need about {needed / 1e9:.1f} GB of memory and "
-            f"{free / 1e9:.1f} GB are free; cut the log into shorter ones, or keep every n-th row, and ingest it again"
+            f"{what} need about {needed / 1e9:.1f} GB of memory and {free / 1e9:.1f} GB are free; write decimate = "
+            f"{math.ceil(needed / max(free, 1.0))} or more in the channel map, or cut the log into shorter ones, and "
+            "ingest it again"
         )
 
 
@@ -477,6 +489,23 @@ class Workspace:
     def identifiers(self) -> list[str]:
         """Ids of the recordings that ingest left."""
         return [r.id for r in self.ingest_summary().recordings]
+
+    def check_room(self, identifiers: Sequence[str], stage: str = "recordings") -> None:
+        """Refuse to hold recordings side by side that would not fit into memory, before the first is read.
+
+        Raises
+        ------
+        DataError
+            If they would not; a table that cannot be read is passed over, since reading it says more.
+        """
+        import pyarrow.parquet as pq
+
+        size = 0.0
+        for identifier in identifiers:
+            with suppress(DataError, *_UNREADABLE), pq.ParquetFile(self._file_left_by(stage, identifier)) as file:
+                # times are not read
+                size += 8.0 * file.metadata.num_rows * (file.metadata.num_columns - 1)
+        check_room(f"{self.root}: all samples of {len(identifiers)} recordings", size)
 
     def read_recording(self, identifier: str, stage: str = "recordings") -> Recording:
         """Return a recording as ``stage`` left it.

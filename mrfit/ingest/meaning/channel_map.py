@@ -50,6 +50,7 @@ class Part(Strict):
 
     resistance: Positive | Literal["auto"] | None = None
     dt: Positive | None = None
+    decimate: Annotated[int, Field(ge=1)] | None = None
     rate: Positive | None = None
     pattern: str | None = None
     time: str | int | TimeRule | None = None
@@ -80,11 +81,14 @@ class Rules:
     ----------
     where
         Path of the map, or empty if there is none.
+    decimate
+        Samples of the log for each one that is kept.
     """
 
     where: str = ""
     resistance: float | None = None
     dt: float | None = None
+    decimate: int = 1
     pattern: str | None = None
     time: TimeRule | None = None
     ignore: tuple[str, ...] = ()
@@ -154,11 +158,13 @@ def rules_for(file: Path, loaded: MapFile | None, where: str) -> Rules:
     parts: list[Part] = [loaded]
     parts += [p for p in loaded.files if fnmatch.fnmatch(file.name.lower(), p.match.lower())]
     dt = resistance = pattern = time = None
+    decimate = 1
     ignore: list[str] = []
     condition: dict[str, float | list[float]] = {}
     channels: dict[str, ChannelRule] = {}
     for part in parts:
         dt = part.dt or (1.0 / part.rate if part.rate else dt)
+        decimate = part.decimate or decimate
         resistance = part.resistance if part.resistance is not None else resistance
         pattern = part.pattern or pattern
         time = part.time if part.time is not None else time
@@ -169,6 +175,7 @@ def rules_for(file: Path, loaded: MapFile | None, where: str) -> Rules:
         where=where,
         resistance=resistance if isinstance(resistance, float) else None,
         dt=dt,
+        decimate=decimate,
         pattern=pattern,
         time=time if isinstance(time, TimeRule) or time is None else TimeRule(column=time),
         ignore=tuple(ignore),
