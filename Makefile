@@ -25,7 +25,7 @@ help:
 	@echo 'make demo-discover  find the hidden effect in two of the data sets and say where the pages lie'
 	@echo 'make test       lint, type-check and test'
 	@echo 'make test-fmu   install FMPy (200 MB) and test FMUs as models'
-	@echo 'make test-slow  the long studies, and FMUs as models'
+	@echo 'make test-slow  the long studies, FMUs as models, and work sent to a scheduler'
 	@echo 'make bench      measure speed, as ratios in one run'
 	@echo 'make discovery-benchmark  score discovery on hidden effects (hours; goes on where it was stopped)'
 	@echo 'make batch LOGS=folder MODEL=name OPT=name JOBS=2   re-process every log under a folder, only what changed'
@@ -63,7 +63,12 @@ $(VENV)/fmu-installed: $(VENV)/installed
 test-fmu: $(VENV)/fmu-installed
 	$(BIN)/python -m pytest -q -rs tests/core/foreign
 
-test-slow: test-fmu
+# dask.distributed is not in the environment of `make test` either, which skips the tests of schedulers.
+$(VENV)/dask-installed: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,dask]'
+	@touch $@
+
+test-slow: test-fmu $(VENV)/dask-installed
 	$(BIN)/python -m pytest -q -m slow
 
 bench: setup

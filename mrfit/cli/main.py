@@ -35,7 +35,6 @@ from mrfit.settings.shared import Jobs, Resistance
 app = typer.Typer(
     name="mrfit",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
     help="From laboratory logs of magnetorheological dampers and their coils to identified models and error reports.",
