@@ -8,7 +8,7 @@ from mrfit.batch.figures import overview
 from mrfit.batch.fleet import FEWEST, FEWEST_FOR_DRIFT, RESIDUAL, Drift, Fleet, Group, Outlier
 from mrfit.compare.page import Drawn, Table, whole_page
 from mrfit.io.schemas.batch import LogRow
-from mrfit.report.numbers import in_html, significant, unit_html
+from mrfit.report.numbers import in_html, natural, significant, unit_html
 from mrfit.report.svg import inline
 
 # Rows of a table of the page; the rest is in the table of all logs
@@ -22,12 +22,11 @@ def render(rows: Sequence[LogRow], fleet: Fleet) -> str:
     by_value = [_outlier(o) for o in fleet.outliers if o.parameter != RESIDUAL]
     by_residual = [_outlier(o) for o in fleet.outliers if o.parameter == RESIDUAL]
     tables = [
-        _shortened("Distribution of every parameter", _DISTRIBUTION, [_distribution(g) for g in _largest(fleet)]),
+        _shortened("Logs that failed", ("Log", "Reason"), [(r.log, r.error) for r in failed], words=True),
         _shortened("Outliers by parameter", _OUTLIERS, by_value),
         _shortened("Outliers by residual", _OUTLIERS, by_residual),
         _shortened("Drift over the logs", _DRIFTS, [_drift(d) for d in fleet.drifts]),
         _shortened("Warnings", ("Warning", "Logs"), _warnings(rows)),
-        _shortened("Logs that failed", ("Log", "Reason"), [(r.log, r.error) for r in failed], words=True),
     ]
     figures = []
     if fleet.groups:
@@ -47,7 +46,11 @@ def render(rows: Sequence[LogRow], fleet: Fleet) -> str:
         "logs whose values scatter normally lists a value, or a drift, once in twenty times. A value that its own "
         "interval explains is no outlier."
     )
-    return whole_page("Batch", words, [t for t in tables if t.rows], figures)
+    spread = [_distribution(g) for g in _shown_groups(fleet)]
+    details = (
+        [_shortened("Distribution of every parameter", _DISTRIBUTION, spread, len(fleet.groups))] if spread else []
+    )
+    return whole_page("Batch", words, [t for t in tables if t.rows], figures, details)
 
 
 _DISTRIBUTION = ("Parameter", "Condition", "Unit", "Logs", "Least", "5 %", "Median", "95 %", "Most", "Robust sd")
@@ -55,14 +58,20 @@ _OUTLIERS = ("Log", "Condition", "Parameter", "Unit", "Value", "Median", "Deviat
 _DRIFTS = ("Parameter", "Condition", "Unit", "First tenth", "Last tenth", "Change (sd)", "Rank correlation")
 
 
-def _shortened(caption: str, heads: Sequence[str], rows: Sequence[Sequence[object]], words: bool = False) -> Table:
-    more = f" (the first {ROWS} of {len(rows)})" if len(rows) > ROWS else ""
+def _shortened(
+    caption: str, heads: Sequence[str], rows: Sequence[Sequence[object]], total: int = 0, words: bool = False
+) -> Table:
+    """Return a table of as many rows as a page takes, of so many that there are."""
+    total = total or len(rows)
+    more = f" ({ROWS} of {total})" if total > ROWS else ""
     return Table(caption + more, heads, rows[:ROWS], words)
 
 
-def _largest(fleet: Fleet) -> list[Group]:
-    """Return the groups, those of most logs first where there are too many."""
-    return sorted(fleet.groups, key=lambda g: -len(g.values)) if len(fleet.groups) > ROWS else list(fleet.groups)
+def _shown_groups(fleet: Fleet) -> list[Group]:
+    """Return the groups by parameter and condition; where there are too many, those of most logs."""
+    names = list(dict.fromkeys(g.parameter for g in fleet.groups))
+    most = sorted(fleet.groups, key=lambda g: -len(g.values))[:ROWS]
+    return sorted(most, key=lambda g: (names.index(g.parameter), natural(g.condition)))
 
 
 def _distribution(group: Group) -> tuple[object, ...]:
