@@ -47,10 +47,8 @@ def render(rows: Sequence[LogRow], fleet: Fleet) -> str:
         "interval explains is no outlier."
     )
     spread = [_distribution(g) for g in _shown_groups(fleet)]
-    details = (
-        [_shortened("Distribution of every parameter", _DISTRIBUTION, spread, len(fleet.groups))] if spread else []
-    )
-    return whole_page("Batch", words, [t for t in tables if t.rows], figures, details)
+    every = _shortened("Distribution of every parameter", _DISTRIBUTION, spread, len(fleet.groups))
+    return whole_page("Batch", words, [t for t in tables if t.rows], figures, [every] if spread else [])
 
 
 _DISTRIBUTION = ("Parameter", "Condition", "Unit", "Logs", "Least", "5 %", "Median", "95 %", "Most", "Robust sd")
