@@ -2,9 +2,9 @@
 
     python -m benchmarks.scale [--parts batch,dask,long,workspace] [--old CHECKOUT] [--logs 40] [--by-hand 8] …
 
-``batch``: logs of a coil by one command, against ingest, fit and report as three commands for every log, as `make batch`
-did (with the code of ``--old``), and against the bare fit of the same logs.
-``dask``: the same batch in one process and by the workers of a scheduler on this machine, one of them killed in the end.
+``batch``: logs of a coil by one command, against ingest, fit and report as three commands for every log, as
+`make batch` did (with the code of ``--old``), and against the bare fit of the same logs.
+``dask``: the same batch in one process and by the workers of a scheduler on this machine, in the end one is killed.
 ``long``: one long log through all stages, as it is and decimated. ``workspace``: many logs in one workspace.
 What counts is user and system time of the command and all that works for it, in one run: other work on the machine
 changes it less than seconds on the clock. Work that two processes share takes each of them half of it.
