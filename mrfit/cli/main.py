@@ -182,6 +182,8 @@ def run(
     logs: Annotated[list[Path] | None, typer.Option("--log", help="Log or folder instead of the file's.")] = None,
     work: Annotated[Path | None, typer.Option(help="Workspace folder instead of the file's.")] = None,
     jobs: Jobs,
+    on: On,
+    shared: Shared,
     plugins: Plugins,
     as_json: Json,
 ) -> None:
@@ -193,6 +195,7 @@ def run(
     from mrfit.cli.config import read_pipeline
 
     config = read_pipeline(file)
+    send(on, shared)
     with console.progress_bar() as progress:
         summary = pipeline.run(config, file.parent, pipeline.Overrides(logs, work, jobs), progress)
     return console.print_json(summary) if as_json else output.run(summary)
