@@ -101,17 +101,18 @@ def test_what_does_not_fit_into_memory_is_said_before_it_is_read(
 ) -> None:
     from mrfit.fit.select import read_dataset
     from mrfit.ingest import stage
-    from mrfit.io import workspace as io
+    from mrfit.io import memory
+    from mrfit.io.workspace import Workspace
     from mrfit.segment import stage as segment_stage
     from mrfit.settings.ingest import Settings
 
     shutil.copy(log, tmp_path / "b.csv")
     write_log(tmp_path / "b.csv", 4)
-    workspace = io.Workspace(tmp_path / "w")
+    workspace = Workspace(tmp_path / "w")
     stage.run([log, tmp_path / "b.csv"], Settings(), workspace)
     segment_stage.run(workspace, segment_stage.Settings())
     # 1200 samples of three channels each: one fits, both do not
-    monkeypatch.setattr(io, "free_memory", lambda: 1.5 * io.COPIES * 8.0 * 1200 * 3)
+    monkeypatch.setattr(memory, "free_memory", lambda: 1.5 * memory.COPIES * 8.0 * 1200 * 3)
     assert workspace.read_recording("a").samples == 1200
     with pytest.raises(DataError, match=r"all samples of 2 recordings need about .* write decimate = 2 or more"):
         read_dataset(workspace)
