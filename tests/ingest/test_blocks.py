@@ -236,7 +236,7 @@ def test_a_recording_longer_than_memory_is_one_line_in_later_stages(
     workspace = Workspace(tmp_path / "w")
     run([long_log(tmp_path / "log.csv")], Settings(), workspace)
     monkeypatch.setattr("mrfit.io.memory.free_memory", lambda: 1e5)
-    with pytest.raises(DataError, match=r"log.parquet: its 3000 samples in 2 columns need about .* write decimate = 2 or more"):
+    with pytest.raises(DataError, match=r"log.parquet: its 3000 samples in 2 columns need about .* decimate = 2 or"):
         workspace.read_recording(workspace.ingest_summary().recordings[0].id)
 
 
