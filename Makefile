@@ -12,7 +12,7 @@ WORK ?= demo-work
 STUDIES ?= studies-work
 JOBS ?= 2
 
-# For `make batch`: every log under LOGS gets a workspace of its own under BATCH.
+# For `make batch`: every log like PATTERN under LOGS gets a workspace of its own under BATCH.
 LOGS ?= datasets/coil
 BATCH ?= batch-work
 MODEL ?= boucwen-flux
@@ -26,11 +26,11 @@ help:
 	@echo 'make demo-discover  find the hidden effect in two of the data sets and say where the pages lie'
 	@echo 'make test       lint, type-check and test'
 	@echo 'make test-fmu   install FMPy (200 MB) and test FMUs as models'
-	@echo 'make test-slow  the long studies, and FMUs as models'
+	@echo 'make test-slow  the long studies, FMUs as models, and work sent to a scheduler'
 	@echo 'make bench      measure speed, as ratios in one run'
 	@echo 'make studies    the studies of the papers, beside their published tables: docs/studies.md (ten minutes)'
 	@echo 'make discovery-benchmark  score discovery on hidden effects (hours; goes on where it was stopped)'
-	@echo 'make batch LOGS=folder MODEL=name OPT=name -j2   re-process every log under a folder, only what changed'
+	@echo 'make batch LOGS=folder MODEL=name OPT=name JOBS=2   re-process every log under a folder, only what changed'
 	@echo 'make datasets   make the logs in datasets/ again'
 	@echo 'make clean      remove the environment and what demo and batch made'
 
@@ -65,7 +65,12 @@ $(VENV)/fmu-installed: $(VENV)/installed
 test-fmu: $(VENV)/fmu-installed
 	$(BIN)/python -m pytest -q -rs tests/core/foreign
 
-test-slow: test-fmu
+# dask.distributed is not in the environment of `make test` either, which skips the tests of schedulers.
+$(VENV)/dask-installed: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,dask]'
+	@touch $@
+
+test-slow: test-fmu $(VENV)/dask-installed
 	$(BIN)/python -m pytest -q -m slow
 
 bench: setup
@@ -84,33 +89,6 @@ datasets: setup
 clean:
 	rm -rf $(VENV) $(WORK) $(BATCH) $(STUDIES) discovery-work
 
-# One target per log and model: made again when the log, or a channel map beside it, is newer. It lies under BATCH,
-# wherever the log does, and keeps the log's suffix. Signs that mean something to make cannot be in a target's name.
-ifneq ($(filter batch,$(MAKECMDGOALS)),)
-HASH := \#
-FIND := find '$(LOGS)' -type f -iname '$(PATTERN)' -not -path '$(BATCH)/*' -not -path './$(BATCH)/*' 2>/dev/null
-UNFIT := $(shell $(FIND) | grep -m 1 "[][[:space:]:%=\$$$(HASH)\\*?;'\"]")
-ifneq ($(UNFIT),)
-$(error make batch: rename '$(UNFIT)': make takes no blank and none of : % = $$ $(HASH) \ * ? [ ] ; or quotes in a name)
-endif
-BATCH_LOGS := $(patsubst ./%,%,$(sort $(shell $(FIND))))
-ifeq ($(BATCH_LOGS),)
-$(error make batch: no log like $(PATTERN) under '$(LOGS)'; give LOGS=folder, or PATTERN='*.txt')
-endif
-endif
-
-# $(call workspace,log), $(call made,log)
-workspace = $(BATCH)/$(patsubst /%,%,$(subst ../,__/,$(1)))
-made = $(workspace)/report/$(MODEL).$(OPT).made
-
-batch: setup $(foreach log,$(BATCH_LOGS),$(call made,$(log)))
-	@echo "$(words $(BATCH_LOGS)) reports under $(BATCH)/"
-
-define batch_rule
-$(call made,$(1)): $(1) $(wildcard $(dir $(1))mrfit.toml) | setup
-	$(MRFIT) ingest '$(1)' --work '$(call workspace,$(1))' --jobs 1
-	$(MRFIT) fit --model $(MODEL) --opt $(OPT) --work '$(call workspace,$(1))' --jobs 1
-	$(MRFIT) report --work '$(call workspace,$(1))'
-	@touch '$$@'
-endef
-$(foreach log,$(BATCH_LOGS),$(eval $(call batch_rule,$(log))))
+# Every log under LOGS has a workspace with a report under BATCH; what has not changed is not done again.
+batch: setup
+	$(MRFIT) batch '$(LOGS)' --like '$(PATTERN)' --model '$(MODEL)' --opt '$(OPT)' --report --work '$(BATCH)' --jobs $(JOBS)

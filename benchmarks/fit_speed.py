@@ -19,9 +19,9 @@ import numpy as np  # noqa: E402
 
 from benchmarks.command import run_mrfit  # noqa: E402
 from benchmarks.planted import problem, sine_log  # noqa: E402
+from mrfit.core.executors.order import in_processes  # noqa: E402
 from mrfit.core.progress import Progress, silent  # noqa: E402
 from mrfit.core.specs import Array  # noqa: E402
-from mrfit.core.workers import in_processes  # noqa: E402
 from mrfit.fit.diagnostics.uncertainty import analyse  # noqa: E402
 from mrfit.fit.identify import Group, SearchSettings, linearise, search_optimum  # noqa: E402
 from mrfit.search.cube import Cube  # noqa: E402

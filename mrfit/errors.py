@@ -22,6 +22,10 @@ class ConfigError(MrfitError):
     exit_code = 2
 
 
+class Unreachable(MrfitError):
+    """Nobody is there to do the work, or no longer; it is of the place where work is done, not of data or a model."""
+
+
 def unknown_name(kind: str, name: str, known: list[str], command: str = "") -> ConfigError:
     """Return the error for a name that no registry holds, with near matches and the whole list.
 

@@ -22,6 +22,7 @@ LAYERS = [
     {"discover"},
     {"report", "export"},
     {"compare", "advise"},
+    {"batch"},
     {"api"},
     {"apply"},
     {"cli", "contracts"},

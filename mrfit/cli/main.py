@@ -14,14 +14,27 @@ import mrfit.settings.report
 import mrfit.settings.segment
 from mrfit.cli import apply, console
 from mrfit.cli.advise import advise
+from mrfit.cli.batch import batch
 from mrfit.cli.export import export
-from mrfit.cli.options import Catalog, DataSet, Folder, Json, Logs, Only, Plugins, Work, options
+from mrfit.cli.options import (
+    Catalog,
+    DataSet,
+    Folder,
+    Json,
+    Logs,
+    On,
+    Only,
+    Plugins,
+    Shared,
+    Work,
+    options,
+    send,
+)
 from mrfit.settings.shared import Jobs, Resistance
 
 app = typer.Typer(
     name="mrfit",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
     help="From laboratory logs of magnetorheological dampers and their coils to identified models and error reports.",
@@ -53,6 +66,8 @@ def ingest(
     suggest_map: Annotated[
         bool, typer.Option("--suggest-map", help="Write a channel map to start from beside unknown logs; read nothing.")
     ] = False,
+    on: On,
+    shared: Shared,
     work: Work,
     plugins: Plugins,
     as_json: Json,
@@ -75,6 +90,7 @@ def ingest(
     if preview:
         rows = preview_logs(logs, settings)
         return console.print_json([asdict(row) for row in rows]) if as_json else output.preview(rows)
+    send(on, shared)
     with console.progress_bar() as progress:
         summary = pipeline.ingest(work, logs, settings, progress)
     return console.print_json(summary) if as_json else output.ingest(summary, work)
@@ -114,6 +130,8 @@ def fit(
     settings: mrfit.settings.fit.Settings,
     *,
     resistance: Resistance = None,
+    on: On,
+    shared: Shared,
     work: Work,
     plugins: Plugins,
     as_json: Json,
@@ -124,6 +142,7 @@ def fit(
     """
     from mrfit.cli import output, pipeline
 
+    send(on, shared)
     with console.progress_bar() as progress:
         summary = pipeline.fit(work, settings, resistance, progress)
     return console.print_json(summary) if as_json else output.fit(summary, work)
@@ -172,6 +191,8 @@ def run(
     logs: Annotated[list[Path] | None, typer.Option("--log", help="Log or folder instead of the file's.")] = None,
     work: Annotated[Path | None, typer.Option(help="Workspace folder instead of the file's.")] = None,
     jobs: Jobs,
+    on: On,
+    shared: Shared,
     plugins: Plugins,
     as_json: Json,
 ) -> None:
@@ -183,6 +204,7 @@ def run(
     from mrfit.cli.config import read_pipeline
 
     config = read_pipeline(file)
+    send(on, shared)
     with console.progress_bar() as progress:
         summary = pipeline.run(config, file.parent, pipeline.Overrides(logs, work, jobs), progress)
     return console.print_json(summary) if as_json else output.run(summary)
@@ -194,6 +216,8 @@ def discover(
     settings: mrfit.settings.discover.Settings,
     *,
     resistance: Resistance = None,
+    on: On,
+    shared: Shared,
     work: Work,
     plugins: Plugins,
     as_json: Json,
@@ -204,6 +228,7 @@ def discover(
     """
     from mrfit.cli import output, pipeline
 
+    send(on, shared)
     with console.progress_bar() as progress:
         summary = pipeline.discover(work, settings, resistance, progress)
     return console.print_json(summary) if as_json else output.discover(summary, work)
@@ -214,13 +239,22 @@ app.command()(advise)
 
 @app.command()
 @options
-def compare(settings: mrfit.settings.compare.Asked, work: Work, plugins: Plugins, as_json: Json) -> None:
+def compare(
+    settings: mrfit.settings.compare.Asked,
+    *,
+    on: On,
+    shared: Shared,
+    work: Work,
+    plugins: Plugins,
+    as_json: Json,
+) -> None:
     """Compare models on all conditions, or optimizers on one model.
 
     Example: mrfit compare --models all
     """
     from mrfit.cli import output, pipeline
 
+    send(on, shared)
     with console.progress_bar() as progress:
         if settings.models:
             summary = pipeline.compare_models(work, settings.of_models, progress)
@@ -316,6 +350,7 @@ def show(
 
 
 app.command()(export)
+app.command()(batch)
 
 
 def main() -> None:

@@ -60,10 +60,42 @@ Plugins = Annotated[
     ),
     Default(None),
 ]
+On = Annotated[
+    str,
+    typer.Option(
+        "--on",
+        metavar="ADDRESS",
+        help="Dask scheduler that has the work done, as tcp://10.0.0.5:8786; does not change the result.",
+        envvar="MRFIT_ON",
+        show_default=False,
+    ),
+    Default(""),
+]
+Shared = Annotated[
+    bool,
+    typer.Option("--shared", help="The scheduler's workers see the same paths as this command: no log is sent."),
+    Default(False),
+]
 Logs = Annotated[list[Path], typer.Argument(help="Log files, or folders of them.", show_default=False)]
 DataSet = Annotated[str, typer.Argument(help="Data set to fetch; without it all are listed.", show_default=False)]
 Folder = Annotated[Path | None, typer.Option("--to", help="Folder for the files; default: one of the set's name.")]
 Catalog = Annotated[Path | None, typer.Option("--catalog", help="Catalog (TOML) of your own instead of mrfit's.")]
+
+
+def send(on: str, shared: bool) -> None:
+    """Have the work of a command done by the workers of a scheduler, if one was named.
+
+    Raises
+    ------
+    ConfigError
+        If the paths of no scheduler are said to be shared, or dask.distributed is not installed.
+    """
+    if shared and not on:
+        raise ConfigError("--shared says that the workers of --on ADDRESS see the same paths; give --on too")
+    if on:
+        from mrfit.core.executors import order
+
+        order.use(on, shared)
 
 
 def options(command: Callable[..., None]) -> Callable[..., None]:

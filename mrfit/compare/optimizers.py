@@ -8,6 +8,7 @@ import numpy as np
 
 from mrfit.compare.page import optimizers_page
 from mrfit.core.channels import unit_of
+from mrfit.core.executors.order import spread
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
@@ -88,17 +89,15 @@ def compared(dataset: Dataset, settings: Settings, progress: Progress = silent) 
     prepared = fit_stage.prepare(dataset, settings.fit)
     rows: list[OptimizerRow] = []
     curves: list[Curve] = []
-    total = len(prepared.groups) * len(settings.optimizers)
-    for name, segments in prepared.groups.items():
-        split = settings.fit.per == "condition" and len({s.role for s in segments}) == 1
-        group = build_group(name, segments, prepared.recordings, prepared.assembly, split)
-        scaled = replace(prepared, cube=at_scales(prepared.cube, group.training, base_of(settings.fit.model)))
-        for optimizer in settings.optimizers:
-            runs = [_one_run(group, scaled, optimizer, seed, settings.fit) for seed in range(settings.seeds)]
-            rows.append(_row(name, optimizer, runs, prepared.assembly.spec.output))
-            evaluations, cost = _median_curve(runs)
-            curves.append(Curve(condition=name, optimizer=optimizer, evaluations=evaluations, cost=cost))
-            progress("compare", len(rows), total)
+    shares = [
+        _Share(name, prepared, optimizer, settings) for name in prepared.groups for optimizer in settings.optimizers
+    ]
+    # one after the other on this machine: runs side by side would take longer, and their seconds are told
+    for share, runs in zip(shares, spread(_runs, [s.alone() for s in shares], 1, silent), strict=True):
+        rows.append(_row(share.name, share.optimizer, runs, prepared.assembly.spec.output))
+        evaluations, cost = _median_curve(runs)
+        curves.append(Curve(condition=share.name, optimizer=share.optimizer, evaluations=evaluations, cost=cost))
+        progress("compare", len(rows), len(shares))
     fit = {k: v for k, v in asdict(settings.fit).items() if k not in ("jobs", "optimizer", "seed")}
     used = {"seeds": settings.seeds, **fit}
     contents, cut = dataset.made_from()
@@ -112,6 +111,32 @@ def compared(dataset: Dataset, settings: Settings, progress: Progress = silent) 
         data_sha256=digest_of(contents),
     )
     return checked(summary)
+
+
+@dataclass(frozen=True)
+class _Share:
+    """What one worker does of a comparison: the runs of one optimizer on one condition."""
+
+    name: str
+    prepared: fit_stage.Prepared
+    optimizer: str
+    settings: Settings
+
+    def alone(self) -> "_Share":
+        """Return the same with the condition's recordings only, as it is sent."""
+        segments = self.prepared.groups[self.name]
+        recordings = {s.recording: self.prepared.recordings[s.recording] for s in segments}
+        return replace(self, prepared=replace(self.prepared, recordings=recordings, groups={self.name: segments}))
+
+
+def _runs(share: _Share, progress: Progress) -> "list[_Run]":
+    """Return the runs of an optimizer from every start."""
+    prepared, fit = share.prepared, share.settings.fit
+    segments = prepared.groups[share.name]
+    split = fit.per == "condition" and len({s.role for s in segments}) == 1
+    group = build_group(share.name, segments, prepared.recordings, prepared.assembly, split)
+    scaled = replace(prepared, cube=at_scales(prepared.cube, group.training, base_of(fit.model)))
+    return [_one_run(group, scaled, share.optimizer, seed, fit) for seed in range(share.settings.seeds)]
 
 
 @dataclass(frozen=True)

@@ -14,19 +14,22 @@ table{border-collapse:collapse;font-size:.9rem}caption{text-align:left;font-weig
 th,td{padding:.2rem .7rem;border-bottom:1px solid #e2e8f0;text-align:left}td.n{text-align:right}
 figure{margin:1.5rem 0}figcaption{max-width:50rem}svg{max-width:100%;height:auto}.wide{overflow-x:auto}"""
 
-PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">
-<title>{{ title }}</title><style>{{ style|safe }}</style></head>
-<body><h1>{{ title }}</h1><p>{{ words }}</p>
-{% for table in tables %}<div class="wide"><table><caption>{{ table.caption }}</caption>
+PAGE = """{% macro shown(tables) %}{% for table in tables %}
+<div class="wide"><table><caption>{{ table.caption }}</caption>
 <thead><tr>{% for head in table.heads %}<th scope="col">{{ head }}</th>{% endfor %}</tr></thead><tbody>
 {% for row in table.rows %}<tr>{% for cell in row %}
 <td{% if not loop.first and not table.words %} class="n"{% endif %}>{{ cell }}</td>
 {% endfor %}</tr>
 {% endfor %}</tbody></table></div>
-{% endfor %}{% for figure in figures %}<figure><div class="wide">{{ figure.svg|safe }}</div>
-<figcaption>{{ figure.caption }}</figcaption></figure>
 {% endfor %}
+{% endmacro %}
+<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">
+<title>{{ title }}</title><style>{{ style|safe }}</style></head>
+<body><h1>{{ title }}</h1><p>{{ words }}</p>
+{{ shown(tables) }}{% for figure in figures %}<figure><div class="wide">{{ figure.svg|safe }}</div>
+<figcaption>{{ figure.caption }}</figcaption></figure>
+{% endfor %}{{ shown(details) }}
 </body></html>
 """
 
@@ -57,11 +60,16 @@ class Told(Protocol):
         """Its name."""
 
 
-def _page(title: str, words: str, tables: Sequence[Table], figures: Sequence[Drawn]) -> str:
+def whole_page(
+    title: str, words: str, tables: Sequence[Table], figures: Sequence[Drawn], details: Sequence[Table] = ()
+) -> str:
+    """Return a page of tables, figures and tables of details under a title and a few words."""
     from jinja2 import Environment, StrictUndefined
 
     environment = Environment(autoescape=True, trim_blocks=True, undefined=StrictUndefined)
-    return environment.from_string(PAGE).render(title=title, words=words, tables=tables, figures=figures, style=STYLE)
+    return environment.from_string(PAGE).render(
+        title=title, words=words, tables=tables, figures=figures, details=details, style=STYLE
+    )
 
 
 def together(rows: Sequence[Told], what: str) -> list[tuple[str, str]]:
@@ -98,7 +106,7 @@ def models_page(summary: ModelsFile) -> str:
         "fit is 100·(1 − ‖y − ŷ‖/‖y − ȳ‖). Best on held-out data first, those that could be judged on fewer samples "
         "after the others."
     )
-    return _page("Models compared", words, tables, figures)
+    return whole_page("Models compared", words, tables, figures)
 
 
 def _model_row(m: ModelRow) -> tuple[object, ...]:
@@ -130,7 +138,7 @@ def optimizers_page(summary: OptimizersFile) -> str:
     )
     svg = inline(convergence(summary.curves, unit), "o", "Median best cost against evaluations")
     caption = f"Median over the seeds of the best RMS error in {unit} found so far, against evaluations."
-    return _page("Optimizers compared", words, [Table("Cost over the seeds", heads, cells)], [Drawn(svg, caption)])
+    return whole_page("Optimizers compared", words, [Table("Cost over the seeds", heads, cells)], [Drawn(svg, caption)])
 
 
 def _number(value: float | None) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from mrfit.compare.page import models_page
 from mrfit.core.progress import Progress, silent
-from mrfit.errors import DataError, MrfitError
+from mrfit.errors import DataError, MrfitError, Unreachable
 from mrfit.fit import stage as fit_stage
 from mrfit.io.csv_table import csv_table
 from mrfit.io.schemas.compare import LeftOut, ModelCaution, ModelErrors, ModelRow, ModelsFile
@@ -117,6 +117,8 @@ def fit_all(settings: Settings, fit: Fitting, progress: Progress = silent) -> Tr
         begin = time.perf_counter()
         try:
             tried.fits.append(fit(settings.of_fit(model)))
+        except Unreachable:
+            raise
         except MrfitError as error:
             tried.left_out.append(LeftOut(model=model, reason=str(error)))
             continue

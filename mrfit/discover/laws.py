@@ -12,7 +12,7 @@ from mrfit.discover.findings import gap_of
 from mrfit.discover.held import refitted, with_held
 from mrfit.discover.policy import Policy
 from mrfit.discover.refit import Fitter, Refit
-from mrfit.errors import MrfitError
+from mrfit.errors import MrfitError, Unreachable
 from mrfit.io.schemas.discovery import OtherLaw
 from mrfit.simulate.current_dependence import CurrentDependence
 
@@ -42,6 +42,8 @@ def other_laws(
     for name in candidates(fitter, base.assembly.spec.output, policy):
         try:
             laws.append(_law(_Question(fitter, base, held, policy), name, dependence(name)))
+        except Unreachable:
+            raise
         except MrfitError:
             continue  # a law that cannot be fitted to these data is no candidate
     return worth_telling(laws, policy)

@@ -8,9 +8,9 @@ from functools import cached_property
 import numpy as np
 
 from mrfit.core import registry
+from mrfit.core.executors.order import spread
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array, EffectSpec, Param
-from mrfit.core.workers import in_processes
 from mrfit.discover.bench import Bench
 from mrfit.discover.clusters import clustered
 from mrfit.errors import DataError
@@ -227,7 +227,7 @@ class Fitter:
         problems = [self._started(one) for one in wanted]
         new = [p.effects not in self.known for p in problems]
         unknown = [p for p, is_new in zip(problems, new, strict=True) if is_new]
-        with closing(in_processes(_descent, unknown, self.jobs, silent)) as descents:
+        with closing(spread(_descent, unknown, self.jobs, silent)) as descents:
             for problem, is_new in zip(problems, new, strict=True):
                 yield self._refitted(problem, next(descents) if is_new else None)
 

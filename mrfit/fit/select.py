@@ -26,8 +26,16 @@ LISTED = 12
 
 
 def load_recordings(workspace: Workspace, segments: Sequence[Segment]) -> dict[str, Recording]:
-    """Return the recordings the segments point into, with flux where the flux stage has run."""
-    found = {i: workspace.read_recording(i, workspace.latest) for i in dict.fromkeys(s.recording for s in segments)}
+    """Return the recordings the segments point into, with flux where the flux stage has run.
+
+    Raises
+    ------
+    DataError
+        If one cannot be read, or all of them are more than memory holds: that is said before the first is read.
+    """
+    identifiers, stage = list(dict.fromkeys(s.recording for s in segments)), workspace.latest
+    workspace.check_room(identifiers, stage)
+    found = {i: workspace.read_recording(i, stage) for i in identifiers}
     beyond = next((s.id for s in segments if s.stop > found[s.recording].samples), None)
     if beyond is not None:
         raise DataError(f"{workspace.segments_file}: '{beyond}' ends after its recording; run `mrfit segment` again")

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from mrfit.core.executors.order import is_apart, spread
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
-from mrfit.core.workers import in_processes
 from mrfit.fit.diagnostics.trust import drift_warnings, trust
 from mrfit.fit.files import PARTIAL, Fitted, drop_partial, write_fit
 from mrfit.fit.identify import Group, SearchSettings, build_group, found_point, search_optimum, weights_of
@@ -232,6 +232,7 @@ class _Piece:
     group: Group
     simulated: list[Array]
     metrics: list[MetricRow]
+    found: FoundPoint
 
 
 @dataclass(frozen=True)
@@ -258,15 +259,27 @@ class _Runner:
             self.progress("compiling the kernels, this once", 0, 1)
             pieces.append(self._fit(*groups.pop(0)))
             self.progress("compiling the kernels, this once", 1, 1)
-        shares = [_Share(self.of(segments), name, segments) for name, segments in groups]
-        return [*pieces, *in_processes(_fit_share, shares, jobs, self.progress)]
+        apart = is_apart()
+        shares = [self._share(name, segments, apart) for name, segments in groups]
+        for share, piece in zip(shares, spread(_fit_share, shares, jobs, self.progress), strict=True):
+            pieces.append(piece)
+            if apart:
+                self._keep(share.name, piece.found)
+        return pieces
+
+    def _share(self, name: str, segments: list[Segment], apart: bool) -> "_Share":
+        """Return the part of one group; done where other files are seen, it has no folder to keep searches in."""
+        runner = self.of(segments)
+        if not apart:
+            return _Share(runner, name, segments)
+        return _Share(replace(runner, origin=replace(self.origin, folder=None)), name, segments, self._stored(name))
 
     def of(self, segments: Sequence[Segment]) -> "_Runner":
         """Return the same with the recordings of some segments only, as it is sent to a process."""
         recordings = {s.recording: self.prepared.recordings[s.recording] for s in segments}
         return replace(self, prepared=replace(self.prepared, recordings=recordings, groups={}), progress=silent)
 
-    def _fit(self, name: str, segments: list[Segment]) -> _Piece:
+    def _fit(self, name: str, segments: list[Segment], kept: FoundPoint | None = None) -> _Piece:
         settings = self.settings
         # where a part of each test is held out already, no third of its cycles is
         split = settings.per == "condition" and len({s.role for s in segments}) == 1
@@ -274,7 +287,8 @@ class _Runner:
         limits = (settings.budget, settings.seconds, settings.weight, settings.stall, settings.options)
         search = SearchSettings(settings.optimizer, settings.seed, *limits)
         cube = at_scales(self.prepared.cube, group.training, base_of(settings.model))
-        found = self._resumed(name, len(cube.free)) or self._search(group, cube, search)
+        kept = kept or self._stored(name)
+        found = kept if kept and len(kept.point) == len(cube.free) else self._search(group, cube, search)
         point = np.array(found.point)
         theta = cube.to_theta(point[None, :])[0]
         outputs = [simulate_block(b, self.assembly, theta) for b in group.full]
@@ -298,7 +312,7 @@ class _Runner:
         signs = sign_warnings(settings.model, self.prepared.dependence, theta)
         said = [*signs, *drift_warnings(result.drift), *staged.warnings(found.stages)]
         warnings = [*reasons, *said, *_no_search_warnings(search.strategy, settings.optimizer)]
-        return _Piece(replace(result, warnings=warnings), group, simulated, metrics)
+        return _Piece(replace(result, warnings=warnings), group, simulated, metrics, found)
 
     def _search(self, group: Group, cube: Cube, search: SearchSettings) -> FoundPoint:
         name = group.name
@@ -352,23 +366,25 @@ class _Runner:
         folder = self.origin.folder
         return folder / PARTIAL / f"{digest_of(name)[:24]}.json" if folder else None
 
-    def _resumed(self, name: str, free: int) -> FoundPoint | None:
+    def _stored(self, name: str) -> FoundPoint | None:
+        """Return what an earlier run found for a group before it was ended."""
         path = self._partial(name)
         stored = reusable(path, PartialFit) if path else None
-        return stored.found if stored and stored.key == self.key and len(stored.found.point) == free else None
+        return stored.found if stored and stored.key == self.key else None
 
 
 @dataclass(frozen=True)
 class _Share:
-    """The part of a fit that one process does."""
+    """The part of a fit that one worker does, and what an earlier run found for it."""
 
     runner: _Runner
     name: str
     segments: list[Segment]
+    kept: FoundPoint | None = None
 
 
 def _fit_share(share: _Share, progress: Progress) -> _Piece:
-    return replace(share.runner, progress=progress)._fit(share.name, share.segments)
+    return replace(share.runner, progress=progress)._fit(share.name, share.segments, share.kept)
 
 
 def segment_use(part: Part, offset: float, floor: NoiseFloor) -> SegmentUse:

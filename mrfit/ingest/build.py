@@ -11,6 +11,7 @@ from mrfit.core.channels import unit_of
 from mrfit.core.recording import Finding, Recording
 from mrfit.core.specs import Array
 from mrfit.ingest import series
+from mrfit.ingest.decimate import decimated
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
 from mrfit.ingest.meaning.coil import with_coil
@@ -264,7 +265,8 @@ def _recordings(rows: Rows, base: TimeBase, said: list[Finding], table: Table, o
             findings=(*(said if number == 0 else ()), *piece.findings),
             history=(f"read by {origin.reader}", *table.history, *piece.history),
         )
-        made.append(_judged(record, number, len(base.pieces), table, origin))
+        judged = _judged(record, number, len(base.pieces), table, origin)
+        made.append(decimated(judged, origin.rules.decimate))
     return made
 
 

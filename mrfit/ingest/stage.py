@@ -17,10 +17,11 @@ from mrfit.errors import ConfigError, DataError
 from mrfit.ingest.copies import part_copies
 from mrfit.ingest.dispatch import expand, look, part_of
 from mrfit.ingest.earlier import Earlier
+from mrfit.ingest.elsewhere import outcomes
 from mrfit.ingest.hashes import hash_of
 from mrfit.ingest.meaning.channel_map import FILE_NAME, MapFile, Rules, load_map, rules_for
 from mrfit.ingest.meaning.conditions import name_expression
-from mrfit.ingest.reading import Item, Outcome, Pieces, look_into, read_item
+from mrfit.ingest.reading import Item, Outcome, Pieces, look_into
 from mrfit.ingest.refusal import Passing, Refusal
 from mrfit.io.keys import code_version, key_of, plugins_used
 from mrfit.io.schemas.stages import About, Copy, IngestFile, Refused
@@ -161,8 +162,7 @@ def read(paths: Sequence[Path], settings: Settings, progress: Progress = silent)
         # numbers of a log longer than eight blocks lie there meanwhile
         pieces = Pieces(Path(place), settings.block, progress)
         plan = part_copies(plan, Earlier(Workspace(Path(place))))[1]
-        outcomes = in_order(lambda item: read_item(item, pieces), (item for item, _ in plan), settings.jobs)
-        for number, outcome in enumerate(outcomes, start=1):
+        for number, outcome in enumerate(outcomes([item for item, _ in plan], pieces, settings.jobs), start=1):
             refusals += outcome.refusals
             recordings += [_in_memory(r) for r in _named(outcome, outcome.item.source, taken)]
             progress("ingest", number, len(plan))
@@ -210,13 +210,26 @@ def plan_items(
     DataError
         If there is no such path.
     """
+    return plan_files(expand([Path(p) for p in paths]), settings, hashed)
+
+
+def plan_files(
+    files: Iterable[tuple[Path, Path]], settings: Settings, hashed: Callable[[Path], str] = hash_of
+) -> tuple[list[tuple[Item, str]], list[Refusal]]:
+    """Return what ``plan_items`` does of files, each with the folder up to which a channel map is looked for.
+
+    Raises
+    ------
+    ConfigError
+        If the settings or a channel map are wrong.
+    """
     _check_settings(settings)
     maps = _Maps(settings)
     groups: dict[str, list[tuple[Path, str]]] = {}
     readers: dict[str, str] = {}
     rules: dict[str, Rules] = {}
     refusals = []
-    for file, root in expand([Path(p) for p in paths]):
+    for file, root in files:
         try:
             head, reader = look(file)
             digest = hashed(file)
@@ -298,8 +311,7 @@ def _read_all(
     taken = {r.id.lower() for r in before.summary.recordings}
     keys = {item.source: key for item, key in fresh}
     pieces = Pieces(staging.root / "numbers", settings.block, progress)
-    outcomes = in_order(lambda item: read_item(item, pieces), (i for i, _ in fresh), settings.jobs)
-    for number, outcome in enumerate(outcomes, start=1):
+    for number, outcome in enumerate(outcomes([i for i, _ in fresh], pieces, settings.jobs), start=1):
         source = before.source(outcome.item)
         staged.refusals += outcome.refusals
         if outcome.recordings or not before.ids(source):

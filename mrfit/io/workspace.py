@@ -26,6 +26,7 @@ from mrfit.io.arrow import floats, numbers, table, texts
 from mrfit.io.escapes import encodable
 from mrfit.io.faults import plain_fault
 from mrfit.io.keys import content_of
+from mrfit.io.memory import check_room
 from mrfit.io.outdated import Inputs
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.reading import Document, Entry, File, load, of_json, of_row, parsed
@@ -50,8 +51,6 @@ ROW_GROUP = 1 << 20
 """Rows of a table written together."""
 CONTENT = "mrfit.content"
 """Name in a recording's metadata of the hash of its content."""
-COPIES = 3
-"""How many times the numbers of a table are in memory while it is used."""
 
 
 def plain(value: object) -> Any:
@@ -196,29 +195,6 @@ def write_table(
     write_atomic(path, write)
 
 
-def free_memory() -> float:
-    """Return the bytes of memory that may be had; all there are where the system does not say."""
-    try:
-        lines = Path("/proc/meminfo").read_text().splitlines()
-        return 1024.0 * next(float(line.split()[1]) for line in lines if line.startswith("MemAvailable"))
-    except (OSError, StopIteration):
-        pass
-    try:
-        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    except (AttributeError, ValueError, OSError):
-        return math.inf
-
-
-def _check_room(path: Path, rows: int, columns: int) -> None:
-    """Refuse to load what would not fit, rather than be ended by the operating system."""
-    needed, free = COPIES * 8.0 * rows * columns, free_memory()
-    if needed > free:
-        raise DataError(
-            f"{path}: its {rows} samples in {columns} columns need about {needed / 1e9:.1f} GB of memory and "
-            f"{free / 1e9:.1f} GB are free; cut the log into shorter ones, or keep every n-th row, and ingest it again"
-        )
-
-
 def read_table(path: Path, without: Sequence[str] = ()) -> tuple[dict[str, Array], dict[str, str]]:
     """Return the columns and metadata of a Parquet file written by ``write_table``, some columns left out.
 
@@ -234,7 +210,7 @@ def read_table(path: Path, without: Sequence[str] = ()) -> tuple[dict[str, Array
     with reading(path, "run `mrfit ingest` again"), pq.ParquetFile(path) as file:
         names = [n for n in file.schema_arrow.names if n not in without]
         rows = file.metadata.num_rows
-        _check_room(path, rows, len(names))
+        check_room(f"{path}: its {rows} samples in {len(names)} columns", 8.0 * rows * len(names))
         columns = {name: np.empty(rows) for name in names}
         begin = 0
         # group by group, so that only one of them is in memory twice
@@ -477,6 +453,23 @@ class Workspace:
     def identifiers(self) -> list[str]:
         """Ids of the recordings that ingest left."""
         return [r.id for r in self.ingest_summary().recordings]
+
+    def check_room(self, identifiers: Sequence[str], stage: str = "recordings") -> None:
+        """Refuse to hold recordings side by side that would not fit into memory, before the first is read.
+
+        Raises
+        ------
+        DataError
+            If they would not; a table that cannot be read is passed over, since reading it says more.
+        """
+        import pyarrow.parquet as pq
+
+        size = 0.0
+        for identifier in identifiers:
+            with suppress(DataError, *_UNREADABLE), pq.ParquetFile(self._file_left_by(stage, identifier)) as file:
+                # times are not read
+                size += 8.0 * file.metadata.num_rows * (file.metadata.num_columns - 1)
+        check_room(f"{self.root}: all samples of {len(identifiers)} recordings", size)
 
     def read_recording(self, identifier: str, stage: str = "recordings") -> Recording:
         """Return a recording as ``stage`` left it.

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mrfit.core.channels import symbol_of, unit_of
+from mrfit.core.executors.order import in_processes
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
-from mrfit.core.workers import in_processes
 from mrfit.io.schemas.fit import Fit, MetricRow, Result
 from mrfit.report.curves import decimate, family, prefixed, sheets, shown_cycles, worst_of_each
 from mrfit.report.numbers import SUPERSCRIPTS, in_html, percent, significant

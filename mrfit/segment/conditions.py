@@ -98,7 +98,30 @@ def _worded(name: str, value: float) -> str:
 
 def _clusters(members: Sequence[_Stated]) -> list[list[int]]:
     """Return indices grouped so that segments that are alike, or linked by a chain of alike ones, are together."""
-    left = list(range(len(members)))
+    clusters = [c for island in _islands(members) for c in _linked(members, island)]
+    return sorted(clusters, key=lambda cluster: cluster[0])
+
+
+def _islands(members: Sequence[_Stated]) -> list[list[int]]:
+    """Return indices parted where no chain of alike segments crosses a gap in frequency, or in amplitude.
+
+    Comparing every two segments of a thousand logs would take longer than reading these.
+    """
+    islands = [list(range(len(members)))]
+    for name, share in (("frequency", SAME_FREQUENCY), ("amplitude", SAME_AMPLITUDE)):
+        parted = []
+        for island in islands:
+            values = np.array([float(getattr(members[i].segment, name)) for i in island])
+            order = np.argsort(values, kind="stable")
+            gaps = np.diff(values[order]) > share * values[order][1:]
+            pieces = np.split(order, np.flatnonzero(gaps) + 1)
+            parted += [sorted(island[k] for k in piece) for piece in pieces if len(piece)]
+        islands = parted
+    return islands
+
+
+def _linked(members: Sequence[_Stated], left: list[int]) -> list[list[int]]:
+    """Return indices grouped by chains of alike segments, all compared with each other."""
     clusters = []
     while left:
         cluster, fresh = [], [left.pop(0)]

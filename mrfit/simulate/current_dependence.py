@@ -63,7 +63,7 @@ class CurrentDependence:
     orders
         (parameter name, order) pairs; parameters not named are constant.
     low, high
-        Tested range of current in A.
+        OfCondition range of current in A.
 
     Raises
     ------

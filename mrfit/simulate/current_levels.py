@@ -96,7 +96,7 @@ def _most(spec: ModelSpec, param: Param) -> int:
 
 
 @dataclass(frozen=True)
-class Tested:
+class OfCondition:
     """Currents of training segments.
 
     Attributes
@@ -120,7 +120,7 @@ class Tested:
         return max(len(self.levels), _visited(self.varying, self.low, self.high))
 
 
-def tested(segments: Sequence[Segment], recordings: Mapping[str, Recording]) -> Tested:
+def tested(segments: Sequence[Segment], recordings: Mapping[str, Recording]) -> OfCondition:
     """Return the currents of training segments."""
     levels = levels_of(segments)
     varying = [
@@ -129,7 +129,7 @@ def tested(segments: Sequence[Segment], recordings: Mapping[str, Recording]) -> 
         if s.role == "train" and "current" in recordings[s.recording].channels and not np.isfinite(s.current)
     ]
     ends = [*levels, *(float(end) for values in varying for end in np.quantile(values, (SPIKES, 1.0 - SPIKES)))]
-    return Tested(levels, varying, min(ends, default=0.0), max(ends, default=0.0))
+    return OfCondition(levels, varying, min(ends, default=0.0), max(ends, default=0.0))
 
 
 def takes_current(spec: ModelSpec) -> bool:
@@ -145,7 +145,7 @@ def recorded_range(recordings: Mapping[str, Recording]) -> tuple[float, float]:
     return min(float(v.min()) for v in values), max(float(v.max()) for v in values)
 
 
-def to_choose(model: str, text: str, currents: Tested) -> bool:
+def to_choose(model: str, text: str, currents: OfCondition) -> bool:
     """Return whether orders are chosen by what predicts held-out levels: none are asked for, two levels were held."""
     spec = base_of(model).spec
     return text == "auto" and spec.output in OUTPUTS and "current" not in spec.inputs and len(currents.levels) > 1

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from mrfit.core import plugins, registry
+from mrfit.core.executors.order import in_processes
 from mrfit.core.progress import silent
 from mrfit.core.specs import Array, ModelSpec, Param
-from mrfit.core.workers import in_processes
 from mrfit.discover.bench import effects_for
 from mrfit.errors import ConfigError
 from mrfit.io.keys import discovery_key, fit_key, plugins_used

@@ -13,9 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from mrfit.core import workers
+from mrfit.core.executors import processes
+from mrfit.core.executors.order import in_processes
 from mrfit.core.progress import Progress, silent
-from mrfit.core.workers import give_up, in_order, in_processes, interrupts_later
+from mrfit.core.workers import give_up, in_order, interrupts_later
 from mrfit.errors import DataError, MrfitError
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
@@ -118,10 +119,10 @@ def test_each_process_tells_its_progress_here() -> None:
 @pytest.fixture
 def spawned(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Processes as on macOS and Windows."""
-    monkeypatch.setattr(workers, "START", "spawn")
-    monkeypatch.setattr(workers, "_IDLE", [])
+    monkeypatch.setattr(processes, "START", "spawn")
+    monkeypatch.setattr(processes, "_IDLE", [])
     yield
-    for pool in workers._IDLE:
+    for pool in processes._IDLE:
         pool.end()
 
 
@@ -280,7 +281,7 @@ def sleeping(tmp_path: Path) -> Iterator[tuple["subprocess.Popen[str]", list[int
     """A command of its own group with two processes at work, and their numbers."""
     (tmp_path / "noted").mkdir()
     (tmp_path / "sleepers.py").write_text(SLEEPERS.format(folder=str(tmp_path / "noted")))
-    program = "import sleepers\nfrom mrfit.core.workers import in_processes\n"
+    program = "import sleepers\nfrom mrfit.core.executors.order import in_processes\n"
     program += "list(in_processes(sleepers.work, range(2), 2, print))\n"
     path = os.pathsep.join([str(tmp_path), *sys.path])
     parent = subprocess.Popen(

@@ -138,3 +138,13 @@ def test_one_bias_is_left_as_it_is() -> None:
     drift = remove_drift(np.concatenate([flux, 3 * flux]), currents, dt, steady_stretches(currents, dt), "cycle")[1]
     assert drift.method == "line through the means of whole cycles in each of 2 periodic stretches"
     assert drift.finding == ""
+
+
+def test_the_trapezoid_rule_gives_scipys_bits() -> None:
+    from scipy.integrate import cumulative_trapezoid
+
+    voltage = np.random.default_rng(3).standard_normal(10_001)
+    for dt in (1e-3, 1.0 / 3.0, 2.0):
+        np.testing.assert_array_equal(
+            integrate(voltage, dt, "trapezoid"), cumulative_trapezoid(voltage, dx=dt, initial=0)
+        )

@@ -20,7 +20,8 @@ from mrfit.ingest.hashes import hash_of
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.reading import Item, Pieces, read_item
 from mrfit.ingest.stage import Settings, preview, run
-from mrfit.io.workspace import Workspace, free_memory, write_table
+from mrfit.io.memory import free_memory
+from mrfit.io.workspace import Workspace, write_table
 from tests.ingest.samples import RS_SETTINGS, WRITERS, sample
 from tests.ingest.test_fuzz import TEXT, WHOLE_LINES
 from tests.plugin_files import EXAMPLE, acme_log
@@ -234,8 +235,8 @@ def test_a_recording_longer_than_memory_is_one_line_in_later_stages(
 ) -> None:
     workspace = Workspace(tmp_path / "w")
     run([long_log(tmp_path / "log.csv")], Settings(), workspace)
-    monkeypatch.setattr("mrfit.io.workspace.free_memory", lambda: 1e5)
-    with pytest.raises(DataError, match=r"log.parquet: its 3000 samples in 2 columns need about .* every n-th row"):
+    monkeypatch.setattr("mrfit.io.memory.free_memory", lambda: 1e5)
+    with pytest.raises(DataError, match=r"log.parquet: its 3000 samples in 2 columns need about .* decimate = 2 or"):
         workspace.read_recording(workspace.ingest_summary().recordings[0].id)
 
 

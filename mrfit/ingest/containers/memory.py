@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from mrfit.ingest.refusal import Passing, Refusal
-from mrfit.io.workspace import free_memory
+from mrfit.io.memory import free_memory
 
 SHARE = 0.5
 """Part of the free memory that one file may take unless the user says another amount."""

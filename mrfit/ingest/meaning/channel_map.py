@@ -61,6 +61,7 @@ class Part(Strict):
 
     resistance: Positive | Literal["auto"] | None = None
     dt: Positive | None = None
+    decimate: Annotated[int, Field(ge=1)] | None = None
     rate: Positive | None = None
     lever: Positive | None = None
     pattern: str | None = None
@@ -95,12 +96,15 @@ class Rules:
         Path of the map, or empty if there is none.
     lever
         Length in m of the lever between a press and a rotary device, or None.
+    decimate
+        Samples of the log for each one that is kept.
     """
 
     where: str = ""
     resistance: float | None = None
     dt: float | None = None
     lever: float | None = None
+    decimate: int = 1
     pattern: str | None = None
     time: TimeRule | None = None
     ignore: tuple[str, ...] = ()
@@ -171,11 +175,13 @@ def rules_for(file: Path, loaded: MapFile | None, where: str) -> Rules:
     parts: list[Part] = [loaded]
     parts += [p for p in loaded.files if fnmatch.fnmatch(file.name.lower(), p.match.lower())]
     dt = lever = resistance = pattern = time = coil = None
+    decimate = 1
     ignore: list[str] = []
     condition: dict[str, float | list[float]] = {}
     channels: dict[str, ChannelRule] = {}
     for part in parts:
         dt = part.dt or (1.0 / part.rate if part.rate else dt)
+        decimate = part.decimate or decimate
         resistance = part.resistance if part.resistance is not None else resistance
         lever = part.lever or lever
         pattern = part.pattern or pattern
@@ -189,6 +195,7 @@ def rules_for(file: Path, loaded: MapFile | None, where: str) -> Rules:
         resistance=resistance if isinstance(resistance, float) else None,
         dt=dt,
         lever=lever,
+        decimate=decimate,
         pattern=pattern,
         time=time if isinstance(time, TimeRule) or time is None else TimeRule(column=time),
         ignore=tuple(ignore),

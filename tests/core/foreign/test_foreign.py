@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from mrfit.core import plugins, registry
+from mrfit.core.executors.order import in_processes
 from mrfit.core.progress import silent
 from mrfit.core.specs import Array
-from mrfit.core.workers import in_processes
 from mrfit.errors import ConfigError
 from mrfit.simulate.assembly import assemble
 from tests.core.foreign.compiled import FUNCTION, HEAD, PARAMETERS, compiled, fmu

@@ -1,0 +1,253 @@
+"""Thousands of logs, several workers, long logs, large workspaces: seconds by log, and what grows with what.
+
+    python -m benchmarks.scale [--parts batch,dask,long,workspace] [--old CHECKOUT] [--logs 40] [--by-hand 8] …
+
+``batch``: logs of a coil by one command, against ingest, fit and report as three commands for every log, as
+`make batch` did (with the code of ``--old``), and against the bare fit of the same logs.
+``dask``: the same batch in one process and by the workers of a scheduler on this machine, in the end one is killed.
+``long``: one long log through all stages, as it is and decimated. ``workspace``: many logs in one workspace.
+What counts is user and system time of the command and all that works for it, in one run: other work on the machine
+changes it less than seconds on the clock. Work that two processes share takes each of them half of it.
+"""
+
+import argparse
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+
+from benchmarks import long_log, scale_logs
+from benchmarks.command import deliver
+
+HERE = Path(__file__).parent.parent
+MODEL = ["--model", "boucwen-flux", "--opt", "pso-fmin"]
+PORT = 38786
+# What the paper estimate is for
+FLEET, WORKERS = 50_000, 64
+
+
+def mrfit(*words: object, checkout: Path = HERE) -> float:
+    """Run a command with the code of a checkout; return its processor seconds."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    command = [sys.executable, "-m", "mrfit.cli", *map(str, words)]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(checkout), os.environ.get("PYTHONPATH", "")])}
+    subprocess.run(command, check=True, env=environment, stdout=subprocess.DEVNULL)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+
+
+def table(heads: Sequence[str], rows: Sequence[Sequence[object]]) -> list[str]:
+    """Return a Markdown table."""
+    lines = [f"| {' | '.join(heads)} |", "|---" * len(heads) + "|"]
+    return [*lines, *(f"| {' | '.join(map(str, row))} |" for row in rows), ""]
+
+
+def by_hand(logs: Sequence[Path], place: Path, checkout: Path) -> float:
+    """Return the seconds of three commands for every log, each by one worker, but for the first log: it may compile."""
+    spent = []
+    for log in [logs[0], *logs]:
+        work = place / "by-hand" / f"{len(spent)}-{log.name}"
+        ingest = mrfit("ingest", log, "--work", work, "--jobs", 1, checkout=checkout)
+        fit = mrfit("fit", *MODEL, "--work", work, "--jobs", 1, checkout=checkout)
+        spent.append(ingest + fit + mrfit("report", "--work", work, "--jobs", 1, checkout=checkout))
+    return sum(spent[1:])
+
+
+def bare(logs: Path) -> float:
+    """Return the seconds of the fits alone, in a process that has read all logs before and loaded the kernels."""
+    program = (
+        "import sys, time, mrfit\n"
+        "from pathlib import Path\n"
+        "read = mrfit.read(Path(sys.argv[1]))\n"
+        "fit = lambda r: mrfit.fit([r], model='boucwen-flux', optimizer='pso-fmin')\n"
+        "fit(read[0])\n"
+        "begin = time.process_time()\n"
+        "for one in read: fit(one)\n"
+        "print(time.process_time() - begin)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program, str(logs)], check=True, capture_output=True, text=True)
+    return float(done.stdout)
+
+
+def batch(place: Path, given: argparse.Namespace) -> list[str]:
+    """Return the table of the batch."""
+    logs = place / "logs"
+    scale_logs.write_logs(logs, given.logs, given.samples)
+    files = sorted(logs.glob("*.csv"))
+    few = place / "few"
+    few.mkdir()
+    for path in [*files[: given.by_hand], logs / "mrfit.toml"]:
+        shutil.copy(path, few)
+    each = by_hand(sorted(few.glob("*.csv")), place, given.old) / given.by_hand
+    alone = bare(few) / given.by_hand
+    rows = [("ingest, fit and report for every log", given.by_hand, f"{each:.2f}", "1", "")]
+    ways: list[tuple[str, list[object]]] = [
+        ("`mrfit batch --report`, a workspace and a report each", ["--report"]),
+        ("`mrfit batch`, a workspace each", []),
+        ("`mrfit batch --table`, one table", ["--table", place / "fleet.parquet"]),
+    ]
+    for number, (name, options) in enumerate(ways):
+        seconds = mrfit("batch", logs, *MODEL, "--jobs", 1, "--work", place / f"b{number}", *options) / given.logs
+        more = f"{100 * (seconds / alone - 1):.0f} %"
+        rows.append((name, given.logs, f"{seconds:.3f}", f"{each / seconds:.1f}", more))
+    again = mrfit("batch", logs, *MODEL, "--jobs", 1, "--work", place / "b1")
+    rows.append(("the same again, nothing changed", given.logs, f"{again / given.logs:.4f}", "", ""))
+    heads = ("way", "logs", "seconds per log", "times faster", "over the bare fit")
+    text = f"Logs of {given.samples} samples; the bare fit of one takes {alone:.3f} s."
+    return ["## Batch", "", *table(heads, rows), text, ""]
+
+
+@contextmanager
+def cluster(workers: int) -> Iterator[tuple[str, list["subprocess.Popen[bytes]"]]]:
+    """Give the address of a scheduler with so many workers; the scheduler's process, and theirs."""
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": "/"}
+    address = f"tcp://127.0.0.1:{PORT}"
+    names = ["--host", "127.0.0.1", "--port", str(PORT), "--no-dashboard"]
+    made = [subprocess.Popen([sys.executable, "-m", "distributed.cli.dask_scheduler", *names], **quiet)]  # type: ignore[call-overload]
+    command = [sys.executable, "-m", "distributed.cli.dask_worker", address, "--nthreads", "1", "--no-dashboard"]
+    made += [subprocess.Popen([*command, "--no-nanny"], **quiet) for _ in range(workers)]  # type: ignore[call-overload]
+    try:
+        yield address, made
+    finally:
+        for one in made:
+            one.kill()
+            one.wait()
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Return all files of a batch by their names."""
+    found = {p.relative_to(folder).as_posix(): p for p in folder.rglob("*") if p.is_file() and p.name != ".lock"}
+    return {name: path.read_bytes() for name, path in found.items() if name != "batch.json"}
+
+
+def dask(place: Path, given: argparse.Namespace) -> list[str]:
+    """Return the table of workers, and the estimate for a fleet."""
+    logs = place / "logs"
+    scale_logs.write_logs(logs, given.logs, given.samples)
+    few = place / "few"
+    few.mkdir()
+    for path in [*sorted(logs.glob("*.csv"))[:8], logs / "mrfit.toml"]:
+        shutil.copy(path, few)
+    alone = mrfit("batch", logs, *MODEL, "--jobs", 1, "--work", place / "p1")
+    rows: list[Sequence[object]] = [("one process, no scheduler", f"{alone / given.logs:.3f}", "", "")]
+    truth = contents(place / "p1")
+    for workers in (1, 2, 4):
+        with cluster(workers) as (address, made):
+            # workers live on: what they load once does not count
+            mrfit("batch", few, *MODEL, "--on", address, "--work", place / f"warm{workers}")
+            before = sum(map(_spent, made))
+            spent = mrfit("batch", logs, *MODEL, "--on", address, "--work", place / f"d{workers}")
+            spent += sum(map(_spent, made)) - before
+        same = "yes" if contents(place / f"d{workers}") == truth else "NO"
+        name = f"{workers} Dask worker{'s' * (workers > 1)} and the scheduler"
+        rows.append((name, f"{spent / given.logs:.3f}", f"{100 * (spent / alone - 1):+.0f} %", same))
+    with cluster(3) as (address, made):
+        killer = ThreadPoolExecutor(1).submit(
+            _kill_in_the_middle, made[1], place / "killed" / "batch.jsonl", given.logs
+        )
+        mrfit("batch", logs, *MODEL, "--on", address, "--work", place / "killed")
+        killer.result()
+    same = "yes" if contents(place / "killed") == truth else "NO"
+    rows.append(("3 Dask workers, one killed in the middle", "", "", same))
+    heads = ("workers", "seconds per log", "over one process", "same bytes")
+    return ["## Workers of a scheduler", "", *table(heads, rows), _estimate(place, given, alone), ""]
+
+
+def _spent(process: "subprocess.Popen[bytes]") -> float:
+    """Return the processor seconds of a process so far."""
+    words = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def _kill_in_the_middle(worker: "subprocess.Popen[bytes]", journal: Path, logs: int) -> None:
+    while not journal.exists() or journal.read_bytes().count(b"\n") < logs // 3:
+        time.sleep(0.05)
+    worker.send_signal(signal.SIGKILL)
+
+
+def _estimate(place: Path, given: argparse.Namespace, alone: float) -> str:
+    """Return what so many logs would take on so many workers, from the cost and the bytes of one."""
+    each = alone / given.logs
+    there = sum(p.stat().st_size for p in (place / "logs").glob("*.csv")) / given.logs / 1e6
+    back = sum(len(c) for n, c in contents(place / "p1").items() if not n.startswith("batch.")) / given.logs / 1e6
+    hours = FLEET * each / WORKERS / 3600.0
+    rate = (there + back) * WORKERS / each
+    return (
+        f"On paper: a log takes {each:.2f} s of one worker, {there:.2f} MB go there and {back:.2f} MB come back. "
+        f"{FLEET} logs on {WORKERS} workers take {hours:.2f} hours and move {FLEET * (there + back) / 1e3:.0f} GB, "
+        f"{rate:.0f} MB/s through the command's machine; with `--shared` none of it, and with `--table` nothing comes "
+        "back but parameters."
+    )
+
+
+def long(place: Path, given: argparse.Namespace) -> list[str]:
+    """Return the table of one long log, as it is and decimated."""
+    rows = []
+    log = place / "hour.parquet"
+    writer = [sys.executable, "-m", "benchmarks.long_log", "--write", str(log), "--minutes", str(given.minutes)]
+    subprocess.run(writer, check=True)
+    millions = given.minutes * 60 * long_log.RATE / 1e6
+    for factor in (1, 10):
+        (place / "mrfit.toml").write_text(f"decimate = {factor}\n")
+        for name, options in long_log.COMMANDS.items():
+            words = [str(log) if o == "LOG" else o for o in options]
+            seconds, peak = long_log.measured([name, *words, "--work", str(place / f"long{factor}")])
+            rows.append((name, f"{millions:.0f} million", factor, f"{peak / 1e3:.2f} GB", f"{seconds:.0f} s"))
+            print(rows[-1], file=sys.stderr, flush=True)
+    size = log.stat().st_size / 1e9
+    heads = ("command", "rows", "decimate", "peak memory", "time")
+    return ["## A long log", "", *table(heads, rows), f"The log has {size:.2f} GB as Parquet.", ""]
+
+
+def workspace(place: Path, given: argparse.Namespace) -> list[str]:
+    """Return the table of many logs in one workspace."""
+    rows = []
+    for count in given.counts:
+        logs, work = place / f"w{count}", place / f"work{count}"
+        scale_logs.write_logs(logs, count, given.short)
+        spent = [mrfit("ingest", logs, "--work", work, "--jobs", 1)]
+        spent += [mrfit(stage, "--work", work) for stage in ("flux", "segment")]
+        spent.append(mrfit("fit", "--model", "boucwen-flux", "--work", work, "--jobs", 1))
+        spent.append(mrfit("status", "--work", work))
+        rows.append((count, *(f"{1e3 * s / count:.1f}" for s in spent), f"{1e3 * sum(spent) / count:.1f}"))
+        print(rows[-1], file=sys.stderr, flush=True)
+        shutil.rmtree(logs)
+        shutil.rmtree(work)
+    heads = ("logs", "ingest", "flux", "segment", "fit", "status", "all")
+    text = f"Milliseconds per log of {given.short} samples, one worker, the start of each command included."
+    return ["## Many logs in one workspace", "", *table(heads, rows), text, ""]
+
+
+PARTS = {"batch": batch, "dask": dask, "long": long, "workspace": workspace}
+
+
+def main(given: argparse.Namespace) -> None:
+    """Print the tables."""
+    lines: list[str] = []
+    for name in given.parts.split(","):
+        with tempfile.TemporaryDirectory(dir=given.folder) as place:
+            lines += PARTS[name](Path(place), given)
+    deliver("\n".join(lines).rstrip() + "\n", given.out)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--parts", default="batch,long,workspace")
+    parser.add_argument("--old", type=Path, default=HERE, help="checkout whose code does three commands for every log")
+    parser.add_argument("--logs", type=int, default=40)
+    parser.add_argument("--by-hand", type=int, default=8)
+    parser.add_argument("--samples", type=int, default=20_000)
+    parser.add_argument("--minutes", type=float, default=6.0)
+    parser.add_argument("--counts", type=lambda t: [int(n) for n in t.split(",")], default=[30, 100])
+    parser.add_argument("--short", type=int, default=4000, help="samples of the logs of one workspace")
+    parser.add_argument("--folder", type=Path)
+    parser.add_argument("--out", type=Path, help="write the tables into a Markdown file")
+    main(parser.parse_args())

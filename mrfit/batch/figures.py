@@ -1,0 +1,79 @@
+"""Figures of a batch: how every parameter is distributed, and how it goes over the logs."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mrfit.batch.fleet import Fleet, Group
+from mrfit.core.specs import Array
+from mrfit.report.figures import MEASURED, PALETTE, QUIET, SIMULATED, WIDTH
+from mrfit.report.svg import import_matplotlib, style, to_svg
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+BINS = 40
+# Places along the logs at which median and quantiles are drawn, however many logs there are
+PLACES = 200
+# Quantiles between which values are drawn; what lies beyond would leave no room for the rest
+SHOWN = (0.005, 0.995)
+# Outliers drawn of one parameter
+POINTS = 100
+
+
+def overview(fleet: Fleet) -> str:
+    """Return an SVG with a row for every parameter: a histogram, and median and 5-95 % band over the logs.
+
+    Values are divided by the median of their condition where there are several.
+    """
+    import_matplotlib()
+    from matplotlib.figure import Figure
+
+    names = list(dict.fromkeys(g.parameter for g in fleet.groups))
+    with style():
+        figure = Figure(figsize=(WIDTH, 0.4 + 1.7 * len(names)), layout="constrained")
+        panels = figure.subplots(len(names), 2, squeeze=False, width_ratios=(1, 2))
+        order = {log: k for k, log in enumerate(dict.fromkeys(log for g in fleet.groups for log in g.logs))}
+        for (left, right), name in zip(panels, names, strict=True):
+            own = [g for g in fleet.groups if g.parameter == name]
+            at, values, label = _values(own, order)
+            low, high = np.quantile(values, SHOWN)
+            room = 0.1 * (high - low) or 1e-9 + abs(high) * 0.01
+            left.hist(np.clip(values, low, high), bins=BINS, range=(low - room, high + room), color=MEASURED)
+            left.set(title=label, ylabel="Logs")
+            _over_logs(right, at, values)
+            right.set_xlim(0, max(len(order) - 1, 1))
+            _marked(right, fleet, own, order, (low - room, high + room))
+        panels[-1][1].set_xlabel("Logs by date" if fleet.dated else "Logs by name")
+        return to_svg(figure, "Parameters of all logs")
+
+
+def _values(groups: Sequence[Group], order: dict[str, int]) -> tuple[Array, Array, str]:
+    """Return places among the logs and values, and what these are."""
+    first = groups[0]
+    relative = len(groups) > 1 and all(g.median != 0.0 for g in groups)
+    at = np.array([order[log] for g in groups for log in g.logs], dtype=np.float64)
+    values = np.concatenate([g.values / g.median if relative else g.values for g in groups])
+    unit = " over the median of its condition" if relative else f" ({first.unit})" if first.unit else ""
+    sorting = np.argsort(at, kind="stable")
+    return at[sorting], values[sorting], f"{first.parameter}{unit}"
+
+
+def _over_logs(axes: "Axes", at: Array, values: Array) -> None:
+    pieces = np.array_split(np.arange(len(values)), min(PLACES, len(values)))
+    place = np.array([np.median(at[p]) for p in pieces])
+    low, middle, high = np.array([np.quantile(values[p], (0.05, 0.5, 0.95)) for p in pieces]).T
+    axes.fill_between(place, low, high, color=QUIET, alpha=0.35, linewidth=0.0)
+    axes.plot(place, middle, color=PALETTE[0], linewidth=1.0)
+
+
+def _marked(
+    axes: "Axes", fleet: Fleet, groups: Sequence[Group], order: dict[str, int], limits: tuple[float, float]
+) -> None:
+    """Mark outliers; one that lies beyond what is drawn stands at its edge."""
+    own = [o for o in fleet.outliers if o.parameter == groups[0].parameter][:POINTS]
+    relative = len(groups) > 1 and all(g.median != 0.0 for g in groups)
+    shown = [np.clip(o.value / o.median if relative else o.value, *limits) for o in own]
+    axes.plot([order[o.log] for o in own], shown, "o", markersize=3.0, color=SIMULATED)
+    axes.set_ylim(limits)

@@ -1,0 +1,135 @@
+"""One log of a batch from its file to its parameters, as a worker does it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from mrfit.batch.parcel import Parcel, returned, unpacked
+from mrfit.core.progress import Progress, silent
+from mrfit.errors import MrfitError, Unreachable
+from mrfit.fit import stage as fit_stage
+from mrfit.flux import stage as flux_stage
+from mrfit.ingest import stage as ingest_stage
+from mrfit.io.dataset import Dataset
+from mrfit.io.schemas.batch import Fitted, LogRow, OfCondition
+from mrfit.io.schemas.fit import Fit
+from mrfit.io.workspace import Workspace
+from mrfit.segment import stage as segment_stage
+
+# A log's workers: it is itself done by one
+ALONE = 1
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is done with every log: settings of its stages, each for one worker."""
+
+    ingest: ingest_stage.Settings
+    flux: flux_stage.Settings
+    fit: fit_stage.Settings
+    report: bool
+
+
+@dataclass(frozen=True)
+class Job:
+    """A log that is due.
+
+    Attributes
+    ----------
+    name
+        Its path as it is told.
+    key
+        Key of all that determines its result.
+    files
+        Its file; several where an instrument writes one record into several.
+    map
+        Its channel map, or None.
+    workspace
+        Where its stages write; None to keep its parameters only.
+    asked
+        What is done.
+    parcel
+        Its files, where the worker does not see them.
+    """
+
+    name: str
+    key: str
+    files: tuple[Path, ...]
+    map: Path | None
+    workspace: Path | None
+    asked: Asked
+    parcel: Parcel | None = None
+
+
+@dataclass(frozen=True)
+class Done:
+    """What became of a log: its row, and the files of its workspace where the worker's is not the one here."""
+
+    row: LogRow
+    files: tuple[tuple[str, bytes], ...] = ()
+
+
+def do(job: Job, progress: Progress) -> Done:
+    """Return what becomes of a log; one that cannot be used has the line that says why."""
+    if job.parcel is None:
+        return Done(_row(job))
+    with unpacked(job.parcel):
+        row = _row(job)
+        return Done(row, returned(job.workspace) if job.workspace else ())
+
+
+def _row(job: Job) -> LogRow:
+    try:
+        fit = _in_workspace(job, Workspace(job.workspace)) if job.workspace else _in_memory(job)
+    except Unreachable:
+        raise
+    except MrfitError as error:
+        return failed(job.name, job.key, error)
+    return LogRow(log=job.name, key=job.key, tests=[*_tests(fit)])
+
+
+def failed(name: str, key: str, error: BaseException) -> LogRow:
+    """Return the row of a log that cannot be used."""
+    return LogRow(log=name, key=key, error=" ".join(str(error).split()) or type(error).__name__)
+
+
+def _in_workspace(job: Job, workspace: Workspace) -> Fit:
+    asked = job.asked
+    with workspace.locked():
+        ingest_stage.run(job.files, replace(asked.ingest, map=job.map), workspace)
+        flux_stage.run(workspace, asked.flux)
+        segment_stage.run(workspace, segment_stage.Settings())
+        fit = fit_stage.run(workspace, asked.fit)
+        if asked.report:
+            from mrfit.report import stage as report_stage
+
+            report_stage.run(workspace, report_stage.Settings((asked.fit.fit_name,), ALONE))
+    return fit
+
+
+def _in_memory(job: Job) -> Fit:
+    asked = job.asked
+    read = ingest_stage.read(job.files, replace(asked.ingest, map=job.map)).recordings
+    found, _ = flux_stage.reconstruct(read, asked.flux)
+    segments, _ = segment_stage.cut(found, len(found), segment_stage.Settings())
+    dataset = Dataset(segments, {r.id: r for r in found})
+    origin = fit_stage.origin_of(dataset, asked.fit)
+    return fit_stage.identify(dataset, asked.fit, origin, silent).content
+
+
+def _tests(fit: Fit) -> Sequence[OfCondition]:
+    errors = {(m.condition, m.role): m.nrmse for m in fit.metrics}
+    return [
+        OfCondition(
+            condition=result.condition,
+            nrmse=errors.get((result.condition, "train")),
+            nrmse_holdout=errors.get((result.condition, "holdout")),
+            warnings=sorted({w.kind for w in (*fit.warnings, *result.warnings)}),
+            parameters=[
+                Fitted(parameter=p.name, value=p.value, unit=p.unit, low=p.low, high=p.high)
+                for p in (*result.parameters, *result.derived)
+                if not p.fixed
+            ],
+        )
+        for result in fit.results
+    ]

@@ -1,0 +1,60 @@
+"""The command that fits every log of a folder."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+import mrfit.settings.batch
+import mrfit.settings.fit
+import mrfit.settings.ingest
+from mrfit.cli import console
+from mrfit.cli.options import Default, Json, On, Only, Plugins, Shared, options, send
+
+if TYPE_CHECKING:
+    from mrfit.io.schemas.batch import BatchFile
+
+# Logs that failed, as many as are printed
+LISTED = 10
+Batch = Annotated[
+    Path, typer.Option("--work", help="The batch's folder.", envvar="MRFIT_BATCH"), Default(Path("mrfit-batch"))
+]
+
+
+@options
+def batch(
+    folder: Annotated[Path, typer.Argument(help="Folder of logs.", show_default=False)],
+    fitting: mrfit.settings.fit.Settings,
+    settings: mrfit.settings.batch.Settings,
+    reading: Annotated[mrfit.settings.ingest.Settings, Only(("map", "pattern"))],
+    *,
+    on: On,
+    shared: Shared,
+    work: Batch,
+    plugins: Plugins,
+    as_json: Json,
+) -> None:
+    """Fit every log of a folder, only what changed, and show what stands out among them.
+
+    Example: mrfit batch datasets/coil --model boucwen-flux
+    """
+    from mrfit.batch import stage
+
+    send(on, shared)
+    with console.progress_bar() as progress:
+        summary = stage.run(folder, work, settings, stage.Stages(reading, fitting), progress)
+    return console.print_json(summary) if as_json else show(summary)
+
+
+def show(summary: "BatchFile") -> None:
+    """Print what a batch came to."""
+    failed = len(summary.failed)
+    console.say(
+        f"{summary.logs} logs: {summary.done} processed, {summary.unchanged} unchanged; {failed} failed, "
+        f"{summary.outliers} outliers, {summary.drifts} drifts"
+    )
+    for row in summary.failed[:LISTED]:
+        console.say(f"failed: {row.error if row.log in row.error else f'{row.log}: {row.error}'}")
+    if failed > LISTED:
+        console.say(f"and {failed - LISTED} more, all on the page")
+    console.say(f"table {summary.table}, page {summary.page}")

@@ -1,0 +1,40 @@
+"""Memory that may be had, and what needs more of it."""
+
+import math
+import os
+from pathlib import Path
+
+from mrfit.errors import DataError
+
+COPIES = 3
+"""How many times the numbers of a table are in memory while it is used."""
+
+
+def free_memory() -> float:
+    """Return the bytes of memory that may be had; all there are where the system does not say."""
+    try:
+        lines = Path("/proc/meminfo").read_text().splitlines()
+        return 1024.0 * next(float(line.split()[1]) for line in lines if line.startswith("MemAvailable"))
+    except (OSError, StopIteration):
+        pass
+    try:
+        return float(os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    except (AttributeError, ValueError, OSError):
+        return math.inf
+
+
+def check_room(what: str, size: float) -> None:
+    """Refuse to begin what would not fit into memory, where numbers of so many bytes are held.
+
+    Raises
+    ------
+    DataError
+        If they do not; the message says how much they need, and what would fit.
+    """
+    needed, free = COPIES * size, free_memory()
+    if needed > free:
+        raise DataError(
+            f"{what} need about {needed / 1e9:.1f} GB of memory and {free / 1e9:.1f} GB are free; write decimate = "
+            f"{math.ceil(needed / max(free, 1.0))} or more in the channel map, or cut the log into shorter ones, and "
+            "ingest it again"
+        )

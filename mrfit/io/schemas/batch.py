@@ -1,0 +1,99 @@
+"""What a batch keeps of every log, a line of its journal each, and what a command tells of it."""
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+from mrfit.io.schemas.reading import Document, Entry, Number, told
+
+BATCH = "mrfit/batch/1"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fitted(Entry):
+    """A parameter of one set of them; ``low`` to ``high`` is its 95 % interval, None where the data leave it open."""
+
+    parameter: str
+    value: Number
+    unit: str = ""
+    low: Number | None = None
+    high: Number | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class OfCondition(Entry):
+    """What a fit of one condition of a log came to.
+
+    Attributes
+    ----------
+    condition
+        Its name.
+    nrmse, nrmse_holdout
+        RMS error over the measured range, in training and on held-out data; None where there is none.
+    warnings
+        Kinds of warnings.
+    parameters
+        With their intervals.
+    """
+
+    condition: str
+    nrmse: Number | None = None
+    nrmse_holdout: Number | None = None
+    warnings: list[str] = field(default_factory=list)
+    parameters: list[Fitted] = field(default_factory=list)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LogRow(Document):
+    """What became of a log.
+
+    Attributes
+    ----------
+    log
+        Its path as the command found it.
+    key
+        Key of all that determines the result; empty for one that no reader knows.
+    tests
+        Its conditions; empty where it failed.
+    error
+        The line with which it failed, or an empty one.
+    """
+
+    known: ClassVar[tuple[str, ...]] = (BATCH,)
+    schema: str = BATCH
+    log: str
+    key: str = ""
+    tests: list[OfCondition] = field(default_factory=list)
+    error: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class BatchFile(Document):
+    """What a batch came to, as batch.json holds it.
+
+    Attributes
+    ----------
+    key
+        Key of all that the table and the page were made of.
+    logs
+        How many there are.
+    done, unchanged
+        Fitted by this call, and before.
+    failed
+        Those that could not be fitted, with their line.
+    table, page
+        Where these lie.
+    outliers, drifts
+        How many values and trends the page lists.
+    """
+
+    known: ClassVar[tuple[str, ...]] = (BATCH,)
+    schema: str = BATCH
+    key: str = ""
+    logs: int
+    done: int = told(0)
+    unchanged: int = told(0)
+    failed: list[LogRow] = field(default_factory=list)
+    table: str = ""
+    page: str = ""
+    outliers: int = 0
+    drifts: int = 0

@@ -1,0 +1,160 @@
+"""A batch is the fits of its logs one by one; only what changed is done again, and a kill loses what was at work."""
+
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+
+import mrfit
+from mrfit.batch import stage
+from mrfit.batch.journal import NAME, read_journal
+from mrfit.batch.log import Job
+from mrfit.core.progress import Progress
+from mrfit.errors import DataError
+from mrfit.io.schemas.batch import BatchFile
+from mrfit.settings import fit, ingest
+from mrfit.settings.batch import Settings
+from tests.batch.logs import write_log
+
+FITTING = fit.Settings(model="bingham", optimizer="lsq")
+
+
+@pytest.fixture
+def logs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Four logs, of which one is no log at all, and one folder deeper."""
+    monkeypatch.chdir(tmp_path)
+    for seed, name in enumerate(("a.csv", "b.csv", "sub/c 1.csv")):
+        write_log(tmp_path / "logs" / name, seed, fy=500.0 + 50.0 * seed)
+    (tmp_path / "logs" / "note.csv").write_text("no numbers\nin here\n")
+    return Path("logs")
+
+
+def run(logs: Path, work: str = "work", fitting: fit.Settings = FITTING, **settings: object) -> BatchFile:
+    stages = stage.Stages(ingest.Settings(), fitting)
+    return stage.run(logs, Path(work), Settings(**settings), stages)  # type: ignore[arg-type]
+
+
+def files_of(work: str) -> dict[str, bytes]:
+    found = {p.relative_to(work).as_posix(): p.read_bytes() for p in Path(work).rglob("*") if p.is_file()}
+    return {name: content for name, content in found.items() if not name.endswith(".lock")}
+
+
+def test_the_table_holds_what_a_fit_of_each_log_alone_gives(logs: Path) -> None:
+    summary = run(logs)
+    assert (summary.logs, summary.done, summary.unchanged) == (4, 4, 0)
+    table = pq.read_table(summary.table).to_pylist()
+    for name, fy in (("a.csv", 500.0), ("b.csv", 550.0), ("sub/c 1.csv", 600.0)):
+        alone = mrfit.fit(mrfit.read(logs / name), model="bingham", optimizer="lsq")
+        rows = {r["parameter"]: r for r in table if r["log"] == f"logs/{name}"}
+        assert {p: r["value"] for p, r in rows.items()} == alone.params["value"].to_dict()
+        assert rows["fy"]["low"] <= fy <= rows["fy"]["high"] and rows["fy"]["unit"] == "N"
+        assert (Path("work") / "logs" / name / "fits" / "bingham.lsq" / "fit.json").is_file()
+    bad = [r for r in table if r["log"] == "logs/note.csv"]
+    assert len(bad) == 1 and np.isnan(bad[0]["value"]) and "note.csv" in bad[0]["warnings"]
+    assert [f.log for f in summary.failed] == ["logs/note.csv"]
+    assert "note.csv" in Path(summary.page).read_text()
+
+
+def test_one_table_without_workspaces_is_the_same_table(logs: Path) -> None:
+    first, second = run(logs), run(logs, "other", table=Path("fleet.parquet"))
+    assert Path("fleet.parquet").read_bytes() == Path(first.table).read_bytes()
+    assert Path(second.page).read_bytes() == Path(first.page).read_bytes()
+    assert {p.name for p in Path("other").iterdir()} <= {NAME, "batch.html", "batch.json", ".lock"}
+
+
+@pytest.fixture
+def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Names of logs as they are done."""
+    names: list[str] = []
+    do: Callable[[Job, Progress], object] = stage.do
+
+    def noting(job: Job, progress: Progress) -> object:
+        names.append(job.name)
+        return do(job, progress)
+
+    monkeypatch.setattr(stage, "do", noting)
+    return names
+
+
+def test_only_what_changed_is_done_again(logs: Path, counted: list[str]) -> None:
+    run(logs)
+    before = files_of("work")
+    counted.clear()
+    assert run(logs).unchanged == 4 and counted == [] and files_of("work") == before
+    # a time stamp is no change, other numbers are
+    os.utime(logs / "b.csv", (1e9, 1e9))
+    assert run(logs).unchanged == 4 and counted == []
+    write_log(logs / "a.csv", 9, fy=700.0)
+    assert run(logs).done == 1 and counted == ["logs/a.csv"]
+    counted.clear()
+    # so are another model, and a channel map of one folder
+    assert run(logs, fitting=fit.Settings(model="tanh", optimizer="lsq")).done == 4
+    run(logs)
+    counted.clear()
+    (logs / "sub" / "mrfit.toml").write_text('[channels.force]\ncolumn = "force (N)"\nunit = "N"\nscale = 2.0\n')
+    assert run(logs).done == 1 and counted == ["logs/sub/c 1.csv"]
+    counted.clear()
+    # a workspace that is gone is made again
+    shutil.rmtree(Path("work") / "logs" / "b.csv")
+    assert run(logs).done == 1 and counted == ["logs/b.csv"]
+
+
+def test_a_kill_loses_what_was_at_work_alone(logs: Path, counted: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    run(logs, "whole")
+    counted.clear()
+    do = stage.do
+
+    def killed_at_the_second(job: Job, progress: Progress) -> object:
+        if counted:
+            raise KeyboardInterrupt
+        return do(job, progress)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(stage, "do", killed_at_the_second)
+        with pytest.raises(KeyboardInterrupt):
+            run(logs)
+    assert counted == ["logs/a.csv"]
+    # the journal's last line may be torn
+    with (Path("work") / NAME).open("ab") as handle:
+        handle.write(b'{"log": "logs/b.csv", "ke')
+    assert run(logs).done == 3 and counted == ["logs/a.csv", "logs/b.csv", "logs/note.csv", "logs/sub/c 1.csv"]
+    assert files_of("work").keys() == files_of("whole").keys()
+    same = [n for n in files_of("whole") if n.startswith("batch.") and n != "batch.json"]
+    assert len(same) == 3 and all(files_of("work")[n] == files_of("whole")[n] for n in same)
+
+
+def test_a_log_that_fails_ends_no_other_and_is_not_tried_again(logs: Path, counted: list[str]) -> None:
+    (logs / "aa.csv").write_text("time (s),temperature (degC)\n" + "".join(f"{k},{20 + k}\n" for k in range(50)))
+    summary = run(logs)
+    assert summary.done == 5 and [f.log for f in summary.failed] == ["logs/aa.csv", "logs/note.csv"]
+    counted.clear()
+    again = run(logs)
+    assert counted == [] and [f.error for f in again.failed] == [f.error for f in summary.failed]
+
+
+def test_a_log_that_is_gone_is_in_the_table_no_longer(logs: Path) -> None:
+    run(logs)
+    (logs / "a.csv").unlink()
+    summary = run(logs)
+    assert "logs/a.csv" not in set(pq.read_table(summary.table)["log"].to_pylist())
+    assert set(read_journal(Path("work") / NAME)) == {"logs/b.csv", "logs/note.csv", "logs/sub/c 1.csv"}
+
+
+def test_two_processes_write_what_one_does(logs: Path) -> None:
+    run(logs)
+    run(logs, "two", fit.Settings(model="bingham", optimizer="lsq", jobs=2))
+    one, two = files_of("work"), files_of("two")
+    for name in ("batch.json",):
+        one[name] = one[name].replace(b'"work/', b'"two/')
+    assert one == two
+
+
+def test_what_cannot_be_done_is_said_in_one_line(logs: Path) -> None:
+    with pytest.raises(DataError, match=r"no log like \*\.tdms"):
+        run(logs, like="*.tdms")
+    with pytest.raises(DataError, match="none of 1 logs can be fitted; .*note.csv"):
+        run(logs, like="NOTE.*")
