@@ -109,7 +109,7 @@ def unit_html(unit: str) -> str:
     """Return a unit in pint's spelling as print has it (``m/s²``, ``N·s/m``, ``°C``); empty for a pure number."""
     if unit in ("", "1"):
         return ""
-    text = re.sub(r"(?:\*\*|\^)\(?(-?\d+)\)?", lambda m: m[1].translate(SUPERSCRIPTS), unit)
+    text = re.sub(r"(?:\*\*|\^)\(?(-?\d+)\)?", lambda m: "" if m[1] == "1" else m[1].translate(SUPERSCRIPTS), unit)
     return text.replace("*", "·").replace("degC", "°C").replace("ohm", "Ω")
 
 
@@ -123,8 +123,8 @@ def unit_latex(unit: str) -> str:
 
 def _unit_sign(sign: str) -> str:
     """Return a power, a product, degrees Celsius or ohm for LaTeX."""
-    known = {"*": r"\,", "degC": r"$^\circ$C", "ohm": r"$\Omega$"}.get(sign)
-    return known or f"$^{{{sign.lstrip('*^').strip('()')}}}$"
+    known = {"*": r"\,", "degC": r"$^\circ$C", "ohm": r"$\Omega$", "^1": "", "**1": ""}.get(sign)
+    return known if known is not None else f"$^{{{sign.lstrip('*^').strip('()')}}}$"
 
 
 def escape_latex(text: str) -> str:

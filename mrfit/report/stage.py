@@ -71,7 +71,7 @@ def report_key(workspace: Workspace, names: list[str], code: str = "") -> str:
 
     ``code`` is the version of the code that makes it; default: this one.
     """
-    inputs = [page.TEMPLATE, page.STYLE, *input_files(workspace, names)]
+    inputs = [*page.PARTS, *input_files(workspace, names)]
     hashes = [(p.name, hashlib.sha256(p.read_bytes()).hexdigest()) for p in inputs]
     return key_of(names, hashes, version("matplotlib"), version("jinja2"), code=code)
 

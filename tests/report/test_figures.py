@@ -32,8 +32,8 @@ def test_a_coil_has_a_flux_current_loop_and_a_damper_both_force_loops(drawn):
 def test_axes_are_labelled_with_symbol_and_unit(drawn):
     coil, damper = drawn
     assert {"Flux λ (mWb)", "Current i (A)"} <= set(texts(coil["loop-current-1"]))
-    assert {"Force F (kN)", "Displacement x (mm)"} <= set(texts(damper["loop-displacement"]))
-    assert {"Force F (kN)", "Time t (s)", "measured", "simulated"} <= set(texts(damper["time-history"]))
+    assert {"Force F (N)", "Displacement x (mm)"} <= set(texts(damper["loop-displacement"]))
+    assert {"Force F (N)", "Time t (s)", "measured", "simulated"} <= set(texts(damper["time-history"]))
 
 
 def test_every_condition_has_its_panel(drawn):
