@@ -17,9 +17,12 @@ from mrfit.report import figures, page, tables
 from mrfit.report.source import Source, fit_names, input_files, read_source
 from mrfit.settings.report import Settings as Settings
 
+EARLIER = ("parameters.tex", "metrics.tex")
+"""Files that reports had before each fit had a file of its own."""
+
 
 def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> ReportFile:
-    """Write ``report/``: index.html, parameters and metrics as CSV and LaTeX, figures as SVG.
+    """Write ``report/``: index.html, parameters, metrics and comparison as CSV, tables as LaTeX, figures as SVG.
 
     All is made before the first file is touched, then put in place file by file by renaming; ``report.json``, which
     holds the key of what the report was made of, is taken away first and comes back last. A kill in between leaves
@@ -83,11 +86,12 @@ def _render(source: Source, jobs: int, progress: Progress) -> dict[str, str]:
     drawn = {name: [next(made) for _ in group] for name, group in drawings.items()}
     files = {
         "parameters.csv": tables.parameters_csv(source.fits),
-        "parameters.tex": tables.parameters_tex(source.fits),
         "metrics.csv": tables.metrics_csv(source.fits),
-        "metrics.tex": tables.metrics_tex(source.fits),
+        "comparison.csv": tables.comparison_csv(source.fits),
+        "comparison.tex": tables.comparison_tex(source.fits),
         "index.html": page.render(source, drawn),
     }
+    files |= {f"tables/{fit.name}.tex": tables.fit_tex(fit) for fit in source.fits}
     return files | {f"figures/{f.name}.svg": f.svg for group in drawn.values() for f in group}
 
 
@@ -97,7 +101,7 @@ def publish(folder: Path, files: Mapping[str, str], summary: ReportFile) -> None
     Parameters
     ----------
     folder
-        The report's folder. ``figures/`` in it holds the report's figures and nothing else afterwards.
+        The report's folder. ``figures/`` and ``tables/`` in it hold the report's and nothing else afterwards.
     files
         Text by path in the folder.
     summary
@@ -124,7 +128,10 @@ def publish(folder: Path, files: Mapping[str, str], summary: ReportFile) -> None
         for temporary, path in pending:
             temporary.replace(path)
         left = {p for p in folder.glob(".*.tmp") if TEMPORARY.fullmatch(p.name)}
-        for path in {*folder.glob("figures/*"), *left} - {folder / name for name in files}:
+        earlier = {folder / name for name in EARLIER if (folder / name).is_file()}
+        for path in {*folder.glob("figures/*"), *folder.glob("tables/*"), *earlier, *left} - {
+            folder / name for name in files
+        }:
             path.unlink()
     except OSError as error:
         raise DataError(f"{folder}: cannot write ({error.strerror or error}); choose another --work folder") from error
