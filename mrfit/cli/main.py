@@ -15,6 +15,7 @@ import mrfit.settings.segment
 from mrfit.cli import apply, console
 from mrfit.cli.advise import advise
 from mrfit.cli.export import export
+from mrfit.cli.figure import figure
 from mrfit.cli.options import Catalog, DataSet, Folder, Json, Logs, Only, Plugins, Work, options
 from mrfit.settings.shared import Jobs, Resistance
 
@@ -201,6 +202,7 @@ def discover(
 
 
 app.command()(advise)
+app.command()(figure)
 
 
 @app.command()

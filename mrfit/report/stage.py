@@ -14,6 +14,7 @@ from mrfit.io.schemas.reading import reusable
 from mrfit.io.schemas.stages import ReportFile
 from mrfit.io.workspace import TEMPORARY, Workspace, write_json
 from mrfit.report import figures, page, tables
+from mrfit.report.page_figures import more_drawings
 from mrfit.report.source import Source, fit_names, input_files, read_source
 from mrfit.settings.report import Settings as Settings
 
@@ -81,7 +82,13 @@ def report_key(workspace: Workspace, names: list[str], code: str = "") -> str:
 
 def _render(source: Source, jobs: int, progress: Progress) -> dict[str, str]:
     """Return the text of every file by its path in the report's folder."""
-    drawings = {fit.name: figures.drawings_of(fit, source.series[fit.name]) for fit in source.fits}
+    drawings = {
+        fit.name: [
+            *figures.drawings_of(fit, source.series[fit.name]),
+            *more_drawings(fit, source.series[fit.name], source.segments),
+        ]
+        for fit in source.fits
+    }
     made = iter(figures.draw_all([d for group in drawings.values() for d in group], jobs, progress))
     drawn = {name: [next(made) for _ in group] for name, group in drawings.items()}
     files = {
