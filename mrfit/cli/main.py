@@ -127,18 +127,20 @@ def predict(
     logs: Logs,
     fit_name: Annotated[str, typer.Option("--fit", help="Name of a finished fit.")],
     settings: Annotated[mrfit.settings.ingest.Settings, Only(("map", "resistance", "pattern"))],
+    *,
+    save: Annotated[str, typer.Option(help="Keep series and figure as predict/NAME.parquet, or NAME.csv.")] = "",
     work: Work,
     plugins: Plugins,
     as_json: Json,
 ) -> None:
-    """Simulate a fitted model on other logs (free run) and report the errors there.
+    """Simulate a fitted model on other logs (free run), and report the errors where the output was measured.
 
     Example: mrfit predict --fit boucwen-flux.pso-fmin datasets/coil/coil_05Hz_3A.csv
     """
     from mrfit.cli import output, pipeline
 
     with console.progress_bar() as progress:
-        summary = pipeline.predict(work, fit_name, logs, settings, progress)
+        summary = pipeline.predict(work, pipeline.ToPredict(fit_name, save), logs, settings, progress)
     return console.print_json(summary) if as_json else output.predict(summary)
 
 

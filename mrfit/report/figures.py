@@ -220,19 +220,20 @@ def convergence_figure(fit: Fit) -> Figure:
     canvas = canvas_of(WIDTH * 0.75, 3.8)
     axes = canvas.subplots()
     curves = {r.condition: _descent(r)[1] for r in fit.results if len(_descent(r)[1])}
+    shown = _some_of(curves)
     before = {r.condition: _descent(r)[0] for r in fit.results if len(_descent(r)[1]) and len(_descent(r)[0])}
     scale = output_unit(fit)
     factor, unit = scale.factor, scale.unit
-    few = len(curves) <= len(PALETTE)
-    points = CURVE_POINTS if few else max(CURVE_POINTS // len(curves), 20)
+    few = len(shown) <= len(PALETTE)
+    points = CURVE_POINTS if few else max(CURVE_POINTS // len(shown), 20)
     lines = []
-    for k, (condition, curve) in enumerate(curves.items()):
+    for k, (condition, curve) in enumerate(shown.items()):
         colour = PALETTE[k] if few else QUIET
         end: dict[str, Any] = {"lw": 1.3, "marker": "o", "ms": 3.5, "markevery": [-1], "label": condition}
         lines.append(_steps(axes, curve, factor, {"color": colour, **end}, points))
         if condition in before:
             _steps(axes, before[condition], factor, {"color": colour, "lw": 0.9, "ls": (0, (3, 2))}, points)
-    named = lines if few else _extremes(lines, [float(c[-1, 1]) for c in curves.values()])
+    named = lines if few else _extremes(lines, [float(c[-1, 1]) for c in shown.values()])
     axes.set(xscale="log", yscale="log", xlabel="Evaluations (simulated parameter vectors)")
     axes.set_ylabel(f"Best cost, RMS ({unit})" if unit else "Best cost, RMS")
     plain_log(axes)
@@ -244,9 +245,20 @@ def convergence_figure(fit: Fit) -> Figure:
     caption = f"Best cost against evaluations of {fit.optimizer}; the cost is the RMS residual over the training data."
     if before:
         caption += " Dashed: the search before on thinned data, whose cost is another."
+    if len(shown) < len(curves):
+        caption += f" Of {len(curves)} conditions {len(shown)} are drawn, those that ended best and worst among them."
     alt = f"Convergence of {fit.optimizer}; costs reached: {ends}{' …' if len(curves) > 12 else ''}."
     svg = to_svg(canvas, f"{fit.name}: convergence")
     return Figure(f"{fit.name}.convergence", "Convergence", caption, alt, svg, narrow=True)
+
+
+def _some_of(curves: dict[str, Array]) -> dict[str, Array]:
+    """Return all curves, of very many some of every cost at their end, the least and the greatest included."""
+    if len(curves) <= NAMED:
+        return curves
+    order = sorted(curves, key=lambda name: float(curves[name][-1, 1]))
+    kept = {order[round(k * (len(order) - 1) / (NAMED - 1))] for k in range(NAMED)}
+    return {name: curve for name, curve in curves.items() if name in kept}
 
 
 def _steps(axes: "Axes", curve: Array, factor: float, look: dict[str, Any], points: int) -> "Line2D":

@@ -13,6 +13,7 @@ from mrfit.report.figures import Figure
 from mrfit.report.loop_data import loop_json
 from mrfit.report.numbers import MISSING, in_html, percent, significant, unit_html, with_interval
 from mrfit.report.output_unit import OutputUnit, output_unit
+from mrfit.report.prediction import PredictionRow
 from mrfit.report.provenance import flux_section, recording_row, segment_rows
 from mrfit.report.ranking import Ranked, above_best, held_out, ranked
 from mrfit.report.source import Source
@@ -35,7 +36,7 @@ WIDE = 9
 """Columns of parameters from which a table of them is set out as several."""
 
 
-def render(source: Source, figures: dict[str, list[Figure]]) -> str:
+def render(source: Source, figures: dict[str, list[Figure]], predictions: Sequence[PredictionRow] = ()) -> str:
     """Return the page.
 
     Parameters
@@ -44,6 +45,8 @@ def render(source: Source, figures: dict[str, list[Figure]]) -> str:
         What to report.
     figures
         Figures of each fit by its name.
+    predictions
+        Saved predictions by these fits.
     """
     fits = [_fit(k, fit, figures[fit.name], source) for k, fit in enumerate(source.fits, start=1)]
     anchors = {f.fit.name: f.anchor for f in fits}
@@ -52,6 +55,7 @@ def render(source: Source, figures: dict[str, list[Figure]]) -> str:
         fits=fits,
         outdated=source.outdated,
         ranking=[_place(order, row, anchors[row.fit.name]) for row in order],
+        predictions=predictions,
         several_outputs=len({fit.output for fit in source.fits}) > 1,
         loops=loop_json(source),
         long=LONG,

@@ -168,7 +168,7 @@ def _over(one: Series, channel: str) -> Array:
 
 
 def predicted(drawn: Sequence[Drawn], width: float, points: int = SCATTERED) -> "Canvas":
-    """Return simulated over measured output at so many samples, a panel a fit, with the line on which both are equal."""
+    """Return simulated over measured output at some samples, a panel a fit, with the line on which both are equal."""
     canvas, axes = panels(width, len(drawn), ratio=0.9)
     scale = output_unit(drawn[0].fit)
     for one, d in zip(axes, drawn, strict=True):

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 UNITS = {"current": "A", "temperature": "°C", "frequency": "Hz", "amplitude": "SI"}
 MOST = 12
+FEW = 40
+"""Points of a panel that are marked one by one."""
 CURVE = 101
 SAME = 0.05
 """Share within which two tests have the same frequency, amplitude or current."""
@@ -102,6 +104,7 @@ def quantity_of(fit: Fit, segments: Sequence[Segment]) -> str:
 
 
 def _panel(axes: "Axes", lines: Sequence[_Line], name: str, labels: Sequence[str]) -> None:
+    few = sum(len(line.places) for line in lines) <= FEW
     for line in lines:
         number = labels.index(line.label)
         colour, dash = COLOURS[number % len(COLOURS)], DASHES[number % len(DASHES)]
@@ -110,7 +113,7 @@ def _panel(axes: "Axes", lines: Sequence[_Line], name: str, labels: Sequence[str
             np.array([np.nan if end is None else end for end in ends])
             for ends in ([q.low for q in line.quantities], [q.high for q in line.quantities])
         )
-        mark: dict[str, Any] = {"color": colour, "marker": "o", "ms": 2.8, "label": line.label or None}
+        mark: dict[str, Any] = {"color": colour, "marker": "o" if few else "", "ms": 2.8, "label": line.label or None}
         if line.between is None:
             axes.fill_between(line.places, low, high, color=colour, alpha=0.18, lw=0)
             axes.plot(line.places, values, ls=dash, lw=0.9, **mark)

@@ -2,7 +2,7 @@
 
 import hashlib
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
@@ -15,6 +15,7 @@ from mrfit.io.schemas.stages import ReportFile
 from mrfit.io.workspace import TEMPORARY, Workspace, write_json
 from mrfit.report import figures, page, tables
 from mrfit.report.page_figures import more_drawings
+from mrfit.report.prediction import PredictionRow, files_of, prediction_rows
 from mrfit.report.source import Source, fit_names, input_files, read_source
 from mrfit.settings.report import Settings as Settings
 
@@ -56,7 +57,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     if existing and existing.key == key and all((folder / f).is_file() for f in existing.files):
         return replace(existing, index=index, skipped=True)
     source = read_source(workspace, tuple(names))
-    files = _render(source, settings.jobs, progress)
+    files = _render(source, settings.jobs, progress, prediction_rows(workspace, source.fits))
     summary = ReportFile(
         key=key,
         code=code_version(),
@@ -75,12 +76,12 @@ def report_key(workspace: Workspace, names: list[str], code: str = "") -> str:
 
     ``code`` is the version of the code that makes it; default: this one.
     """
-    inputs = [*page.PARTS, *input_files(workspace, names)]
+    inputs = [*page.PARTS, *input_files(workspace, names), *files_of(workspace)]
     hashes = [(p.name, hashlib.sha256(p.read_bytes()).hexdigest()) for p in inputs]
     return key_of(names, hashes, version("matplotlib"), version("jinja2"), code=code)
 
 
-def _render(source: Source, jobs: int, progress: Progress) -> dict[str, str]:
+def _render(source: Source, jobs: int, progress: Progress, predictions: Sequence[PredictionRow] = ()) -> dict[str, str]:
     """Return the text of every file by its path in the report's folder."""
     drawings = {
         fit.name: [
@@ -96,7 +97,7 @@ def _render(source: Source, jobs: int, progress: Progress) -> dict[str, str]:
         "metrics.csv": tables.metrics_csv(source.fits),
         "comparison.csv": tables.comparison_csv(source.fits),
         "comparison.tex": tables.comparison_tex(source.fits),
-        "index.html": page.render(source, drawn),
+        "index.html": page.render(source, drawn, predictions),
     }
     files |= {f"tables/{fit.name}.tex": tables.fit_tex(fit) for fit in source.fits}
     return files | {f"figures/{f.name}.svg": f.svg for group in drawn.values() for f in group}

@@ -62,7 +62,7 @@ def test_nothing_is_done_when_nothing_changed_and_progress_is_told_when_it_has(s
 
 def test_every_input_and_lost_file_counts(damper, monkeypatch):
     workspace, summary = damper
-    monkeypatch.setattr(stage, "_render", lambda source, jobs, progress: {"index.html": "made anew"})
+    monkeypatch.setattr(stage, "_render", lambda source, jobs, progress, predictions: {"index.html": "made anew"})
     monkeypatch.setattr(stage, "publish", lambda folder, files, summary: None)
     settings = Settings()
     assert run(workspace, settings).skipped
