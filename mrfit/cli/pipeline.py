@@ -200,9 +200,9 @@ def predict(
     no other is given or lies beside the logs. A coil resistance that was given there holds for the logs too; one that
     was found there is used where the logs state none.
     """
+    import mrfit.api.kept_prediction as kept
     import mrfit.flux.stage
     import mrfit.ingest.stage
-    import mrfit.report.prediction as kept
     import mrfit.segment.stage
     from mrfit.fit import extrapolation
     from mrfit.fit import predict as fit_predict

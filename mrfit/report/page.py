@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mrfit.core.setting import Defined, defined
+from mrfit.io.schemas.determined import POOR
 from mrfit.io.schemas.fit import Fit, MetricRow, Quantity, Result
-from mrfit.report.determined import POOR, sentences, words_of
+from mrfit.report.determined import sentences, words_of
 from mrfit.report.doubts import Doubt, doubts
 from mrfit.report.figures import Figure
 from mrfit.report.loop_data import loop_json

@@ -1,147 +1,31 @@
-"""A prediction kept in the workspace: every sample as Parquet or CSV, a figure, and what the page says of it."""
+"""Predictions kept in the workspace: their figure, and what the page says of them."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from mrfit.core.channels import symbol_of
 from mrfit.errors import DataError
-from mrfit.fit.extrapolation import Stretch
-from mrfit.fit.files import residual_columns
-from mrfit.fit.predict import Prediction, stretch_of
-from mrfit.io.arrow import floats, numbers, repeated, table
+from mrfit.io.arrow import floats
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.prediction import PredictionFile
 from mrfit.io.schemas.reading import load
-from mrfit.io.workspace import Workspace, check_name, checked, write_atomic, write_json
+from mrfit.io.workspace import Workspace
 from mrfit.report.curves import decimate, prefixed, sheets, shown_cycles
 from mrfit.report.figures import WIDTH, axis_label
 from mrfit.report.numbers import percent
 from mrfit.report.output_unit import output_unit
 from mrfit.report.paper import panels
-from mrfit.report.source import Series, read_source, with_integrals
+from mrfit.report.source import Series
 from mrfit.report.svg import inline, style, to_svg
-from mrfit.simulate.assembly import Assembly
 
 FORMATS = (".parquet", ".csv")
 AGAIN = "delete it and run `mrfit predict` again"
 
 
-def trained_on(workspace: Workspace, fit: Fit) -> list[Stretch]:
-    """Return the training tests of a fit of a workspace, for the ranges of their channels.
-
-    Raises
-    ------
-    DataError
-        If a file is damaged.
-    """
-    source = read_source(workspace, (fit.name,))
-    segments = {s.id: s for s in source.segments}
-    return [
-        stretch_of(
-            segments[s.segment],
-            float(s.time[1] - s.time[0]),
-            {name: values for name, values in s.inputs.items() if name in fit.inputs},
-        )
-        for s in source.series[fit.name]
-        if s.role == "train" and len(s.time) > 1 and s.segment in segments
-    ]
-
-
-def series_of(found: Prediction, assembly: Assembly) -> list[Series]:
-    """Return every segment's output, measured and simulated; the measured one is nan where there was none."""
-    parts: dict[tuple[str, str, str], list[dict[str, Any]]] = {}
-    frequencies: dict[str, float] = {}
-    for part, output in zip(found.blocks.parts, found.simulated, strict=True):
-        key = part.segment.condition, part.segment.id, part.segment.role
-        parts.setdefault(key, []).append(residual_columns(part, output, assembly))
-        frequencies[part.segment.id] = part.segment.frequency
-    made = []
-    for key, pieces in parts.items():
-        columns = {name: np.concatenate([p[name] for p in pieces]) for name in pieces[0]}
-        time, measured, simulated = (columns.pop(name) for name in ("time", "measured", "simulated"))
-        if key[1] in found.unmeasured:
-            measured = np.full_like(measured, np.nan)
-        frequency = frequencies[key[1]]
-        made.append(Series(*key, time, measured, simulated, with_integrals(columns, time, frequency), frequency))
-    return made
-
-
-@dataclass(frozen=True)
-class Kept:
-    """What goes into a saved prediction beside its samples."""
-
-    fit: Fit
-    logs: Sequence[str]
-    findings: Sequence[str]
-
-
-def save(workspace: Workspace, name: str, kept: Kept, found: Prediction, assembly: Assembly) -> list[str]:
-    """Write ``predict/NAME.parquet`` or ``.csv``, as the name ends, with a figure and a summary; return the files.
-
-    Raises
-    ------
-    ConfigError
-        If it is no name of a file.
-    DataError
-        If the folder cannot be written.
-    """
-    ending = next((e for e in FORMATS if name.endswith(e)), "")
-    stem = name.removesuffix(ending)
-    check_name(stem)
-    folder, series = workspace.root / "predict", series_of(found, assembly)
-    data = folder / f"{stem}{ending or '.parquet'}"
-    write_atomic(data, lambda path: _write_series(path, data.suffix, series))
-    with style():
-        pages = sheets(sorted(series, key=lambda s: s.segment))
-        errors = {m.condition: m.nrmse for m in found.metrics}
-        figures = [_figure(kept.fit, page, errors) for page in pages]
-    files = [data]
-    for number, svg in enumerate(figures, start=1):
-        path = folder / (f"{stem}.svg" if len(figures) == 1 else f"{stem}-{number}.svg")
-        write_atomic(path, lambda p, text=svg: p.write_bytes(text.encode()))  # type: ignore[misc]
-        files.append(path)
-    about = PredictionFile(
-        name=stem,
-        fit=kept.fit.name,
-        model=kept.fit.model,
-        output=kept.fit.output,
-        logs=list(kept.logs),
-        series=data.name,
-        frequencies={s.segment: s.frequency for s in series},
-        simulated_only=sorted(found.unmeasured),
-        metrics=found.metrics,
-        warnings=found.warnings,
-        findings=list(kept.findings),
-    )
-    write_json(folder / f"{stem}.json", checked(about))
-    return [str(path) for path in files]
-
-
-def _write_series(path: Path, suffix: str, series: Sequence[Series]) -> None:
-    import pyarrow as pa
-
-    made = []
-    for one in series:
-        words = {"condition": one.condition, "segment": one.segment}
-        columns = {"time": one.time, "measured": one.measured, "simulated": one.simulated, **one.inputs}
-        same = {name: repeated(text, len(one.time)) for name, text in words.items()}
-        made.append(table(same | {name: numbers(values) for name, values in columns.items()}))
-    whole = pa.concat_tables(made, promote_options="default")
-    if suffix == ".csv":
-        import pyarrow.csv
-
-        pyarrow.csv.write_csv(whole, path)
-    else:
-        import pyarrow.parquet
-
-        pyarrow.parquet.write_table(whole, path, compression="zstd")
-
-
-def _figure(fit: Fit, series: Sequence[Series], errors: Mapping[str, float | None]) -> str:
+def figure_of(fit: Fit, series: Sequence[Series], errors: Mapping[str, float | None]) -> str:
     """Return time histories of a prediction, a panel a segment; without a measured output the simulated one alone."""
     canvas, axes = panels(WIDTH, len(series), across=3 if len(series) > 4 else 2, ratio=0.6)
     scale = output_unit(fit)
@@ -195,7 +79,7 @@ def prediction_rows(workspace: Workspace, fits: Sequence[Fit]) -> list[Predictio
             continue
         page = sheets(_read_series(path.parent, about))[0]
         with style():
-            drawn = _figure(known[about.fit], page, {m.condition: m.nrmse for m in about.metrics})
+            drawn = figure_of(known[about.fit], page, {m.condition: m.nrmse for m in about.metrics})
         svg = inline(drawn, f"predict{number}", f"Prediction {about.name}: {about.output} over time.")
         whole = next((m for m in about.metrics if m.condition == "all"), None)
         error = percent(whole.nrmse) if whole else "not measured"

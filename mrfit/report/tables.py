@@ -4,8 +4,8 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from mrfit.io.csv_table import csv_table
+from mrfit.io.schemas.determined import State, state_of
 from mrfit.io.schemas.fit import Fit, Quantity, Result
-from mrfit.report.determined import State, state_of
 from mrfit.report.latex import EMPTY, HEAD, Cell, Table, number, tables_tex, with_uncertainty, words
 from mrfit.report.numbers import escape_latex, in_html, unit_html, unit_latex
 from mrfit.report.output_unit import output_unit

@@ -1,7 +1,8 @@
 import pytest
 
+from mrfit.io.schemas.determined import State, state_of
 from mrfit.io.schemas.fit import Quantity
-from mrfit.report.determined import State, counted, state_of, words_of
+from mrfit.report.determined import counted, words_of
 
 
 def quantity(value: float, low: float | None, high: float | None, bounds=(0.1, 1e3), **more) -> Quantity:

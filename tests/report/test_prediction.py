@@ -9,6 +9,7 @@ import pytest
 
 import mrfit.fit.stage
 import mrfit.report.stage
+from mrfit.api.kept_prediction import Kept, save, trained_on
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.extrapolation import together
 from mrfit.fit.predict import Prediction, predict
@@ -17,7 +18,6 @@ from mrfit.fit.stage import Settings
 from mrfit.io.dataset import Dataset
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.workspace import Workspace
-from mrfit.report.prediction import Kept, save, trained_on
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_levels import assembly_of
 from tests.fit.benches import Bench, write_workspace
