@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mrfit.core.channels import INTEGRALS, unit_of
+from mrfit.core.channels import INTEGRALS, WARMTH, unit_of
 from mrfit.core.specs import Array
 from mrfit.io.schemas.fit import Caution
 
@@ -49,8 +49,8 @@ class Stretch:
                 found[rate] = (float(speed.min()), float(speed.max()))
         if self.drive and self.drive not in found and np.isfinite(self.amplitude):
             found[self.drive] = (-self.amplitude, self.amplitude)
-        if np.isfinite(self.temperature) and "temperature" not in found:
-            found["temperature"] = (self.temperature, self.temperature)
+        if np.isfinite(self.temperature) and WARMTH not in found:
+            found[WARMTH] = (self.temperature, self.temperature)
         return found
 
 

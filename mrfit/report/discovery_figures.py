@@ -1,9 +1,9 @@
 """The figures of a discovery: where the error sits, the error map, errors per condition, residuals, loops."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -276,10 +276,10 @@ def residual_figure(discovery: Discovery, shown: Sequence[Part]) -> Figure:
         window = _window(part)
         if part.floor > 0.0:
             axes.axhspan(-factor * part.floor, factor * part.floor, color=BAND, lw=0, label="± noise floor")
-        for values, look in _errors_of(part, discovery):
+        for values, colour, label in _errors_of(part, discovery):
             at = decimate(values[window], POINTS)
             # as everywhere on pages: measured minus simulated
-            axes.plot(seconds * part.time[window][at], -factor * values[window][at], **look)
+            axes.plot(seconds * part.time[window][at], -factor * values[window][at], color=colour, lw=0.9, label=label)
 
     symbol = symbol_of(discovery.output)
     labels = axis_label("t", time_unit, "Time"), axis_label(f"{symbol} − {symbol}\u0302", unit, "Residual")
@@ -296,13 +296,12 @@ def loop_figure(discovery: Discovery, shown: Sequence[Part], channel: str) -> Fi
     def draw(axes: "Axes", part: Part) -> None:
         window = _window(part)
         drive = across * part.inputs[channel][window]
-        curves = (
-            (part.measured, {"color": MEASURED, "lw": 2.6, "label": "measured"}),
-            *((part.measured + errors, look) for errors, look in _errors_of(part, discovery)),
-        )
-        for values, look in curves:
+        curves = [(part.measured, MEASURED, "measured")]
+        curves += [(part.measured + errors, colour, label) for errors, colour, label in _errors_of(part, discovery)]
+        for values, colour, label in curves:
             at = decimate(values[window], POINTS)
-            axes.plot(drive[at], factor * values[window][at], **look)
+            width = 2.6 if colour == MEASURED else 0.9
+            axes.plot(drive[at], factor * values[window][at], color=colour, lw=width, label=label)
 
     labels = (
         axis_label(symbol_of(channel), across_unit, channel),
@@ -314,8 +313,6 @@ def loop_figure(discovery: Discovery, shown: Sequence[Part], channel: str) -> Fi
     return _panels(shown, draw, _Panels(f"loop-{channel}".replace("_", "-"), title, caption, *labels))
 
 
-_BEFORE: Mapping[str, Any] = {"color": BEFORE, "lw": 0.9, "label": "before"}
-_AFTER: Mapping[str, Any] = {"color": AFTER, "lw": 0.9, "label": "after"}
 _CUT = f"two cycles, or {SHOWN_SECONDS:g} s where the test is not periodic"
 
 
@@ -323,11 +320,11 @@ def _after(discovery: Discovery) -> str:
     return " before and after" if _changed(discovery) else ""
 
 
-def _errors_of(part: Part, discovery: Discovery) -> list[tuple[Array, Mapping[str, Any]]]:
-    """Return the errors that are drawn of a part and how: before and after, or of the base model alone."""
+def _errors_of(part: Part, discovery: Discovery) -> list[tuple[Array, str, str]]:
+    """Return the errors that are drawn of a part, with colour and label: before and after, or the base model's."""
     if _changed(discovery):
-        return [(part.before, _BEFORE), (part.after, _AFTER)]
-    return [(part.before, {**_BEFORE, "label": discovery.found.base_model})]
+        return [(part.before, BEFORE, "before"), (part.after, AFTER, "after")]
+    return [(part.before, BEFORE, discovery.found.base_model)]
 
 
 def _whose(shown: Sequence[Part]) -> str:
