@@ -1,5 +1,6 @@
 """Figures of fits and predictions: the report's, as matplotlib has them."""
 
+from collections.abc import Collection
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -23,8 +24,13 @@ if TYPE_CHECKING:
 Kind = Literal["loop", "time-history", "residual"]
 
 
-def series_of(blocks: Blocks, simulated: list[Array], assembly: Assembly) -> list[Series]:
-    """Return measured and simulated output of every segment; a long one, fitted in pieces, is put together again."""
+def series_of(
+    blocks: Blocks, simulated: list[Array], assembly: Assembly, unmeasured: Collection[str] = ()
+) -> list[Series]:
+    """Return measured and simulated output of every segment; a long one, fitted in pieces, is put together again.
+
+    The measured output of segments that have none is nan.
+    """
     parts: dict[tuple[str, str, str], list[dict[str, Array]]] = {}
     frequencies = {}
     for part, output in zip(blocks.parts, simulated, strict=True):
@@ -35,6 +41,8 @@ def series_of(blocks: Blocks, simulated: list[Array], assembly: Assembly) -> lis
     for key, pieces in parts.items():
         columns = {name: np.concatenate([p[name] for p in pieces]) for name in pieces[0]}
         time, measured, output = (columns.pop(name) for name in ("time", "measured", "simulated"))
+        if key[1] in unmeasured:
+            measured = np.full_like(measured, np.nan)
         found.append(Series(*key, time, measured, output, columns, frequencies[key]))
     return found
 

@@ -19,7 +19,9 @@ from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.errors import DataError
 from mrfit.fit import stage as fit_stage
+from mrfit.fit.extrapolation import together
 from mrfit.fit.files import Fitted, read_fit_json
+from mrfit.fit.predict import stretch_of
 from mrfit.io.schemas.fit import Fit, FitPreparation, Result, SavedFit
 from mrfit.io.schemas.stages import FluxSettings, SegmentSettings
 from mrfit.io.workspace import plain, write_json
@@ -120,7 +122,20 @@ class FitResult:
         progress: Progress = silent,
     ) -> Prediction:
         """Simulate the model on other recordings, as ``mrfit predict`` does; see ``mrfit.predict``."""
-        return predicted(self.content, recordings, self.preparation.to_predict(resistance), progress)
+        how = self.preparation.to_predict(resistance)
+        return predicted(self.content, recordings, how, progress, self._extents)
+
+    @property
+    def _extents(self) -> dict[str, tuple[float, float]]:
+        """Least and greatest value of every channel during the fit; empty for one that was read from a file."""
+        made = self.fitted
+        if made is None:
+            return {}
+        names = made.assembly.spec.inputs
+        parts = [p for p in made.blocks.parts if p.segment.role == "train"]
+        return together(
+            stretch_of(p.segment, p.dt, {name: p.block.inputs(row) for row, name in enumerate(names)}) for p in parts
+        )
 
     def plot(self, kind: drawing.Kind = "loop", page: int = 0) -> "Figure":
         """Return a figure: ``loop``, ``time-history`` or ``residual``; ``page`` where there are over 12 conditions.

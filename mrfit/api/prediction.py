@@ -1,6 +1,6 @@
 """What a fitted model says of other logs."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -12,7 +12,7 @@ from mrfit.core.channels import unit_of
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.fit import predict as fit_predict
-from mrfit.io.schemas.fit import Fit
+from mrfit.io.schemas.fit import Fit, MetricRow
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_levels import assembly_of
 
@@ -47,12 +47,13 @@ class Prediction:
     @property
     def metrics(self) -> "DataFrame":
         """Errors of every condition, and of ``all`` together, SI."""
-        return frame_of([asdict(m) for m in self.found.metrics], self.found.metrics[0].written())
+        names = list(MetricRow(condition="", role="predict", samples=0).written())
+        return frame_of([asdict(m) for m in self.found.metrics], names)
 
     @property
     def nrmse(self) -> float:
-        """RMS error over all logs as a share of the measured range."""
-        nrmse = self.found.metrics[-1].nrmse
+        """RMS error over all logs as a share of the measured range, nan where the output was not measured."""
+        nrmse = self.found.metrics[-1].nrmse if self.found.metrics else None
         return float("nan") if nrmse is None else float(nrmse)
 
     @property
@@ -66,10 +67,13 @@ class Prediction:
         return tuple(Caution(w.kind, w.text) for w in self.found.warnings)
 
     def to_frame(self) -> "DataFrame":
-        """Return time, measured and simulated output and the model's inputs of every sample, SI."""
+        """Return time, measured and simulated output and the model's inputs of every sample, SI.
+
+        Of logs without the output the measured one is nan.
+        """
         from pandas import DataFrame, concat
 
-        series = drawing.series_of(self.found.blocks, self.found.simulated, self.assembly)
+        series = drawing.series_of(self.found.blocks, self.found.simulated, self.assembly, self.found.unmeasured)
         frames = [
             DataFrame(
                 {"segment": s.segment, "time": s.time, "measured": s.measured, "simulated": s.simulated, **s.inputs}
@@ -80,7 +84,7 @@ class Prediction:
 
     def plot(self, kind: drawing.Kind = "loop", page: int = 0) -> "Figure":
         """Return a figure: ``loop``, ``time-history`` or ``residual``; ``page`` where there are over 12 conditions."""
-        series = drawing.series_of(self.found.blocks, self.found.simulated, self.assembly)
+        series = drawing.series_of(self.found.blocks, self.found.simulated, self.assembly, self.found.unmeasured)
         return drawing.plot(replace(self.fit, metrics=self.found.metrics), series, kind, page)
 
     def __repr__(self) -> str:
@@ -105,11 +109,12 @@ def predicted(
     recordings: Recording | Iterable[Recording],
     how: Preparation,
     progress: Progress = silent,
+    trained: Mapping[str, tuple[float, float]] | None = None,
 ) -> Prediction:
-    """Return the prediction of recordings by a fit."""
+    """Return the prediction of recordings by a fit, made where its channels were within ``trained``."""
     with one_blas_thread():
         made = prepared(recordings, how, progress)
-        found = fit_predict.predict(fit, made.dataset)
+        found = fit_predict.predict(fit, made.dataset, trained)
     return Prediction(fit, assembly_of(fit), found, made.findings)
 
 

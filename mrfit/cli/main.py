@@ -16,6 +16,7 @@ from mrfit.cli import apply, console
 from mrfit.cli.advise import advise
 from mrfit.cli.batch import batch
 from mrfit.cli.export import export
+from mrfit.cli.figure import figure
 from mrfit.cli.options import (
     Catalog,
     DataSet,
@@ -154,18 +155,20 @@ def predict(
     logs: Logs,
     fit_name: Annotated[str, typer.Option("--fit", help="Name of a finished fit.")],
     settings: Annotated[mrfit.settings.ingest.Settings, Only(("map", "resistance", "pattern"))],
+    *,
+    save: Annotated[str, typer.Option(help="Keep series and figure as predict/NAME.parquet, or NAME.csv.")] = "",
     work: Work,
     plugins: Plugins,
     as_json: Json,
 ) -> None:
-    """Simulate a fitted model on other logs (free run) and report the errors there.
+    """Simulate a fitted model on other logs (free run), and report the errors where the output was measured.
 
     Example: mrfit predict --fit boucwen-flux.pso-fmin datasets/coil/coil_05Hz_3A.csv
     """
     from mrfit.cli import output, pipeline
 
     with console.progress_bar() as progress:
-        summary = pipeline.predict(work, fit_name, logs, settings, progress)
+        summary = pipeline.predict(work, pipeline.ToPredict(fit_name, save), logs, settings, progress)
     return console.print_json(summary) if as_json else output.predict(summary)
 
 
@@ -235,6 +238,7 @@ def discover(
 
 
 app.command()(advise)
+app.command()(figure)
 
 
 @app.command()

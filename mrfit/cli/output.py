@@ -169,7 +169,12 @@ def _whole_warnings(summary: Summary) -> None:
 
 def predict(summary: Summary) -> None:
     """Print the errors of a prediction and whose parameters it used."""
-    _errors(f"Prediction by {summary['fit']}", summary)
+    if summary["metrics"]:
+        _errors(f"Prediction by {summary['fit']}", summary)
+    simulated = summary.get("simulated_only", [])
+    if simulated:
+        keep = "" if summary.get("files") else "; --save NAME keeps what was simulated"
+        say(f"Simulated without a measured {summary['output']}: {', '.join(simulated)}{keep}")
     for segment_id, condition in summary["used"].items():
         own = summary["conditions"][segment_id]
         nearest = "" if condition in ("all", own) else f", the nearest to {own} that was fitted"
@@ -178,6 +183,8 @@ def predict(summary: Summary) -> None:
         say(f"  {finding}")
     outdated([summary["fit"]] if summary["outdated"] else [])
     _whole_warnings(summary)
+    if summary.get("files"):
+        say(f"Files: {', '.join(summary['files'])}")
     for refused in summary["refused"]:
         say(f"  refused {refused['source']}: {refused['reason']}; {refused['remedy']}")
 

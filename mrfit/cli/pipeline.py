@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     import mrfit.settings.segment
     from mrfit.cli.config import PipelineFile
 
+CHANNEL_MAP = "channel-map.toml"
+"""The channel map, kept in the workspace, by which its logs were read."""
 Summary = dict[str, Any]
 
 
@@ -39,11 +41,30 @@ class Overrides:
 
 def ingest(work: Path, logs: Sequence[Path], settings: mrfit.settings.ingest.Settings, progress: Progress) -> Summary:
     """Read logs into the workspace's recordings."""
-    import mrfit.ingest.stage
-
     workspace = Workspace(work)
     with workspace.locked():
-        return to_json(mrfit.ingest.stage.run(logs, settings, workspace, progress))
+        return _ingest(workspace, logs, settings, progress)
+
+
+def _ingest(
+    workspace: Workspace, logs: Sequence[Path], settings: mrfit.settings.ingest.Settings, progress: Progress
+) -> Summary:
+    import mrfit.ingest.stage
+
+    summary = to_json(mrfit.ingest.stage.run(logs, settings, workspace, progress))
+    _keep_map(workspace, logs, settings)
+    return summary
+
+
+def _keep_map(workspace: Workspace, logs: Sequence[Path], settings: mrfit.settings.ingest.Settings) -> None:
+    """Keep the channel map by which logs were read, where it is one, for logs that a fit is to predict."""
+    import mrfit.ingest.stage
+    from mrfit.io.workspace import write_atomic
+
+    maps = mrfit.ingest.stage.maps_of(logs, settings)
+    if len(maps) == 1:
+        content = maps[0].read_bytes()
+        write_atomic(workspace.root / CHANNEL_MAP, lambda path: path.write_bytes(content))
 
 
 def flux(work: Path, settings: mrfit.settings.flux.Settings, progress: Progress) -> Summary:
@@ -158,41 +179,79 @@ def _flux_as_before(workspace: Workspace, resistance: float | str | None, progre
     return [f"{what}, kept for later commands of this workspace; `mrfit flux` sets it anew"]
 
 
+@dataclass(frozen=True)
+class ToPredict:
+    """Which fit is to predict, and the name under which the workspace keeps what it says; empty for none."""
+
+    fit: str
+    save: str = ""
+
+
 def predict(
-    work: Path, fit_name: str, logs: Sequence[Path], settings: mrfit.settings.ingest.Settings, progress: Progress
+    work: Path,
+    asked: ToPredict | str,
+    logs: Sequence[Path],
+    settings: mrfit.settings.ingest.Settings,
+    progress: Progress,
 ) -> Summary:
     """Simulate a fit on other logs, which pass through ingest, flux and segment in a folder of their own.
 
-    The flux and segment settings of the fit's workspace apply, but for the hold-out. A coil resistance that was given
-    there holds for the logs too; one that was found there is used where the logs state none.
+    The flux and segment settings of the fit's workspace apply, but for the hold-out, and so does its channel map where
+    no other is given or lies beside the logs. A coil resistance that was given there holds for the logs too; one that
+    was found there is used where the logs state none.
     """
+    import mrfit.api.kept_prediction as kept
     import mrfit.flux.stage
     import mrfit.ingest.stage
     import mrfit.segment.stage
+    from mrfit.fit import extrapolation
     from mrfit.fit import predict as fit_predict
     from mrfit.fit import select as fit_select
+    from mrfit.simulate.current_levels import assembly_of
 
+    asked = ToPredict(asked) if isinstance(asked, str) else asked
     workspace = Workspace(work)
-    found = fit_predict.read_fit(workspace, fit_name)
+    found = fit_predict.read_fit(workspace, asked.fit)
+    settings, notes = _read_as_fitted(workspace, logs, settings)
     with workspace.aside() as other:
         ingested = mrfit.ingest.stage.run(logs, settings, other, progress)
         mrfit.flux.stage.run(other, _flux_to_predict(workspace, settings.resistance), progress)
         segmenting = mrfit.segment.stage.last_settings(workspace)
         cut = mrfit.segment.stage.run(other, replace(segmenting, holdout="none"), progress)
-        prediction = fit_predict.predict(found, fit_select.read_dataset(other))
-    oddities = [f"{r.id}: {f.text}" for r in ingested.recordings for f in r.findings]
+        trained = extrapolation.together(kept.trained_on(workspace, found))
+        prediction = fit_predict.predict(found, fit_select.read_dataset(other), trained)
+        findings = [f"{r.id}: {f.text}" for r in ingested.recordings for f in r.findings] + cut.findings
+        files = []
+        if asked.save:
+            about = kept.Kept(found, [str(log) for log in logs], findings)
+            with workspace.locked():
+                files = kept.save(workspace, asked.save, about, prediction, assembly_of(found))
     return {
-        "fit": fit_name,
+        "fit": asked.fit,
         "model": found.model,
         "output": found.output,
         "metrics": [asdict(row) for row in prediction.metrics],
         "used": prediction.used,
         "conditions": {s.id: s.condition for s in prediction.blocks.segments},
-        "findings": [*oddities, *cut.findings],
+        "findings": [*notes, *findings],
         "outdated": bool(workspace.outdated([found])),
         "refused": plain(ingested.refused),
         "warnings": plain(prediction.warnings),
+        "simulated_only": sorted(prediction.unmeasured),
+        "files": files,
     }
+
+
+def _read_as_fitted(
+    workspace: Workspace, logs: Sequence[Path], settings: mrfit.settings.ingest.Settings
+) -> tuple[mrfit.settings.ingest.Settings, list[str]]:
+    """Return how logs are read: by the workspace's channel map where there is no other, and what is told of it."""
+    import mrfit.ingest.stage
+
+    own = workspace.root / CHANNEL_MAP
+    if not own.is_file() or mrfit.ingest.stage.maps_of(logs, settings):
+        return settings, []
+    return replace(settings, map=own), [f"read by the channel map of the workspace, {own}; --map gives another"]
 
 
 def _flux_to_predict(workspace: Workspace, resistance: float | str | None) -> mrfit.settings.flux.Settings:
@@ -256,7 +315,7 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
     map_file = folder / config.ingest.map if config.ingest.map else None
     reading = replace(config.ingest, map=map_file, jobs=overrides.jobs)
     stages: list[tuple[str, Callable[[Workspace], Summary]]] = [
-        ("ingest", lambda w: to_json(mrfit.ingest.stage.run(logs, reading, w, progress))),
+        ("ingest", lambda w: _ingest(w, logs, reading, progress)),
         ("flux", lambda w: to_json(mrfit.flux.stage.run(w, config.flux, progress))),
         ("segment", lambda w: to_json(mrfit.segment.stage.run(w, config.segment, progress))),
     ]

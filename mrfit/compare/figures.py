@@ -33,7 +33,7 @@ def error_map(models: Sequence[str], metrics: Sequence[ModelErrors]) -> str:
         for row, column in np.argwhere(np.isfinite(values)):
             dark = values[row, column] > 0.6 * ceiling
             shown = f"{values[row, column]:.3g}"
-            axes.text(column, row, shown, ha="center", va="center", fontsize=7, color="white" if dark else "black")
+            axes.text(column, row, shown, ha="center", va="center", fontsize=7, color="#fffffe" if dark else "#111111")
         return to_svg(figure, "NRMSE in percent, models by conditions")
 
 
@@ -56,7 +56,7 @@ def convergence(curves: Sequence[Curve], unit: str) -> str:
             axes.set(title=condition, xscale="log", yscale="log", xlabel="Evaluations", ylabel=f"RMS error ({unit})")
             plain_log(axes)
             if own:
-                axes.legend(labelcolor="#334155", edgecolor=QUIET)
+                axes.legend(labelcolor="#334155", facecolor="#ffffff", edgecolor=QUIET)
         for axes in panels[len(conditions) :]:
             axes.set_visible(False)
         return to_svg(figure, "Convergence of optimizers")

@@ -7,31 +7,10 @@ from typing import Protocol
 from mrfit.compare.figures import convergence, error_map
 from mrfit.io.schemas.compare import ModelRow, ModelsFile, OptimizersFile
 from mrfit.report.numbers import in_html, percent, significant
+from mrfit.report.page import TEMPLATE, template_of
 from mrfit.report.svg import inline
 
-STYLE = """body{font:15px/1.5 system-ui,sans-serif;color:#1e293b;max-width:72rem;margin:2rem auto;padding:0 1rem}
-table{border-collapse:collapse;font-size:.9rem}caption{text-align:left;font-weight:600;padding:.6rem 0}
-th,td{padding:.2rem .7rem;border-bottom:1px solid #e2e8f0;text-align:left}td.n{text-align:right}
-figure{margin:1.5rem 0}figcaption{max-width:50rem}svg{max-width:100%;height:auto}.wide{overflow-x:auto}"""
-
-PAGE = """{% macro shown(tables) %}{% for table in tables %}
-<div class="wide"><table><caption>{{ table.caption }}</caption>
-<thead><tr>{% for head in table.heads %}<th scope="col">{{ head }}</th>{% endfor %}</tr></thead><tbody>
-{% for row in table.rows %}<tr>{% for cell in row %}
-<td{% if not loop.first and not table.words %} class="n"{% endif %}>{{ cell }}</td>
-{% endfor %}</tr>
-{% endfor %}</tbody></table></div>
-{% endfor %}
-{% endmacro %}
-<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">
-<title>{{ title }}</title><style>{{ style|safe }}</style></head>
-<body><h1>{{ title }}</h1><p>{{ words }}</p>
-{{ shown(tables) }}{% for figure in figures %}<figure><div class="wide">{{ figure.svg|safe }}</div>
-<figcaption>{{ figure.caption }}</figcaption></figure>
-{% endfor %}{{ shown(details) }}
-</body></html>
-"""
+PAGE = TEMPLATE.with_name("compare.html.jinja")
 
 
 @dataclass(frozen=True)
@@ -64,12 +43,7 @@ def whole_page(
     title: str, words: str, tables: Sequence[Table], figures: Sequence[Drawn], details: Sequence[Table] = ()
 ) -> str:
     """Return a page of tables, figures and tables of details under a title and a few words."""
-    from jinja2 import Environment, StrictUndefined
-
-    environment = Environment(autoescape=True, trim_blocks=True, undefined=StrictUndefined)
-    return environment.from_string(PAGE).render(
-        title=title, words=words, tables=tables, figures=figures, details=details, style=STYLE
-    )
+    return template_of(PAGE).render(title=title, words=words, tables=tables, figures=figures, details=details)
 
 
 def together(rows: Sequence[Told], what: str) -> list[tuple[str, str]]:

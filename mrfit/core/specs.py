@@ -36,6 +36,8 @@ class Param:
     fixed
         Not fitted, but held at the greatest value that ``start_values`` gives for the training logs: a choice of
         scale, which no data determine. It is fitted where the user gives bounds or a start of their own.
+    symbol
+        LaTeX math, where the name does not spell it as ``C_inf`` spells C with the index ∞.
     """
 
     name: str
@@ -47,6 +49,7 @@ class Param:
     role: str = ""
     text: str = ""
     fixed: bool = False
+    symbol: str = ""
 
 
 @dataclass(frozen=True, slots=True)

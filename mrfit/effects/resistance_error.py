@@ -20,7 +20,9 @@ SPEC = EffectSpec(
     slot="record",
     outputs=("flux",),
     inputs=("current",),
-    params=(Param("dR", "ohm", -5.0, 5.0, 0.0, text="resistance used minus resistance of the coil"),),
+    params=(
+        Param("dR", "ohm", -5.0, 5.0, 0.0, text="resistance used minus resistance of the coil", symbol=r"\Delta R"),
+    ),
     neutral=(0.0,),
     aliases=("eddy-current", "probe-skew", "resistance-heating", "boucwen-flux"),
     experiment="sines of one amplitude at three or more frequencies: its loop area falls with 1/f; or measure R by a "

@@ -1,14 +1,15 @@
 """Simulate a fitted model on other logs, free run, and say how far off it is there."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mrfit.core.channels import unit_of
-from mrfit.core.recording import Segment
+from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
+from mrfit.fit.extrapolation import Stretch, extrapolations
 from mrfit.fit.files import read_fit_json
 from mrfit.fit.identify import measured_output
 from mrfit.fit.result import metric_rows, simulate_block
@@ -32,13 +33,15 @@ class Prediction:
     Attributes
     ----------
     metrics
-        Rows as in metrics.csv; role is ``predict``.
+        Rows as in metrics.csv; role is ``predict``. There are none where no log has the measured output.
     used
         For each segment the condition whose parameters were used.
     blocks, simulated
         The segments' blocks and the simulated outputs, for tables and figures.
     warnings
-        On logs that were left out, and on conditions whose parameters are another's.
+        On logs that were left out, on conditions whose parameters are another's, and on what was not tested.
+    unmeasured
+        Segments of logs without the output, which are simulated alone.
     """
 
     metrics: list[MetricRow]
@@ -46,6 +49,7 @@ class Prediction:
     blocks: Blocks
     simulated: list[Array]
     warnings: list[Caution]
+    unmeasured: frozenset[str] = frozenset()
 
 
 def read_fit(workspace: Workspace, name: str) -> Fit:
@@ -63,8 +67,8 @@ def read_fit(workspace: Workspace, name: str) -> Fit:
     return fit
 
 
-def predict(fit: Fit, dataset: Dataset) -> Prediction:
-    """Simulate a fit on all segments of other logs.
+def predict(fit: Fit, dataset: Dataset, trained: Mapping[str, tuple[float, float]] | None = None) -> Prediction:
+    """Simulate a fit on all segments of other logs, of those without the measured output too.
 
     Parameters
     ----------
@@ -72,6 +76,8 @@ def predict(fit: Fit, dataset: Dataset) -> Prediction:
         The fit.
     dataset
         The segments and their recordings.
+    trained
+        Least and greatest value of every channel during the fit, to say where the logs leave them.
 
     Raises
     ------
@@ -79,7 +85,8 @@ def predict(fit: Fit, dataset: Dataset) -> Prediction:
         If every log lacks a channel the model needs; where only some do, these are left out.
     """
     assembly = assembly_of(fit)
-    found, recordings = dataset.segments, dataset.recordings
+    found = dataset.segments
+    recordings, lacking = _with_output(dataset.recordings, assembly.spec.output)
     segments, left_out = usable(found, recordings, assembly)
     outputs: list[Array] = []
     used: dict[str, str] = {}
@@ -98,10 +105,36 @@ def predict(fit: Fit, dataset: Dataset) -> Prediction:
         outputs.append(output[segment.start : segment.stop])
         simulated += [simulate_block(p.block, assembly, theta_of(assembly, result))[0] for p in own]
     floors = dict(zip((s.id for s in segments), output_floors(segments, recordings, outputs), strict=True))
-    blocks = Blocks(parts)
-    metrics = metric_rows(blocks, [floors[p.segment.id] for p in parts], simulated, assembly)
+    unmeasured = frozenset(s.id for s in segments if s.recording in lacking)
+    measured = [k for k, p in enumerate(parts) if p.segment.id not in unmeasured]
+    metrics = []
+    if measured:
+        known, outputs = Blocks([parts[k] for k in measured]), [simulated[k] for k in measured]
+        metrics = metric_rows(known, [floors[parts[k].segment.id] for k in measured], outputs, assembly)
     warnings = [*left_out_warnings(left_out, len(found)), *borrowed.values()]
-    return Prediction(metrics, used, blocks, simulated, warnings)
+    if trained:
+        warnings += extrapolations(trained, [_stretch(p, assembly) for p in parts])
+    return Prediction(metrics, used, Blocks(parts), simulated, warnings, unmeasured)
+
+
+def _with_output(recordings: Mapping[str, Recording], output: str) -> tuple[dict[str, Recording], set[str]]:
+    """Return recordings of which all have the output, and the ids of those in which it was not measured: zero there."""
+    lacking = {i for i, r in recordings.items() if output not in r.channels and r.channels}
+    made = {
+        i: replace(r, channels={**r.channels, output: np.zeros(r.samples)}) if i in lacking else r
+        for i, r in recordings.items()
+    }
+    return made, lacking
+
+
+def stretch_of(segment: Segment, dt: float, inputs: Mapping[str, Array]) -> Stretch:
+    """Return the inputs of a segment, and what is known of its test."""
+    return Stretch(segment.condition, dt, inputs, segment.temperature, segment.drive, segment.amplitude)
+
+
+def _stretch(part: Part, assembly: Assembly) -> Stretch:
+    inputs = {name: part.block.inputs(row) for row, name in enumerate(assembly.spec.inputs)}
+    return stretch_of(part.segment, part.dt, inputs)
 
 
 def theta_of(assembly: Assembly, result: Result) -> Array:

@@ -244,6 +244,14 @@ def plan_files(
     return [(item, _key(item)) for item in items], refusals
 
 
+def maps_of(paths: Sequence[Path], settings: Settings) -> list[Path]:
+    """Return the channel maps by which logs are read, each once: the one given, else those beside them."""
+    if settings.map:
+        return [settings.map]
+    beside = (_map_beside(file, root) for file, root in expand([Path(p) for p in paths]))
+    return list(dict.fromkeys(path for path in beside if path))
+
+
 def _key(item: Item) -> str:
     """Return the key of all that determines the recordings of an item."""
     plugins = plugins_used([("reader", item.reader)])

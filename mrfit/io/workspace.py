@@ -38,7 +38,7 @@ NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._+-]*")
 """Names of fits, which name folders and stand in tables."""
 LONGEST_NAME = 200
 """Characters of a fit's name; file systems take 255 bytes."""
-FOLDERS = ("recordings", "flux", "fits", "report", "discover", "compare", "advise", "apply", "export")
+FOLDERS = ("recordings", "flux", "fits", "report", "discover", "compare", "advise", "apply", "export", "predict")
 """Folders of a workspace."""
 TEMPORARY = re.compile(r"\..+\.\d+\.tmp")
 """Names of files not yet written whole."""

@@ -30,7 +30,17 @@ SPEC = ModelSpec(
     params=(
         Param("L", "H", 1e-4, 100.0, 0.03, "log", "inductance", "inductance where the hysteresis is saturated"),
         Param("i_c", "A", 1e-4, 10.0, 0.1, "log", "hysteresis", "coercive current"),
-        Param("flux_y", "Wb", 1e-6, 10.0, 0.003, "log", "hysteresis", "flux over which the loop turns"),
+        Param(
+            "flux_y",
+            "Wb",
+            1e-6,
+            10.0,
+            0.003,
+            "log",
+            "hysteresis",
+            "flux over which the loop turns",
+            symbol=r"\lambda_y",
+        ),
         Param("n", "1", 1.0, 10.0, 1.3, "log", "hysteresis", "sharpness of the knee"),
         Param(
             "rho", "1", -1.0, 0.0, -0.3, "linear", "hysteresis", "shape of the loop: -1 slim ends, 0 straight flanks"

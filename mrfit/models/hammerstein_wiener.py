@@ -50,7 +50,7 @@ SPEC = ModelSpec(
         Param("xi", "1", 0.01, 5.0, 0.7, "log", "hysteresis", "damping ratio of H's zeros"),
         Param("q1", "1/s", 1.0, 1e4, 60.0, "log", text="pole of M"),
         Param("q2", "1/s", 1.0, 1e4, 400.0, "log", text="pole of M"),
-        Param("zero", "1/s", 1.0, 1e4, 200.0, "log", text="zero of M"),
+        Param("zero", "1/s", 1.0, 1e4, 200.0, "log", text="zero of M", symbol="z_M"),
         Param("tau", "s", 0.0, 0.05, 0.002, text="delay of M"),
         _OFFSET,
     ),

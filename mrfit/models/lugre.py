@@ -33,7 +33,9 @@ SPEC = ModelSpec(
         Param("sigma1", "N*s/m", 0.01, 1e5, 100.0, "log", "viscous", "damping of the bristles"),
         Param("sigma2", "N*s/m", 1.0, 1e6, 1000.0, "log", "viscous", "viscous damping"),
         Param("Fc", "N", 1.0, 1e6, 500.0, "log", "yield", "friction force at speed"),
-        Param("dF", "N", 0.01, 1e6, 20.0, "log", "yield", "friction force at rest less that at speed"),
+        Param(
+            "dF", "N", 0.01, 1e6, 20.0, "log", "yield", "friction force at rest less that at speed", symbol=r"\Delta F"
+        ),
         Param("vs", "m/s", 1e-4, 1.0, 0.01, "log", "knee", "Stribeck's velocity"),
         Param("f0", "N", -1e5, 1e5, 0.0, "linear", "offset", "offset of the gas accumulator"),
     ),

@@ -40,9 +40,23 @@ def _params() -> tuple[Param, ...]:
         ("b3", "N", 1e5, 0.0),
     ]
     return tuple(
-        Param(name, unit, -bound, bound, _spread(k) * size, text="bias" if name[0] == "b" else "weight")
+        Param(
+            name,
+            unit,
+            -bound,
+            bound,
+            _spread(k) * size,
+            text="bias" if name[0] == "b" else "weight",
+            symbol=_symbol(name),
+        )
         for k, (name, unit, bound, size) in enumerate(rows)
     )
+
+
+def _symbol(name: str) -> str:
+    """Return a weight's symbol: its layer above, what it leads to and from below."""
+    layer, *ends = name.replace("_ago", "'").split("_")
+    return f"{layer[0]}^{{({layer[1]})}}" + (f"_{{{','.join(ends)}}}" if ends else "")
 
 
 SPEC = ModelSpec(

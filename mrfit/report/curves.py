@@ -13,6 +13,8 @@ from mrfit.report.source import Series
 
 PANELS = 12
 CYCLES = 2.0
+LONGEST = 20_000
+"""Samples of a curve in the plane that are looked at."""
 _PREFIXES = {-3: "m", -6: "µ", 3: "k", 6: "M"}
 
 
@@ -36,6 +38,45 @@ def decimate(values: Array, limit: int) -> NDArray[np.int64]:
     for a, b in zip(edges[:-1], edges[1:], strict=True):
         kept |= {int(a + np.argmin(values[a:b])), int(a + np.argmax(values[a:b]))}
     return np.array(sorted(kept), dtype=np.int64)
+
+
+def simplified(across: Array, up: Array, tolerance: float = 0.002) -> NDArray[np.int64]:
+    """Return indices of the points that keep a curve in the plane to a tolerance (Ramer, Douglas and Peucker).
+
+    Parameters
+    ----------
+    across, up
+        Curve, shape (N,) each; of more than ``LONGEST`` samples every n-th is looked at.
+    tolerance
+        How far the curve may be off, as a share of its extent in either direction.
+    """
+    step = -(-len(across) // LONGEST)
+    first = np.arange(0, len(across), step, dtype=np.int64)
+    points = np.stack([_unit_extent(across[first]), _unit_extent(up[first])])
+    if not np.isfinite(points).all():
+        return first
+    kept, waiting = {0, len(first) - 1}, [(0, len(first) - 1)]
+    while waiting:
+        a, b = waiting.pop()
+        if b - a < 2:
+            continue
+        chord = points[:, b] - points[:, a]
+        rest = points[:, a + 1 : b] - points[:, a : a + 1]
+        along = np.clip(chord @ rest / max(float(chord @ chord), 1e-30), 0.0, 1.0)
+        off = np.hypot(*(rest - chord[:, None] * along))
+        worst = int(np.argmax(off))
+        if off[worst] > tolerance:
+            middle = a + 1 + worst
+            kept.add(middle)
+            waiting += [(a, middle), (middle, b)]
+    return first[sorted(kept)]
+
+
+def _unit_extent(values: Array) -> Array:
+    """Return values scaled to an extent of one."""
+    extent = float(np.max(values) - np.min(values)) if len(values) else 0.0
+    scaled: Array = values / extent if extent > 0.0 else np.zeros_like(values)
+    return scaled
 
 
 def shown_cycles(series: Series) -> slice:

@@ -1,9 +1,9 @@
 """The figures of a discovery: where the error sits, the error map, errors per condition, residuals, loops."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from textwrap import fill
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -62,9 +62,29 @@ def _figures(discovery: Discovery) -> Iterator[Figure]:
     yield residual_figure(discovery, shown)
     for channel in discovery.loops:
         yield loop_figure(discovery, shown, channel)
+    if discovery.found.suspects and discovery.found.gap.before is not None:
+        yield suspect_figure(discovery)
     rest = discovery.found.unexplained.where
     if rest and discovery.found.effects:
         yield region_figure(rest, "rest", "Where the error that is left sits")
+
+
+def suspect_figure(discovery: Discovery) -> Figure:
+    """Return the held-out error without and with every effect that was named, and with each suspect by itself."""
+    found = discovery.found
+    title = "Held-out error with each suspect"
+    caption = (
+        "Error on held-out conditions as a share of the output's range over all conditions, without and with each "
+        "effect, fitted with the base model; the dashed line is the noise floor."
+    )
+    said = ", ".join(f"{s.name} {percent(s.holdout_nrmse_after)}" for s in found.suspects)
+    alt = f"Bars; {percent(found.gap.before)} without, with {said}."
+    return Figure("suspects", title, caption, alt, to_svg(gap_canvas(found), title), narrow=True)
+
+
+def _changed(discovery: Discovery) -> bool:
+    """Return whether an effect was added: without one, what is after equals what was before and is not drawn."""
+    return any(part.changed for part in discovery.parts)
 
 
 def worst_parts(discovery: Discovery) -> list[Part]:
@@ -102,20 +122,23 @@ def region_figure(regions: Sequence[Where], name: str, title: str) -> Figure:
 
 
 def map_figure(discovery: Discovery, channel: str) -> Figure:
-    """Return RMS residuals over the drive–output plane, before and after on one colour scale, all conditions."""
+    """Return RMS residuals over the drive–output plane, before and after on one colour scale, all conditions.
+
+    Without an effect there is one map, the base model's.
+    """
     parts = discovery.parts
     drive, output = (np.concatenate(v) for v in ([p.inputs[channel] for p in parts], [p.measured for p in parts]))
     across, across_unit = scale_of([drive], channel)
     up, up_unit = scale_of([output], discovery.output)
-    maps = [
-        _rms_map(drive, output, np.concatenate([getattr(p, which) for p in parts])) for which in ("before", "after")
-    ]
+    drawn = _WHICH if _changed(discovery) else _WHICH[:1]
+    maps = [_rms_map(drive, output, np.concatenate([getattr(p, which) for p in parts])) for which in drawn]
     ceiling = float(np.nanquantile(np.stack(maps), BRIGHTEST)) or 1.0
     factor, unit = prefixed(ceiling, discovery.unit)
-    canvas = canvas_of(WIDTH, 4.0)
+    canvas = canvas_of(WIDTH if len(maps) > 1 else 0.6 * WIDTH, 4.0)
     extent = (across * drive.min(), across * drive.max(), up * output.min(), up * output.max())
     image = None
-    for axes, values, title in zip(canvas.subplots(1, 2, sharey=True), maps, _titles(discovery), strict=True):
+    panels = canvas.subplots(1, len(maps), sharey=True, squeeze=False).ravel()
+    for axes, values, title in zip(panels, maps, _titles(discovery), strict=False):
         axes.grid(False)
         image = axes.imshow(
             factor * values.T, origin="lower", extent=extent, aspect="auto", cmap="YlOrRd", vmin=0.0,
@@ -128,13 +151,13 @@ def map_figure(discovery: Discovery, channel: str) -> Figure:
     if image is not None:
         label = f"RMS residual ({unit})" if unit else "RMS residual"
         canvas.colorbar(image, ax=canvas.axes, extend="max", label=label)
-    caption = (
-        f"RMS residual in every cell of the {channel.replace('_', ' ')}–{discovery.output} plane, training and "
-        "held-out conditions together, before and after on one scale; its end is the 99th percentile of the cells."
-    )
-    typical = [in_html(significant(factor * float(np.nanmedian(m)))) for m in maps]
-    alt = f"Two maps of the residual; the median cell holds {typical[0]} {unit} before and {typical[1]} {unit} after."
-    return Figure("map", "Residual map", caption, alt, to_svg(canvas, "Residual map"))
+    plane = f"RMS residual in every cell of the {channel.replace('_', ' ')}–{discovery.output} plane"
+    both = ", before and after on one scale; its end" if len(maps) > 1 else "; the end of its scale"
+    caption = f"{plane}, training and held-out conditions together{both} is the 99th percentile of the cells."
+    typical = [f"{in_html(significant(factor * float(np.nanmedian(m))))} {unit}" for m in maps]
+    words = f"{typical[0]} before and {typical[1]} after" if len(maps) > 1 else typical[0]
+    alt = f"Map of the residual; the median cell holds {words}."
+    return Figure("map", "Residual map", caption, alt, to_svg(canvas, "Residual map"), narrow=len(maps) == 1)
 
 
 def _rms_map(drive: Array, output: Array, residual: Array) -> Array:
@@ -149,8 +172,9 @@ def _rms_map(drive: Array, output: Array, residual: Array) -> Array:
 
 def _titles(discovery: Discovery) -> tuple[str, str]:
     found = discovery.found
-    after = found.augmented_model if found.augmented_model != found.base_model else "after: no effect added"
-    return f"before: {found.base_model}", f"after: {after}" if "after" not in after else after
+    if not _changed(discovery):
+        return found.base_model, ""
+    return f"before: {found.base_model}", f"after: {found.augmented_model}"
 
 
 def error_figure(discovery: Discovery) -> Figure:
@@ -163,9 +187,12 @@ def error_figure(discovery: Discovery) -> Figure:
     places = list(range(len(rows)))
     before, after = ([100.0 * _rms([getattr(p, w) for p in parts]) / span for _, parts in rows] for w in _WHICH)
     floors = [100.0 * float(np.sqrt(np.mean([p.floor**2 for p in parts]))) / span for _, parts in rows]
+    changed = _changed(discovery)
+    name = "before" if changed else discovery.found.base_model
     axes.hlines(places, after, before, color="#cbd5e1", lw=1.4, zorder=1)
-    axes.plot(before, places, "o", ms=6.5, color=BEFORE, ls="none", label="before", zorder=3)
-    axes.plot(after, places, "o", ms=6.5, mfc="white", mec=AFTER, mew=1.6, ls="none", label="after", zorder=3)
+    axes.plot(before, places, "o", ms=6.5, color=BEFORE, ls="none", label=name, zorder=3)
+    if changed:
+        axes.plot(after, places, "o", ms=6.5, mfc="white", mec=AFTER, mew=1.6, ls="none", label="after", zorder=3)
     seen = [(floor, place) for floor, place in zip(floors, places, strict=True) if floor > 0.0]
     if seen:
         axes.plot(
@@ -181,12 +208,16 @@ def error_figure(discovery: Discovery) -> Figure:
         axes.set_xlim(left=0.0)
     canvas.legend(loc="outside upper right", ncols=3)
     gap = discovery.found.gap
+    both = _after(discovery)
     caption = (
-        "Error of every condition before and after, as a share of the output's range over all conditions; the bar is "
+        f"Error of every condition{both}, as a share of the output's range over all conditions; the bar is "
         "the noise floor. Held-out conditions took no part in any fit."
     )
-    alt = f"Dots; on held-out conditions {percent(gap.before)} before and {percent(gap.after)} after."
-    return Figure("error", "Error per condition, before and after", caption, alt, to_svg(canvas, "NRMSE"), narrow=True)
+    later = f" before and {percent(gap.after)} after" if both else ""
+    alt = f"Dots; on held-out conditions {percent(gap.before)}{later}."
+    return Figure(
+        "error", f"Error per condition{',' if both else ''}{both}", caption, alt, to_svg(canvas, "NRMSE"), narrow=True
+    )
 
 
 _WHICH = ("before", "after")
@@ -245,14 +276,15 @@ def residual_figure(discovery: Discovery, shown: Sequence[Part]) -> Figure:
         window = _window(part)
         if part.floor > 0.0:
             axes.axhspan(-factor * part.floor, factor * part.floor, color=BAND, lw=0, label="± noise floor")
-        for values, look in ((part.before, _BEFORE), (part.after, _AFTER)):
+        for values, colour, label in _errors_of(part, discovery):
             at = decimate(values[window], POINTS)
-            axes.plot(seconds * part.time[window][at], factor * values[window][at], **look)
+            # as everywhere on pages: measured minus simulated
+            axes.plot(seconds * part.time[window][at], -factor * values[window][at], color=colour, lw=0.9, label=label)
 
     symbol = symbol_of(discovery.output)
-    labels = axis_label("t", time_unit, "Time"), axis_label(f"{symbol}\u0302 − {symbol}", unit, "Residual")
-    caption = f"Simulated minus measured {discovery.output} on {_whose(shown)}, all panels on one scale, {_CUT}."
-    about = _Panels("residual", "Residual before and after", caption, *labels, share=True)
+    labels = axis_label("t", time_unit, "Time"), axis_label(f"{symbol} − {symbol}\u0302", unit, "Residual")
+    caption = f"Measured minus simulated {discovery.output} on {_whose(shown)}, all panels on one scale, {_CUT}."
+    about = _Panels("residual", f"Residual{_after(discovery)}", caption, *labels, share=True)
     return _panels(shown, draw, about)
 
 
@@ -264,28 +296,35 @@ def loop_figure(discovery: Discovery, shown: Sequence[Part], channel: str) -> Fi
     def draw(axes: "Axes", part: Part) -> None:
         window = _window(part)
         drive = across * part.inputs[channel][window]
-        curves = (
-            (part.measured, {"color": MEASURED, "lw": 2.6, "label": "measured"}),
-            (part.measured + part.before, _BEFORE),
-            (part.measured + part.after, {**_AFTER, "lw": 1.0}),
-        )
-        for values, look in curves:
+        curves = [(part.measured, MEASURED, "measured")]
+        curves += [(part.measured + errors, colour, label) for errors, colour, label in _errors_of(part, discovery)]
+        for values, colour, label in curves:
             at = decimate(values[window], POINTS)
-            axes.plot(drive[at], factor * values[window][at], **look)
+            width = 2.6 if colour == MEASURED else 0.9
+            axes.plot(drive[at], factor * values[window][at], color=colour, lw=width, label=label)
 
     labels = (
         axis_label(symbol_of(channel), across_unit, channel),
         axis_label(symbol_of(discovery.output), unit, discovery.output),
     )
     what = f"{discovery.output}–{channel} loop".replace("_", " ")
-    title = f"{what[0].upper()}{what[1:]} before and after"
+    title = f"{what[0].upper()}{what[1:]}{_after(discovery)}"
     caption = f"Measured and simulated on {_whose(shown)}, {_CUT}."
     return _panels(shown, draw, _Panels(f"loop-{channel}".replace("_", "-"), title, caption, *labels))
 
 
-_BEFORE: Mapping[str, Any] = {"color": BEFORE, "lw": 0.9, "label": "before"}
-_AFTER: Mapping[str, Any] = {"color": AFTER, "lw": 0.9, "label": "after"}
 _CUT = f"two cycles, or {SHOWN_SECONDS:g} s where the test is not periodic"
+
+
+def _after(discovery: Discovery) -> str:
+    return " before and after" if _changed(discovery) else ""
+
+
+def _errors_of(part: Part, discovery: Discovery) -> list[tuple[Array, str, str]]:
+    """Return the errors that are drawn of a part, with colour and label: before and after, or the base model's."""
+    if _changed(discovery):
+        return [(part.before, BEFORE, "before"), (part.after, AFTER, "after")]
+    return [(part.before, BEFORE, discovery.found.base_model)]
 
 
 def _whose(shown: Sequence[Part]) -> str:

@@ -48,6 +48,11 @@ class Part:
     floor: float
 
     @property
+    def changed(self) -> bool:
+        """Whether an effect was added, so that there is an error after."""
+        return not np.array_equal(self.before, self.after)
+
+    @property
     def errors(self) -> tuple[float, float]:
         """RMS errors before and after."""
         return float(np.sqrt(np.mean(self.before**2))), float(np.sqrt(np.mean(self.after**2)))

@@ -4,7 +4,7 @@ matplotlib is used through Figure objects only: no window system, no pyplot stat
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
@@ -16,8 +16,9 @@ from mrfit.core.executors.order import in_processes
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.io.schemas.fit import Fit, MetricRow, Result
-from mrfit.report.curves import decimate, family, prefixed, sheets, shown_cycles, worst_of_each
+from mrfit.report.curves import decimate, family, prefixed, sheets, shown_cycles, simplified, worst_of_each
 from mrfit.report.numbers import SUPERSCRIPTS, in_html, percent, significant
+from mrfit.report.output_unit import output_unit
 from mrfit.report.source import Series
 from mrfit.report.svg import style, to_svg
 
@@ -31,6 +32,11 @@ HOLDOUT = "#1d4ed8"
 PALETTE = ("#0f766e", "#c2410c", "#1d4ed8", "#a16207", "#7e22ce", "#475569")
 WIDTH = 10.0
 CURVE_POINTS = 2000
+# Conditions of which all are drawn, and how many are chosen of more
+MOST = 24
+CHOSEN = 12
+# Conditions that are named one by one in the figure of their errors
+NAMED = 40
 # Characters of a panel's title that fit beside its neighbours', by columns of panels
 TITLE_WIDTHS = {1: 120, 2: 58, 3: 36, 4: 26}
 # The channels a loop is drawn against, by output
@@ -101,13 +107,31 @@ def drawings_of(fit: Fit, series: Sequence[Series]) -> list[Drawing]:
     series
         Its measured and simulated outputs.
     """
-    shown = worst_of_each(series)
-    return [partial(_drawn, fit, shown, number) for number in range(len(_drawings(fit, shown)))]
+    everything = worst_of_each(series)
+    shown = worst_and_typical(fit, everything)
+    note = ""
+    if len(shown) < len(everything):
+        note = f" Of {len(everything)} conditions the {CHOSEN // 2} worst and {CHOSEN // 2} about the median are drawn."
+    return [partial(_drawn, fit, shown, note, number) for number in range(len(_drawings(fit, shown)))]
 
 
-def _drawn(fit: Fit, shown: Sequence[Series], number: int) -> Figure:
+def worst_and_typical(fit: Fit, series: Sequence[Series]) -> list[Series]:
+    """Return all series of a fit; of more than ``MOST`` the six of largest NRMSE and the six about the median."""
+    if len(series) <= MOST:
+        return list(series)
+    errors: dict[tuple[str, str], float | None] = {(m.condition, m.role): m.nrmse for m in fit.metrics}
+    found = [errors.get((s.condition, s.role)) for s in series]
+    order = np.argsort([np.inf if e is None else e for e in found], kind="stable")
+    middle, half = len(order) // 2, CHOSEN // 2
+    kept = {*order[-half:].tolist(), *order[middle - half // 2 : middle - half // 2 + half].tolist()}
+    return [s for k, s in enumerate(series) if k in kept]
+
+
+def _drawn(fit: Fit, shown: Sequence[Series], note: str, number: int) -> Figure:
     """Return one of a fit's figures; what draws it is made anew in the process that does."""
-    return _drawings(fit, shown)[number]()
+    drawing = _drawings(fit, shown)[number]
+    figure = drawing()
+    return replace(figure, caption=figure.caption + note) if isinstance(drawing, Grid) else figure
 
 
 def _drawings(fit: Fit, shown: Sequence[Series]) -> list[Drawing]:
@@ -120,7 +144,7 @@ def _drawings(fit: Fit, shown: Sequence[Series]) -> list[Drawing]:
             drawings += loop_figures(fit, shown, channel)
     if shown:
         drawings += [*history_figures(fit, shown), *residual_figures(fit, shown)]
-    if any(len(_descent(result)[1]) for result in fit.results):
+    if any(len(_descent(result)[1]) > 1 for result in fit.results):
         drawings.append(partial(convergence_figure, fit))
     return drawings
 
@@ -129,7 +153,8 @@ def history_figures(fit: Fit, series: Sequence[Series]) -> list["Grid"]:
     """Return drawings of measured and simulated output against time over two cycles of every condition."""
     cut = [s.time[shown_cycles(s)] for s in series]
     seconds, time_unit = prefixed(max(float(t[-1]) for t in cut), "s")
-    factor, unit = scale_of([s.measured for s in series], fit.output)
+    scale = output_unit(fit)
+    factor, unit = scale.factor, scale.unit
 
     def draw(axes: "Axes", one: Series, points: int) -> None:
         window = shown_cycles(one)
@@ -145,13 +170,15 @@ def history_figures(fit: Fit, series: Sequence[Series]) -> list["Grid"]:
 def loop_figures(fit: Fit, series: Sequence[Series], channel: str) -> list["Grid"]:
     """Return drawings of output against one input channel over two cycles of every condition."""
     across, across_unit = scale_of([s.inputs[channel] for s in series], channel)
-    factor, unit = scale_of([s.measured for s in series], fit.output)
+    scale = output_unit(fit)
+    factor, unit = scale.factor, scale.unit
 
     def draw(axes: "Axes", one: Series, points: int) -> None:
         window = shown_cycles(one)
+        drive = one.inputs[channel][window]
         for values, look in ((one.measured[window], _MEASURED), (one.simulated[window], _SIMULATED)):
-            at = decimate(values, points)
-            axes.plot(across * one.inputs[channel][window][at], factor * values[at], **look)
+            at = simplified(drive, values)[: 4 * points]
+            axes.plot(across * drive[at], factor * values[at], **look)
 
     labels = axis_label(symbol_of(channel), across_unit, channel), axis_label(symbol_of(fit.output), unit, fit.output)
     what = f"{fit.output}–{channel} loop".replace("_", " ")
@@ -163,7 +190,8 @@ def loop_figures(fit: Fit, series: Sequence[Series], channel: str) -> list["Grid
 def residual_figures(fit: Fit, series: Sequence[Series]) -> list["Grid"]:
     """Return drawings of measured minus simulated output over all of every condition; a band is the noise floor."""
     seconds, time_unit = prefixed(max(float(s.time[-1]) for s in series), "s")
-    factor, unit = scale_of([s.measured - s.simulated for s in series], fit.output)
+    scale = output_unit(fit)
+    factor, unit = scale.factor, scale.unit
     floors: dict[tuple[str, str], float] = {(m.condition, m.role): m.noise_floor or 0.0 for m in fit.metrics}
 
     def draw(axes: "Axes", one: Series, points: int) -> None:
@@ -192,17 +220,20 @@ def convergence_figure(fit: Fit) -> Figure:
     canvas = canvas_of(WIDTH * 0.75, 3.8)
     axes = canvas.subplots()
     curves = {r.condition: _descent(r)[1] for r in fit.results if len(_descent(r)[1])}
+    shown = _some_of(curves)
     before = {r.condition: _descent(r)[0] for r in fit.results if len(_descent(r)[1]) and len(_descent(r)[0])}
-    factor, unit = prefixed(float(np.exp(np.mean([np.log(c[[0, -1], 1]) for c in curves.values()]))), fit.unit)
-    few = len(curves) <= len(PALETTE)
+    scale = output_unit(fit)
+    factor, unit = scale.factor, scale.unit
+    few = len(shown) <= len(PALETTE)
+    points = CURVE_POINTS if few else max(CURVE_POINTS // len(shown), 20)
     lines = []
-    for k, (condition, curve) in enumerate(curves.items()):
+    for k, (condition, curve) in enumerate(shown.items()):
         colour = PALETTE[k] if few else QUIET
         end: dict[str, Any] = {"lw": 1.3, "marker": "o", "ms": 3.5, "markevery": [-1], "label": condition}
-        lines.append(_steps(axes, curve, factor, {"color": colour, **end}))
+        lines.append(_steps(axes, curve, factor, {"color": colour, **end}, points))
         if condition in before:
-            _steps(axes, before[condition], factor, {"color": colour, "lw": 0.9, "ls": (0, (3, 2))})
-    named = lines if few else _extremes(lines, [float(c[-1, 1]) for c in curves.values()])
+            _steps(axes, before[condition], factor, {"color": colour, "lw": 0.9, "ls": (0, (3, 2))}, points)
+    named = lines if few else _extremes(lines, [float(c[-1, 1]) for c in shown.values()])
     axes.set(xscale="log", yscale="log", xlabel="Evaluations (simulated parameter vectors)")
     axes.set_ylabel(f"Best cost, RMS ({unit})" if unit else "Best cost, RMS")
     plain_log(axes)
@@ -214,13 +245,24 @@ def convergence_figure(fit: Fit) -> Figure:
     caption = f"Best cost against evaluations of {fit.optimizer}; the cost is the RMS residual over the training data."
     if before:
         caption += " Dashed: the search before on thinned data, whose cost is another."
+    if len(shown) < len(curves):
+        caption += f" Of {len(curves)} conditions {len(shown)} are drawn, those that ended best and worst among them."
     alt = f"Convergence of {fit.optimizer}; costs reached: {ends}{' …' if len(curves) > 12 else ''}."
     svg = to_svg(canvas, f"{fit.name}: convergence")
     return Figure(f"{fit.name}.convergence", "Convergence", caption, alt, svg, narrow=True)
 
 
-def _steps(axes: "Axes", curve: Array, factor: float, look: dict[str, Any]) -> "Line2D":
-    at = decimate(np.log(curve[:, 1]), CURVE_POINTS)
+def _some_of(curves: dict[str, Array]) -> dict[str, Array]:
+    """Return all curves, of very many some of every cost at their end, the least and the greatest included."""
+    if len(curves) <= NAMED:
+        return curves
+    order = sorted(curves, key=lambda name: float(curves[name][-1, 1]))
+    kept = {order[round(k * (len(order) - 1) / (NAMED - 1))] for k in range(NAMED)}
+    return {name: curve for name, curve in curves.items() if name in kept}
+
+
+def _steps(axes: "Axes", curve: Array, factor: float, look: dict[str, Any], points: int) -> "Line2D":
+    at = decimate(np.log(curve[:, 1]), points)
     return axes.step(curve[at, 0], factor * curve[at, 1], where="post", **look)[0]
 
 
@@ -244,24 +286,37 @@ def _extremes(lines: Sequence["Line2D"], ends: Sequence[float]) -> list["Line2D"
 
 
 def error_figure(fit: Fit) -> Figure:
-    """Return NRMSE of every condition and role as dots, with the noise floor as a tick on the same scale."""
+    """Return NRMSE of every condition and role as dots, with the noise floor as a tick on the same scale.
+
+    Of more than ``NAMED`` conditions the names are left out, and the order is that of their errors.
+    """
     rows = [m for m in fit.metrics if m.condition != "all" and m.nrmse is not None]
     names = list(dict.fromkeys(m.condition for m in rows))
-    canvas = canvas_of(WIDTH * 0.75, 1.3 + 0.27 * len(names))
+    many = len(names) > NAMED
+    if many:
+        largest: dict[str, float] = {}
+        for m in rows:
+            largest[m.condition] = max(m.nrmse or 0.0, largest.get(m.condition, 0.0))
+        names = sorted(names, key=lambda name: -largest[name])
+    canvas = canvas_of(WIDTH * 0.75, 6.0 if many else 1.3 + 0.27 * len(names))
     axes = canvas.subplots()
+    size = 3.0 if many else 6.5
     for role, marker in (("train", {"color": SIMULATED}), ("holdout", {"mfc": "white", "mec": HOLDOUT, "mew": 1.6})):
         chosen = [m for m in rows if m.role == role]
         if chosen:
             places = [names.index(m.condition) for m in chosen]
             values = [100.0 * (m.nrmse or 0.0) for m in chosen]
             label = {"train": "training", "holdout": "hold-out"}[role]
-            axes.plot(values, places, "o", ms=6.5, label=label, ls="none", zorder=3, **marker)
+            axes.plot(values, places, "o", ms=size, label=label, ls="none", zorder=3, **marker)
     _noise_ticks(axes, rows, names)
     values = [m.nrmse or 0.0 for m in rows]
-    spread = max(values) > 20.0 * min(values) > 0.0
-    axes.set(xlabel="NRMSE (% of the measured range)", yticks=range(len(names)), yticklabels=names)
+    axes.set(xlabel="NRMSE (% of the measured range of the condition)")
+    if many:
+        axes.set_ylabel("Conditions, the worst on top")
+    else:
+        axes.set(yticks=range(len(names)), yticklabels=names)
     axes.set_ylim(len(names) - 0.4, -0.6)
-    if spread:
+    if max(values) > 20.0 * min(values) > 0.0:
         axes.set_xscale("log")
         plain_log(axes)
     else:
@@ -270,7 +325,9 @@ def error_figure(fit: Fit) -> Figure:
     canvas.legend(loc="outside upper right", ncols=3)
     worst = max(rows, key=lambda m: m.nrmse or 0.0)
     alt = f"NRMSE of {len(names)} conditions; largest {percent(worst.nrmse)} at {worst.condition}."
-    caption = "Error of every condition as a share of the measured range; the bar is the noise floor on the same scale."
+    caption = "Error of every condition as a share of its measured range; the bar is the noise floor on the same scale."
+    if many:
+        caption += f" The worst are {', '.join(names[:3])}."
     svg = to_svg(canvas, f"{fit.name}: NRMSE")
     return Figure(f"{fit.name}.nrmse", "Error per condition", caption, alt, svg, narrow=True)
 
@@ -279,7 +336,8 @@ def _noise_ticks(axes: "Axes", rows: Sequence[MetricRow], names: Sequence[str]) 
     floors = [(names.index(m.condition), 100.0 * m.relative_floor) for m in rows if m.relative_floor]
     if floors:
         places, values = zip(*floors, strict=True)
-        axes.plot(values, places, "|", ms=13, mew=2.0, color="#475569", ls="none", label="noise floor", zorder=2)
+        size: dict[str, Any] = {"ms": 4.0, "mew": 1.0} if len(names) > NAMED else {"ms": 13.0, "mew": 2.0}
+        axes.plot(values, places, "|", **size, color="#475569", ls="none", label="noise floor", zorder=2)
 
 
 @dataclass(frozen=True)
@@ -317,7 +375,8 @@ class Grid:
         canvas = canvas_of(WIDTH, 0.75 + (3.6 if columns == 1 else 2.9 if columns == 2 else 2.15) * lines)
         panels = canvas.subplots(lines, columns, squeeze=False).ravel()
         for axes, one in zip(panels, page, strict=False):
-            self.panel(axes, one, CURVE_POINTS if len(page) <= 2 else CURVE_POINTS // 2)
+            self.panel(axes, one, CURVE_POINTS // (1 if len(page) <= 2 else 2 if len(page) <= 6 else 4))
+            axes.locator_params(axis="x", nbins=5)
             nrmse = errors.get((one.condition, one.role))
             axes.set_title(_heading(one, nrmse, TITLE_WIDTHS[columns]))
         for axes in panels[len(page) :]:

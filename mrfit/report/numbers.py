@@ -43,6 +43,14 @@ _LATEX = {
     "√": r"$\surd$",
     "Ω": r"$\Omega$",
     "π": r"$\pi$",
+    "µ": r"$\mu$",
+    "²": "$^2$",
+    "³": "$^3$",
+    "±": r"$\pm$",
+    "Δ": r"$\Delta$",
+    "“": "``",
+    "”": "''",
+    "…": r"\dots{}",
     **dict(zip("αβγδεζηθκλμνξρστφχψω", (rf"$\{name}$" for name in GREEK), strict=True)),
 }
 # Whole numbers up to a million and fractions down to a thousandth are read more easily without a power of ten.
@@ -92,14 +100,6 @@ def in_html(text: str) -> str:
     return (mantissa.replace("-", "−") + power) or MISSING
 
 
-def in_latex(text: str) -> str:
-    """Return a plain number for LaTeX, in math where it has a sign or a power of ten; two hyphens for none."""
-    mantissa, _, exponent = text.partition("e")
-    if exponent:
-        return rf"${mantissa}\times10^{{{exponent}}}$"
-    return f"${mantissa}$" if mantissa.startswith("-") else mantissa or "--"
-
-
 def percent(share: float | None) -> str:
     """Return a share as percent with three significant digits, as in ``1.23 %``."""
     return f"{in_html(significant(None if share is None else 100.0 * share))} %"
@@ -109,7 +109,7 @@ def unit_html(unit: str) -> str:
     """Return a unit in pint's spelling as print has it (``m/s²``, ``N·s/m``, ``°C``); empty for a pure number."""
     if unit in ("", "1"):
         return ""
-    text = re.sub(r"(?:\*\*|\^)\(?(-?\d+)\)?", lambda m: m[1].translate(SUPERSCRIPTS), unit)
+    text = re.sub(r"(?:\*\*|\^)\(?(-?\d+)\)?", lambda m: "" if m[1] == "1" else m[1].translate(SUPERSCRIPTS), unit)
     return text.replace("*", "·").replace("degC", "°C").replace("ohm", "Ω")
 
 
@@ -123,23 +123,13 @@ def unit_latex(unit: str) -> str:
 
 def _unit_sign(sign: str) -> str:
     """Return a power, a product, degrees Celsius or ohm for LaTeX."""
-    known = {"*": r"\,", "degC": r"$^\circ$C", "ohm": r"$\Omega$"}.get(sign)
-    return known or f"$^{{{sign.lstrip('*^').strip('()')}}}$"
+    known = {"*": r"\,", "degC": r"$^\circ$C", "ohm": r"$\Omega$", "^1": "", "**1": ""}.get(sign)
+    return known if known is not None else f"$^{{{sign.lstrip('*^').strip('()')}}}$"
 
 
 def escape_latex(text: str) -> str:
     """Return text with LaTeX's special characters and the commonest symbols written as commands."""
     return "".join(_LATEX.get(c, c) for c in visible(text))
-
-
-def symbol_latex(name: str) -> str:
-    r"""Return a parameter's name as a symbol (``$\kappa$``, ``$L_{c}$``, ``$c_{0}$``), longer names as text."""
-    match = re.fullmatch(rf"({'|'.join(GREEK)}|[A-Za-z])_?([A-Za-z0-9]{{0,3}})", name)
-    if not match:
-        return escape_latex(name)
-    letter, index = match.groups()
-    letter, index = "\\" + letter if letter in GREEK else letter, r"\infty" if index == "inf" else index
-    return f"${letter}_{{{index}}}$" if index else f"${letter}$"
 
 
 def natural(text: str) -> list[tuple[int, float, str]]:

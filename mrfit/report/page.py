@@ -6,10 +6,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from mrfit.core.setting import Defined, defined
+from mrfit.io.schemas.determined import POOR
 from mrfit.io.schemas.fit import Fit, MetricRow, Quantity, Result
+from mrfit.report.determined import sentences, words_of
+from mrfit.report.doubts import Doubt, doubts
 from mrfit.report.figures import Figure
-from mrfit.report.numbers import in_html, percent, significant, unit_html, with_interval
+from mrfit.report.loop_data import loop_json
+from mrfit.report.numbers import MISSING, in_html, percent, significant, unit_html, with_interval
+from mrfit.report.output_unit import OutputUnit, output_unit
+from mrfit.report.prediction import PredictionRow
 from mrfit.report.provenance import flux_section, recording_row, segment_rows
+from mrfit.report.ranking import Ranked, above_best, held_out, ranked
 from mrfit.report.source import Source
 from mrfit.report.svg import inline
 from mrfit.report.tables import METRIC_COLUMNS, ROLES
@@ -22,9 +29,15 @@ if TYPE_CHECKING:
 
 TEMPLATE = Path(__file__).with_name("index.html.jinja")
 STYLE = Path(__file__).with_name("style.css.jinja")
+PARTS = (TEMPLATE, STYLE, Path(__file__).with_name("page.js.jinja"), Path(__file__).with_name("fit.html.jinja"))
+"""What a page is made with beside the code."""
+LONG = 40
+"""Rows from which a table is folded until it is asked for."""
+WIDE = 9
+"""Columns of parameters from which a table of them is set out as several."""
 
 
-def render(source: Source, figures: dict[str, list[Figure]]) -> str:
+def render(source: Source, figures: dict[str, list[Figure]], predictions: Sequence[PredictionRow] = ()) -> str:
     """Return the page.
 
     Parameters
@@ -33,12 +46,21 @@ def render(source: Source, figures: dict[str, list[Figure]]) -> str:
         What to report.
     figures
         Figures of each fit by its name.
+    predictions
+        Saved predictions by these fits.
     """
-    fits = [_fit(k, fit, figures[fit.name]) for k, fit in enumerate(source.fits, start=1)]
+    fits = [_fit(k, fit, figures[fit.name], source) for k, fit in enumerate(source.fits, start=1)]
+    anchors = {f.fit.name: f.anchor for f in fits}
+    order = ranked(source.fits)
     return template_of(TEMPLATE).render(
         fits=fits,
         outdated=source.outdated,
-        comparison=[_overview(fit) for fit in source.fits],
+        ranking=[_place(order, row, anchors[row.fit.name]) for row in order],
+        predictions=predictions,
+        several_outputs=len({fit.output for fit in source.fits}) > 1,
+        loops=loop_json(source),
+        long=LONG,
+        poor=round(100.0 * POOR),
         definitions=METRICS,
         recordings=[recording_row(r) for r in source.ingest.recordings] if source.ingest else [],
         refused=source.ingest.refused if source.ingest else [],
@@ -95,7 +117,7 @@ class QuantityRow:
 
 @dataclass(frozen=True)
 class SearchRow:
-    """How a set of parameters was found: cost, costs of starts and passivity in words."""
+    """How a set of parameters was found: cost, costs of starts and passivity in words, in the unit of the page."""
 
     result: Result
     cost: Cell
@@ -120,25 +142,38 @@ class Section:
     unit: str
     facts: Sequence[tuple[str, str]]
     verdict: Sequence[str]
+    doubts: Sequence[Doubt]
     cautions: Sequence[Warned]
     directions: Sequence[tuple[str, str]]
     errors: Sequence[ErrorRow]
     headings: Sequence[tuple[str, str]]
-    parameters: Sequence[tuple[str, Sequence[QuantityRow]]]
-    derived: Sequence[tuple[str, Sequence[QuantityRow]]]
+    parameters: Sequence["Sets"]
+    derived: Sequence["Sets"]
     searches: Sequence[SearchRow]
     figures: Sequence[Drawn]
 
 
 @dataclass(frozen=True)
-class Overview:
-    """A fit beside others: sets of parameters, free ones in each, errors in training and on held-out data."""
+class Sets:
+    """Some columns of the table of quantities: for each set of parameters its condition and the quantities."""
 
-    fit: Fit
-    sets: int
-    free: int
-    train: str
-    holdout: str
+    rows: Sequence[tuple[str, Sequence[QuantityRow]]]
+    part: str
+
+
+@dataclass(frozen=True)
+class Place:
+    """A fit in the ranking: errors over all conditions, criteria above the least, parameters the data determine."""
+
+    ranked: Ranked
+    anchor: str
+    determined: str
+    held_out: str
+    train: Cell
+    holdout: Cell
+    floor: Cell
+    aic: Cell
+    bic: Cell
 
 
 def number(value: float | None, text: str | None = None) -> Cell:
@@ -147,23 +182,45 @@ def number(value: float | None, text: str | None = None) -> Cell:
     return Cell(None if value is None else repr(value), in_html(shown))
 
 
-def _fit(position: int, fit: Fit, figures: Sequence[Figure]) -> Section:
-    anchor = f"fit{position}"
+def share(value: float | None) -> Cell:
+    """Return a share for a cell in percent; for machines it stays a fraction."""
+    return Cell(None, MISSING) if value is None else Cell(repr(value), percent(value))
+
+
+def _fit(position: int, fit: Fit, figures: Sequence[Figure], source: Source) -> Section:
+    anchor, scale = f"fit{position}", output_unit(fit)
     return Section(
         anchor=anchor,
         fit=fit,
-        unit=unit_html(fit.unit),
+        unit=scale.unit,
         facts=_facts(fit),
-        verdict=verdict(fit),
+        verdict=[*verdict(fit), *sentences(fit)],
+        doubts=doubts(fit, source),
         cautions=cautions(fit),
         directions=open_directions(fit),
-        errors=[_errors(row) for row in fit.metrics],
-        headings=_headings(fit),
-        parameters=[(r.condition, [_quantity(q) for q in r.parameters]) for r in fit.results],
-        derived=[(r.condition, [_quantity(q) for q in r.derived]) for r in fit.results if r.derived],
-        searches=[_search(r, unit_html(fit.unit)) for r in fit.results],
+        errors=[_errors(row, scale) for row in fit.metrics],
+        headings=_headings(scale),
+        parameters=_sets([(r.condition, r.parameters) for r in fit.results]),
+        derived=_sets([(r.condition, r.derived) for r in fit.results if r.derived]),
+        searches=[_search(r, scale) for r in fit.results],
         figures=[Drawn(f, inline(f.svg, f"{anchor}f{k}", f.alt)) for k, f in enumerate(figures, start=1)],
     )
+
+
+def _sets(sets: Sequence[tuple[str, Sequence[Quantity]]]) -> list[Sets]:
+    """Return tables of quantities, several of about equal width where there are many columns."""
+    columns = max((len(quantities) for _, quantities in sets), default=0)
+    if not columns:
+        return []
+    parts = 1 if len(sets) == 1 else -(-columns // WIDE)
+    edges = [round(k * columns / parts) for k in range(parts + 1)]
+    return [
+        Sets(
+            [(condition, [_quantity(q) for q in quantities[a:b]]) for condition, quantities in sets],
+            f", {number} of {parts}" if parts > 1 else "",
+        )
+        for number, (a, b) in enumerate(zip(edges, edges[1:], strict=False), start=1)
+    ]
 
 
 def _facts(fit: Fit) -> list[tuple[str, str]]:
@@ -197,29 +254,41 @@ def changes(settings: Mapping[str, Any], fields: Sequence[Defined] = defined(Fit
     return "; ".join([*items, *single])
 
 
-def _overview(fit: Fit) -> Overview:
-    free = max(sum(not q.fixed for q in r.parameters) for r in fit.results)
-    train, holdout = (percent(row.nrmse) if row else "–" for row in map(fit.pooled, ("train", "holdout")))
-    return Overview(fit, len(fit.results), free, train, holdout)
+def _place(order: Sequence[Ranked], row: Ranked, anchor: str) -> Place:
+    aic, bic = (above_best(order, row, name) for name in ("aic", "bic"))
+    return Place(
+        ranked=row,
+        anchor=anchor,
+        determined=row.count.words,
+        held_out=held_out(row.fit),
+        train=share(row.train),
+        holdout=share(row.holdout),
+        floor=share(row.floor),
+        aic=number(aic, "0" if aic == 0.0 else significant(aic)),
+        bic=number(bic, "0" if bic == 0.0 else significant(bic)),
+    )
 
 
-def _headings(fit: Fit) -> list[tuple[str, str]]:
-    unit = unit_html(fit.unit)
-    squared = f"({unit})²" if set(unit) & set("·/") else f"{unit}²"
-    units = {"y": unit, "y^2": squared if unit else "", "%": "%"}
-    measures = [(m.label, units.get(m.unit, "")) for m in METRICS]
-    return [("condition", ""), ("role", ""), ("samples", ""), *measures, ("noise floor", unit)]
+def _headings(scale: OutputUnit) -> list[tuple[str, str]]:
+    units = {"y": scale.unit, "y^2": scale.squared}
+    measures = [(m.label, units.get(m.unit, "%")) for m in METRICS]
+    return [("condition", ""), ("role", ""), ("samples", ""), *measures, ("noise floor", scale.unit)]
 
 
-def _errors(row: MetricRow) -> ErrorRow:
-    values = [number(getattr(row, name)) for name in METRIC_COLUMNS[3:]]
+def _errors(row: MetricRow, scale: OutputUnit) -> ErrorRow:
+    factors = {"y": scale.factor, "y^2": scale.factor**2, "1": 100.0}
+    of_column = {m.name: factors.get(m.unit, 1.0) for m in METRICS}
+    values = []
+    for name in METRIC_COLUMNS[3:]:
+        value, factor = getattr(row, name), of_column.get(name, scale.factor)
+        values.append(number(value, significant(None if value is None else factor * value)))
     role = ROLES.get(row.role, row.role)
     return ErrorRow(row.condition, role, pooled=row.condition == "all", samples=row.samples, values=values)
 
 
 def _quantity(q: Quantity) -> QuantityRow:
     value, low, high = with_interval(q.value, q.low, q.high)
-    notes = [] if q.identifiable else ["not identifiable"]
+    notes = list(filter(None, [words_of(q)]))
     if q.at_bound:
         notes.append(f"at its bound {in_html(significant(q.bound))}" if q.bound is not None else "at a bound")
     if q.fixed:
@@ -235,11 +304,12 @@ def _quantity(q: Quantity) -> QuantityRow:
     )
 
 
-def _search(result: Result, unit: str) -> SearchRow:
+def _search(result: Result, scale: OutputUnit) -> SearchRow:
     starts = [s for s in result.starts or [] if s is not None]
-    spread = f"{in_html(significant(min(starts)))} to {in_html(significant(max(starts)))} {unit}" if starts else "–"
+    least, most = (in_html(significant(scale.factor * f(starts))) if starts else "" for f in (min, max))
     active = [p for p in result.passivity if not p.passive]
     passive = (
         "–" if not result.passivity else "yes" if not active else f"no, in {len(active)} of {len(result.passivity)}"
     )
-    return SearchRow(result, number(result.cost), starts=spread, passive=passive)
+    cost = number(result.cost, significant(None if result.cost is None else scale.factor * result.cost))
+    return SearchRow(result, cost, starts=f"{least} to {most} {scale.unit}" if starts else "–", passive=passive)

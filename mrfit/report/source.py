@@ -7,6 +7,7 @@ from typing import Any, cast
 
 import numpy as np
 
+from mrfit.core.channels import INTEGRALS
 from mrfit.core.recording import Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
@@ -158,7 +159,28 @@ def _one_series(key: Key, parts: dict[str, list[Array]], frequencies: dict[str, 
     columns = {name: np.concatenate(found) for name, found in parts.items()}
     parts.clear()
     time, measured, simulated = (columns.pop(c) for c in ("time", "measured", "simulated"))
-    return Series(*key, time, measured, simulated, columns, frequencies.get(key[1], 0.0))
+    frequency = frequencies.get(key[1], 0.0)
+    return Series(*key, time, measured, simulated, with_integrals(columns, time, frequency), frequency)
+
+
+def with_integrals(inputs: dict[str, Array], time: Array, frequency: float) -> dict[str, Array]:
+    """Return a model's inputs with the integrals of those that are rates, about their middle, in a periodic test.
+
+    A model of velocity alone is then drawn over displacement too. The mean rate over whole cycles is taken away.
+    """
+    found = dict(inputs)
+    if frequency <= 0.0 or len(time) < 3:
+        return found
+    step = float(time[1] - time[0])
+    cycles = int((time[-1] - time[0] + step) * frequency + 1e-6)
+    whole = round(cycles / (frequency * step))
+    for name, rate in INTEGRALS.items():
+        if name not in found and rate in found and 2 < whole <= len(time):
+            speed = found[rate] - np.mean(found[rate][:whole])
+            steps = 0.5 * step * (speed[1:] + speed[:-1])
+            course = np.concatenate([[0.0], np.cumsum(steps)])
+            found[name] = course - 0.5 * (course[:whole].max() + course[:whole].min())
+    return found
 
 
 def _segments(workspace: Workspace) -> list[Segment]:

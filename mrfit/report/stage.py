@@ -2,7 +2,7 @@
 
 import hashlib
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
@@ -14,12 +14,17 @@ from mrfit.io.schemas.reading import reusable
 from mrfit.io.schemas.stages import ReportFile
 from mrfit.io.workspace import TEMPORARY, Workspace, write_json
 from mrfit.report import figures, page, tables
+from mrfit.report.page_figures import more_drawings
+from mrfit.report.prediction import PredictionRow, files_of, prediction_rows
 from mrfit.report.source import Source, fit_names, input_files, read_source
 from mrfit.settings.report import Settings as Settings
 
+EARLIER = ("parameters.tex", "metrics.tex")
+"""Files that reports had before each fit had a file of its own."""
+
 
 def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> ReportFile:
-    """Write ``report/``: index.html, parameters and metrics as CSV and LaTeX, figures as SVG.
+    """Write ``report/``: index.html, parameters, metrics and comparison as CSV, tables as LaTeX, figures as SVG.
 
     All is made before the first file is touched, then put in place file by file by renaming; ``report.json``, which
     holds the key of what the report was made of, is taken away first and comes back last. A kill in between leaves
@@ -52,7 +57,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     if existing and existing.key == key and all((folder / f).is_file() for f in existing.files):
         return replace(existing, index=index, skipped=True)
     source = read_source(workspace, tuple(names))
-    files = _render(source, settings.jobs, progress)
+    files = _render(source, settings.jobs, progress, prediction_rows(workspace, source.fits))
     summary = ReportFile(
         key=key,
         code=code_version(),
@@ -71,23 +76,30 @@ def report_key(workspace: Workspace, names: list[str], code: str = "") -> str:
 
     ``code`` is the version of the code that makes it; default: this one.
     """
-    inputs = [page.TEMPLATE, page.STYLE, *input_files(workspace, names)]
+    inputs = [*page.PARTS, *input_files(workspace, names), *files_of(workspace)]
     hashes = [(p.name, hashlib.sha256(p.read_bytes()).hexdigest()) for p in inputs]
     return key_of(names, hashes, version("matplotlib"), version("jinja2"), code=code)
 
 
-def _render(source: Source, jobs: int, progress: Progress) -> dict[str, str]:
+def _render(source: Source, jobs: int, progress: Progress, predictions: Sequence[PredictionRow] = ()) -> dict[str, str]:
     """Return the text of every file by its path in the report's folder."""
-    drawings = {fit.name: figures.drawings_of(fit, source.series[fit.name]) for fit in source.fits}
+    drawings = {
+        fit.name: [
+            *figures.drawings_of(fit, source.series[fit.name]),
+            *more_drawings(fit, source.series[fit.name], source.segments),
+        ]
+        for fit in source.fits
+    }
     made = iter(figures.draw_all([d for group in drawings.values() for d in group], jobs, progress))
     drawn = {name: [next(made) for _ in group] for name, group in drawings.items()}
     files = {
         "parameters.csv": tables.parameters_csv(source.fits),
-        "parameters.tex": tables.parameters_tex(source.fits),
         "metrics.csv": tables.metrics_csv(source.fits),
-        "metrics.tex": tables.metrics_tex(source.fits),
-        "index.html": page.render(source, drawn),
+        "comparison.csv": tables.comparison_csv(source.fits),
+        "comparison.tex": tables.comparison_tex(source.fits),
+        "index.html": page.render(source, drawn, predictions),
     }
+    files |= {f"tables/{fit.name}.tex": tables.fit_tex(fit) for fit in source.fits}
     return files | {f"figures/{f.name}.svg": f.svg for group in drawn.values() for f in group}
 
 
@@ -97,7 +109,7 @@ def publish(folder: Path, files: Mapping[str, str], summary: ReportFile) -> None
     Parameters
     ----------
     folder
-        The report's folder. ``figures/`` in it holds the report's figures and nothing else afterwards.
+        The report's folder. ``figures/`` and ``tables/`` in it hold the report's and nothing else afterwards.
     files
         Text by path in the folder.
     summary
@@ -124,7 +136,10 @@ def publish(folder: Path, files: Mapping[str, str], summary: ReportFile) -> None
         for temporary, path in pending:
             temporary.replace(path)
         left = {p for p in folder.glob(".*.tmp") if TEMPORARY.fullmatch(p.name)}
-        for path in {*folder.glob("figures/*"), *left} - {folder / name for name in files}:
+        earlier = {folder / name for name in EARLIER if (folder / name).is_file()}
+        for path in {*folder.glob("figures/*"), *folder.glob("tables/*"), *earlier, *left} - {
+            folder / name for name in files
+        }:
             path.unlink()
     except OSError as error:
         raise DataError(f"{folder}: cannot write ({error.strerror or error}); choose another --work folder") from error

@@ -39,6 +39,25 @@ STYLE: dict[Any, Any] = {
 }
 
 
+THEME = {
+    "#8a99a8": "measured",
+    "#c2410c": "simulated",
+    "#94a3b8": "quiet",
+    "#1d4ed8": "held",
+    "#0f766e": "teal",
+    "#a16207": "ochre",
+    "#7e22ce": "violet",
+    "#475569": "slate",
+    "#64748b": "axis",
+    "#334155": "dark",
+    "#e2e8f0": "grid",
+    "#cbd5e1": "rule",
+    "#fde68a": "band",
+    "#ffffff": "paper",
+}
+"""Colours of figures -> the variable of a page's style that takes their place, so that they turn dark with it."""
+
+
 def import_matplotlib() -> None:
     """Import matplotlib whatever MPLBACKEND says: figures are made without windows, and a wrong name would end it."""
     chosen = os.environ.pop("MPLBACKEND", None)
@@ -90,7 +109,7 @@ def _rounded(path: str) -> str:
 
 
 def inline(svg: str, prefix: str, alt: str) -> str:
-    """Return an SVG document as an element of a page: ids made unique by a prefix, no namespaces, a spoken title.
+    """Return an SVG document as an element of a page: ids made unique by a prefix, the page's colours, a spoken title.
 
     Parameters
     ----------
@@ -108,7 +127,14 @@ def inline(svg: str, prefix: str, alt: str) -> str:
     body = re.sub(r'\bid="([^"]+)"', rf'id="{prefix}-\1"', body)
     body = re.sub(r'href="#([^"]+)"', rf'href="#{prefix}-\1"', body)
     body = re.sub(r"url\(#([^)]+)\)", rf"url(#{prefix}-\1)", body)
+    body = re.sub(r' style="([^"]*)"', _themed, body)
     return re.sub(r"<svg ", f'<svg role="img" aria-label="{_attribute(alt)}" ', body, count=1)
+
+
+def _themed(style: re.Match[str]) -> str:
+    """Return a style with the page's variables for its colours."""
+    text = re.sub("#[0-9a-f]{6}", lambda m: f"var(--{THEME[m[0]]})" if m[0] in THEME else m[0], style[1])
+    return f' style="{text}"'
 
 
 def _attribute(text: str) -> str:

@@ -1,26 +1,37 @@
 """Parameter and error tables: CSV with every digit, LaTeX with the digits that mean something."""
 
-from collections.abc import Iterable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from mrfit.io.csv_table import csv_table
-from mrfit.io.schemas.fit import Fit, MetricRow, Quantity, Result
-from mrfit.report.numbers import (
-    escape_latex,
-    in_latex,
-    significant,
-    symbol_latex,
-    unit_latex,
-    with_interval,
-)
+from mrfit.io.schemas.determined import State, state_of
+from mrfit.io.schemas.fit import Fit, Quantity, Result
+from mrfit.report.latex import EMPTY, HEAD, Cell, Table, number, tables_tex, with_uncertainty, words
+from mrfit.report.numbers import escape_latex, in_html, unit_html, unit_latex
+from mrfit.report.output_unit import output_unit
+from mrfit.report.ranking import above_best, held_out, ranked
+from mrfit.report.symbols import base_name, current_of, derived_symbol, symbols_of
 from mrfit.signal.metrics import METRICS
-
-Cell = str | int | float | bool | None
 
 PARAMETER_COLUMNS = ("condition", "parameter", "value", "unit", "low", "high", "at_bound", "identifiable")
 METRIC_COLUMNS = ("condition", "role", "samples", *(m.name for m in METRICS), "noise_floor")
 ROLES = {"train": "training", "holdout": "hold-out"}
-WIDE = 8
-NOTE = r"$^{\ast}$ ended at a bound; $^{\dagger}$ not determined by the data."
+COMPARISON_COLUMNS = (
+    "fit",
+    "model",
+    "output",
+    "held_out",
+    "holdout_nrmse",
+    "train_nrmse",
+    "noise_floor",
+    "train_samples",
+    "parameters",
+    "well",
+    "poorly",
+    "not_determined",
+    "aic",
+    "bic",
+)
 
 
 def parameters_csv(fits: Sequence[Fit]) -> str:
@@ -43,120 +54,214 @@ def metrics_csv(fits: Sequence[Fit]) -> str:
     return _of_fits(fits, METRIC_COLUMNS, ({"fit": fit.name, **vars(m)} for fit in fits for m in fit.metrics))
 
 
-def metric_cells(row: MetricRow) -> list[Cell]:
-    """Return a row of errors in the order of ``METRIC_COLUMNS``."""
-    return [getattr(row, name) for name in METRIC_COLUMNS]
-
-
 def _of_fits(fits: Sequence[Fit], columns: Sequence[str], rows: Iterable[Mapping[str, object]]) -> str:
     return csv_table(("fit", *columns) if len(fits) > 1 else columns, rows)
 
 
-def parameters_tex(fits: Sequence[Fit]) -> str:
-    """Return LaTeX tables (booktabs) of parameters and of derived quantities, in the layout that suits their number.
-
-    One set of parameters is set out one parameter a row with its interval; several sets one condition a row. Values
-    are rounded where half of their 95 % interval has two significant digits.
-    """
-    tables = []
-    for fit in fits:
-        for kind, label in (("parameters", "Parameters"), ("derived", "Derived quantities")):
-            sets = [(r, _quantities(r, kind)) for r in fit.results]
-            if any(quantities for _, quantities in sets):
-                caption = f"{label} of {fit.model} ({fit.optimizer})"
-                tables.append(_quantity_table(sets, caption, f"tab:{fit.name}:{kind}"))
-    return "\n".join(tables)
+def fit_tex(fit: Fit) -> str:
+    """Return all tables of a fit for LaTeX: parameters, derived quantities and errors, values with their intervals."""
+    return "\n".join([HEAD, *_quantity_tables(fit), tables_tex(_errors(fit))])
 
 
-def _quantities(result: Result, kind: str) -> list[Quantity]:
-    return result.derived if kind == "derived" else result.parameters
+def _quantity_tables(fit: Fit) -> list[str]:
+    symbols, made = symbols_of(fit), []
+    for kind, title in (("parameters", "Parameters"), ("derived", "Derived quantities")):
+        sets = [(r, r.derived if kind == "derived" else r.parameters) for r in fit.results]
+        sets = [(r, quantities) for r, quantities in sets if quantities]
+        if not sets:
+            continue
+        about = f"{title} of {fit.model} ({fit.optimizer})", f"tab:{fit.name}:{kind}"
+        named = {q.name: _symbol(q, kind, symbols) for q in sets[0][1]}
+        if len(sets) == 1:
+            made.append(tables_tex(_joint(sets[0][1], named, about)))
+        elif levels := _levels([r for r, _ in sets]):
+            made.append(tables_tex(_over_current(levels, [quantities for _, quantities in sets], named, about)))
+        else:
+            made.append(tables_tex(_by_condition(sets, named, about)))
+    return made
 
 
-def _quantity_table(sets: Sequence[tuple[Result, list[Quantity]]], caption: str, label: str) -> str:
-    if len(sets) == 1:
-        header = ["Symbol", "Meaning", "Value", r"95\,\% interval", "Unit"]
-        rows = [_long_row(q) for q in sets[0][1]]
-        return latex_table([header], rows, "llrll", (caption, label, NOTE))
-    header = ["Condition", *(symbol_latex(q.name) for q in sets[0][1])]
-    units = ["", *(_bracketed(unit_latex(q.unit)) for q in sets[0][1])]
-    rows = [[escape_latex(r.condition), *(_marked(q) for q in quantities)] for r, quantities in sets]
-    return latex_table([header, units], rows, "l" + "r" * (len(header) - 1), (caption, label, NOTE))
+def _symbol(q: Quantity, kind: str, symbols: Mapping[str, str]) -> Cell:
+    latex = derived_symbol(q.name, dict(symbols)) if kind == "derived" else symbols[q.name]
+    return Cell(latex, base_name(q.name))
 
 
-def _long_row(q: Quantity) -> list[str]:
-    interval = "held fixed" if q.fixed else _interval(q)
-    return [symbol_latex(q.name), escape_latex(q.text), _marked(q), interval, unit_latex(q.unit) or "--"]
+def _joint(quantities: Sequence[Quantity], named: Mapping[str, Cell], about: tuple[str, str]) -> Table:
+    """Return one set of parameters, one a row; values at several currents stand side by side."""
+    currents = sorted({c for q in quantities if (c := current_of(q.name)) is not None})
+    found: dict[str, dict[float | None, Quantity]] = {}
+    for q in quantities:
+        found.setdefault(base_name(q.name), {})[current_of(q.name)] = q
+    constant = any(None in row for row in found.values())
+    columns: list[float | None] = [*([None] if constant else []), *currents]
+    heads = [words("constant" if currents else "value") if c is None else _level(c) for c in columns]
+    rows = []
+    for row in found.values():
+        first = next(iter(row.values()))
+        cells = [_value(row[c]) if c in row else EMPTY for c in columns]
+        rows.append([named[first.name], _meaning(first), _unit(first.unit), *cells])
+    header = [[words("Symbol"), words("Meaning"), words("Unit"), *heads]]
+    return Table(*about, header, rows, "ltl" + "r" * len(columns), _note(quantities), fixed=3)
 
 
-def _interval(q: Quantity) -> str:
-    low, high = (in_latex(end) if end else "" for end in with_interval(q.value, q.low, q.high)[1:])
-    if low and high:
-        return f"[{low}, {high}]"
-    return f"from {low}" if low else f"up to {high}" if high else "not determined"
+def _level(current: float) -> Cell:
+    """Return a current as a heading."""
+    text = f"{current:.3g}"
+    return Cell(rf"${text}$\,A", in_html(text) + " A")
 
 
-def _marked(q: Quantity) -> str:
-    value = in_latex(with_interval(q.value, q.low, q.high)[0])
-    return value + (r"$^{\ast}$" if q.at_bound else "") + ("" if q.identifiable else r"$^{\dagger}$")
+def _meaning(q: Quantity) -> Cell:
+    """Return what a parameter means, without the current at which it is given."""
+    if current_of(q.name) is not None:
+        return words(q.text.rpartition(" at ")[0])
+    power = re.match(r"coefficient of i\^(\d)", q.text)
+    return Cell(f"coefficient of $i^{power[1]}$", "coefficient of i1") if power else words(q.text)
 
 
-def _bracketed(unit: str) -> str:
-    return f"({unit})" if unit else ""
+def _levels(results: Sequence[Result]) -> list[float]:
+    """Return the currents of results that differ in nothing else, none where they do."""
+    others = {(r.at.frequency, r.at.amplitude) for r in results}
+    currents = [r.at.current for r in results if r.at.current is not None]
+    alike = len(others) == 1 and len(set(currents)) == len(results) == len(currents)
+    return currents if alike else []
 
 
-def metrics_tex(fits: Sequence[Fit]) -> str:
-    """Return LaTeX tables (booktabs) of the errors, three significant digits, one table per fit."""
-    tables = []
-    for fit in fits:
-        unit = unit_latex(fit.unit)
-        squared = f"({unit})$^{{2}}$" if set(fit.unit) & set("*/") else f"{unit}$^{{2}}$"
-        known = {"y": unit, "y^2": squared if unit else "", "%": r"\%"}
-        header = ["Condition", "Role", "Samples", *(escape_latex(m.label) for m in METRICS), "noise floor"]
-        units = ["", "", "", *(_bracketed(known.get(m.unit, "")) for m in METRICS), _bracketed(unit)]
-        rows = []
-        for row in fit.metrics:
-            name, role, samples, *values = metric_cells(row)
-            numbers = [in_latex(significant(v if isinstance(v, float) else None)) for v in values]
-            rows.append(
-                [escape_latex(str(name)), ROLES.get(str(role), escape_latex(str(role))), str(samples), *numbers]
-            )
-        note = escape_latex(" ".join(f"{c.text}." for c in fit.warnings))
-        about = (f"Errors of {fit.model} ({fit.optimizer})", f"tab:{fit.name}:metrics", note)
-        tables.append(latex_table([header, units], rows, "llr" + "r" * (len(header) - 3), about))
-    return "\n".join(tables)
-
-
-def latex_table(
-    header: Sequence[Sequence[str]], rows: Sequence[Sequence[str]], align: str, about: tuple[str, str, str]
-) -> str:
-    r"""Return a table float for ``\usepackage{booktabs}``; cells are LaTeX already.
-
-    Parameters
-    ----------
-    header
-        One or two rows of headings.
-    rows
-        Cells; every row as long as those of the header.
-    align
-        Column letters, as many as there are columns; more than eight columns are set closer and smaller.
-    about
-        Plain caption, label, and a LaTeX note below (empty for none).
-    """
-    caption, label, note = about
-    size = r"\small" if len(align) <= WIDE else r"\scriptsize\setlength{\tabcolsep}{3pt}"
-    lines = [
-        r"\begin{table}[htbp]",
-        rf"\centering{size}",
-        rf"\caption{{{escape_latex(caption)}}}",
-        rf"\label{{{label}}}",
-        rf"\begin{{tabular}}{{@{{}}{align}@{{}}}}",
-        r"\toprule",
-        *(" & ".join(row) + r" \\" for row in header if any(row)),
-        r"\midrule",
-        *(" & ".join(row) + r" \\" for row in rows),
-        r"\bottomrule",
-        r"\end{tabular}",
-        *([rf"\par\smallskip\footnotesize {note}"] if note else []),
-        r"\end{table}",
+def _over_current(
+    levels: Sequence[float], sets: Sequence[Sequence[Quantity]], named: Mapping[str, Cell], about: tuple[str, str]
+) -> Table:
+    """Return sets of parameters at several currents, one parameter a row, one current a column."""
+    order = sorted(range(len(levels)), key=lambda k: levels[k])
+    rows = [
+        [named[q.name], _meaning(q), _unit(q.unit), *(_value(sets[k][n]) for k in order)] for n, q in enumerate(sets[0])
     ]
-    return "\n".join(lines) + "\n"
+    header = [[words("Symbol"), words("Meaning"), words("Unit"), *(_level(levels[k]) for k in order)]]
+    everything = [q for quantities in sets for q in quantities]
+    return Table(*about, header, rows, "ltl" + "r" * len(order), _note(everything), fixed=3)
+
+
+def _by_condition(
+    sets: Sequence[tuple[Result, list[Quantity]]], named: Mapping[str, Cell], about: tuple[str, str]
+) -> Table:
+    """Return sets of parameters, one condition a row."""
+    first = sets[0][1]
+    header = [[words("Condition"), *(named[q.name] for q in first)], [EMPTY, *(_bracketed(q.unit) for q in first)]]
+    rows = [[words(r.condition), *map(_value, quantities)] for r, quantities in sets]
+    everything = [q for _, quantities in sets for q in quantities]
+    return Table(*about, header, rows, "t" + "r" * len(first), _note(everything))
+
+
+def _value(q: Quantity) -> Cell:
+    cell = with_uncertainty(q.value, q.low, q.high)
+    for mark, _, applies in MARKS:
+        if applies(q):
+            cell = cell.marked(f"$^{mark}$", "'")
+    return cell
+
+
+MARKS: Sequence[tuple[str, str, Callable[[Quantity], bool]]] = (
+    (r"{\ast}", "ended at a bound", lambda q: q.at_bound),
+    (r"{\dagger}", "not determined by the data", lambda q: state_of(q) is State.NOT),
+    (r"{\ddagger}", "poorly determined", lambda q: state_of(q) is State.POORLY),
+    (r"{\S}", "held fixed", lambda q: q.fixed),
+)
+"""Signs behind values, what they mean, and to which they apply."""
+
+
+def _note(quantities: Sequence[Quantity]) -> str:
+    """Return what the digits and the signs of a table mean, those that are in it."""
+    said = [f"$^{mark}$ {text}" for mark, text, applies in MARKS if any(map(applies, quantities))]
+    known = any(q.low is not None and q.high is not None and not q.fixed for q in quantities)
+    digits = [r"$\pm$ is half of the 95\,\% interval"] if known else []
+    return "; ".join([*digits, *said]) + "."
+
+
+def _unit(unit: str) -> Cell:
+    return Cell(unit_latex(unit) or "--", unit_html(unit) or "–")
+
+
+def _bracketed(unit: str) -> Cell:
+    text = unit_latex(unit)
+    return Cell(f"({text})", f"({unit_html(unit)})") if text else EMPTY
+
+
+def _errors(fit: Fit) -> Table:
+    """Return the errors of a fit in the unit of its page, one condition and role a row; all measures are in the CSV."""
+    scale = output_unit(fit)
+    unit = f"({scale.unit})" if scale.unit else ""
+    heads = [("Condition", ""), ("Role", ""), ("RMSE", unit), ("NRMSE", "(%)"), ("ESR", "(%)"), ("Fit", "(%)")]
+    header = [[words(h) for h, _ in heads], [words(u) for _, u in heads]]
+    header = [[*header[0], words("Noise")], [*header[1], words(unit)]]
+    rows = []
+    for row in fit.metrics:
+        known = [
+            _times(scale.factor, row.rmse),
+            _times(100.0, row.nrmse),
+            row.esr,
+            row.fit_percent,
+            _times(scale.factor, row.noise_floor),
+        ]
+        rows.append([words(row.condition), words(ROLES.get(row.role, row.role)), *map(number, known)])
+    said = ["NRMSE is over the range of the condition, in the rows all over that of all conditions."]
+    said += [f"{c.text}." for c in fit.warnings]
+    about = f"Errors of {fit.model} ({fit.optimizer})", f"tab:{fit.name}:metrics"
+    return Table(*about, header, rows, "tl" + "r" * 5, escape_latex(" ".join(said)))
+
+
+def _times(factor: float, value: float | None) -> float | None:
+    return None if value is None else factor * value
+
+
+def comparison_tex(fits: Sequence[Fit]) -> str:
+    """Return the table of all fits for LaTeX, best on held-out data first, a table for each output."""
+    order = ranked(fits)
+    made = [HEAD]
+    for output in dict.fromkeys(r.fit.output for r in order):
+        own = [r for r in order if r.fit.output == output]
+        heads = ("Fit", "Param.", "not det.", "Training", "Held out", "Noise", "$\\Delta$AIC", "$\\Delta$BIC")
+        units = ("", "", "", "(%)", "(%)", "(%)", "", "")
+        first = [Cell(h, h.replace("$\\Delta$", "D")) for h in heads]
+        rows = []
+        for r in own:
+            shares = [number(_times(100.0, v)) for v in (r.train, r.holdout, r.floor)]
+            criteria = [_criterion(above_best(order, r, name)) for name in ("aic", "bic")]
+            counts = [words(str(n)) for n in (r.count.free, r.count.undetermined)]
+            rows.append([words(r.fit.name), *counts, *shares, *criteria])
+        about = f"Models of {output} compared", f"tab:comparison:{output}"
+        note = (
+            r"Errors are NRMSE, the RMS error over the range of the measured output in all conditions of the role. "
+            r"Param.: fitted parameters, of which the data do not determine so many. $\Delta$: above the least of "
+            r"fits to the same samples, residuals taken as independent."
+        )
+        made.append(tables_tex(Table(*about, [first, [words(u) for u in units]], rows, "t" + "r" * 7, note)))
+    return "\n".join(made)
+
+
+def _criterion(value: float | None) -> Cell:
+    return words("--") if value is None else words(f"{value:.0f}" if value < 1e6 else f"{value:.3g}")
+
+
+def comparison_csv(fits: Sequence[Fit]) -> str:
+    """Return one row a fit, best on held-out data first: errors over all conditions, criteria, parameters determined.
+
+    Errors are NRMSE as fractions; ``aic`` and ``bic`` hold up to a constant of the data.
+    """
+    rows = (
+        {
+            "fit": r.fit.name,
+            "model": r.fit.model,
+            "output": r.fit.output,
+            "held_out": held_out(r.fit),
+            "holdout_nrmse": r.holdout,
+            "train_nrmse": r.train,
+            "noise_floor": r.floor,
+            "train_samples": r.samples,
+            "parameters": r.count.free,
+            "well": r.count.well,
+            "poorly": r.count.poorly,
+            "not_determined": r.count.undetermined,
+            "aic": r.aic,
+            "bic": r.bic,
+        }
+        for r in ranked(fits)
+    )
+    return csv_table(COMPARISON_COLUMNS, rows)

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from mrfit.io.schemas.fit import Fit, MetricRow
-from mrfit.report.curves import prefixed
 from mrfit.report.numbers import WITHIN_NOISE, in_html, natural, percent, significant
+from mrfit.report.output_unit import output_unit
 
 
 def verdict(fit: Fit) -> list[str]:
@@ -49,12 +49,12 @@ def _floors(fit: Fit) -> list[str]:
     text = f"The noise floor is {', '.join(parts)}"
     lows, highs = ([s.noise_floor_bounds[k] for s in used if s.noise_floor_bounds[k] is not None] for k in (0, 1))
     if lows and highs:
-        factor, unit = prefixed(max(h for h in highs if h is not None), fit.unit)
+        scale = output_unit(fit)
         low, high = (
-            in_html(significant(factor * v))
+            in_html(significant(scale.factor * v))
             for v in (min(v for v in lows if v is not None), max(v for v in highs if v is not None))
         )
-        text += f"; it lies between {low} and {high} {unit}".rstrip()
+        text += f"; it lies between {low} and {high} {scale.unit}".rstrip()
     return [text + "."]
 
 
@@ -65,8 +65,7 @@ def _nrmse(row: MetricRow) -> float:
 def _error(fit: Fit, row: MetricRow, where: str, conditions: int) -> str:
     if row.rmse is None:
         return f"On {where} data the simulation diverged: no error can be given."
-    factor, unit = prefixed(row.rmse, fit.unit)
-    amount = f"{in_html(significant(factor * row.rmse))} {unit}".strip()
+    amount = output_unit(fit).words(row.rmse)
     data = f"{where} data ({_count(conditions, 'condition')})"
     text = f"On {data} the error is {amount} RMS, {percent(row.nrmse)} of the range"
     if not row.noise_floor:

@@ -52,7 +52,7 @@ def test_the_others_are_fitted_and_the_warning_names_log_and_reason(
     output.fit(to_json(fit), tmp_path)
     assert "warning recordings-left-out: 2 of 4 segments" in capsys.readouterr().out
     mrfit.report.stage.run(workspace, mrfit.report.stage.Settings())
-    page, table = ((workspace.report_folder / name).read_text() for name in ("index.html", "metrics.tex"))
+    page, table = ((workspace.report_folder / name).read_text() for name in ("index.html", f"tables/{fit.name}.tex"))
     assert "recordings left out" in page and "those of 2Hz0.008at0.5" in page and "those of 2Hz0.008at0.5" in table
 
 

@@ -429,3 +429,28 @@ def test_the_page_tells_effects_the_law_and_other_laws_apart(tmp_path):
     assert plain(rows["gas-spring"][2]["shown"][0]) == pytest.approx(99.0)
     assert (rows["gas-spring"][6]["text"], rows["inertia"][6]["text"]) == ("yes", "no")
     assert plain(parsed.tables["laws"][1][2]["shown"][0]) == pytest.approx(95.0)
+
+
+def test_without_an_effect_nothing_is_drawn_twice(named, monkeypatch):
+    found = read_discovery(named)
+    same = replace(found, parts=[replace(p, after=p.before) for p in found.parts])
+    canvases: dict = {}
+    monkeypatch.setattr(
+        discovery_figures, "to_svg", lambda canvas, title: canvases.setdefault(title, canvas) and "<svg/>"
+    )
+    figures = {f.name: f for f in discovery_figures.figures_of(same)}
+    assert not any("before" in f.title or "after" in f.title for f in figures.values())
+    assert len(canvases["Residual map"].axes) == 2  # the map and its scale
+    loop = canvases["Flux–current loop"].axes[0]
+    assert [line.get_label() for line in loop.lines] == ["measured", found.found.base_model]
+    dots = [line.get_label() for line in canvases["NRMSE"].axes[0].lines]
+    assert "after" not in dots and found.found.base_model in dots
+
+
+def test_residuals_are_measured_minus_simulated_as_on_the_report(drawn, named):
+    part = discovery_figures.worst_parts(read_discovery(named))[0]
+    line = next(one for one in drawn["Residual before and after"].axes[0].lines if one.get_label() == "before")
+    x, y = line.get_data()
+    scale = y.min() / -part.before.max()
+    assert scale > 0.0
+    assert y[0] == pytest.approx(-scale * part.before[0])

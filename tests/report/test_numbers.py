@@ -7,11 +7,9 @@ from hypothesis import strategies as st
 from mrfit.report.numbers import (
     escape_latex,
     in_html,
-    in_latex,
     natural,
     percent,
     significant,
-    symbol_latex,
     unit_html,
     unit_latex,
     with_interval,
@@ -80,13 +78,6 @@ def test_html_has_true_minus_and_powers():
     assert percent(None) == "– %"
 
 
-def test_latex_numbers_are_math_where_needed():
-    assert in_latex("-1.23e-4") == r"$-1.23\times10^{-4}$"
-    assert in_latex("-2.0") == "$-2.0$"
-    assert in_latex("2.0") == "2.0"
-    assert in_latex("") == "--"
-
-
 @pytest.mark.parametrize(
     ("unit", "html", "latex"),
     [
@@ -96,26 +87,12 @@ def test_latex_numbers_are_math_where_needed():
         ("A**-1", "A⁻¹", "A$^{-1}$"),
         ("degC", "°C", r"$^\circ$C"),
         ("ohm", "Ω", r"$\Omega$"),
+        ("N/A^1", "N/A", "N/A"),
         ("1", "", ""),
     ],
 )
 def test_units(unit, html, latex):
     assert (unit_html(unit), unit_latex(unit)) == (html, latex)
-
-
-@pytest.mark.parametrize(
-    ("name", "symbol"),
-    [
-        ("kappa", r"$\kappa$"),
-        ("Lc", "$L_{c}$"),
-        ("c0", "$c_{0}$"),
-        ("n", "$n$"),
-        ("C_inf", r"$C_{\infty}$"),
-        ("yield_force", r"yield\_force"),
-    ],
-)
-def test_parameter_symbols(name, symbol):
-    assert symbol_latex(name) == symbol
 
 
 def test_latex_specials_are_escaped():

@@ -7,7 +7,7 @@ import pytest
 
 from mrfit.io.schemas.fit import CurrentChoice
 from mrfit.io.schemas.stages import FluxFile, FluxRow, FluxSettings
-from mrfit.report.figures import draw_all, drawings_of
+from mrfit.report.figures import draw_all, drawings_of, worst_and_typical
 from mrfit.report.page import render
 from mrfit.report.source import read_source
 
@@ -113,23 +113,43 @@ def test_every_parameter_equals_the_csv(study, page):
         assert exact == [row["value"], *([] if held else [row["low"], row["high"]])]
 
 
-def test_shown_numbers_are_the_exact_ones_rounded(page):
+def factor_of(heading: str, exact: str, shown: str) -> float:
+    """By what the number shown is to exceed the exact one: the heading has the unit, shares are in percent."""
+    if shown.endswith(" %") or "(%)" in heading and not re.match("ESR|fit", heading):
+        return 100.0
+    return {"mWb": 1e3, "mWb²": 1e6}.get(heading.partition("(")[2].strip().rstrip(")"), 1.0)
+
+
+def test_shown_numbers_are_the_exact_ones_rounded_in_the_unit_of_the_heading(page):
     pairs = [
-        (exact, shown)
+        (exact, shown, rows[0][column]["text"] if len(cells) == len(rows[0]) else "")
         for rows in page.tables.values()
         for cells in rows
-        for cell in cells
+        for column, cell in enumerate(cells)
         for exact, shown in zip(cell["exact"], cell["shown"], strict=True)
     ]
     assert len(pairs) > 30
-    for exact, shown in pairs:
-        assert plain(shown) == pytest.approx(float(exact), rel=6e-3)
+    for exact, shown, heading in pairs:
+        factor = factor_of(heading, exact, shown)
+        assert plain(shown.removesuffix(" %")) == pytest.approx(factor * float(exact), rel=6e-3), (heading, shown)
+
+
+def test_the_output_has_one_unit_on_the_page_and_in_its_figures(study):
+    text = (study / "index.html").read_text(encoding="utf-8")
+    unit = "mWb" if "boucwen-flux" in text else "N"
+    named = set(
+        re.findall(
+            r"\b(?:µ|m|k)?(?:Wb|N)\b(?![·/²])",
+            re.sub(r'<table class="(?:parameters|derived|flux).*?</table>|<pre>.*?</pre>', "", text, flags=re.S),
+        )
+    )
+    assert named == {unit}
 
 
 def test_what_is_not_identifiable_or_at_a_bound_is_said_in_words(coil):
     page = Page((coil[0].report_folder / "index.html").read_text(encoding="utf-8"))
     cells = {c["data-name"]: c["text"] for c in page.tables["parameters"][1] if "data-name" in c}
-    assert "not identifiable" in cells["A"] and "not identifiable" not in cells["Lc"]
+    assert "not determined" in cells["A"] and "determined" not in cells["Lc"]
     assert "at its bound 1.00" in cells["n"]
     assert "held fixed" in cells["D"]
 
@@ -224,3 +244,50 @@ def test_findings_of_the_flux_are_on_the_page(small):
     )
     source = replace(source, flux=told)
     assert "a: bias-change: the mean" in render(source, {source.fits[0].name: []})
+
+
+def test_nothing_is_hidden_where_scripts_do_not_run_or_the_page_is_printed(study):
+    text = (study / "index.html").read_text(encoding="utf-8")
+    assert re.findall("<details[^>]*>", text)
+    assert all(" open" in d for d in re.findall('<details class="fold"[^>]*>', text))
+    printed = text[text.index("@media print {\n@page") :]
+    assert ".scroll { overflow: visible; }" in printed and "beforeprint" in text
+
+
+def test_the_page_s_own_script_is_small(study):
+    text = (study / "index.html").read_text(encoding="utf-8")
+    (script,) = re.findall(r"<script>(.*?)</script>", text, flags=re.DOTALL)
+    assert 1000 < len(script.encode()) <= 15_000
+    assert "innerHTML" not in script and "eval(" not in script
+
+
+def test_figures_in_the_page_take_its_colours(study):
+    text = (study / "index.html").read_text(encoding="utf-8")
+    drawn = "".join(re.findall(r"<figure.*?</figure>", text, flags=re.DOTALL))
+    assert set(re.findall(r"#[0-9a-f]{6}", drawn)) <= {"#000000"}
+    used = set(re.findall(r"var\(--(\w+)\)", drawn))
+    for block in re.findall(r":root \{(.*?)\}", text, flags=re.DOTALL):
+        assert used <= set(re.findall(r"--(\w+):", block))
+
+
+def test_cells_say_their_heading_on_a_narrow_screen(page):
+    labelled = {v for _, name, v in page.attributes if name == "data-label"}
+    for name in ("metrics", "comparison"):
+        rows = page.tables[name][1:]
+        assert all("data-label" in cell for cells in rows for cell in cells[1:])
+    assert {"RMSE", "hold-out NRMSE", "held out"} <= labelled
+
+
+def test_of_many_conditions_the_worst_and_the_typical_are_drawn(coil):
+    source = read_source(coil[0], ())
+    fit = source.fits[0]
+    series = source.series[fit.name]
+    rows, many = [], []
+    for k in range(60):
+        one = next(m for m in fit.metrics if m.role == "train")
+        rows.append(replace(one, condition=f"c{k}", nrmse=0.01 * (1 + (37 * k) % 60)))
+        many.append(replace(series[0], condition=f"c{k}", role="train"))
+    chosen = worst_and_typical(replace(fit, metrics=rows), many)
+    errors = sorted(round(100.0 * next(r.nrmse for r in rows if r.condition == s.condition)) for s in chosen)
+    assert errors == [28, 29, 30, 31, 32, 33, 55, 56, 57, 58, 59, 60]
+    assert worst_and_typical(fit, many[:24]) == many[:24]

@@ -22,7 +22,8 @@ def contents(workspace: Workspace) -> dict[str, bytes]:
 def test_report_holds_tables_figures_and_page(coil):
     workspace, summary = coil
     files = set(contents(workspace))
-    assert {"index.html", "parameters.csv", "parameters.tex", "metrics.csv", "metrics.tex", "report.json"} <= files
+    tables = {"parameters.csv", "metrics.csv", "comparison.csv", "comparison.tex", "tables/boucwen-flux.pso-fmin.tex"}
+    assert {"index.html", "report.json", *tables} <= files
     assert files == {*summary.files, "report.json"}
     assert (summary.fits, summary.conditions, summary.skipped) == (["boucwen-flux.pso-fmin"], 15, False)
 
@@ -61,11 +62,11 @@ def test_nothing_is_done_when_nothing_changed_and_progress_is_told_when_it_has(s
 
 def test_every_input_and_lost_file_counts(damper, monkeypatch):
     workspace, summary = damper
-    monkeypatch.setattr(stage, "_render", lambda source, jobs, progress: {"index.html": "made anew"})
+    monkeypatch.setattr(stage, "_render", lambda source, jobs, progress, predictions: {"index.html": "made anew"})
     monkeypatch.setattr(stage, "publish", lambda folder, files, summary: None)
     settings = Settings()
     assert run(workspace, settings).skipped
-    for name in ("metrics.tex", "figures/bingham.lsq.all.nrmse.svg"):
+    for name in ("comparison.tex", "figures/bingham.lsq.all.nrmse.svg"):
         path = workspace.report_folder / name
         kept = path.read_bytes()
         path.unlink()

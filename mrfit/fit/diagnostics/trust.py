@@ -14,6 +14,7 @@ from mrfit.fit.diagnostics.residual_tests import input_dependence, varies
 from mrfit.fit.diagnostics.uncertainty import analyse
 from mrfit.fit.identify import Group, linearise, weights_of
 from mrfit.fit.result import conditioning, derived_rows, parameter_rows, passivity_rows, with_intervals
+from mrfit.io.schemas.determined import State, state_of
 from mrfit.io.schemas.fit import Caution, DriftRow, ResidualTest, Trust
 from mrfit.search.cube import Cube
 from mrfit.search.parts import Made, Part
@@ -66,7 +67,7 @@ def trust(
         parameters, derived = with_intervals(parameters, found), with_intervals(derived, found)
     elif intervals == "profile":
         parameters = with_intervals(parameters, profile_intervals(folded, point, uncertainty, linearised))
-    readable = [d.name for d in derived if d.identifiable]
+    readable = [d.name for d in derived if state_of(d) is State.WELL]
     segments = group.training.segments
     return Trust(
         intervals=intervals,

@@ -1,0 +1,110 @@
+"""A prediction kept in the workspace: every sample as Parquet or CSV, a figure, and a summary for the page."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from mrfit.api.drawing import series_of
+from mrfit.fit.extrapolation import Stretch
+from mrfit.fit.predict import Prediction, stretch_of
+from mrfit.io.arrow import numbers, repeated, table
+from mrfit.io.schemas.fit import Fit
+from mrfit.io.schemas.prediction import PredictionFile
+from mrfit.io.workspace import Workspace, check_name, checked, write_atomic, write_json
+from mrfit.report.curves import sheets
+from mrfit.report.prediction import FORMATS, figure_of
+from mrfit.report.source import Series, read_source
+from mrfit.report.svg import style
+from mrfit.simulate.assembly import Assembly
+
+
+def trained_on(workspace: Workspace, fit: Fit) -> list[Stretch]:
+    """Return the training tests of a fit of a workspace, for the ranges of their channels.
+
+    Raises
+    ------
+    DataError
+        If a file is damaged.
+    """
+    source = read_source(workspace, (fit.name,))
+    segments = {s.id: s for s in source.segments}
+    return [
+        stretch_of(
+            segments[s.segment],
+            float(s.time[1] - s.time[0]),
+            {name: values for name, values in s.inputs.items() if name in fit.inputs},
+        )
+        for s in source.series[fit.name]
+        if s.role == "train" and len(s.time) > 1 and s.segment in segments
+    ]
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What goes into a saved prediction beside its samples."""
+
+    fit: Fit
+    logs: Sequence[str]
+    findings: Sequence[str]
+
+
+def save(workspace: Workspace, name: str, kept: Kept, found: Prediction, assembly: Assembly) -> list[str]:
+    """Write ``predict/NAME.parquet`` or ``.csv``, as the name ends, with a figure and a summary; return the files.
+
+    Raises
+    ------
+    ConfigError
+        If it is no name of a file.
+    DataError
+        If the folder cannot be written.
+    """
+    ending = next((e for e in FORMATS if name.endswith(e)), "")
+    stem = name.removesuffix(ending)
+    check_name(stem)
+    folder, series = workspace.root / "predict", series_of(found.blocks, found.simulated, assembly, found.unmeasured)
+    data = folder / f"{stem}{ending or '.parquet'}"
+    write_atomic(data, lambda path: _write_series(path, data.suffix, series))
+    with style():
+        pages = sheets(sorted(series, key=lambda s: s.segment))
+        errors = {m.condition: m.nrmse for m in found.metrics}
+        figures = [figure_of(kept.fit, page, errors) for page in pages]
+    files = [data]
+    for number, svg in enumerate(figures, start=1):
+        path = folder / (f"{stem}.svg" if len(figures) == 1 else f"{stem}-{number}.svg")
+        write_atomic(path, lambda p, text=svg: p.write_bytes(text.encode()))  # type: ignore[misc]
+        files.append(path)
+    about = PredictionFile(
+        name=stem,
+        fit=kept.fit.name,
+        model=kept.fit.model,
+        output=kept.fit.output,
+        logs=list(kept.logs),
+        series=data.name,
+        frequencies={s.segment: s.frequency for s in series},
+        simulated_only=sorted(found.unmeasured),
+        metrics=found.metrics,
+        warnings=found.warnings,
+        findings=list(kept.findings),
+    )
+    write_json(folder / f"{stem}.json", checked(about))
+    return [str(path) for path in files]
+
+
+def _write_series(path: Path, suffix: str, series: Sequence[Series]) -> None:
+    import pyarrow as pa
+
+    made = []
+    for one in series:
+        words = {"condition": one.condition, "segment": one.segment}
+        columns = {"time": one.time, "measured": one.measured, "simulated": one.simulated, **one.inputs}
+        same = {name: repeated(text, len(one.time)) for name, text in words.items()}
+        made.append(table(same | {name: numbers(values) for name, values in columns.items()}))
+    whole = pa.concat_tables(made, promote_options="default")
+    if suffix == ".csv":
+        import pyarrow.csv
+
+        pyarrow.csv.write_csv(whole, path)
+    else:
+        import pyarrow.parquet
+
+        pyarrow.parquet.write_table(whole, path, compression="zstd")

@@ -1,0 +1,95 @@
+"""Where a prediction leaves what a fit was made from: current, speed, stroke, temperature and every other input."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mrfit.core.channels import INTEGRALS, WARMTH, unit_of
+from mrfit.core.specs import Array
+from mrfit.io.schemas.fit import Caution
+
+SLACK = 0.05
+"""Share of the range fitted, or of a level held, by which a prediction may go beyond it: noise and a rig's accuracy."""
+RATES = dict(INTEGRALS)
+"""Channel -> its rate, which is looked at where only the channel is an input."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """The inputs of a test.
+
+    Attributes
+    ----------
+    condition
+        Its name.
+    dt
+        Sample interval in s.
+    inputs
+        Channels, SI, shape (N,) each.
+    temperature
+        Of the specimen in °C, nan where it is not known.
+    drive, amplitude
+        What was driven and how far, SI; looked at where it is no input.
+    """
+
+    condition: str
+    dt: float
+    inputs: Mapping[str, Array]
+    temperature: float = float("nan")
+    drive: str = ""
+    amplitude: float = float("nan")
+
+    def extents(self) -> dict[str, tuple[float, float]]:
+        """Return least and greatest value of every input, of the rate of a place, of the drive and the temperature."""
+        found = {name: (float(np.min(v)), float(np.max(v))) for name, v in self.inputs.items() if len(v)}
+        for place, rate in RATES.items():
+            if place in self.inputs and rate not in self.inputs and len(self.inputs[place]) > 2:
+                speed = np.gradient(self.inputs[place], self.dt)
+                found[rate] = (float(speed.min()), float(speed.max()))
+        if self.drive and self.drive not in found and np.isfinite(self.amplitude):
+            found[self.drive] = (-self.amplitude, self.amplitude)
+        if np.isfinite(self.temperature) and WARMTH not in found:
+            found[WARMTH] = (self.temperature, self.temperature)
+        return found
+
+
+def together(stretches: Iterable[Stretch]) -> dict[str, tuple[float, float]]:
+    """Return least and greatest value of every channel over several tests."""
+    found: dict[str, tuple[float, float]] = {}
+    for stretch in stretches:
+        for name, (low, high) in stretch.extents().items():
+            least, most = found.get(name, (low, high))
+            found[name] = (min(low, least), max(high, most))
+    return found
+
+
+def extrapolations(trained: Mapping[str, tuple[float, float]], predicted: Sequence[Stretch]) -> list[Caution]:
+    """Return a warning for every channel that leaves the range in which the model was fitted, with the worst test."""
+    said = []
+    for name, (low, high) in trained.items():
+        slack = SLACK * max(high - low, abs(low), abs(high))
+        worst = ("", 0.0, 0.0)
+        count = 0
+        for stretch in predicted:
+            least, most = stretch.extents().get(name, (low, high))
+            beyond = max(least_beyond := low - least, most - high)
+            if beyond > slack:
+                count += 1
+                if beyond > worst[1]:
+                    worst = stretch.condition, beyond, least if least_beyond == beyond else most
+        if count:
+            said.append(_caution(name, (low, high), worst[0], worst[2], count))
+    return said
+
+
+def _caution(name: str, fitted: tuple[float, float], condition: str, reached: float, count: int) -> Caution:
+    unit = unit_of(name)
+    low, high = fitted
+    span = f"{high:.4g}" if np.isclose(low, high) else f"{low:.4g} to {high:.4g}"
+    others = f" and {count - 1} more segment{'s' * (count > 2)}" if count > 1 else ""
+    text = (
+        f"{name.replace('_', ' ')} reaches {reached:.4g} {unit} in {condition}{others}; the fit was made at "
+        f"{span} {unit}: what the model says beyond is not tested"
+    )
+    return Caution(kind="extrapolation", text=text)

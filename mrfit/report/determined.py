@@ -1,0 +1,70 @@
+"""How well the data determine the parameters of a fit, in words and numbers."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from mrfit.io.schemas.determined import State, half_width, state_of
+from mrfit.io.schemas.fit import Fit, Quantity
+from mrfit.report.numbers import in_html, significant
+
+
+def words_of(q: Quantity) -> str:
+    """Return how well a parameter is determined in words, empty where it is well or held."""
+    state = state_of(q)
+    if state is State.NOT:
+        return "not determined"
+    if state is not State.POORLY:
+        return ""
+    half = half_width(q)
+    return "poorly determined" + (f" (± {in_html(significant(100.0 * half, 2))} %)" if half else "")
+
+
+@dataclass(frozen=True)
+class Count:
+    """How many parameters the data determine.
+
+    Attributes
+    ----------
+    free
+        Those that were fitted.
+    well, poorly, undetermined
+        How many of these are in each state.
+    """
+
+    free: int
+    well: int
+    poorly: int
+    undetermined: int
+
+    @property
+    def words(self) -> str:
+        """Return it in words, as ``5 of 7, 1 poorly, 1 not``."""
+        rest = [f", {n} {word}" for n, word in ((self.poorly, "poorly"), (self.undetermined, "not")) if n]
+        return f"{self.well} of {self.free}" + "".join(rest)
+
+
+def counted(quantities: Iterable[Quantity]) -> Count:
+    """Return how many of the parameters that were fitted the data determine."""
+    states = [state_of(q) for q in quantities]
+    numbers = [states.count(s) for s in (State.WELL, State.POORLY, State.NOT)]
+    return Count(sum(numbers), *numbers)
+
+
+def count_of(fit: Fit) -> Count:
+    """Return how many parameters of a fit, of all its sets together, the data determine."""
+    return counted(q for result in fit.results for q in result.parameters)
+
+
+def sentences(fit: Fit) -> list[str]:
+    """Return how many parameters and derived quantities the data determine, and which of one set only poorly."""
+    count = count_of(fit)
+    text = f"The data determine {count.well} of {count.free} parameters well"
+    text += "".join(f", {n} {word}" for n, word in ((count.poorly, "poorly"), (count.undetermined, "not")) if n)
+    if count.poorly and len(fit.results) == 1:
+        poor = [q for q in fit.results[0].parameters if state_of(q) is State.POORLY]
+        text += f"; poorly: {', '.join(q.name + words_of(q).removeprefix('poorly determined') for q in poor)}"
+    said = [text + "."]
+    derived = counted(q for result in fit.results for q in result.derived)
+    if derived.free:
+        said.append(f"Derived quantities well determined: {derived.words}.")
+    return said

@@ -1,0 +1,75 @@
+"""Figures of the page that print has as well: parameters over a quantity, predicted, correlation, costs of starts."""
+
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+from mrfit.core.recording import Segment
+from mrfit.io.schemas.fit import Fit
+from mrfit.report import paper
+from mrfit.report.curves import worst_of_each
+from mrfit.report.figures import WIDTH, Drawing, Figure
+from mrfit.report.paper import Drawn
+from mrfit.report.parameter_figure import parameters, quantity_of
+from mrfit.report.source import Series
+from mrfit.report.svg import to_svg
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+POINTS = 400
+FEW = 2
+"""Conditions whose correlation is drawn: the worst and that about the median."""
+
+
+def more_drawings(fit: Fit, series: Sequence[Series], segments: Sequence[Segment]) -> list[Drawing]:
+    """Return what makes the figures of a fit that follow its loops, those for which there are data."""
+    made: list[Drawing] = []
+    over = quantity_of(fit, segments)
+    if over:
+        few = [s for s in segments if any(r.condition == s.condition for r in fit.results)]
+        made.append(partial(_parameters, fit, few, over))
+    finite = [s for s in worst_of_each(series) if s.error < float("inf") and s.error > 0.0]
+    if finite:
+        made.append(partial(_predicted, Drawn(fit, finite)))
+        order = sorted(finite, key=lambda s: s.error)
+        chosen = {id(order[-1]), id(order[len(order) // 2])}
+        made.append(partial(_correlation, Drawn(fit, [s for s in finite if id(s) in chosen][:FEW])))
+    if any(len([c for c in r.starts or [] if c]) > 1 for r in fit.results):
+        made.append(partial(_starts, fit))
+    return made
+
+
+def _figure(fit: Fit, canvas: "Canvas", about: tuple[str, str, str]) -> Figure:
+    kind, title, caption = about
+    svg = to_svg(canvas, f"{fit.name}: {title}")
+    return Figure(f"{fit.name}.{kind}", title, caption, f"{title} of {fit.name}.", svg)
+
+
+def _parameters(fit: Fit, segments: Sequence[Segment], over: str) -> Figure:
+    caption = "Every fitted parameter with its 95 % interval; sets are joined where conditions differ in nothing else."
+    canvas = parameters([fit], segments, over, WIDTH)
+    return _figure(fit, canvas, ("parameters", f"Parameters over {over}", caption))
+
+
+def _predicted(drawn: Drawn) -> Figure:
+    caption = "Simulated over measured output at samples of every condition; on the line both are equal."
+    canvas = paper.predicted([drawn], WIDTH * 0.6, POINTS)
+    figure = _figure(drawn.fit, canvas, ("predicted", "Simulated over measured", caption))
+    return Figure(**{**vars(figure), "narrow": True})
+
+
+def _correlation(drawn: Drawn) -> Figure:
+    caption = (
+        "Correlation of the residual, measured minus simulated, with itself and with each input, the residual later by "
+        "the lag, in the condition of the largest error and in that about the median. The band holds 95 % of what "
+        "chance makes of independent samples."
+    )
+    canvas = paper.correlation(drawn, WIDTH)
+    return _figure(drawn.fit, canvas, ("correlation", "Correlation of the residual", caption))
+
+
+def _starts(fit: Fit) -> Figure:
+    caption = "Cost at which each start of a search ended, the best first: a flat beginning says that starts agree."
+    figure = _figure(fit, paper.starts([fit], WIDTH * 0.6), ("starts", "Costs of starts", caption))
+    return Figure(**{**vars(figure), "narrow": True})

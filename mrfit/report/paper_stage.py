@@ -1,0 +1,160 @@
+"""Figures for print of the fits of a workspace, written as PDF, SVG or PNG at a width."""
+
+import fnmatch
+import io
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+from mrfit.core.recording import Segment
+from mrfit.errors import ConfigError, DataError
+from mrfit.io.workspace import Workspace, write_atomic
+from mrfit.report import paper
+from mrfit.report.curves import worst_of_each
+from mrfit.report.figures import worst_and_typical
+from mrfit.report.paper import Drawn
+from mrfit.report.parameter_figure import parameters, quantity_of
+from mrfit.report.source import Series, read_source
+from mrfit.report.svg import style, to_svg
+from mrfit.settings.figure import KINDS, Settings
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as Canvas
+
+INCHES = {"mm": 1.0 / 25.4, "cm": 1.0 / 2.54, "in": 1.0, "pt": 1.0 / 72.0}
+FORMATS = ("pdf", "svg", "png")
+OVERLAID = 6
+"""Conditions on shared axes at most."""
+
+
+def width_of(text: str) -> float:
+    """Return a width such as ``84mm``, ``8.4cm``, ``3.3in`` or ``239pt`` in inches.
+
+    Raises
+    ------
+    ConfigError
+        If it is none, or not between 40 and 500 mm.
+    """
+    match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*(mm|cm|in|pt)\s*", text)
+    width = float(match[1]) * INCHES[match[2]] if match else 0.0
+    if not 40.0 <= width * 25.4 <= 500.0:
+        raise ConfigError(f"--width takes 40mm to 500mm, as 84mm, 17.4cm, 3.3in or 239pt, not '{text}'")
+    return width
+
+
+@dataclass(frozen=True)
+class Written:
+    """A figure that was written: its files, the fits in it, and how many conditions."""
+
+    kind: str
+    files: list[str]
+    fits: list[str]
+    conditions: int
+
+
+def run(workspace: Workspace, kind: str, settings: Settings, out: Path | None = None) -> Written:
+    """Draw one figure of the fits of a workspace and write it in every format asked for.
+
+    Parameters
+    ----------
+    workspace
+        Holds the fits.
+    kind
+        One of ``KINDS``.
+    settings
+        Which fits and conditions, over what, how wide.
+    out
+        Folder; default: ``report/paper`` in the workspace.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such kind, width or format.
+    DataError
+        If there is nothing to draw.
+    """
+    if kind not in KINDS:
+        raise ConfigError(f"there is no figure '{kind}'; choose {', '.join(KINDS)}")
+    wrong = [f for f in settings.formats if f not in FORMATS]
+    if wrong or not settings.formats:
+        raise ConfigError(f"--format takes {', '.join(FORMATS)}, not '{', '.join(wrong)}'")
+    width = width_of(settings.width)
+    source = read_source(workspace, settings.fits)
+    drawn = [Drawn(f, _chosen(worst_of_each(source.series[f.name]), settings.conditions)) for f in source.fits]
+    drawn = [
+        Drawn(d.fit, d.series if settings.conditions else _some(d, kind, settings.overlay, len(drawn))) for d in drawn
+    ]
+    if kind in ("loops", "predicted", "correlation"):
+        drawn = [d for d in drawn if d.series]
+        _check_one_output(drawn, settings)
+    with style():
+        import matplotlib
+
+        matplotlib.rcParams.update(cast(Any, paper.PRINT))
+        canvas = _canvas(kind, drawn, settings, width, source.segments)
+        names = "+".join(d.fit.name for d in drawn)
+        stem = f"{names if len(names) <= 120 else f'{len(drawn)}-fits'}.{kind}"
+        folder = out or workspace.report_folder / "paper"
+        files = [_write(canvas, folder / f"{stem}.{form}", form) for form in settings.formats]
+    count = len({s.condition for d in drawn for s in d.series})
+    return Written(kind, [str(f) for f in files], [d.fit.name for d in drawn], count)
+
+
+def _chosen(series: Sequence[Series], patterns: Sequence[str]) -> list[Series]:
+    return [s for s in series if not patterns or any(fnmatch.fnmatchcase(s.condition, p) for p in patterns)]
+
+
+def _some(drawn: Drawn, kind: str, overlay: str, fits: int) -> Sequence[Series]:
+    """Return what is drawn where no conditions were named: all, or the worst and the typical of many."""
+    if kind == "predicted":
+        return drawn.series
+    panels = paper.MOST_PANELS if overlay == "fits" else max(paper.MOST_PANELS // fits, 1)
+    most = OVERLAID if overlay == "conditions" else panels if kind == "loops" else 2
+    series = worst_and_typical(drawn.fit, drawn.series)
+    if len(series) <= most:
+        return series
+    order = sorted(series, key=lambda s: s.error)
+    step = max((len(order) - 1) / max(most - 1, 1), 1e-9)
+    kept = {id(order[round(k * step)]) for k in range(most)}
+    return [s for s in series if id(s) in kept]
+
+
+def _check_one_output(drawn: Sequence[Drawn], settings: Settings) -> None:
+    if not drawn:
+        raise DataError(f"no condition is like {', '.join(settings.conditions)}; `mrfit report` lists them")
+    outputs = sorted({d.fit.output for d in drawn})
+    if len(outputs) > 1:
+        raise ConfigError(f"a figure shows one output, these fits predict {' and '.join(outputs)}; choose with --fit")
+
+
+def _canvas(
+    kind: str, drawn: Sequence[Drawn], settings: Settings, width: float, segments: Sequence[Segment]
+) -> "Canvas":
+    fits = [d.fit for d in drawn]
+    if kind == "loops":
+        return paper.loops(drawn, width, settings.overlay, settings.over)
+    if kind == "predicted":
+        return paper.predicted(drawn, width)
+    if kind == "starts":
+        return paper.starts(fits, width)
+    if kind == "parameters":
+        over = settings.over or next(filter(None, (quantity_of(f, segments) for f in fits)), "current")
+        if over not in ("current", "temperature", "frequency", "amplitude"):
+            raise ConfigError(f"--over takes current, temperature, frequency or amplitude for parameters, not '{over}'")
+        return parameters(fits, segments, over, width)
+    if len(drawn) > 1:
+        raise ConfigError(f"a figure of {kind} shows one fit; choose with --fit")
+    return paper.correlation(drawn[0], width)
+
+
+def _write(canvas: "Canvas", path: Path, form: str) -> Path:
+    if form == "svg":
+        write_atomic(path, lambda p: p.write_bytes(to_svg(canvas, path.stem).encode()))
+        return path
+    content = io.BytesIO()
+    about = {"Creator": "mrfit", "Producer": None, "CreationDate": None} if form == "pdf" else {"Software": "mrfit"}
+    canvas.savefig(content, format=form, dpi=300, metadata=about)
+    write_atomic(path, lambda p: p.write_bytes(content.getvalue()))
+    return path

@@ -1,0 +1,111 @@
+"""Predictions kept in the workspace: their figure, and what the page says of them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from mrfit.core.channels import symbol_of
+from mrfit.errors import DataError
+from mrfit.io.arrow import floats
+from mrfit.io.schemas.fit import Fit
+from mrfit.io.schemas.prediction import PredictionFile
+from mrfit.io.schemas.reading import load
+from mrfit.io.workspace import Workspace
+from mrfit.report.curves import decimate, prefixed, sheets, shown_cycles
+from mrfit.report.figures import WIDTH, axis_label
+from mrfit.report.numbers import percent
+from mrfit.report.output_unit import output_unit
+from mrfit.report.paper import panels
+from mrfit.report.source import Series
+from mrfit.report.svg import inline, style, to_svg
+
+FORMATS = (".parquet", ".csv")
+AGAIN = "delete it and run `mrfit predict` again"
+
+
+def figure_of(fit: Fit, series: Sequence[Series], errors: Mapping[str, float | None]) -> str:
+    """Return time histories of a prediction, a panel a segment; without a measured output the simulated one alone."""
+    canvas, axes = panels(WIDTH, len(series), across=3 if len(series) > 4 else 2, ratio=0.6)
+    scale = output_unit(fit)
+    seconds, time_unit = prefixed(max(float(s.time[shown_cycles(s)][-1]) for s in series), "s")
+    for panel, one in zip(axes, series, strict=True):
+        window = shown_cycles(one)
+        known = bool(np.isfinite(one.measured).any())
+        looks = [(one.measured, "#8a99a8", 2.4, "measured")] if known else []
+        for values, colour, width, label in [*looks, (one.simulated, "#c2410c", 1.0, "simulated")]:
+            at = decimate(values[window], 800)
+            panel.plot(
+                seconds * one.time[window][at], scale.factor * values[window][at], color=colour, lw=width, label=label
+            )
+        said = percent(errors.get(one.condition)) if known else "not measured"
+        panel.set_title(f"{one.condition} · {said}")
+        panel.locator_params(axis="x", nbins=5)
+    canvas.supxlabel(axis_label("t", time_unit, "Time"))
+    canvas.supylabel(axis_label(symbol_of(fit.output), scale.unit, fit.output))
+    canvas.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
+    return to_svg(canvas, f"Prediction of {fit.output}")
+
+
+@dataclass(frozen=True)
+class PredictionRow:
+    """A saved prediction on the page: its content, error in words, and its first figure."""
+
+    about: PredictionFile
+    nrmse: str
+    samples: int
+    svg: str
+
+
+def files_of(workspace: Workspace) -> list[Path]:
+    """Return the summaries and series of saved predictions."""
+    folder = workspace.root / "predict"
+    return [p for p in sorted(folder.glob("*")) if p.suffix in (".json", *FORMATS) and not p.name.startswith(".")]
+
+
+def prediction_rows(workspace: Workspace, fits: Sequence[Fit]) -> list[PredictionRow]:
+    """Return the saved predictions by fits, in the order of their names, the figure drawn from the series.
+
+    Raises
+    ------
+    DataError
+        If a file is damaged.
+    """
+    known, rows = {fit.name: fit for fit in fits}, []
+    for number, path in enumerate(p for p in files_of(workspace) if p.suffix == ".json"):
+        about = load(path, PredictionFile, AGAIN)
+        if about is None or about.fit not in known:
+            continue
+        page = sheets(_read_series(path.parent, about))[0]
+        with style():
+            drawn = figure_of(known[about.fit], page, {m.condition: m.nrmse for m in about.metrics})
+        svg = inline(drawn, f"predict{number}", f"Prediction {about.name}: {about.output} over time.")
+        whole = next((m for m in about.metrics if m.condition == "all"), None)
+        error = percent(whole.nrmse) if whole else "not measured"
+        rows.append(PredictionRow(about, error, whole.samples if whole else 0, svg))
+    return rows
+
+
+def _read_series(folder: Path, about: PredictionFile) -> list[Series]:
+    import pyarrow.csv
+    import pyarrow.parquet
+
+    path = folder / about.series
+    if path.parent != folder or path.suffix not in FORMATS:
+        raise DataError(f"{folder / about.name}.json: '{about.series}' is no file of this folder; {AGAIN}")
+    try:
+        whole = pyarrow.csv.read_csv(path) if path.suffix == ".csv" else pyarrow.parquet.read_table(path)
+        segments = np.array(whole.column("segment").to_pylist())
+        conditions = whole.column("condition").to_pylist()
+        columns = {name: floats(whole.column(name)) for name in ("time", "measured", "simulated")}
+    except (OSError, ValueError, KeyError) as error:
+        raise DataError(f"{path}: cannot be read ({str(error).splitlines()[0]}); {AGAIN}") from error
+    found = []
+    for segment in dict.fromkeys(segments.tolist()):
+        at = np.flatnonzero(segments == segment)
+        own = {name: values[at] for name, values in columns.items()}
+        frequency = about.frequencies.get(segment, 0.0)
+        time, measured, simulated = (own[name] for name in ("time", "measured", "simulated"))
+        found.append(Series(str(conditions[at[0]]), segment, "predict", time, measured, simulated, {}, frequency))
+    return found

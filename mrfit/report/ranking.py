@@ -1,0 +1,122 @@
+"""Fits in the order of their merit: error on held-out data, information criteria, parameters determined."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from mrfit.io.schemas.fit import Fit
+from mrfit.report.determined import Count, count_of
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """A fit beside others.
+
+    Attributes
+    ----------
+    fit
+        The fit.
+    place
+        1 for the best of those that predict the same output.
+    sets
+        Sets of parameters.
+    count
+        How many parameters, of all sets together, the data determine.
+    train, holdout
+        RMS error over the range of the output in all conditions of the role; None if there is none.
+    floor
+        Noise floor on the same scale, of held-out data, else of training.
+    aic, bic
+        Criteria of Akaike and of Schwarz on the training data; None where the simulation diverged.
+    samples
+        Training samples; criteria of other numbers of samples cannot be compared.
+    """
+
+    fit: Fit
+    place: int
+    sets: int
+    count: Count
+    train: float | None
+    holdout: float | None
+    floor: float | None
+    aic: float | None
+    bic: float | None
+    samples: int
+
+
+def ranked(fits: Sequence[Fit]) -> list[Ranked]:
+    """Return fits by output, then by error on held-out data; those without such data last, by their training error.
+
+    Fits that were judged on fewer samples, where logs had to be left out, come after those judged on more.
+    """
+    ordered = sorted(fits, key=_merit)
+    rows: list[Ranked] = []
+    for fit in ordered:
+        place = 1 + sum(r.fit.output == fit.output for r in rows)
+        rows.append(_row(fit, place))
+    return rows
+
+
+def _merit(fit: Fit) -> tuple[str, bool, int, float]:
+    judged = fit.pooled("holdout") or fit.pooled("train")
+    nrmse = judged.nrmse if judged else None
+    samples = judged.samples if judged else 0
+    return fit.output, fit.pooled("holdout") is None, -samples, math.inf if nrmse is None else nrmse
+
+
+def _row(fit: Fit, place: int) -> Ranked:
+    train, holdout = fit.pooled("train"), fit.pooled("holdout")
+    judged = holdout or train
+    count = count_of(fit)
+    aic, bic = criteria(train.mse, train.samples, count.free) if train else (None, None)
+    return Ranked(
+        fit=fit,
+        place=place,
+        sets=len(fit.results),
+        count=count,
+        train=train.nrmse if train else None,
+        holdout=holdout.nrmse if holdout else None,
+        floor=judged.relative_floor if judged else None,
+        aic=aic,
+        bic=bic,
+        samples=train.samples if train else 0,
+    )
+
+
+def criteria(mse: float | None, samples: int, parameters: int) -> tuple[float | None, float | None]:
+    """Return AIC and BIC of a fit with normal errors of one unknown variance.
+
+    AIC = n·ln(mse) + 2·(k + 1), BIC = n·ln(mse) + (k + 1)·ln n, each up to the same constant of the data (Burnham and
+    Anderson, Model Selection and Multimodel Inference, 2002, section 2.2).
+
+    Parameters
+    ----------
+    mse
+        Mean squared error over the training data, in the output's unit squared.
+    samples
+        Their number n.
+    parameters
+        Fitted parameters k.
+    """
+    if not mse or not math.isfinite(mse) or samples < 1:
+        return None, None
+    deviance, k = samples * math.log(mse), parameters + 1
+    return deviance + 2.0 * k, deviance + k * math.log(samples)
+
+
+def above_best(rows: Sequence[Ranked], row: Ranked, name: str) -> float | None:
+    """Return by how much a criterion exceeds the least one of fits of the same output on as many training samples."""
+    alike = [r for r in rows if r.fit.output == row.fit.output and r.samples == row.samples]
+    values = [v for v in (getattr(r, name) for r in alike) if v is not None]
+    own = getattr(row, name)
+    return None if own is None or len(values) < 2 else own - min(values)
+
+
+def held_out(fit: Fit) -> str:
+    """Return what a fit was judged on that it did not see: whole conditions, or other cycles of those it did see."""
+    seen, judged = ({m.condition for m in fit.rows(role)} for role in ("train", "holdout"))
+    if not judged:
+        return "nothing"
+    if judged <= seen:
+        return "other cycles"
+    return "conditions and cycles" if judged & seen else "conditions"

@@ -1,0 +1,58 @@
+import numpy as np
+import pytest
+
+from mrfit.fit.extrapolation import Stretch, extrapolations, together
+
+TIME = np.arange(1000) / 1000.0
+
+
+def stretch(amplitude: float, current: float = 1.0, temperature: float = 25.0, names: str = "xvi") -> Stretch:
+    omega = 4.0 * np.pi
+    channels = {
+        "displacement": amplitude * np.sin(omega * TIME),
+        "velocity": amplitude * omega * np.cos(omega * TIME),
+        "current": np.full(1000, current),
+    }
+    kept = {n: v for n, v in channels.items() if n[0] in names.replace("x", "d").replace("i", "c")}
+    return Stretch(f"sine-{amplitude:g}", 1e-3, kept, temperature, "displacement", amplitude)
+
+
+TRAINED = together([stretch(0.01, 0.0), stretch(0.02, 2.0)])
+
+
+def channels(found: Stretch, trained: dict[str, tuple[float, float]] = TRAINED) -> list[str]:
+    return [c.text.partition(" reaches")[0] for c in extrapolations(trained, [stretch(0.01), found])]
+
+
+@pytest.mark.parametrize(
+    ("found", "named"),
+    [
+        (stretch(0.015, 1.0), []),
+        (stretch(0.0205, 2.05), []),
+        (stretch(0.03), ["displacement", "velocity"]),
+        (stretch(0.01, 3.0), ["current"]),
+        (stretch(0.01, -1.0), ["current"]),
+        (stretch(0.01, 1.0, 60.0), ["temperature"]),
+        (stretch(0.01, 1.0, float("nan")), []),
+    ],
+)
+def test_a_channel_that_leaves_what_was_fitted_is_named_and_no_other(found: Stretch, named: list[str]) -> None:
+    assert channels(found) == named
+
+
+def test_speed_is_looked_at_where_displacement_alone_is_an_input() -> None:
+    trained = together([stretch(0.01, names="x")])
+    fast = Stretch("fast", 1e-3, {"displacement": 0.01 * np.sin(40.0 * np.pi * TIME)})
+    assert channels(fast, trained) == ["velocity"]
+
+
+def test_stroke_is_looked_at_where_velocity_alone_is_an_input() -> None:
+    trained = together([stretch(0.01, names="v")])
+    slow = Stretch("slow", 1e-3, {"velocity": stretch(0.01).inputs["velocity"]}, 25.0, "displacement", 0.05)
+    assert channels(slow, trained) == ["displacement"]
+
+
+def test_the_warning_says_how_far_and_where() -> None:
+    (warning,) = extrapolations(TRAINED, [stretch(0.01, 3.0), stretch(0.01, 4.0), stretch(0.01, 1.0)])
+    assert warning.kind == "extrapolation"
+    assert warning.text.startswith("current reaches 4 A in sine-0.01 and 1 more segment; the fit was made at 0 to 2 A")
