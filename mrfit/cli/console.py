@@ -5,6 +5,7 @@ import json
 import os
 import signal
 import sys
+import textwrap
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -50,17 +51,26 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[obje
     from rich.table import Table
     from rich.text import Text
 
-    console = Console(width=None if sys.stdout.isatty() else 150)
+    # rich takes the width of a terminal, or COLUMNS
+    console = Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else 150)
     table = Table(title=Text(visible(title), "italic"), title_justify="left", header_style="bold")
     if console.width < NARROW:
-        table.box, table.padding = box.SIMPLE_HEAD, (0, 1, 0, 0)
+        table.box, table.padding, table.show_edge, table.pad_edge = box.SIMPLE_HEAD, (0, 1, 0, 0), False, False
     for k, name in enumerate(columns):
         numeric = any(isinstance(r[k], (int, float)) and not isinstance(r[k], bool) for r in rows)
+        lines = _broken(name, [cell(r[k]) for r in rows]) if console.width < NARROW else [name]
         # a number that is broken over two lines reads as two
-        table.add_column(Text(visible(name)), justify="right" if numeric else "left", overflow="fold", no_wrap=numeric)
+        heading = Text("\n".join(map(visible, lines)))
+        table.add_column(heading, justify="right" if numeric else "left", overflow="fold", no_wrap=numeric)
     for row in rows:
         table.add_row(*[Text(visible(cell(value))) for value in row])
     console.print(table)
+
+
+def _broken(name: str, cells: Sequence[str]) -> list[str]:
+    """Return a column's name in lines that are no wider than its cells, or than its longest word."""
+    words = name.replace("_", " ").split()
+    return textwrap.wrap(" ".join(words), max(map(len, [*cells, *words, " "])))
 
 
 def cell(value: object) -> str:
