@@ -23,6 +23,7 @@ html_title = "mrfit"
 html_static_path = ["static"]
 html_css_files = ["pages.css"]
 html_copy_source = False
+html_show_copyright = False
 # the table of thresholds is part of another page
 exclude_patterns = ["reference", "**/__pycache__", "build", "generated/policy.md"]
 # pages without code of their own are Markdown, not notebooks, by their heads
@@ -30,8 +31,6 @@ source_suffix = {".md": "myst-nb"}
 
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist"]
 myst_heading_anchors = 3
-# pages name files of the repository, as on its site; tests/docs/test_pages.py holds that they are there
-suppress_warnings = ["myst.xref_missing_file"]
 highlight_language = "text"
 
 nb_execution_mode = "force"

@@ -71,7 +71,9 @@ def _signature(spec: Any) -> str:
 def _parameters(spec: Any) -> str:
     neutral = getattr(spec, "neutral", None)
     columns = ["parameter", "unit", "bounds", "start", "meaning"]
-    rows = [[f"`{p.name}`", plain(p.unit), f"{p.low:g} to {p.high:g}", f"{p.start:g}", plain(p.text)] for p in spec.params]
+    rows = [
+        [f"`{p.name}`", plain(p.unit), f"{p.low:g} to {p.high:g}", f"{p.start:g}", plain(p.text)] for p in spec.params
+    ]
     if neutral:
         columns.insert(4, "neutral")
         for row, value in zip(rows, neutral, strict=True):

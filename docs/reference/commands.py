@@ -27,10 +27,8 @@ def page() -> str:
 
 
 def _collect(name: str, command: Any, found: dict[str, Any]) -> None:
-    inner = getattr(command, "commands", None)
-    if inner is None or name == "mrfit":
-        found[name] = command
-    for word, one in (inner or {}).items():
+    found[name] = command
+    for word, one in getattr(command, "commands", {}).items():
         _collect(f"{name} {word}", one, found)
 
 

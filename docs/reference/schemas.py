@@ -87,7 +87,9 @@ def _keys(kind: type[Any]) -> list[tuple[str, str, str]]:
     hints = get_type_hints(kind)
     if dataclasses.is_dataclass(kind):
         return [(f.name, _type(hints[f.name]), _default(f)) for f in dataclasses.fields(kind)]
-    return [(n, _type(hints[n]), "" if f.is_required() else _shown(f.get_default())) for n, f in kind.model_fields.items()]
+    return [
+        (n, _type(hints[n]), "" if f.is_required() else _shown(f.get_default())) for n, f in kind.model_fields.items()
+    ]
 
 
 def _default(field: "dataclasses.Field[Any]") -> str:

@@ -243,7 +243,7 @@ def remove(
     work: Work,
     as_json: Json,
 ) -> None:
-    """Take fits out of the workspace; a report that shows them is made anew by `mrfit report`.
+    """Take fits out of the workspace; `mrfit report` updates a report that shows them.
 
     Example: mrfit remove boucwen-flux.pso-fmin
     """

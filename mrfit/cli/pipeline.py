@@ -154,8 +154,8 @@ def _flux_as_before(workspace: Workspace, resistance: float | str | None, progre
     auto = settings.resistance == "auto"
     what = "coil resistance: estimated" if auto else f"coil resistance {settings.resistance} Ω"
     if resistance is None:
-        return [f"{what}, as an earlier command of this workspace was told; `mrfit flux` sets it anew"]
-    return [f"{what}, kept for later commands of this workspace; `mrfit flux` sets it anew"]
+        return [f"{what}, set by an earlier command of this workspace; `mrfit flux` changes it"]
+    return [f"{what}, kept for later commands of this workspace; `mrfit flux` changes it"]
 
 
 def predict(

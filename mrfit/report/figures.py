@@ -106,7 +106,7 @@ def drawings_of(fit: Fit, series: Sequence[Series]) -> list[Drawing]:
 
 
 def _drawn(fit: Fit, shown: Sequence[Series], number: int) -> Figure:
-    """Return one of a fit's figures; what draws it is made anew in the process that does."""
+    """Return one of a fit's figures; what draws it is made again in the process that draws."""
     return _drawings(fit, shown)[number]()
 
 
