@@ -352,7 +352,13 @@ def test_what_comes_from_files_is_escaped(fitted: mrfit.FitResult) -> None:
 
 def test_options_of_the_commands_are_those_of_the_functions() -> None:
     for name in ("fit", "discover"):
-        command = set(inspect.signature(getattr(mrfit.cli.main, name)).parameters) - {"work", "as_json", "plugins"}
+        command = set(inspect.signature(getattr(mrfit.cli.main, name)).parameters) - {
+            "work",
+            "as_json",
+            "plugins",
+            "quiet",
+            "verbose",
+        }
         own = inspect.signature(getattr(mrfit, name)).parameters
         kind = {"fit": mrfit.fit.stage.Settings, "discover": mrfit.discover.stage.Settings}[name]
         assert set(canonical([kind], dict.fromkeys(command))) <= set(own), name

@@ -13,7 +13,7 @@ def folder_with_datasets() -> None:
     folder = Path(tempfile.mkdtemp(prefix="mrfit-docs-"))
     (folder / "datasets").symlink_to(DATASETS)
     os.chdir(folder)
-    os.environ["COLUMNS"] = "88"
+    os.environ["MRFIT_COLUMNS"] = "88"
     # a kernel asks for colours, which are control characters on a page
     os.environ.pop("FORCE_COLOR", None)
     os.environ["TERM"] = "dumb"

@@ -1,7 +1,8 @@
 """The command line: parse, call one stage, print. Heavy imports stay inside commands, so that --help is quick."""
 
+import time
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -12,7 +13,7 @@ import mrfit.settings.flux
 import mrfit.settings.ingest
 import mrfit.settings.report
 import mrfit.settings.segment
-from mrfit.cli import apply, console
+from mrfit.cli import apply, console, logbook, project
 from mrfit.cli.advise import advise
 from mrfit.cli.export import export
 from mrfit.cli.options import Catalog, DataSet, Folder, Json, Logs, Only, Plugins, Work, options
@@ -32,6 +33,7 @@ app.add_typer(apply.app, name="apply")
 
 @app.callback(invoke_without_command=True)
 def root(
+    context: typer.Context,
     version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False,
     debug: Annotated[bool, typer.Option("--debug", help="Show a traceback with an error.")] = False,
 ) -> None:
@@ -41,6 +43,9 @@ def root(
 
         typer.echo(installed("mrfit"))
         raise typer.Exit
+    commands: dict[str, Any] = getattr(context.command, "commands", {})
+    groups = {name: list(inner) for name, one in commands.items() if (inner := getattr(one, "commands", None))}
+    context.default_map = project.defaults(commands, groups)
 
 
 @app.command()
@@ -175,7 +180,10 @@ def run(
 
     config = read_pipeline(file)
     with console.progress_bar() as progress:
+        started = time.monotonic()
         summary = pipeline.run(config, file.parent, pipeline.Overrides(logs, work, jobs), progress)
+    # the file names the workspace
+    logbook.append(Path(summary["work"]), time.monotonic() - started)
     return console.print_json(summary) if as_json else output.run(summary)
 
 
