@@ -43,7 +43,7 @@ def unknown_name(kind: str, name: str, known: list[str], command: str = "") -> C
 
 
 def near(name: str, known: Iterable[str]) -> str:
-    """Return what ends a message on a name that is not known: the nearest one, nothing where none is near or one is all."""
+    """Return the end of a message on an unknown name: the nearest of several known ones; empty where none is near."""
     listed = list(known)
     found = get_close_matches(name, listed, n=1, cutoff=0.5)
     return f"; did you mean {found[0]}?" if found and len(listed) > 1 else ""

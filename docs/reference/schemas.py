@@ -42,7 +42,7 @@ def documents() -> dict[str, type[Any]]:
 def page() -> str:
     """Return the page of all documents, and of the parts that they share."""
     whole = documents()
-    files = {n: c for n, c in whole.items() if n in FILES}
+    files = {n: whole[n] for n in FILES}
     parts = {n: c for n, c in _classes().items() if n not in files}
     text = [
         "# Workspace and its files",

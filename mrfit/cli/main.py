@@ -55,6 +55,9 @@ def ingest(
     settings: mrfit.settings.ingest.Settings,
     *,
     preview: Annotated[bool, typer.Option("--preview", help="Show what would be read; write nothing.")] = False,
+    suggest_map: Annotated[
+        bool, typer.Option("--suggest-map", help="Write a channel map to start from beside an unknown log.")
+    ] = False,
     work: Work,
     plugins: Plugins,
     as_json: Json,
@@ -68,6 +71,12 @@ def ingest(
     from mrfit.cli import output, pipeline
     from mrfit.ingest.stage import preview as preview_logs
 
+    if suggest_map:
+        from mrfit.ingest.starter_map import write_starter_map
+
+        place = write_starter_map(logs)
+        told = f"Channel map to start from: {place}; correct it, then run `mrfit ingest` again"
+        return console.print_json({"map": str(place)}) if as_json else console.conclude(told)
     if preview:
         rows = preview_logs(logs, settings)
         return console.print_json([asdict(row) for row in rows]) if as_json else output.preview(rows)

@@ -102,7 +102,8 @@ def options(command: Callable[..., None]) -> Callable[..., None]:
         console.finish()
         if console.VERBOSITY.verbose:
             console.note(f"{seconds:.1f} s")
-        if command.__name__ in logbook.WRITING and values.get("work") and not values.get("preview"):
+        reads_only = values.get("preview") or values.get("suggest_map")
+        if command.__name__ in logbook.WRITING and values.get("work") and not reads_only:
             logbook.append(values["work"], seconds)
 
     called.__signature__ = inspect.Signature(taken.all)  # type: ignore[attr-defined]
