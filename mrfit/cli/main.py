@@ -296,7 +296,7 @@ def list_names(
     plugins: Plugins,
     as_json: Json,
 ) -> None:
-    """List what there is of a kind, with its title.
+    """List all items of a kind, with their titles.
 
     Example: mrfit list models
     """

@@ -59,7 +59,7 @@ def compare_models(summary: Summary) -> str:
     best: dict[str, Summary] = {}
     for row in summary["models"]:
         best.setdefault(row["output"], row)
-    found = (f"{m['model']} for {output}{_held(m['holdout_nrmse'])}" for output, m in best.items())
+    found = (f"{m['model']} for {output}{_held(m.get('holdout_nrmse'))}" for output, m in best.items())
     return f"Best of {count(len(summary['models']), 'model')}: {'; '.join(found)}"
 
 
