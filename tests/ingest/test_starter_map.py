@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mrfit.errors import ConfigError
@@ -63,6 +63,7 @@ def test_a_rate_is_asked_for_where_no_column_is_time(tmp_path: Path) -> None:
     assert found["rate"] == 1.0 and "time" not in found
 
 
+@settings(max_examples=40)
 @given(st.lists(st.text(st.characters(blacklist_characters=";\n\r"), max_size=12), min_size=3, max_size=3))
 def test_whatever_the_header_the_map_is_valid(tmp_path_factory: pytest.TempPathFactory, names: list[str]) -> None:
     folder = tmp_path_factory.mktemp("log")
