@@ -19,12 +19,13 @@ MODEL ?= boucwen-flux
 OPT ?= pso-fmin
 PATTERN ?= *.csv
 
-.PHONY: help setup demo demo-discover test lint test-fmu test-slow bench studies discovery-benchmark batch datasets clean
+.PHONY: help setup demo demo-discover test lint docs test-fmu test-slow bench studies discovery-benchmark batch datasets clean
 
 help:
 	@echo 'make demo       run the whole pipeline on the logs in datasets/ and say where the report lies'
 	@echo 'make demo-discover  find the hidden effect in two of the data sets and say where the pages lie'
 	@echo 'make test       lint, type-check and test'
+	@echo 'make docs       build the pages, run their code and the README, into docs/build'
 	@echo 'make test-fmu   install FMPy (200 MB) and test FMUs as models'
 	@echo 'make test-slow  the long studies, FMUs as models, and work sent to a scheduler'
 	@echo 'make bench      measure speed, as ratios in one run'
@@ -56,6 +57,16 @@ lint: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+
+# Sphinx is not in the environment of `make test`. A warning is an error.
+$(VENV)/docs-installed: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,docs]'
+	@touch $@
+
+docs: $(VENV)/docs-installed
+	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/build
+	$(BIN)/python -m pytest -q -m 'slow or not slow' tests/docs
+	@echo 'Pages: docs/build/index.html'
 
 # FMPy, of 200 MB, is not in the environment of `make test`, which skips the tests of FMUs.
 $(VENV)/fmu-installed: $(VENV)/installed

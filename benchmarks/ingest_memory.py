@@ -135,6 +135,7 @@ code = subprocess.run(sys.argv[1:], stdout=subprocess.DEVNULL).returncode
 print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
 sys.exit(code)
 """
+HEAD = ("# Memory and time of ingest", "", "`python -m benchmarks.ingest_memory --out FILE.md`", "")
 COLUMNS = ("log", "size", "rows", "peak memory", "time", "rows written = kept + refused", "cut rows = refused")
 
 
@@ -162,7 +163,7 @@ def said(value: bool) -> str:
 
 def main(gigabytes: float = 5.0, folder: Path | None = None, out: Path | None = None) -> None:
     """Print one line for each log."""
-    lines = [f"| {' | '.join(COLUMNS)} |", "|---" * len(COLUMNS) + "|"]
+    lines = [*HEAD, f"| {' | '.join(COLUMNS)} |", "|---" * len(COLUMNS) + "|"]
     print(*lines, sep="\n")
     with tempfile.TemporaryDirectory(dir=folder) as place:
         for name in ("scope.csv", *HOUR_FILES):

@@ -23,6 +23,7 @@ from benchmarks.ingest_memory import MEASURE
 RATE, BATCH = 10_000, 1_000_000
 PLANTED = {"fy": 800.0, "a1": 80.0, "a2": 20.0, "c": 1500.0, "k": 3000.0, "f0": 20.0}
 COMMANDS = {"ingest": ["LOG"], "segment": [], "fit": ["--model", "tanh"]}
+HEAD = ("# One hour at 10 kHz", "", "`python -m benchmarks.long_log --out FILE.md`", "")
 COLUMNS = ("command", "rows", "peak memory", "time")
 
 
@@ -66,7 +67,7 @@ def held(fit: dict[str, Any]) -> str:
 
 def main(minutes: float = 60.0, folder: Path | None = None, out: Path | None = None) -> None:
     """Print one line for each command."""
-    lines = [f"| {' | '.join(COLUMNS)} |", "|---" * len(COLUMNS) + "|"]
+    lines = [*HEAD, f"| {' | '.join(COLUMNS)} |", "|---" * len(COLUMNS) + "|"]
     with tempfile.TemporaryDirectory(dir=folder) as place:
         log, work = Path(place) / "hour.parquet", Path(place) / "work"
         # a process of its own: what the writer takes must not count

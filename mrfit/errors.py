@@ -3,6 +3,7 @@
 Every message is one line that says which file or name, which row where there is one, and what to do about it.
 """
 
+from collections.abc import Iterable
 from difflib import get_close_matches
 
 
@@ -43,3 +44,10 @@ def unknown_name(kind: str, name: str, known: list[str], command: str = "") -> C
     near = get_close_matches(name, known, n=3, cutoff=0.5)
     hint = f"did you mean {' or '.join(near)}?" if near else f"choose one of {', '.join(known)}"
     return ConfigError(f"unknown {kind} '{name}': {hint} (`{command or f'mrfit list {kind}s'}` shows all)")
+
+
+def near(name: str, known: Iterable[str]) -> str:
+    """Return the end of a message on an unknown name: the nearest of several known ones; empty where none is near."""
+    listed = list(known)
+    found = get_close_matches(name, listed, n=1, cutoff=0.5)
+    return f"; did you mean {found[0]}?" if found and len(listed) > 1 else ""

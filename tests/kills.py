@@ -44,8 +44,9 @@ def command(stage: str, work: Path) -> list[str]:
 
 
 def content(work: Path) -> dict[str, bytes]:
-    """Return every file of a workspace."""
-    return {str(p.relative_to(work)): p.read_bytes() for p in sorted(work.rglob("*")) if p.is_file()}
+    """Return every file of a workspace but the log of commands, which says when they were given."""
+    files = [p for p in sorted(work.rglob("*")) if p.is_file() and p.name != "commands.log"]
+    return {str(p.relative_to(work)): p.read_bytes() for p in files}
 
 
 def finished(stage: str, work: Path) -> None:

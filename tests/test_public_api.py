@@ -351,7 +351,7 @@ def test_what_comes_from_files_is_escaped(fitted: mrfit.FitResult) -> None:
 
 
 # how a command is called
-ELSEWHERE = {"work", "as_json", "plugins", "on", "shared"}
+ELSEWHERE = {"work", "as_json", "plugins", "on", "shared", "quiet", "verbose"}
 
 
 def test_options_of_the_commands_are_those_of_the_functions() -> None:

@@ -252,10 +252,9 @@ def test_a_resistance_given_with_a_fit_is_said_to_stay(tmp_path: Path, capsys: p
     pipeline.segment(made.work, HELD, silent)
     assert said(None) == ""
     assert (
-        said(2.5).strip()
-        == "coil resistance 2.5 Ω, kept for later commands of this workspace; `mrfit flux` sets it anew"
+        said(2.5).strip() == "coil resistance 2.5 Ω, kept for later commands of this workspace; `mrfit flux` changes it"
     )
-    assert said(None).strip().startswith("coil resistance 2.5 Ω, as an earlier command of this workspace was told;")
+    assert said(None).strip().startswith("coil resistance 2.5 Ω, set by an earlier command of this workspace;")
     pipeline.flux(made.work, mrfit.flux.stage.Settings(), silent)
     assert said(None) == ""
     assert Workspace(made.work).read_recording("t", "flux").condition["flux_resistance"] == 2.0

@@ -44,7 +44,7 @@ class Judged:
 
 @dataclass(frozen=True)
 class Chosen:
-    """What a search came to.
+    """Result of a search.
 
     Attributes
     ----------

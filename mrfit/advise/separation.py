@@ -12,7 +12,7 @@ from mrfit.advise.specimen import Specimen, rows_of
 from mrfit.advise.standing import Standing, stencil
 from mrfit.core.specs import Array
 
-# Samples of a test that are looked at; of a longer one every so-manieth, each standing for several
+# Samples of a test that are looked at; of a longer one every n-th, each standing for several
 SAMPLES = 4000
 
 

@@ -117,7 +117,7 @@ def advised(workspace: Workspace, rig: Rig, settings: Settings, progress: Progre
         fit = _read_fit(workspace, settings.fit)
         return of_fit(bench_of(data, fit.model), fit, rig, settings.seed, progress)
     if settings.fit:
-        raise ConfigError("--fit goes with --goal parameters")
+        raise ConfigError("--fit needs --goal parameters")
     found = read_found(workspace)
     return of_discovery(bench_of(data, found.base_model), found, rig, settings.seed, progress)
 

@@ -27,7 +27,7 @@ PRIOR = 0.5
 # An effect of which the data show nothing is taken to make this share of the output's range, at most this of its own
 HIDDEN_SHARE, HIDDEN_MOST = 0.05, 0.1
 DRAWS = 6
-# Training samples that are looked at; of more every so-manieth, each standing for several
+# Training samples that are looked at; of more every n-th, each standing for several
 SAMPLES = 100_000
 # Step of the differences in the cube
 STEP = 1e-4

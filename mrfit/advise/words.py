@@ -22,7 +22,7 @@ def number(value: float) -> str:
 
 
 def test_words(test: Test, channels: Channels) -> str:
-    """Return a test as one says it to whoever runs it."""
+    """Return a test in words for the operator of the rig."""
     own = test.numbers
     unit, factor = SAID.get(unit_of(channels.motion), (unit_of(channels.motion), 1.0))
     size = f"{number(factor * own['amplitude'])} {unit}"

@@ -1,4 +1,4 @@
-"""What there is to fit."""
+"""Models that can be fitted."""
 
 from typing import TYPE_CHECKING
 

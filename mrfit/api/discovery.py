@@ -1,4 +1,4 @@
-"""Which effect a model lacks, asked of recordings in memory."""
+"""Discovery of the effect that a model lacks, for recordings in memory."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -50,7 +50,7 @@ class Discovery:
 
     @property
     def ambiguous_set(self) -> tuple[str, ...]:
-        """Effects of which these data cannot tell which one it is."""
+        """Effects that these data cannot distinguish."""
         return self.content.ambiguous_set
 
     @property
@@ -65,7 +65,7 @@ class Discovery:
 
     @property
     def candidates(self) -> "DataFrame":
-        """What became of every effect of the library."""
+        """Result of screening and refit for every effect of the library."""
         return frame_of(
             [c.model_dump() for c in self.content.candidates],
             ("name", "screen", "holdout_gain", "accepted", "reason"),

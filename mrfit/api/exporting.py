@@ -1,4 +1,4 @@
-"""Take a fit out of Python: what the command export does, of a fit in memory."""
+"""Export of a fit in memory, as ``mrfit export`` does."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path

@@ -41,7 +41,7 @@ FEW = 3
 
 @dataclass(frozen=True, repr=False, eq=False)
 class FitResult:
-    """What a fit came to.
+    """Result of a fit.
 
     Attributes
     ----------

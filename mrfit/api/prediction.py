@@ -1,4 +1,4 @@
-"""What a fitted model says of other logs."""
+"""Prediction of other logs by a fitted model."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace

@@ -1,4 +1,4 @@
-"""From recordings to segments, as the commands flux and segment do it, in memory."""
+"""Preparation of recordings in memory: flux linkage and segments, as the commands do it."""
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager

@@ -184,7 +184,7 @@ class Recording(core.Recording):
 
 @dataclass(frozen=True, slots=True)
 class _Test:
-    """What is said of a log beside its columns."""
+    """Properties of a log beside its columns."""
 
     name: str
     dt: float | None

@@ -1,4 +1,4 @@
-"""Results that were saved, read again."""
+"""Loading of saved results."""
 
 from pathlib import Path
 

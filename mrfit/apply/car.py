@@ -228,7 +228,7 @@ class _Walk:
         # height and its rate at whole and half steps, (2, 2*N + 1, B)
         self.road = np.stack([np.stack([by_road[road][k] for _, road in pairs], axis=-1) for k in (0, 1)])
         self.inverter = Inverter(stepper, amplifier)
-        # a dead time cannot be made up for where the motion is not known beforehand: the rest of the coil is inverted
+        # a dead time cannot be made up for where the motion is not known in advance: the rest of the coil is inverted
         self.coil = Inverter(Stepper(prompt(damper)[0]), amplifier)
         self.current = np.full(count, damper.low)
         still = {n: np.zeros(count) for n in damper.motion}
@@ -395,7 +395,7 @@ def adaptive(
 
 
 class _Adaptive:
-    """Steps of RK45 in the place of a walk's; the damper's trial steps begin where the last accepted one ended."""
+    """Steps of RK45 instead of a walk's; the damper's trial steps begin where the last accepted one ended."""
 
     def __init__(self, walk: _Walk, road: Road) -> None:
         self.walk, self.road, self.since, self.size, self.evaluations = walk, road, 0.0, walk.timing.sample, 0

@@ -11,7 +11,7 @@ current gives is answered by the current whose force is nearest, and flagged.
 The current's own dynamics (``current-lag``, ``slow-release``, ``current-filter``, M(s) of ``hammerstein-wiener``,
 residual magnetism and saturation) are inverted behind it, step by step: the command, held over the step, at whose end
 the base sees the current wanted, within what coil and amplifier allow. A dead time is foreseen where the motion is
-known beforehand.
+known in advance.
 """
 
 from collections.abc import Callable

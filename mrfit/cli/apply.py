@@ -64,7 +64,7 @@ def motions_of(
 
 
 def read_logs(logs: list[Path], map_file: Path | None) -> "list[Recording]":
-    """Return recordings of logs; one that cannot be read is said on standard error.
+    """Return recordings of logs; one that cannot be read is reported on standard error.
 
     Raises
     ------

@@ -5,9 +5,12 @@ import json
 import os
 import signal
 import sys
+import textwrap
+import time
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any, NoReturn, TextIO
 
 import typer
@@ -16,10 +19,35 @@ from mrfit.core.progress import Progress, silent
 from mrfit.errors import MrfitError
 from mrfit.io.escapes import visible, visible_json
 
+
+@dataclass
+class Verbosity:
+    """How much a command prints.
+
+    Attributes
+    ----------
+    quiet
+        One line on standard output.
+    verbose
+        On standard error also every step with its time.
+    last, concluded
+        The last line that was left out, and whether the one line was printed.
+    """
+
+    quiet: bool = False
+    verbose: bool = False
+    last: str = ""
+    concluded: bool = False
+
+
+VERBOSITY = Verbosity()
+
 # Exit code of a command that Ctrl-C ended, which typer gives of itself
 INTERRUPTED = 130
 # Columns of a terminal below which tables have no frame, whose room their names need
 NARROW = 100
+# Columns of tables that go to a file or another program, where MRFIT_COLUMNS does not say
+WIDE = 150
 
 
 def print_json(summary: object) -> None:
@@ -37,7 +65,26 @@ def note(text: str) -> None:
 
 
 def say(text: str) -> None:
-    """Print a line of a command's answer to standard output."""
+    """Print a line of a command's answer to standard output, unless only its summary is wanted."""
+    if VERBOSITY.quiet:
+        VERBOSITY.last = text.strip()
+    else:
+        _print(text)
+
+
+def conclude(text: str) -> None:
+    """Print the summary of a command in one line, also where nothing else is wanted."""
+    VERBOSITY.concluded = True
+    _print(text)
+
+
+def finish() -> None:
+    """Print the last line of a quiet command that has no summary of its own."""
+    if VERBOSITY.quiet and VERBOSITY.last and not VERBOSITY.concluded:
+        _print(VERBOSITY.last)
+
+
+def _print(text: str) -> None:
     from rich.console import Console
 
     Console(highlight=False, emoji=False).print(visible(text), markup=False, soft_wrap=True)
@@ -45,22 +92,34 @@ def say(text: str) -> None:
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
     """Print a table to standard output; numbers are right-aligned and shown with four significant digits."""
+    if VERBOSITY.quiet:
+        return
     from rich import box
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
-    console = Console(width=None if sys.stdout.isatty() else 150)
+    # not COLUMNS: readline sets it for every process that a Python shell starts
+    width = os.environ.get("MRFIT_COLUMNS", "")
+    console = Console(width=None if sys.stdout.isatty() else int(width) if width.isdecimal() else WIDE)
     table = Table(title=Text(visible(title), "italic"), title_justify="left", header_style="bold")
     if console.width < NARROW:
-        table.box, table.padding = box.SIMPLE_HEAD, (0, 1, 0, 0)
+        table.box, table.padding, table.show_edge, table.pad_edge = box.SIMPLE_HEAD, (0, 1, 0, 0), False, False
     for k, name in enumerate(columns):
         numeric = any(isinstance(r[k], (int, float)) and not isinstance(r[k], bool) for r in rows)
+        lines = _broken(name, [cell(r[k]) for r in rows]) if console.width < NARROW else [name]
         # a number that is broken over two lines reads as two
-        table.add_column(Text(visible(name)), justify="right" if numeric else "left", overflow="fold", no_wrap=numeric)
+        heading = Text("\n".join(map(visible, lines)))
+        table.add_column(heading, justify="right" if numeric else "left", overflow="fold", no_wrap=numeric)
     for row in rows:
         table.add_row(*[Text(visible(cell(value))) for value in row])
     console.print(table)
+
+
+def _broken(name: str, cells: Sequence[str]) -> list[str]:
+    """Return a column's name in lines that are no wider than its cells, or than its longest word."""
+    words = name.replace("_", " ").split()
+    return textwrap.wrap(" ".join(words), max(map(len, [*cells, *words, " "])))
 
 
 def cell(value: object) -> str:
@@ -77,6 +136,10 @@ def cell(value: object) -> str:
 @contextmanager
 def progress_bar(enabled: bool = True) -> Iterator[Progress]:
     """Give a progress listener that draws one bar for each task on standard error, where that is a terminal."""
+    if enabled and VERBOSITY.verbose:
+        yield _Steps()
+        return
+    enabled = enabled and not VERBOSITY.quiet
     if not (enabled and sys.stderr.isatty()):
         yield silent
         return
@@ -99,6 +162,19 @@ def progress_bar(enabled: bool = True) -> Iterator[Progress]:
                 bars.update(tasks[task], visible=False)
 
         yield listen
+
+
+class _Steps:
+    """A progress listener that prints a line at the end of every task, with the time it took."""
+
+    def __init__(self) -> None:
+        self.started: dict[str, float] = {}
+
+    def __call__(self, what: str, done: int, total: int) -> None:
+        task = what.split("  ")[0]
+        started = self.started.setdefault(task, time.monotonic())
+        if done >= total:
+            note(f"{task}: {total} in {time.monotonic() - self.started.pop(task, started):.1f} s")
 
 
 def numbers(row: Mapping[str, Any], names: Sequence[str]) -> list[Any]:
@@ -126,6 +202,8 @@ def run(app: typer.Typer) -> NoReturn:
             # a message of several lines must not look like mrfit's own
             sys.stderr.writelines(f"  {visible(line)}\n" for line in traceback.format_exc().splitlines())
         sys.stderr.write(f"mrfit: {visible(text)}\n" if text else "")
+        if text and "--json" in sys.argv:
+            print_json({"error": {"kind": _kind(error), "message": text, "exit_code": code}})
     if code == INTERRUPTED:
         sys.stderr.write("mrfit: stopped; the same command goes on where this one was\n")
     sys.exit(code)
@@ -133,6 +211,14 @@ def run(app: typer.Typer) -> NoReturn:
 
 def _nowhere() -> TextIO:
     return open(os.devnull, "w", encoding="utf-8")
+
+
+def _kind(error: Exception) -> str:
+    """Return the kind of an error for a program: what is wrong are the data, the command line or settings, or mrfit."""
+    if _of_usage(error):
+        return "config"
+    kinds = {"ConfigError": "config", "MrfitError": "data", "OSError": "system", "MemoryError": "system"}
+    return next((kinds[c.__name__] for c in type(error).__mro__ if c.__name__ in kinds), "internal")
 
 
 def _of_usage(error: Exception) -> bool:

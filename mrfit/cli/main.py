@@ -1,7 +1,8 @@
 """The command line: parse, call one stage, print. Heavy imports stay inside commands, so that --help is quick."""
 
+import time
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -12,7 +13,7 @@ import mrfit.settings.flux
 import mrfit.settings.ingest
 import mrfit.settings.report
 import mrfit.settings.segment
-from mrfit.cli import apply, console
+from mrfit.cli import apply, console, logbook, project
 from mrfit.cli.advise import advise
 from mrfit.cli.batch import batch
 from mrfit.cli.export import export
@@ -46,6 +47,7 @@ app.add_typer(apply.app, name="apply")
 
 @app.callback(invoke_without_command=True)
 def root(
+    context: typer.Context,
     version: Annotated[bool, typer.Option("--version", help="Print the version and stop.")] = False,
     debug: Annotated[bool, typer.Option("--debug", help="Show a traceback with an error.")] = False,
 ) -> None:
@@ -55,6 +57,9 @@ def root(
 
         typer.echo(installed("mrfit"))
         raise typer.Exit
+    commands: dict[str, Any] = getattr(context.command, "commands", {})
+    groups = {name: list(inner) for name, one in commands.items() if (inner := getattr(one, "commands", None))}
+    context.default_map = project.defaults(commands, groups)
 
 
 @app.command()
@@ -87,7 +92,7 @@ def ingest(
 
         place = suggestion.write(logs, settings)
         told = f"Channel map to start from: {place}; check every line of it, then run `mrfit ingest` again"
-        return console.print_json({"map": str(place)}) if as_json else console.say(told)
+        return console.print_json({"map": str(place)}) if as_json else console.conclude(told)
     if preview:
         rows = preview_logs(logs, settings)
         return console.print_json([asdict(row) for row in rows]) if as_json else output.preview(rows)
@@ -209,7 +214,10 @@ def run(
     config = read_pipeline(file)
     send(on, shared)
     with console.progress_bar() as progress:
+        started = time.monotonic()
         summary = pipeline.run(config, file.parent, pipeline.Overrides(logs, work, jobs), progress)
+    # the file names the workspace
+    logbook.append(Path(summary["work"]), time.monotonic() - started)
     return console.print_json(summary) if as_json else output.run(summary)
 
 
@@ -290,7 +298,7 @@ def remove(
     work: Work,
     as_json: Json,
 ) -> None:
-    """Take fits out of the workspace; a report that shows them is made anew by `mrfit report`.
+    """Take fits out of the workspace; `mrfit report` updates a report that shows them.
 
     Example: mrfit remove boucwen-flux.pso-fmin
     """
@@ -326,7 +334,7 @@ def list_names(
     plugins: Plugins,
     as_json: Json,
 ) -> None:
-    """List what there is of a kind, with its title.
+    """List all items of a kind, with their titles.
 
     Example: mrfit list models
     """

@@ -2,6 +2,7 @@
 
 import inspect
 import os
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, is_dataclass
 from functools import wraps
@@ -10,6 +11,7 @@ from typing import Annotated, Any, Literal, Union, cast, get_args, get_origin, g
 
 import typer
 
+from mrfit.cli import console, logbook
 from mrfit.core.setting import UNSET, Defined, Setting, defined, defined_as, flag_of
 from mrfit.errors import ConfigError
 from mrfit.settings.shared import CORES as CORES
@@ -49,6 +51,8 @@ Json = Annotated[
     typer.Option("--json", help="Print a machine-readable summary, alone, to standard output."),
     Default(False),
 ]
+QUIET = Annotated[bool, typer.Option("--quiet", "-q", help="Print one line.")]
+VERBOSE = Annotated[bool, typer.Option("--verbose", "-v", help="Print every step and its time to standard error.")]
 Plugins = Annotated[
     list[Path] | None,
     typer.Option(
@@ -118,13 +122,39 @@ def options(command: Callable[..., None]) -> Callable[..., None]:
             parameter = inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=chosen, annotation=hints[name])
             (taken.common if default else taken.own).append(parameter)
 
+    for name, kind in (("quiet", QUIET), ("verbose", VERBOSE)):
+        taken.common.append(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=False, annotation=kind))
+
     @wraps(command)
     def called(**values: Any) -> None:
+        set_verbosity(values.pop("quiet"), values.pop("verbose"))
+        started = time.monotonic()
         command(**{name: _argument(name, hints[name], written, values) for name, written in given.items()})
+        seconds = time.monotonic() - started
+        console.finish()
+        if console.VERBOSITY.verbose:
+            console.note(f"{seconds:.1f} s")
+        reads_only = values.get("preview") or values.get("suggest_map")
+        if command.__name__ in logbook.WRITING and values.get("work") and not reads_only:
+            logbook.append(values["work"], seconds)
 
     called.__signature__ = inspect.Signature(taken.all)  # type: ignore[attr-defined]
     called.__annotations__ = {p.name: p.annotation for p in taken.all}
     return called
+
+
+def set_verbosity(quiet: bool, verbose: bool) -> None:
+    """Say how much the command prints.
+
+    Raises
+    ------
+    ConfigError
+        If it is to print less and more.
+    """
+    if quiet and verbose:
+        raise ConfigError("give --quiet or --verbose, not both")
+    shown = console.VERBOSITY
+    shown.quiet, shown.verbose, shown.last, shown.concluded = quiet, verbose, "", False
 
 
 @dataclass(frozen=True)

@@ -5,10 +5,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from mrfit.cli.console import numbers, print_table, say
+from mrfit.cli import summary as in_one_line
+from mrfit.cli.console import VERBOSITY, conclude, numbers, print_table, say
 from mrfit.core import registry
 from mrfit.core.channels import CHANNELS, unit_of
-from mrfit.errors import ConfigError, unknown_name
+from mrfit.errors import ConfigError, near, unknown_name
 
 if TYPE_CHECKING:
     from mrfit.ingest.stage import Preview
@@ -43,6 +44,7 @@ def ingest(summary: Summary, work: Path) -> None:
     _say_unnamed([(r["id"], [c["name"] for c in r["channels"]]) for r in summary["recordings"]])
     for refused in summary["refused"]:
         say(f"  refused {refused['source']}: {refused['reason']}; {refused['remedy']}")
+    conclude(in_one_line.ingest(summary, work))
 
 
 def _say_unnamed(logs: Sequence[tuple[str, Sequence[str]]]) -> None:
@@ -100,6 +102,7 @@ def flux(summary: Summary, work: Path) -> None:
     print_table(f"Flux linkage in {work}{_state(summary)}", columns, rows)
     for line in [*summary.get("findings", []), *summary.get("separation_text", [])]:
         say(f"  {line}")
+    conclude(in_one_line.flux(summary, work))
 
 
 def segment(summary: Summary, work: Path) -> None:
@@ -109,6 +112,7 @@ def segment(summary: Summary, work: Path) -> None:
     print_table(f"Segments in {work}{_state(summary)}", columns, [numbers(s, names) for s in summary["segments"]])
     for finding in summary.get("findings", []):
         say(f"  {finding}")
+    conclude(in_one_line.segment(summary, work))
 
 
 def _notes(summary: Summary) -> None:
@@ -136,6 +140,7 @@ def fit(summary: Summary, work: Path) -> None:
         say(f"All {len(summary['results'])} sets of parameters: {work}/fits/{summary['name']}/parameters.csv")
     _notes(summary)
     warnings(summary)
+    conclude(in_one_line.fit(summary, work))
 
 
 def _errors(title: str, summary: Summary) -> None:
@@ -187,6 +192,7 @@ def predict(summary: Summary) -> None:
         say(f"Files: {', '.join(summary['files'])}")
     for refused in summary["refused"]:
         say(f"  refused {refused['source']}: {refused['reason']}; {refused['remedy']}")
+    conclude(in_one_line.predict(summary))
 
 
 OUTDATED = "made from older data, or by another mrfit or plug-in, than are here now"
@@ -223,6 +229,7 @@ def compare_models(summary: Summary, work: Path) -> None:
     for which, reason in together([LeftOut(**row) for row in summary["left_out"]], "reason"):
         say(f"  left out {which}: {reason}")
     say(f"Files: {work / 'compare'}/compare.html, compare.csv, compare.json")
+    conclude(in_one_line.compare_models(summary))
 
 
 def _side_by_side(names: Sequence[str]) -> list[list[str]]:
@@ -257,7 +264,7 @@ def discover(summary: Summary, work: Path) -> None:
     from mrfit.report.law_words import other_law_sentences
 
     found = DiscoveryFile.of(summary)
-    say(f"{headline(found)}{_state(summary)}")
+    conclude(f"{headline(found)}{_state(summary)}")
     _notes(summary)
     for line in sentences(found):
         say(f"  {line}")
@@ -306,7 +313,7 @@ def advise(summary: Summary) -> None:
 def report(summary: Summary, work: Path) -> None:
     """Print where the report lies, and which of its fits are older than the data."""
     outdated(summary["outdated"])
-    say(f"Report{_state(summary)}: {work / 'report' / 'index.html'}")
+    conclude(f"Report{_state(summary)}: {work / 'report' / 'index.html'}")
 
 
 def status(summary: Summary) -> None:
@@ -320,6 +327,7 @@ def status(summary: Summary) -> None:
     for step in summary["steps"]:
         if step["outdated"]:
             say(f"  out of date: {' '.join(filter(None, (step['step'], step['name'])))}: {step['outdated']}")
+    conclude(in_one_line.status(summary))
 
 
 def settings_text(settings: Summary) -> str:
@@ -384,8 +392,8 @@ def registry_rows(kind: str) -> list[dict[str, str]]:
     """
     singular = kind.removesuffix("s")
     if singular not in registry.KINDS:
-        known = ", ".join(f"{k}s" for k in registry.KINDS)
-        raise ConfigError(f"there are no '{kind}' to list; choose one of {known}")
+        known = [f"{k}s" for k in registry.KINDS]
+        raise ConfigError(f"there are no '{kind}' to list; choose one of {', '.join(known)}{near(kind, known)}")
     if singular == "optimizer":
         from mrfit.search import strategies
 
@@ -394,7 +402,10 @@ def registry_rows(kind: str) -> list[dict[str, str]]:
 
 
 def registry_table(kind: str, rows: Sequence[dict[str, str]]) -> None:
-    """Print names and titles."""
+    """Print names and titles, names alone where little is wanted."""
+    if VERBOSITY.quiet:
+        for row in rows:
+            conclude(row["name"])
     print_table(kind, ("name", "title"), [[r["name"], r["title"]] for r in rows])
 
 

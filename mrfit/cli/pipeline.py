@@ -6,7 +6,7 @@ Every function imports the stages it runs, so that a command starts as soon as i
 from __future__ import annotations
 
 import glob
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -96,7 +96,26 @@ def fit(
     fit_stage.check(settings)
     with workspace.locked():
         notes = _segments_as_before(workspace, resistance, progress)
-        return {**to_json(fit_stage.run(workspace, settings, progress)), "notes": notes}
+        before = _settings_of(workspace, settings.fit_name)
+        made = fit_stage.run(workspace, settings, progress)
+        notes += _replaced(f"the fit {made.name}", before, made.settings)
+        return {**to_json(made), "notes": notes}
+
+
+def _settings_of(workspace: Workspace, name: str) -> dict[str, Any]:
+    """Return what a fit that is there was made with; nothing where none is, or it is damaged."""
+    from mrfit.io.schemas.fit import Fit
+    from mrfit.io.schemas.reading import reusable
+
+    found = reusable(workspace.fit_folder(name) / "fit.json", Fit)
+    return found.settings if found else {}
+
+
+def _replaced(what: str, before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
+    """Return the note that a result took the place of one made with other settings, if it did."""
+    old, new = plain(dict(before)), plain(dict(after))
+    changed = [f"{k} {old[k]} -> {new[k]}" for k in old if k in new and k != "jobs" and old[k] != new[k]]
+    return [f"replaced {what}, made with other settings: {', '.join(changed)}"] if changed else []
 
 
 def discover(
@@ -109,7 +128,18 @@ def discover(
     discover_stage.check(settings)
     with workspace.locked():
         notes = _segments_as_before(workspace, resistance, progress)
-        return {**_discover(workspace, settings, progress), "notes": notes}
+        before = _last_discovery(workspace)
+        made = _discover(workspace, settings, progress)
+        return {**made, "notes": [*notes, *_replaced("the discovery", before, made["settings"])]}
+
+
+def _last_discovery(workspace: Workspace) -> dict[str, Any]:
+    """Return what the discovery that is there was made with; nothing where none is, or it is damaged."""
+    from mrfit.io.schemas.discovery import DiscoveryFile
+    from mrfit.io.schemas.reading import reusable
+
+    found = reusable(workspace.root / "discover" / "discovery.json", DiscoveryFile)
+    return found.settings if found else {}
 
 
 def _discover(workspace: Workspace, settings: mrfit.settings.discover.Settings, progress: Progress) -> Summary:
@@ -175,8 +205,8 @@ def _flux_as_before(workspace: Workspace, resistance: float | str | None, progre
     auto = settings.resistance == "auto"
     what = "coil resistance: estimated" if auto else f"coil resistance {settings.resistance} Ω"
     if resistance is None:
-        return [f"{what}, as an earlier command of this workspace was told; `mrfit flux` sets it anew"]
-    return [f"{what}, kept for later commands of this workspace; `mrfit flux` sets it anew"]
+        return [f"{what}, set by an earlier command of this workspace; `mrfit flux` changes it"]
+    return [f"{what}, kept for later commands of this workspace; `mrfit flux` changes it"]
 
 
 @dataclass(frozen=True)

@@ -209,7 +209,7 @@ def _fit_reason(workspace: Workspace, name: str, rows: Sequence[ModelErrors], in
     fit = load(workspace.fit_folder(name) / "fit.json", Fit, "delete it and run `mrfit fit` again")
     then = {(m.condition, m.role): m.rmse for m in rows}
     if fit and then != {(m.condition, m.role): m.rmse for m in fit.metrics}:
-        return f"the fit {name} has been made anew since"
+        return f"the fit {name} has been made again since"
     if fit and (why := inputs.reason(fit)):
         return f"the fit {name}: {why}"
     return ""

@@ -57,7 +57,7 @@ class Case:
         return path
 
     def read(self, path: Path) -> Outcome:
-        """Return what reading a file comes to."""
+        """Return the result of reading a file."""
         return read_item(Item(((path, hash_of(path)),), reader_of(open_head(path)), Rules()))
 
     def recordings(self, path: Path) -> tuple[Recording, ...]:

@@ -89,7 +89,7 @@ class Bench:
     span
         Range of the measured output over all segments.
     least_floor
-        Share of it below which no error counts: floors of almost noiseless channels are not taken at their word.
+        Share of it below which no error counts: floors of almost noiseless channels are not trusted.
     """
 
     stretches: tuple[Stretch, ...]

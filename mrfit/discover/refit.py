@@ -282,7 +282,7 @@ class Fitter:
         return cube.to_points(np.unique(np.array(rows), axis=0))
 
     def thinned(self, assembly: Assembly, cube: Cube) -> Callable[[Array], Array]:
-        """Return ``residuals`` of every so-manieth sample: what screening needs of long records."""
+        """Return ``residuals`` of every n-th sample: what screening needs of long records."""
         evaluate, stride = self.residuals(assembly, cube), self.stride
         return lambda points: evaluate(points)[:, ::stride]
 

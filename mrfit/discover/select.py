@@ -4,7 +4,7 @@ An effect is accepted if, refitted jointly with everything else, its parameter s
 errors than the number of candidates could produce by chance, and it lowers the error on held-out conditions by more
 than chance. Two effects that both pass alone are put in together (an encompassing test): the one that still earns its
 place beside the other is real, the other a shadow; if neither does, the data cannot tell them apart. Where no effect
-alone has proof, or what was put in one by one leaves too much, two are tried together, and every effect is chosen anew
+alone has proof, or what was put in one by one leaves too much, two are tried together, and every effect is chosen again
 once others are beside it.
 
 The library's forms are approximations. What the right effect leaves is small against what it takes, and a look-alike

@@ -34,7 +34,7 @@ def derived_of(source: Source) -> tuple[str, dict[int, str]]:
 
 
 def motion_of(source: Source, tau: float) -> Motion | None:
-    """Return the differentiator that goes with a model, None where it has no use for one.
+    """Return the differentiator of a model, None where it has no use for one.
 
     It takes the stroke from the inputs; a model that does not use the stroke has it there for this alone.
     """

@@ -29,7 +29,7 @@ AnyFit = TypeVar("AnyFit", bound=Fit)
 
 @dataclass(frozen=True)
 class Fitted:
-    """What a fit came to.
+    """Result of a fit.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class Fitted:
 
 
 def read_fit_json(path: Path, kind: type[AnyFit]) -> AnyFit | None:
-    """Return the content of a fit.json of a kind with the defaults of what it leaves out, None if it is not there.
+    """Return the content of a fit.json of a kind with the defaults of missing keys, None if it is not there.
 
     Raises
     ------

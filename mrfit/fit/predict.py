@@ -8,7 +8,7 @@ import numpy as np
 from mrfit.core.channels import unit_of
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
-from mrfit.errors import DataError
+from mrfit.errors import DataError, near
 from mrfit.fit.extrapolation import Stretch, extrapolations
 from mrfit.fit.files import read_fit_json
 from mrfit.fit.identify import measured_output
@@ -63,7 +63,8 @@ def read_fit(workspace: Workspace, name: str) -> Fit:
     fit = read_fit_json(workspace.fit_folder(name) / "fit.json", Fit)
     if fit is None:
         there = ", ".join(workspace.fit_names()) or "none yet; run `mrfit fit` first"
-        raise DataError(f"{workspace.root}: no fit named '{name}' (there are: {there})")
+        hint = near(name, workspace.fit_names())
+        raise DataError(f"{workspace.root}: no fit named '{name}' (there are: {there}){hint}")
     return fit
 
 

@@ -201,15 +201,15 @@ def _number(value: float | None) -> float:
 
 
 def _tied(row: ResidualTest) -> str:
-    """Return what to say of an input that the residual goes with, and of the condition where it does so most."""
+    """Return the text on an input with which the residual is correlated, and on the condition where it is so most."""
     where = ""
     if row.condition == ALL:
         where = f", over all {row.conditions} conditions together"
     elif row.conditions > 1:
         where = f" in {row.dependent} of {row.conditions} conditions, most on {row.condition}"
     return (
-        f"the residual goes with {row.channel}{where} (correlation {row.correlation:.2f} at {row.lag} "
-        f"samples, by chance {row.limit:.2f}): the model leaves out something this input does"
+        f"the residual is correlated with {row.channel}{where} (correlation {row.correlation:.2f} at {row.lag} "
+        f"samples, by chance {row.limit:.2f}): the model lacks an effect of this input"
     )
 
 

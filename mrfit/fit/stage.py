@@ -226,7 +226,7 @@ def _groups(segments: Sequence[Segment], settings: Settings) -> dict[str, list[S
 
 @dataclass(frozen=True)
 class _Piece:
-    """What one group's fit came to."""
+    """Result of the fit of one group."""
 
     result: Result
     group: Group

@@ -199,7 +199,7 @@ def _in_blocks(module: Reader, source: Source, digest: str, pieces: Pieces) -> l
                 pieces.progress(f"reading {path.name} (thousand rows)", gathered.rows[0] // 1000, rows // 1000)
         tables = gathered.result(source.head)
     if source.head.encoding and read.hexdigest() != digest:
-        raise Refusal(path, "it changed while it was read", "wait until what writes it has come to an end")
+        raise Refusal(path, "it changed while it was read", "wait until the program that writes it has finished")
     return [with_end(t) for t in tables]
 
 

@@ -139,7 +139,7 @@ def preview(paths: Sequence[Path], settings: Settings) -> list[Preview]:
 
 @dataclass(frozen=True, slots=True)
 class Logs:
-    """What logs came to: their recordings, sorted by id, and the files that could not be read."""
+    """Result of reading logs: their recordings, sorted by id, and the files that could not be read."""
 
     recordings: tuple[Recording, ...]
     refusals: tuple[Refusal, ...]

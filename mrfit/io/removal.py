@@ -5,7 +5,7 @@ import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
-from mrfit.errors import DataError
+from mrfit.errors import DataError, near
 from mrfit.io.workspace import REMOVED, Workspace, check_name
 
 
@@ -25,7 +25,7 @@ def remove_fits(workspace: Workspace, names: Sequence[str]) -> list[str]:
     for name in chosen:
         if name not in there:
             known = f"choose from {', '.join(there)}" if there else "there is none"
-            raise DataError(f"{workspace.root}: no fit named '{name}'; {known}")
+            raise DataError(f"{workspace.root}: no fit named '{name}'; {known}{near(name, there)}")
     aside = workspace.root / f"{REMOVED}{os.getpid()}"
     moved: list[tuple[Path, Path]] = []
     try:

@@ -362,7 +362,7 @@ class Workspace:
                 raise DataError(f"{folder}: a symbolic link, which mrfit does not follow to write; put a folder there")
 
     def _clean(self) -> None:
-        """Remove what a killed command left half written; whoever writes holds the lock."""
+        """Remove what a killed command left half written; the caller holds the lock."""
         self._remove_left_aside()
         for left in self.root.glob(f"{REMOVED}*"):
             shutil.rmtree(left, ignore_errors=True)  # which follows no link

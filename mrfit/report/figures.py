@@ -128,7 +128,7 @@ def worst_and_typical(fit: Fit, series: Sequence[Series]) -> list[Series]:
 
 
 def _drawn(fit: Fit, shown: Sequence[Series], note: str, number: int) -> Figure:
-    """Return one of a fit's figures; what draws it is made anew in the process that does."""
+    """Return one of a fit's figures; what draws it is made again in the process that draws."""
     drawing = _drawings(fit, shown)[number]
     figure = drawing()
     return replace(figure, caption=figure.caption + note) if isinstance(drawing, Grid) else figure

@@ -130,7 +130,7 @@ def thin_problem(posed: Posed, points: Array, budget: int) -> tuple[Posed, Proje
 def onward(posed: Posed, coarse: Coarse, run: Run) -> SearchResult:
     """Return where a search on thinned data ends when it goes on on all of them.
 
-    Where it does not settle there, or at another cost than before, `auto` begins anew on all data.
+    Where it does not settle there, or at another cost than before, `auto` begins again on all data.
     """
     first, points, projection = coarse
     budget = _budget(posed, run)

@@ -79,7 +79,7 @@ class Settings:
         Segments that take part: ``LMH`` or ``MH`` by peak velocity, patterns on conditions, or both as ``MH,*-1A``;
         empty for all.
     intervals
-        ``hac``: from the Jacobian with autocorrelated noise; ``bootstrap``: refits to residuals drawn anew in blocks;
+        ``hac``: from the Jacobian with autocorrelated noise; ``bootstrap``: refits to residuals resampled in blocks;
         ``profile``: how far each parameter can go while the others make up for it.
     jobs
         Worker processes; does not change the result.

@@ -14,7 +14,7 @@ Indices = NDArray[np.int64]
 # Samples on each side of a place that is tested, at every level of averaging
 SIDE = 12
 WINDOW = 2 * SIDE
-# Two parabolas and one quintic have as many coefficients: neither fits better for want of freedom.
+# Two parabolas and one quintic have as many coefficients: neither fits better by having more freedom.
 COEFFICIENTS = 6
 FREEDOM = WINDOW - COEFFICIENTS
 # Residual power in shares of the noise's by which two parabolas must fit better, about one chance in 10⁹ …

@@ -21,7 +21,7 @@ from mrfit.signal.modulation import ModulatedSeries, modulated_series, modulatio
 from mrfit.signal.noise import noise_floor, noise_level
 from mrfit.signal.savitzky_golay import NARROWEST, POLYNOMIAL_ORDER, Smoother
 
-# A series is taken where what it leaves is noise: at most this much above the channel's own white noise …
+# A series is taken where its residual is noise: at most this much above the channel's own white noise …
 WHITE_EXCESS = 1.3
 # … or above what does not repeat between cycles, if that is at most the given share of the signal's amplitude.
 REPEAT_LIMITS = ((1.1, 0.02), (1.5, 0.01))
@@ -136,7 +136,7 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
 
 
 def check_inputs(recording: Recording, segment: Segment, names: Sequence[str]) -> None:
-    """Raise the DataError with which ``smooth`` would refuse a segment for want of a channel."""
+    """Raise the DataError with which ``smooth`` would refuse a segment that lacks a channel."""
     for name in names:
         if name != TIME:
             _source(recording, segment, name)

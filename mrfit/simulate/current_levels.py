@@ -15,7 +15,7 @@ from mrfit.simulate.current_dependence import CurrentDependence, Order, at_curre
 # Current levels closer than this, in A and as a share, are one
 SAME_LEVEL, SAME_SHARE = 0.02, 0.03
 # Of a current that moves: share of its samples at either end that may be spikes of switching, parts of its range that
-# are told apart, and share of the samples from which on it stays in one
+# are distinguished, and share of the samples from which on it stays in one
 SPIKES = 0.002
 FIFTHS = 5
 STAY = 0.05

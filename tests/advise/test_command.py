@@ -120,7 +120,7 @@ def test_no_rivals_and_no_fit_are_one_line(work, run, capsys) -> None:
         ((), 1, "left no rivals"),
         (("--goal", "parameters"), 2, "needs --fit NAME"),
         (("--goal", "parameters", "--fit", "none-such"), 1, "no fit named 'none-such'"),
-        (("--fit", "f"), 2, "--fit goes with --goal parameters"),
+        (("--fit", "f"), 2, "--fit needs --goal parameters"),
     ):
         assert run("advise", "--work", "w", "--rig", press, *words) == code
         told = capsys.readouterr().err

@@ -15,7 +15,10 @@ from mrfit.settings import discover, fit, flux, ingest, segment
 HEAD = '[ingest]\nlogs = ["*.csv"]\n'
 # how a command is called, not what it makes of the logs; the resistance stands in [ingest] for every stage, and the
 # plug-ins and the workspace beside the tables
-ELSEWHERE = {"work", "jobs", "on", "shared", "as_json", "preview", "resistance", "plugins", "logs"}
+ELSEWHERE = {
+    *("quiet", "verbose", "suggest_map", "work", "jobs", "on", "shared", "as_json", "preview", "resistance", "plugins"),
+    "logs",
+}
 STAGES = [
     (main.ingest, ingest.Settings),
     (main.flux, flux.Settings),

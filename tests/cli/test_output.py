@@ -95,7 +95,7 @@ def test_many_conditions_are_compared_in_tables_that_cut_no_name(
     output.compare_models(told, tmp_path)
     printed = capsys.readouterr().out
     assert all(c in printed for c in conditions)
-    assert printed.count("bingham") == 1 + printed.count("NRMSE of force in percent")
+    assert printed.count("bingham") == 2 + printed.count("NRMSE of force in percent")
 
 
 @pytest.mark.parametrize(("name", "told"), [("mwoa", ("--opt-set", "N_d", "1.2", "antibodies")), ("lsq", ())])

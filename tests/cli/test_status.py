@@ -196,7 +196,7 @@ def test_a_fit_made_anew_makes_the_comparison_and_the_report_out_of_date(study: 
         study / "w", mrfit.fit.stage.Settings("polynomial", "lsq", per="all", fixed=(("a0", 1.0),)), None, silent
     )
     found = reasons(study)
-    assert found["models compared"] == f"the fit {NAME} has been made anew since"
+    assert found["models compared"] == f"the fit {NAME} has been made again since"
     assert set(found) == {"models compared", "report"}
 
 

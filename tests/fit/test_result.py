@@ -67,9 +67,15 @@ def test_each_fault_has_its_warning(change: dict[str, Any], kind: str) -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"dependent": 1}, "goes with current (correlation 0.90 at 3 samples, by chance 0.20): the model"),
-        ({"dependent": 2, "conditions": 5}, "goes with current in 2 of 5 conditions, most on a (correlation 0.90"),
-        ({"conditions": 5, "condition": "all"}, "goes with current, over all 5 conditions together (correlation 0.90"),
+        ({"dependent": 1}, "correlated with current (correlation 0.90 at 3 samples, by chance 0.20): the model"),
+        (
+            {"dependent": 2, "conditions": 5},
+            "correlated with current in 2 of 5 conditions, most on a (correlation 0.90",
+        ),
+        (
+            {"conditions": 5, "condition": "all"},
+            "correlated with current, over all 5 conditions together (correlation 0.90",
+        ),
     ],
 )
 def test_the_condition_in_which_the_residual_goes_most_with_an_input_is_said(

@@ -147,7 +147,7 @@ def _beside_each_other(setting: Setting, chosen: Chosen, policy: Policy) -> Chos
 
 @dataclass(frozen=True)
 class _Swap:
-    """A state with one effect in the place of another, ``out``, none if all stand; and the rivals of each."""
+    """A state with one effect instead of another, ``out``, none if all stand; and the rivals of each."""
 
     state: dict[str, Array]
     out: str
@@ -157,7 +157,7 @@ class _Swap:
 def _swap(
     setting: Setting, weights: Sequence[Array], state: dict[str, Array], rows: Sequence[Refined], policy: Policy
 ) -> _Swap:
-    """Try other effects in the place of each, beside all the others."""
+    """Try other effects instead of each, beside all the others."""
     rivals: dict[str, tuple[str, ...]] = {}
     for row in rows:
         rest = {n: t for n, t in state.items() if n != row.name}

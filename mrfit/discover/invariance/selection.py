@@ -205,7 +205,7 @@ def decide(rows: Sequence[Refined], policy: Policy) -> Round:
 
 
 def worth_a_swap(candidates: Sequence[Candidate], present: Refined, policy: Policy) -> list[Candidate]:
-    """Return the candidates to refine in the place of an effect that is there, with everything else."""
+    """Return the candidates to refine instead of an effect that is there, with everything else."""
     least = policy.instead * present.standing.share
     good = [c for c in candidates if c.left >= policy.left and c.name != present.name and c.rank >= least]
     return sorted(good, key=lambda c: -c.rank)[: policy.most_pairs]

@@ -1,4 +1,4 @@
-"""Intervals by a block bootstrap: refit outputs made of the fitted one and residuals drawn anew in blocks.
+"""Intervals by a block bootstrap: refit outputs made of the fitted one and residuals resampled in blocks.
 
 Blocks keep the correlation of neighbouring residuals (Künsch 1989). Of a periodic record, what differs between cycles
 is drawn over the whole record, and what repeats is drawn over one cycle and repeated, less the power that it has by
@@ -139,7 +139,7 @@ def _drawn(series: Array, rng: np.random.Generator) -> Array:
 def block_length(series: Array) -> int:
     """Return twice the block length that is best for the mean of an AR(1) series (Carlstein 1986), at most N / 4.
 
-    Twice, since the variance of a mean over blocks falls short by a share that goes with the inverse length.
+    Twice, since the variance of a mean over blocks falls short by a share proportional to the inverse length.
     """
     share = effective_samples(series) / max(len(series), 1)
     rho = (1.0 - share) / (1.0 + share)

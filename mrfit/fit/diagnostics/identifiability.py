@@ -2,8 +2,8 @@
 
 Directions of the parameter space come from the singular values of the Jacobian in cube coordinates, where every
 parameter is scaled by its bounds. Open ones are of two kinds. Along a redundant direction the output does not move
-whatever the test (its singular value is rounding): only fixing parameters helps. Along a drowned one it moves by less
-than the noise: a better test helps.
+whatever the test (its singular value is rounding): only fixing parameters helps. Along one covered by noise it moves
+by less than the noise: a better test helps.
 """
 
 from collections.abc import Mapping, Sequence
@@ -22,7 +22,7 @@ from mrfit.simulate.current_dependence import base_name
 NEGLIGIBLE = 0.02
 # Step over which the model is taken as linear where a parameter is not searched over decades, as a share of its bounds
 SMALL = 0.02
-# A parameter whose interval spans more than this share of its bounds is had only loosely
+# A parameter whose interval spans more than this share of its bounds is poorly determined
 LOOSE = 0.25
 
 # What a test has to do to tell parameters of a role from the others
@@ -89,10 +89,10 @@ def judge(
     if wide:
         sentences.append(f"The interval{'s' * (len(wide) > 1)} of {_and(wide)} alone would be wider than the bounds.")
     redundant = uncertainty.directions[:, uncertainty.redundant]
-    drowned = uncertainty.directions[:, uncertainty.open & ~uncertainty.redundant]
+    covered = uncertainty.directions[:, uncertainty.open & ~uncertainty.redundant]
     sentences += [_redundancy(params, d) for d in sparse_directions(redundant)]
-    sentences += [_drowning(params, d) for d in sparse_directions(drowned)]
-    sentences += _remedies(readable, fix, params, drowned, loose, segments)
+    sentences += [_covered_by_noise(params, d) for d in sparse_directions(covered)]
+    sentences += _remedies(readable, fix, params, covered, loose, segments)
     sentences += _bounds(params, point)
     return Verdict((*open_names, *wide), tuple(p.name for p in loose), tuple(fix), tuple(sentences))
 
@@ -138,10 +138,10 @@ def _redundancy(params: Sequence[Param], direction: Array) -> str:
     return f"{_and(moves)} together leave the output as it is, in any test of this kind."
 
 
-def _drowning(params: Sequence[Param], direction: Array) -> str:
+def _covered_by_noise(params: Sequence[Param], direction: Array) -> str:
     moves = _moves(params, direction)
     if len(moves) == 1:
-        return f"{moves[0].split()[0]} is drowned in the noise: over its whole range the output moves by less."
+        return f"{moves[0].split()[0]} has no effect above the noise: over its whole range the output moves by less."
     return f"{_and(moves)} together change the output by less than the noise."
 
 
@@ -173,7 +173,7 @@ def _remedies(
     readable: Sequence[str],
     fix: Sequence[str],
     params: Sequence[Param],
-    drowned: Array,
+    covered: Array,
     loose: Sequence[Param],
     segments: Sequence[Segment],
 ) -> list[str]:
@@ -182,7 +182,7 @@ def _remedies(
         held = " ".join(f"--fix {name}=VALUE" for name in fix)
         instead = f", or read {_and(readable)} instead" if readable else ""
         said.append(f"To get the rest one by one, hold {_and(fix)} ({held}){instead}.")
-    leaning = [p for p, row in zip(params, drowned, strict=True) if np.sum(row**2) > 0.1] if drowned.size else []
+    leaning = [p for p, row in zip(params, covered, strict=True) if np.sum(row**2) > 0.1] if covered.size else []
     asked = {p.role: p.name for p in [*loose, *leaning]}
     for role, name in asked.items():
         advice = _small_loops(segments) if role == "hysteresis" or not role else TESTS.get(role, "")

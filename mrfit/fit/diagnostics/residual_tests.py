@@ -30,7 +30,7 @@ ALL = "all"
 
 @dataclass(frozen=True)
 class Dependence:
-    """How the residual goes with one input, in the condition where it does so most.
+    """Correlation of the residual with one input, in the condition where it is largest.
 
     Attributes
     ----------
@@ -90,7 +90,7 @@ def input_dependence(
     conditions: Sequence[str],
     channels: int = 1,
 ) -> Dependence | None:
-    """Return how the residual goes with one input at ±25 lags, None where the input is constant.
+    """Return the correlation of the residual with one input at ±25 lags, None where the input is constant.
 
     Lags are one sample apart, or a hundredth of a cycle where that is more, so that they reach a quarter of a cycle.
 
@@ -166,7 +166,7 @@ def _correlation(
 def _noise(residual: Array, inner: slice, period: float, windows: Array) -> Array:
     """Return what of a residual (N,) within a range is noise: all that differs between cycles, or does not go with u.
 
-    Without cycles the lagged input (L, N_i) that goes with the residual most is taken away: an error that is no noise
+    Without cycles the lagged input (L, N_i) most correlated with the residual is taken away: an error that is no noise
     at all would else raise its own limit. As in a regression, that costs a degree of freedom.
     """
     if len(residual) >= 2.0 * period >= 2.0:

@@ -98,7 +98,7 @@ def drift_warnings(rows: Sequence[DriftRow]) -> list[Caution]:
 
 
 def residual_rows(group: Group, assembly: Assembly, simulated: Sequence[Array]) -> list[ResidualTest]:
-    """Return one row per input of the model: how the training residual goes with it, and in which condition most."""
+    """Return for each input the correlation of the training residual with it, in the condition where it is largest."""
     pairs = [(p, y) for p, y in zip(group.full.parts, simulated, strict=True) if p.segment.role == "train"]
     residuals = Made(len(pairs), lambda k: pairs[k][0].output - pairs[k][1])
     periods = [p.period for p, _ in pairs]

@@ -252,7 +252,7 @@ def differing(series: Array, period: float) -> Array:
 def phase_bins(samples: int, period: float) -> Index:
     """Return the phase bin of every sample of a series with ``period`` samples per cycle, every bin in use."""
     count = min(int(period), FOLDED)
-    # a hair later, so that rounding does not move the first sample of a bin to the one before
+    # slightly later, so that rounding does not move the first sample of a bin to the one before
     bins = np.floor(np.arange(samples) * (count / period) + 1e-6).astype(np.int64) % count
     used: Index = np.unique(bins, return_inverse=True)[1].reshape(-1)
     return used

@@ -84,6 +84,10 @@ class MapFile(Part):
     files: list[FilesPart] = []
     # limits of the rig, which `mrfit advise` reads and checks: they say nothing about logs
     rig: dict[str, Any] = {}
+    # defaults of commands, which `mrfit.cli.project` reads and checks where the file is in the current folder
+    work: str = ""
+    fit: dict[str, Any] = {}
+    discover: dict[str, Any] = {}
 
 
 @dataclass(frozen=True, slots=True)

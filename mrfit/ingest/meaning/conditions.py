@@ -64,7 +64,7 @@ def name_expression(pattern: str) -> tuple[re.Pattern[str], dict[str, str]]:
     for slot in SLOT.finditer(pattern):
         key, unit = slot[1], slot[2] or "1"
         if key in key_units:
-            raise ConfigError(f"name pattern '{pattern}': {key} stands twice; write each key once, {example}")
+            raise ConfigError(f"name pattern '{pattern}': {key} occurs twice; write each key once, {example}")
         if not units.known(unit):
             raise ConfigError(f"name pattern '{pattern}': unknown unit '{unit}'; correct it, {example}")
         wanted = "Hz" if key == "frequency" else unit_of(key)

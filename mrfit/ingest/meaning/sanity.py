@@ -83,7 +83,7 @@ def _channel(name: str, values: Array, dt: float, about_zero: Set[str]) -> Itera
 
 
 def _outlier(name: str, values: Array, middle: float, dt: float) -> Finding | None:
-    """Say which one to three samples lie out of all proportion to the others, if any do."""
+    """Return a finding on one to three outliers, None if there are none or more."""
     rows, far = np.empty(0, dtype=np.int64), np.empty(0)
     for (begin, _), (some,) in zip(series.spans(len(values)), series.chunks(values), strict=True):
         away = np.abs(some - middle)

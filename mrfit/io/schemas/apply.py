@@ -1,4 +1,4 @@
-"""What a fit put to use comes to: currents in invert.json, forces tracked in track.json, rides in quarter-car.json."""
+"""Results of `mrfit apply`: currents in invert.json, forces tracked in track.json, rides in quarter-car.json."""
 
 from dataclasses import dataclass
 from typing import ClassVar

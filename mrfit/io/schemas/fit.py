@@ -1,4 +1,4 @@
-"""What a fit comes to, as fit.json holds it, and what is kept of an unfinished fit."""
+"""Result of a fit, as in fit.json, and what is kept of an unfinished fit."""
 
 import json
 from collections.abc import Collection
@@ -149,7 +149,7 @@ class Repeats(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class ResidualTest(Entry):
-    """How the residual goes with one input, see ``mrfit.fit.diagnostics.residual_tests.Dependence``."""
+    """Correlation of the residual with one input, see ``mrfit.fit.diagnostics.residual_tests.Dependence``."""
 
     channel: str
     condition: str
@@ -342,7 +342,7 @@ class FitDependence(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class Fit(Document):
-    """What a fit came to, the content of fit.json; ``skipped``: whether it was there already."""
+    """Result of a fit, the content of fit.json; ``skipped``: whether it was there already."""
 
     known: ClassVar = (FIT,)
     schema: str = FIT

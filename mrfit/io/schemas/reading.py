@@ -2,7 +2,7 @@
 
 A file is checked as a whole as it is read, so that no later code meets a value of a wrong type. What a document does
 not name is passed over; what a file leaves out has the document's default, or is a fault. ``mrfit.io.workspace.plain``
-is the way back: documents to what JSON can hold.
+is the inverse: documents to what JSON can hold.
 """
 
 import json
@@ -59,7 +59,7 @@ class Entry:
 
 @dataclass(frozen=True, kw_only=True)
 class Document(Entry):
-    """What a stage came to, and its file; ``known`` lists the schemas that can be read, where the file names one."""
+    """Result of a stage, and its file; ``known`` lists the schemas that can be read, where the file names one."""
 
     known: ClassVar[tuple[str, ...]] = ()
 

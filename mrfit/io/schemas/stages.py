@@ -104,7 +104,7 @@ class Copy(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class IngestFile(Document):
-    """What ingest came to, the content of ingest.json.
+    """Result of ingest, the content of ingest.json.
 
     Attributes
     ----------
@@ -204,7 +204,7 @@ class SeparationRow(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class FluxFile(Document):
-    """What the flux stage came to, the content of flux.json; ``skipped``: whether it was there already."""
+    """Result of the flux stage, the content of flux.json; ``skipped``: whether it was there already."""
 
     known: ClassVar = (FLUX,)
     schema: str = FLUX
@@ -282,7 +282,7 @@ class CutRow(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class SegmentsFile(Document):
-    """What the segment stage came to, written with its table; ``skipped``: whether it was there already."""
+    """Result of the segment stage, written with its table; ``skipped``: whether it was there already."""
 
     known: ClassVar = (SEGMENTS,)
     schema: str = SEGMENTS
@@ -298,7 +298,7 @@ class SegmentsFile(Document):
 
 @dataclass(frozen=True, kw_only=True)
 class ReportFile(Document):
-    """What the report stage came to, the content of report.json.
+    """Result of the report stage, the content of report.json.
 
     Attributes
     ----------

@@ -30,7 +30,7 @@ def verdict(columns: list[Array], noise: float = 0.01, point: Array | None = Non
         ([SINE, 2 * SINE, ONE], ("p0", "p1"), 1, "together leave the output as it is"),
         ([SINE, COSINE, SINE + COSINE], ("p0", "p1", "p2"), 1, "only 2 combinations"),
         ([SINE, 0 * ONE, ONE], ("p1",), 1, "p1 has no effect on the output"),
-        ([SINE, 3e-4 * COSINE, ONE], ("p1",), 1, "p1 is drowned in the noise"),
+        ([SINE, 3e-4 * COSINE, ONE], ("p1",), 1, "p1 has no effect above the noise"),
         ([SINE, SINE + 3e-4 * COSINE], ("p0", "p1"), 1, "by less than the noise"),
     ],
     ids=["full", "scaled", "redundant", "redundant sum", "without effect", "drowned", "drowned difference"],

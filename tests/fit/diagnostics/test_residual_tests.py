@@ -156,7 +156,7 @@ def test_a_stiffness_that_changes_sign_with_current_is_said_of_a_joint_fit(
     assert (row.channel, row.independent, row.conditions, row.dependent) == ("velocity", False, 5, 4)
     assert row.condition in ("sine-1Hz-0.01-0A", "sine-1Hz-0.01-2A") and abs(row.correlation) > 0.9
     (warning,) = [w for w in fit.results[0].warnings if w.kind == "input-residual"]
-    said = f"goes with velocity in 4 of 5 conditions, most on {row.condition} (correlation {row.correlation:.2f}"
+    said = f"correlated with velocity in 4 of 5 conditions, most on {row.condition} (correlation {row.correlation:.2f}"
     assert said in warning.text
     output.fit(to_json(fit), tmp_path)
     mrfit.report.stage.run(workspace, mrfit.report.stage.Settings())

@@ -67,7 +67,7 @@ def test_quantities_are_worded_as_the_name_has_them(stem: str, pattern: str, sai
         ("no keys", "names no condition"),
         ("", "names no condition"),
         ("{a:blurb}", "unknown unit 'blurb'"),
-        ("{a:mm}{a:mm}", "a stands twice"),
+        ("{a:mm}{a:mm}", "a occurs twice"),
         ("{frequency:mm}mm", "frequency cannot be in 'mm'; write a unit such as Hz"),
         ("{frequency:rpm}rpm", "frequency cannot be in 'rpm'"),  # a turn is no radian per second
         ("{current:V}V", "current cannot be in 'V'; write a unit such as A"),

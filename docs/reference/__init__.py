@@ -1,0 +1,1 @@
+"""Pages made of what the code says of itself: models, effects, optimizers, readers, commands, files of a workspace."""

@@ -1,0 +1,48 @@
+"""The commands that made a workspace: a line for each in ``commands.log``."""
+
+import contextlib
+import os
+import shlex
+import sys
+from datetime import UTC, datetime
+from pathlib import Path
+
+from mrfit.io.escapes import visible
+
+NAME = "commands.log"
+# Functions of the commands that write into a workspace
+WRITING = {
+    "advise",
+    "compare",
+    "discover",
+    "export",
+    "fit",
+    "flux",
+    "ingest",
+    "invert",
+    "quarter_car",
+    "remove",
+    "report",
+    "segment",
+    "track",
+}
+
+
+def append(work: Path, seconds: float) -> None:
+    """Add the command that runs to the log of a workspace: when it ended, how it was written, how long it took.
+
+    A workspace that cannot be written, or in which the log is a link, is left as it is: the results are there.
+    """
+    if not work.is_dir():
+        return
+    line = (
+        f"{datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ} {visible(shlex.join(['mrfit', *sys.argv[1:]]))}  # {seconds:.1f} s\n"
+    )
+    flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
+    with contextlib.suppress(OSError):
+        handle = os.open(work / NAME, flags, 0o666)
+        try:
+            # one call: commands that end together do not mix their lines
+            os.write(handle, line.encode("utf-8", "backslashreplace"))
+        finally:
+            os.close(handle)

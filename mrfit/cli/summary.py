@@ -1,0 +1,80 @@
+"""The result of each command in one line, the last that it prints and the only one of ``--quiet``."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+Summary = dict[str, Any]
+
+
+def count(number: int, what: str, several: str = "") -> str:
+    """Return a number of things in words."""
+    return f"{number} {what if number == 1 else several or what + 's'}"
+
+
+def ingest(summary: Summary, work: Path) -> str:
+    """Return how many recordings were read from how many logs."""
+    rows, refused = summary["recordings"], len(summary["refused"])
+    read = f"{count(len(rows), 'recording')} of {count(len({r['source'] for r in rows}), 'log')} in {work}"
+    return f"{read}, {count(refused, 'file')} refused" if refused else read
+
+
+def flux(summary: Summary, work: Path) -> str:
+    """Return what was done with how many recordings."""
+    actions = [r["action"] for r in summary["recordings"]]
+    done = ", ".join(f"{actions.count(a)} {a}" for a in dict.fromkeys(actions))
+    return f"Flux linkage in {work}: {done or 'no recordings'}"
+
+
+def segment(summary: Summary, work: Path) -> str:
+    """Return how many segments and conditions there are, and how many are held out."""
+    rows = summary["segments"]
+    held = len({s["condition"] for s in rows if s["role"] == "holdout"})
+    conditions = count(len({s["condition"] for s in rows}), "condition")
+    return f"{count(len(rows), 'segment')} of {conditions} in {work}, {held} held out"
+
+
+def fit(summary: Summary, work: Path) -> str:
+    """Return the errors of a fit, how many parameters the data determine, and how many warnings there are."""
+    results = summary["results"]
+    parts = [f"NRMSE {error}" for error in _errors(summary["metrics"])]
+    if len(results) == 1:
+        free = [p for p in results[0]["parameters"] if not p["fixed"]]
+        parts.append(f"{sum(p['identifiable'] for p in free)} of {count(len(free), 'parameter')} determined")
+    else:
+        parts.append(f"{len(results)} sets of parameters")
+    if warnings := len(summary["warnings"]) + sum(len(r["warnings"]) for r in results):
+        parts.append(count(warnings, "warning"))
+    return f"Fit {summary['name']}: {', '.join(parts)}; {work / 'fits' / summary['name']}"
+
+
+def predict(summary: Summary) -> str:
+    """Return the error of a prediction."""
+    errors = ", ".join(f"NRMSE {error}" for error in _errors(summary["metrics"])) or "nothing to compare with"
+    return f"Prediction by {summary['fit']}: {errors} on {count(len(summary['used']), 'segment')}"
+
+
+def compare_models(summary: Summary) -> str:
+    """Return the best model of every output."""
+    best: dict[str, Summary] = {}
+    for row in summary["models"]:
+        best.setdefault(row["output"], row)
+    found = (f"{m['model']} for {output}{_held(m.get('holdout_nrmse'))}" for output, m in best.items())
+    return f"Best of {count(len(summary['models']), 'model')}: {'; '.join(found)}"
+
+
+def status(summary: Summary) -> str:
+    """Return how many steps have run and how many are out of date."""
+    steps = summary["steps"]
+    old = sum(bool(s["outdated"]) for s in steps)
+    return f"{count(len(steps), 'step')} in {summary['work']}, {old or 'none'} out of date"
+
+
+def _errors(metrics: Iterable[Summary]) -> Iterable[str]:
+    names = {"holdout": " held out", "train": " in training", "predict": ""}
+    pooled = {m["role"]: m["nrmse"] for m in metrics if m["condition"] == "all" and m["nrmse"] is not None}
+    return (f"{100.0 * pooled[role]:.3g} %{words}" for role, words in names.items() if role in pooled)
+
+
+def _held(nrmse: float | None) -> str:
+    return "" if nrmse is None or nrmse != nrmse else f", NRMSE {100.0 * nrmse:.3g} % held out"
