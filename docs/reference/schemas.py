@@ -29,6 +29,9 @@ FILES = {
     "OptimizersFile": "W/compare/optimizers.json",
     "InvertFile": "W/apply/invert.json",
     "TrackFile": "W/apply/track.json",
+    "PredictionFile": "W/predict/NAME.json",
+    "BatchFile": "WORK/batch.json of `mrfit batch`",
+    "LogRow": "a line of WORK/batch.jsonl",
     "QuarterCarFile": "W/apply/quarter-car.json",
 }
 ARCHITECTURE = Path(__file__).parents[1] / "architecture.md"

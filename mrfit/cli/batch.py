@@ -47,7 +47,7 @@ def batch(
 
 
 def show(summary: "BatchFile") -> None:
-    """Print what a batch came to."""
+    """Print the result of a batch."""
     failed = len(summary.failed)
     console.say(
         f"{summary.logs} logs: {summary.done} processed, {summary.unchanged} unchanged; {failed} failed, "

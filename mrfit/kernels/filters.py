@@ -197,7 +197,7 @@ def released(x: Array, ratio: float) -> Array:
     x
         Signal, shape (N,).
     ratio
-        tau/dt > 0 of the way back.
+        tau/dt > 0 of the release.
     """
     y = np.empty_like(x)
     decay = math.exp(-1.0 / ratio)

@@ -21,7 +21,7 @@ class Fitted(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class OfCondition(Entry):
-    """What a fit of one condition of a log came to.
+    """Result of the fit of one condition of a log.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class LogRow(Document):
 
 @dataclass(frozen=True, kw_only=True)
 class BatchFile(Document):
-    """What a batch came to, as batch.json holds it.
+    """Result of a batch, as batch.json holds it.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What a saved prediction comes to, as its JSON file holds it."""
+"""Result of a saved prediction, as its JSON file holds it."""
 
 from dataclasses import dataclass, field
 from typing import ClassVar
