@@ -116,6 +116,7 @@ def no_figures(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave the drawing out, which takes most of the time of a report and reads no JSON."""
     monkeypatch.setattr(mrfit.report.figures, "draw_all", lambda drawings, jobs, progress: [])
     monkeypatch.setattr("mrfit.report.figures.drawings_of", lambda fit, series: [])
+    monkeypatch.setattr("mrfit.report.stage.more_drawings", lambda fit, series, segments: [])
     monkeypatch.setattr("mrfit.report.discovery.figures_of", lambda discovery: [])
 
 

@@ -11,9 +11,9 @@ from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Invariance
 from mrfit.discover import laws, looks, rules
 from mrfit.discover.bench import build_bench
-from mrfit.discover.combine import combine, worth_examining
+from mrfit.discover.combine import combine, leaves_noise, worth_examining
 from mrfit.discover.evidence import Candidate, Contrast, Effect, Growth, Repetition, Screening
-from mrfit.discover.invariance.findings import BrokenInvariance, Findings, NamedEffect, Parameter, Standing
+from mrfit.discover.invariance.findings import BrokenInvariance, Errors, Findings, NamedEffect, Parameter, Standing
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.discover.regions import Region, beyond_training, in_words
 from mrfit.discover.select import Selection, decide
@@ -153,10 +153,24 @@ def of_parameters(count: int) -> Rule:
     return lambda p: laws.suits(spec, "force", {"displacement", "velocity"}, p)
 
 
-def left_open(after: float, before: float) -> Rule:
+def _selected(after: float, before: float) -> Selection:
     base, final = fit(before), fit(after, "a")
-    chosen = Selection(base, final, final, Screening(base), verdict="named")
-    return lambda p: worth_examining(chosen, 1.0, True, p)
+    return Selection(base, final, final, Screening(base), verdict="named")
+
+
+def left_open(after: float, before: float) -> Rule:
+    return lambda p: not leaves_noise(_selected(after, before), 1.0, p)
+
+
+def above_the_floor(after: float, measured: bool = True) -> Rule:
+    return lambda p: worth_examining(_selected(after, 10.0), 1.0, measured, p)
+
+
+def as_good_as_a_law(exact: float) -> Rule:
+    """Whether what is named beside an exact base is believed, though a law of open form was examined."""
+    examined = Findings(errors=Errors(None, 0.02, 0.01, 0.001, exact=exact, open=0.01))
+    chosen = _selected(1.1, 10.0)
+    return lambda p: combine(chosen, examined, p, noisy=True).named == ("a",)
 
 
 def in_the_shadow(kept: float) -> Rule:
@@ -172,6 +186,8 @@ def in_the_shadow(kept: float) -> Rule:
 CASES: dict[str, tuple[Rule, Rule]] = {
     "left_open": (left_open(2.4, 4.6), left_open(2.4, 5.8)),
     "left_open_in_sight": (left_open(2.7, 20.0), left_open(2.7, 30.0)),
+    "at_the_floor": (above_the_floor(1.25), above_the_floor(1.15)),
+    "as_good": (as_good_as_a_law(0.0149), as_good_as_a_law(0.0151)),
     "broken_beside": (in_the_shadow(0.8), in_the_shadow(0.6)),
     "law_takes": (law(0.25), law(0.15)),
     "most_laws": (law(0.5, 3), law(0.5, 4)),
@@ -289,6 +305,11 @@ def test_it_is_this_threshold_that_decides(name: str) -> None:
 
 def test_no_threshold_of_the_policy_is_without_a_test() -> None:
     assert {f.name for f in fields(Policy)} == set(CASES) | set(ELSEWHERE)
+
+
+def test_a_guessed_floor_cannot_say_that_nothing_is_missing() -> None:
+    assert above_the_floor(1.0, measured=False)(STANDARD)
+    assert not above_the_floor(1.0)(STANDARD)
 
 
 def test_a_shape_that_the_rival_has_too_says_nothing() -> None:
