@@ -51,7 +51,7 @@ demo-discover: setup
 	$(MRFIT) run pipelines/discover-current-lag.toml --work $(WORK)/discover-current-lag
 
 test: setup lint
-	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile -q
+	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder -q
 
 lint: setup
 	$(BIN)/ruff check .

@@ -19,6 +19,19 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN and threading.current_threa
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+LONGEST = (
+    *("cli/test_pipeline.py", "test_discover_cli.py", "test_plugin_commands.py", "test_public_api.py"),
+    *("test_upstream.py", "test_bad_input.py", "batch/test_stage.py", "compare/test_stage.py"),
+)
+"""Files that start many commands: they come first, so that no process is left with one of them at the end."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the files that take longest first."""
+    first = {ROOT / "tests" / name: place for place, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: first.get(item.path, len(first)))
+
+
 @pytest.fixture(scope="session")
 def datasets() -> Path:
     """The logs the project ships."""

@@ -25,7 +25,7 @@ def answer(folder: Path, *words: object) -> dict[str, Any]:
     return dict(json.loads(done.stdout))
 
 
-@pytest.fixture(scope="module", params=sorted(HIDDEN))
+@pytest.fixture(scope="module", params=["discover-eddy", pytest.param("discover-current-lag", marks=pytest.mark.slow)])
 def study(request, tmp_path_factory) -> tuple[str, Path, dict[str, Any]]:
     folder = tmp_path_factory.mktemp(request.param)
     return request.param, folder, answer(folder, "run", ROOT / "pipelines" / f"{request.param}.toml", "--work", "w")

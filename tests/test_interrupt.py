@@ -29,7 +29,7 @@ def searching(process: "subprocess.Popen[bytes]", seconds: float) -> None:
         time.sleep(0.05)
 
 
-@pytest.mark.parametrize("asked", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("asked", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.slow)])
 def test_an_interrupted_search_stops_at_once_and_says_so(
     asked: signal.Signals, mrfit: Run, datasets: Path, tmp_path: Path
 ) -> None:

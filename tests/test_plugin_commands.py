@@ -54,9 +54,9 @@ def test_a_pipeline_file_names_its_plugins_from_its_own_folder(tmp_path: Path) -
     ("plugins", "message"),
     [
         ('["nosuch.py"]', "nosuch.py: cannot be read (No such file or directory); give the path of a plug-in file"),
-        ('["p.toml"]', "p.toml: "),
+        pytest.param('["p.toml"]', "p.toml: ", marks=pytest.mark.slow),
         ('"own.py"', "p.toml: plugins takes a list, not 'own.py'"),
-        ("[3]", "p.toml: plugins.0 takes text, not 3"),
+        pytest.param("[3]", "p.toml: plugins.0 takes text, not 3", marks=pytest.mark.slow),
     ],
 )
 def test_a_wrong_plugin_of_a_pipeline_file_is_one_line(plugins: str, message: str, tmp_path: Path) -> None:

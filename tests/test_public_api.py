@@ -148,7 +148,9 @@ def test_models_are_those_of_the_registry() -> None:
 
 
 CASES = [
-    pytest.param("datasets/coil-eddy", "boucwen-flux", {"optimizer": "lsq", "seed": 3}, id="coil"),
+    pytest.param(
+        "datasets/coil-eddy", "boucwen-flux", {"optimizer": "lsq", "seed": 3}, id="coil", marks=pytest.mark.slow
+    ),
     pytest.param("logs", "tanh", {"per": "all", "weight": "floor", "bounds": {"fy": (1, 5000)}}, id="damper"),
 ]
 

@@ -80,7 +80,7 @@ def inside(name: str, fit: dict[str, Any]) -> list[tuple[str, bool]]:
 QUICK = [n for n in UNIQUE if n not in ("spencer", "polynomial")]
 
 
-@pytest.mark.parametrize("name", QUICK)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] * (n == "lugre")) for n in QUICK])
 def test_a_model_fitted_to_its_own_data_finds_what_was_planted(name: str, tmp_path: Path) -> None:
     found = [pair for seed in (1, 2) for pair in inside(name, fitted(name, seed, tmp_path / str(seed), hold=True))]
     missed = [n for n, held in found if not held]
@@ -89,7 +89,11 @@ def test_a_model_fitted_to_its_own_data_finds_what_was_planted(name: str, tmp_pa
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=[pytest.mark.slow] * (n == "neural-network")) for n in registry.names("model")]
+    "name",
+    [
+        pytest.param(n, marks=[pytest.mark.slow] * (n in ("neural-network", "lugre", "spencer")))
+        for n in registry.names("model")
+    ],
 )
 def test_a_model_fitted_to_its_own_data_is_as_good_as_the_noise_allows(name: str, tmp_path: Path) -> None:
     fit = fitted(name, 3, tmp_path, hold=False)

@@ -96,7 +96,10 @@ POLYNOMIALS: list[tuple[str, Law, dict[str, Any], tuple[tuple[float, ...], tuple
 ]
 
 
-@pytest.mark.parametrize(("model", "law", "expected", "currents"), POLYNOMIALS)
+@pytest.mark.parametrize(
+    ("model", "law", "expected", "currents"),
+    [pytest.param(*row, marks=[pytest.mark.slow] * (row[0] in ("boucwen", "rotational-erf"))) for row in POLYNOMIALS],
+)
 def test_the_planted_law_is_chosen_and_predicts_held_out_currents_as_well_as_if_it_were_told(
     tmp_path: Path, model: str, law: Law, expected: dict[str, Any], currents: Any
 ) -> None:
