@@ -98,7 +98,7 @@ datasets: setup
 	$(BIN)/python -m datasets.make_discovery_logs
 
 clean:
-	rm -rf $(VENV) $(WORK) $(BATCH) $(STUDIES) discovery-work
+	rm -rf $(VENV) $(WORK) $(BATCH) $(STUDIES) discovery-work docs/build docs/generated docs/jupyter_execute
 
 # Every log under LOGS has a workspace with a report under BATCH; what has not changed is not done again.
 batch: setup
