@@ -87,14 +87,14 @@ def _map_of(item: Item, table: Table) -> Iterator[str]:
     yield f"# Channel map for logs as {name} (reader {item.reader}), suggested by `mrfit ingest --suggest-map`."
     yield "# Check every line, and complete those that begin with #."
     yield ""
-    yield from _time_lines(table)
+    even = _even_column(table)
+    yield from _time_lines(table, even)
     yield "# resistance = 2.1   # ohm, of the coil; without it, it is estimated from voltage and current"
     yield '# pattern = "{frequency:Hz}Hz-{current:A}A"   # conditions in the names of the files'
     yield ""
     yield "[channels]"
     signals = {s.index: s for s in name_signals(table.columns, Rules(), item.source)[0]}
-    even = [c for c in table.columns if table.time is None and table.dt is None and _rises_evenly(c)][:1]
-    for column in (c for c in table.columns if c not in even):
+    for column in (c for c in table.columns if c is not even):
         yield from _channel_lines(column, signals[column.index], table.columns)
     yield ""
     listed = f"NAME is one of {', '.join(f'{c.name} ({c.unit})' for c in CHANNELS.values())}, or a name of your own."
@@ -102,15 +102,22 @@ def _map_of(item: Item, table: Table) -> Iterator[str]:
     yield "# A transducer's signal needs scale = …, the unit for each number of the file; offset, sign = -1 where due."
 
 
-def _time_lines(table: Table) -> Iterator[str]:
+def _even_column(table: Table) -> Column | None:
+    """Return the first column that may be the time of a log that states none."""
+    if table.time is not None or table.dt is not None:
+        return None
+    return next((c for c in table.columns if _rises_evenly(c)), None)
+
+
+def _time_lines(table: Table, even: Column | None) -> Iterator[str]:
     if table.time is not None:
         unit = table.time.unit if table.time.unit and units.known(table.time.unit) else "s"
         said = "" if table.time.unit else " the file states no unit;"
         yield f"time = {{{_place(table.time, ())}, unit = {_quoted(unit)}}}   #{said} {_values(table.time)}"
     elif table.dt is not None:
         yield f"# the file states {1.0 / table.dt:.6g} samples a second"
-    elif even := [c for c in table.columns if _rises_evenly(c)]:
-        yield f'time = {{{_place(even[0], table.columns)}, unit = "s"}}   # it rises evenly: {_values(even[0])}'
+    elif even is not None:
+        yield f'time = {{{_place(even, table.columns)}, unit = "s"}}   # it rises evenly: {_values(even)}'
     else:
         yield "# The log states neither times nor a rate: write one of these."
         yield "# rate = 1000   # samples a second"

@@ -15,7 +15,7 @@ from mrfit.core.progress import Progress
 Item = TypeVar("Item")
 
 # The scheduler that this process was told to send work to, if it was
-_told: list[Executor] = []
+_told: list[Dask] = []
 
 
 def use(address: str, shared: bool = False) -> None:
@@ -36,17 +36,21 @@ def use(address: str, shared: bool = False) -> None:
         If no scheduler answers, or it has no workers.
     """
     for earlier in _told:
-        getattr(earlier, "close", lambda: None)()
+        earlier.close()
     _told.clear()
-    if not address:
-        return
-    _told.append(Dask(address, shared))
+    if address:
+        _told.append(Dask(address, shared))
 
 
 def executor(jobs: int) -> Executor:
     """Return where work is done: the scheduler told, else so many processes, else here."""
     if _told:
         return _told[0]
+    return _here(jobs)
+
+
+def _here(jobs: int) -> Executor:
+    """Return where work is done on this machine."""
     return Processes(jobs) if jobs > 1 else Serial()
 
 
@@ -91,8 +95,7 @@ def in_processes(
     make: Callable[[Item, Progress], Made], items: Sequence[Item], jobs: int, progress: Progress
 ) -> Generator[Made, None, None]:
     """Yield as ``spread`` does, by processes of this machine whatever a command was told: figures have its fonts."""
-    jobs = min(jobs, len(items))
-    return in_order_by(Processes(jobs) if jobs > 1 else Serial(), make, items, progress)
+    return in_order_by(_here(min(jobs, len(items))), make, items, progress)
 
 
 def in_order_by(
