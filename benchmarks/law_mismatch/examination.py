@@ -63,11 +63,12 @@ def said(found: Findings) -> Said:
     )
     why = {t.name: _told(t.reason, t.share) for t in found.turned_down}
     why |= {c.name: c.reason for c in found.confounded}
+    weak = {t.name: {t.strength.name: t.strength.value} for t in found.turned_down}
     if found.not_applicable:
         return Said("insufficient-data", why={"not applicable": found.not_applicable})
     base = found.errors.base or np.inf
     verdict = "named" if names else "unexplained" if base > CLEAR * found.errors.noise else "none"
-    return Said(verdict, names, broken=tuple(b.invariance.value for b in found.broken), why=why)
+    return Said(verdict, names, broken=tuple(b.invariance.value for b in found.broken), why=why, weak=weak)
 
 
 def _told(reason: str, share: float) -> str:

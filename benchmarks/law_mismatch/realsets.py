@@ -208,4 +208,4 @@ def _earlier(asked: Asked, seconds: float) -> tuple[Asked, dict[str, dict]]:
         n = round(seconds / dt)
         current = np.concatenate([c["current"][n:], np.full(n, c["current"][-1])])
         channels.append({k: v[: len(v) - n] for k, v in {**c, "current": current}.items()})
-    return replace(asked, channels=channels), {"current-lag": {"values": {"tau": seconds}, "size": 0.0}}
+    return replace(asked, channels=channels), {"current-lag": {"values": {"t_d": seconds}, "size": 0.0}}

@@ -40,6 +40,8 @@ class Said:
         Wall time and processor time of the method (s).
     why
         What went wrong, or what the method noted of effects it turned down.
+    weak
+        Strength of an effect that it turned down, to first order, by name of effect and parameter.
     """
 
     verdict: str
@@ -49,6 +51,7 @@ class Said:
     seconds: float = 0.0
     cpu: float = 0.0
     why: dict[str, str] = field(default_factory=dict)
+    weak: dict[str, dict[str, float]] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """Return it as JSON."""

@@ -118,9 +118,12 @@ def _total(name: Name, parameter: str) -> Number | None:
 
 
 def _own(own: Result | None, name: str, parameter: str) -> float:
-    found = [n for n in own.said.names if n.name == name] if own else []
-    number = _total(found[0], parameter) if found else None
-    return number.value if number else 0.0
+    """Return what a real record as it is was said to have of a parameter, also where that was too little for a name."""
+    if own is None:
+        return 0.0
+    found = next((n for n in own.said.names if n.name == name), None)
+    number = _total(found, parameter) if found else None
+    return number.value if number else own.said.weak.get(name, {}).get(parameter, 0.0)
 
 
 def judge_all(cases: list[Case], results: list[Result]) -> list[Outcome]:

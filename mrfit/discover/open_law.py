@@ -273,6 +273,7 @@ def _turned_down(t: TurnedDown) -> InvariantEffect:
     return InvariantEffect(
         name=t.name,
         breaks=t.breaks.value,
+        parameters=(_parameter(t.strength),),
         standing=_standing(t.standing) if t.standing else None,
         reason=t.reason,
     )

@@ -17,7 +17,7 @@ SPEC = EffectSpec(
     slot="add",
     outputs=("force",),
     inputs=("acceleration",),
-    params=(Param("m", "kg", -200.0, 200.0, 0.0, text="moving mass"),),
+    params=(Param("m", "kg", -2000.0, 2000.0, 0.0, text="moving mass"),),
     neutral=(0.0,),
     aliases=("gas-spring", "delay", "velocity-hysteresis"),
     experiment="one amplitude at two frequencies a factor 3 apart: inertia grows with f^2, a spring does not, a "

@@ -30,7 +30,7 @@ from mrfit.discover.invariance.weights import weights_of
 
 @dataclass(frozen=True)
 class Chosen:
-    """Effects that are there, with what was said of all that were refined."""
+    """Effects that are there, with what was said of all that were refined, and of all by the last screening."""
 
     state: dict[str, Array] = field(default_factory=dict)
     found: tuple[Described, ...] = ()
@@ -46,8 +46,7 @@ def chosen_effects(setting: Setting, policy: Policy) -> Chosen:
     while len(chosen.state) < policy.most_named:
         weights = weights_of(setting, chosen.state)
         screening = screened(setting, weights, chosen.state)
-        if not chosen.state:
-            chosen = replace(chosen, screened={c.name: c for c in screening.candidates})
+        chosen = replace(chosen, screened=chosen.screened | {c.name: c for c in screening.candidates})
         further = _one_more(setting, weights, chosen, screening, policy)
         if further.state is chosen.state:
             further = _weighed_again(setting, further, screening, policy)

@@ -241,7 +241,7 @@ def _free(setting: Setting, name: str, number: int, theta: Array) -> bool:
     effect = setting.known[name]
     param = effect.of(number)
     started = param.role != "shape" or param.scale == "log" or is_place(param, setting.scales)
-    return started or (effect.adds and effect.value(theta) != 0.0)
+    return started or ((effect.adds or effect.moves) and effect.value(theta) != 0.0)
 
 
 def _grams(setting: Setting, weights: Sequence[Array], rows: Rows, behind: Sequence[Sequence[Array]]) -> Array:

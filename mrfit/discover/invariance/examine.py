@@ -78,7 +78,7 @@ def examine(
     if setting.rows < policy.rows_for_a_column * columns:
         return Findings(not_applicable=f"{setting.rows} means over samples are too few to tell {columns} forces apart")
     further = setting_of(records, base.terms, able, policy, FURTHER)
-    chosen = held_further(further, chosen_effects(setting, policy), policy)
+    chosen = held_further(setting, further, chosen_effects(setting, policy), policy)
     weights = weights_of(setting, chosen.state)
     plain = table(setting, weights_of(setting, {}), {})
     alone = rms(residuals(setting, {}, plain))
@@ -168,12 +168,21 @@ def _named(setting: Setting, found: Described, rivals: tuple[str, ...]) -> Named
 def _turned_down(setting: Setting, chosen: Chosen) -> list[TurnedDown]:
     return [
         TurnedDown(
-            name, setting.known[name].breaks.invariance, why, chosen.screened[name].share,
-            chosen.rows[name].standing if name in chosen.rows else None,
+            name=name,
+            breaks=setting.known[name].breaks.invariance,
+            reason=why,
+            share=chosen.screened[name].share,
+            strength=_strength(setting.known[name], chosen.screened[name].theta),
+            standing=chosen.rows[name].standing if name in chosen.rows else None,
         )
         for name, why in chosen.reasons.items()
         if name not in chosen.state and why
-    ]  # fmt: skip
+    ]
+
+
+def _strength(effect: Examined, theta: Sequence[float]) -> Parameter:
+    param = effect.of(0)
+    return Parameter(param.name, param.unit, effect.value(np.array(theta)), None, None)
 
 
 def _no_sensitivity(setting: Setting, chosen: Chosen, policy: Policy) -> list[Confounded]:

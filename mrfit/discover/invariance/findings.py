@@ -87,12 +87,29 @@ class NamedEffect:
 
 @dataclass(frozen=True)
 class TurnedDown:
-    """An effect that was tested and is not named; ``standing`` is None where screening was enough."""
+    """An effect that was tested and is not named.
+
+    Attributes
+    ----------
+    name
+        The effect.
+    breaks
+        The invariance that it would break.
+    reason
+        Why it is not there.
+    share
+        Of the squared error that no law makes, how much it could take to first order.
+    strength
+        Its strength to first order, beside what is named; no interval.
+    standing
+        How clearly it showed; None where screening was enough.
+    """
 
     name: str
     breaks: Invariance
     reason: str
     share: float
+    strength: Parameter
     standing: Standing | None = None
 
 

@@ -13,7 +13,10 @@ from mrfit.discover.invariance.sensitivity import Examined, added
 
 
 def owns(base: Base, records: Sequence[Record], effect: Examined, policy: Policy) -> bool:
-    """Return whether the force that an effect adds at its neutral shape is a sum of a base's own terms."""
+    """Return whether the force that an effect adds at its neutral shape is a sum of a base's own terms and a constant.
+
+    A spring of the base is at rest somewhere else, and the law has a constant of its own.
+    """
     if effect.constant and base.offset:
         return True
     if not effect.adds or not base.terms[0].shape[1]:
@@ -21,6 +24,7 @@ def owns(base: Base, records: Sequence[Record], effect: Examined, policy: Policy
     unit = effect.at(np.array(effect.spec.neutral), 0, 1.0 if effect.of(0).high > 0.0 else -1.0)
     force = np.concatenate([r.measured(added(effect, r, unit)) for r in records])
     terms = np.vstack([t[r.lead :] for t, r in zip(base.terms, records, strict=True)])
+    terms = np.column_stack([terms, np.ones(len(terms))])
     return bool(explained(terms, force) > policy.owned)
 
 

@@ -18,6 +18,10 @@ class Policy:
     clear_of_most: float = 2.5
     # Share to take; of 120 nulls the largest was .14, of 114 planted effects the smallest .21
     share: float = 0.15
+    # … or this share, if it shows by so many standard errors: of 116 nulls none took .075 and showed by more than 4,
+    # but one that took .68
+    share_if_plain: float = 0.10
+    plain: float = 8.0
     # Share to take on conditions left out, the law from all: chance takes less than nothing there
     kept: float = 0.10
     # … of a typical one, the law from the others too: false names under a memory longer than assumed take less
@@ -63,6 +67,9 @@ class Policy:
     # Share of an effect's largest force that such a law may take over: at most .07 of true effects, and .17 of a spring
     # that stands for memory
     drifts: float = 0.1
+    # A law that remembers for longer is no rival if it leaves so many times what the shorter leaves with the effect;
+    # where long memories made springs it left .15 to .99 times as much
+    no_rival: float = 1.15
     # Share that flexible terms must take, on conditions left out, for an invariance to be called broken without a name
     generic: float = 0.25
     # Rows for each column of the nuisance: below, what is left out cannot be predicted from the others
@@ -74,16 +81,9 @@ class Policy:
     @property
     def beside_longer_memory(self) -> "Policy":
         """The same with what is asked for beside a law that remembers for longer."""
-        share, kept, held = (self.further * v for v in (self.share, self.kept, self.held))
-        return replace(
-            self,
-            clear=self.further * self.clear,
-            clear_of_most=self.further * self.clear_of_most,
-            unsure=self.unsure / self.further,
-            share=share,
-            kept=kept,
-            held=held,
-        )
+        lowered = ("clear", "clear_of_most", "share", "share_if_plain", "plain", "kept", "held")
+        factors = {name: self.further * getattr(self, name) for name in lowered}
+        return replace(self, unsure=self.unsure / self.further, **factors)
 
 
 STANDARD = Policy()

@@ -149,7 +149,7 @@ def objection(row: Refined, policy: Policy) -> str:
         (not row.sign, "its strength would have the wrong sign"),
         (looks_early(row, policy), f"a record that is early would take {row.early:.0%} of what it takes"),
         (s.z < _clear(s, policy), f"only {s.z:.1f} standard errors from neutral"),
-        (s.share < policy.share, f"takes only {s.share:.0%} of what no law makes"),
+        (s.share < _share(s, policy), f"takes only {s.share:.0%} of what no law makes"),
         (s.kept < policy.kept, f"takes only {s.kept:.0%} on conditions left out"),
         (s.held < policy.held, f"takes only {s.held:.0%} on conditions left out, the law from the others too"),
         (s.size < policy.size, f"at most {s.size:.2%} of the range"),
@@ -163,6 +163,11 @@ def _clear(s: Standing, policy: Policy) -> float:
     Where one condition tells most of an effect, its strength without that one scatters, though it is there as well.
     """
     return policy.clear_of_most if _takes_most(s, policy) else policy.clear
+
+
+def _share(s: Standing, policy: Policy) -> float:
+    """Return the share that is asked for: less of what is plain, beside a law that leaves much else unexplained."""
+    return policy.share_if_plain if s.z >= policy.plain else policy.share
 
 
 def _takes_most(s: Standing, policy: Policy) -> bool:
@@ -226,6 +231,15 @@ def weakest(rows: Sequence[Refined], policy: Policy) -> tuple[str, str]:
 
 def _unsure(row: Refined, policy: Policy) -> str:
     return f"its force is told to ± {row.unsure:.0%} only" if row.unsure > policy.unsure else ""
+
+
+def stands_further(row: Refined, before: float, policy: Policy) -> bool:
+    """Return whether a law of longer memory leaves an effect its force, also on conditions left out.
+
+    ``before`` is the size of its force beside a law of shorter memory.
+    """
+    s = row.standing
+    return row.sign and s.kept >= policy.further * policy.kept and abs(1.0 - s.size / before) <= policy.drifts
 
 
 def lost(rows: Sequence[Refined], before: Mapping[str, float], policy: Policy) -> tuple[str, str]:

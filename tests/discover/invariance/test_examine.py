@@ -94,6 +94,32 @@ def test_a_lag_longer_than_the_steps_of_the_current_is_named_though_the_law_has_
     assert named.parameters[0].value == pytest.approx(0.06, rel=0.2)
 
 
+def test_a_dead_time_beside_a_lag_is_told_from_it() -> None:
+    dead = 8
+
+    def late(i: Array) -> Array:
+        return lag(np.concatenate([np.full(dead, i[0]), i[:-dead]])[None], np.array([0.02 / DT]))[0]
+
+    (named,) = found(moved=late).named
+    values = {p.name: p for p in named.parameters}
+    assert named.name == "current-lag"
+    assert values["tau"].value == pytest.approx(0.02, rel=0.1)
+    assert values["t_d"].value == pytest.approx(dead * DT, rel=0.1)
+    assert values["t_d"].low is not None and values["t_d"].low > 0.0
+
+
+def test_what_is_turned_down_has_the_strength_that_it_would_have() -> None:
+    def weak(channels: Mapping[str, Array], force: Array) -> Array:
+        return force + 60.0 * channels["displacement"]
+
+    without, own = (
+        {t.name: t.strength for t in examine(records(effect), None, library()).turned_down}["gas-spring"]
+        for effect in (no_effect, weak)
+    )
+    assert (own.name, own.unit, own.low) == ("k_g", "N/m", None)
+    assert own.value - without.value == pytest.approx(60.0, rel=0.2)
+
+
 def slowly_gone(i: Array) -> Array:
     return i + 0.6 * (released(np.ascontiguousarray(i), 0.06 / DT) - i)
 

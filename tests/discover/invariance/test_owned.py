@@ -1,5 +1,7 @@
 """What a base has itself, found in its own terms and not by its name."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -41,6 +43,12 @@ def base(name: str) -> Base:
 )
 def test_a_base_owns_the_forces_in_the_span_of_its_linear_terms(model: str, name: str, owned: bool) -> None:
     assert owns(base(model), records(), effect(name), STANDARD) is owned
+
+
+def test_a_spring_that_is_at_rest_elsewhere_is_the_base_s() -> None:
+    rows = records()
+    shifted = [replace(r, channels={**r.channels, "displacement": r.place + 0.05}) for r in rows]
+    assert owns(Base(tuple(r.place[:, None] for r in rows)), shifted, effect("gas-spring"), STANDARD)
 
 
 def test_a_term_that_ties_a_spring_to_a_damping_is_left_out() -> None:

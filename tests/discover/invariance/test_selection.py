@@ -17,6 +17,7 @@ from mrfit.discover.invariance.selection import (
     lost,
     objection,
     screened_out,
+    stands_further,
     stands_weighed,
     weakest,
     worth_a_swap,
@@ -40,7 +41,6 @@ def test_a_clear_effect_has_no_objection() -> None:
     ("name", "value"),
     [
         ("z", STANDARD.clear),
-        ("share", STANDARD.share),
         ("kept", STANDARD.kept),
         ("held", STANDARD.held),
         ("size", STANDARD.size),
@@ -188,3 +188,26 @@ def test_a_force_that_a_law_of_longer_memory_takes_over_is_the_law_s(factor: flo
     least = STANDARD.clear * STANDARD.further
     assert lost([row(z=0.99 * least)], {"spring": GOOD.size}, STANDARD)[0] == "spring"
     assert lost([row(size=size, z=1.01 * least)], {"spring": GOOD.size}, STANDARD)[0] == name
+
+
+@pytest.mark.parametrize(("factor", "fires"), [(0.999, True), (1.001, False)])
+def test_what_is_not_plain_has_to_take_its_share(factor: float, fires: bool) -> None:
+    found = row(z=0.5 * (STANDARD.clear + STANDARD.plain), share=STANDARD.share * factor)
+    assert bool(objection(found, STANDARD)) is fires
+
+
+@pytest.mark.parametrize(("z", "share", "stands"), [(1.01, 1.01, True), (0.99, 1.01, False), (1.01, 0.99, False)])
+def test_what_is_plain_may_take_less(z: float, share: float, stands: bool) -> None:
+    found = row(z=STANDARD.plain * z, share=STANDARD.share_if_plain * share)
+    assert (objection(found, STANDARD) == "") is stands
+
+
+@pytest.mark.parametrize(
+    ("kept", "size", "stands"),
+    [(1.01, 1.0, True), (0.99, 1.0, False), (1.01, 1.0 + 0.99 * STANDARD.drifts, True),
+     (1.01, 1.0 + 1.01 * STANDARD.drifts, False), (1.01, 1.0 - 1.01 * STANDARD.drifts, False)],
+)  # fmt: skip
+def test_an_effect_keeps_its_force_beside_a_longer_memory(kept: float, size: float, stands: bool) -> None:
+    found = row(kept=STANDARD.further * STANDARD.kept * kept, size=GOOD.size * size, z=0.1)
+    assert stands_further(found, GOOD.size, STANDARD) is stands
+    assert not stands_further(replace(found, sign=False), GOOD.size, STANDARD)
