@@ -53,7 +53,9 @@ PLACES = (
 # errors 5 4 3 of noise 0: of 25 parts the law has 9, effects 7 and neither 9
 FOUND = Findings(
     named=(SPRING,),
-    turned_down=(TurnedDown("inertia", Invariance.MEMORY, "takes only 1%", 0.01),),
+    turned_down=(
+        TurnedDown("inertia", Invariance.MEMORY, "takes only 1%", 0.01, Parameter("m", "kg", 0.4, None, None)),
+    ),
     confounded=(Confounded("stribeck", "it breaks no invariance: any law may have it", "slow strokes"),),
     errors=Errors(0.05, 0.04, 0.03, 0.0),
     law_gap=LawGap(0.03, 0.36, PLACES),
@@ -164,6 +166,7 @@ def test_an_effect_that_is_not_believed_is_turned_down_with_its_reason() -> None
     found = told(replace(FOUND, named=(part,), broken=(BrokenInvariance(Invariance.POSITION, 0.6, 0.5, 0.02),)))
     assert found.verdict == "unexplained" and found.invariance is not None
     assert [e.name for e in found.invariance.turned_down] == ["gas-spring", "inertia"]
+    assert [(p.name, p.value, p.low) for p in found.invariance.turned_down[1].parameters] == [("m", 0.4, None)]
     assert "something else breaks the same invariance" in found.invariance.turned_down[0].reason
 
 
