@@ -44,6 +44,8 @@ their own. Outside the library: {", ".join(OUTSIDE)}.
 **Real records.** Press (UTFSM), shaking table (labcontrol), NEES and Keio, cut into pieces where there is one record.
 Planted: 3, 6 and 12 % of the range; in NEES the current is logged 4, 8 and 16 ms earlier. Development asks bingham,
 tanh and boucwen, evaluation biviscous, guo and spencer. Planted end stops and temperatures are listed, not counted.
+The truth is what is planted and what the record as it is was said to have of it, also where that was too little for a
+name. An earlier current is a dead time of that length.
 
 **Counted.** Right is what names exactly what is hidden, and nothing else. An effect is clear if the root mean square of
 its force is that of the force's noise or more. Intervals of shares are Wilson's."""

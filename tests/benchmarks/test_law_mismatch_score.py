@@ -55,6 +55,8 @@ def test_a_lag_with_a_dead_time_is_judged_by_both() -> None:
     lag = Name("current-lag", {"tau": Number(0.015, 0.013, 0.017), "t_d": Number(0.005, 0.004, 0.006)})
     truth = {"current-lag": {"values": {"tau": 0.02}, "size": 0.1}}
     assert judge(case, _result(case, lag, truth=truth)).found[0].error == pytest.approx(0)
+    dead = judge(case, _result(case, lag, truth={"current-lag": {"values": {"t_d": 0.005}, "size": 0.1}}))
+    assert dead.found[0].error == pytest.approx(0) and dead.found[0].holds
 
 
 def test_nulls_and_outside_cases_are_to_name_nothing() -> None:
@@ -77,6 +79,9 @@ def test_planted_records_are_compared_with_what_they_have_of_their_own() -> None
     alone, _ = judge_all([planted, real], [total, own])
     assert alone.right and not alone.wrong and alone.close
     assert judge(planted, total).wrong == {"inertia"}
+    weak = replace(own, said=Said("unexplained", weak={"gas-spring": {"k_g": 200.0}}))
+    unnamed, _ = judge_all([planted, real], [total, weak])
+    assert unnamed.close and unnamed.wrong == {"inertia"}
 
 
 def test_wilson_intervals() -> None:
@@ -166,6 +171,6 @@ def test_planted_temperature_is_a_factor_of_the_force() -> None:
 def test_a_current_that_is_logged_earlier_leaves_the_rest_in_place() -> None:
     planted, truth = realsets._planted(_asked(), "current-lag", 0.06, np.random.default_rng(0))
     was, made = _asked().channels[0], planted.channels[0]
-    assert truth["current-lag"]["values"]["tau"] == 0.008
+    assert truth["current-lag"]["values"]["t_d"] == 0.008
     np.testing.assert_array_equal(made["current"], was["current"][8:])
     np.testing.assert_array_equal(made["force"], was["force"][:-8])
