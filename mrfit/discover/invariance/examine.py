@@ -30,7 +30,7 @@ from mrfit.discover.invariance.horizon import FURTHER, held_further
 from mrfit.discover.invariance.law_gap import law_gap
 from mrfit.discover.invariance.owned import lawful, owns
 from mrfit.discover.invariance.policy import STANDARD, Policy
-from mrfit.discover.invariance.records import Record
+from mrfit.discover.invariance.records import Record, with_steady_currents
 from mrfit.discover.invariance.sensitivity import Examined, examined, missing
 from mrfit.discover.invariance.setting import Setting, setting_of
 from mrfit.discover.invariance.standing import Described
@@ -70,6 +70,7 @@ def examine(
     """
     if not records:
         return Findings(not_applicable="no records")
+    records = with_steady_currents(records)
     base = base or none(records)
     able, confounded = _able(records, base, effects, policy)
     base = _without_unlawful(records, base, able)

@@ -187,6 +187,21 @@ def thinned(condition: str, dt: float, channels: Mapping[str, Array], output: Ar
     )
 
 
+def with_steady_currents(records: Sequence[Record]) -> list[Record]:
+    """Return records with a current at its mean where it moves by little of the largest of all.
+
+    At zero current noise is all that moves, and by itself it is no small share of what is logged.
+    """
+    largest = max((float(np.max(np.abs(r.control))) for r in records), default=0.0)
+    found = []
+    for record in records:
+        own = record.control
+        steady = bool(np.std(own) <= MOVES * largest)
+        channels = {**record.channels, CONTROL: np.full(len(own), float(np.mean(own)))}
+        found.append(replace(record, channels=channels) if steady else record)
+    return found
+
+
 def inputs_move(values: Array | None) -> bool:
     """Return whether a current moves by more than its noise."""
     return values is not None and bool(np.std(values) > MOVES * max(float(np.max(np.abs(values))), 1e-9))

@@ -5,7 +5,14 @@ import pytest
 
 from mrfit.discover.invariance.base import none
 from mrfit.discover.invariance.policy import STANDARD
-from mrfit.discover.invariance.records import MOST_RATE, SAMPLES_OF_FASTEST, from_arrays, thinned
+from mrfit.discover.invariance.records import (
+    MOST_RATE,
+    MOVES,
+    SAMPLES_OF_FASTEST,
+    from_arrays,
+    thinned,
+    with_steady_currents,
+)
 from mrfit.discover.invariance.setting import setting_of
 from tests.discover.invariance.specimens import records
 
@@ -44,6 +51,21 @@ def test_a_current_that_hardly_moves_is_held_at_its_mean() -> None:
         assert np.ptp(found.control) == 0.0
     found = thinned("a", 1.0 / RATE, {**made, "current": 1.0 + 10.0 * noise}, np.ones(len(noise)), "force")
     assert found.moves
+
+
+@pytest.mark.parametrize(("share", "moves"), [(0.99, False), (1.01, True)])
+def test_noise_about_zero_current_is_no_current_that_moves(share: float, moves: bool) -> None:
+    made = channels(2.0)
+    wave = np.sqrt(2.0) * np.sin(2.0 * np.pi * 5.0 * made["time"])
+    output = np.ones(len(wave))
+    full = thinned("full", 1.0 / RATE, {**made, "current": np.full(len(wave), 2.0)}, output, "force")
+    still = thinned("still", 1.0 / RATE, {**made, "current": 2.0 * MOVES * share * wave}, output, "force")
+    assert still.moves
+    kept, steady = with_steady_currents([full, still])
+    assert steady.moves is moves
+    assert (np.ptp(steady.control) > 0.0) is moves
+    assert np.mean(steady.control) == pytest.approx(np.mean(still.control))
+    np.testing.assert_array_equal(kept.control, full.control)
 
 
 def test_the_motion_of_a_raw_stroke_is_derived_with_the_package_s_smoother() -> None:
