@@ -3,9 +3,9 @@
     F = F_base + c2*exp(-b_drag*(T - 25))*v*|v|
 
 v velocity (m/s), F force (N), T temperature (degC), c2 drag at 25 degC (N*s^2/m^2), b_drag its falling rate (1/K). The
-rate is held at 0 in a model that does not take the temperature. How much of the drag falls is for the data to say: the
-loss of an orifice goes with the density, which hardly does; where the whole force falls, as Savaia et al. scale it, the
-drag does too.
+rate is held at 0 in a model that does not take the temperature. The data determine it: the loss of an orifice is
+proportional to the density, which hardly falls; where the whole force falls, as Savaia et al. scale it, the drag falls
+too.
 
 Source: orifice flow, J. C. Dixon, The Shock Absorber Handbook, 2nd ed. (2007), ch. 5; the falling rate as that of the
 effect ``temperature``.
