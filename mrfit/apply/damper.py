@@ -150,7 +150,8 @@ def damper_of(fit: "FitResult", current: tuple[float, float] | None = None) -> D
         )
     stored = content.current_dependence
     values = {p.name: p.value for p in content.results[0].parameters}
-    parameters = tuple((n, values[n]) for n in assembly_of(content).spec.names)
+    spec = assembly_of(content).spec
+    parameters = tuple(zip(spec.names, spec.theta(values).tolist(), strict=True))
     orders: tuple[tuple[str, Order], ...] = ()
     if stored:
         orders, (low, high) = tuple(stored.orders.items()), (stored.low, stored.high)

@@ -84,7 +84,8 @@ def specification_is_sound(effect: Effect) -> None:
     need(spec.title and spec.equation, "no title or no equation")
     need(spec.slot in SLOTS, f"no slot '{spec.slot}'")
     need(spec.outputs and set(spec.outputs) <= OUTPUTS, f"outputs {spec.outputs}")
-    unknown = set(spec.inputs) - {*CHANNELS, "time", FLUX_RESISTANCE}
+    needed = {p.needs for p in spec.params if p.needs}
+    unknown = {*spec.inputs, *needed} - {*CHANNELS, "time", FLUX_RESISTANCE}
     need(not unknown, f"unknown channel {', '.join(sorted(unknown))}")
     need(spec.params, "no parameter")
     for p in spec.params:
@@ -154,10 +155,12 @@ def neutral_leaves_the_base(effect: Effect) -> None:
 
 
 def every_parameter_moves_the_output(effect: Effect) -> None:
-    """Every parameter makes a difference."""
+    """Every parameter makes a difference, those for which the model must take a channel of another effect aside."""
     for pair in pairs(effect):
         rows = np.repeat(weak(pair.spec, 2)[1:], 2, axis=0)
         for q, p in enumerate(pair.spec.params):
+            if p.needs and p.needs not in pair.whole.spec.inputs:
+                continue
             moved = rows.copy()
             moved[1, q] = 0.8 * moved[0, q]
             out = pair.out(moved)

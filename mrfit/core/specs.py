@@ -36,6 +36,9 @@ class Param:
     fixed
         Not fitted, but held at the greatest value that ``start_values`` gives for the training logs: a choice of
         scale, which no data determine. It is fitted where the user gives bounds or a start of their own.
+    needs
+        Of an effect: the channel without which it does nothing. It is held at its start in a model that does not take
+        this channel.
     symbol
         LaTeX math, where the name does not spell it as ``C_inf`` spells C with the index ∞.
     """
@@ -49,6 +52,7 @@ class Param:
     role: str = ""
     text: str = ""
     fixed: bool = False
+    needs: str = ""
     symbol: str = ""
 
 
@@ -122,6 +126,13 @@ class ModelSpec:
     def start(self) -> Array:
         """Start values, shape (K,)."""
         return np.array([p.start for p in self.params])
+
+    def theta(self, values: Mapping[str, float]) -> Array:
+        """Return the parameter vector (K,) of values by name; a held one that is not among them is at its start.
+
+        A fit of an earlier version may lack a parameter that its model only holds.
+        """
+        return np.array([values.get(p.name, p.start) if p.fixed else values[p.name] for p in self.params])
 
 
 @dataclass(frozen=True, slots=True)

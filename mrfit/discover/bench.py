@@ -14,7 +14,7 @@ from mrfit.errors import DataError
 from mrfit.fit.identify import measured_output
 from mrfit.search.problem import Block, differences, full_block
 from mrfit.signal.noise_floor import NoiseFloor
-from mrfit.signal.output_floor import cycles_drift, output_floors, residual_floor, with_colour
+from mrfit.signal.output_floor import SAME, cycles_drift, output_floors, residual_floor, with_colour
 from mrfit.signal.smoothing import TIME, Drive, smooth
 from mrfit.simulate.assembly import Assembly
 
@@ -111,6 +111,17 @@ class Bench:
     def noise_is_measured(self, role: str) -> bool:
         """Return whether every noise floor of a role was measured, by cycles or by repeats."""
         return all(s.noise.method in MEASURED for s in self.of_role(role))
+
+    def noise_is_in_line(self, role: str) -> bool:
+        """Return whether no noise floor of a role is clearly above those that were measured, in records of any role.
+
+        Records of one instrument share its noise: a guess that is in line with them holds no error of a law.
+        """
+        measured = [s.noise.value for s in self.stretches if s.noise.method in MEASURED]
+        if not measured:
+            return False
+        most = SAME * float(np.median(measured))
+        return all(s.noise.known and s.noise.value <= most for s in self.of_role(role))
 
     def errors(self, assembly: Assembly, theta: Array, role: str) -> list[Array]:
         """Return (simulated − measured) / noise floor of each segment of a role, (P, N_s) each, for theta (P, K)."""

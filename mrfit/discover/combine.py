@@ -57,29 +57,52 @@ class Combined:
         """Whether effects are named beside a law that is off."""
         return bool(self.standing)
 
+    @property
+    def law_may_be_off(self) -> bool:
+        """Whether another law may be the right one: not where nothing is missing or the base was taken as exact."""
+        return self.law_is_open or self.verdict not in ("none", "named", "ambiguous")
 
-def worth_examining(chosen: Selection, noise: float, measured: bool, policy: Policy) -> bool:
+
+@dataclass(frozen=True)
+class Floors:
+    """What is known of the noise floors of held-out conditions.
+
+    Attributes
+    ----------
+    noise
+        The most that the noise can be, in multiples of the floor.
+    measured
+        Whether they were measured, by cycles or repeats. One that was guessed from what a regression or the base leaves
+        holds the error of a wrong law, too: it cannot say that nothing is missing.
+    in_line
+        Whether those that were not are no larger than those that were.
+    """
+
+    noise: float
+    measured: bool
+    in_line: bool = False
+
+
+def worth_examining(chosen: Selection, floors: Floors, policy: Policy) -> bool:
     """Return whether the law of a base may be off, by what its effects leave.
 
     Parameters
     ----------
     chosen
         What was decided with the base taken as exact.
-    noise
-        The most that the noise can be, in multiples of the floor.
-    measured
-        Whether the floors were measured, by cycles or repeats. One that was guessed from what a regression or the base
-        leaves holds the error of a wrong law, too: it cannot say that nothing is missing.
+    floors
+        What is known of the noise.
     policy
         The thresholds.
     """
+    above = chosen.final.holdout > policy.at_the_floor * floors.noise
     if chosen.verdict == "unexplained":
         return True
-    if not measured:
+    if not floors.measured and not (floors.in_line and not above):
         return True
     if chosen.verdict in ("none", "insufficient-data"):
         return False
-    return chosen.final.holdout > policy.at_the_floor * noise or _leaves_much(chosen, noise, policy)
+    return above or _leaves_much(chosen, floors.noise, policy)
 
 
 def _leaves_much(chosen: Selection, noise: float, policy: Policy) -> bool:

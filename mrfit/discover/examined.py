@@ -61,7 +61,7 @@ def beside_open_law(
         after = refitted(with_held(fitter, held), base)
         without = {n: _without(fitter, base, held, n) for n in combined.named}
         found = with_gap(found, gap_of(fitter.bench, base, after), without)
-    if not examined.not_applicable and found.verdict != "none":
+    if not examined.not_applicable and combined.law_may_be_off:
         found = with_laws(found, other_laws(fitter, base, held, dependence, policy))
     return Beside(found, after)
 

@@ -153,11 +153,11 @@ def drifts_of(bench: Bench, fit: Refit) -> list[Drifting]:
 
 
 def intervals_of(fit: Refit, effect: str) -> tuple[EffectParameter, ...]:
-    """Return an effect's parameters with intervals."""
+    """Return an effect's parameters with intervals; not those that this model holds."""
     return tuple(
         EffectParameter(name=row.name.partition(".")[2], unit=row.unit, value=row.value, low=row.low, high=row.high)
         for row in parameter_rows(fit.cube, fit.point, fit.uncertainty)
-        if row.name.startswith(effect + ".")
+        if row.name.startswith(effect + ".") and not row.fixed
     )
 
 

@@ -113,8 +113,11 @@ class Refit:
         return int(np.flatnonzero(self.cube.free == names.index(f"{effect}.{param.name}"))[0])
 
     def shapes(self, effect: str) -> dict[str, float]:
-        """Return where in their ranges, 0 to 1, an effect's shape parameters ended; a share is a form at either end."""
-        shapes = [p for p in _params(effect) if p.role == "shape" and (p.low, p.high) != SHARE]
+        """Return where in their ranges, 0 to 1, an effect's shape parameters ended; a share is a form at either end.
+
+        A rate that may be zero, which only another effect's channel makes a form, is none.
+        """
+        shapes = [p for p in _params(effect) if p.role == "shape" and (p.low, p.high) != SHARE and not p.needs]
         return {p.name: float(self.point[self._place(effect, p)]) for p in shapes}
 
     def _neutral_theta(self, effect: str) -> Array:

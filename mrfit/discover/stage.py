@@ -12,7 +12,7 @@ from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.discover.account import Asked, account
 from mrfit.discover.bench import build_bench, effects_for, with_residual_floors
-from mrfit.discover.combine import worth_examining
+from mrfit.discover.combine import Floors, worth_examining
 from mrfit.discover.examined import beside_open_law
 from mrfit.discover.findings import findings, series_of
 from mrfit.discover.gather import Gathering, gather
@@ -216,8 +216,9 @@ def _discovered(job: _Job) -> Told:
     gathering, chosen = decided.judged.gathering, decided.judged.chosen
     told = _exact(job, decided)
     before, after = (gathering.refit_of(fit) for fit in (chosen.base, chosen.final))
-    measured = gathering.fitter.bench.noise_is_measured("holdout")
-    if worth_examining(chosen, gathering.noise, measured, STANDARD):
+    bench = gathering.fitter.bench
+    floors = Floors(gathering.noise, bench.noise_is_measured("holdout"), bench.noise_is_in_line("holdout"))
+    if worth_examining(chosen, floors, STANDARD):
         job.progress("law and invariances", 0, 1)
         own = replace(job.settings, current_order="auto", start=())
         beside = beside_open_law(
@@ -225,7 +226,7 @@ def _discovered(job: _Job) -> Told:
         )
         job.progress("law and invariances", 1, 1)
         told, after = _with_another_base(job, beside.found), beside.after
-    return Told(told, series_of(gathering.fitter.bench, before, after))
+    return Told(told, series_of(bench, before, after))
 
 
 def _with_another_base(job: _Job, told: DiscoveryFile) -> DiscoveryFile:

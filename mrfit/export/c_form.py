@@ -62,7 +62,7 @@ class Form:
     file
         The template.
     given
-        Variables it sees: ``shape_varies``, ``tunable``.
+        Variables it sees: ``shape_varies``, ``tunable``, ``knows_temperature``.
     """
 
     def __init__(self, file: Path, given: Mapping[str, bool]) -> None:

@@ -115,7 +115,7 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
 
 def _forms(source: Source, tunable: bool) -> tuple[Form, list[Form], dict[str, bool]]:
     """Return the forms of the base and of its effects, and what they were given."""
-    given = {"tunable": tunable, "shape_varies": False}
+    given = {"tunable": tunable, "shape_varies": False, "knows_temperature": "temperature" in source.channels}
     form = form_of("model", source.base.name, given)
     varying = {name for name, _ in source.dependence.orders} if source.dependence else set()
     given["shape_varies"] = bool(form.shape_names & set(map(field, varying)))

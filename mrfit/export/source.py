@@ -226,7 +226,7 @@ def source_of(
         raise ConfigError(f"{content.name}: no parameters of '{chosen}'; there are {', '.join(list(results)[:8])}")
     values = {p.name: float(p.value) for p in results[chosen].parameters}
     own = tuple(s for s in stretches if chosen == "all" or s.condition == chosen)
-    theta = np.array([values[n] for n in assembly.spec.names])
+    theta = assembly.spec.theta(values)
     if not np.all(np.isfinite(theta)):
         raise DataError(f"{content.name}: a parameter is not a number: fit again")
     whole = Source(content, assembly, chosen, theta, own)
@@ -241,5 +241,5 @@ def _left_out(source: Source, without: Sequence[str]) -> Source:
     kept = "+".join([base, *(e for e in effects if e not in without)])
     assembly = assemble(kept, source.dependence)
     values = dict(zip(source.spec.names, source.theta, strict=True))
-    theta = np.array([values[n] for n in assembly.spec.names])
+    theta = assembly.spec.theta(values)
     return replace(source, assembly=assembly, theta=theta, without=tuple(without))

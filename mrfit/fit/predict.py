@@ -140,8 +140,7 @@ def _stretch(part: Part, assembly: Assembly) -> Stretch:
 
 def theta_of(assembly: Assembly, result: Result) -> Array:
     """Return the parameter vector (K,) of one result in the order of the model's SPEC."""
-    values = {p.name: p.value for p in result.parameters}
-    return np.array([values[n] for n in assembly.spec.names])
+    return assembly.spec.theta({p.name: p.value for p in result.parameters})
 
 
 def closest_result(results: Sequence[Result], segment: Segment) -> Result:

@@ -184,7 +184,11 @@ def _with_effects(base: Assembly, modules: list[Effect]) -> Assembly:
         if base.spec.output not in effect.outputs:
             raise ConfigError(f"effect {effect.name} acts on {' or '.join(effect.outputs)}, not on {base.spec.output}")
     needed = dict.fromkeys((*base.spec.inputs, *(i for e in specs for i in e.inputs)))
-    params = tuple(replace(p, name=f"{e.name}.{p.name}") for e in specs for p in e.params)
+    params = tuple(
+        replace(p, name=f"{e.name}.{p.name}", fixed=p.fixed or bool(p.needs and p.needs not in needed))
+        for e in specs
+        for p in e.params
+    )
     spec = replace(
         base.spec,
         name=base.name,

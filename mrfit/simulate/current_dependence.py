@@ -18,7 +18,7 @@ there, those written with ``/`` may jump. The break itself belongs to the piece 
 
 import re
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -27,6 +27,8 @@ from mrfit.core.specs import Array, Derived, Index, ModelSpec, Param
 from mrfit.errors import ConfigError, DataError
 
 HIGHEST = 4
+# Records whose polynomials are remembered, of at most so many samples: in longer ones they cost little beside the model
+REMEMBERED, REMEMBERED_SAMPLES = 64, 10_000
 # Parameters that do not depend on the coil's field unless the user says so
 FIXED_ROLES = ("offset", "shape")
 MEETING, JUMPING = ":", "/"
@@ -117,13 +119,27 @@ class CurrentDependence:
 
     def basis(self, order: Order, current: Array) -> Array:
         """Return the Lagrange polynomials at currents (N,) in A, one row for each node; 0 outside their piece."""
-        held = np.clip(current, self.low, self.high)
-        rows = np.zeros((count(order), len(current)))
-        for piece in self.pieces(order):
-            # the first piece reaches down to the range's end, every other to above the break
-            inside = (held <= piece.high) & ((held > piece.low) | (piece.low == self.low))
-            rows[np.ix_(piece.columns, np.flatnonzero(inside))] = _lagrange(piece.nodes, held[inside])
-        return rows
+        if len(current) > REMEMBERED_SAMPLES:
+            return _basis(order, self.low, self.high, current)
+        return _remembered_basis(order, self.low, self.high, np.asarray(current, dtype=np.float64).tobytes())
+
+
+def _basis(order: Order, low: float, high: float, current: Array) -> Array:
+    held = np.clip(current, low, high)
+    rows = np.zeros((count(order), len(current)))
+    for piece in _pieces(order, low, high):
+        # the first piece reaches down to the range's end, every other to above the break
+        inside = (held <= piece.high) & ((held > piece.low) | (piece.low == low))
+        rows[np.ix_(piece.columns, np.flatnonzero(inside))] = _lagrange(piece.nodes, held[inside])
+    return rows
+
+
+@lru_cache(REMEMBERED)
+def _remembered_basis(order: Order, low: float, high: float, current: bytes) -> Array:
+    """Return the same for currents as bytes: a search asks for those of the same few records again and again."""
+    rows = _basis(order, low, high, np.frombuffer(current))
+    rows.flags.writeable = False
+    return rows
 
 
 def _lagrange(nodes: Array, current: Array) -> Array:
@@ -174,6 +190,7 @@ def _read(order: Order) -> tuple[tuple[int, ...], tuple[float, ...], tuple[bool,
     return tuple(map(int, written)), breaks, meeting
 
 
+@cache
 def count(order: Order) -> int:
     """Return the number of values that give a parameter of this order: a node for each, shared where pieces meet."""
     orders, _, meeting = _read(order)

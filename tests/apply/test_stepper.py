@@ -69,6 +69,14 @@ def test_steps_of_every_effect_of_a_force_are_its_simulation(effect: str) -> Non
     assert error(one) < tolerance
 
 
+def test_a_drag_that_falls_with_the_temperature_is_stepped_as_it_is_simulated() -> None:
+    one = monotone(
+        "tanh+quadratic-drag+temperature",
+        **{"quadratic-drag.c2": 300.0, "quadratic-drag.b_drag": 0.02, "temperature.b_viscous": 0.01},
+    )
+    assert error(one) < 1e-9
+
+
 def test_every_effect_of_a_force_is_among_them() -> None:
     there = {n for n in registry.names("effect") if "force" in registry.load("effect", n).SPEC.outputs}
     assert there == set(EFFECTS)

@@ -75,6 +75,18 @@ def test_known_floors_stay_and_the_most_noise_is_that_of_unknown_ones() -> None:
     assert replace(found, stretches=(train, unknown)).most_noise("holdout") == pytest.approx(3.0)
 
 
+@pytest.mark.parametrize(("value", "in_line"), [(1.25, True), (1.35, False), (float("nan"), False)])
+def test_a_guessed_floor_is_in_line_up_to_thirteen_tenths_of_the_measured_ones(value: float, in_line: bool) -> None:
+    found = bench(offsets=(0.0, 0.0))
+    train, holdout = found.stretches
+    value *= train.floor
+    other = replace(holdout, noise=NoiseFloor(value, "other records", 0.0, 3.0 * train.floor))
+    assert not replace(found, stretches=(train, other)).noise_is_measured("holdout")
+    assert replace(found, stretches=(train, other)).noise_is_in_line("holdout") == in_line
+    guessed = replace(train, noise=replace(train.noise, method="regression"))
+    assert not replace(found, stretches=(guessed, other)).noise_is_in_line("holdout")
+
+
 def test_only_effects_on_the_output_that_may_be_proposed_are_in_the_library() -> None:
     flux, force = ({e.name for e in effects_for(output)} for output in ("flux", "force"))
     assert "eddy-current" in flux and "eddy-current" not in force

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mrfit.core.specs import Invariance
-from mrfit.discover.combine import combine, leaves_noise, worth_examining
+from mrfit.discover.combine import Floors, combine, leaves_noise, worth_examining
 from mrfit.discover.evidence import Screening
 from mrfit.discover.invariance.findings import BrokenInvariance, Errors, Findings, NamedEffect, Parameter, Standing
 from mrfit.discover.policy import STANDARD
@@ -108,7 +108,7 @@ def test_the_way_that_has_no_proof_for_an_effect_of_the_other_is_told() -> None:
 def test_a_law_is_examined_only_where_the_base_does_not_leave_the_noise(
     chosen: Selection, noise: float, open_: bool
 ) -> None:
-    assert worth_examining(chosen, noise, True, STANDARD) == open_
+    assert worth_examining(chosen, Floors(noise, True), STANDARD) == open_
 
 
 @pytest.mark.parametrize("verdict", ["named", "ambiguous"])
@@ -117,8 +117,8 @@ def test_what_leaves_a_guessed_floor_is_believed_if_no_law_leaves_clearly_less(v
     assert leaves_noise(chosen, 1.0, STANDARD)
     assert not leaves_noise(exact(verdict, "a", left=12.0), 1.0, STANDARD)
     assert not leaves_noise(exact("none"), 1.0, STANDARD)
-    assert worth_examining(chosen, 1.0, False, STANDARD)
-    assert not worth_examining(chosen, 1.0, True, STANDARD)
+    assert worth_examining(chosen, Floors(1.0, False), STANDARD)
+    assert not worth_examining(chosen, Floors(1.0, True), STANDARD)
     for left, believed in ((0.012, True), (0.020, False)):
         errors = Errors(base=0.05, law=0.01, after=0.01, noise=0.002, exact=left, open=0.01)
         found = combine(chosen, Findings(errors=errors), STANDARD, noisy=True)
@@ -129,11 +129,33 @@ def test_what_leaves_a_guessed_floor_is_believed_if_no_law_leaves_clearly_less(v
 
 @pytest.mark.parametrize("verdict", ["none", "insufficient-data"])
 def test_a_floor_that_was_guessed_cannot_say_that_nothing_is_missing(verdict: str) -> None:
-    assert worth_examining(exact(verdict), 1.0, False, STANDARD)
-    assert not worth_examining(exact(verdict), 1.0, True, STANDARD)
+    assert worth_examining(exact(verdict), Floors(1.0, False), STANDARD)
+    assert not worth_examining(exact(verdict), Floors(1.0, True), STANDARD)
     nothing = combine(exact(verdict), Findings(), STANDARD)
     assert (nothing.verdict, nothing.named) == (verdict, ())
     assert combine(exact(verdict), Findings(named=(effect("s"),)), STANDARD).named == ("s",)
+
+
+@pytest.mark.parametrize("verdict", ["none", "named", "ambiguous"])
+def test_a_guessed_floor_in_line_with_those_measured_is_trusted_where_only_noise_is_left(verdict: str) -> None:
+    effects = () if verdict == "none" else ("a",)
+    at, above = (
+        replace(exact(verdict, *effects), final=fit(left, *effects)) for left in (STANDARD.at_the_floor - 0.01, 1.3)
+    )
+    in_line = Floors(1.0, measured=False, in_line=True)
+    assert not worth_examining(at, in_line, STANDARD)
+    assert worth_examining(at, Floors(1.0, measured=False), STANDARD)
+    assert worth_examining(above, in_line, STANDARD)
+    assert worth_examining(exact("unexplained", left=1.0), in_line, STANDARD)
+
+
+def test_other_laws_are_fitted_only_where_the_base_is_not_taken_as_exact() -> None:
+    believed = Findings(errors=Errors(base=0.05, law=0.01, after=0.01, noise=0.002, exact=0.01, open=0.01))
+    assert not combine(exact("named", "a"), believed, STANDARD, noisy=True).law_may_be_off
+    assert not combine(exact("none"), Findings(), STANDARD).law_may_be_off
+    assert combine(exact("none"), Findings(named=(effect("s"),)), STANDARD).law_may_be_off
+    assert combine(exact("named", "a"), Findings(), STANDARD).law_may_be_off
+    assert combine(exact(), Findings(), STANDARD).law_may_be_off
 
 
 NAMES = st.sampled_from(["a", "b", "c", "d"])

@@ -11,7 +11,7 @@ from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Invariance
 from mrfit.discover import laws, looks, rules
 from mrfit.discover.bench import build_bench
-from mrfit.discover.combine import combine, leaves_noise, worth_examining
+from mrfit.discover.combine import Floors, combine, leaves_noise, worth_examining
 from mrfit.discover.evidence import Candidate, Contrast, Effect, Growth, Repetition, Screening
 from mrfit.discover.invariance.findings import BrokenInvariance, Errors, Findings, NamedEffect, Parameter, Standing
 from mrfit.discover.policy import STANDARD, Policy
@@ -163,7 +163,7 @@ def left_open(after: float, before: float) -> Rule:
 
 
 def above_the_floor(after: float, measured: bool = True) -> Rule:
-    return lambda p: worth_examining(_selected(after, 10.0), 1.0, measured, p)
+    return lambda p: worth_examining(_selected(after, 10.0), Floors(1.0, measured), p)
 
 
 def as_good_as_a_law(exact: float) -> Rule:

@@ -25,7 +25,7 @@ STRENGTH: Mapping[str, tuple[float, ...]] = {
     "gain-drift": (0.05,),
     "gas-spring": (3000.0, 4.0),
     "inertia": (2.5,),
-    "quadratic-drag": (900.0,),
+    "quadratic-drag": (900.0, 0.02),
     "residual-magnetism": (0.1,),
     "slow-release": (0.4, 0.05),
     "stribeck": (40.0, 0.03, 1.5, 5e-4, 3e-4),

@@ -32,7 +32,7 @@ RATES = (1e-3, 1e-4)
 NO_COST = Cost((), 0.002)
 EXACT = 1e-9
 SELECTION = (
-    "tanh+asymmetry+temperature+delay",
+    "tanh+asymmetry+quadratic-drag+temperature+delay",
     "boucwen+coulomb-friction",
     "spencer+gain-drift",
     "lugre",

@@ -10,7 +10,15 @@ from mrfit.core.specs import ModelSpec
 from mrfit.errors import ConfigError, DataError
 from mrfit.models import bingham, tanh
 from mrfit.simulate.assembly import assemble
-from mrfit.simulate.current_dependence import CurrentDependence, at_current, coefficients, expanded, orders_of, through
+from mrfit.simulate.current_dependence import (
+    REMEMBERED_SAMPLES,
+    CurrentDependence,
+    at_current,
+    coefficients,
+    expanded,
+    orders_of,
+    through,
+)
 
 LOW, HIGH = 0.2, 1.0
 # inverse-tanh paper Table 3 from 0.2 to 1 A, in N and N*s/m: coefficients of i^0, i^1, i^2
@@ -260,3 +268,16 @@ def test_forms_are_written_before_the_order() -> None:
         orders_of(tanh.SPEC, "k=log1")
     with pytest.raises(ConfigError, match="'plain' or 'log' before it"):
         orders_of(tanh.SPEC, "fy=exp2")
+
+
+def test_polynomials_of_records_that_are_remembered_are_those_computed_and_cannot_be_changed() -> None:
+    dependence = CurrentDependence((("fy", "1:0.7:2"), ("C_inf", 3)), 0.0, 2.0)
+    first, other = np.linspace(-0.5, 2.5, 300), np.linspace(0.0, 2.0, 300)
+    for order in ("1:0.7:2", 3):
+        known = [dependence.basis(order, one) for one in (first, other, first)]
+        assert np.array_equal(known[0], known[2]) and not np.array_equal(known[0], known[1])
+        # too long to be remembered
+        computed = dependence.basis(order, np.tile(first, REMEMBERED_SAMPLES))
+        assert np.array_equal(computed[:, :300], known[0])
+        with pytest.raises(ValueError, match="read-only"):
+            known[0][:] = 0.0
