@@ -64,7 +64,9 @@ class Difference:
         """It in words."""
         if self.largest is None or self.rms is None:
             return f"Difference from the simulation in Python: not measured ({self.why_not})."
-        steps = f" At uneven steps, on two in three of them: {self.uneven:.2g} at most." if self.uneven is not None else ""
+        steps = (
+            f" At uneven steps, on two in three of them: {self.uneven:.2g} at most." if self.uneven is not None else ""
+        )
         return (
             f"Difference from the simulation in Python on {self.samples} samples of {self.segments} segments of the "
             f"logs: {self.largest:.2g} of the output's range at most, {self.rms:.2g} RMS.{steps}"

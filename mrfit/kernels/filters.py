@@ -10,6 +10,7 @@ import numpy as np
 from mrfit.core.specs import Array
 from mrfit.kernels.jit import kernel
 
+
 @kernel
 def lag(x: Array, ratio: Array) -> Array:
     """Pass signals through y + tau*dy/dt = x, exact for x linear between samples, with y = x at the first.

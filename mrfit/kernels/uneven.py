@@ -77,7 +77,9 @@ def chord_lag(x: Array, here: Array, there: Array, gain: float, steps: Array) ->
         y[j] = x[j]
         if chord > 0.0:
             ratio = gain * chord / steps[j]
-            y[j] += math.exp(-1.0 / ratio) * (y[j - 1] - x[j - 1]) + ratio * math.expm1(-1.0 / ratio) * (x[j] - x[j - 1])
+            y[j] += math.exp(-1.0 / ratio) * (y[j - 1] - x[j - 1]) + ratio * math.expm1(-1.0 / ratio) * (
+                x[j] - x[j - 1]
+            )
     return y
 
 
@@ -100,7 +102,7 @@ def released(x: Array, tau: float, steps: Array) -> Array:
 
 @kernel
 def smooth_play(x: Array, half_width: float, steps: Array) -> Array:
-    """Return the play of a smooth signal (N,): it turns at the vertex of the parabola through its last three samples."""
+    """Return the play of a smooth signal (N,): it turns at the vertex of a parabola through three samples."""
     y = np.empty_like(x)
     state = 0.0
     for j in range(len(x)):
@@ -118,7 +120,7 @@ def smooth_play(x: Array, half_width: float, steps: Array) -> Array:
 
 
 def level(x: Array, steps: Array) -> float:
-    """Return the mean over time of a signal (N,) under a Hann window; a sample stands for half of the steps beside it."""
+    """Return the mean over time of a signal (N,) under a Hann window; a sample stands for half the steps beside it."""
     beside = np.concatenate([steps[1:2], steps[1:], steps[-1:]])
     extent = 0.5 * (beside[:-1] + beside[1:])
     middle = np.cumsum(extent) - 0.5 * extent

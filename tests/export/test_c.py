@@ -139,7 +139,12 @@ def test_a_loop_that_depends_on_current_is_exact_while_the_current_rests_and_whe
     moving = drive[row].copy()
     with program(source) as run:
         # at rest, at rest outside the range, resting until it moves, and stepping between two levels
-        for current in (0.9, 3.0, np.where(np.arange(1001) < 400, moving[0], moving), np.repeat([0.3, 1.1], [500, 501])):
+        for current in (
+            0.9,
+            3.0,
+            np.where(np.arange(1001) < 400, moving[0], moving),
+            np.repeat([0.3, 1.1], [500, 501]),
+        ):
             drive[row] = current
             assert shares(source, run, drive, 1e-3).max() < EXACT
 
@@ -228,6 +233,17 @@ def test_floats_are_near() -> None:
     with program(source, (*STRICT, f"-D{prefix}_FLOAT")) as run:
         off = shares(source, run, source.drive(source.stretches[0]), 1e-3)
     assert 1e-9 < off.max() < 1e-4
+
+
+def test_floats_are_near_where_a_loop_depends_on_current() -> None:
+    spec = registry.load("model", "boucwen").SPEC
+    source = rig("boucwen", CurrentDependence(orders_of(spec, "kappa=1,n=1"), 0.2, 1.4))
+    drive = source.drive(source.stretches[0]).copy()
+    row = source.spec.inputs.index("current")
+    with program(source, (*STRICT, f"-D{parts_of(source).context.p.upper()}_FLOAT")) as run:
+        for current in (drive[row], np.full(drive.shape[1], 0.9)):
+            drive[row] = current
+            assert 1e-9 < shares(source, run, drive, 1e-3).max() < 1e-4
 
 
 @pytest.mark.slow
@@ -422,9 +438,12 @@ def test_what_is_early_is_exported_as_prompt_and_told(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("cppcheck") is None, reason="no cppcheck")
-@pytest.mark.parametrize("model", [*SELECTION, "neural-network", "boucwen"])
-def test_cppcheck_finds_no_deviation_that_is_not_listed(model: str, tmp_path: Path) -> None:
-    source = rig(model)
+@pytest.mark.parametrize(
+    ("model", "orders"), [*((m, "") for m in (*SELECTION, "neural-network", "boucwen")), ("boucwen", "kappa=1,n=1")]
+)
+def test_cppcheck_finds_no_deviation_that_is_not_listed(model: str, orders: str, tmp_path: Path) -> None:
+    spec = registry.load("model", model.split("+")[0]).SPEC
+    source = rig(model, CurrentDependence(orders_of(spec, orders), 0.2, 1.4) if orders else None)
     parts: Parts = parts_of(source)
     for name, text in {**rendered(source, parts, [], NO_COST), "driver.c": driver(parts)}.items():
         (tmp_path / name).write_text(text)
