@@ -158,18 +158,16 @@ def _branches(damper: Damper) -> bool:
 
 
 def _chatter_in_words(rows: Sequence[RideRow], branches: bool) -> list[str]:
-    """Return a sentence on every cause of chatter, with its rides, and one on every ride with a limit cycle."""
-    alike: dict[tuple[str, bool], list[RideRow]] = {}
-    found = []
+    """Return a sentence on every cause of chatter and limit cycles, with its rides."""
+    alike: dict[tuple[str, bool, bool, bool], list[RideRow]] = {}
     for row in rows:
-        if row.chatter.limit_cycle:
-            kinds = [_chatters([row])] if row.chatter.found else []
-            kinds.append(f"goes on oscillating at {row.chatter.limit_cycle:.3g} Hz on the level road (limit cycle)")
-            found.append(f"{_rides([row])} {' and '.join(kinds)}. Cause: {_cause(row.chatter.cause, branches)}.")
-        elif row.chatter.found:
-            alike.setdefault((row.chatter.cause, row.lag), []).append(row)
-    said = [f"{_rides(some)} {_chatters(some)}. Cause: {_cause(c, branches)}." for (c, _), some in alike.items()]
-    return said + found
+        one = row.chatter
+        if one.found or one.limit_cycle:
+            alike.setdefault((one.cause, row.lag, one.found, bool(one.limit_cycle)), []).append(row)
+    return [
+        f"{_rides(some)} {' and '.join(_kinds(some))}. Cause: {_cause(cause, branches)}."
+        for (cause, *_), some in alike.items()
+    ]
 
 
 def _rides(rows: Sequence[RideRow]) -> str:
@@ -180,12 +178,17 @@ def _rides(rows: Sequence[RideRow]) -> str:
     return text + ("" if rows[0].lag else ", without lag")
 
 
-def _chatters(rows: Sequence[RideRow]) -> str:
-    several = [row.chatter for row in rows]
-    rate = _span([c.rate for c in several], 0)
-    share, swing = _span([100.0 * c.share for c in several], 0), _span([c.swing for c in several], 3)
-    verb = "chatters" if len(rows) == 1 else "chatter"
-    return f"{verb} at {rate} Hz for {share} % of the time, {swing} N a swing"
+def _kinds(rows: Sequence[RideRow]) -> list[str]:
+    """Return what rides of one kind do, in words."""
+    several, kinds, s = [row.chatter for row in rows], [], "s" if len(rows) == 1 else ""
+    if several[0].found:
+        share, swing = _span([100.0 * c.share for c in several], 0), _span([c.swing for c in several], 3)
+        rate = _span([c.rate for c in several], 0)
+        kinds.append(f"chatter{s} at {rate} Hz for {share} % of the time, {swing} N a swing")
+    if several[0].limit_cycle:
+        rate = _span([c.limit_cycle for c in several], 3)
+        kinds.append(f"go{'es' if s else ''} on oscillating at {rate} Hz on the level road (limit cycle)")
+    return kinds
 
 
 def _span(values: Sequence[float], digits: int) -> str:
@@ -269,15 +272,17 @@ def quarter_car(  # noqa: PLR0913
 def _row(ride: Ride, car: Car, lag: bool, chatter: Chatter) -> RideRow:
     static = (car.sprung + car.unsprung) * 9.81
     rolling = car.unsprung > 0.0
+    on = ride.time >= ride.road.settled
+    load, travel = ride.tyre_load[on], ride.travel[on]
     return RideRow(
         road=ride.road.name,
         control=ride.control.name,
         lag=lag,
-        acceleration=rms(ride.acceleration),
-        tyre_load=rms(ride.tyre_load) / static if rolling else float("nan"),
-        least_load=1.0 - float(np.max(ride.tyre_load)) / static if rolling else float("nan"),
-        travel=rms(ride.travel),
-        greatest_travel=float(np.max(np.abs(ride.travel))),
-        current=float(np.mean(ride.current)),
+        acceleration=rms(ride.acceleration[on]),
+        tyre_load=rms(load) / static if rolling else float("nan"),
+        least_load=1.0 - float(np.max(load)) / static if rolling else float("nan"),
+        travel=rms(travel),
+        greatest_travel=float(np.max(np.abs(travel))),
+        current=float(np.mean(ride.current[on])),
         chatter=chatter,
     )

@@ -79,7 +79,7 @@ def files(source: Source, settings: Settings) -> Files:
         f"{place}.c": code[f"{prefix}.c"].encode("ascii"),
         f"{place}_modelica.h": wrapper.encode("ascii"),
     }
-    said = f"{difference.text[:-1]}; of the C behind the block, no Modelica compiler has run."
+    said = f"{difference.text[:-1]}; of the C behind the block, which no Modelica tool has called yet."
     return Files(contents, (said, *notes_of(source)), difference.largest)
 
 
