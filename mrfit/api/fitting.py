@@ -123,10 +123,10 @@ class FitResult:
     ) -> Prediction:
         """Simulate the model on other recordings, as ``mrfit predict`` does; see ``mrfit.predict``."""
         how = self.preparation.to_predict(resistance)
-        return predicted(self.content, recordings, how, progress, self._extents)
+        return predicted(self.content, recordings, how, progress, self.extents)
 
     @property
-    def _extents(self) -> dict[str, tuple[float, float]]:
+    def extents(self) -> dict[str, tuple[float, float]]:
         """Least and greatest value of every channel during the fit; empty for one that was read from a file."""
         made = self.fitted
         if made is None:

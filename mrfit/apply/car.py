@@ -391,7 +391,8 @@ def adaptive(
         seen[k] = walk.rates[1, 0]
         if k + 1 < walk.samples and not chosen.advance(k):
             return Check(float("nan"), chosen.evaluations, k * timing.sample, pair[1].duration)
-    return Check(rms(seen), chosen.evaluations, pair[1].duration, pair[1].duration)
+    settled = np.arange(walk.samples) * timing.sample >= pair[1].settled
+    return Check(rms(seen[settled]), chosen.evaluations, pair[1].duration, pair[1].duration)
 
 
 class _Adaptive:

@@ -40,6 +40,8 @@ class Damper:
         (parameter, order) of those that depend on current.
     low, high
         Least and greatest current in A at which it was tested.
+    tested
+        (channel, least, greatest) of the tests that its parameters come from, SI; empty where they are not known.
     """
 
     name: str
@@ -48,6 +50,7 @@ class Damper:
     orders: tuple[tuple[str, Order], ...]
     low: float
     high: float
+    tested: tuple[tuple[str, float, float], ...] = ()
 
     @cached_property
     def dependence(self) -> CurrentDependence | None:
@@ -126,7 +129,11 @@ def damper(
     return controllable(Damper(name or model, model, tuple((n, float(given[n])) for n in spec.names), pairs, *current))
 
 
-def damper_of(fit: "FitResult", current: tuple[float, float] | None = None) -> Damper:
+def damper_of(
+    fit: "FitResult",
+    current: tuple[float, float] | None = None,
+    tested: Mapping[str, tuple[float, float]] | None = None,
+) -> Damper:
     """Return the damper that a fit describes.
 
     Parameters
@@ -136,6 +143,8 @@ def damper_of(fit: "FitResult", current: tuple[float, float] | None = None) -> D
     current
         Least and greatest current in A, where the model has the current as an input of its own and the fit says of no
         range; default: 0 A to the greatest current of its conditions.
+    tested
+        Least and greatest value of every channel in the fit's tests; default: those of a fit in memory.
 
     Raises
     ------
@@ -157,7 +166,8 @@ def damper_of(fit: "FitResult", current: tuple[float, float] | None = None) -> D
         orders, (low, high) = tuple(stored.orders.items()), (stored.low, stored.high)
     else:
         low, high = current or (0.0, _greatest(content))
-    return controllable(Damper(fit.name, fit.model, parameters, orders, low, high))
+    ranges = tuple((n, *ends) for n, ends in (fit.extents if tested is None else tested).items())
+    return controllable(Damper(fit.name, fit.model, parameters, orders, low, high, ranges))
 
 
 def _greatest(content: "Fit") -> float:

@@ -15,8 +15,8 @@ from scipy.signal import lsim
 
 from mrfit.core.specs import Array
 from mrfit.kernels.branch import normal_form
-from mrfit.kernels.filters import CREEP
 from mrfit.kernels.lti import SHORTEST, exponential
+from mrfit.kernels.sliding import CREEP
 from mrfit.kernels.stepping import bouc_wen_step, lugre_step, spencer_step
 from mrfit.models.neural_network import LAG
 

@@ -11,6 +11,7 @@ from mrfit.apply.chatter import SOFTENING, told_apart
 from mrfit.apply.damper import Damper
 from mrfit.apply.roads import Road
 from mrfit.apply.stepper import Stepper
+from mrfit.apply.tested import Moved, beyond_tests
 from mrfit.core import registry
 from mrfit.core.progress import Progress, silent
 from mrfit.io.schemas.apply import (
@@ -70,8 +71,7 @@ class QuarterCar:
     @property
     def findings(self) -> list[str]:
         """What is to be said in words: chatter and its cause, and where fixed and adaptive steps disagree."""
-        branches = _branches(self.damper)
-        found = [_in_words(row, branches) for row in self.rows if row.chatter.found or row.chatter.limit_cycle]
+        found = [*self._limits(), *_chatter_in_words(self.rows, _branches(self.damper))]
         by_control = {
             row.control: row for row in self.rows if row.lag == self.rows[0].lag and row.road == self.rows[0].road
         }
@@ -96,6 +96,20 @@ class QuarterCar:
                 + ", ".join(agreeing)
             )
         return found
+
+    def _limits(self) -> list[str]:
+        """Return where the rides leave what the damper was tested in, and what a linear tyre can do."""
+        said = beyond_tests(
+            self.damper, [Moved(f"{r.control.name} on {r.road.name}", r.travel, r.speed) for r in self.rides]
+        )
+        lifted = [row for row in self.rows if row.lag and row.least_load is not None and row.least_load < 0.0]
+        if lifted:
+            roads = ", ".join(dict.fromkeys(row.road for row in lifted))
+            said.append(
+                f"The tyre's load falls below 0 in {len(lifted)} of {len(self.rides)} rides ({roads}): there a wheel "
+                "would leave the road, where the linear tyre pulls."
+            )
+        return said
 
     @property
     def document(self) -> QuarterCarFile:
@@ -143,15 +157,47 @@ def _branches(damper: Damper) -> bool:
     return damper.motion[2] in spec.inputs
 
 
-def _in_words(row: RideRow, branches: bool) -> str:
-    one, where = row.chatter, f"{row.control} on {row.road}" + ("" if row.lag else ", without lag")
-    kinds = []
-    if one.found:
-        kinds.append(
-            f"chatters at {one.rate:.0f} Hz for {100 * one.share:.0f} % of the time, {one.swing:.3g} N a swing"
-        )
-    if one.limit_cycle:
-        kinds.append(f"goes on oscillating at {one.limit_cycle:.3g} Hz on the level road (limit cycle)")
+def _chatter_in_words(rows: Sequence[RideRow], branches: bool) -> list[str]:
+    """Return a sentence on every cause of chatter and limit cycles, with its rides."""
+    alike: dict[tuple[str, bool, bool, bool], list[RideRow]] = {}
+    for row in rows:
+        one = row.chatter
+        if one.found or one.limit_cycle:
+            alike.setdefault((one.cause, row.lag, one.found, bool(one.limit_cycle)), []).append(row)
+    return [
+        f"{_rides(some)} {' and '.join(_kinds(some))}. Cause: {_cause(cause, branches)}."
+        for (cause, *_), some in alike.items()
+    ]
+
+
+def _rides(rows: Sequence[RideRow]) -> str:
+    by_road: dict[str, list[str]] = {}
+    for row in rows:
+        by_road.setdefault(row.road, []).append(row.control)
+    text = "; ".join(f"{', '.join(controls)} on {road}" for road, controls in by_road.items())
+    return text + ("" if rows[0].lag else ", without lag")
+
+
+def _kinds(rows: Sequence[RideRow]) -> list[str]:
+    """Return what rides of one kind do, in words."""
+    several, kinds, s = [row.chatter for row in rows], [], "s" if len(rows) == 1 else ""
+    if several[0].found:
+        share, swing = _span([100.0 * c.share for c in several], 0), _span([c.swing for c in several], 3)
+        rate = _span([c.rate for c in several], 0)
+        kinds.append(f"chatter{s} at {rate} Hz for {share} % of the time, {swing} N a swing")
+    if several[0].limit_cycle:
+        rate = _span([c.limit_cycle for c in several], 3)
+        kinds.append(f"go{'es' if s else ''} on oscillating at {rate} Hz on the level road (limit cycle)")
+    return kinds
+
+
+def _span(values: Sequence[float], digits: int) -> str:
+    """Return a number, or the least and greatest of several, whole where they are great or have no digits asked for."""
+    ends = [f"{v:.{digits}g}" if digits and v < 1000.0 else f"{v:.0f}" for v in (min(values), max(values))]
+    return " to ".join(dict.fromkeys(ends))
+
+
+def _cause(cause: str, branches: bool) -> str:
     causes = {
         "lag": "the current's lag: without it this is gone",
         "sample time": "the control's sample time: with a quarter of it this is gone",
@@ -159,12 +205,12 @@ def _in_words(row: RideRow, branches: bool) -> str:
         "shorter sample time it is not",
     }
     text = causes.get(
-        one.cause,
+        cause,
         "none of lag, sample time and pre-yield slope alone; what is left is the switching of the control's law",
     )
-    if branches and one.cause == "pre-yield slope":
+    if branches and cause == "pre-yield slope":
         text += "; the model branches by the sign of an acceleration that its own force makes"
-    return f"{where} {' and '.join(kinds)}. Cause: {text}."
+    return text
 
 
 def quarter_car(  # noqa: PLR0913
@@ -226,15 +272,17 @@ def quarter_car(  # noqa: PLR0913
 def _row(ride: Ride, car: Car, lag: bool, chatter: Chatter) -> RideRow:
     static = (car.sprung + car.unsprung) * 9.81
     rolling = car.unsprung > 0.0
+    on = ride.time >= ride.road.settled
+    load, travel = ride.tyre_load[on], ride.travel[on]
     return RideRow(
         road=ride.road.name,
         control=ride.control.name,
         lag=lag,
-        acceleration=rms(ride.acceleration),
-        tyre_load=rms(ride.tyre_load) / static if rolling else float("nan"),
-        least_load=1.0 - float(np.max(ride.tyre_load)) / static if rolling else float("nan"),
-        travel=rms(ride.travel),
-        greatest_travel=float(np.max(np.abs(ride.travel))),
-        current=float(np.mean(ride.current)),
+        acceleration=rms(ride.acceleration[on]),
+        tyre_load=rms(load) / static if rolling else float("nan"),
+        least_load=1.0 - float(np.max(load)) / static if rolling else float("nan"),
+        travel=rms(travel),
+        greatest_travel=float(np.max(np.abs(travel))),
+        current=float(np.mean(ride.current[on])),
         chatter=chatter,
     )

@@ -12,6 +12,8 @@ from mrfit.errors import ConfigError
 ROUGHNESS = {"A": 16e-6, "B": 64e-6, "C": 256e-6, "D": 1024e-6}
 REFERENCE, LONGEST_WAVE, SHORTEST_WAVE = 0.1, 0.011, 2.83
 WAVES = 300
+# Time in s in which a car comes from a level road onto a random one
+ENTRY = 1.0
 
 
 class Road(Protocol):
@@ -28,6 +30,10 @@ class Road(Protocol):
     @property
     def ends(self) -> float:
         """Time in s from which on it is level; its duration if it never is."""
+
+    @property
+    def settled(self) -> float:
+        """Time in s before which the car is still driven onto it, and nothing is averaged."""
 
     @property
     def top(self) -> float:
@@ -61,6 +67,11 @@ class Bump:
         return self.start + self.length / self.speed
 
     @property
+    def settled(self) -> float:
+        """It begins level."""
+        return 0.0
+
+    @property
     def top(self) -> float:
         """Its own."""
         return self.speed / self.length
@@ -76,7 +87,10 @@ class Bump:
 
 @dataclass(frozen=True)
 class RandomRoad:
-    """A road of an ISO 8608 class: waves of 0.35 to 91 m with random phases, at the class's mean roughness."""
+    """A road of an ISO 8608 class: waves of 0.35 to 91 m with random phases, at the class's mean roughness.
+
+    It rises from a level one over the first second, by sin(pi*t/2)^2: a car put on it at rest would drop from a kerb.
+    """
 
     grade: str
     speed: float = 20.0
@@ -98,6 +112,11 @@ class RandomRoad:
         return self.duration
 
     @property
+    def settled(self) -> float:
+        """Where it has its full height."""
+        return min(ENTRY, self.duration)
+
+    @property
     def top(self) -> float:
         """Its waves grow with their length: the car chooses among them."""
         return 0.0
@@ -110,7 +129,10 @@ class RandomRoad:
         omega = 2.0 * np.pi * n * self.speed
         phase = np.random.default_rng(self.seed).uniform(0.0, 2.0 * np.pi, WAVES)
         angle = np.multiply.outer(t, omega) + phase
-        return np.cos(angle) @ size, -np.sin(angle) @ (size * omega)
+        height, rate = np.cos(angle) @ size, -np.sin(angle) @ (size * omega)
+        entered = np.clip(np.asarray(t) / ENTRY, 0.0, 1.0)
+        share, growth = np.sin(0.5 * np.pi * entered) ** 2, 0.5 * np.pi / ENTRY * np.sin(np.pi * entered)
+        return share * height, share * rate + growth * height
 
 
 @dataclass(frozen=True)
@@ -131,6 +153,11 @@ class Sweep:
     def ends(self) -> float:
         """It never is level."""
         return self.duration
+
+    @property
+    def settled(self) -> float:
+        """It begins at its middle, slowly."""
+        return 0.0
 
     @property
     def top(self) -> float:

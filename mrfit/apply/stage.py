@@ -14,6 +14,7 @@ from mrfit.apply.page import Drawn, Section, Table, facts_of, render
 from mrfit.apply.ride import QuarterCar
 from mrfit.apply.roads import RandomRoad
 from mrfit.apply.series import Inversion
+from mrfit.apply.tested import Moved, beyond_tests
 from mrfit.apply.tracking import TrackingStudy
 from mrfit.core.specs import Array
 from mrfit.io.schemas.apply import INVERT, QUARTER_CAR, TRACK, InversionRow, InvertFile, QuarterCarFile, TrackFile
@@ -43,6 +44,8 @@ def invert(work: Path, found: Sequence[tuple[Motion, Inversion]]) -> InvertFile:
     rows = [replace(one.summary, motion=motion.name) for motion, one in found]
     first = found[0][1]
     notes = notes_of(first)
+    x, v, _ = first.damper.motion
+    notes += beyond_tests(first.damper, [Moved(m.name, m.channels[x], m.channels[v]) for m, _ in found])
     out = float(np.mean(np.concatenate([one.flag != REACHED for _, one in found])))
     if out > 0.0:
         notes.append(
@@ -60,9 +63,14 @@ def invert(work: Path, found: Sequence[tuple[Motion, Inversion]]) -> InvertFile:
     return write(work, InvertFile(fit=first.damper.name, motions=rows, notes=notes), page, tables)
 
 
-def lag_text(lag: bool, there: bool) -> str:
-    """Return whether the current lagged in a row of a table, given whether the damper has a lag at all."""
-    return "none" if not there else "yes" if lag else "0"
+def if_lagging(there: bool, *entry: str) -> tuple[str, ...]:
+    """Return the entry of a table's column on the current's lag, none where the damper has no lag."""
+    return entry if there else ()
+
+
+def lag_text(lag: bool) -> str:
+    """Return whether the current lagged in a row of a table."""
+    return "yes" if lag else "0"
 
 
 def notes_of(one: Inversion) -> list[str]:
@@ -171,7 +179,7 @@ def _chatters(study: QuarterCar) -> Table:
     heads = (
         "road",
         "control",
-        "lag",
+        *if_lagging(study.lags, "lag"),
         "chatter (% of time)",
         "rate (Hz)",
         "swing (N)",
@@ -185,7 +193,7 @@ def _chatters(study: QuarterCar) -> Table:
         (
             r.road,
             r.control,
-            lag_text(r.lag, study.lags),
+            *if_lagging(study.lags, lag_text(r.lag)),
             100.0 * c.share if c.found else 0.0,
             c.rate if c.found else None,
             c.swing if c.found else None,
@@ -206,7 +214,7 @@ def _road_section(study: QuarterCar, road: str, k: int) -> Section:
     rows = [r for r in study.rows if r.road == road]
     heads = (
         "control",
-        "lag",
+        *if_lagging(study.lags, "lag"),
         "rms acceleration (m/s²)",
         "rms tyre load (share of static)",
         "least tyre load",
@@ -217,7 +225,7 @@ def _road_section(study: QuarterCar, road: str, k: int) -> Section:
     cells = [
         (
             r.control,
-            lag_text(r.lag, study.lags),
+            *if_lagging(study.lags, lag_text(r.lag)),
             r.acceleration,
             r.tyre_load,
             r.least_load,
@@ -255,12 +263,12 @@ def track(work: Path, study: TrackingStudy) -> TrackFile:
     proportional, integral = study.gains
     facts = [
         *facts_of(damper),
-        ("Answers", study.plant.name + ("" if study.plant == damper else f": {study.plant.model}")),
+        ("Plant", study.plant.name + ("" if study.plant == damper else f": {study.plant.model}")),
         ("Feedback", f"{proportional:.3g} A/{unit}, {integral:.3g} A/({unit}·s) on the force's error"),
         ("Command", f"up to {study.amplifier.most:g} of {damper.high:g} A"),
     ]
     sections = [
-        Section("Errors", ERRORS, [_tracked(study), _regions(study)]),
+        Section("Errors", (*study.notes, *ERRORS), [_tracked(study), _regions(study)]),
         *([Section("What the lag costs", (), [_lag_costs(study)])] if study.lag_costs else []),
         *_tracking_sections(study, unit),
     ]
@@ -283,7 +291,7 @@ def _tracked(study: TrackingStudy) -> Table:
         "law",
         "motion",
         "scheme",
-        "lag",
+        *if_lagging(bool(study.lag_costs), "lag"),
         "rms error / rms force",
         "against desired",
         "Err_rms_f",
@@ -295,7 +303,7 @@ def _tracked(study: TrackingStudy) -> Table:
             c.law,
             c.motion,
             c.scheme,
-            lag_text(c.lag, bool(study.lag_costs)),
+            *if_lagging(bool(study.lag_costs), lag_text(c.lag)),
             c.error,
             c.error_to_desired,
             c.err_peak,
@@ -309,13 +317,14 @@ def _tracked(study: TrackingStudy) -> Table:
 
 def _regions(study: TrackingStudy) -> Table:
     names = [f"region {n}" for n in ("I", "II", "III")]
-    heads = ("law", "motion", "scheme", "lag", *(h for n in names for h in (n, "share (%)")))
+    lag = if_lagging(bool(study.lag_costs), "lag")
+    heads = ("law", "motion", "scheme", *lag, *(h for n in names for h in (n, "share (%)")))
     rows = [
         (
             c.law,
             c.motion,
             c.scheme,
-            lag_text(c.lag, bool(study.lag_costs)),
+            *if_lagging(bool(study.lag_costs), lag_text(c.lag)),
             *(v for r in c.regions for v in (r.error, 100.0 * r.share)),
         )
         for c in study.cases

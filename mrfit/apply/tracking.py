@@ -22,6 +22,7 @@ from mrfit.apply.inverse import ABOVE, BELOW, Inverter, commands, prompt
 from mrfit.apply.laws import Law
 from mrfit.apply.motion import Motion
 from mrfit.apply.stepper import Stepper
+from mrfit.apply.tested import Moved, beyond_tests
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
@@ -161,6 +162,15 @@ class TrackingStudy:
     gains: tuple[float, float]
     dead_time: float
     cases: tuple[Tracking, ...]
+    limits: tuple[str, ...] = ()
+
+    @property
+    def notes(self) -> list[str]:
+        """What the errors do not show: a plant that is the model itself, motions that leave the fit's tests."""
+        alone = self.plant == self.damper
+        lag = "those of lag and limits alone" if self.lag_costs else "those of the scheme alone"
+        said = f"The plant is the model itself: errors are {lag}, not the model's. Another fit as plant shows those."
+        return [*([said] if alone else []), *self.limits]
 
     @property
     def document(self) -> TrackFile:
@@ -174,6 +184,7 @@ class TrackingStudy:
             dead_time=self.dead_time,
             cases=[c.numbers() for c in self.cases],
             lag_costs=self.lag_costs,
+            notes=self.notes,
         )
 
     @property
@@ -266,7 +277,9 @@ def tracking(  # noqa: PLR0913
                     progress(f"tracking on {motion.name}" + ("" if lag else ", no lag"), k + 1, motion.samples)
             cases += loop.cases()
             found = found if any(found) else loop.gains
-    return TrackingStudy(damper, plant, amplifier, found, prompt(damper)[1], tuple(cases))
+    x, v, _ = damper.motion
+    limits = beyond_tests(damper, [Moved(m.name, m.channels[x], m.channels[v]) for m, _ in tasks])
+    return TrackingStudy(damper, plant, amplifier, found, prompt(damper)[1], tuple(cases), tuple(limits))
 
 
 class _Loop:

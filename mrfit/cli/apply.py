@@ -33,11 +33,16 @@ Reading = Annotated[ingest.Settings, Only(("map",))]
 def damper_named(work: Path, name: str) -> "Damper":
     """Return the damper of a fit in a workspace."""
     from mrfit.api.fitting import FitResult
+    from mrfit.api.kept_prediction import trained_on
     from mrfit.apply.damper import damper_of
+    from mrfit.fit.extrapolation import together
     from mrfit.fit.predict import read_fit
     from mrfit.io.workspace import Workspace
 
-    return damper_of(FitResult(read_fit(Workspace(work), name)))
+    workspace = Workspace(work)
+    fit = read_fit(workspace, name)
+    known = (workspace.fit_folder(name) / "residuals.parquet").is_file() and workspace.segments_file.is_file()
+    return damper_of(FitResult(fit), tested=together(trained_on(workspace, fit)) if known else {})
 
 
 def motions_of(
@@ -107,7 +112,7 @@ def invert(
 ) -> None:
     """Find the current for a desired force; without --law and --desired, for the force that the log measured.
 
-    Example: mrfit apply invert --fit tanh.auto --sine 1:0.01 --law c=2e4
+    Example: mrfit apply invert --fit tanh.auto.all --sine 1:0.01 --law c=2e4
     """
     from mrfit.apply import stage
     from mrfit.apply.calls import wanted
@@ -175,7 +180,7 @@ def track(
 ) -> None:
     """Track desired forces by feedforward, feedback and both: errors, by region, and what the current's lag costs.
 
-    Example: mrfit apply track --fit tanh.auto --sine 1:0.01 --law c=2e4 --law k=-1e5,c=1e4
+    Example: mrfit apply track --fit tanh.auto.all --sine 1:0.01 --law c=2e4 --law k=-1e5,c=1e4
     """
     from mrfit.apply import stage, tracking
     from mrfit.apply.laws import law_of
@@ -203,15 +208,27 @@ def track(
 
 
 def _print_tracking(summary: "TrackFile") -> None:
-    from mrfit.apply.stage import lag_text
+    from mrfit.apply.stage import if_lagging, lag_text
 
-    columns = ("law", "motion", "scheme", "lag", "error", "region I", "II", "III", "Err_rms_f", "Err_energy")
+    lags = bool(summary.lag_costs)
+    columns = (
+        "law",
+        "motion",
+        "scheme",
+        *if_lagging(lags, "lag"),
+        "error",
+        "region I",
+        "II",
+        "III",
+        "Err_rms_f",
+        "Err_energy",
+    )
     rows = [
         [
             c.law,
             c.motion,
             c.scheme,
-            lag_text(c.lag, bool(summary.lag_costs)),
+            *if_lagging(lags, lag_text(c.lag)),
             c.error,
             *(r.error for r in c.regions),
             c.err_rms_f,
@@ -220,7 +237,7 @@ def _print_tracking(summary: "TrackFile") -> None:
         for c in summary.cases
     ]
     console.print_table(f"Forces tracked by {summary.fit}: rms error over rms force", columns, rows)
-    for line in (*_lag_words(summary), f"Page: {summary.page}"):
+    for line in (*_lag_words(summary), *summary.notes, f"Page: {summary.page}"):
         console.say(line)
 
 
@@ -271,7 +288,7 @@ def quarter_car(
 ) -> None:
     """Drive a quarter car on the damper: comfort, tyre load and travel of passive and controlled rides, and chatter.
 
-    Example: mrfit apply quarter-car --fit tanh.auto --road bump,C
+    Example: mrfit apply quarter-car --fit tanh.auto.all --road bump,C
     """
     from mrfit.apply import ride, stage
     from mrfit.apply.car import CONTROLS, Car, Control, Timing
@@ -289,14 +306,24 @@ def quarter_car(
 
 
 def _print_rides(summary: "QuarterCarFile") -> None:
-    from mrfit.apply.stage import lag_text
+    from mrfit.apply.stage import if_lagging, lag_text
 
-    columns = ("road", "control", "lag", "rms acceleration", "tyre load", "least load", "rms travel", "chatter")
+    lags = any(not r.lag for r in summary.rows)
+    columns = (
+        "road",
+        "control",
+        *if_lagging(lags, "lag"),
+        "rms acceleration",
+        "tyre load",
+        "least load",
+        "rms travel",
+        "chatter",
+    )
     rows = [
         [
             r.road,
             r.control,
-            lag_text(r.lag, any(not one.lag for one in summary.rows)),
+            *if_lagging(lags, lag_text(r.lag)),
             r.acceleration,
             r.tyre_load,
             r.least_load,
@@ -305,6 +332,7 @@ def _print_rides(summary: "QuarterCarFile") -> None:
         ]
         for r in summary.rows
     ]
-    console.print_table(f"Quarter car on {summary.fit}: m/s², tyre load over the static one, m", columns, rows)
+    title = f"Quarter car on {summary.fit}: acceleration in m/s², tyre load over the static one, travel in m"
+    console.print_table(title, columns, rows)
     for line in (*summary.findings, f"Page: {summary.page}"):
         console.say(line)

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
+Steps = float | Array
+"""Time between samples in s: one number, or of samples at uneven times that before each (N,), the first not read."""
 
 
 @dataclass(frozen=True, slots=True)

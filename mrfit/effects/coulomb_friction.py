@@ -12,8 +12,8 @@ Source: W. D. Iwan, J. Appl. Mech. 33 (1966) 893 (Maxwell slip); B. Armstrong-He
 Automatica 30 (1994) 1083.
 """
 
-from mrfit.core.specs import Array, EffectSpec, Param
-from mrfit.kernels.filters import slip
+from mrfit.core.specs import Array, EffectSpec, Param, Steps
+from mrfit.kernels.sliding import slip
 from mrfit.kernels.theta import plain
 
 SPEC = EffectSpec(
@@ -37,7 +37,8 @@ SPEC = EffectSpec(
 )
 
 
-def term(channels: dict[str, Array], theta: Array, dt: float) -> Array:
+def term(channels: dict[str, Array], theta: Array, dt: Steps) -> Array:
     """Return the friction in N, shape (P, N), of fc in N, r in m and v_r in m/s, theta (P, 3)."""
-    force: Array = theta[:, :1] * slip(plain(channels["displacement"]), channels["velocity"], theta[:, 1], theta[:, 2])
+    x, v = plain(channels["displacement"]), channels["velocity"]
+    force: Array = theta[:, :1] * slip(x, v, theta[:, 1], theta[:, 2], dt)
     return force

@@ -12,8 +12,10 @@ Source: Savaia et al. eq. 7.
 
 import numpy as np
 
-from mrfit.core.specs import Array, EffectSpec, Param
-from mrfit.kernels.lti import SHORTEST, delayed, magnetisation_filter
+from mrfit.core.specs import Array, EffectSpec, Param, Steps
+from mrfit.kernels import uneven
+from mrfit.kernels.dynamics import magnetisation_filter
+from mrfit.kernels.lti import SHORTEST, delayed
 from mrfit.kernels.theta import plain
 
 SPEC = EffectSpec(
@@ -38,10 +40,12 @@ SPEC = EffectSpec(
 )
 
 
-def transform(channels: dict[str, Array], theta: Array, dt: float) -> dict[str, Array]:
+def transform(channels: dict[str, Array], theta: Array, dt: Steps) -> dict[str, Array]:
     """Return the magnetising current in A, shape (N,); theta is (T, r_2, r_z, tau), T and tau in s."""
     slowest, second, lead, tau = theta
     current = plain(channels["current"])
+    if slowest <= 0.0 and isinstance(dt, np.ndarray):
+        return {"current": uneven.delayed(current, np.array([tau]), dt)[0]}
     if slowest <= 0.0:
         return {"current": delayed(current, np.array([tau / dt]))[0]}
     pole = 1.0 / max(slowest, SHORTEST)

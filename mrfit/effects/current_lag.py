@@ -13,7 +13,8 @@ Source: inverse-tanh paper eq. 9; the simplest M(s) of Savaia et al. eq. 7, with
 
 import numpy as np
 
-from mrfit.core.specs import Array, Breaks, EffectSpec, Index, Invariance, Param
+from mrfit.core.specs import Array, Breaks, EffectSpec, Index, Invariance, Param, Steps
+from mrfit.kernels import uneven
 from mrfit.kernels.filters import lag, lagged_bends
 from mrfit.kernels.theta import plain
 
@@ -38,29 +39,47 @@ SPEC = EffectSpec(
 )
 
 
-def transform(channels: dict[str, Array], theta: Array, dt: float) -> dict[str, Array]:
+def transform(channels: dict[str, Array], theta: Array, dt: Steps) -> dict[str, Array]:
     """Return the current in A, shape (N,), that the field corresponds to; theta is (tau, t_d) in s."""
+    if isinstance(dt, np.ndarray):
+        return {"current": _unevenly(plain(channels["current"]), float(theta[0]), float(theta[1]), dt)}
     current, ratio, shift = plain(channels["current"])[None], np.array([theta[0] / dt]), theta[1] / dt
     lagged = lag(current, ratio)[0]
-    late = lagged if shift == 0.0 else _late(current[0], lagged, ratio[0], shift)
     settled, now = lagged_bends(current, ratio)
-    return {"current": late - (now[0] if shift == 0.0 else _between(settled[0], now[0], shift))}
+    if shift == 0.0:
+        return {"current": lagged - now[0]}
+    at = _place(current.shape[1], shift)
+    return {"current": _late(current[0], lagged, ratio[0], at) - _between(settled[0], now[0], at, shift < 0.0)}
 
 
-def _late(current: Array, lagged: Array, ratio: float, shift: float) -> Array:
-    """Return the lagged current a number of samples later, (N,), by the law of the lag between samples."""
-    before, share = _place(len(current), shift)
+def _unevenly(current: Array, tau: float, dead: float, steps: Array) -> Array:
+    """Return the same at uneven steps (N,), of a time constant and a dead time in s."""
+    lagged = uneven.lag(current[None], np.array([tau]), steps)[0]
+    settled, now = uneven.lagged_bends(current[None], np.array([tau]), steps)
+    if dead == 0.0:
+        return np.asarray(lagged - now[0])
+    at = uneven.place(steps, dead)
+    late = _late(current, lagged, tau / steps[at[0] + 1], at)
+    return late - _between(settled[0], now[0], at, dead < 0.0)
+
+
+def _late(current: Array, lagged: Array, ratio: float | Array, at: tuple[Index, Array]) -> Array:
+    """Return the lagged current (N,) at other times, by the law of the lag between samples.
+
+    ``ratio`` is tau over the step in which such a time lies; ``at`` the sample before each, and its share of the step.
+    """
+    before, share = at
     rise = current[before + 1] - current[before]
-    kept = np.exp(-share / ratio) if ratio > 0.0 else (share == 0.0).astype(np.float64)
+    kept = np.exp(-share / ratio) if np.all(ratio > 0.0) else (share == 0.0).astype(np.float64)
     late: Array = current[before] + share * rise + kept * (lagged - current)[before] - ratio * (1.0 - kept) * rise
     return late
 
 
-def _between(settled: Array, now: Array, shift: float) -> Array:
-    """Return a signal (N,) a number of samples later, linear between samples; ``now`` is what each sample knows."""
-    before, share = _place(len(settled), shift)
+def _between(settled: Array, now: Array, at: tuple[Index, Array], early: bool) -> Array:
+    """Return a signal (N,) at other times, linear between samples; ``now`` is what each sample knows."""
+    before, share = at
     after = before + 1
-    known = (after < np.arange(len(settled))) | (shift < 0.0)
+    known = (after < np.arange(len(settled))) | early
     following = np.where(known, settled[after], now[after])
     late: Array = settled[before] + share * (following - settled[before])
     return late

@@ -14,7 +14,8 @@ Magazine 13 (1996) 30.
 
 import numpy as np
 
-from mrfit.core.specs import Array, EffectSpec, Param
+from mrfit.core.specs import Array, EffectSpec, Param, Steps
+from mrfit.kernels import uneven
 from mrfit.kernels.filters import held_back, shifted, smooth_lag
 from mrfit.kernels.theta import plain
 
@@ -38,13 +39,24 @@ SPEC = EffectSpec(
 )
 
 
-def shape(output: Array, channels: dict[str, Array], theta: Array, dt: float) -> Array:
+def shape(output: Array, channels: dict[str, Array], theta: Array, dt: Steps) -> Array:
     """Return the output, shape (P, N), late by tau in s, theta[:, 0], a share theta[:, 1] of it by a lag."""
     tau, share = theta.T
     filtered = np.maximum(share * tau, 0.0)
+    if isinstance(dt, np.ndarray):
+        return _unevenly(plain(output), tau - filtered, filtered, dt)
     shift, known = (tau - filtered) / dt, plain(output)
     moved = held_back(known, np.maximum(shift, 0.0))
     early = shift < 0.0
     if early.any():
         moved[early] = shifted(plain(known[early]), shift[early])
     return smooth_lag(moved, filtered / dt)
+
+
+def _unevenly(output: Array, dead: Array, filtered: Array, steps: Array) -> Array:
+    """Return the same at uneven steps (N,), dead times and lags (P,) in s."""
+    moved = uneven.held_back(output, np.maximum(dead, 0.0), steps)
+    early = dead < 0.0
+    if early.any():
+        moved[early] = uneven.shifted(plain(output[early]), dead[early], steps)
+    return uneven.smooth_lag(moved, filtered, steps)

@@ -18,7 +18,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mrfit.core.specs import Array, EffectSpec, Param
+from mrfit.core.specs import Array, EffectSpec, Param, Steps
+from mrfit.kernels import uneven
 from mrfit.kernels.filters import chord_lag
 from mrfit.kernels.theta import plain
 
@@ -43,7 +44,7 @@ SPEC = EffectSpec(
 )
 
 
-def closed(simulate: Callable[[Array], Array], current: Array, theta: Array, dt: float) -> Array:
+def closed(simulate: Callable[[Array], Array], current: Array, theta: Array, dt: Steps) -> Array:
     """Return the flux in Wb, shape (N,), of the terminal current (N,) in A; theta is (G,) in S.
 
     ``simulate`` maps the magnetising current (N,) to the static flux (N,).
@@ -53,7 +54,10 @@ def closed(simulate: Callable[[Array], Array], current: Array, theta: Array, dt:
     if not (theta[0] > 0.0 and extent > 0.0):
         return flux
     for _ in range(ROUNDS):
-        there = chord_lag(plain(current), plain(here), plain(flux), theta[0] / dt)
+        if isinstance(dt, np.ndarray):
+            there = uneven.chord_lag(plain(current), plain(here), plain(flux), theta[0], dt)
+        else:
+            there = chord_lag(plain(current), plain(here), plain(flux), theta[0] / dt)
         change = float(np.max(np.abs(there - here)))
         here, flux = there, simulate(there)
         if not change > SETTLED * extent:

@@ -12,8 +12,9 @@ Source: Savaia et al. eq. 5.
 
 import numpy as np
 
-from mrfit.core.specs import Array, EffectSpec, Param
-from mrfit.kernels.lti import SHORTEST, hysteresis_filter
+from mrfit.core.specs import Array, EffectSpec, Param, Steps
+from mrfit.kernels.dynamics import hysteresis_filter
+from mrfit.kernels.lti import SHORTEST
 from mrfit.kernels.theta import plain
 
 SPEC = EffectSpec(
@@ -41,7 +42,7 @@ SPEC = EffectSpec(
 )
 
 
-def shape(output: Array, channels: dict[str, Array], theta: Array, dt: float) -> Array:
+def shape(output: Array, channels: dict[str, Array], theta: Array, dt: Steps) -> Array:
     """Return the force in N, shape (P, N), behind H; theta (P, 6), T in s."""
     force = output.copy()
     moved = np.flatnonzero(theta[:, 0] > 0.0)

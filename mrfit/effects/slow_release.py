@@ -10,7 +10,10 @@ the force is late when a current goes, and not when it comes.
 Source: first-order lag of the field, inverse-tanh paper eq. 9, for the way down only.
 """
 
-from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param
+import numpy as np
+
+from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param, Steps
+from mrfit.kernels import uneven
 from mrfit.kernels.filters import released
 from mrfit.kernels.theta import plain
 
@@ -34,7 +37,11 @@ SPEC = EffectSpec(
 )
 
 
-def transform(channels: dict[str, Array], theta: Array, dt: float) -> dict[str, Array]:
+def transform(channels: dict[str, Array], theta: Array, dt: Steps) -> dict[str, Array]:
     """Return the current in A, shape (N,), that the field corresponds to; theta is (h, tau), tau in s."""
     current = plain(channels["current"])
-    return {"current": current + float(theta[0]) * (released(current, float(theta[1] / dt)) - current)}
+    if isinstance(dt, np.ndarray):
+        slow = uneven.released(current, float(theta[1]), dt)
+    else:
+        slow = released(current, float(theta[1] / dt))
+    return {"current": current + float(theta[0]) * (slow - current)}

@@ -13,8 +13,8 @@ Source: B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994
 
 import numpy as np
 
-from mrfit.core.specs import Array, EffectSpec, Param
-from mrfit.kernels.filters import slip
+from mrfit.core.specs import Array, EffectSpec, Param, Steps
+from mrfit.kernels.sliding import slip
 from mrfit.kernels.theta import plain
 
 SPEC = EffectSpec(
@@ -38,10 +38,10 @@ SPEC = EffectSpec(
 )
 
 
-def term(channels: dict[str, Array], theta: Array, dt: float) -> Array:
+def term(channels: dict[str, Array], theta: Array, dt: Steps) -> Array:
     """Return the force in N, shape (P, N), of fs in N, vs and v_r in m/s and r in m, theta (P, 5)."""
     fs, vs, power = theta[:, :1], theta[:, 1:2], theta[:, 2:3]
     v = channels["velocity"]
     fading = np.exp(-((np.abs(v) / vs) ** power))
-    force: Array = fs * fading * slip(plain(channels["displacement"]), v, theta[:, 3], theta[:, 4])
+    force: Array = fs * fading * slip(plain(channels["displacement"]), v, theta[:, 3], theta[:, 4], dt)
     return force

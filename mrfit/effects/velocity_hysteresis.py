@@ -12,7 +12,10 @@ Source: preyield paper eq. 8 (S. Guo et al.), whose print has the quotient of Om
 branches v -/+ vh by the sign of the acceleration, which is a play of half-width vh).
 """
 
-from mrfit.core.specs import Array, EffectSpec, Param
+import numpy as np
+
+from mrfit.core.specs import Array, EffectSpec, Param, Steps
+from mrfit.kernels import uneven
 from mrfit.kernels.filters import level, smooth_play
 from mrfit.kernels.theta import plain
 
@@ -36,7 +39,9 @@ SPEC = EffectSpec(
 )
 
 
-def transform(channels: dict[str, Array], theta: Array, dt: float) -> dict[str, Array]:
+def transform(channels: dict[str, Array], theta: Array, dt: Steps) -> dict[str, Array]:
     """Return the effective velocity in m/s, shape (N,); theta is (Omega, w) in 1/s and m/s."""
     x, v = channels["displacement"], channels["velocity"]
+    if isinstance(dt, np.ndarray):
+        return {"velocity": uneven.smooth_play(plain(v), theta[1], dt) + theta[0] * (x - uneven.level(x, dt))}
     return {"velocity": smooth_play(plain(v), theta[1]) + theta[0] * (x - level(x))}

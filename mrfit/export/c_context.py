@@ -109,7 +109,7 @@ class Curve:
     Attributes
     ----------
     up, down
-        Cells above and below 0; ``positive`` and ``negative`` of them, with places for ``up_size`` and ``down_size``.
+        Cells above and below 0; ``positive`` and ``negative`` of them.
     rest
         The other fields of its struct in C: ends of the cells, n, end, gap, rate, largest hysteretic variable.
     """
@@ -118,8 +118,6 @@ class Curve:
     down: list[list[str]]
     positive: int
     negative: int
-    up_size: int
-    down_size: int
     rest: list[str]
 
 
@@ -141,8 +139,8 @@ class Context:
         Shared code.
     ring, fastest
         Number of late values that are kept, enough at so many steps a second.
-    curve, shape
-        Tables of a hysteresis whose shape holds, and the code that gives its shape.
+    curve, cells, shape
+        Tables of a hysteresis whose shape holds, places for cells of such tables, and the code that gives the shape.
     roles, scales
         Roles whose parameters effects scale, and whether there are such parameters.
     count
@@ -169,6 +167,7 @@ class Context:
     ring: int
     fastest: int
     curve: Curve | None
+    cells: tuple[int, int] | None
     shape: str
     bases: list[Basis]
     low: str

@@ -24,7 +24,7 @@ from mrfit.export.source import Link, Source, Stretch
 from mrfit.export.text import field, identifier, in_comment, number
 from mrfit.kernels.branch import curve_of, normal_form
 from mrfit.kernels.filters import level
-from mrfit.simulate.current_dependence import CurrentDependence, Order, count, logarithmic
+from mrfit.simulate.current_dependence import CurrentDependence, Order, at_current, count, logarithmic
 
 # Steps a second at which late values are exact, and places beyond those
 FASTEST, SPARE = 10_000, 5
@@ -77,6 +77,7 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
     base = base_fields(source, roles)
     state = form.text("state")
     arguments = _arguments(form.text("body"), bool(state))
+    curve = _curve(base) if "curve" in form.uses and not given["shape_varies"] else None
     effects = [_effect(link, one, source) for link, one in zip(source.links, forms, strict=True)]
     scales = any(p.role in roles for p in source.base.params)
     if not scales:
@@ -100,7 +101,8 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
         blocks=[Block(b.text("types"), b.text("code")) for b in blocks.values()],
         ring=_ring(source, form, forms, tunable),
         fastest=FASTEST,
-        curve=_curve(base, tunable) if "curve" in form.uses else None,
+        curve=curve,
+        cells=_cells(source, curve, tunable) if "curve" in form.uses else None,
         shape=form.text("shape"),
         bases=_bases(dependence),
         low=number(dependence.low) if dependence else "",
@@ -326,7 +328,24 @@ def _ring(source: Source, form: Form, forms: list[Form], tunable: bool) -> int:
     return math.ceil(max(longest) * FASTEST) + SPARE if rings else 0
 
 
-def _curve(base: list[BaseField], tunable: bool) -> Curve:
+def _cells(source: Source, curve: Curve | None, tunable: bool) -> tuple[int, int]:
+    """Return places for a curve's cells above and below 0, enough for any that the parameters give."""
+    if tunable:
+        return UP, DOWN
+    if curve:
+        return curve.positive, curve.negative
+    assert source.dependence is not None
+    currents = np.linspace(source.dependence.low, source.dependence.high, 201)
+    own = source.base_theta[None]
+    theta = at_current(source.base, source.dependence, own, currents)[0]
+    names = source.base.names
+    _, _, rho = normal_form(*(theta[names.index(k)] for k in ("kappa", "beta", "gamma", "n")))
+    curves = [curve_of(n, r) for n, r in zip(theta[names.index("n")].tolist(), rho.tolist(), strict=True)]
+    # one more, for currents between those, and one that stays free
+    return max(len(c.positive) for c in curves) + 2, max(len(c.negative) for c in curves) + 2
+
+
+def _curve(base: list[BaseField]) -> Curve:
     """Return the tables of a Bouc-Wen element whose shape holds."""
     values = {q.name: float(q.values[0]) for q in base}
     if "kappa" in values:
@@ -340,7 +359,5 @@ def _curve(base: list[BaseField], tunable: bool) -> Curve:
         down=[[number(c) for c in cell] for cell in found.negative.tolist()],
         positive=len(found.positive),
         negative=len(found.negative),
-        up_size=UP if tunable else len(found.positive),
-        down_size=DOWN if tunable else len(found.negative),
         rest=[number(v) for v in (found.h_positive, found.h_negative, values["n"], found.end, found.gap, rate, z_max)],
     )

@@ -98,8 +98,8 @@ def _c_text(source: Source, parts: Parts) -> str:
         jinja.get_template(n).render(vars(context), head="", **absent) for n in ("header.h.j2", "source.c.j2")
     )
     both = re.sub(r"#ifdef \w+_FLOAT.*?#endif", "", both, flags=re.DOTALL)
-    curve = context.curve
-    sizes = {"RING": context.ring, "UP": curve.up_size if curve else 0, "DOWN": curve.down_size if curve else 0}
+    up, down = context.cells or (0, 0)
+    sizes = {"RING": context.ring, "UP": up, "DOWN": down}
     for name, value in {**LIMITS, **{n: str(v) for n, v in sizes.items()}}.items():
         both = re.sub(rf"@{name}\b", value, both)
     text = named(both, prefix)

@@ -12,6 +12,7 @@ from mrfit.export.head import CAUSALITY, head_lines
 from mrfit.export.source import Source
 from mrfit.export.stage import Files
 from mrfit.export.text import ascii_line, field, in_comment, number, wrapped
+from mrfit.export.units import modelica_unit
 from mrfit.settings.export import Settings
 
 KEYWORDS = (
@@ -78,7 +79,7 @@ def files(source: Source, settings: Settings) -> Files:
         f"{place}.c": code[f"{prefix}.c"].encode("ascii"),
         f"{place}_modelica.h": wrapper.encode("ascii"),
     }
-    said = f"{difference.text[:-1]}; of the C behind the block, no Modelica compiler has run."
+    said = f"{difference.text[:-1]}; of the C behind the block, which no Modelica tool has called yet."
     return Files(contents, (said, *notes_of(source)), difference.largest)
 
 
@@ -87,13 +88,13 @@ def _block(source: Source, parts: Parts) -> Block:
     taken |= {field(n) for n in (*source.channels, source.spec.output)}
     params = []
     for p, value in zip(source.spec.params, source.theta.tolist(), strict=True):
-        params.append(Parameter(_unlike(field(p.name), taken), p.unit, number(value), _string(p.text)))
+        params.append(Parameter(_unlike(field(p.name), taken), modelica_unit(p.unit), number(value), _string(p.text)))
     output = parts.context.output
     return Block(
         title=_string(f"{source.assembly.name}: {source.base.title}"),
         params=params,
-        inputs=[Connector(c.field, unit_of(c.name), _string(c.text)) for c in parts.context.inputs],
-        output=Connector(output.field, unit_of(output.name), output.text),
+        inputs=[Connector(c.field, modelica_unit(unit_of(c.name)), _string(c.text)) for c in parts.context.inputs],
+        output=Connector(output.field, modelica_unit(unit_of(output.name)), output.text),
         period=number(source.stretches[0].dt) if source.stretches else "0.001",
     )
 

@@ -11,13 +11,14 @@ import numpy as np
 from mrfit.core import registry
 from mrfit.core.channels import unit_of
 from mrfit.core.recording import FLUX_RESISTANCE
-from mrfit.core.specs import Array, EffectSpec, Index, ModelSpec
+from mrfit.core.specs import Array, EffectSpec, Index, ModelSpec, Steps
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.workspace import plain
 from mrfit.signal.smoothing import TIME
 from mrfit.simulate.assembly import SLOTS, Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence
+from mrfit.simulate.uneven import simulate_unevenly
 
 # Channels that no user sets: they follow from the others
 OWN = (TIME, FLUX_RESISTANCE)
@@ -163,11 +164,13 @@ class Source:
         rows = {TIME: np.arange(samples) * stretch.dt, FLUX_RESISTANCE: np.zeros(samples), **stretch.inputs}
         return np.stack([np.asarray(rows[n], dtype=np.float64) for n in self.spec.inputs])
 
-    def simulate(self, drive: Array, dt: float) -> Array:
-        """Return the output (N,) of the simulation in Python, from rest at the first sample."""
+    def simulate(self, drive: Array, dt: Steps) -> Array:
+        """Return the output (N,) of the simulation in Python, from rest at the first sample, of steps alike or not."""
+        whole, theta = np.ascontiguousarray(drive), self.theta[None, :]
         with np.errstate(all="ignore"):
-            simulated: Array = self.assembly.simulate(np.ascontiguousarray(drive), self.theta[None, :], dt)[0]
-        return simulated
+            if isinstance(dt, np.ndarray):
+                return np.asarray(simulate_unevenly(self.assembly, whole, theta, dt)[0])
+            return np.asarray(self.assembly.simulate(whole, theta, dt)[0])
 
     def compared(self) -> list[tuple[Array, float]]:
         """Return drives (C, N) of the logs with their dt in s, ``COMPARED`` samples at most."""

@@ -1,4 +1,4 @@
-"""Units as FMI and SSP write them: the powers of SI base units."""
+"""Units as FMI and SSP write them, by the powers of SI base units, and as Modelica does."""
 
 import re
 from functools import cache
@@ -39,3 +39,17 @@ def base_units(unit: str) -> tuple[tuple[str, str], ...]:
             powers[base] = powers.get(base, 0) + own * times
     found = [(base, str(power)) for base, power in powers.items() if power]
     return (*found, *((("offset", str(OFFSETS[unit])),) if unit in OFFSETS else ()))
+
+
+@cache
+def modelica_unit(unit: str) -> str:
+    """Return a unit as Modelica writes it (MLS section 19): ``N.s2/m2`` for ``N*s^2/m^2``, ``Ohm/(A2.s)``."""
+    over, under = list[str](), list[str]()
+    for sign, name, power in re.findall(r"([*/]?)([A-Za-z]+|1)(?:\^(-?\d+))?", unit):
+        written = ("Ohm" if name == "ohm" else name) + power
+        (under if sign == "/" else over).append(written)
+    over = [f for f in over if f != "1"] or ["1"]
+    if not under:
+        return ".".join(over)
+    below = ".".join(under)
+    return f"{'.'.join(over)}/{f'({below})' if len(under) > 1 else below}"

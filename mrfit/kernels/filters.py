@@ -10,9 +10,6 @@ import numpy as np
 from mrfit.core.specs import Array
 from mrfit.kernels.jit import kernel
 
-# Velocity in m/s below which friction does not fade any further
-CREEP = 1e-4
-
 
 @kernel
 def lag(x: Array, ratio: Array) -> Array:
@@ -267,20 +264,3 @@ def soft_sign(x: Array, width: Array | float) -> Array:
     """Return tanh(x/width): the sign of x, but for |x| below the width, where the sign of a noisy x would chatter."""
     sign: Array = np.tanh(x / width)
     return sign
-
-
-def slip(x: Array, v: Array, reach: Array, turn: Array) -> Array:
-    """Return the direction of sliding friction, (P, N) between -1 and 1, of a stroke x (m) and velocity v (m/s), (N,).
-
-    A seal sticks and is bent before it slips: the direction is that of a stop operator, (x - play(x, r))/r, which turns
-    from one side to the other over 2r of travel after a reversal. Lubricated, it also fades with the velocity, as
-    tanh(|v|/v_r), but for a creep of 0.1 mm/s in |v|: a turning point that falls on a sample counts as stuck if v_r is
-    far below that. reach (P,) in m is r > 0, turn (P,) in m/s is v_r > 0 (where both are small: sign(v)).
-
-    Source: W. D. Iwan, J. Appl. Mech. 33 (1966) 893 (Maxwell slip).
-    """
-    direction = np.empty((len(reach), len(x)))
-    for r in np.unique(reach):
-        direction[reach == r] = (x - smooth_play(x, r)) / r
-    speed = np.hypot(v, CREEP)
-    return direction * np.tanh(speed / turn[:, None])

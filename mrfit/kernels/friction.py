@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Index
 from mrfit.kernels.branch import bouc_wen
 from mrfit.kernels.jit import kernel
 from mrfit.kernels.powers import power
@@ -117,7 +117,7 @@ def _lugre_step(z: float, ends: tuple[float, float], dt: float, shape: tuple[flo
 
 
 @kernel
-def lugre(v: Array, theta: Array, dt: float) -> Array:
+def lugre(v: Array, theta: Array, steps: Array) -> Array:
     """Return the force of LuGre friction, from z = 0 at sample 0, with v linear between samples.
 
         F = f0 + sigma0*z + sigma1*dz/dt + sigma2*v
@@ -130,22 +130,22 @@ def lugre(v: Array, theta: Array, dt: float) -> Array:
     theta
         sigma0 (N/m), sigma1, sigma2 (N*s/m), Fc, dF (N), vs (m/s), f0 (N), shape (7, P, M): M = 1, or M = N with the
         values of sample j for the step that ends there.
-    dt
-        Sample interval in s.
+    steps
+        Time from each sample to that before in s, shape (1,) or (N,).
 
     Returns
     -------
     Array
         In N, shape (P, N).
     """
-    vectors, last = theta.shape[1], theta.shape[2] - 1
+    vectors, last, last_step = theta.shape[1], theta.shape[2] - 1, len(steps) - 1
     out = np.empty((vectors, len(v)))
     for p in range(vectors):
         z = 0.0
         for j in range(len(v)):
             sigma0, sigma1, sigma2, fc, more, vs, f0 = theta[:, p, min(j, last)]
             if j > 0:
-                z = _lugre_step(z, (v[j - 1], v[j]), dt, (sigma0, fc, more, vs))
+                z = _lugre_step(z, (v[j - 1], v[j]), steps[min(j, last_step)], (sigma0, fc, more, vs))
             rate = v[j] - sigma0 * abs(v[j]) * z / _stribeck(v[j], fc, more, vs)
             out[p, j] = f0 + sigma0 * z + sigma1 * rate + sigma2 * v[j]
     return out
@@ -265,10 +265,27 @@ def _rise(y: float, travel: float, n: float, rho: float) -> float:
 
 
 @kernel
+def _continued(x: Array, shape: tuple[Array, Array, Array], rests: Index, known: Array) -> Array:
+    """Return the states (P, N) of which the first ``rests`` (P,), 1 or more, are ``known`` (P, M)."""
+    rate, n, rho = shape
+    out = np.empty((len(rate), len(x)))
+    for p in range(len(rate)):
+        for j in range(rests[p]):
+            out[p, j] = known[p, j]
+        y = known[p, rests[p] - 1]
+        for j in range(rests[p], len(x)):
+            if x[j] != x[j - 1]:
+                step = rate[p, j] * (x[j] - x[j - 1])
+                sign = math.copysign(1.0, step)
+                y = sign * _rise(sign * y, min(abs(step), 2.0 + 30.0 / n[p, j]), n[p, j], rho[p, j])
+            out[p, j] = y
+    return out
+
+
 def varying_bouc_wen(x: Array, rate: Array, n: Array, rho: Array) -> Array:
     """Return y = z/z_max of Bouc-Wen with parameters that vary along the samples, from y = 0 at sample 0.
 
-    Where they do not vary, ``branch.bouc_wen`` is exact and many times faster.
+    Up to the sample at which a vector's parameters first vary the curve of ``branch.bouc_wen`` is read, which is exact.
 
     Parameters
     ----------
@@ -283,20 +300,18 @@ def varying_bouc_wen(x: Array, rate: Array, n: Array, rho: Array) -> Array:
     Array
         Shape (P, N), within -1 and 1; the share of the saturated state is kept where the parameters change.
     """
-    out = np.empty((len(rate), len(x)))
-    for p in range(len(rate)):
-        y = 0.0
-        for j in range(len(x)):
-            if j > 0 and x[j] != x[j - 1]:
-                step = rate[p, j] * (x[j] - x[j - 1])
-                sign = math.copysign(1.0, step)
-                y = sign * _rise(sign * y, min(abs(step), 2.0 + 30.0 / n[p, j]), n[p, j], rho[p, j])
-            out[p, j] = y
-    return out
+    moved = np.any([values != values[:, :1] for values in (rate, n, rho)], axis=0)
+    rests = np.where(moved.any(axis=1), moved.argmax(axis=1), len(x))
+    known, longest = np.zeros((len(rate), 1)), int(rests.max(initial=0))
+    if longest > 1:
+        first = [values[:, :1] for values in (rate, n, rho)]
+        known = bouc_wen(x[:longest], np.hstack([np.zeros_like(rate[:, :1]), np.ones_like(rate[:, :1]), *first]))
+    stepped: Array = _continued(x, (rate, n, rho), rests, known)
+    return stepped
 
 
 def hysteresis(x: Array, rate: Array, n: Array, rho: Array) -> Array:
-    """Return y = z/z_max of Bouc-Wen driven by x, (P, N): by the exact branch curve unless its parameters vary.
+    """Return y = z/z_max of Bouc-Wen driven by x, (P, N): by the exact branch curve until its parameters first vary.
 
     Parameters
     ----------

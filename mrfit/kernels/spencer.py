@@ -124,7 +124,7 @@ def _bounded(theta: Array) -> bool:
 
 
 @kernel
-def spencer(x: Array, v: Array, theta: Array, dt: float, tolerance: float) -> Array:
+def spencer(x: Array, v: Array, theta: Array, steps: Array, tolerance: float) -> Array:
     """Simulate the damper from rest (xi = z = 0) at sample 0.
 
     Parameters
@@ -134,8 +134,8 @@ def spencer(x: Array, v: Array, theta: Array, dt: float, tolerance: float) -> Ar
     theta
         C0, C_inf, K0, K_inf (N*s/m, N/m), alpha (N), A, beta, gamma (1/m), n (1), f0 (N), shape (10, P, M): M = 1, or
         M = N with the values of sample j for the interval that ends at j.
-    dt
-        Sample interval in s.
+    steps
+        Time from each sample to that before in s, shape (1,) or (N,).
     tolerance
         Bound on a sub-step's error estimate, as a share of the saturated element's force, as ``TOLERANCE``.
 
@@ -145,12 +145,12 @@ def spencer(x: Array, v: Array, theta: Array, dt: float, tolerance: float) -> Ar
         Force in N, shape (P, N); NaN from the first sample at which a drive is not finite, and of vectors without a
         bounded response.
     """
-    vectors, varying = theta.shape[1], theta.shape[2] > 1
+    vectors, varying, last_step = theta.shape[1], theta.shape[2] > 1, len(steps) - 1
     out = np.empty((vectors, len(x)))
     for first in range(0, vectors, LANES):
         lanes = min(LANES, vectors - first)
         work = np.zeros(_ROWS * LANES)
-        work[_STEP : _STEP + LANES] = dt
+        work[_STEP : _STEP + LANES] = steps[min(1, last_step)]
         _set_parameters(work, theta, first, 0, tolerance)
         finite = True
         for j in range(len(x)):
@@ -159,6 +159,7 @@ def spencer(x: Array, v: Array, theta: Array, dt: float, tolerance: float) -> Ar
             if j > 0 and finite:
                 if varying:
                     _set_parameters(work, theta, first, j, tolerance)
+                dt = steps[min(j, last_step)]
                 _interval(work, v[j - 1], (v[j] - v[j - 1]) / dt, dt)
             for lane in range(lanes):
                 p = first + lane

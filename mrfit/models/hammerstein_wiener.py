@@ -19,8 +19,8 @@ with temperature, poles, zeros and delay keep the values of the first.
 
 import numpy as np
 
-from mrfit.core.specs import Array, Index, ModelSpec, Param
-from mrfit.kernels.lti import hysteresis_filter, magnetisation_filter
+from mrfit.core.specs import Array, Index, ModelSpec, Param, Steps
+from mrfit.kernels.dynamics import hysteresis_filter, magnetisation_filter
 from mrfit.kernels.points import inside
 from mrfit.kernels.theta import by_blocks, columns, plain
 from mrfit.kernels.wiener import wiener
@@ -61,7 +61,7 @@ SPEC = ModelSpec(
 _ABOUT = {"p1": 0.3, "p2": 1.0, "p3": 10.0, "p4": 100.0, "omega": 0.5}
 
 
-def response(drive: Array, theta: Array, dt: float) -> Array:
+def response(drive: Array, theta: Array, dt: Steps) -> Array:
     """Return the force in N, shape (P, N), of velocity (m/s) and current (A), shape (2, N), sampled every dt s."""
     return by_blocks(lambda block: _force(plain(drive), block, dt), drive.shape[1], theta)
 
@@ -93,7 +93,7 @@ def far_starts(drive: Array, output: Array, dt: float) -> list[dict[str, float]]
     return [inside(SPEC, found)]
 
 
-def _force(drive: Array, theta: Array, dt: float) -> Array:
+def _force(drive: Array, theta: Array, dt: Steps) -> Array:
     v, current = drive
     c_pre, c_post, a, b, *_, f0 = columns(theta)
     held = theta if theta.ndim == 2 else theta[:, :, 0]

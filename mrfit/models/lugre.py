@@ -13,7 +13,9 @@ dampers, there with g constant (dF = 0); named in the reviews of Savaia et al. a
 hysteresis operator").
 """
 
-from mrfit.core.specs import Array, ModelSpec, Param
+import numpy as np
+
+from mrfit.core.specs import Array, ModelSpec, Param, Steps
 from mrfit.kernels.friction import lugre
 from mrfit.kernels.points import inside, largest, post_yield_line
 from mrfit.kernels.theta import along_samples, plain
@@ -43,9 +45,9 @@ SPEC = ModelSpec(
 )
 
 
-def response(drive: Array, theta: Array, dt: float) -> Array:
+def response(drive: Array, theta: Array, dt: Steps) -> Array:
     """Return the force in N, shape (P, N), of a velocity in m/s, shape (1, N), sampled every dt s."""
-    return lugre(plain(drive[0]), along_samples(theta), dt)
+    return lugre(plain(drive[0]), along_samples(theta), np.atleast_1d(np.float64(dt)))
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:

@@ -13,7 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.core.specs import Array, Index, ModelSpec, Param, Reduced
+from mrfit.core.specs import Array, Index, ModelSpec, Param, Reduced, Steps
+from mrfit.kernels import uneven
 from mrfit.kernels.lti import delayed
 from mrfit.kernels.network import network
 from mrfit.kernels.theta import by_blocks, plain
@@ -71,10 +72,13 @@ SPEC = ModelSpec(
 )
 
 
-def response(drive: Array, theta: Array, dt: float) -> Array:
+def response(drive: Array, theta: Array, dt: Steps) -> Array:
     """Return the force in N, shape (P, N), of velocity (m/s) and current (A), shape (2, N), sampled every dt s."""
-    lag = np.array([LAG / dt])
-    inputs = np.vstack([drive, *(delayed(plain(row), lag) for row in drive)])
+    if isinstance(dt, np.ndarray):
+        ago = [uneven.delayed(row, np.array([LAG]), dt) for row in drive]
+    else:
+        ago = [delayed(plain(row), np.array([LAG / dt])) for row in drive]
+    inputs = np.vstack([drive, *ago])
     return by_blocks(lambda block: _layers(inputs, block), drive.shape[1], theta)
 
 

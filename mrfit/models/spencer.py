@@ -19,7 +19,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.core.specs import Array, Derived, ModelSpec, Param, Reduced
+from mrfit.core.specs import Array, Derived, ModelSpec, Param, Reduced, Steps
 from mrfit.kernels.branch import normal_form, printed_form
 from mrfit.kernels.points import inside, post_yield_line, yield_velocity
 from mrfit.kernels.spencer import TOLERANCE, spencer
@@ -60,16 +60,16 @@ SPEC = ModelSpec(
 )
 
 
-def response(drive: Array, theta: Array, dt: float) -> Array:
+def response(drive: Array, theta: Array, dt: Steps) -> Array:
     """Return the force in N, shape (P, N), of displacement (m) and velocity (m/s), shape (2, N), sampled every dt s."""
     x, v = plain(drive)
-    return spencer(x, v, along_samples(theta), dt, TOLERANCE)
+    return spencer(x, v, along_samples(theta), np.atleast_1d(np.float64(dt)), TOLERANCE)
 
 
-def rough_response(drive: Array, theta: Array, dt: float) -> Array:
+def rough_response(drive: Array, theta: Array, dt: Steps) -> Array:
     """Return the same to some 1e-5 of the force's range: three times as fast, for searching far from the optimum."""
     x, v = plain(drive)
-    return spencer(x, v, along_samples(theta), dt, _ROUGH * TOLERANCE)
+    return spencer(x, v, along_samples(theta), np.atleast_1d(np.float64(dt)), _ROUGH * TOLERANCE)
 
 
 def derived(theta: Array) -> Array:

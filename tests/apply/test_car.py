@@ -9,8 +9,10 @@ from scipy.integrate import solve_ivp
 from mrfit.apply.car import Car, Control, Ride, Timing, adaptive, desired, drive, rms
 from mrfit.apply.chatter import limit_cycle, look, told_apart, turning_points
 from mrfit.apply.damper import Damper, damper
+from mrfit.apply.ride import quarter_car
 from mrfit.apply.roads import ROUGHNESS, Bump, RandomRoad, Sweep, road
 from mrfit.apply.stepper import Stepper
+from mrfit.apply.tested import Moved, beyond_tests
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 from tests.apply.dampers import monotone
@@ -165,15 +167,20 @@ def test_roads_have_their_shape_and_their_roughness() -> None:
     assert bump.height(np.array([0.5 + 0.5 * 1.0 / bump.speed]))[0][0] == pytest.approx(0.02)
     assert bump.height(np.array([0.4, 2.0]))[0].max() == 0.0
     for one in (bump, Sweep(), RandomRoad("C", seed=3)):
-        t = np.linspace(0.55, 0.65, 1001)
-        z, rate = one.height(t)
-        np.testing.assert_allclose(np.gradient(z, t)[2:-2], rate[2:-2], atol=2e-4 * np.max(np.abs(rate)))
+        for first in (0.55, 0.95, 3.0):
+            t = np.linspace(first, first + 0.1, 1001)
+            z, rate = one.height(t)
+            np.testing.assert_allclose(np.gradient(z, t)[2:-2], rate[2:-2], atol=3e-4 * max(np.max(np.abs(rate)), 1e-9))
     # ISO 8608: variance is the integral of 16e-6*(n/0.1)^-2 over 0.011 to 2.83 cycles/m, for class A
     t = np.linspace(0.0, 91.0 / 20.0 * 8, 4_000)
     for grade in "AC":
         wanted = ROUGHNESS[grade] * 0.01 * (1 / 0.011 - 1 / 2.83)
         found = np.mean([np.var(RandomRoad(grade, 20.0, 30.0, seed).height(t)[0]) for seed in range(3)])
         assert found == pytest.approx(wanted, rel=0.35)
+    # it is driven onto from a level road, not dropped onto
+    for seed in range(5):
+        z, rate = (float(v) for v in RandomRoad("D", seed=seed).height(np.array(0.0)))
+        assert z == 0.0 and rate == 0.0
     assert np.array_equal(RandomRoad("B", seed=1).height(t[:9]), RandomRoad("B", seed=1).height(t[:9]))
     assert not np.array_equal(RandomRoad("B", seed=1).height(t[:9]), RandomRoad("B", seed=2).height(t[:9]))
     with pytest.raises(ConfigError, match="--road takes bump"):
@@ -187,3 +194,48 @@ def test_bad_cars_and_too_long_steps_are_refused() -> None:
         Control("cruise")
     with pytest.raises(DataError, match="take shorter ones"):
         drive(Stepper(linear(1e6)), Car(), [(Control("passive-low"), Bump(duration=1.0))], Timing(5e-3, 1))
+
+
+def test_a_random_ride_is_averaged_from_where_its_road_has_its_height() -> None:
+    """By hand: the same ride, its first second cut off."""
+    one, long = RandomRoad("B", duration=1.5, seed=2), Timing(2e-3, 1)
+    study = quarter_car(linear(), Car(), [Control("passive-low")], [one], long, check=False)
+    ride = drive(Stepper(linear()), Car(), [(Control("passive-low"), one)], long)[0]
+    late = ride.time >= 1.0
+    (row,) = study.rows
+    assert row.acceleration == pytest.approx(rms(ride.acceleration[late]), rel=1e-12)
+    assert row.least_load == pytest.approx(1.0 - ride.tyre_load[late].max() / (440.0 * 9.81), rel=1e-12)
+
+
+def test_chatter_of_one_cause_is_one_sentence_and_motions_beyond_the_tests_are_told() -> None:
+    tested = replace(preyield("bingham", fy=(75.26, 963.1), C_inf=(961.87, 3508.5)), tested=(("velocity", -0.1, 0.1),))
+    roads = [Bump(duration=0.9), Bump(0.03, duration=0.9)]
+    controls = [SKYHOOK, Control("passive-high")]
+    study = quarter_car(tested, Car(500.0, 0.0, 78e3), controls, roads, Timing(1e-3, 1), check=False)
+    found = [row.chatter for row in study.rows if row.chatter.found]
+    assert len(found) == 4 and {c.cause for c in found} == {"pre-yield slope"}
+    (said,) = (f for f in study.findings if "chatter" in f)
+    assert said.startswith(
+        "skyhook-on-off, passive-high on bump 20 mm; skyhook-on-off, passive-high on bump 30 mm chatter"
+    )
+    rates = sorted(c.rate for c in found)
+    assert f"at {rates[0]:.0f} to {rates[-1]:.0f} Hz" in said
+    beyond = [f for f in study.findings if f.startswith("The velocity leaves what the damper was tested in (0.1 m/s")]
+    fastest = max(float(np.max(np.abs(r.speed))) for r in study.rides)
+    assert len(beyond) == (fastest > 0.105) and (not beyond or f"reaches {fastest:.3g} m/s" in beyond[0])
+    slow = replace(tested, tested=(("velocity", -9.0, 9.0), ("displacement", -1.0, 1.0)))
+    assert beyond_tests(slow, [Moved("a", r.travel, r.speed) for r in study.rides]) == []
+    # the stroke by its extent, wherever its middle is
+    wide = replace(tested, tested=(("displacement", 0.10, 0.12),))
+    far = Moved("far", np.linspace(-0.02, 0.02, 9), np.zeros(9))
+    (text,) = beyond_tests(wide, [far, Moved("near", np.linspace(0.0, 0.02, 9), np.zeros(9))])
+    assert "an amplitude of 0.01 m at most" in text and "in 1 of 2 motions, and reaches 0.02 m in far" in text
+
+
+def test_a_wheel_that_would_leave_the_road_is_told() -> None:
+    rough = RandomRoad("D", duration=1.6)
+    study = quarter_car(linear(), Car(), [Control("passive-low")], [rough], Timing(2e-3, 1), check=False)
+    lifted = any("load falls below 0 in 1 of 1 rides (ISO 8608 D)" in f for f in study.findings)
+    assert lifted == (study.rows[0].least_load < 0.0)
+    smooth = quarter_car(linear(), Car(), [Control("passive-low")], [Bump()], Timing(2e-3, 1), check=False)
+    assert not any("load falls below 0" in f for f in smooth.findings) and smooth.rows[0].least_load > 0.0

@@ -12,14 +12,15 @@ import numpy as np
 import pytest
 
 from mrfit.core import plugins, registry
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Steps
 from mrfit.errors import DataError
-from mrfit.export.c import built, driver, notes_of, rendered, user_inputs
+from mrfit.export.c import built, differs, driver, notes_of, rendered, user_inputs
 from mrfit.export.c_form import form_of, own_form
 from mrfit.export.c_parts import Parts, parts_of
 from mrfit.export.causality import Cost, differentiated
 from mrfit.export.compiler import Compiled, compiler
 from mrfit.export.source import Source
+from mrfit.kernels import uneven
 from mrfit.kernels.filters import level
 from mrfit.simulate.current_dependence import CurrentDependence, orders_of
 from tests.export.rigs import STRENGTH, channels, effects_of, rig
@@ -56,31 +57,48 @@ def program(source: Source, options: Sequence[str] = STRICT) -> Iterator[Compile
         yield made
 
 
-def shares(source: Source, run: Compiled, drive: Array, dt: float) -> Array:
+def shares(source: Source, run: Compiled, drive: Array, dt: Steps) -> Array:
     """Differences (N,) from the simulation in Python as shares of the output's range."""
     wanted = source.simulate(drive, dt)
     off: Array = np.abs(run.run(user_inputs(source, drive), dt)[0] - wanted) / np.ptp(wanted)
     return off
 
 
-def agrees(source: Source) -> None:
-    dependence, model = source.dependence, source.assembly.name
-    if "velocity-hysteresis" in model:
-        # the stroke's middle is that of the logs, which differs with their rate
-        for dt in RATES:
-            own = rig(model, dependence, dt=dt)
-            with program(own) as run:
-                assert shares(own, run, own.drive(own.stretches[0]), dt).max() < EXACT
-        return
+def at_times(source: Source, steps: Array) -> Array:
+    """Return a smooth drive (C, N) at uneven times, whose stroke has the middle of the fit's logs."""
+    times = uneven.times_of(steps)
+    fine = channels(times[-1], 1e-5)
+    signals = {n: np.interp(times, fine["time"], v) for n, v in fine.items()} | {"time": times}
+    moved = level(source.stretches[0].inputs.get("displacement", np.zeros(1)))
+    signals["displacement"] += moved - uneven.level(signals["displacement"], steps)
+    return np.stack([signals[n] for n in source.spec.inputs])
+
+
+def jittered(seed: int) -> Array:
+    """Return steps (N,) of 0.1 to 3 ms."""
+    return np.random.default_rng(seed).uniform(1e-4, 3e-3, 600)
+
+
+def agrees(source: Source, jitter: bool = True) -> None:
     with program(source) as run:
-        for dt in RATES:
-            signals = channels(1.0, dt)
-            drive = np.stack([signals[n] for n in source.spec.inputs])
-            assert shares(source, run, drive, dt).max() < EXACT
+        if jitter:
+            steps = jittered(4)
+            assert shares(source, run, at_times(source, steps), steps).max() < EXACT
+        if "velocity-hysteresis" not in source.assembly.name:
+            for dt in RATES:
+                signals = channels(1.0, dt)
+                drive = np.stack([signals[n] for n in source.spec.inputs])
+                assert shares(source, run, drive, dt).max() < EXACT
+            return
+    # the stroke's middle is that of the logs, which differs with their rate
+    for dt in RATES:
+        own = rig(source.assembly.name, source.dependence, dt=dt)
+        with program(own) as run:
+            assert shares(own, run, own.drive(own.stretches[0]), dt).max() < EXACT
 
 
 @pytest.mark.parametrize("model", SELECTION)
-def test_is_the_simulation_at_1_and_10_kilohertz(model: str) -> None:
+def test_is_the_simulation_at_1_and_10_kilohertz_and_at_uneven_steps(model: str) -> None:
     agrees(rig(model))
 
 
@@ -113,14 +131,22 @@ def test_parameters_follow_a_current_that_moves(model: str, orders: str) -> None
     agrees(source)
 
 
-def test_a_loop_that_depends_on_current_is_near_the_curve_while_the_current_rests() -> None:
+def test_a_loop_that_depends_on_current_is_exact_while_the_current_rests_and_when_it_moves() -> None:
     spec = registry.load("model", "boucwen").SPEC
     source = rig("boucwen", CurrentDependence(orders_of(spec, "kappa=1,n=1"), 0.2, 1.4))
     drive = source.drive(source.stretches[0]).copy()
-    drive[source.spec.inputs.index("current")] = 0.9
+    row = source.spec.inputs.index("current")
+    moving = drive[row].copy()
     with program(source) as run:
-        off = shares(source, run, drive, 1e-3)
-    assert 1e-12 < off.max() < 2e-5
+        # at rest, at rest outside the range, resting until it moves, and stepping between two levels
+        for current in (
+            0.9,
+            3.0,
+            np.where(np.arange(1001) < 400, moving[0], moving),
+            np.repeat([0.3, 1.1], [500, 501]),
+        ):
+            drive[row] = current
+            assert shares(source, run, drive, 1e-3).max() < EXACT
 
 
 # What makes the force behind a filter a straight line between steps, as its inputs are: it never yields, or no delay
@@ -207,6 +233,17 @@ def test_floats_are_near() -> None:
     with program(source, (*STRICT, f"-D{prefix}_FLOAT")) as run:
         off = shares(source, run, source.drive(source.stretches[0]), 1e-3)
     assert 1e-9 < off.max() < 1e-4
+
+
+def test_floats_are_near_where_a_loop_depends_on_current() -> None:
+    spec = registry.load("model", "boucwen").SPEC
+    source = rig("boucwen", CurrentDependence(orders_of(spec, "kappa=1,n=1"), 0.2, 1.4))
+    drive = source.drive(source.stretches[0]).copy()
+    row = source.spec.inputs.index("current")
+    with program(source, (*STRICT, f"-D{parts_of(source).context.p.upper()}_FLOAT")) as run:
+        for current in (drive[row], np.full(drive.shape[1], 0.9)):
+            drive[row] = current
+            assert 1e-9 < shares(source, run, drive, 1e-3).max() < 1e-4
 
 
 @pytest.mark.slow
@@ -319,7 +356,12 @@ def test_a_plug_in_brings_its_form_beside_its_file(tmp_path: Path, monkeypatch: 
     with pytest.raises(DataError, match=r"^the model my-damper has no C form: put its body into my-damper.c.j2"):
         parts_of(source)
     (tmp_path / "my-damper.c.j2").write_text(PLUGIN_FORM)
-    agrees(source)
+    agrees(source, jitter=False)
+    # what a plug-in makes of steps of their own length is not known
+    with pytest.raises(DataError, match="^the model my-damper is not simulated at uneven times"):
+        source.simulate(at_times(source, jittered(1)), jittered(1))
+    parts = parts_of(source)
+    assert differs(source, parts, rendered(source, parts, [], NO_COST)).uneven is None
 
 
 def test_the_differentiator_is_the_one_whose_cost_is_stated(tmp_path: Path) -> None:
@@ -396,9 +438,12 @@ def test_what_is_early_is_exported_as_prompt_and_told(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("cppcheck") is None, reason="no cppcheck")
-@pytest.mark.parametrize("model", [*SELECTION, "neural-network", "boucwen"])
-def test_cppcheck_finds_no_deviation_that_is_not_listed(model: str, tmp_path: Path) -> None:
-    source = rig(model)
+@pytest.mark.parametrize(
+    ("model", "orders"), [*((m, "") for m in (*SELECTION, "neural-network", "boucwen")), ("boucwen", "kappa=1,n=1")]
+)
+def test_cppcheck_finds_no_deviation_that_is_not_listed(model: str, orders: str, tmp_path: Path) -> None:
+    spec = registry.load("model", model.split("+")[0]).SPEC
+    source = rig(model, CurrentDependence(orders_of(spec, orders), 0.2, 1.4) if orders else None)
     parts: Parts = parts_of(source)
     for name, text in {**rendered(source, parts, [], NO_COST), "driver.c": driver(parts)}.items():
         (tmp_path / name).write_text(text)

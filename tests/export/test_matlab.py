@@ -1,6 +1,7 @@
 """The MATLAB function, run by Octave: what it gives is what Python simulates."""
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -48,6 +49,16 @@ def test_follows_a_current_that_moves() -> None:
     assert share(rig("boucwen", dependence, seconds=0.3)) < 1e-9
 
 
+def test_a_loop_that_depends_on_current_reads_its_curve_until_the_current_moves() -> None:
+    spec = registry.load("model", "boucwen").SPEC
+    source = rig("boucwen", CurrentDependence(orders_of(spec, "kappa=1,n=1"), 0.2, 1.4), seconds=0.3)
+    (stretch,) = source.stretches
+    current = stretch.inputs["current"].copy()
+    current[:150] = current[0]
+    source = replace(source, stretches=(replace(stretch, inputs={**stretch.inputs, "current": current}),))
+    assert share(source) < 1e-9
+
+
 def test_the_file_states_what_octave_measured(tmp_path: Path) -> None:
     made = files(rig("tanh", seconds=0.3), Settings())
     # a function of this name would hide MATLAB's own
@@ -59,8 +70,6 @@ def test_the_file_states_what_octave_measured(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["a'; system('x')\n end", "%{ ..."])
 def test_hostile_names_stay_in_their_comment(name: str) -> None:
-    from dataclasses import replace
-
     source = rig("bingham", seconds=0.1)
     source = replace(source, condition=name, content=replace(source.content, name=name))
     assert share(source) < 1e-9

@@ -38,7 +38,7 @@ def test_lugre_agrees_with_a_tight_ode_solver(sigma0: float, extra: float, vs: f
     per_cycle, fc = 60, 400.0
     dt = 0.5 / per_cycle
     v = speed * np.sin(2 * np.pi * np.arange(per_cycle + per_cycle // 2) / per_cycle + 0.3)
-    z, expected = lugre(v, lugre_theta(sigma0, fc, extra, vs), dt)[0] / sigma0, [0.0]
+    z, expected = lugre(v, lugre_theta(sigma0, fc, extra, vs), np.array([dt]))[0] / sigma0, [0.0]
     for j in range(1, len(v)):
 
         def rate(t: float, s: np.ndarray, start: float = v[j - 1], end: float = v[j]) -> list[float]:
@@ -57,15 +57,15 @@ def test_lugre_agrees_with_a_tight_ode_solver(sigma0: float, extra: float, vs: f
 def test_lugre_without_stribeck_is_dahl_with_the_force_fc() -> None:
     t = np.linspace(0, 1, 2001)
     x, v = 0.01 * np.sin(7 * t), 0.07 * np.cos(7 * t)
-    elastic = lugre(v, lugre_theta(5e5, 400.0, 0.0, 0.01), t[1])[0]
+    elastic = lugre(v, lugre_theta(5e5, 400.0, 0.0, 0.01), t[1:2])[0]
     assert np.abs(elastic / 400.0 - dahl(x, column(5e5 / 400.0))[0]).max() < 1e-4
-    damped = lugre(v, lugre_theta(5e5, 400.0, 0.0, 0.01, 30.0), t[1])[0]
+    damped = lugre(v, lugre_theta(5e5, 400.0, 0.0, 0.01, 30.0), t[1:2])[0]
     assert damped - elastic == pytest.approx(30.0 * (v - np.abs(v) * elastic / 400.0))
 
 
 def test_lugre_deflection_at_constant_speed_is_stribecks_curve() -> None:
     v = np.full(4000, 0.004)
-    z = lugre(v, lugre_theta(1e6, 400.0, 200.0, 0.01), 1e-3)[0]
+    z = lugre(v, lugre_theta(1e6, 400.0, 200.0, 0.01), np.array([1e-3]))[0]
     assert z[-1] == pytest.approx(400 + 200 * np.exp(-0.16), rel=1e-9)
 
 
@@ -75,7 +75,10 @@ def test_varying_bouc_wen_follows_the_branch_curve_where_nothing_varies(
     rate: float, n: float, rho: float, seed: int
 ) -> None:
     x = np.cumsum(np.random.default_rng(seed).normal(size=60))
-    stepped = varying_bouc_wen(x, *(np.full((1, 60), value) for value in (rate, n, rho)))
+    # another rate at the sample before the first step: no rest, during which the curve itself would be read
+    rates = np.full((1, 60), rate)
+    rates[0, 0] *= 2.0
+    stepped = varying_bouc_wen(x, rates, np.full((1, 60), n), np.full((1, 60), rho))
     assert np.abs(stepped - bouc_wen(x, np.array([[0.0, 1.0, rate, n, rho]]))).max() < 1e-5
 
 
@@ -86,14 +89,27 @@ def test_hysteresis_takes_the_exact_curve_unless_its_parameters_vary() -> None:
     rate = np.full((1, 60), 0.8)
     rate[0, 30:] = 1.6
     varied = hysteresis(x, rate, column(2.0), column(0.1))
-    assert np.abs(varied - constant)[0, :30].max() < 1e-6
+    assert np.array_equal(varied[0, :30], constant[0, :30])
     assert np.abs(varied - constant)[0, 30:].max() > 1e-3
 
 
 def test_saturated_travel_of_any_length_ends_at_saturation() -> None:
     x = np.array([0.0, 1e6, 0.0])
-    y = varying_bouc_wen(x, *(np.full((1, 3), value) for value in (40.0, 1.3, -0.3)))
-    assert y[0] == pytest.approx([0.0, 1.0, -1.0], abs=1e-9)
+    rates = np.array([[80.0, 40.0, 40.0]])
+    for rate in (rates, np.full((1, 3), 40.0)):
+        y = varying_bouc_wen(x, rate, *(np.full((1, 3), value) for value in (1.3, -0.3)))
+        assert y[0] == pytest.approx([0.0, 1.0, -1.0], abs=1e-9)
+
+
+def test_each_vector_leaves_the_curve_where_its_own_parameters_first_vary() -> None:
+    x = np.cumsum(np.random.default_rng(5).normal(size=60))
+    rate = np.full((3, 60), 0.8)
+    rate[1, 20:], rate[2, 0] = 1.6, 1.6
+    both = [np.broadcast_to(column(v), (3, 60)).copy() for v in (2.0, 0.1)]
+    together = varying_bouc_wen(x, rate, *both)
+    for k in range(3):
+        assert np.array_equal(together[k], varying_bouc_wen(x, rate[k : k + 1], *(v[:1] for v in both))[0])
+    assert np.array_equal(together[0, :20], together[1, :20]) and not np.array_equal(together[0, :20], together[2, :20])
 
 
 @pytest.mark.parametrize("samples", [1, 5])

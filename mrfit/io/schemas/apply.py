@@ -1,6 +1,6 @@
 """Results of `mrfit apply`: currents in invert.json, forces tracked in track.json, rides in quarter-car.json."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from mrfit.io.schemas.reading import Document, Entry, Number, told
@@ -12,7 +12,10 @@ QUARTER_CAR = "mrfit/apply-quarter-car/1"
 
 @dataclass(frozen=True, kw_only=True)
 class DamperEntry(Entry):
-    """A damper: (name, value) of its parameters, (parameter, order) of those that depend on current, range in A."""
+    """A damper: (name, value) of its parameters, (parameter, order) of those that depend on current, range in A.
+
+    ``tested`` has (channel, least, greatest) of the tests of its fit, SI.
+    """
 
     name: str
     model: str
@@ -20,6 +23,7 @@ class DamperEntry(Entry):
     orders: tuple[tuple[str, int | str], ...]
     low: Number
     high: Number
+    tested: tuple[tuple[str, Number, Number], ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,6 +133,7 @@ class TrackFile(Document):
     dead_time: Number
     cases: list[TrackingRow]
     lag_costs: list[LagCost]
+    notes: list[str] = field(default_factory=list)
     page: str = told("")
     file: str = told("")
 
