@@ -260,7 +260,7 @@ def compare_optimizers(summary: Summary, work: Path) -> None:
 def discover(summary: Summary, work: Path) -> None:
     """Print a discovery: verdict in words, where the error sits, effects, errors on held-out data, candidates."""
     from mrfit.io.schemas.discovery import DiscoveryFile
-    from mrfit.report.explain import headline, next_step, parameter_rows, sentences
+    from mrfit.report.explain import headline, next_step, parameter_rows, sentences, takes_of
     from mrfit.report.law_words import other_law_sentences
 
     found = DiscoveryFile.of(summary)
@@ -280,9 +280,9 @@ def discover(summary: Summary, work: Path) -> None:
             "Effects", ("effect", "parameter", "value", "95 % interval", "hold-out NRMSE without", "with"), shown
         )
     if summary["candidates"]:
-        names = ("name", "screen", "holdout_gain", "accepted", "reason")
-        columns = ("candidate", "share of error, screened", "gain on held-out data", "accepted", "reason")
-        print_table("Candidates", columns, [numbers(c, names) for c in summary["candidates"]])
+        columns = ("candidate", "takes (%)", "judged", "accepted", "reason")
+        rows = [[c.name, *takes_of(c), c.accepted, c.reason] for c in found.candidates]
+        print_table("Candidates", columns, rows)
     if found.other_laws:
         say("Other laws:")
         for line in other_law_sentences(found):

@@ -13,6 +13,7 @@ from mrfit.core.specs import Array
 from mrfit.discover.account import Asked, account
 from mrfit.discover.bench import build_bench, effects_for, with_residual_floors
 from mrfit.discover.combine import worth_examining
+from mrfit.discover.contributions import contributions
 from mrfit.discover.examined import beside_open_law
 from mrfit.discover.findings import findings, series_of
 from mrfit.discover.gather import Gathering, gather
@@ -225,7 +226,8 @@ def _discovered(job: _Job) -> Told:
         )
         job.progress("law and invariances", 1, 1)
         told, after = _with_another_base(job, beside.found), beside.after
-    return Told(told, series_of(gathering.fitter.bench, before, after))
+    series = series_of(gathering.fitter.bench, before, after)
+    return Told(told, {**series, **contributions(gathering, chosen, told.suspects)})
 
 
 def _with_another_base(job: _Job, told: DiscoveryFile) -> DiscoveryFile:

@@ -9,7 +9,7 @@ Source: orifice flow, J. C. Dixon, The Shock Absorber Handbook, 2nd ed. (2007), 
 
 import numpy as np
 
-from mrfit.core.specs import Array, EffectSpec, Param
+from mrfit.core.specs import Array, EffectSpec, Param, Programme
 
 SPEC = EffectSpec(
     name="quadratic-drag",
@@ -24,6 +24,7 @@ SPEC = EffectSpec(
     aliases=("temperature",),
     experiment="strokes at five or more speeds up to the highest, in random order, with the damper cooled to the "
     "same temperature before each: warm fluid at high speed bends the curve too",
+    asks=(Programme(speeds=5),),
 )
 
 

@@ -12,7 +12,7 @@ Source: preyield paper eq. 8 (S. Guo et al.), whose print has the quotient of Om
 branches v -/+ vh by the sign of the acceleration, which is a play of half-width vh).
 """
 
-from mrfit.core.specs import Array, EffectSpec, Param
+from mrfit.core.specs import Array, EffectSpec, Param, Programme
 from mrfit.kernels.filters import level, smooth_play
 from mrfit.kernels.theta import plain
 
@@ -33,6 +33,7 @@ SPEC = EffectSpec(
     experiment="one amplitude at three or more frequencies over a decade: the loop's half-width in velocity stays "
     "Omega*x, where that of a delay grows with f^2; gas springs and inertia lean the loop instead of opening it at "
     "v = 0",
+    asks=(Programme(frequencies=3, ratio=10.0),),
 )
 
 

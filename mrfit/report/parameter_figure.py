@@ -90,8 +90,7 @@ def _lines(fits: Sequence[Fit], segments: Sequence[Segment], over: str) -> dict[
         for name, own in lines.items():
             label = fit.name if len(fits) > 1 else ""
             found.setdefault(name, []).extend(
-                _Line(", ".join(filter(None, (label, one.label))), one.places, one.quantities, one.band)
-                for one in own
+                _Line(", ".join(filter(None, (label, one.label))), one.places, one.quantities, one.band) for one in own
             )
     return found
 
@@ -107,9 +106,7 @@ def _panel(axes: "Axes", lines: Sequence[_Line], name: str, labels: Sequence[str
         number = labels.index(line.label)
         colour, dash = COLOURS[number % len(COLOURS)], DASHES[number % len(DASHES)]
         values = np.array([q.value for q in line.quantities])
-        low, high = (
-            _ends(column) for column in ([q.low for q in line.quantities], [q.high for q in line.quantities])
-        )
+        low, high = (_ends(column) for column in ([q.low for q in line.quantities], [q.high for q in line.quantities]))
         mark: dict[str, Any] = {"color": colour, "marker": "o" if few else "", "ms": 2.8, "label": line.label or None}
         if line.band is None:
             axes.fill_between(line.places, low, high, color=colour, alpha=0.18, lw=0)

@@ -1,7 +1,7 @@
 """95 % bands of parameters that depend on current, by the delta method from the covariance of the fit.
 
-At a current i the parameter p(i), or its logarithm where it is searched over decades, has the gradient g(i) in the cube.
-The pointwise half-width is t·(gᵀ Σ g)^½. The simultaneous band replaces t by c, at which a curve of unit vectors
+At a current i the parameter p(i), or its logarithm where it is searched over decades, has the gradient g(i) in the
+cube. The pointwise half-width is t·(gᵀ Σ g)^½. The simultaneous band replaces t by c, at which a curve of unit vectors
 u(i) = L g/|L g|, L Lᵀ = Σ, leaves it anywhere in 5 of 100 cases at most (Naiman 1986):
 
     0.05 = κ/π·(1 + c²/ν)^(−ν/2) + m·P(|t_ν| > c),

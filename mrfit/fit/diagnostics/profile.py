@@ -108,8 +108,8 @@ def _at(point: Array, at: int, value: float) -> Array:
 class _Side:
     """The profile of one parameter: rise of the sum of squares as it is moved and the others are refitted.
 
-    ``along`` holds the parameter's place and the directions (F, D) the output moves along; ``variance`` is σ²κ; ``seen``
-    are the rises that were computed, by coordinate.
+    ``along`` holds the parameter's place and the directions (F, D) the output moves along; ``variance`` is σ²κ.
+    ``seen`` are the rises that were computed, by coordinate.
     """
 
     posed: Posed
@@ -180,8 +180,9 @@ class _Side:
         """Compute the rises between the optimum and the ends, and a little beyond, that a figure needs."""
         middle = float(self.point[self.at])
         for end in ends:
-            for share in SHOWN if end is not None else ():
-                self.rise(min(max(middle + share * (end - middle), 0.0), 1.0), self.point)
+            if end is not None:
+                for share in SHOWN:
+                    self.rise(min(max(middle + share * (end - middle), 0.0), 1.0), self.point)
 
 
 def _mean_square(residuals: Callable[[Array], Array], point: Array) -> float:
