@@ -194,7 +194,7 @@ def compare_optimizers(work: Path, settings: mrfit.settings.compare.OfOptimizers
 
 
 def _segments_as_before(workspace: Workspace, resistance: float | str | None, progress: Progress) -> list[str]:
-    """Run flux and segment where they are due, as they last were or as the project file says; return what to tell of it.
+    """Run flux and segment where due, as they last were, else as the project file says; return notes.
 
     A resistance given now becomes the workspace's: all its fits are made from one flux linkage, and a command without
     it that went back to another one would make them outdated.
