@@ -13,7 +13,7 @@ from mrfit.errors import DataError
 from mrfit.io.schemas.fit import Band, Fit, Quantity, Result
 from mrfit.report.numbers import unit_html
 from mrfit.report.paper import COLOURS, DASHES, panels
-from mrfit.report.symbols import base_name, current_of
+from mrfit.simulate.current_dependence import base_name, node_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -118,7 +118,7 @@ def _panel(axes: "Axes", lines: Sequence[_Line], name: str, labels: Sequence[str
             )
             axes.errorbar(line.places, values, np.maximum(bars, 0.0), ls="none", capsize=2.0, elinewidth=0.8, **mark)
     first = lines[0].quantities[0]
-    text = first.text.rpartition(" at ")[0] if current_of(first.name) is not None else first.text
+    text = first.text.rpartition(" at ")[0] if node_of(first.name) else first.text
     words = fill(f"{text[:1].upper()}{text[1:]}, {name}" if text else name, 40)
     unit = unit_html(first.unit)
     axes.set_title(f"{words} ({unit})" if unit else words)
@@ -197,8 +197,9 @@ def _place(result: Result, over: str, warmth: Mapping[str, Sequence[float]]) -> 
 def _joint(fit: Fit) -> dict[str, list[_Line]]:
     """Return the parameters of a joint fit that depend on current, with the model's curve and its bands."""
     bands = {band.name: band for band in fit.results[0].bands}
-    found: dict[str, list[Quantity]] = {}
+    found: dict[str, list[tuple[float, Quantity]]] = {}
     for q in fit.results[0].parameters:
-        if current_of(q.name) is not None and base_name(q.name) in bands:
-            found.setdefault(base_name(q.name), []).append(q)
-    return {n: [_Line("", [current_of(q.name) or 0.0 for q in own], own, bands[n])] for n, own in found.items()}
+        node = node_of(q.name)
+        if node is not None and base_name(q.name) in bands:
+            found.setdefault(base_name(q.name), []).append((node.current, q))
+    return {n: [_Line("", [i for i, _ in own], [q for _, q in own], bands[n])] for n, own in found.items()}

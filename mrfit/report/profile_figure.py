@@ -12,7 +12,7 @@ from mrfit.errors import DataError
 from mrfit.io.schemas.fit import Fit, Profile, Quantity
 from mrfit.report.numbers import unit_html
 from mrfit.report.paper import COLOURS, DASHES, MOST_PANELS, NARROW, panels
-from mrfit.report.symbols import base_name
+from mrfit.simulate.current_dependence import base_name
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
