@@ -6,7 +6,7 @@
     bounds = {fy = [1, 500]}
 
 Its tables ``[flux]``, ``[segment]``, ``[fit]`` and ``[discover]`` have the keys of a pipeline file, ``[flux]`` also the
-resistance. What the command line or MRFIT_WORK says goes before. The same file may be a channel map.
+resistance. The command line and MRFIT_WORK take precedence. The same file may be a channel map.
 """
 
 import tomllib

@@ -62,7 +62,7 @@ def status(workspace: Workspace, progress: Progress = silent) -> list[Step]:
     workspace
         What is looked at; a file of it that is damaged is a reason to be out of date.
     progress
-        Told of long logs, which are read to see whether they have changed.
+        Reports long logs, which are read to see whether they have changed.
 
     Raises
     ------

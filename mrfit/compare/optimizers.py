@@ -68,7 +68,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     settings
         What to compare.
     progress
-        Told of every run.
+        Reports every run.
 
     Returns
     -------

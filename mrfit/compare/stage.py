@@ -65,7 +65,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     settings
         What to compare.
     progress
-        Told of every fit's evaluations.
+        Reports every fit's evaluations.
 
     Returns
     -------

@@ -88,14 +88,14 @@ class ModelSpec:
     derived
         What the module's ``derived(theta)`` returns, if it has one: (P, K) -> (P, D).
     passive
-        Name, low and high of a parameter within which the model cannot give energy out, where its bounds are wider.
+        Name, low and high of a parameter within which the model cannot release energy, where its bounds are wider.
     caution
         What is to be said of every fit with it, as a warning; empty for nothing.
     free_offset
         Whether each record's output has an unknown constant: an integrated flux does, a load cell's force not.
     co_energy
-        Whether output times rate of input is the co-energy, so that the loop is run the other way round: flux over
-        current.
+        Whether output times rate of input is the co-energy, so that the loop is traversed in the opposite
+        sense: flux over current.
     """
 
     name: str

@@ -85,7 +85,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     settings
         Base model and how to fit it.
     progress
-        Told of every step.
+        Reports every step.
 
     Raises
     ------

@@ -72,7 +72,7 @@ def run(workspace: Workspace, progress: Progress = silent) -> Page:
     workspace
         Holds a discovery.
     progress
-        Told of the page.
+        Reports the page.
 
     Raises
     ------
@@ -134,7 +134,7 @@ def render(discovery: Discovery, key: str) -> str:
 
 @dataclass(frozen=True)
 class Number:
-    """A number in full, for who copies it, and as it is shown."""
+    """A number with all its digits, for copying, and as it is shown."""
 
     exact: str | None
     shown: str

@@ -104,7 +104,7 @@ def _partial(found: DiscoveryFile) -> str:
             said[suspect.name] = words
     closed = found.suspects[0].closed
     share = "part" if closed is None else percent(closed)
-    why = "too little to be all that is missing: a cause among others, or the shadow of another"
+    why = "too little to be all that is missing: a cause among others, or an image of another"
     if found.ways is not None and found.ways.exact_base.effects:
         why = f"but only if the law of {found.base_model} were exact: beside a law that is off they have no proof"
     return _sentence(f"{listed(list(said.values()))} would take {share} of the gap, {why}")

@@ -1,3 +1,4 @@
+import re
 from dataclasses import replace
 
 import pytest
@@ -55,7 +56,7 @@ def test_symbols_of_a_fit_with_effects_are_told_apart(damper):
 
 def test_values_on_both_sides_of_a_jump_are_one_parameter_in_two_columns(damper):
     fit = read_source(damper[0], ()).fits[0]
-    names = ["fy@0A", "fy@0.2A-", "fy@0.2A+", "fy@2A", "c@0A", "c@2A", "f0"]
+    names = ["fy@0A", "fy@0.2A-", "fy@0.2A+", "fy@2A"]
     values = [
         Quantity(name=n, value=float(k + 1), low=k + 0.9, high=k + 1.1, unit="N", text="force at 0.2 A")
         for k, n in enumerate(names)
@@ -64,12 +65,10 @@ def test_values_on_both_sides_of_a_jump_are_one_parameter_in_two_columns(damper)
     found = symbols_of(fit)
     assert found["fy@0.2A-"] == found["fy@0.2A+"] == found["fy"] == "$f_{y}$"
     table = fit_tex(fit)
-    assert r"$0.2^{-}$\,A & $0.2^{+}$\,A" in table
+    assert "$0.2^{-}$\\,A & $0.2^{+}$\\,A" in table
+    # nothing collides, no value is lost
     (row,) = [line for line in table.splitlines() if line.startswith("$f_{y}$")]
-    # constant, 0, 0.2-, 0.2+ and 2 A: nothing collides, no value is lost
-    cells = row.removesuffix(r" \\").split(" & ")[3:]
-    assert [bool(c) for c in cells] == [False, True, True, True, True]
-    assert ["{2.00}" in cells[2], "{3.00}" in cells[3]] == [True, True]
+    assert re.findall(r"mrfitvalue\{(\d)", row) == ["1", "2", "3", "4"]
 
 
 @pytest.mark.parametrize("orders", ["2", "1/0.7/2", "1:0.7:2", "0/0.00001/1"])

@@ -1,4 +1,4 @@
-"""What comparisons come to: models in compare.json, optimizers in optimizers.json."""
+"""Results of comparisons: models in compare.json, optimizers in optimizers.json."""
 
 from collections.abc import Collection
 from dataclasses import dataclass, field

@@ -1,4 +1,4 @@
-"""What ingest, flux, segment and report come to, as ingest.json and others hold it, and what is said of a recording."""
+"""Results of ingest, flux, segment and report, as ingest.json and others hold them, and what is said of a recording."""
 
 from collections.abc import Collection
 from dataclasses import dataclass, field, fields
