@@ -53,8 +53,8 @@ def _parameters(fit: Fit, segments: Sequence[Segment], over: str) -> Figure:
     caption = (
         "Every fitted parameter with its 95 % interval; sets are joined where conditions differ in nothing else."
         if len(fit.results) > 1
-        else "Parameters that depend on current, with their values at the nodes and 95 % intervals. The dark band "
-        "holds the true value at any one current in 95 of 100 cases, the light one the whole true curve."
+        else "Parameters that depend on current, with their values at the nodes and 95 % intervals. The inner band "
+        "holds the true value at any one current in 95 of 100 cases, the outer one the whole true curve."
     )
     canvas = parameters([fit], segments, over, WIDTH)
     return _figure(fit, canvas, ("parameters", f"Parameters over {over}", caption))
