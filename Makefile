@@ -19,7 +19,7 @@ MODEL ?= boucwen-flux
 OPT ?= pso-fmin
 PATTERN ?= *.csv
 
-.PHONY: help setup demo demo-discover test lint docs test-fmu test-slow bench studies discovery-benchmark batch datasets clean
+.PHONY: help setup demo demo-discover test lint docs test-fmu test-browser test-slow bench studies discovery-benchmark batch datasets clean
 
 help:
 	@echo 'make demo       run the whole pipeline on the logs in datasets/ and say where the report lies'
@@ -27,6 +27,7 @@ help:
 	@echo 'make test       lint, type-check and test'
 	@echo 'make docs       build the pages, run their code and the README, into docs/build'
 	@echo 'make test-fmu   install FMPy (200 MB) and test FMUs as models'
+	@echo 'make test-browser  the report in a browser: hover, toggle, zoom (needs Chromium; installs Playwright, 45 MB)'
 	@echo 'make test-slow  the long studies, FMUs as models, and work sent to a scheduler'
 	@echo 'make bench      measure speed, as ratios in one run'
 	@echo 'make studies    the studies of the papers, beside their published tables: docs/studies.md (ten minutes)'
@@ -80,6 +81,14 @@ test-fmu: $(VENV)/fmu-installed
 $(VENV)/dask-installed: $(VENV)/installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,dask]'
 	@touch $@
+
+# Playwright, of 45 MB, drives a Chromium that is on the machine; the report's page is tested in it.
+$(VENV)/browser-installed: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,browser]'
+	@touch $@
+
+test-browser: $(VENV)/browser-installed
+	$(BIN)/python -m pytest -q -rs -m slow tests/report/test_browser.py
 
 test-slow: test-fmu $(VENV)/dask-installed
 	$(BIN)/python -m pytest -q -m slow

@@ -8,12 +8,14 @@ import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-import sys  # noqa: E402
+import argparse  # noqa: E402
 from dataclasses import replace  # noqa: E402
+from pathlib import Path  # noqa: E402
 
 import numpy as np  # noqa: E402
 from scipy.signal import lfilter  # noqa: E402
 
+from benchmarks.command import deliver  # noqa: E402
 from mrfit.core.recording import Recording, Segment  # noqa: E402
 from mrfit.core.specs import Array  # noqa: E402
 from mrfit.fit.diagnostics.uncertainty import analyse  # noqa: E402
@@ -83,15 +85,30 @@ def covered(rho: float, step: float, seeds: int) -> tuple[Array, Array]:
     return np.mean(hits, axis=0), np.median(widths, axis=0)
 
 
-def main(seeds: int) -> None:
-    """Print the table."""
+def main(seeds: int, out: Path | None = None) -> None:
+    """Write the table."""
     names = [d.name for d in boucwen_flux.SPEC.derived]
-    print(f"\ncoverage of 95 % intervals over {seeds} seeds (aim 93-97 %), and their median half-width")
-    print(f"{'noise':40s}" + "".join(f"{n:>18s}" for n in names))
+    lines = [
+        "# Coverage of 95 % intervals",
+        "",
+        "`python -m benchmarks.coverage [SEEDS] [--out FILE.md]`",
+        "",
+        f"Share of {seeds} seeds in which the interval of a quantity holds the planted value (aim 93 to 97 %), and the",
+        "median of half its width over the value.",
+        "",
+        f"| noise | {' | '.join(names)} |",
+        "|---" * (1 + len(names)) + "|",
+    ]
     for name, rho, step in CASES:
         shares, widths = covered(rho, step, seeds)
-        print(f"{name:40s}" + "".join(f"{s:9.1%} ±{w:7.2%}" for s, w in zip(shares, widths, strict=True)), flush=True)
+        cells = [f"{100 * s:.1f} % (± {100 * w:.2g} %)" for s, w in zip(shares, widths, strict=True)]
+        lines.append(f"| {name} | {' | '.join(cells)} |")
+    deliver("\n".join([*lines, ""]), out)
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 200)
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("seeds", nargs="?", type=int, default=200)
+    parser.add_argument("--out", type=Path)
+    asked = parser.parse_args()
+    main(asked.seeds, asked.out)

@@ -136,7 +136,6 @@ def run(logs: Path, work: Path) -> Study | None:
         [press_table(work, root), keio_table(work), shaking_table(work), prototype_table(work), discoveries(work)],
         [],
         [
-            "Discovery of the prototype damper and of the shaking table: many minutes of computing; see "
-            "[results](results.md) for what it said of the former.",
+            "Discovery of the prototype damper and of the shaking table: many minutes of computing.",
         ],
     )

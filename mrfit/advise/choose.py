@@ -120,7 +120,7 @@ def choose(task: Task, seed: int, progress: Progress) -> Chosen:
     seed
         Of the Sobol points and the polish.
     progress
-        Told of every kind.
+        Reports every kind.
     """
     from scipy.stats import qmc
 

@@ -41,7 +41,7 @@ class Known:
 
     @classmethod
     def of(cls, jacobian: Array, differences: Array) -> "Known":
-        """Return what sensitivities (N, F) and differences (N, D), in standard errors of the noise, come to."""
+        """Return what sensitivities (N, F) and differences (N, D), in standard errors of the noise, determine."""
         orthogonal, root = np.linalg.qr(jacobian)
         pull = orthogonal.T @ differences
         return cls(root, pull, np.maximum(np.sum(differences**2, axis=0) - np.sum(pull**2, axis=0), 0.0))

@@ -57,7 +57,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     settings
         What to advise on.
     progress
-        Told of every step.
+        Reports every step.
 
     Raises
     ------

@@ -49,7 +49,7 @@ def plan(folder: Path, like: str, work: Path, asked: Asked, workspaces: bool, pr
     workspaces
         Whether each has a workspace.
     progress
-        Told of every log looked at.
+        Reports every log looked at.
 
     Raises
     ------

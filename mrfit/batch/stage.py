@@ -48,7 +48,7 @@ def run(folder: Path, work: Path, settings: Settings, stages: Stages, progress: 
     settings, stages
         What is kept of every log, and how it is read and fitted.
     progress
-        Told of every log.
+        Reports every log.
 
     Returns
     -------

@@ -138,7 +138,7 @@ def fetch(
 
 
 class _Fault(Exception):
-    """One file cannot be had; the others may."""
+    """One file is not available; the others may be."""
 
 
 class _Counter:
@@ -186,7 +186,7 @@ def _folder(folder: Path) -> Iterator[None]:
 
 
 def _bring_all(chosen: DataSet, folder: Path, name: str, progress: Progress) -> tuple[list[dict[str, Any]], list[str]]:
-    """Return what became of each file, and what is wrong with those that cannot be had."""
+    """Return what became of each file, and what is wrong with those that are not available."""
     files, faults, done = [], [], 0
     for entry in chosen.files:
         counter = _Counter(progress, f"fetch {name}  {entry.name}", done, chosen.size)

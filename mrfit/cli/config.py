@@ -145,6 +145,9 @@ def read_pipeline(path: Path) -> PipelineFile:
     ingest = made_of(mrfit.settings.ingest.Settings, file.ingest)
     fits = tuple(made_of(mrfit.settings.fit.Settings, one) for one in file.fit)
     shown = made_of(mrfit.settings.report.Settings, file.report)
+    for name in [s.fit_name for s in fits]:
+        if [s.fit_name for s in fits].count(name) > 1:
+            raise ConfigError(f"{path}: two [[fit]] would both be named '{name}'; give one of them another name")
     for name in shown.fits:
         if name not in (made := [s.fit_name for s in fits]):
             raise ConfigError(f"{path}: [report] fits: '{name}' is no fit of this file; it makes {', '.join(made)}")

@@ -20,7 +20,7 @@ def figure(
     plugins: Plugins,
     as_json: Json,
 ) -> None:
-    """Draw loops, parameters, predicted against measured, residual correlation or starts for print (PDF, SVG).
+    """Draw loops, parameters, predicted, correlation of the residual, starts or profiles for print (PDF, SVG).
 
     Example: mrfit figure loops --overlay fits --width 84mm
     """

@@ -10,22 +10,26 @@ from pathlib import Path
 from mrfit.io.escapes import visible
 
 NAME = "commands.log"
-# Functions of the commands that write into a workspace
+# Functions of the commands that write into a workspace, ``predict`` with --save alone
 WRITING = {
     "advise",
     "compare",
     "discover",
     "export",
+    "figure",
     "fit",
     "flux",
     "ingest",
     "invert",
+    "predict",
     "quarter_car",
     "remove",
     "report",
     "segment",
     "track",
 }
+# Those of which another run may write files of the same names
+NAMED = {"advise", "export", "figure", "invert", "predict", "quarter_car", "track"}
 
 
 def append(work: Path, seconds: float) -> None:

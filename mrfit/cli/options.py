@@ -3,7 +3,8 @@
 import inspect
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, is_dataclass
 from functools import wraps
 from pathlib import Path
@@ -129,18 +130,35 @@ def options(command: Callable[..., None]) -> Callable[..., None]:
     def called(**values: Any) -> None:
         set_verbosity(values.pop("quiet"), values.pop("verbose"))
         started = time.monotonic()
-        command(**{name: _argument(name, hints[name], written, values) for name, written in given.items()})
+        arguments = {name: _argument(name, hints[name], written, values) for name, written in given.items()}
+        with _told_of_replaced(command.__name__):
+            command(**arguments)
         seconds = time.monotonic() - started
         console.finish()
         if console.VERBOSITY.verbose:
             console.note(f"{seconds:.1f} s")
-        reads_only = values.get("preview") or values.get("suggest_map")
+        reads_only = values.get("preview") or values.get("suggest_map") or values.get("save") == ""
         if command.__name__ in logbook.WRITING and values.get("work") and not reads_only:
             logbook.append(values["work"], seconds)
 
     called.__signature__ = inspect.Signature(taken.all)  # type: ignore[attr-defined]
     called.__annotations__ = {p.name: p.annotation for p in taken.all}
     return called
+
+
+@contextmanager
+def _told_of_replaced(command: str) -> Iterator[None]:
+    """Say which files a command has written over others of other content, where it names them by what they show."""
+    if command not in logbook.NAMED:
+        yield
+        return
+    # help and completion load no file system code
+    from mrfit.io.replaced import replaced_files
+
+    with replaced_files() as found:
+        yield
+    if found:
+        console.note(f"  replaced, other content before: {', '.join(map(str, found))}")
 
 
 def set_verbosity(quiet: bool, verbose: bool) -> None:

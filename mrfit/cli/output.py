@@ -102,6 +102,7 @@ def flux(summary: Summary, work: Path) -> None:
     print_table(f"Flux linkage in {work}{_state(summary)}", columns, rows)
     for line in [*summary.get("findings", []), *summary.get("separation_text", [])]:
         say(f"  {line}")
+    _notes(summary)
     conclude(in_one_line.flux(summary, work))
 
 
@@ -112,6 +113,7 @@ def segment(summary: Summary, work: Path) -> None:
     print_table(f"Segments in {work}{_state(summary)}", columns, [numbers(s, names) for s in summary["segments"]])
     for finding in summary.get("findings", []):
         say(f"  {finding}")
+    _notes(summary)
     conclude(in_one_line.segment(summary, work))
 
 
@@ -206,28 +208,33 @@ def outdated(fits: Sequence[str]) -> None:
 
 def compare_models(summary: Summary, work: Path) -> None:
     """Print models against conditions, output by output: errors over all conditions, the time of each fit, NRMSE."""
-    from mrfit.compare.page import together
-    from mrfit.io.schemas.compare import LeftOut, ModelCaution
+    from mrfit.compare.page import labels, together
+    from mrfit.io.schemas.compare import LeftOut, ModelCaution, ModelRow
 
     names = ("parameters", "holdout_nrmse", "holdout_fit_percent", "train_nrmse", "train_fit_percent")
     columns = ("model", "parameters", "hold-out NRMSE", "hold-out fit (%)", "train NRMSE", "train fit (%)", "time (s)")
-    found = {(m["model"], m["role"], m["condition"]): m["nrmse"] for m in summary["metrics"]}
+    found = {(m["fit"], m["role"], m["condition"]): m["nrmse"] for m in summary["metrics"]}
+    called = labels([ModelRow(**m) for m in summary["models"]])
     for output in dict.fromkeys(m["output"] for m in summary["models"]):
         models = [m for m in summary["models"] if m["output"] == output]
-        rows = [[m["model"], *numbers(m, names), summary["seconds"].get(m["model"])] for m in models]
+        rows = [[called[m["fit"]], *numbers(m, names), summary["seconds"].get(m["fit"])] for m in models]
         print_table(f"Models of {output} in {work}, best on held-out data first", columns, rows)
-        shown = {m["model"] for m in models}
-        own = [m for m in summary["metrics"] if m["model"] in shown]
+        shown = {m["fit"] for m in models}
+        own = [m for m in summary["metrics"] if m["fit"] in shown]
         for role in dict.fromkeys(m["role"] for m in own):
             there = dict.fromkeys(m["condition"] for m in own if m["role"] == role and m["condition"] != "all")
             for some in _side_by_side(list(there)):
-                errors = [[m["model"], *(_percent(found.get((m["model"], role, c))) for c in some)] for m in models]
+                errors = [[called[m["fit"]], *(_percent(found.get((m["fit"], role, c))) for c in some)] for m in models]
                 print_table(f"NRMSE of {output} in percent, {role}", ("model", *some), errors)
     _notes(summary)
     for which, text in together([ModelCaution(**row) for row in summary["warnings"]], "text"):
         say(f"  warning recordings-left-out: {which}: {text}")
     for which, reason in together([LeftOut(**row) for row in summary["left_out"]], "reason"):
         say(f"  left out {which}: {reason}")
+    if summary["kept"]:
+        say(f"  of earlier comparisons, in the table as they were: {', '.join(summary['kept'])}")
+    for name, reason in summary["dropped"].items():
+        say(f"  no longer in the table: {name}: {reason}")
     say(f"Files: {work / 'compare'}/compare.html, compare.csv, compare.json")
     conclude(in_one_line.compare_models(summary))
 
@@ -260,7 +267,7 @@ def compare_optimizers(summary: Summary, work: Path) -> None:
 def discover(summary: Summary, work: Path) -> None:
     """Print a discovery: verdict in words, where the error sits, effects, errors on held-out data, candidates."""
     from mrfit.io.schemas.discovery import DiscoveryFile
-    from mrfit.report.explain import headline, next_step, parameter_rows, sentences
+    from mrfit.report.explain import headline, next_step, parameter_rows, sentences, takes_of
     from mrfit.report.law_words import other_law_sentences
 
     found = DiscoveryFile.of(summary)
@@ -280,9 +287,9 @@ def discover(summary: Summary, work: Path) -> None:
             "Effects", ("effect", "parameter", "value", "95 % interval", "hold-out NRMSE without", "with"), shown
         )
     if summary["candidates"]:
-        names = ("name", "screen", "holdout_gain", "accepted", "reason")
-        columns = ("candidate", "share of error, screened", "gain on held-out data", "accepted", "reason")
-        print_table("Candidates", columns, [numbers(c, names) for c in summary["candidates"]])
+        columns = ("candidate", "takes (%)", "judged", "accepted", "reason")
+        rows = [[c.name, *takes_of(c), c.accepted, c.reason] for c in found.candidates]
+        print_table("Candidates", columns, rows)
     if found.other_laws:
         say("Other laws:")
         for line in other_law_sentences(found):
@@ -313,6 +320,7 @@ def advise(summary: Summary) -> None:
 def report(summary: Summary, work: Path) -> None:
     """Print where the report lies, and which of its fits are older than the data."""
     outdated(summary["outdated"])
+    _notes(summary)
     conclude(f"Report{_state(summary)}: {work / 'report' / 'index.html'}")
 
 
@@ -352,6 +360,7 @@ def remove(summary: Summary) -> None:
 def run(summary: Summary) -> None:
     """Print the outcome of a whole pipeline: each fit's errors, what is missing, and where the pages lie."""
     work = Path(summary["work"])
+    _notes(summary)
     for done in summary["fits"]:
         fit(done, work)
     if "discovery" in summary:

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mrfit.cli import project
 from mrfit.core.progress import Progress
 from mrfit.errors import ConfigError
 from mrfit.io.workspace import Workspace, plain, to_json
@@ -73,7 +74,10 @@ def flux(work: Path, settings: mrfit.settings.flux.Settings, progress: Progress)
 
     workspace = Workspace(work)
     with workspace.locked():
-        return to_json(mrfit.flux.stage.run(workspace, settings, progress))
+        before = workspace.flux_file()
+        made = mrfit.flux.stage.run(workspace, settings, progress)
+        notes = _replaced("the flux linkage", asdict(before.settings) if before else {}, asdict(made.settings))
+        return {**to_json(made), "notes": notes}
 
 
 def segment(work: Path, settings: mrfit.settings.segment.Settings, progress: Progress) -> Summary:
@@ -83,7 +87,10 @@ def segment(work: Path, settings: mrfit.settings.segment.Settings, progress: Pro
     workspace = Workspace(work)
     with workspace.locked():
         _flux_as_before(workspace, None, progress)
-        return to_json(mrfit.segment.stage.run(workspace, settings, progress))
+        before = workspace.segments_summary()
+        made = mrfit.segment.stage.run(workspace, settings, progress)
+        notes = _replaced("the segments", asdict(before.settings) if before else {}, asdict(made.settings))
+        return {**to_json(made), "notes": notes}
 
 
 def fit(
@@ -172,16 +179,22 @@ def compare_models(work: Path, settings: mrfit.settings.compare.Settings, progre
 def compare_optimizers(work: Path, settings: mrfit.settings.compare.OfOptimizers, progress: Progress) -> Summary:
     """Run several optimizers on one model."""
     from mrfit.compare import optimizers as compare_optimizers
+    from mrfit.io.schemas.compare import OptimizersFile
+    from mrfit.io.schemas.reading import reusable
 
     compare_optimizers.check(settings)
     workspace = Workspace(work)
     with workspace.locked():
         notes = _segments_as_before(workspace, None, progress)
-        return {**to_json(compare_optimizers.run(workspace, settings, progress)), "notes": notes}
+        before = reusable(workspace.root / "compare" / "optimizers.json", OptimizersFile)
+        made = compare_optimizers.run(workspace, settings, progress)
+        notes += _replaced("the comparison of optimizers", before.settings if before else {}, made.settings)
+        notes += [f"of an earlier comparison, in the table as they were: {', '.join(made.kept)}"] * bool(made.kept)
+        return {**to_json(made), "notes": notes}
 
 
 def _segments_as_before(workspace: Workspace, resistance: float | str | None, progress: Progress) -> list[str]:
-    """Run flux and segment where they are due, with the settings they last had; return what is to be told of these.
+    """Run flux and segment where due, as they last were, else as the project file says; return notes.
 
     A resistance given now becomes the workspace's: all its fits are made from one flux linkage, and a command without
     it that went back to another one would make them outdated.
@@ -189,14 +202,16 @@ def _segments_as_before(workspace: Workspace, resistance: float | str | None, pr
     import mrfit.segment.stage
 
     notes = _flux_as_before(workspace, resistance, progress)
-    mrfit.segment.stage.run(workspace, mrfit.segment.stage.last_settings(workspace), progress)
+    stage, cut = mrfit.segment.stage, workspace.segments_file.exists()
+    stage.run(workspace, stage.last_settings(workspace) if cut else project.settings_of("segment"), progress)
     return notes
 
 
 def _flux_as_before(workspace: Workspace, resistance: float | str | None, progress: Progress) -> list[str]:
     import mrfit.flux.stage
 
-    settings = mrfit.flux.stage.last_settings(workspace)
+    there = workspace.flux_file() is not None
+    settings = mrfit.flux.stage.last_settings(workspace) if there else project.settings_of("flux")
     if resistance is not None:
         settings = replace(settings, resistance=resistance)
     integrated = mrfit.flux.stage.run(workspace, settings, progress).resistance is not None
@@ -310,10 +325,16 @@ def remove(work: Path, fits: Sequence[str]) -> Summary:
 def report(work: Path, settings: mrfit.settings.report.Settings, progress: Progress) -> Summary:
     """Write tables, figures and the page."""
     import mrfit.report.stage
+    from mrfit.io.schemas.reading import reusable
+    from mrfit.io.schemas.stages import ReportFile
 
     workspace = Workspace(work)
     with workspace.locked():
-        return to_json(mrfit.report.stage.run(workspace, settings, progress))
+        before = reusable(workspace.report_folder / "report.json", ReportFile)
+        made = mrfit.report.stage.run(workspace, settings, progress)
+        gone = sorted(set(before.fits) - set(made.fits)) if before else []
+        notes = [f"replaced the report, in which {', '.join(gone)} stood too"] * bool(gone)
+        return {**to_json(made), "notes": notes}
 
 
 def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Progress) -> Summary:
@@ -354,7 +375,13 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
         summary: Summary = {"work": str(work)}
         for name, stage in stages:
             summary[name] = stage(workspace)
-        summary["fits"] = [to_json(fit_stage.run(workspace, settings, progress)) for settings in fits]
+        summary["fits"], notes = [], list[str]()
+        for settings in fits:
+            before = _settings_of(workspace, settings.fit_name)
+            made = fit_stage.run(workspace, settings, progress)
+            notes += _replaced(f"the fit {made.name}", before, made.settings)
+            summary["fits"].append(to_json(made))
+        summary["notes"] = notes
         if discovery:
             summary["discovery"] = _discover(workspace, discovery, progress)
         if fits:

@@ -5,20 +5,20 @@
     model = "tanh"
     bounds = {fy = [1, 500]}
 
-Its tables ``[fit]`` and ``[discover]`` have the keys of a pipeline file. What the command line or MRFIT_WORK says goes
-before. The same file may be a channel map.
+Its tables ``[flux]``, ``[segment]``, ``[fit]`` and ``[discover]`` have the keys of a pipeline file, ``[flux]`` also the
+resistance. The command line and MRFIT_WORK take precedence. The same file may be a channel map.
 """
 
 import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from mrfit.core.setting import Defined, defined, flag_of, key_of
 from mrfit.errors import ConfigError
 
 FILE = Path("mrfit.toml")
-TABLES = ("fit", "discover")
+TABLES = ("flux", "segment", "fit", "discover")
 
 
 def defaults(commands: Iterable[str], groups: Mapping[str, Iterable[str]]) -> dict[str, Any]:
@@ -57,23 +57,53 @@ def _read() -> dict[str, Any]:
         return {}
 
 
-def _options(name: str, table: object) -> dict[str, object]:
-    """Return the values of a table as they would be written on the command line."""
-    from pydantic import ValidationError
+def settings_of(name: str) -> Any:
+    """Return the settings of a stage, ``flux`` or ``segment``, with the defaults of the project file.
 
+    Raises
+    ------
+    ConfigError
+        If its table has an unknown key or a wrong value.
+    """
+    from mrfit.cli.config import made_of
+
+    table = _read().get(name, {})
+    kind, checked = _kinds()[name], _checked(name, table)
+    given = {"resistance": checked.resistance} if "resistance" in checked.model_fields_set else {}
+    return made_of(kind, checked, **given)
+
+
+def _kinds() -> dict[str, Any]:
+    """Return the settings of every table; they are loaded where a file has one."""
     import mrfit.settings.discover
     import mrfit.settings.fit
+    import mrfit.settings.flux
+    import mrfit.settings.segment
+
+    return {name: getattr(mrfit.settings, name).Settings for name in TABLES}
+
+
+def _checked(name: str, table: object) -> Any:
+    from pydantic import ValidationError
+
     from mrfit.cli.config import table_of
     from mrfit.io.faults import plain_fault
 
-    settings = {"fit": mrfit.settings.fit.Settings, "discover": mrfit.settings.discover.Settings}[name]
-    fields = {key_of(f): f for f in defined(settings)}
+    # a pipeline file has the resistance in [ingest]
+    more = {"resistance": (float | Literal["auto"] | None, None)} if name == "flux" else {}
+    kind = table_of(_kinds()[name], **more)
     # the model may be left to the command line
-    given = {"model": "", **table} if isinstance(table, dict) else table
+    required = {"model": ""} if name in ("fit", "discover") else {}
     try:
-        checked: Any = table_of(settings).model_validate(given)
+        return kind.model_validate({**required, **table} if isinstance(table, dict) else table)
     except ValidationError as error:
-        raise ConfigError(f"{FILE}: [{name}] {plain_fault(error, table_of(settings))}") from error
+        raise ConfigError(f"{FILE}: [{name}] {plain_fault(error, kind)}") from error
+
+
+def _options(name: str, table: object) -> dict[str, object]:
+    """Return the values of a table as they would be written on the command line."""
+    fields = {key_of(f): f for f in defined(_kinds()[name])}
+    checked = _checked(name, table)
     named = [key for key in fields if key in checked.model_fields_set and (key != "model" or checked.model)]
     return {flag_of(fields[key]): _written(fields[key], getattr(checked, key)) for key in named}
 

@@ -62,7 +62,7 @@ def status(workspace: Workspace, progress: Progress = silent) -> list[Step]:
     workspace
         What is looked at; a file of it that is damaged is a reason to be out of date.
     progress
-        Told of long logs, which are read to see whether they have changed.
+        Reports long logs, which are read to see whether they have changed.
 
     Raises
     ------
@@ -196,7 +196,7 @@ def _models(workspace: Workspace, inputs: Inputs) -> Step | None:
     if found is None:
         return None
     fits = {m.fit: m.model for m in found.models}
-    rows = {fit: [m for m in found.metrics if m.model == model] for fit, model in fits.items()}
+    rows = {f: [m for m in found.metrics if (m.fit or fits[f]) == (f if m.fit else m.model)] for f in fits}
     why = next((w for fit in fits if (w := _fit_reason(workspace, fit, rows[fit], inputs))), "")
     settings = {k: v for k, v in found.settings.items() if k != "models"}
     return Step("models compared", "", _count(len(fits), "model"), list(fits.values()), settings, "", why)

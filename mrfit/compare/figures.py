@@ -1,6 +1,6 @@
 """Figures of comparisons: each model's error on every condition, and how optimizers converge."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -12,24 +12,24 @@ LINES = ("-", "--", "-.", ":")
 PANELS_ACROSS = 2
 
 
-def error_map(models: Sequence[str], metrics: Sequence[ModelErrors]) -> str:
-    """Return an SVG of NRMSE in percent, one row per model and one column per condition, held-out columns first."""
+def error_map(fits: Sequence[str], metrics: Sequence[ModelErrors], called: Mapping[str, str]) -> str:
+    """Return an SVG of NRMSE in percent, one row per fit and one column per condition, held-out columns first."""
     import_matplotlib()
     from matplotlib.figure import Figure
 
     columns = list(dict.fromkeys((m.role, m.condition) for m in metrics))
-    values = np.full((len(models), len(columns)), np.nan)
+    values = np.full((len(fits), len(columns)), np.nan)
     for m in metrics:
         if m.nrmse is not None:
-            values[models.index(m.model), columns.index((m.role, m.condition))] = 100 * m.nrmse
+            values[fits.index(m.fit), columns.index((m.role, m.condition))] = 100 * m.nrmse
     with style():
-        figure = Figure(figsize=(WIDTH, 1.6 + 0.3 * len(models)), layout="constrained")
+        figure = Figure(figsize=(WIDTH, 1.6 + 0.3 * len(fits)), layout="constrained")
         axes = figure.add_subplot()
         axes.grid(False)
         ceiling = float(np.nanquantile(values, 0.9)) if np.isfinite(values).any() else 1.0
         axes.imshow(values, cmap="YlOrBr", vmin=0.0, vmax=max(ceiling, 1e-9), aspect="auto")
         axes.set_xticks(range(len(columns)), [f"{c} ({r})" for r, c in columns], rotation=40, ha="right")
-        axes.set_yticks(range(len(models)), list(models))
+        axes.set_yticks(range(len(fits)), [called[f] for f in fits])
         for row, column in np.argwhere(np.isfinite(values)):
             dark = values[row, column] > 0.6 * ceiling
             shown = f"{values[row, column]:.3g}"

@@ -1,6 +1,8 @@
 """Compare optimizers on one model: the same start points and budgets, several seeds, best, median and worst cost."""
 
+import csv
 import time
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -19,6 +21,7 @@ from mrfit.io.csv_table import csv_table
 from mrfit.io.dataset import Dataset
 from mrfit.io.keys import code_version, digest_of, fit_key
 from mrfit.io.schemas.compare import Curve, OptimizerRow, OptimizersFile
+from mrfit.io.schemas.reading import reusable
 from mrfit.io.workspace import Workspace, checked, write_json, write_text
 from mrfit.search import chain, strategies
 from mrfit.search import run as search
@@ -56,6 +59,8 @@ def check(settings: Settings) -> None:
 def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> OptimizersFile:
     """Run every optimizer from every start and write ``compare/optimizers.{csv,json,html}``.
 
+    Optimizers of an earlier comparison stay in the table where it was of the same data and settings.
+
     Parameters
     ----------
     workspace
@@ -63,7 +68,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     settings
         What to compare.
     progress
-        Told of every run.
+        Reports every run.
 
     Returns
     -------
@@ -78,10 +83,40 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         If the recordings lack what the model needs.
     """
     check(settings)
+    folder = workspace.root / "compare"
+    before = reusable(folder / "optimizers.json", OptimizersFile)
     summary = compared(read_dataset(workspace), settings, progress)
+    if before and before.key == summary.key:
+        summary = _with_earlier(summary, before, _earlier_seconds(folder / "optimizers.csv"))
     stable = replace(summary, rows=[replace(r, seconds=None) for r in summary.rows])
-    _write(workspace.root / "compare", summary, stable)
+    _write(folder, summary, stable)
     return summary
+
+
+Place = tuple[str, str]
+"""A condition and an optimizer."""
+
+
+def _with_earlier(summary: OptimizersFile, before: OptimizersFile, seconds: Mapping[Place, float]) -> OptimizersFile:
+    """Return a comparison with the optimizers of an earlier one that it has not run, condition by condition."""
+    ran = {row.optimizer for row in summary.rows}
+    rows = [replace(r, seconds=seconds.get((r.condition, r.optimizer))) for r in before.rows if r.optimizer not in ran]
+    curves = [c for c in before.curves if c.optimizer not in ran]
+    order = list(dict.fromkeys(row.condition for row in summary.rows))
+    return replace(
+        summary,
+        rows=sorted([*summary.rows, *rows], key=lambda r: (order.index(r.condition), r.optimizer)),
+        curves=sorted([*summary.curves, *curves], key=lambda c: (order.index(c.condition), c.optimizer)),
+        kept=sorted({row.optimizer for row in rows}),
+    )
+
+
+def _earlier_seconds(path: Path) -> dict[Place, float]:
+    try:
+        with path.open(encoding="utf-8", newline="") as handle:
+            return {(r["condition"], r["optimizer"]): float(r["seconds"]) for r in csv.DictReader(handle)}
+    except (OSError, ValueError, KeyError, TypeError, csv.Error):
+        return {}  # edited by others: times are for information only
 
 
 def compared(dataset: Dataset, settings: Settings, progress: Progress = silent) -> OptimizersFile:
@@ -202,7 +237,7 @@ def _median_curve(runs: list[_Run]) -> tuple[list[float], list[float]]:
 
 
 def _write(folder: Path, summary: OptimizersFile, stable: OptimizersFile) -> None:
-    rows = ({**asdict(row), "seconds": round(row.seconds or 0.0, 4)} for row in summary.rows)
+    rows = ({**asdict(row), "seconds": None if row.seconds is None else round(row.seconds, 4)} for row in summary.rows)
     write_text(folder / "optimizers.csv", csv_table(COLUMNS, rows))
     write_text(folder / "optimizers.html", optimizers_page(stable))
     write_json(folder / "optimizers.json", stable)

@@ -1,5 +1,6 @@
 """Comparisons as one HTML file each that opens offline: tables and figures inside, no address outside."""
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -39,6 +40,12 @@ class Told(Protocol):
         """Its name."""
 
 
+def labels(rows: Sequence[ModelRow]) -> dict[str, str]:
+    """Return what fits are called beside each other: their model's name, or their own where several have the model."""
+    count = Counter((row.output, row.model) for row in rows)
+    return {row.fit: row.model if count[row.output, row.model] == 1 else row.fit for row in rows}
+
+
 def whole_page(
     title: str, words: str, tables: Sequence[Table], figures: Sequence[Drawn], details: Sequence[Table] = ()
 ) -> str:
@@ -49,20 +56,22 @@ def whole_page(
 def together(rows: Sequence[Told], what: str) -> list[tuple[str, str]]:
     """Return (models by commas, text) once for every text, the attribute ``what``, that rows of models share."""
     texts = dict.fromkeys(str(getattr(row, what)) for row in rows)
-    return [(", ".join(row.model for row in rows if getattr(row, what) == text), text) for text in texts]
+    named = {text: dict.fromkeys(row.model for row in rows if getattr(row, what) == text) for text in texts}
+    return [(", ".join(names), text) for text, names in named.items()]
 
 
 def models_page(summary: ModelsFile) -> str:
     """Return the page of a comparison of models from the content of compare.json: a table and a map for each output."""
-    heads = ("Model", "Parameters", "Hold-out NRMSE", "Hold-out fit", "Training NRMSE", "Training fit", "Warnings")
+    errors = ("Hold-out NRMSE", "Hold-out fit", "Training NRMSE", "Training fit")
+    heads, called = ("Model", "Fit", "Parameters", *errors, "Warnings"), labels(summary.models)
     tables: list[Table] = []
     figures: list[Drawn] = []
     for number, output in enumerate(dict.fromkeys(m.output for m in summary.models)):
         models = [m for m in summary.models if m.output == output]
         rows = [_model_row(m) for m in models]
         tables.append(Table(f"Models of {output}, all conditions together", heads, rows))
-        names = [m.model for m in models]
-        svg = error_map(names, [m for m in summary.metrics if m.model in names])
+        fits = [m.fit for m in models]
+        svg = error_map(fits, [m for m in summary.metrics if m.fit in fits], called)
         alt = f"NRMSE in percent of every model of {output} on every condition"
         caption = (
             f"NRMSE of {output} in percent of the measured range: one row a model, the best on top, one column a "
@@ -76,7 +85,8 @@ def models_page(summary: ModelsFile) -> str:
     settings = summary.settings
     per = "one set of parameters for all conditions" if settings["per"] == "all" else "parameters per condition"
     words = (
-        f"Fitted by {settings['optimizer']}, seed {settings['seed']}, {per}; NRMSE is the RMS error over the range, "
+        f"Last fitted by {settings['optimizer']}, seed {settings['seed']}, {per}; names of fits hold what was set "
+        "otherwise. NRMSE is the RMS error over the range, "
         "fit is 100·(1 − ‖y − ŷ‖/‖y − ȳ‖). Best on held-out data first, those that could be judged on fewer samples "
         "after the others."
     )
@@ -85,7 +95,7 @@ def models_page(summary: ModelsFile) -> str:
 
 def _model_row(m: ModelRow) -> tuple[object, ...]:
     errors = [f(getattr(m, f"{role}_{n}")) for role in ("holdout", "train") for n, f in _SHOWN]
-    return (m.model, m.parameters, *errors, ", ".join(m.warnings) or "–")
+    return (m.model, m.fit, m.parameters, *errors, ", ".join(m.warnings) or "–")
 
 
 def _share(value: float | None) -> str:

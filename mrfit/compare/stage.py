@@ -2,7 +2,7 @@
 
 import csv
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
@@ -11,9 +11,11 @@ from mrfit.core.progress import Progress, silent
 from mrfit.errors import DataError, MrfitError, Unreachable
 from mrfit.fit import stage as fit_stage
 from mrfit.io.csv_table import csv_table
+from mrfit.io.outdated import Inputs
 from mrfit.io.schemas.compare import LeftOut, ModelCaution, ModelErrors, ModelRow, ModelsFile
 from mrfit.io.schemas.fit import Fit
-from mrfit.io.workspace import Workspace, checked, write_json, write_text
+from mrfit.io.schemas.reading import reusable
+from mrfit.io.workspace import Workspace, checked, plain, write_json, write_text
 from mrfit.settings.compare import Settings as Settings
 
 COLUMNS = (
@@ -53,6 +55,9 @@ def _without_order(settings: Settings, model: str) -> fit_stage.Settings:
 def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -> ModelsFile:
     """Fit every model and write ``compare/{compare.csv,compare.json,compare.html}``; the fits stay in ``fits/``.
 
+    The table holds the fits of earlier comparisons too, as long as they are there and made from the data there are. A
+    fit that was made otherwise than by a comparison is never replaced.
+
     Parameters
     ----------
     workspace
@@ -60,12 +65,12 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     settings
         What to compare.
     progress
-        Told of every fit's evaluations.
+        Reports every fit's evaluations.
 
     Returns
     -------
     ModelsFile
-        Content of compare.json, with seconds by model: they are in compare.csv, not in the other files, which are
+        Content of compare.json, with seconds by fit: they are in compare.csv, not in the other files, which are
         the same bytes every time.
 
     Raises
@@ -74,14 +79,42 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         If no model can be fitted; the message has the first reason.
     """
     check(settings)
-    earlier = _earlier_seconds(workspace.root / "compare" / "compare.csv")
-    tried = fit_all(settings, lambda one: fit_stage.run(workspace, one, progress), progress)
-    seconds = {
-        fit.model: earlier.get((fit.model, fit.name)) if fit.skipped else tried.seconds[fit.model] for fit in tried.fits
-    }
-    summary = replace(summary_of(settings, tried), seconds=seconds)
-    _write(workspace.root / "compare", summary)
+    folder = workspace.root / "compare"
+    earlier, before = _earlier_seconds(folder / "compare.csv"), reusable(folder / "compare.json", ModelsFile)
+    own = {row.fit for row in before.models} if before else set()
+    tried = fit_all(settings, lambda one: fit_stage.run(workspace, _apart(workspace, one, own), progress), progress)
+    seconds = {f.name: earlier.get(f.name) if f.skipped else tried.seconds[f.model] for f in tried.fits}
+    kept, dropped = _kept(workspace, before, {f.name for f in tried.fits})
+    left_out = [row for row in (before.left_out if before else []) if row.model not in settings.names]
+    whole = Tried([*tried.fits, *kept], [*tried.left_out, *left_out], tried.seconds)
+    seconds |= {fit.name: earlier.get(fit.name) for fit in kept}
+    summary = replace(summary_of(settings, whole), seconds=seconds, kept=sorted(f.name for f in kept), dropped=dropped)
+    _write(folder, summary)
     return summary
+
+
+def _apart(workspace: Workspace, one: fit_stage.Settings, own: Collection[str]) -> fit_stage.Settings:
+    """Return the settings of a fit under a name that no fit has which was made otherwise and by no comparison."""
+    there = reusable(workspace.fit_folder(one.name) / "fit.json", Fit)
+    if there is None or one.name in own:
+        return one
+    settings = [{k: v for k, v in plain(s).items() if k not in ("name", "jobs")} for s in (there.settings, asdict(one))]
+    return one if settings[0] == settings[1] else replace(one, name=f"{one.name}.compare")
+
+
+def _kept(workspace: Workspace, before: ModelsFile | None, now: Collection[str]) -> tuple[list[Fit], dict[str, str]]:
+    """Return the fits of an earlier comparison that stay in the table, and why others leave it."""
+    if before is None:
+        return [], {}
+    inputs, kept, dropped = Inputs(workspace), list[Fit](), dict[str, str]()
+    for name in dict.fromkeys(row.fit for row in before.models if row.fit not in now):
+        fit = reusable(workspace.fit_folder(name) / "fit.json", Fit)
+        reason = "it is gone" if fit is None else inputs.reason(fit)
+        if fit is None or reason:
+            dropped[name] = reason
+        else:
+            kept.append(fit)
+    return kept, dropped
 
 
 @dataclass(frozen=True)
@@ -138,17 +171,21 @@ def summary_of(settings: Settings, tried: Tried) -> ModelsFile:
             settings={k: v for k, v in asdict(settings).items() if k != "jobs"},
             models=[_row(fit) for fit in fits],
             metrics=[
-                ModelErrors(model=fit.model, **{k: getattr(m, k) for k in COLUMNS[1:-2]})
+                ModelErrors(model=fit.model, fit=fit.name, **{k: getattr(m, k) for k in COLUMNS[1:-2]})
                 for fit in fits
                 for m in sorted(fit.metrics, key=lambda m: (ROLES.index(m.role), m.condition != "all"))
             ],
-            warnings=[ModelCaution(model=fit.model, kind=w.kind, text=w.text) for fit in fits for w in fit.warnings],
-            left_out=tried.left_out,
+            warnings=[
+                ModelCaution(model=fit.model, fit=fit.name, kind=w.kind, text=w.text)
+                for fit in fits
+                for w in fit.warnings
+            ],
+            left_out=sorted(tried.left_out, key=lambda row: row.model),
         )
     )
 
 
-def rank(fit: Fit) -> tuple[str, int, int, float, str]:
+def rank(fit: Fit) -> tuple[str, int, int, float, str, str]:
     """Return the sorting key of a fit: its output, then its error on held-out data, else (and then last) in training.
 
     Errors on fewer samples, where a model had to leave logs out, come after those on more: they cannot be compared.
@@ -157,7 +194,7 @@ def rank(fit: Fit) -> tuple[str, int, int, float, str]:
     role = "holdout" if fit.pooled("holdout") else "train"
     whole = fit.pooled(role)
     samples, nrmse = (whole.samples, whole.nrmse) if whole else (0, None)
-    return fit.output, int(role == "train"), -samples, float("inf") if nrmse is None else nrmse, fit.model
+    return fit.output, int(role == "train"), -samples, float("inf") if nrmse is None else nrmse, fit.model, fit.name
 
 
 def _row(fit: Fit) -> ModelRow:
@@ -179,23 +216,22 @@ def _row(fit: Fit) -> ModelRow:
 
 
 def _write(folder: Path, summary: ModelsFile) -> None:
-    names, rows = {m.model: m.fit for m in summary.models}, []
+    rows = []
     for row in summary.metrics:
-        spent = summary.seconds.get(row.model)
-        shown = None if spent is None else round(spent, 3)
-        rows.append({**asdict(row), "seconds": shown, "fit": names[row.model]})
+        spent = summary.seconds.get(row.fit)
+        rows.append({**asdict(row), "seconds": None if spent is None else round(spent, 3)})
     write_text(folder / "compare.csv", csv_table(COLUMNS, rows))
     write_text(folder / "compare.html", models_page(summary))
     write_json(folder / "compare.json", summary)
 
 
-def _earlier_seconds(path: Path) -> dict[tuple[str, str], float]:
-    """Return the times of fits that an earlier comparison made, by model and name of the fit."""
+def _earlier_seconds(path: Path) -> dict[str, float]:
+    """Return the times of fits that an earlier comparison made, by name of the fit."""
     if not path.is_file():
         return {}
     try:
         with path.open(encoding="utf-8", newline="") as handle:
             rows = list(csv.DictReader(handle))
-        return {(r["model"], r["fit"]): float(r["seconds"]) for r in rows if r.get("seconds") and r.get("fit")}
+        return {r["fit"]: float(r["seconds"]) for r in rows if r.get("seconds") and r.get("fit")}
     except (OSError, ValueError, KeyError, csv.Error):
         return {}  # edited by others: times are for information only

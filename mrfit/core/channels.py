@@ -110,7 +110,7 @@ LOCATED_BY = ("displacement", "velocity", "current", "temperature")
 """Channels by which it is said where an error lies, whether or not the model needs them."""
 
 STATE = ("current", "displacement", "velocity", "acceleration", "temperature")
-"""What a model that knows no physics is told of the specimen."""
+"""What a model without physics takes as input."""
 
 REMEMBERED = ("current", "velocity")
 """Channels of the state whose past it is told too."""

@@ -94,14 +94,14 @@ class ModelSpec:
     derived
         What the module's ``derived(theta)`` returns, if it has one: (P, K) -> (P, D).
     passive
-        Name, low and high of a parameter within which the model cannot give energy out, where its bounds are wider.
+        Name, low and high of a parameter within which the model cannot release energy, where its bounds are wider.
     caution
         What is to be said of every fit with it, as a warning; empty for nothing.
     free_offset
         Whether each record's output has an unknown constant: an integrated flux does, a load cell's force not.
     co_energy
-        Whether output times rate of input is the co-energy, so that the loop is run the other way round: flux over
-        current.
+        Whether output times rate of input is the co-energy, so that the loop is traversed in the opposite
+        sense: flux over current.
     """
 
     name: str
@@ -247,6 +247,34 @@ class Breaks:
 
 
 @dataclass(frozen=True, slots=True)
+class Programme:
+    """Tests that an experiment asks for, as far as a list of tests shows them; 0 asks for nothing.
+
+    Attributes
+    ----------
+    frequencies
+        Of one amplitude and current.
+    ratio
+        Of the highest of these frequencies to the lowest.
+    amplitudes
+        At one frequency and current.
+    currents
+        At one frequency and amplitude.
+    speeds
+        At one current.
+    waveform
+        Of these tests; empty for any that is periodic.
+    """
+
+    frequencies: int = 0
+    ratio: float = 1.0
+    amplitudes: int = 0
+    currents: int = 0
+    speeds: int = 0
+    waveform: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class EffectSpec:
     """An effect's self-description; one link of the chain round a base model.
 
@@ -280,7 +308,9 @@ class EffectSpec:
     aliases
         Effects it is mistaken for.
     experiment
-        Which test tells it from these.
+        Which test tells it from these; several, each with what it shows, with semicolons between them.
+    asks
+        For each of these what is asked for, None where a list of tests does not show it; fewer where the rest does not.
     proposed
         Whether discovery may propose it; not where it is a block for building a known model from.
     steady
@@ -303,6 +333,7 @@ class EffectSpec:
     neutral: tuple[float, ...]
     aliases: tuple[str, ...] = ()
     experiment: str = ""
+    asks: tuple[Programme | None, ...] = ()
     proposed: bool = True
     steady: bool = True
     moves: tuple[tuple[str, float], ...] = ()

@@ -65,7 +65,7 @@ class Stretch:
         return self.block.target
 
     def channel(self, name: str) -> Array | None:
-        """Return an input at the measured samples (N,), or None if it is not to be had."""
+        """Return an input at the measured samples (N,), or None if it is not available."""
         return self.block.inputs(self.names.index(name)) if name in self.names else None
 
     def block_for(self, assembly: Assembly) -> Block:
@@ -85,7 +85,7 @@ class Bench:
     channels
         Channels that all of them have.
     lacking
-        Why a channel some effect needs is not to be had.
+        Why a channel some effect needs is not available.
     span
         Range of the measured output over all segments.
     least_floor

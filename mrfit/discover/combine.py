@@ -23,7 +23,7 @@ class Shadow:
 
 @dataclass(frozen=True)
 class Combined:
-    """What both ways come to.
+    """The result of both ways.
 
     Attributes
     ----------
@@ -117,7 +117,7 @@ def leaves_noise(chosen: Selection, noise: float, policy: Policy) -> bool:
 
 
 def combine(chosen: Selection, examined: Findings | None, policy: Policy, noisy: bool = False) -> Combined:
-    """Return what both ways come to; without an examination, that of the base taken as exact.
+    """Return the result of both ways; without an examination, that of the base taken as exact.
 
     Parameters
     ----------

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mrfit.core import registry
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, EffectSpec
 from mrfit.discover import looks
 from mrfit.discover.bench import Bench, Stretch
 from mrfit.discover.evidence import Fit, Join
@@ -15,6 +15,7 @@ from mrfit.discover.policy import Policy
 from mrfit.discover.refit import Refit
 from mrfit.discover.regions import Region, beyond_training, locate
 from mrfit.discover.select import Selection
+from mrfit.discover.there import still_to_do
 from mrfit.errors import DataError
 from mrfit.fit.result import parameter_rows
 from mrfit.io.schemas.discovery import Drifting, EffectParameter, FoundEffect, Gap, Look, Suspect
@@ -89,12 +90,18 @@ def findings(gathering: Gathering, chosen: Selection, policy: Policy) -> Finding
         drifts=(*drifts_of(bench, after), *_followed(bench, chosen)),
         beyond=tuple(beyond_training(bench, policy)),
         advice=(
-            *(f"{s.name}: {specs[s.name].experiment}" for s in (undecided or taken_back)),
+            *(_test(specs[s.name], bench) for s in (undecided or taken_back)),
             *_unknown_noise(bench, chosen.verdict),
         ),
         stretches=bench.stretches,
         span=bench.span,
     )
+
+
+def _test(effect: EffectSpec, bench: Bench) -> str:
+    """Return the test that would tell an effect from others, of those that have not been made."""
+    test = still_to_do(effect, [s.segment for s in bench.stretches])
+    return f"{effect.name}: {test or 'the tests that would show it are there; `mrfit advise` computes another'}"
 
 
 def gap_of(bench: Bench, before: Refit, after: Refit) -> Gap:

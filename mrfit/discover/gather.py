@@ -59,7 +59,7 @@ class Gathering:
     seed
         Of the random features of the model that knows no physics.
     progress
-        Told of every refit.
+        Reports every refit.
     """
 
     def __init__(

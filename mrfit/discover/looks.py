@@ -48,7 +48,7 @@ def in_words(rows: Sequence[Look], policy: Policy) -> str:
             f"{curve:.0%} of what is left on held-out conditions is one curve over the {over}: a static law is missing"
         )
     loop = rows[0].loop >= rows[0].since_it_turned
-    what = f"a loop over the {over}" if loop else f"the way of the {over} since it last turned"
+    what = f"a loop over the {over}" if loop else f"the path of the {over} since its last reversal"
     flat = f"a curve over it {curve:.0%}" if curve > policy.nothing else "a curve over it nothing"
     share = f"{memory:.0%} of what is left on held-out conditions"
     return f"{what} predicts {share}, {flat}: memory of the {over} is missing"

@@ -47,7 +47,7 @@ def with_examination(
     exact
         What the base taken as exact tells.
     combined
-        What both ways come to.
+        The result of both ways.
     examined
         The examination.
     output

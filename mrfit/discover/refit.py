@@ -92,12 +92,12 @@ class Refit:
 
     def strength(self, effect: str) -> float:
         """Return how many standard errors an effect is from neutral, by the clearest of its parameters."""
-        neutral = self.cube.to_points(self._neutral_theta(effect))[0]
+        neutral = self.cube.to_points(self.neutral_theta(effect))[0]
         return max(self._strength(at, neutral[at]) for at in self._moving(effect))
 
     def distances(self, effect: str) -> dict[int, float]:
         """Return the distance from neutral in the cube of an effect's strengths, by their places in the point."""
-        neutral = self.cube.to_points(self._neutral_theta(effect))[0]
+        neutral = self.cube.to_points(self.neutral_theta(effect))[0]
         return {at: float(self.point[at] - neutral[at]) for at in self._moving(effect)}
 
     def _strength(self, at: int, neutral: float) -> float:
@@ -120,7 +120,8 @@ class Refit:
         shapes = [p for p in _params(effect) if p.role == "shape" and (p.low, p.high) != SHARE and not p.needs]
         return {p.name: float(self.point[self._place(effect, p)]) for p in shapes}
 
-    def _neutral_theta(self, effect: str) -> Array:
+    def neutral_theta(self, effect: str) -> Array:
+        """Return the parameters with an effect of them at neutral, shape (1, K)."""
         theta = self.theta[None, :].copy()
         for k, p in enumerate(self.cube.params):
             if p.name.startswith(effect + "."):

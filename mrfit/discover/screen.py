@@ -10,7 +10,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from mrfit.core.specs import Array, EffectSpec, Param
+from mrfit.core.channels import CONTROL
+from mrfit.core.specs import Array, EffectSpec, Invariance, Param
 from mrfit.discover.bench import Bench
 from mrfit.discover.evidence import Candidate
 from mrfit.discover.policy import Policy
@@ -23,6 +24,8 @@ SHAPES = 5
 SIGNED_SHAPES = (0.02, 0.1, 0.5)
 # First step away from neutral, as a share of the parameter's range
 STEP = 1e-4
+# Share of its largest value within which a control is held
+STILL = 0.05
 
 
 @dataclass(frozen=True)
@@ -79,6 +82,16 @@ def unjudgeable(bench: Bench, effect: EffectSpec) -> str:
     return ""
 
 
+def held(bench: Bench, effect: EffectSpec) -> str:
+    """Return that no test can show an effect of a control that does not act at once, where every test holds it."""
+    if effect.breaks is None or effect.breaks.invariance is not Invariance.CURRENT:
+        return ""
+    values = [v for s in bench.stretches if (v := s.channel(CONTROL)) is not None]
+    largest = max((float(np.max(np.abs(v))) for v in values), default=0.0)
+    still = all(float(np.ptp(v)) <= STILL * largest for v in values)
+    return f"cannot be judged: every test holds the {CONTROL}" if values and still else ""
+
+
 @dataclass(frozen=True)
 class _Data:
     """Errors (N,) of every segment one after the other, the segments' lengths, and a basis (N, R) of what is fitted."""
@@ -93,7 +106,7 @@ def _screened(fitter: Fitter, present: Refit, effect: EffectSpec, data: _Data) -
     reason = unjudgeable(fitter.bench, effect)
     if reason:
         return Screened(Candidate(effect.name, reason, shown=False))
-    best = Screened(Candidate(effect.name, "absorbed by what the model has", shown=False))
+    best = Screened(Candidate(effect.name, held(fitter.bench, effect) or "absorbed by what the model has", shown=False))
     for trial in _sensitivities(fitter, present, effect):
         free = trial.columns - data.basis @ (data.basis.T @ trial.columns)
         left = np.linalg.norm(free, axis=0) / np.maximum(np.linalg.norm(trial.columns, axis=0), 1e-300)

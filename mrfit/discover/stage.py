@@ -13,6 +13,7 @@ from mrfit.core.specs import Array
 from mrfit.discover.account import Asked, account
 from mrfit.discover.bench import build_bench, effects_for, with_residual_floors
 from mrfit.discover.combine import Floors, worth_examining
+from mrfit.discover.contributions import contributions
 from mrfit.discover.examined import beside_open_law
 from mrfit.discover.findings import findings, series_of
 from mrfit.discover.gather import Gathering, gather
@@ -84,7 +85,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     settings
         Base model and how to fit it.
     progress
-        Told of every step.
+        Reports every step.
 
     Raises
     ------
@@ -226,7 +227,7 @@ def _discovered(job: _Job) -> Told:
         )
         job.progress("law and invariances", 1, 1)
         told, after = _with_another_base(job, beside.found), beside.after
-    return Told(told, series_of(bench, before, after))
+    return Told(told, {**series_of(bench, before, after), **contributions(gathering, chosen, told.suspects)})
 
 
 def _with_another_base(job: _Job, told: DiscoveryFile) -> DiscoveryFile:

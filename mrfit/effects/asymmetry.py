@@ -12,7 +12,7 @@ Source: J. Yu et al., Asymmetric dynamic model of temperature-dependent magnetor
 Materials 6 (2019) 227, as cited by Savaia et al..
 """
 
-from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param
+from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param, Programme
 from mrfit.kernels.filters import soft_sign
 
 SPEC = EffectSpec(
@@ -33,6 +33,7 @@ SPEC = EffectSpec(
     aliases=("force-offset",),
     experiment="one sine at two or more currents: the difference between the directions grows with the force, that "
     "of an offset does not",
+    asks=(Programme(currents=2),),
     breaks=Breaks(Invariance.ODDNESS),
 )
 

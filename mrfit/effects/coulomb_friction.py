@@ -12,7 +12,7 @@ Source: W. D. Iwan, J. Appl. Mech. 33 (1966) 893 (Maxwell slip); B. Armstrong-He
 Automatica 30 (1994) 1083.
 """
 
-from mrfit.core.specs import Array, EffectSpec, Param, Steps
+from mrfit.core.specs import Array, EffectSpec, Param, Programme, Steps
 from mrfit.kernels.sliding import slip
 from mrfit.kernels.theta import plain
 
@@ -34,6 +34,7 @@ SPEC = EffectSpec(
     experiment="slow triangular strokes without current and with a current: friction is there without one; at "
     "several speeds below 20 mm/s: a Stribeck force falls as the speed grows, friction stays; at several frequencies: "
     "a delay's loop grows with them",
+    asks=(Programme(waveform="triangle", currents=2), None, Programme(frequencies=3)),
 )
 
 

@@ -12,7 +12,7 @@ Source: O. Froehlich, Elektrotechnische Zeitschrift 2 (1881) 134 (p = 1); tanh i
 J. M. D. Coey, Magnetism and Magnetic Materials (2010), ch. 4.
 """
 
-from mrfit.core.specs import Array, EffectSpec, Param
+from mrfit.core.specs import Array, EffectSpec, Param, Programme
 from mrfit.kernels.filters import bent
 
 SPEC = EffectSpec(
@@ -31,6 +31,7 @@ SPEC = EffectSpec(
     aliases=("temperature",),
     experiment="one sine at five or more constant currents up to the rated one, in random order, with the damper "
     "cooled to the same temperature before each",
+    asks=(Programme(currents=5),),
 )
 
 

@@ -14,7 +14,7 @@ Magazine 13 (1996) 30.
 
 import numpy as np
 
-from mrfit.core.specs import Array, EffectSpec, Param, Steps
+from mrfit.core.specs import Array, EffectSpec, Param, Programme, Steps
 from mrfit.kernels import uneven
 from mrfit.kernels.filters import held_back, shifted, smooth_lag
 from mrfit.kernels.theta import plain
@@ -36,6 +36,7 @@ SPEC = EffectSpec(
     experiment="one amplitude at three or more frequencies over a decade: a delay turns the phase in proportion to "
     "f, a spring's part falls and an inertia's grows with f; edges of a triangular motion, which a dead time keeps "
     "sharp and a filter's lag rounds",
+    asks=(Programme(frequencies=3, ratio=10.0), Programme(frequencies=1, waveform="triangle")),
 )
 
 

@@ -18,7 +18,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mrfit.core.specs import Array, EffectSpec, Param, Steps
+from mrfit.core.specs import Array, EffectSpec, Param, Programme, Steps
 from mrfit.kernels import uneven
 from mrfit.kernels.filters import chord_lag
 from mrfit.kernels.theta import plain
@@ -41,6 +41,7 @@ SPEC = EffectSpec(
     experiment="sines of one amplitude at three or more frequencies over a decade: its loop area grows with f, "
     "static hysteresis keeps its area, a resistance error's falls with 1/f; against probe skew, frequencies up to "
     "1/(2*pi*G*L), L the inductance",
+    asks=(Programme(frequencies=3, ratio=10.0),),
 )
 
 

@@ -12,7 +12,7 @@ Source: bump stops, J. C. Dixon, The Shock Absorber Handbook, 2nd ed. (2007); p 
 
 import numpy as np
 
-from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param
+from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param, Programme
 
 DEPTH = 1e-3
 
@@ -33,6 +33,7 @@ SPEC = EffectSpec(
     neutral=(0.0, 0.01, 0.0, 1.2),
     aliases=("gas-spring",),
     experiment="slow strokes at three or more amplitudes up to the full stroke: a stop acts at the largest only",
+    asks=(Programme(amplitudes=3),),
     breaks=Breaks(Invariance.POSITION, sign=1),
 )
 

@@ -9,7 +9,7 @@ Source: offset f0 of preyield paper sec. 2, eqs. 1-10.
 
 import numpy as np
 
-from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param
+from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param, Programme
 
 SPEC = EffectSpec(
     name="force-offset",
@@ -24,6 +24,7 @@ SPEC = EffectSpec(
     aliases=("gas-spring", "asymmetry"),
     experiment="strokes about two middle positions, for the spring; two currents, for the asymmetry: an offset is "
     "the same at all positions and currents",
+    asks=(None, Programme(currents=2)),
     breaks=Breaks(Invariance.ODDNESS),
 )
 

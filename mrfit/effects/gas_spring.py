@@ -12,7 +12,7 @@ polytropic gas, J. C. Dixon, The Shock Absorber Handbook, 2nd ed. (2007).
 
 import numpy as np
 
-from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param
+from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param, Programme
 
 POLYTROPIC = 1.3
 # Gas column left at which the force stops growing, as a share
@@ -34,6 +34,7 @@ SPEC = EffectSpec(
     aliases=("inertia", "velocity-hysteresis", "delay", "end-stop", "force-offset"),
     experiment="one amplitude at two frequencies a factor 3 apart: k - m*omega^2 shows which part is inertia; very "
     "slow strokes at several amplitudes show the spring alone, an end stop only at the largest, an offset at none",
+    asks=(Programme(frequencies=2, ratio=3.0),),
     breaks=Breaks(Invariance.POSITION),
 )
 

@@ -7,7 +7,7 @@ a acceleration (m/s^2), F force (N), m moving mass (kg); negative where a rig su
 Source: Newton's second law for the mass between load cell and damper.
 """
 
-from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param
+from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param, Programme
 
 SPEC = EffectSpec(
     name="inertia",
@@ -22,6 +22,7 @@ SPEC = EffectSpec(
     aliases=("gas-spring", "delay", "velocity-hysteresis"),
     experiment="one amplitude at two frequencies a factor 3 apart: inertia grows with f^2, a spring does not, a "
     "delay turns viscous force by f; or drive the rig with the damper taken out",
+    asks=(Programme(frequencies=2, ratio=3.0),),
     breaks=Breaks(Invariance.MEMORY, sign=1, relaxation=False, early=True),
 )
 

@@ -13,7 +13,7 @@ effect ``temperature``.
 
 import numpy as np
 
-from mrfit.core.specs import Array, EffectSpec, Param
+from mrfit.core.specs import Array, EffectSpec, Param, Programme
 from mrfit.effects.temperature import REFERENCE
 
 SPEC = EffectSpec(
@@ -32,6 +32,7 @@ SPEC = EffectSpec(
     aliases=("temperature",),
     experiment="strokes at five or more speeds up to the highest, in random order, with the damper cooled to the "
     "same temperature before each: warm fluid at high speed bends the curve too",
+    asks=(Programme(speeds=5),),
 )
 
 

@@ -9,7 +9,7 @@ under a Hann window, which an unfinished cycle does not bias. The loop's area pe
 Source: Tang et al. eq. 3, with R + dR for R.
 """
 
-from mrfit.core.specs import Array, EffectSpec, Param
+from mrfit.core.specs import Array, EffectSpec, Param, Programme
 from mrfit.kernels.filters import level, running_integral
 
 SPEC = EffectSpec(
@@ -27,6 +27,7 @@ SPEC = EffectSpec(
     aliases=("eddy-current", "probe-skew", "resistance-heating", "boucwen-flux"),
     experiment="sines of one amplitude at three or more frequencies: its loop area falls with 1/f; or measure R by a "
     "direct current before and after each test, which also tells a constant error from heating",
+    asks=(Programme(frequencies=3),),
 )
 
 

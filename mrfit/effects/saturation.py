@@ -11,7 +11,7 @@ Source: O. Froehlich, Elektrotechnische Zeitschrift 2 (1881) 134 (p = 1); tanh i
 J. M. D. Coey, Magnetism and Magnetic Materials (2010), ch. 4.
 """
 
-from mrfit.core.specs import Array, EffectSpec, Param
+from mrfit.core.specs import Array, EffectSpec, Param, Programme
 from mrfit.kernels.filters import bent
 
 SPEC = EffectSpec(
@@ -31,6 +31,7 @@ SPEC = EffectSpec(
     experiment="slow sines at several amplitudes up to the rated current: saturation flattens both branches of the "
     "loop near the peaks of the largest ones only, the knee of a hysteresis stays one turn-over current behind every "
     "reversal",
+    asks=(Programme(amplitudes=3),),
 )
 
 

@@ -13,7 +13,7 @@ Source: B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994
 
 import numpy as np
 
-from mrfit.core.specs import Array, EffectSpec, Param, Steps
+from mrfit.core.specs import Array, EffectSpec, Param, Programme, Steps
 from mrfit.kernels.sliding import slip
 from mrfit.kernels.theta import plain
 
@@ -35,6 +35,7 @@ SPEC = EffectSpec(
     neutral=(0.0, 0.02, 2.0, 2e-5, 3e-4),
     aliases=("coulomb-friction", "delay"),
     experiment="triangular strokes at five or more speeds from 1 to 50 mm/s: force against speed has a minimum",
+    asks=(Programme(waveform="triangle", speeds=5),),
 )
 
 

@@ -14,7 +14,7 @@ branches v -/+ vh by the sign of the acceleration, which is a play of half-width
 
 import numpy as np
 
-from mrfit.core.specs import Array, EffectSpec, Param, Steps
+from mrfit.core.specs import Array, EffectSpec, Param, Programme, Steps
 from mrfit.kernels import uneven
 from mrfit.kernels.filters import level, smooth_play
 from mrfit.kernels.theta import plain
@@ -36,6 +36,7 @@ SPEC = EffectSpec(
     experiment="one amplitude at three or more frequencies over a decade: the loop's half-width in velocity stays "
     "Omega*x, where that of a delay grows with f^2; gas springs and inertia lean the loop instead of opening it at "
     "v = 0",
+    asks=(Programme(frequencies=3, ratio=10.0),),
 )
 
 

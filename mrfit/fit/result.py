@@ -178,7 +178,7 @@ def passivity_rows(blocks: Sequence[Block], simulated: Sequence[Array], assembly
     for block, output in zip(blocks, simulated, strict=True):
         drive = work_drive(block, assembly)
         if block.segment.cycles and drive is not None:
-            # of the co-energy the loop is run the other way round
+            # of the co-energy the loop is traversed in the opposite sense
             sign = -1.0 if assembly.spec.co_energy else 1.0
             area = sign * absorbed_energy(output, drive) / block.segment.cycles
             passive = area >= -ROUNDING * float(np.ptp(output) * np.ptp(drive))
@@ -246,7 +246,7 @@ def warnings_of(
         worst = min(active, key=lambda p: _number(p.loop_area))
         place = f"{worst.condition} (loop area {_number(worst.loop_area):.3g} J)"
         remedy = "; it cannot with --bounds {}={:g}:{:g}".format(*passive) if passive else ""
-        warn("not-passive", f"the model gives energy out on {place}: no coil or damper can{remedy}")
+        warn("not-passive", f"the model releases energy on {place}: no coil or damper can{remedy}")
     apart = [r for r in result.repeats if not r.agree]
     if apart:
         odd = max(apart, key=lambda r: r.difference / r.moved)
@@ -254,7 +254,7 @@ def warnings_of(
             "repeats-disagree",
             f"the {odd.segments} segments of {odd.condition} differ by {odd.difference:.3g} RMS, their "
             f"cycles by {odd.noise_floor:.3g}: no set of parameters follows all; name in the channel map "
-            "([condition]) what changed between them, as current or temperature, or do not ingest the odd one",
+            "([condition]) what changed between them, as current or temperature, or do not ingest the one that differs",
         )
     by_role: dict[str, MetricRow] = {m.role: m for m in metrics if m.condition == "all"}
     if _number(by_role["train"].fit_percent) <= NOTHING:

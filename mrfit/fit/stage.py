@@ -47,7 +47,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     settings
         What to fit and how.
     progress
-        Told of every condition's evaluations.
+        Reports every condition's evaluations.
 
     Returns
     -------
@@ -106,7 +106,7 @@ def identify(dataset: Dataset, settings: Settings, origin: Origin, progress: Pro
     origin
         Key and hash that the result bears.
     progress
-        Told of every condition's evaluations.
+        Reports every condition's evaluations.
 
     Raises
     ------

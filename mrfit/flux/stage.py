@@ -55,7 +55,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     settings
         Resistance, drift and integration rule.
     progress
-        Told of every recording.
+        Reports every recording.
 
     Returns
     -------

@@ -28,6 +28,7 @@ from mrfit.io.faults import plain_fault
 from mrfit.io.keys import content_of
 from mrfit.io.memory import check_room
 from mrfit.io.outdated import Inputs
+from mrfit.io.replaced import about_to_replace
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.reading import Document, Entry, File, load, of_json, of_row, parsed
 from mrfit.io.schemas.stages import RECORDING, About, FluxFile, IngestFile, SegmentRow, SegmentsFile
@@ -113,6 +114,7 @@ def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
         write(temporary)
         with temporary.open("rb") as handle:
             os.fsync(handle.fileno())
+        about_to_replace(path, temporary)
         temporary.replace(path)
     except OSError as error:
         raise DataError(f"{path}: cannot write ({error.strerror or error}); choose another --work folder") from error

@@ -212,7 +212,7 @@ def _held(point: Array, gradient: Array) -> Mask:
 def damped_steps(
     points: Array, model: Model, dampings: Array, reaches: Array, active: Index, exact: bool
 ) -> tuple[Array, Array, Array]:
-    """Return trial points (P, K), the fall of the squared cost they promise (P,), and that to be had (P,).
+    """Return trial points (P, K), the fall of the squared cost they promise (P,), and that possible (P,).
 
     Solves (S⁻¹ JᵀJ S⁻¹ + μ I) S d = -S⁻¹ Jᵀr, S the column norms of J, without the directions in which J is rank
     deficient, shortens d to a fifth of the cube's edge and cuts it off at the bounds. That goes far along what the data

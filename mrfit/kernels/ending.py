@@ -38,11 +38,11 @@ def going_on(
     squares
         Their squared costs (P,).
     promises
-        Falls of these that the next step promises, and that are to be had where the model is linear, each (P,).
+        Falls of these that the next step promises, and that a linear model would have, each (P,).
     least
         The least squared cost of all descents.
     tolerance
-        Share of the squared cost to be had, up to which a descent has settled (Bates and Watts 1981).
+        Share of the squared cost that is still possible, up to which a descent has settled (Bates and Watts 1981).
     """
     settled, stuck, given_up = ends
     predicted, attainable = promises

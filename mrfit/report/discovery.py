@@ -23,9 +23,10 @@ from mrfit.io.schemas.discovery import (
 from mrfit.io.workspace import Workspace, write_text
 from mrfit.report import page
 from mrfit.report.curves import prefixed
-from mrfit.report.discovery_figures import figures_of
+from mrfit.report.discovery_figures import figures_of, taken_by
 from mrfit.report.discovery_source import Discovery, files_of, read_discovery, read_found
 from mrfit.report.explain import (
+    UNJUDGED,
     ParameterText,
     closed_share,
     effect_words,
@@ -33,6 +34,7 @@ from mrfit.report.explain import (
     next_step,
     parameter_rows,
     sentences,
+    takes_of,
 )
 from mrfit.report.law_words import law_sentences, other_base_sentences
 from mrfit.report.numbers import in_html, percent, significant
@@ -41,8 +43,6 @@ from mrfit.report.svg import inline
 from mrfit.simulate.current_dependence import form_of
 
 TEMPLATE = Path(__file__).with_name("discovery.html.jinja")
-UNJUDGED = "cannot be judged"
-# Cosine above which two effects could nearly take each other's place
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def run(workspace: Workspace, progress: Progress = silent) -> Page:
     workspace
         Holds a discovery.
     progress
-        Told of the page.
+        Reports the page.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def render(discovery: Discovery, key: str) -> str:
         sentences=sentences(found, law=False),
         effects=[_effect(e) for e in found.effects],
         suspects=[effect_words(name) for name in found.ambiguous_set],
-        suspected=[_suspect(row) for row in found.suspects],
+        suspected=[_suspect(found, row) for row in found.suspects],
         advice=found.advice,
         figures=drawn,
         candidates=[_candidate(c) for c in found.candidates],
@@ -134,7 +134,7 @@ def render(discovery: Discovery, key: str) -> str:
 
 @dataclass(frozen=True)
 class Number:
-    """A number in full, for who copies it, and as it is shown."""
+    """A number with all its digits, for copying, and as it is shown."""
 
     exact: str | None
     shown: str
@@ -142,22 +142,31 @@ class Number:
 
 @dataclass(frozen=True)
 class EffectRow:
-    """An effect as the page shows it, with the error without it, where that is shown, and with it."""
+    """An effect as the page shows it, with the errors without it and with it."""
 
     name: str
     rows: list[ParameterText]
     error: Number
-    error_without: Number | None = None
+    error_without: Number
+
+
+@dataclass(frozen=True)
+class SuspectRow:
+    """An effect that is not named, and the share of the squared error that it takes on held-out conditions."""
+
+    name: str
+    rows: list[ParameterText]
+    takes: Number
 
 
 @dataclass(frozen=True)
 class CandidateRow:
-    """A candidate as the page shows it."""
+    """A candidate as the page shows it: the share of the squared error that it takes, and how that was found."""
 
     row: Candidate
     title: str
-    screen: Number
-    holdout_gain: Number
+    takes: Number
+    judged: str
 
 
 def _share(share: float | None) -> Number:
@@ -173,19 +182,21 @@ def _effect(effect: FoundEffect) -> EffectRow:
     return EffectRow(effect.name, parameter_rows(effect), *errors)
 
 
-def _suspect(row: Suspect) -> EffectRow:
+def _suspect(found: DiscoveryFile, row: Suspect) -> SuspectRow:
     name = f"{row.name} instead of {row.instead_of}" if row.instead_of else row.name
-    return EffectRow(name, parameter_rows(row), _share(row.holdout_nrmse_after))
+    takes = taken_by(found, row.name)
+    return SuspectRow(name, parameter_rows(row), _taken(row.closed if takes is None else takes))
+
+
+def _taken(share: float | None) -> Number:
+    return _percentage(share, "" if share is None else closed_share(share))
 
 
 def _candidate(row: Candidate) -> CandidateRow:
-    gain = row.holdout_gain
-    return CandidateRow(
-        row,
-        registry.load("effect", row.name).SPEC.title,
-        _percentage(row.screen, significant(100.0 * row.screen)),
-        _percentage(gain, "" if gain is None else closed_share(gain)),
-    )
+    shown, judged = takes_of(row)
+    share = row.screen if row.holdout_gain is None else row.holdout_gain
+    exact = None if row.reason.startswith(UNJUDGED) else repr(share)
+    return CandidateRow(row, registry.load("effect", row.name).SPEC.title, Number(exact, shown), judged)
 
 
 @dataclass(frozen=True)

@@ -55,6 +55,9 @@ def _figures(discovery: Discovery) -> Iterator[Figure]:
         yield region_figure(discovery.found.where, "where", "Where the base model errs")
     if not discovery.parts:
         return
+    for name in dict.fromkeys(s.name for s in discovery.found.suspects):
+        if all(name in part.contributions for part in discovery.parts):
+            yield suspect_figure(discovery, name)
     for channel in discovery.loops[:1]:
         yield map_figure(discovery, channel)
     yield error_figure(discovery)
@@ -62,24 +65,42 @@ def _figures(discovery: Discovery) -> Iterator[Figure]:
     yield residual_figure(discovery, shown)
     for channel in discovery.loops:
         yield loop_figure(discovery, shown, channel)
-    if discovery.found.suspects and discovery.found.gap.before is not None:
-        yield suspect_figure(discovery)
     rest = discovery.found.unexplained.where
     if rest and discovery.found.effects:
         yield region_figure(rest, "rest", "Where the error that is left sits")
 
 
-def suspect_figure(discovery: Discovery) -> Figure:
-    """Return the held-out error without and with every effect that was named, and with each suspect by itself."""
-    found = discovery.found
-    title = "Held-out error with each suspect"
+def suspect_figure(discovery: Discovery, name: str) -> Figure:
+    """Return the force of a suspect beside what the measurement leaves without it, over time, one panel a condition."""
+    shown = worst_parts(discovery)
+    windows = [_window(p) for p in shown]
+    seconds, time_unit = prefixed(max(float(p.time[w][-1]) for p, w in zip(shown, windows, strict=True)), "s")
+    factor, unit = scale_of([p.contributions[name].remainder for p in shown], discovery.output)
+
+    def draw(axes: "Axes", part: Part) -> None:
+        window, own = _window(part), part.contributions[name]
+        for values, colour, width, label in (
+            (own.remainder, MEASURED, 2.2, f"measured {discovery.output} left without it"),
+            (own.force, BEFORE, 1.0, f"{name} as fitted"),
+        ):
+            at = decimate(values[window], POINTS)
+            axes.plot(seconds * part.time[window][at], factor * values[window][at], color=colour, lw=width, label=label)
+
+    symbol = symbol_of(discovery.output)
+    labels = axis_label("t", time_unit, "Time"), axis_label(f"Δ{symbol}", unit, f"Part of the {discovery.output}")
+    takes = taken_by(discovery.found, name)
+    number = f" It takes {percent(takes)} of the squared error on held-out conditions." if takes is not None else ""
     caption = (
-        "Error on held-out conditions as a share of the output's range over all conditions, without and with each "
-        "effect, fitted with the base model; the dashed line is the noise floor."
+        f"What {name} adds to the simulated {discovery.output}, and what is left of the measured one when it alone is "
+        f"set to neutral, on {_whose(shown)}, {_CUT}. Where it is the cause, the curves agree.{number}"
     )
-    said = ", ".join(f"{s.name} {percent(s.holdout_nrmse_after)}" for s in found.suspects)
-    alt = f"Bars; {percent(found.gap.before)} without, with {said}."
-    return Figure("suspects", title, caption, alt, to_svg(gap_canvas(found), title), narrow=True)
+    about = _Panels(f"suspect-{name}", f"What {name} would do", caption, *labels, share=True)
+    return _panels(shown, draw, about)
+
+
+def taken_by(found: DiscoveryFile, name: str) -> float | None:
+    """Return the share of the squared error on held-out conditions that an effect took away when it was last tried."""
+    return next((c.holdout_gain for c in found.candidates if c.name == name), None)
 
 
 def _changed(discovery: Discovery) -> bool:

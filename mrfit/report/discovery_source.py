@@ -1,7 +1,7 @@
 """What the discover stage left in the workspace, read for its page: the decision, and every sample's error."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,22 @@ from mrfit.io.workspace import Workspace, read_table, reading
 from mrfit.report.figures import LOOPS
 from mrfit.report.numbers import natural
 from mrfit.signal.smoothing import smooth
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """What an effect that is not named does to the output of a segment, in the fit in which it had its proof.
+
+    Attributes
+    ----------
+    force
+        What the output loses without it, SI, shape (N,).
+    remainder
+        Measured minus simulated without it, SI, shape (N,).
+    """
+
+    force: Array
+    remainder: Array
 
 
 @dataclass(frozen=True)
@@ -37,6 +53,8 @@ class Part:
         Channels a loop is drawn against, SI, shape (N,).
     floor
         Noise floor of the output, SI.
+    contributions
+        Of suspects, by name.
     """
 
     segment: Segment
@@ -46,6 +64,7 @@ class Part:
     after: Array
     inputs: dict[str, Array]
     floor: float
+    contributions: dict[str, Contribution] = field(default_factory=dict)
 
     @property
     def changed(self) -> bool:
@@ -175,5 +194,13 @@ def _parts(workspace: Workspace, columns: dict[str, Array], used: Sequence[_Used
                 continue
             inputs[name] = drive.values[0, drive.warm_up :]
         time, measured, before, after = (columns[c][rows] for c in ("time", "measured", "before", "after"))
-        parts.append(Part(segment, time - time[0], measured, before, after, inputs, one.floor * span))
+        shares = {
+            name.removeprefix("with "): Contribution(
+                columns[name][rows] - columns[f"without {name.removeprefix('with ')}"][rows],
+                -columns[f"without {name.removeprefix('with ')}"][rows],
+            )
+            for name in columns
+            if name.startswith("with ")
+        }
+        parts.append(Part(segment, time - time[0], measured, before, after, inputs, one.floor * span, shares))
     return parts

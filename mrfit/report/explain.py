@@ -3,12 +3,15 @@
 from dataclasses import dataclass
 
 from mrfit.core import registry
-from mrfit.io.schemas.discovery import DiscoveryFile, FoundEffect, Suspect
+from mrfit.io.schemas.discovery import Candidate, DiscoveryFile, FoundEffect, Suspect
 from mrfit.io.schemas.fit import DriftRow
 from mrfit.report.curves import prefixed
 from mrfit.report.law_words import LAW_ALONE, broken_words, law_sentences, left_besides, listed
-from mrfit.report.numbers import WITHIN_NOISE, in_html, percent, significant, with_interval
+from mrfit.report.numbers import MISSING, WITHIN_NOISE, in_html, percent, significant, with_interval
 from mrfit.signal.drift import drift_words
+
+UNJUDGED = "cannot be judged"
+"""How the reason begins of an effect that the data cannot show."""
 
 
 def headline(found: DiscoveryFile) -> str:
@@ -66,7 +69,27 @@ def sentences(found: DiscoveryFile, law: bool = True) -> list[str]:
         said.append(_partial(found))
     if not found.held:
         said += beside
-    return said + drift
+    return said + drift + unjudged(found)
+
+
+def takes_of(row: Candidate) -> tuple[str, str]:
+    """Return the share of the squared error that a candidate takes, in percent, and how that was found."""
+    if row.reason.startswith(UNJUDGED):
+        return MISSING, "not judged"
+    if row.holdout_gain is None:
+        return closed_share(row.screen), "screened, training"
+    return closed_share(row.holdout_gain), "refitted, held-out"
+
+
+def unjudged(found: DiscoveryFile) -> list[str]:
+    """Return which effects the data cannot show, and why; nothing where all is explained by effects that are named."""
+    reasons: dict[str, list[str]] = {}
+    for c in found.candidates:
+        if c.reason.startswith(UNJUDGED):
+            reasons.setdefault(c.reason.removeprefix(UNJUDGED).lstrip(": "), []).append(c.name)
+    if found.verdict == "named" or not reasons:
+        return []
+    return [f"Cannot be judged: {'; '.join(f'{listed(names)} ({why})' for why, names in reasons.items())}."]
 
 
 def _partial(found: DiscoveryFile) -> str:
@@ -81,7 +104,7 @@ def _partial(found: DiscoveryFile) -> str:
             said[suspect.name] = words
     closed = found.suspects[0].closed
     share = "part" if closed is None else percent(closed)
-    why = "too little to be all that is missing: a cause among others, or the shadow of another"
+    why = "too little to be all that is missing: a cause among others, or an image of another"
     if found.ways is not None and found.ways.exact_base.effects:
         why = f"but only if the law of {found.base_model} were exact: beside a law that is off they have no proof"
     return _sentence(f"{listed(list(said.values()))} would take {share} of the gap, {why}")

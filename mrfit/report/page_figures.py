@@ -1,4 +1,4 @@
-"""Figures of the page that print has as well: parameters over a quantity, predicted, correlation, costs of starts."""
+"""Figures of the page that print has as well: parameters over a quantity, predicted, correlation, starts, profiles."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -11,6 +11,7 @@ from mrfit.report.curves import worst_of_each
 from mrfit.report.figures import WIDTH, Drawing, Figure
 from mrfit.report.paper import Drawn
 from mrfit.report.parameter_figure import parameters, quantity_of
+from mrfit.report.profile_figure import has_profiles, profiles
 from mrfit.report.source import Series
 from mrfit.report.svg import to_svg
 
@@ -37,6 +38,8 @@ def more_drawings(fit: Fit, series: Sequence[Series], segments: Sequence[Segment
         made.append(partial(_correlation, Drawn(fit, [s for s in finite if id(s) in chosen][:FEW])))
     if any(len([c for c in r.starts or [] if c]) > 1 for r in fit.results):
         made.append(partial(_starts, fit))
+    if has_profiles(fit):
+        made.append(partial(_profiles, fit))
     return made
 
 
@@ -47,7 +50,12 @@ def _figure(fit: Fit, canvas: "Canvas", about: tuple[str, str, str]) -> Figure:
 
 
 def _parameters(fit: Fit, segments: Sequence[Segment], over: str) -> Figure:
-    caption = "Every fitted parameter with its 95 % interval; sets are joined where conditions differ in nothing else."
+    caption = (
+        "Every fitted parameter with its 95 % interval; sets are joined where conditions differ in nothing else."
+        if len(fit.results) > 1
+        else "Parameters that depend on current, with their values at the nodes and 95 % intervals. The inner band "
+        "holds the true value at any one current in 95 of 100 cases, the outer one the whole true curve."
+    )
     canvas = parameters([fit], segments, over, WIDTH)
     return _figure(fit, canvas, ("parameters", f"Parameters over {over}", caption))
 
@@ -73,3 +81,11 @@ def _starts(fit: Fit) -> Figure:
     caption = "Cost at which each start of a search ended, the best first: a flat beginning says that starts agree."
     figure = _figure(fit, paper.starts([fit], WIDTH * 0.6), ("starts", "Costs of starts", caption))
     return Figure(**{**vars(figure), "narrow": True})
+
+
+def _profiles(fit: Fit) -> Figure:
+    caption = (
+        "Rise of the sum of squares, over the variance of the residual widened for its correlation, as one parameter "
+        "is held and the others are refitted. Dots were computed; the dashed line cuts a profile at its 95 % interval."
+    )
+    return _figure(fit, profiles([fit], WIDTH), ("profiles", "Profile likelihood of the parameters", caption))

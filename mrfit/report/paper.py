@@ -53,9 +53,11 @@ class Drawn:
     series: Sequence[Series]
 
 
-def panels(width: float, count: int, across: int = 2, ratio: float = 0.72) -> tuple["Canvas", list["Axes"]]:
-    """Return a figure of a width in inches with so many panels, as many side by side as its width allows."""
-    columns = min(count, 1 if width < NARROW else across)
+def panels(
+    width: float, count: int, across: int = 2, ratio: float = 0.72, narrow: int = 1
+) -> tuple["Canvas", list["Axes"]]:
+    """Return a figure of a width in inches with so many panels, ``across`` side by side or ``narrow`` in a column."""
+    columns = min(count, narrow if width < NARROW else across)
     rows = -(-count // columns)
     # a figure is no taller than a page
     canvas = canvas_of(width, max(1.45 if rows > 2 else 1.9, (ratio if rows <= 2 else 0.5) * width / columns) * rows)

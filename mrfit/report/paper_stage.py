@@ -16,6 +16,7 @@ from mrfit.report.curves import worst_of_each
 from mrfit.report.figures import worst_and_typical
 from mrfit.report.paper import Drawn
 from mrfit.report.parameter_figure import parameters, quantity_of
+from mrfit.report.profile_figure import profiles
 from mrfit.report.source import Series, read_source
 from mrfit.report.svg import style, to_svg
 from mrfit.settings.figure import KINDS, Settings
@@ -139,6 +140,8 @@ def _canvas(
         return paper.predicted(drawn, width)
     if kind == "starts":
         return paper.starts(fits, width)
+    if kind == "profiles":
+        return profiles(fits, width)
     if kind == "parameters":
         over = settings.over or next(filter(None, (quantity_of(f, segments) for f in fits)), "current")
         if over not in ("current", "temperature", "frequency", "amplitude"):

@@ -10,12 +10,10 @@ import numpy as np
 from mrfit.core.recording import Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
-from mrfit.io.schemas.fit import Fit, Quantity, Result
+from mrfit.io.schemas.fit import Band, Fit, Quantity, Result
 from mrfit.report.numbers import unit_html
 from mrfit.report.paper import COLOURS, DASHES, panels
-from mrfit.report.symbols import base_name, current_of
-from mrfit.simulate.assembly import assemble
-from mrfit.simulate.current_dependence import CurrentDependence, at_current, expanded
+from mrfit.simulate.current_dependence import base_name, node_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,7 +23,6 @@ UNITS = {"current": "A", "temperature": "°C", "frequency": "Hz", "amplitude": "
 MOST = 12
 FEW = 40
 """Points of a panel that are marked one by one."""
-CURVE = 101
 SAME = 0.05
 """Share within which two tests have the same frequency, amplitude or current."""
 
@@ -37,14 +34,15 @@ class _Line:
     label: str
     places: list[float]
     quantities: list[Quantity]
-    between: tuple[Array, Array] | None = None
+    band: Band | None = None
 
 
 def parameters(fits: Sequence[Fit], segments: Sequence[Segment], over: str, width: float) -> "Canvas":
     """Return every free parameter over a quantity, a panel each.
 
-    Sets of parameters are joined where their conditions differ in the quantity alone; the band is the 95 % interval.
-    Of a joint fit that depends on current the values at its nodes have bars, and the curve between them is the model's.
+    Sets of parameters are joined where their conditions differ in the quantity alone; the band joins their 95 %
+    intervals. Of a joint fit that depends on current the curve is the model's, with its pointwise and simultaneous 95 %
+    bands, and the values at its nodes have bars.
 
     Parameters
     ----------
@@ -92,8 +90,7 @@ def _lines(fits: Sequence[Fit], segments: Sequence[Segment], over: str) -> dict[
         for name, own in lines.items():
             label = fit.name if len(fits) > 1 else ""
             found.setdefault(name, []).extend(
-                _Line(", ".join(filter(None, (label, one.label))), one.places, one.quantities, one.between)
-                for one in own
+                _Line(", ".join(filter(None, (label, one.label))), one.places, one.quantities, one.band) for one in own
             )
     return found
 
@@ -109,27 +106,43 @@ def _panel(axes: "Axes", lines: Sequence[_Line], name: str, labels: Sequence[str
         number = labels.index(line.label)
         colour, dash = COLOURS[number % len(COLOURS)], DASHES[number % len(DASHES)]
         values = np.array([q.value for q in line.quantities])
-        low, high = (
-            np.array([np.nan if end is None else end for end in ends])
-            for ends in ([q.low for q in line.quantities], [q.high for q in line.quantities])
-        )
+        low, high = (_ends(column) for column in ([q.low for q in line.quantities], [q.high for q in line.quantities]))
         mark: dict[str, Any] = {"color": colour, "marker": "o" if few else "", "ms": 2.8, "label": line.label or None}
-        if line.between is None:
+        if line.band is None:
             axes.fill_between(line.places, low, high, color=colour, alpha=0.18, lw=0)
             axes.plot(line.places, values, ls=dash, lw=0.9, **mark)
         else:
-            axes.plot(*line.between, ls=dash, lw=0.9, color=colour)
+            _band(axes, line.band, colour, dash)
             bars = np.stack(
                 [values - np.where(np.isnan(low), values, low), np.where(np.isnan(high), values, high) - values]
             )
             axes.errorbar(line.places, values, np.maximum(bars, 0.0), ls="none", capsize=2.0, elinewidth=0.8, **mark)
     first = lines[0].quantities[0]
-    text = first.text.rpartition(" at ")[0] if current_of(first.name) is not None else first.text
+    text = first.text.rpartition(" at ")[0] if node_of(first.name) else first.text
     words = fill(f"{text[:1].upper()}{text[1:]}, {name}" if text else name, 40)
     unit = unit_html(first.unit)
     axes.set_title(f"{words} ({unit})" if unit else words)
     axes.locator_params(axis="x", nbins=5)
     axes.locator_params(axis="y", nbins=5)
+
+
+def _band(axes: "Axes", band: Band, colour: str, dash: Any) -> None:
+    """Draw a curve with its bands, the simultaneous one lighter and its edges dotted; a jump parts it."""
+    current = np.array(band.current)
+    stretches = np.split(np.arange(len(current)), np.flatnonzero(np.diff(current) < 1e-9 * np.ptp(current)) + 1)
+    ends = [_ends(column) for column in (band.low, band.high, band.low_everywhere, band.high_everywhere)]
+    value = np.array(band.value)
+    for at in stretches:
+        low, high, least, most = (end[at] for end in ends)
+        axes.fill_between(current[at], least, most, color=colour, alpha=0.13, lw=0)
+        axes.fill_between(current[at], low, high, color=colour, alpha=0.28, lw=0)
+        for edge in (least, most):
+            axes.plot(current[at], edge, color=colour, lw=0.5, ls=(0, (1, 1.5)))
+        axes.plot(current[at], value[at], ls=dash, lw=0.9, color=colour)
+
+
+def _ends(column: Sequence[float | None]) -> Array:
+    return np.array([np.nan if end is None else end for end in column])
 
 
 def _by_condition(fit: Fit, over: str, warmth: Mapping[str, Sequence[float]]) -> dict[str, list[_Line]]:
@@ -182,21 +195,11 @@ def _place(result: Result, over: str, warmth: Mapping[str, Sequence[float]]) -> 
 
 
 def _joint(fit: Fit) -> dict[str, list[_Line]]:
-    """Return the parameters of a joint fit that depend on current, with the model's curve between their nodes."""
-    dependence = fit.current_dependence
-    found: dict[str, list[Quantity]] = {}
+    """Return the parameters of a joint fit that depend on current, with the model's curve and its bands."""
+    bands = {band.name: band for band in fit.results[0].bands}
+    found: dict[str, list[tuple[float, Quantity]]] = {}
     for q in fit.results[0].parameters:
-        if current_of(q.name) is not None:
-            found.setdefault(base_name(q.name), []).append(q)
-    if not dependence:
-        return {}
-    spec = assemble(fit.model.partition("+")[0]).spec
-    law = CurrentDependence(tuple(dependence.orders.items()), dependence.low, dependence.high)
-    values = {q.name: q.value for q in fit.results[0].parameters}
-    theta = np.array([[values[p.name] for p in expanded(spec, law).params]])
-    current = np.linspace(dependence.low, dependence.high, CURVE)
-    curves = at_current(spec, law, theta, current)[0]
-    return {
-        name: [_Line("", [current_of(q.name) or 0.0 for q in own], own, (current, curves[spec.names.index(name)]))]
-        for name, own in found.items()
-    }
+        node = node_of(q.name)
+        if node is not None and base_name(q.name) in bands:
+            found.setdefault(base_name(q.name), []).append((node.current, q))
+    return {n: [_Line("", [i for i, _ in own], [q for _, q in own], bands[n])] for n, own in found.items()}

@@ -47,7 +47,8 @@ class Ranked:
 def ranked(fits: Sequence[Fit]) -> list[Ranked]:
     """Return fits by output, then by error on held-out data; those without such data last, by their training error.
 
-    Fits that were judged on fewer samples, where logs had to be left out, come after those judged on more.
+    Fits that were judged on other cycles of conditions they had seen come after those judged on whole conditions; fits
+    judged on fewer samples, where logs had to be left out, after those judged on more.
     """
     ordered = sorted(fits, key=_merit)
     rows: list[Ranked] = []
@@ -57,11 +58,15 @@ def ranked(fits: Sequence[Fit]) -> list[Ranked]:
     return rows
 
 
-def _merit(fit: Fit) -> tuple[str, bool, int, float]:
+HELD_OUT = ("conditions", "conditions and cycles", "other cycles", "nothing")
+"""What a fit may be judged on, the hardest first."""
+
+
+def _merit(fit: Fit) -> tuple[str, int, int, float]:
     judged = fit.pooled("holdout") or fit.pooled("train")
     nrmse = judged.nrmse if judged else None
     samples = judged.samples if judged else 0
-    return fit.output, fit.pooled("holdout") is None, -samples, math.inf if nrmse is None else nrmse
+    return fit.output, HELD_OUT.index(held_out(fit)), -samples, math.inf if nrmse is None else nrmse
 
 
 def _row(fit: Fit, place: int) -> Ranked:
@@ -116,7 +121,7 @@ def held_out(fit: Fit) -> str:
     """Return what a fit was judged on that it did not see: whole conditions, or other cycles of those it did see."""
     seen, judged = ({m.condition for m in fit.rows(role)} for role in ("train", "holdout"))
     if not judged:
-        return "nothing"
+        return HELD_OUT[3]
     if judged <= seen:
-        return "other cycles"
-    return "conditions and cycles" if judged & seen else "conditions"
+        return HELD_OUT[2]
+    return HELD_OUT[1] if judged & seen else HELD_OUT[0]

@@ -37,7 +37,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     settings
         Which to report.
     progress
-        Told of every figure drawn.
+        Reports every figure drawn.
 
     Returns
     -------

@@ -9,11 +9,10 @@ from mrfit.core.specs import Param
 from mrfit.errors import MrfitError
 from mrfit.io.schemas.fit import Fit
 from mrfit.report.numbers import GREEK, escape_latex
+from mrfit.simulate.current_dependence import base_name
 
 CAPITALS = "Gamma Delta Theta Lambda Xi Pi Sigma Phi Psi Omega".split()
 LETTER = rf"{'|'.join([*GREEK, *CAPITALS])}|[A-Za-z]"
-AT_CURRENT = re.compile(r"(.+)@(-?[\d.]+(?:e-?\d+)?)A")
-"""Name of a parameter's value at a current."""
 
 
 def typeset(name: str) -> str:
@@ -59,18 +58,6 @@ def derived_symbol(name: str, symbols: dict[str, str]) -> str:
         return escape_latex(name)
     place = escape_latex(f" {match[2]}") if match[2] else ""
     return rf"${symbol.strip('$')}^{{({match[3]})}}${place}"
-
-
-def base_name(name: str) -> str:
-    """Return a parameter's name without the current at which it is given."""
-    match = AT_CURRENT.fullmatch(name)
-    return match[1] if match else name
-
-
-def current_of(name: str) -> float | None:
-    """Return the current in A at which a parameter is given, None where it is the same at all."""
-    match = AT_CURRENT.fullmatch(name)
-    return float(match[2]) if match else None
 
 
 def _text(name: str, math: str) -> str:

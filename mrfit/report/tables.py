@@ -10,8 +10,9 @@ from mrfit.report.latex import EMPTY, HEAD, Cell, Table, number, tables_tex, wit
 from mrfit.report.numbers import escape_latex, in_html, unit_html, unit_latex
 from mrfit.report.output_unit import output_unit
 from mrfit.report.ranking import above_best, held_out, ranked
-from mrfit.report.symbols import base_name, current_of, derived_symbol, symbols_of
+from mrfit.report.symbols import derived_symbol, symbols_of
 from mrfit.signal.metrics import METRICS
+from mrfit.simulate.current_dependence import Node, base_name, node_of
 
 PARAMETER_COLUMNS = ("condition", "parameter", "value", "unit", "low", "high", "at_bound", "identifiable")
 METRIC_COLUMNS = ("condition", "role", "samples", *(m.name for m in METRICS), "noise_floor")
@@ -88,13 +89,13 @@ def _symbol(q: Quantity, kind: str, symbols: Mapping[str, str]) -> Cell:
 
 def _joint(quantities: Sequence[Quantity], named: Mapping[str, Cell], about: tuple[str, str]) -> Table:
     """Return one set of parameters, one a row; values at several currents stand side by side."""
-    currents = sorted({c for q in quantities if (c := current_of(q.name)) is not None})
-    found: dict[str, dict[float | None, Quantity]] = {}
+    nodes = sorted({node for q in quantities if (node := node_of(q.name)) is not None})
+    found: dict[str, dict[Node | None, Quantity]] = {}
     for q in quantities:
-        found.setdefault(base_name(q.name), {})[current_of(q.name)] = q
+        found.setdefault(base_name(q.name), {})[node_of(q.name)] = q
     constant = any(None in row for row in found.values())
-    columns: list[float | None] = [*([None] if constant else []), *currents]
-    heads = [words("constant" if currents else "value") if c is None else _level(c) for c in columns]
+    columns: list[Node | None] = [*([None] if constant else []), *nodes]
+    heads = [words("constant" if nodes else "value") if n is None else _level(n.current, n.side) for n in columns]
     rows = []
     for row in found.values():
         first = next(iter(row.values()))
@@ -104,15 +105,15 @@ def _joint(quantities: Sequence[Quantity], named: Mapping[str, Cell], about: tup
     return Table(*about, header, rows, "ltl" + "r" * len(columns), _note(quantities), fixed=3)
 
 
-def _level(current: float) -> Cell:
-    """Return a current as a heading."""
-    text = f"{current:.3g}"
-    return Cell(rf"${text}$\,A", in_html(text) + " A")
+def _level(current: float, side: int = 0) -> Cell:
+    """Return a current as a heading; below and above a jump with a sign."""
+    text, sign = f"{current:.3g}", {-1: "-", 0: "", 1: "+"}[side]
+    return Cell(rf"${text}{f'^{{{sign}}}' if sign else ''}$\,A", f"{in_html(text)}{sign} A")
 
 
 def _meaning(q: Quantity) -> Cell:
     """Return what a parameter means, without the current at which it is given."""
-    if current_of(q.name) is not None:
+    if node_of(q.name) is not None:
         return words(q.text.rpartition(" at ")[0])
     power = re.match(r"coefficient of i\^(\d)", q.text)
     return Cell(f"coefficient of $i^{power[1]}$", "coefficient of i1") if power else words(q.text)

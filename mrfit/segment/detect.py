@@ -16,7 +16,7 @@ MOVED = ("displacement", "velocity", "angle", "angular_velocity")
 # An irregular stretch beside periodic ones must be this long and large to be a test of its own.
 IRREGULAR_SHARE = 0.2
 FEWEST_SAMPLES = 100
-# Share of an irregular segment that only leads the model in.
+# Share of an irregular segment by which the model only settles.
 LEAD_IN = 0.1
 HELD = 0.05
 # How much more departure is accepted in an unsteady recording, and how much more of it that must find.
@@ -64,7 +64,7 @@ def detect(recording: Recording, drive: str, min_cycles: int, settle: int, toler
     min_cycles
         Fewest steady cycles of a periodic segment, 2 at least.
     settle
-        Steady cycles at the start of each stretch that lead the model in and are not compared; fewer where that would
+        Steady cycles at the start of each stretch by which the model settles, not compared; fewer where that would
         leave less than two.
     tolerance
         See ``steady_stretches``.

@@ -28,7 +28,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     settings
         How to cut.
     progress
-        Told of every recording.
+        Reports every recording.
 
     Returns
     -------
@@ -70,7 +70,7 @@ def cut(
     settings
         How to cut.
     progress
-        Told of every recording.
+        Reports every recording.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def _check(settings: Settings) -> None:
     if settings.min_cycles < 1:
         raise ConfigError(f"--min-cycles {settings.min_cycles} is below 1; give the fewest steady cycles to accept")
     if settings.settle < 0:
-        raise ConfigError(f"settle {settings.settle} is negative; give the cycles that lead the model in")
+        raise ConfigError(f"settle {settings.settle} is negative; give the cycles by which the model settles")
     if not 0.0 < settings.tolerance < 1.0:
         raise ConfigError(f"tolerance {settings.tolerance:g} is not between 0 and 1; it is a share of the amplitude")
 

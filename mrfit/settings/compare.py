@@ -1,5 +1,6 @@
 """Settings of a comparison, of models or of optimizers."""
 
+import hashlib
 import re
 from dataclasses import asdict, dataclass, fields
 from typing import Annotated
@@ -10,6 +11,9 @@ from mrfit.errors import ConfigError
 from mrfit.settings.fit import PATIENCE, Bounds, Budget, Fixed, Only, Options, Per, Seconds, Stall, Weight
 from mrfit.settings.forms import NAMES, Names
 from mrfit.settings.shared import CurrentOrder, Jobs, Seed, Start
+
+LONGEST = 100
+"""Characters of a fit's name."""
 
 Models = Annotated[Names, Setting("Models by commas, or all.", form=NAMES, show_default=False)]
 Seeds = Annotated[int, Setting("Runs of each optimizer, from different starts.", low=1)]
@@ -45,8 +49,19 @@ class Settings:
     def of_fit(self, model: str) -> mrfit.settings.fit.Settings:
         """Return the settings of one model's fit."""
         shared = {k: v for k, v in asdict(self).items() if k != "models"}
+        return mrfit.settings.fit.Settings(model=model, name=self.name_of(model), **shared)
+
+    def name_of(self, model: str) -> str:
+        """Return the name of one model's fit, which holds every setting that is not at its default."""
         name = f"{model}.{self.optimizer}" + (".all" if self.per == "all" else "") + (f".{self.only}" * bool(self.only))
-        return mrfit.settings.fit.Settings(model=model, name=re.sub(r"[^A-Za-z0-9._+-]+", "_", name), **shared)
+        for field in fields(Settings):
+            value = getattr(self, field.name)
+            if field.name not in ("models", "optimizer", "per", "only", "jobs") and value != field.default:
+                name += f".{field.name.replace('_', '-')}-{_written(value)}"
+        name = re.sub(r"[^A-Za-z0-9._+-]+", "_", name)
+        if len(name) <= LONGEST:
+            return name
+        return f"{name[: LONGEST - 9]}-{hashlib.sha256(name.encode()).hexdigest()[:8]}"
 
     @property
     def names(self) -> list[str]:
@@ -55,6 +70,13 @@ class Settings:
         from mrfit.core import registry
 
         return registry.names("model") if self.models == ("all",) else list(dict.fromkeys(self.models))
+
+
+def _written(value: object) -> str:
+    """Return a setting as a part of a name: 0.5, floor, population40_F0.7."""
+    if isinstance(value, tuple):
+        return "_".join("".join(map(_written, pair)) if isinstance(pair, tuple) else str(pair) for pair in value)
+    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 @dataclass(frozen=True)

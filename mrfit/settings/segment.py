@@ -20,7 +20,7 @@ class Settings:
         ``auto``, ``none``, ``quantity=value`` or patterns on condition names, see ``assign_roles``; ``after=SECONDS``
         into each recording, see ``hold_out_after``.
     settle
-        Steady cycles that lead the model in before those that are compared.
+        Steady cycles by which the model settles before those that are compared.
     tolerance
         Departure of the drive from its mean cycle, in shares of its amplitude, that ends a steady stretch.
     """

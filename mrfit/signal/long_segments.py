@@ -9,7 +9,7 @@ from mrfit.signal.smoothing import FITTED_CYCLES
 
 # Samples of a piece; one of slow cycles has as many as a Fourier series takes without its lead-in
 PIECE = 1 << 19
-# Cycles that lead the model in to a piece, and the share of its samples that does where there are none
+# Cycles by which the model settles before a piece, and the share of its samples where there are none
 LEAD_CYCLES, LEAD_IN = 2, 0.1
 
 

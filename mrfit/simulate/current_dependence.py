@@ -156,6 +156,23 @@ def base_name(name: str) -> str:
     return name.partition("@")[0]
 
 
+@dataclass(frozen=True, slots=True, order=True)
+class Node:
+    """A current in A at which a parameter is given; ``side`` is -1 below a jump there, 1 above it, else 0."""
+
+    current: float
+    side: int = 0
+
+
+_NODE = re.compile(r"(-?[\d.]+(?:e[-+]?\d+)?)A([-+]?)")
+
+
+def node_of(name: str) -> Node | None:
+    """Return where a parameter's value is given, by a name of ``labels``; None where it is the same at all."""
+    match = _NODE.fullmatch(name.partition("@")[2])
+    return Node(float(match[1]), {"-": -1, "": 0, "+": 1}[match[2]]) if match else None
+
+
 def form_of(order: Order) -> str:
     """Return the form a written order asks for, ``plain`` or ``log``; empty for the parameter's own."""
     return next((form for form in (PLAIN, LOG) if str(order).strip().startswith(form)), "")

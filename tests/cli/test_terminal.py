@@ -12,6 +12,7 @@ from mrfit.cli import console, logbook, project
 from mrfit.cli.main import app
 from mrfit.cli.options import set_verbosity
 from mrfit.errors import ConfigError, DataError, near
+from mrfit.settings import flux, segment
 
 Command = Callable[..., tuple[int, str, str]]
 
@@ -137,6 +138,11 @@ opt-set = {population = 40}
 current-order = 2
 [discover]
 model = "bingham"
+[flux]
+resistance = 2.5
+drift = "none"
+[segment]
+holdout = "sine-*-3A"
 """
 
 
@@ -144,7 +150,7 @@ def test_a_project_file_gives_defaults_in_the_form_of_options(tmp_path: Path, mo
     monkeypatch.chdir(tmp_path)
     assert project.defaults(["fit", "status"], {}) == {"fit": {}, "status": {}}
     Path("mrfit.toml").write_text(PROJECT.replace("opt-set", "opt_set").replace("current-order", "current_order"))
-    found = project.defaults(["fit", "discover", "status", "apply"], {"apply": ["track"]})
+    found = project.defaults(["flux", "segment", "fit", "discover", "status", "apply"], {"apply": ["track"]})
     assert found["fit"] == {
         "work": "results",
         "model": "tanh",
@@ -155,6 +161,11 @@ def test_a_project_file_gives_defaults_in_the_form_of_options(tmp_path: Path, mo
         "current_order": 2,
     }
     assert found["discover"] == {"work": "results", "model": "bingham"}
+    assert found["flux"] == {"work": "results", "resistance": 2.5, "drift": "none"}
+    assert found["segment"] == {"work": "results", "holdout": "sine-*-3A"}
+    # what a fit runs before itself in a new workspace
+    assert project.settings_of("flux") == flux.Settings(resistance=2.5, drift="none")
+    assert project.settings_of("segment") == segment.Settings(holdout="sine-*-3A")
     assert found["status"] == {"work": "results"} and found["apply"] == {"track": {"work": "results"}}
 
 
@@ -180,6 +191,11 @@ def test_the_command_line_and_the_environment_go_before_the_project_file(
         ('[fit]\nmodle = "tanh"', r"mrfit.toml: \[fit\] modle is no key mrfit knows; did you mean 'model'"),
         ("[fit]\nseed = 'a'", r"mrfit.toml: \[fit\] seed"),
         ("fit = 3", r"mrfit.toml: \[fit\]"),
+        (
+            "[segment]\nhold_out = 'x'",
+            r"mrfit.toml: \[segment\] hold_out is no key mrfit knows; did you mean 'holdout'",
+        ),
+        ("[flux]\nrule = 'simson'", r"mrfit.toml: \[flux\] rule"),
         ("work = 3", "mrfit.toml: work takes the name of a folder, not 3"),
     ],
 )
@@ -189,7 +205,7 @@ def test_a_fault_of_a_project_file_is_named(
     monkeypatch.chdir(tmp_path)
     Path("mrfit.toml").write_text(text)
     with pytest.raises(ConfigError, match=fault):
-        project.defaults(["fit", "discover"], {})
+        project.defaults(["flux", "segment", "fit", "discover"], {})
 
 
 @pytest.mark.parametrize(

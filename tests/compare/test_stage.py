@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,10 +11,13 @@ import numpy as np
 import pytest
 
 import mrfit.compare.stage
+from mrfit.compare import optimizers
+from mrfit.compare.page import labels
 from mrfit.compare.stage import Settings
 from mrfit.errors import ConfigError, DataError
+from mrfit.fit import stage as fit_stage
 from mrfit.io.schemas.fit import Fit, MetricRow
-from mrfit.io.workspace import Workspace
+from mrfit.io.workspace import Workspace, check_name
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 from tests.conftest import Run
@@ -151,3 +155,82 @@ def test_the_command_prints_one_table_and_refuses_half_a_question(mrfit: Run, da
         (mrfit("compare", "--models", "bingham", "--fix", "c=1"), "--optimizers"),
     ):
         assert refused.returncode == 2 and said in refused.stderr
+
+
+QUICK = {"optimizer": "lsq", "budget": 60}
+
+
+@pytest.fixture
+def own(workspace: Workspace, tmp_path: Path) -> Workspace:
+    for name in ("recordings", "segments.parquet", "ingest.json"):
+        place = workspace.root / name
+        if place.is_dir():
+            shutil.copytree(place, tmp_path / name)
+        elif place.is_file():
+            shutil.copy(place, tmp_path / name)
+    return Workspace(tmp_path)
+
+
+def compared(workspace: Workspace, *models: str, **settings: Any) -> Any:
+    return mrfit.compare.stage.run(workspace, Settings(models=models, **{**QUICK, **settings}))
+
+
+def test_a_second_comparison_adds_its_models_and_loses_none(own: Workspace) -> None:
+    first = compared(own, "bingham", "boucwen-flux")
+    second = compared(own, "polynomial")
+    assert {m.model for m in first.models} == {"bingham"}
+    assert {m.model for m in second.models} == {"bingham", "polynomial"} and second.kept == [first.models[0].fit]
+    # the row is what it was, the reason of a model left out too, and so is its time
+    assert [m for m in second.models if m.model == "bingham"] == first.models
+    assert [m for m in second.metrics if m.model == "bingham"] == first.metrics
+    assert second.left_out == first.left_out and second.seconds[first.models[0].fit] is not None
+    with (own.root / "compare" / "compare.csv").open() as handle:
+        assert {row["model"] for row in csv.DictReader(handle)} == {"bingham", "polynomial"}
+    assert "polynomial" in (page := (own.root / "compare" / "compare.html").read_text()) and "bingham" in page
+    # the same once more changes nothing
+    before = (own.root / "compare" / "compare.json").read_bytes()
+    compared(own, "polynomial")
+    assert (own.root / "compare" / "compare.json").read_bytes() == before
+
+
+def test_another_setting_makes_another_name_and_another_row(own: Workspace) -> None:
+    compared(own, "bingham")
+    both = compared(own, "bingham", budget=70, weight="floor")
+    names = [m.fit for m in both.models]
+    assert sorted(names) == ["bingham.lsq.all.budget-60", "bingham.lsq.all.budget-70.weight-floor"]
+    assert set(labels(both.models).values()) == set(names)
+
+
+def test_a_fit_that_is_gone_leaves_the_table_with_a_word(own: Workspace) -> None:
+    (gone,) = compared(own, "bingham").models
+    shutil.rmtree(own.fit_folder(gone.fit))
+    after = compared(own, "polynomial")
+    assert after.dropped == {gone.fit: "it is gone"} and {m.model for m in after.models} == {"polynomial"}
+
+
+def test_a_fit_of_ones_own_is_never_replaced_by_a_comparison(own: Workspace) -> None:
+    mine = fit_stage.Settings("bingham", "lsq", per="all", bounds=(("fy", 1.0, 400.0),), budget=60)
+    mine = replace(mine, name=Settings(**QUICK).name_of("bingham"))
+    made = fit_stage.run(own, mine)
+    before = (own.fit_folder(made.name) / "fit.json").read_bytes()
+    (row,) = compared(own, "bingham").models
+    assert row.fit == f"{made.name}.compare"
+    assert (own.fit_folder(made.name) / "fit.json").read_bytes() == before
+
+
+def test_names_of_fits_hold_what_is_not_at_its_default_and_are_names() -> None:
+    long = Settings(optimizer="pso-fmin", options=(("population", 40.0), ("w", 0.7)), current_order="fy=2,c=1", seed=3)
+    assert Settings().name_of("tanh") == "tanh.auto.all"
+    assert long.name_of("tanh") == "tanh.pso-fmin.all.options-population40_w0.7.seed-3.current-order-fy_2_c_1"
+    check_name(replace(long, only="MH,sine-*-1A" + ",x" * 90).name_of("tanh"))
+
+
+def test_optimizers_are_added_to_those_of_the_same_comparison(own: Workspace) -> None:
+    fit = fit_stage.Settings("bingham", per="all", budget=40)
+    settings = optimizers.Settings(("lsq",), fit, 1)
+    first = optimizers.run(own, settings)
+    both = optimizers.run(own, replace(settings, optimizers=("fmin",)))
+    assert [r.optimizer for r in both.rows] == ["fmin", "lsq"] and both.kept == ["lsq"]
+    assert both.rows[1] == replace(first.rows[0], seconds=pytest.approx(first.rows[0].seconds, abs=1e-3))
+    other = optimizers.run(own, replace(settings, fit=replace(fit, budget=50)))
+    assert [r.optimizer for r in other.rows] == ["lsq"] and other.kept == []

@@ -45,7 +45,7 @@ def rows_for(shape: str) -> list[Look]:
     [
         ("curve", "one curve over the velocity: a static law is missing"),
         ("loop", "a loop over the velocity predicts"),
-        ("turn", "the way of the velocity since it last turned predicts"),
+        ("turn", "the path of the velocity since its last reversal predicts"),
         ("noise", ""),
     ],
 )

@@ -248,7 +248,7 @@ def test_laws_by_role_are_tried_only_where_chosen_ones_leave_a_gap_and_kept_only
     monkeypatch.setattr(stage, "_started", lambda settings, *_: settings)
     monkeypatch.setattr(stage, "findings", lambda *_: None)
     monkeypatch.setattr(
-        stage, "account", lambda asked, chosen, *_: SimpleNamespace(asked=asked, verdict=chosen.verdict)
+        stage, "account", lambda asked, chosen, *_: SimpleNamespace(asked=asked, verdict=chosen.verdict, suspects=())
     )
     monkeypatch.setattr(stage, "series_of", lambda *_: {})
     monkeypatch.setattr(stage, "worth_examining", lambda *_: False)

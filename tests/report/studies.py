@@ -104,7 +104,11 @@ def coil_result(condition: str, frequency: int, amplitude: int) -> dict[str, Any
         {"kind": "not-identifiable", "text": "the data do not determine A, kappa one by one; read slope instead"},
         {"kind": "at-bound", "text": "n ended at a bound: widen --bounds or fix the parameter"},
     ]
+    inductance = 0.0234567 - 0.001 * amplitude
+    held = [inductance + 1.05e-4 * k for k in (-2.5, -2.0, -1.0, 0.0, 1.0, 2.0, 2.5)]
+    rises = [0.98 * abs(k) for k in (-2.5, -2.0, -1.0, 0.0, 1.0, 2.0, 2.5)]
     return {
+        "profiles": [{"name": "Lc", "values": held, "rises": rises, "quantile": 1.96}] if amplitude == 1 else [],
         "condition": condition,
         "conditions": [condition],
         "cost": cost,

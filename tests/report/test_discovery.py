@@ -10,7 +10,7 @@ import pytest
 from mrfit.core.recording import Recording, Segment
 from mrfit.errors import DataError
 from mrfit.io.schemas.discovery import DiscoveryDependence, DiscoveryFile, FoundEffect
-from mrfit.io.workspace import Workspace, write_json, write_table
+from mrfit.io.workspace import Workspace, read_table, write_json, write_table
 from mrfit.report import discovery, discovery_figures
 from mrfit.report.discovery_source import read_discovery
 from mrfit.report.explain import closed_share, headline, next_step, parameter_rows, sentences
@@ -207,9 +207,14 @@ def test_candidates_show_the_numbers_of_discovery_json(page):
     rows = page.tables["candidates"][1:]
     assert [r[0]["text"] for r in rows] == [c["name"] for c in FOUND["candidates"]]
     for cells, candidate in zip(rows, FOUND["candidates"], strict=True):
-        assert plain(cells[2]["shown"][0]) == pytest.approx(100 * candidate["screen"], rel=6e-3)
         gain = candidate["holdout_gain"]
-        assert cells[3]["exact"] == ([] if gain is None else [repr(gain)])
+        if candidate["reason"].startswith("cannot be judged"):
+            assert (cells[2]["exact"], cells[3]["text"].splitlines()[0]) == ([], "not judged")
+        else:
+            # one number: the gain where it was refitted, else what screening says
+            share, word = (candidate["screen"], "screened") if gain is None else (gain, "refitted")
+            assert cells[2]["exact"] == [repr(share)] and cells[3]["text"].startswith(word)
+            assert plain(cells[2]["shown"][0]) == pytest.approx(100 * share, rel=6e-3)
         assert (cells[4]["text"], cells[5]["text"].splitlines()[0]) == (
             "yes" if candidate["accepted"] else "no",
             candidate["reason"],
@@ -454,3 +459,26 @@ def test_residuals_are_measured_minus_simulated_as_on_the_report(drawn, named):
     scale = y.min() / -part.before.max()
     assert scale > 0.0
     assert y[0] == pytest.approx(-scale * part.before[0])
+
+
+def test_a_suspect_is_drawn_as_its_force_beside_what_is_left_without_it(tmp_path):
+    suspects = [
+        {"name": "eddy-current", "parameters": EFFECT["parameters"], "holdout_nrmse_after": 0.02, "closed": 0.4}
+    ]
+    workspace = study(tmp_path, UNEXPLAINED | {"suspects": suspects})
+    table = tmp_path / "discover" / "residuals.parquet"
+    columns, _ = read_table(table)
+    own = np.sin(np.arange(len(columns["before"])) / 9.0) * 1e-3
+    # the effect takes 0.6 of what is left without it
+    write_table(table, {**columns, "with eddy-current": -0.4 * own, "without eddy-current": -own})
+    found = read_discovery(workspace)
+    drawn = found.parts[0].contributions["eddy-current"]
+    rows = slice(0, len(drawn.force))
+    assert drawn.remainder == pytest.approx(own[rows]) and drawn.force == pytest.approx(0.6 * own[rows])
+    discovery.run(workspace)
+    text = (tmp_path / "discover" / "discovery.html").read_text(encoding="utf-8")
+    assert "What eddy-current would do" in text and "eddy-current as fitted" in text
+    # one number for the effect, the same in the caption and in both tables
+    assert "It takes 89.0 % of the squared error on held-out conditions." in text
+    assert text.count('<data value="0.89">89.0</data>') == 2
+    assert "Cannot be judged: integrator-offset (no integrator)." in text

@@ -26,7 +26,7 @@ def drawn(coil, damper):
 def test_a_coil_has_a_flux_current_loop_and_a_damper_both_force_loops(drawn):
     coil, damper = ({re.sub(r"-\d+$", "", n) for n in d} for d in drawn)
     common = {"nrmse", "time-history", "residual", "convergence", "predicted", "correlation", "starts"}
-    assert coil == {"loop-current"} | common
+    assert coil == {"loop-current", "profiles"} | common
     assert damper == {"loop-velocity", "loop-displacement"} | common
 
 

@@ -9,6 +9,7 @@ from mrfit.io.schemas.fit import Level
 from mrfit.report import paper, paper_stage
 from mrfit.report.paper import Drawn, correlated
 from mrfit.report.parameter_figure import parameters, quantity_of
+from mrfit.report.profile_figure import profiles
 from mrfit.report.source import read_source, with_integrals
 from mrfit.settings.figure import KINDS, Settings
 
@@ -113,3 +114,19 @@ def test_what_cannot_be_drawn_is_said(coil, damper):
         paper_stage.run(coil[0], "loops", Settings(formats=("gif",)))
     with pytest.raises(DataError, match="no condition is like"):
         paper_stage.run(coil[0], "loops", Settings(conditions=("square*",)))
+
+
+def test_a_profile_is_drawn_through_what_was_computed_and_cut_at_its_interval(coil):
+    fit = read_source(coil[0], ()).fits[0]
+    (axes,) = profiles([fit], 3.3).axes
+    profile = fit.results[0].profiles[0]
+    limit, curve, dots = axes.lines[:3]
+    assert limit.get_ydata()[0] == pytest.approx(1.96**2)
+    assert dots.get_xdata() == pytest.approx(profile.values)
+    assert dots.get_ydata() == pytest.approx(np.square(profile.rises))
+    # the root is a straight line here: between the dots the curve is its square
+    middle = fit.results[0].parameters[1].value
+    expected = (0.98 * (curve.get_xdata() - middle) / 1.05e-4) ** 2
+    assert curve.get_ydata() == pytest.approx(expected, abs=0.02)
+    with pytest.raises(DataError, match="--intervals profile"):
+        profiles([replace(fit, results=[replace(r, profiles=[]) for r in fit.results])], 3.3)

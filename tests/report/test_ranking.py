@@ -34,6 +34,11 @@ def test_errors_on_fewer_samples_come_later(fit):
     assert [r.fit.name for r in order] == ["all", "few"]
 
 
+def test_a_fit_judged_on_cycles_of_what_it_saw_comes_after_those_judged_on_whole_conditions(fit):
+    order = ranked([judged(fit, "cycles", 1.0, 0.1, samples=900), judged(fit, "conditions", 1.0, 2.0, seen="b")])
+    assert [(r.fit.name, held_out(r.fit)) for r in order] == [("conditions", "conditions"), ("cycles", "other cycles")]
+
+
 def test_fits_of_another_output_are_ranked_for_themselves(fit):
     order = ranked([judged(fit, "a", 1.0, 3.0), replace(judged(fit, "b", 1.0, 9.0), output="flux")])
     assert [(r.fit.output, r.place) for r in order] == [("flux", 1), ("force", 1)]

@@ -2,6 +2,7 @@
 
 import ast
 import inspect
+import json
 import subprocess
 import sys
 from collections.abc import Callable
@@ -26,6 +27,7 @@ from mrfit.core.setting import UNSET, Setting, defined, flag_of, key_of
 from mrfit.errors import ConfigError
 from mrfit.io.faults import plain_fault
 from mrfit.io.schemas import stages as stored_stages
+from mrfit.io.schemas.reading import of_json
 from mrfit.report.page import changes
 from mrfit.settings import compare, discover, fit, flux, ingest, report, segment
 from mrfit.settings.forms import LIMITS, NAMES, NUMBERS, SIZE, Limits, Names, Pairs
@@ -266,3 +268,7 @@ finally:
 )
 def test_what_a_stage_stores_of_its_settings_is_all_of_them(kind: Any, stored: Any) -> None:
     assert asdict(stored()) == asdict(kind())
+    told = {f.name: f.default for f in fields(kind)}
+    assert asdict(of_json(stored, json.dumps(told))) == told
+    with pytest.raises(ValidationError):
+        of_json(stored, json.dumps({**told, "other": 1}))

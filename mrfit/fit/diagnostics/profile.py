@@ -6,14 +6,15 @@ correlation widens this parameter's variance (1 for white residuals). Ends that 
 """
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.fit.diagnostics.bootstrap import Interval
 from mrfit.fit.diagnostics.uncertainty import LEAN, Linearised, Uncertainty
+from mrfit.io.schemas.fit import Profile
 from mrfit.search import run as search
 from mrfit.search.limits import Limits
 from mrfit.search.problem import LeastSquares, Posed
@@ -24,12 +25,20 @@ PRECISION = 0.01
 SEARCHES = 12
 # Evaluations for each parameter of a refit that starts near its optimum
 REFIT_BUDGET = 15
+# Shares of the way to an end at which the profile is computed too: for its figure
+SHOWN = (0.5, 1.25)
 
 
-def profile_intervals(
-    posed: Posed, point: Array, uncertainty: Uncertainty, linearised: Linearised
-) -> dict[str, Interval]:
-    """Return profile-likelihood intervals by name, of the parameters that lean on no redundant direction.
+@dataclass(frozen=True)
+class Profiled:
+    """A parameter's interval by its profile likelihood, and the profile where it was computed."""
+
+    interval: Interval
+    profile: Profile
+
+
+def profiled(posed: Posed, point: Array, uncertainty: Uncertainty, linearised: Linearised) -> list[Profiled]:
+    """Return profile likelihoods and their intervals, of the parameters that lean on no redundant direction.
 
     Parameters
     ----------
@@ -44,7 +53,7 @@ def profile_intervals(
     # of all samples: edges fall between the samples of a folded cycle, which then costs more
     power = residual_power(uncertainty, linearised)
     moving = uncertainty.directions[:, ~uncertainty.redundant]
-    found = {}
+    found = []
     for at, k in enumerate(posed.cube.free):
         if float(np.sum(moving[at] ** 2)) < 1.0 - LEAN:
             continue
@@ -52,8 +61,15 @@ def profile_intervals(
         width = uncertainty.half_width(np.eye(len(point))[at])
         step = min(width, 0.5) if 0.0 < width < np.inf else FIRST_STEP
         ends = [side.end(-step), side.end(step)]
-        values = [None if e is None else float(posed.cube.to_theta(_at(point, at, e)[None, :])[0, k]) for e in ends]
-        found[posed.cube.params[int(k)].name] = Interval(*values)
+        side.fill(ends)
+
+        def value_of(position: float, at: int = at, k: int = int(k)) -> float:
+            return float(posed.cube.to_theta(_at(point, at, position)[None, :])[0, k])
+
+        name, steps = posed.cube.params[int(k)].name, sorted(side.seen.items())
+        values, rises = [value_of(p) for p, _ in steps], [r for _, r in steps]
+        profile = Profile(name=name, values=values, rises=rises, quantile=uncertainty.quantile)
+        found.append(Profiled(Interval(*(None if e is None else value_of(e) for e in ends)), profile))
     return found
 
 
@@ -93,6 +109,7 @@ class _Side:
     """The profile of one parameter: rise of the sum of squares as it is moved and the others are refitted.
 
     ``along`` holds the parameter's place and the directions (F, D) the output moves along; ``variance`` is σ²κ.
+    ``seen`` are the rises that were computed, by coordinate.
     """
 
     posed: Posed
@@ -100,10 +117,12 @@ class _Side:
     along: tuple[int, Array]
     quantile: float
     variance: float
+    seen: dict[float, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.at, moving = self.along
         self.base = _mean_square(self.posed.residuals, self.point)
+        self.seen[float(self.point[self.at])] = 0.0
         # directions in which the others move while the parameter rests
         self.others = moving @ np.linalg.svd(moving[self.at : self.at + 1])[2][1:].T
 
@@ -152,7 +171,18 @@ class _Side:
             best = search.run(problem, np.full((1, count), 0.5), limits, np.random.default_rng(0), "lsq").point
             held = reached(best[None, :])[0]
         rise = max(_mean_square(residuals, held) - self.base, 0.0) * self.posed.samples
-        return math.sqrt(rise / self.variance) if self.variance > 0.0 else np.inf, held
+        root = math.sqrt(rise / self.variance) if self.variance > 0.0 else math.inf
+        if math.isfinite(root):
+            self.seen[float(value)] = root
+        return root, held
+
+    def fill(self, ends: Sequence[float | None]) -> None:
+        """Compute the rises between the optimum and the ends, and a little beyond, that a figure needs."""
+        middle = float(self.point[self.at])
+        for end in ends:
+            if end is not None:
+                for share in SHOWN:
+                    self.rise(min(max(middle + share * (end - middle), 0.0), 1.0), self.point)
 
 
 def _mean_square(residuals: Callable[[Array], Array], point: Array) -> float:

@@ -6,9 +6,10 @@ from dataclasses import asdict
 import numpy as np
 
 from mrfit.core.specs import Array
+from mrfit.fit.diagnostics.bands import bands
 from mrfit.fit.diagnostics.bootstrap import bootstrap_intervals
 from mrfit.fit.diagnostics.identifiability import judge
-from mrfit.fit.diagnostics.profile import profile_intervals
+from mrfit.fit.diagnostics.profile import Profiled, profiled
 from mrfit.fit.diagnostics.repeats import repeat_rows
 from mrfit.fit.diagnostics.residual_tests import input_dependence, varies
 from mrfit.fit.diagnostics.uncertainty import analyse
@@ -59,6 +60,7 @@ def trust(
     parameters = parameter_rows(cube, point, uncertainty)
     derived = derived_rows(assembly, cube, point, uncertainty)
     folded = Posed(group.search, weights_of(group.search, group.training_floors, weight), assembly, cube)
+    profiles: list[Profiled] = []
     if intervals == "bootstrap":
         errors = [p.output - y for p, y in zip(group.full.parts, simulated, strict=True) if p.segment.role == "train"]
         drawn = bootstrap_intervals(folded, point, uncertainty, errors, rng)
@@ -66,7 +68,8 @@ def trust(
         found = {name: interval for name, interval in drawn.items() if name in known}
         parameters, derived = with_intervals(parameters, found), with_intervals(derived, found)
     elif intervals == "profile":
-        parameters = with_intervals(parameters, profile_intervals(folded, point, uncertainty, linearised))
+        profiles = profiled(folded, point, uncertainty, linearised)
+        parameters = with_intervals(parameters, {p.profile.name: p.interval for p in profiles})
     readable = [d.name for d in derived if state_of(d) is State.WELL]
     segments = group.training.segments
     return Trust(
@@ -79,6 +82,8 @@ def trust(
         drift=drift_rows(group.full.parts, simulated),
         repeats=repeat_rows(group.full.parts, [f.scale for f in group.floors], simulated),
         residual_tests=residual_rows(group, assembly, simulated),
+        profiles=[p.profile for p in profiles],
+        bands=bands(assembly, cube, point, uncertainty),
     )
 
 

@@ -1,4 +1,4 @@
-"""How far the data determine the parameters: intervals that allow for correlated noise, and what cannot be had at all.
+"""How far the data determine the parameters: intervals that allow for correlated noise, and what stays open.
 
 The residuals of a simulated model are correlated from sample to sample, so the covariance is the sandwich J⁺ Γ J⁺ᵀ with
 Γ the long-run covariance of the scores J_t·e_t (quadratic spectral kernel, bandwidth of Andrews 1991), not σ²(JᵀJ)⁻¹.

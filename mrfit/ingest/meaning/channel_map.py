@@ -86,6 +86,8 @@ class MapFile(Part):
     rig: dict[str, Any] = {}
     # defaults of commands, which `mrfit.cli.project` reads and checks where the file is in the current folder
     work: str = ""
+    flux: dict[str, Any] = {}
+    segment: dict[str, Any] = {}
     fit: dict[str, Any] = {}
     discover: dict[str, Any] = {}
 

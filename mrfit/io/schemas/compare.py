@@ -1,4 +1,4 @@
-"""What comparisons come to: models in compare.json, optimizers in optimizers.json."""
+"""Results of comparisons: models in compare.json, optimizers in optimizers.json."""
 
 from collections.abc import Collection
 from dataclasses import dataclass, field
@@ -13,7 +13,7 @@ OPTIMIZERS = "mrfit/compare-optimizers/1"
 
 @dataclass(frozen=True, kw_only=True)
 class ModelRow(Entry):
-    """A model: free parameters and evaluations of all its sets, kinds of warnings, errors over all conditions."""
+    """A model's fit: free parameters and evaluations of all its sets, kinds of warnings, errors over all conditions."""
 
     model: str
     fit: str
@@ -32,9 +32,10 @@ class ModelRow(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class ModelErrors(Entry):
-    """Errors of a model on one condition in one role, or over all of a role."""
+    """Errors of a model's fit on one condition in one role, or over all of a role."""
 
     model: str
+    fit: str = ""
     condition: str
     role: str
     samples: int
@@ -50,6 +51,7 @@ class ModelCaution(Entry):
     """A reason to distrust a model's fit as a whole."""
 
     model: str
+    fit: str = ""
     kind: str
     text: str
 
@@ -64,7 +66,16 @@ class LeftOut(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class ModelsFile(Document):
-    """Models on the same data, the best on held-out data first, output by output; ``seconds``: time of each fit."""
+    """Models on the same data, the best on held-out data first, output by output.
+
+    Attributes
+    ----------
+    settings
+        Of the last comparison; what earlier ones were told otherwise is in the names of their fits.
+    seconds, kept, dropped
+        Of the run: time of each fit by its name; names of fits of earlier comparisons that stay in the table, and those
+        that leave it with the reason.
+    """
 
     known: ClassVar = (MODELS,)
     schema: str = MODELS
@@ -74,6 +85,8 @@ class ModelsFile(Document):
     warnings: list[ModelCaution] = field(default_factory=list)
     left_out: list[LeftOut] = field(default_factory=list)
     seconds: dict[str, float | None] = told(dict)
+    kept: list[str] = told(list)
+    dropped: dict[str, str] = told(dict)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,7 +124,7 @@ class Curve(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class OptimizersFile(Document):
-    """Optimizers on one model from the same starts."""
+    """Optimizers on one model from the same starts; ``kept``: those of earlier comparisons, which this run left."""
 
     known: ClassVar = (OPTIMIZERS,)
     schema: str = OPTIMIZERS
@@ -122,3 +135,4 @@ class OptimizersFile(Document):
     key: str = ""
     code: str = ""
     data_sha256: str = ""
+    kept: list[str] = told(list)

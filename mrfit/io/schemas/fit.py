@@ -201,6 +201,53 @@ class FoundPoint(Entry):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Profile(Entry):
+    """Profile likelihood of a parameter: how the cost rises as it is held and the others are refitted.
+
+    Attributes
+    ----------
+    name
+        The parameter.
+    values
+        Where it was held, rising, in its unit.
+    rises
+        Square root of the rise of the sum of squares over the variance of its residuals, widened for their correlation.
+    quantile
+        The rise at the ends of the 95 % interval.
+    """
+
+    name: str
+    values: list[float]
+    rises: list[float]
+    quantile: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Band(Entry):
+    """A parameter over current with its 95 % bands, None where the data leave them open.
+
+    Attributes
+    ----------
+    name
+        The parameter, without a current.
+    current, value
+        Currents in A, rising, twice where the parameter may jump; its value at each.
+    low, high
+        Pointwise: at any one current 95 of 100 hold the true value.
+    low_everywhere, high_everywhere
+        Simultaneous: 95 of 100 hold the whole true curve.
+    """
+
+    name: str
+    current: list[float]
+    value: list[float]
+    low: list[float | None]
+    high: list[float | None]
+    low_everywhere: list[float | None]
+    high_everywhere: list[float | None]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Trust(Entry):
     """Everything of a result that says how far to trust it.
 
@@ -214,6 +261,10 @@ class Trust(Entry):
         What the data determine, in numbers and in words.
     passivity, drift, repeats, residual_tests
         What the residual still holds.
+    profiles
+        Where intervals are those of the profile likelihood.
+    bands
+        Of the parameters that depend on current.
     """
 
     intervals: str = "hac"
@@ -225,6 +276,13 @@ class Trust(Entry):
     drift: list[DriftRow] = field(default_factory=list)
     repeats: list[Repeats] = field(default_factory=list)
     residual_tests: list[ResidualTest] = field(default_factory=list)
+    profiles: list[Profile] = field(default_factory=list)
+    bands: list[Band] = field(default_factory=list)
+
+    @property
+    def absent(self) -> Collection[str]:
+        """Profiles and bands where there are none."""
+        return [name for name in ("profiles", "bands") if not getattr(self, name)]
 
 
 @dataclass(frozen=True, kw_only=True)

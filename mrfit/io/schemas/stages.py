@@ -1,4 +1,4 @@
-"""What ingest, flux, segment and report come to, as ingest.json and others hold it, and what is said of a recording."""
+"""Results of ingest, flux, segment and report, as ingest.json and others hold them, and what is said of a recording."""
 
 from collections.abc import Collection
 from dataclasses import dataclass, field, fields
@@ -6,8 +6,10 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import ConfigDict, Field, model_validator
 
+import mrfit.settings.flux
+import mrfit.settings.segment
 from mrfit.core.recording import Recording
-from mrfit.io.schemas.reading import Document, Entry, Number, told
+from mrfit.io.schemas.reading import Document, Entry, told
 
 INGEST = "mrfit/ingest/1"
 FLUX = "mrfit/flux/1"
@@ -140,14 +142,10 @@ class IngestFile(Document):
 
 
 @dataclass(frozen=True, kw_only=True)
-class FluxSettings(Entry):
-    """Settings of the flux stage."""
+class FluxSettings(mrfit.settings.flux.Settings, Entry):
+    """Settings of the flux stage, as its file has them."""
 
     __pydantic_config__: ClassVar[ConfigDict] = FORBIDDING
-    resistance: Number | Literal["auto"] | None = None
-    drift: str = "cycle"
-    rule: str = "trapezoid"
-    fallback: Number | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -220,15 +218,10 @@ class FluxFile(Document):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SegmentSettings(Entry):
-    """Settings of the segment stage."""
+class SegmentSettings(mrfit.settings.segment.Settings, Entry):
+    """Settings of the segment stage, as its file has them."""
 
     __pydantic_config__: ClassVar[ConfigDict] = FORBIDDING
-    drive: str | None = None
-    min_cycles: int = 2
-    holdout: str = "auto"
-    settle: int = 1
-    tolerance: Number = 0.02
 
 
 @dataclass(frozen=True, kw_only=True)

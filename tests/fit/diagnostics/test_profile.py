@@ -5,7 +5,8 @@ import pytest
 
 from mrfit.core.specs import Array
 from mrfit.fit.diagnostics.bootstrap import Interval
-from mrfit.fit.diagnostics.profile import profile_intervals, variance_factors
+from mrfit.fit.diagnostics.profile import Profiled, variance_factors
+from mrfit.fit.diagnostics.profile import profiled as profiles_of
 from mrfit.fit.diagnostics.uncertainty import Linearised, analyse
 from mrfit.search.problem import Posed
 from tests.fit.toy import block, linear_model
@@ -14,8 +15,8 @@ SAMPLES = 2000
 PHASE = np.linspace(0, 20 * np.pi, SAMPLES, endpoint=False)
 
 
-def profiled(drive: Array, truth: Array, noise: float) -> tuple[dict[str, Interval], Array, Array]:
-    """Return profile intervals, the estimate, and the standard errors for white noise."""
+def likelihoods(drive: Array, truth: Array, noise: float) -> tuple[dict[str, Profiled], Array, Array]:
+    """Return profiles by name, the estimate, and the standard errors for white noise."""
     rng = np.random.default_rng(1)
     assembly, cube = linear_model(*[""] * len(truth))
     measured = truth @ drive + noise * rng.standard_normal(SAMPLES)
@@ -27,7 +28,13 @@ def profiled(drive: Array, truth: Array, noise: float) -> tuple[dict[str, Interv
     assert np.allclose(variance_factors(uncertainty, linearised)[0], 1.0, atol=0.35)
     posed = Posed([block(drive, measured)], np.ones(1), assembly, cube)
     spread = noise * np.sqrt(np.diag(np.linalg.pinv(drive @ drive.T)))
-    return profile_intervals(posed, point, uncertainty, linearised), estimate, spread
+    found = profiles_of(posed, point, uncertainty, linearised)
+    return {one.profile.name: one for one in found}, estimate, spread
+
+
+def profiled(drive: Array, truth: Array, noise: float) -> tuple[dict[str, Interval], Array, Array]:
+    found, estimate, spread = likelihoods(drive, truth, noise)
+    return {name: one.interval for name, one in found.items()}, estimate, spread
 
 
 def test_intervals_of_a_linear_model_are_t_intervals_though_its_columns_are_correlated() -> None:
@@ -51,3 +58,18 @@ def test_an_interval_is_open_on_the_side_where_the_bound_comes_first() -> None:
 def test_a_redundant_pair_has_no_profile() -> None:
     found, _, _ = profiled(np.vstack([np.sin(PHASE), np.sin(PHASE), np.ones(SAMPLES)]), np.array([0.1, 0.1, 0.2]), 0.1)
     assert set(found) == {"p2"}
+
+
+def test_the_profile_of_a_linear_model_is_a_parabola_in_standard_errors() -> None:
+    drive = np.vstack([np.sin(PHASE), 0.8 * np.sin(PHASE) + 0.5 * np.cos(PHASE)])
+    found, estimate, spread = likelihoods(drive, np.array([0.3, -0.2]), 0.1)
+    for k, name in enumerate(("p0", "p1")):
+        profile, interval = found[name].profile, found[name].interval
+        values, rises = np.array(profile.values), np.array(profile.rises)
+        assert np.all(np.diff(values) > 0.0) and len(values) >= 7
+        assert rises[np.argmin(np.abs(values - estimate[k]))] == 0.0
+        # white noise: the root of the rise is the distance in standard errors
+        assert rises == pytest.approx(np.abs(values - estimate[k]) / spread[k], rel=0.3, abs=0.02)
+        assert values[0] < interval.low and values[-1] > interval.high
+        at_ends = np.interp([interval.low, interval.high], values, rises)
+        assert at_ends == pytest.approx([profile.quantile] * 2, rel=0.02)

@@ -47,4 +47,4 @@ def test_a_gain_or_an_offset_between_repeats_is_told_and_half_a_cycle_is_not(
     assert row.segments == 2 and row.agree is agree
     told = [w.text for w in result.warnings if w.kind == "repeats-disagree"]
     assert len(told) == (not agree)
-    assert all("sine-1Hz-0.01-0.5A" in text and "do not ingest the odd one" in text for text in told)
+    assert all("sine-1Hz-0.01-0.5A" in text and "do not ingest the one that differs" in text for text in told)

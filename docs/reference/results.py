@@ -1,0 +1,74 @@
+"""The page of results, of the files that benchmarks and studies leave: ``python -m docs.reference.results``.
+
+Of every page in ``docs/benchmarks`` it has the title, what stands before the first table, and that table's first rows.
+Nothing on it is typed by hand; a test compares the page with what is made of the files.
+"""
+
+import ast
+import json
+from pathlib import Path
+
+DOCS = Path(__file__).parents[1]
+BENCHMARKS = DOCS.parent / "benchmarks"
+PAGE = DOCS / "results.md"
+ROWS = 12
+"""Rows of a table that are shown; its page has the others."""
+SHARED = {"__main__", "command", "noise_floor_cases", "planted", "scale_logs"}
+"""Modules of benchmarks that measure nothing by themselves."""
+
+
+def page() -> str:
+    """Return the page."""
+    written = sorted(p for p in (DOCS / "benchmarks").glob("*.md") if p.stem != "index")
+    parts = [
+        "# Results",
+        "Every number on this page comes from a file that a program wrote: `python -m docs.reference.results` makes "
+        "the page of the [benchmarks](benchmarks/index.md) and the results of the [studies](studies.md). Times were "
+        "measured on two cores.",
+        studies(),
+        *(section(path) for path in written),
+        others([path.stem for path in written]),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def section(path: Path) -> str:
+    """Return a benchmark's title, its words and the beginning of its first table."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    begin = next(k for k, line in enumerate(lines) if line.startswith("|"))
+    end = next((k for k in range(begin, len(lines)) if not lines[k].startswith("|")), len(lines))
+    words = [line for line in lines[1:begin] if not line.startswith("#")]
+    table = lines[begin:end]
+    left = len(table) - 2 - ROWS
+    more = f"{left} more rows, and what else was measured" if left > 0 else "What else was measured"
+    head = f"## {lines[0].removeprefix('# ')}"
+    link = f"{more}: [benchmarks/{path.name}](benchmarks/{path.name})."
+    return "\n\n".join([head, "\n".join(words).strip(), "\n".join(table[: ROWS + 2]), link])
+
+
+def studies() -> str:
+    """Return how many comparisons with published numbers agree, study by study."""
+    rows = []
+    for path in sorted((BENCHMARKS / "studies" / "results").glob("*.json")):
+        study = json.loads(path.read_text(encoding="utf-8"))
+        verdicts = [row["verdict"] for table in study["tables"] for row in table["rows"] if row["verdict"]]
+        agree = verdicts.count("agrees")
+        link = f"[{study['title']}](studies.md#{study['name']})"
+        rows.append(f"| {link} | {study['paper']} | {agree} of {len(verdicts)} |")
+    head = ["| study | paper | comparisons that agree |", "|---|---|---|"]
+    return "\n\n".join(["## The papers as studies", "\n".join([*head, *rows])])
+
+
+def others(written: list[str]) -> str:
+    """Return the programs whose tables are printed and not kept, with the first sentence of each."""
+    lines = []
+    for path in sorted(BENCHMARKS.glob("*.py")):
+        said = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+        if path.stem not in (*written, *SHARED):
+            first = said.splitlines()[0].partition(": ``")[0].rstrip(".")
+            lines.append(f"- `python -m benchmarks.{path.stem}`: {first}.")
+    return "\n\n".join(["## Programs that print their tables", "\n".join(lines)])
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(), encoding="utf-8")
