@@ -12,6 +12,7 @@ from mrfit.core.executors.order import is_apart, spread
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
+from mrfit.fit import forms
 from mrfit.fit.diagnostics.trust import drift_warnings, trust
 from mrfit.fit.files import PARTIAL, Fitted, drop_partial, write_fit
 from mrfit.fit.identify import Group, SearchSettings, build_group, found_point, search_optimum, weights_of
@@ -113,6 +114,8 @@ def identify(dataset: Dataset, settings: Settings, origin: Origin, progress: Pro
     ConfigError, DataError
         As ``run`` does.
     """
+    if settings.forms == "evidence":
+        return _in_the_form_called_for(dataset, settings, origin, progress)
     prepared = prepare(dataset, settings)
     runner = _Runner(prepared, settings, origin, progress)
     pieces = runner.fit_groups()
@@ -123,6 +126,17 @@ def identify(dataset: Dataset, settings: Settings, origin: Origin, progress: Pro
         metrics = metric_rows(blocks, [f for p in pieces for f in p.group.floors], simulated, prepared.assembly)
     content = checked(_summary(runner, origin.data_sha256, pieces, metrics))
     return Fitted(content, blocks, simulated, prepared.assembly)
+
+
+def _in_the_form_called_for(dataset: Dataset, settings: Settings, origin: Origin, progress: Progress) -> Fitted:
+    """Fit every form of an effect that has several, and return the fit of the one that the data call for."""
+
+    def identified(own: Settings, form: str) -> Fitted:
+        return identify(dataset, own, replace(origin, key=f"{origin.key} {form}"), progress)
+
+    fitted = forms.chosen(dataset, settings, identified)
+    asked = {**fitted.content.settings, "forms": settings.forms}
+    return replace(fitted, content=replace(fitted.content, key=origin.key, settings=asked))
 
 
 @dataclass(frozen=True)
@@ -195,6 +209,7 @@ def check(settings: Settings) -> None:
     chain.check_options(chain.parts(settings.optimizer), settings.options)
     strategies.find(settings.optimizer, settings.options).check(settings.model, settings.per)
     checked_order(settings.model, settings.current_order, settings.per)
+    forms.check(settings)
     check_name(settings.fit_name)
     # which nodes of current there are is known with the data only
     plain_names = replace(

@@ -96,7 +96,7 @@ def test_two_exponents_are_found_where_they_differ_and_one_does_not_serve() -> N
     data = planted(np.array([1.2, 0.0178, 90.0, 30.0, 60.0, 1.4, 3.5, 0.5]), 1)
     two = mrfit.fit(data, model="boucwen-flux-n1n2", optimizer="auto", bounds={"A": (1.0, 1.5)}, holdout="none")
     one = mrfit.fit(data, model="boucwen-flux", optimizer="auto", bounds={"A": (1.0, 1.5)}, holdout="none")
-    found = two.params.set_index("name")["value"]
+    found = two.params["value"]
     assert found["n1"] == pytest.approx(1.4, abs=0.05)
     assert found["n2"] == pytest.approx(3.5, abs=0.05)
     assert float(one.metrics["rmse"].iloc[0]) > 1.5 * float(two.metrics["rmse"].iloc[0])
