@@ -298,6 +298,9 @@ class EffectSpec:
         How it can be told from any law; None for an effect that a law could make as well.
     forms
         Laws among which a fit may choose, its own first; empty where there is one.
+    starts
+        Values of its parameters from which a fit by many starts begins too, where a search from the neutral ones may
+        end in another minimum.
     """
 
     name: str
@@ -316,6 +319,7 @@ class EffectSpec:
     moves: tuple[tuple[str, float], ...] = ()
     breaks: Breaks | None = None
     forms: tuple[Form, ...] = ()
+    starts: tuple[tuple[float, ...], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,7 +30,15 @@ from mrfit.search import chain, staged, strategies
 from mrfit.search.cube import Cube, cube_of
 from mrfit.search.limits import seconds_left
 from mrfit.search.parts import Blocks, Part
-from mrfit.search.starts import at_scales, characteristic_points, data_starts, level_fits, to_points, two_phase_start
+from mrfit.search.starts import (
+    at_scales,
+    beside_effects,
+    characteristic_points,
+    data_starts,
+    level_fits,
+    to_points,
+    two_phase_start,
+)
 from mrfit.settings.fit import Settings as Settings
 from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.simulate.assembly import Assembly, assemble
@@ -356,8 +364,14 @@ class _Runner:
         if search.strategy.from_points:
             return characteristic_points(cube, group.training, base, dependence, given), None
         starts: list[dict[str, float]] = [{}, *data_starts(group.training, base, dependence, given)]
+        said = [*given, *(n for n, _ in settings.fixed)]
+
+        def points() -> Array:
+            others = beside_effects(starts, settings.model, said) if search.strategy.many_starts else []
+            return to_points(cube, [*starts, *others])
+
         if dependence is None:
-            return to_points(cube, starts), None
+            return points(), None
         choice = self.prepared.choice
         if choice:
             levels = choice.fits
@@ -371,7 +385,7 @@ class _Runner:
             {"current": i.current, "cost": i.cost, **dict(zip(base.spec.names, i.theta.tolist(), strict=True))}
             for i in levels
         ]
-        return to_points(cube, starts), rows
+        return points(), rows
 
     def _keep(self, name: str, found: FoundPoint) -> None:
         if path := self._partial(name):
