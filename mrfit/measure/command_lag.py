@@ -137,7 +137,7 @@ class _Law:
     def gain(self, times: Times) -> float:
         """Return g."""
         late = self.late(times)
-        return float(late @ self.about / max(late @ late, 1e-300))
+        return float(late @ self.about) / max(float(late @ late), 1e-300)
 
     def left(self, times: Times) -> Array:
         """Return what the law leaves, over the RMS of the actual quantity about its mean, (N,)."""
@@ -153,8 +153,8 @@ class _Law:
         most = LONGEST * len(self.command) * self.dt
         grid = [0.0, *np.geomspace(0.25 * self.dt, most, 24)]
         parts = [(free[0] * t * share, free[1] * t * (1.0 - share)) for t in grid for share in self._shares(free)]
-        best = min(parts, key=self.error)
-        scale = max(sum(best), self.dt)
+        best: Times = min(parts, key=self.error)
+        scale = max(best[0] + best[1], self.dt)
         columns = [k for k in (0, 1) if free[k]]
 
         def times(point: Array) -> Times:
@@ -163,8 +163,11 @@ class _Law:
                 found[k] = float(value) * scale
             return found[0], found[1]
 
-        start = np.array([best[k] / scale for k in columns])
-        found = least_squares(lambda p: self.left(times(p)), start, bounds=(0.0, 10.0 + most / scale), diff_step=1e-4)
+        def left(point: Array) -> Array:
+            return self.left(times(point))
+
+        start, steps = np.array([best[k] / scale for k in columns]), np.full(len(columns), 1e-4)
+        found = least_squares(left, start, bounds=(0.0, 10.0 + most / scale), diff_step=steps)
         return min(times(found.x), best, key=self.error)
 
     @staticmethod

@@ -71,7 +71,8 @@ def quasi_static(name: str, stroke: Array, force: Array, dt: float) -> QuasiStat
     turns = _turns(stroke, span)
     places = middle + MIDDLE * 0.5 * span * np.linspace(-1.0, 1.0, PLACES)
     ways = [(a, b) for a, b in zip(turns[:-1], turns[1:], strict=True) if abs(stroke[b] - stroke[a]) >= WHOLE * span]
-    up, down = [], []
+    up: list[Array] = []
+    down: list[Array] = []
     for a, b in ways:
         x, f = stroke[a : b + 1], force[a : b + 1]
         order = np.argsort(x, kind="stable")
