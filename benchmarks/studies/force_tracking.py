@@ -219,8 +219,8 @@ def scheme_table(place: Place) -> Table:
     rows = [Row("inverse tanh", paper, means, AGREES if agree else f"differs: {because}")]
     note = (
         "Means over the ten laws. Agreement: within 50 %. Of the other rows the paper prints errors alone, no "
-        "parameters: those of Weber's three schemes are compared below by their order; Bouc-Wen, the fully dynamic, the "
-        "MNS, the lumped-parameter and Ha's model cannot be run."
+        "parameters: those of Weber's three schemes are compared below by their order; Bouc-Wen, the fully dynamic, "
+        "the MNS, the lumped-parameter and Ha's model cannot be run."
     )
     return Table("This scheme beside others", "Table 5", "scheme", ["RMSE", "Err_rms_f", "Err_energy"], rows, note)
 
