@@ -1,7 +1,7 @@
 """The papers as studies: ``python -m benchmarks.studies --work DIR [NAME …]``, see ``make studies``.
 
-Those of ``make studies-long`` run by ``--long``. Every study makes its logs, runs its pipeline and compares; its results go to ``benchmarks/studies/results``, and
-``docs/studies.md`` is written from all results there are.
+Those of ``make studies-long`` run by ``--long``. Every study makes its logs, runs its pipeline and compares; its
+results go to ``benchmarks/studies/results``, and ``docs/studies.md`` is written from all results there are.
 """
 
 import argparse

@@ -30,7 +30,8 @@ def run(logs: Path, work: Path) -> Study:
         claim(
             "population, iterations",
             "more of either lowers the error; 40 and 800 are enough",
-            f"more whales do in {steps[0]} of {mse[1:].size} steps, more iterations in {steps[1]} of {mse[:, 1:].size}; "
+            f"more whales do in {steps[0]} of {mse[1:].size} steps, more iterations in {steps[1]} of "
+            f"{mse[:, 1:].size}; "
             f"at 40 and 800 {mse[3, 5] / mse.min():.3g} times the least, which is at {best}",
             bool(mse[3, 5] < 1.05 * mse.min() and mse[-1, -1] < mse[0, 0]),
             "a start that ends in another minimum weighs more than the settings",
