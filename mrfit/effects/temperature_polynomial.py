@@ -31,7 +31,10 @@ SPEC = EffectSpec(
         Param("a3", "1", -3.0, 3.0, 0.0, text="its third-order coefficient", symbol="a_3"),
     ),
     neutral=(0.0, 0.0, 0.0),
-    experiment="one sine repeated while the damper warms, over the whole range of temperatures wanted",
+    # a network takes the warm tests, those at high current and speed, for a law of these
+    aliases=("neural-network",),
+    experiment="one sine repeated while the damper warms and again after it cooled, over all temperatures wanted: "
+    "temperature must move against current and speed",
     proposed=False,
     steady=False,
     moves=(("temperature", 1.0),),
