@@ -15,7 +15,18 @@ def run_mrfit(work: Path, *command: str) -> str:
     subprocess.CalledProcessError
         If it fails.
     """
-    whole = [sys.executable, "-m", "mrfit.cli", *command, "--work", str(work)]
+    return run_anywhere(*command, "--work", str(work))
+
+
+def run_anywhere(*command: str) -> str:
+    """Run a command that needs no workspace and return what it prints.
+
+    Raises
+    ------
+    subprocess.CalledProcessError
+        If it fails.
+    """
+    whole = [sys.executable, "-m", "mrfit.cli", *command]
     return subprocess.run(whole, check=True, capture_output=True, text=True).stdout
 
 

@@ -16,7 +16,7 @@ LAYERS = [
     {"io"},
     {"signal"},
     {"ingest", "flux", "segment", "models", "effects"},
-    {"simulate"},
+    {"simulate", "measure"},
     {"search", "optimizers"},
     {"fit"},
     {"discover"},

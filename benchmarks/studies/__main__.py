@@ -1,7 +1,7 @@
 """The papers as studies: ``python -m benchmarks.studies --work DIR [NAME …]``, see ``make studies``.
 
-Every study makes its logs, runs its pipeline and compares; its results go to ``benchmarks/studies/results``, and
-``docs/studies.md`` is written from all results there are.
+Those of ``make studies-long`` run by ``--long``. Every study makes its logs, runs its pipeline and compares; its
+results go to ``benchmarks/studies/results``, and ``docs/studies.md`` is written from all results there are.
 """
 
 import argparse
@@ -19,6 +19,8 @@ from datasets.studies.__main__ import NAMES as MADE
 from datasets.studies.__main__ import SEED
 
 NAMES = (*MADE, "real")
+# By `make studies-long`, and the study whose logs each takes
+LONG = {"rotary-vsd-long": "rotary-vsd", "real-long": "real"}
 # Those that take longest begin first
 LONGEST = ("hammerstein-wiener", "real", "rotary-vsd")
 PAGE = ROOT / "docs" / "studies.md"
@@ -30,11 +32,12 @@ def main() -> None:
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"studies, of {', '.join(NAMES)}; default: all")
     parser.add_argument("--work", type=Path, default=Path("studies-work"), help="folder for logs and workspaces")
     parser.add_argument("--jobs", type=int, default=2, help="studies run side by side; default %(default)s")
+    parser.add_argument("--long", action="store_true", help=f"those that take longer: {', '.join(LONG)}")
     parser.add_argument("--page-only", action="store_true", help="write the page from the results there are")
     options = parser.parse_args()
-    if unknown := set(options.names) - set(NAMES):
-        parser.error(f"no such study: {', '.join(sorted(unknown))}; there are {', '.join(NAMES)}")
-    names = options.names or NAMES
+    if unknown := set(options.names) - {*NAMES, *LONG}:
+        parser.error(f"no such study: {', '.join(sorted(unknown))}; there are {', '.join((*NAMES, *LONG))}")
+    names = options.names or (list(LONG) if options.long else NAMES)
     if len(names) > 1 and not options.page_only:
         side_by_side(names, options.work, options.jobs)
     elif not options.page_only:
@@ -63,10 +66,11 @@ def side_by_side(names: Sequence[str], work: Path, jobs: int) -> None:
 
 def run(name: str, work: Path) -> None:
     """Run one study: logs, pipeline, comparison, results."""
-    logs = work / "logs" / name
-    if name in MADE:
+    source = LONG.get(name, name)
+    logs = work / "logs" / source
+    if source in MADE:
         logs.mkdir(parents=True, exist_ok=True)
-        importlib.import_module(f"datasets.studies.{name.replace('-', '_')}").make(logs, SEED)
+        importlib.import_module(f"datasets.studies.{source.replace('-', '_')}").make(logs, SEED)
     study = importlib.import_module(f"benchmarks.studies.{name.replace('-', '_')}").run(logs, work / name)
     if study is None:
         print(f"{name}: skipped, MRFIT_REAL_LOGS names no folder of real logs", file=sys.stderr)
@@ -76,7 +80,7 @@ def run(name: str, work: Path) -> None:
 
 def page() -> str:
     """Return the page of all results there are."""
-    return markdown([load(name) for name in NAMES if (RESULTS / f"{name}.json").is_file()])
+    return markdown([load(name) for name in (*NAMES, *LONG) if (RESULTS / f"{name}.json").is_file()])
 
 
 if __name__ == "__main__":

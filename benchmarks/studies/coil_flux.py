@@ -15,9 +15,11 @@ from benchmarks.studies.page import AGREES, Row, Study, Table, claim, near
 from benchmarks.studies.runs import ROOT, Place, errors, fit_file, parameters, pipeline, published, value
 from mrfit.models.boucwen_flux import derived
 
-FIT = "boucwen-flux.pso-fmin"
+FIT, TWO = "boucwen-flux.pso-fmin", "two-exponents"
 SEEDS = 5
 LEAST_GAIN = 0.1
+# Gain in % by a second exponent up to which one serves
+ONE_SERVES = 5.0
 # What the published fits began with, as their values say
 STARTS = {"kappa": 3.5, "beta": 30.0, "gamma": 60.0, "D": 20.0}
 
@@ -167,6 +169,39 @@ def planted_table(place: Place) -> Table:
     )
 
 
+def exponent_table(place: Place) -> Table:
+    """Return what two exponents, as eq. 5 has them, bring beside the one of Tables 3-5."""
+    one, two, named = fit_file(place.work, FIT), fit_file(place.work, TWO), condition_of(place)
+    errs = [errors(fit, "rmse") for fit in (one, two)]
+    exponents = [{r["condition"]: parameters(r) for r in fit["results"]} for fit in (one, two)]
+    rows = []
+    for f, i in named:
+        c = named[f, i]
+        single, pair = (e[c] for e in errs)
+        found = [exponents[0][c]["n"], exponents[1][c]["n1"], exponents[1][c]["n2"]]
+        rows.append(Row(f"{f} Hz, {i} A", [], [1e3 * single, 1e3 * pair, 100.0 * (single - pair) / single, *found]))
+    note = (
+        "mWb, %, 1. The paper prints eq. 5 with n1 and n2 and tabulates n1 = n2. Its start values for n are 1.3; what "
+        "the loops of this rig want is beside."
+    )
+    columns = ["RMSE, n1 = n2", "RMSE, n1 ≠ n2", "gain", "n", "n1", "n2"]
+    return Table("One exponent and two", "eq. 5", "test", columns, rows, note)
+
+
+def exponent_words(table: Table) -> Row:
+    """Return whether one exponent loses anything."""
+    gains = {r.of: float(r.reproduced[2] or 0.0) for r in table.rows}
+    better = [test for test, gain in gains.items() if gain > ONE_SERVES]
+    return claim(
+        "n1 = n2",
+        "one exponent serves",
+        f"two lower the error by more than {ONE_SERVES:g} % in {len(better)} of {len(gains)} tests, by "
+        f"{max(gains.values()):.2g} % at most",
+        not better,
+        f"at {'; '.join(better)}, the least saturated tests, the width of the loop wants another exponent",
+    )
+
+
 def moved_from_start(place: Place) -> Row:
     """Return how far the published kappa, beta, gamma and D are from round numbers, and how much data determine."""
     ranks = [r["conditioning"]["rank"] for r in fit_file(place.work, FIT)["results"]]
@@ -286,10 +321,9 @@ def run(logs: Path, work: Path) -> Study:
     """Run the study."""
     place = Place(logs, work)
     pipeline("coil-flux", place)
-    one = sd_table(place)
-    said = Table(
-        "What the paper says", "sections 3-5", "of", [], [*trends(one), moved_from_start(place), *losses(place)]
-    )
+    one, exponents = sd_table(place), exponent_table(place)
+    words = [*trends(one), moved_from_start(place), exponent_words(exponents), *losses(place)]
+    said = Table("What the paper says", "sections 3-5", "of", [], words)
     return Study(
         "coil-flux",
         "Bouc-Wen flux model of a coil",
@@ -301,12 +335,12 @@ def run(logs: Path, work: Path) -> Study:
             "mrfit compare --optimizers fmin,pso-fmin --model boucwen-flux --per condition --only '*-1Hz-*' "
             f"--seeds {SEEDS}",
         ],
-        [one, hybrid_table(place), slope_table(place), planted_table(place), said],
+        [one, hybrid_table(place), slope_table(place), planted_table(place), exponents, said],
         [
             "The fall of Table 1's errors with frequency needs no better model at 10 Hz: the voltage was not "
             "corrected, the current fell, and a smaller current saturates the iron less.",
             readings(),
         ],
-        ["n1 ≠ n2: the model has one n, as the paper's tables do.", "Table 6: its numbers are lost in the scan."],
+        ["Table 6: its numbers are lost in the scan."],
         figures(place),
     )

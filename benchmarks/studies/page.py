@@ -142,10 +142,12 @@ def markdown(studies: Sequence[Study]) -> str:
     lines = [
         "# The papers as studies",
         "",
-        "`make studies` runs every study and writes this page. The measurements of the papers are not public: the logs "
-        "are made by rigs of this project's own (`datasets/studies`), built to each paper's set-up. No rig is the "
-        "authors' device, so orderings, ratios and findings can be compared; absolute numbers only where the rig was "
-        "given them. Published numbers: `benchmarks/studies/published`. Reproduced numbers: the commands named.",
+        "`make studies` runs every study and writes this page; `make studies-long` adds what takes longer: Fig. 12 of "
+        "the rotary-stiffness paper at all its points, and discovery on two real dampers. The measurements of the "
+        "papers are not public: the logs are made by rigs of this project's own (`datasets/studies`), built to each "
+        "paper's set-up. No rig is the authors' device, so orderings, ratios and findings can be compared; absolute "
+        "numbers only where the rig was given them. Published numbers: `benchmarks/studies/published`. Reproduced "
+        "numbers: the commands named.",
         "",
         "| study | paper | comparisons that agree |",
         "|---|---|---|",

@@ -106,16 +106,17 @@ def prototype_table(work: Path) -> Table:
     return Table("Prototype damper (NEES-2012-1158)", "nothing published", "model", [""], rows, note)
 
 
-def discoveries(work: Path) -> Table:
-    """Return what discovery says of the records."""
-    rows = []
-    for name in ("press", "keio"):
-        path = next((work / name).rglob("discovery.json"))
-        found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        effects = ", ".join(e["name"] for e in found["effects"]) or "no effect"
-        before, after = (100.0 * found["gap"][k] for k in ("before", "after"))
-        said = f"{found['verdict']}: {effects}; held-out error {before:.3g} %, then {after:.3g} % of the range"
-        rows.append(Row(f"{name}, from {found['base_model']}", [], [], "", ("not asked by the authors", said)))
+def discovered(work: Path, name: str, authors: str = "not asked by the authors") -> Row:
+    """Return what the discovery in a workspace says of a record, beside what its authors say."""
+    found: dict[str, Any] = json.loads((work / "discover" / "discovery.json").read_text(encoding="utf-8"))
+    effects = ", ".join(e["name"] for e in found["effects"]) or "no effect"
+    before, after = (100.0 * found["gap"][k] for k in ("before", "after"))
+    said = f"{found['verdict']}: {effects}; held-out error {before:.3g} %, then {after:.3g} % of the range"
+    return Row(f"{name}, from {found['base_model']}", [], [], "", (authors, said))
+
+
+def discovery_table(rows: list[Row]) -> Table:
+    """Return what discovery says of records."""
     return Table("What discovery says", "mrfit discover", "record", [], rows)
 
 
@@ -127,15 +128,16 @@ def run(logs: Path, work: Path) -> Study | None:
     for name, files in SETS.items():
         words = [word for f in files for word in ("--log", str(root / f))]
         run_mrfit(work / name, "run", str(ROOT / "pipelines" / f"study-{name}.toml"), *words)
+    found = discovery_table([discovered(work / name, name) for name in ("press", "keio")])
     return Study(
         "real",
         "Public records of real dampers",
         "UTFSM press, Keio, labcontrol shaking table, NEES-2012-1158 (`datasets/catalog.toml` and its sources)",
         "Real logs, not shipped; this study is skipped where `MRFIT_REAL_LOGS` names no folder of them.",
         [f"mrfit run pipelines/study-{name}.toml --log …" for name in SETS],
-        [press_table(work, root), keio_table(work), shaking_table(work), prototype_table(work), discoveries(work)],
+        [press_table(work, root), keio_table(work), shaking_table(work), prototype_table(work), found],
         [],
         [
-            "Discovery of the prototype damper and of the shaking table: many minutes of computing.",
+            "Discovery of the prototype damper and of the shaking table: minutes of computing, by `make studies-long`.",
         ],
     )

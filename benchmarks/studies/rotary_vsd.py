@@ -198,24 +198,17 @@ def optimizer_words(table: Table) -> Table:
 @cache
 def studied(place: Place) -> dict[tuple[float, int, int], float]:
     """Return the mean MSE of MWOA over starts by b, population and iterations."""
-    recording: Any = mrfit.read(str(place.logs / f"{CASE}.csv"))
     settings = [(b, 30, 400) for b in SPIRALS] + [(1.2, p, n) for p in POPULATIONS for n in ITERATIONS]
-    found = {}
-    for b, population, iterations in settings:
-        errors = []
-        for seed in range(SEEDS):
-            fit = mrfit.fit(
-                recording,
-                model="rotational-erf",
-                optimizer="mwoa",
-                options={"b": b, "population": population, "iterations": iterations},
-                stall=1.0,
-                seed=seed,
-                holdout="none",
-            )
-            errors.append(float(fit.metrics["mse"].iloc[0]))
-        found[b, population, iterations] = float(np.mean(errors))
-    return found
+    return {(b, p, n): mse_of_whales(place, b, p, n) for b, p, n in settings}
+
+
+def mse_of_whales(place: Place, b: float, population: int, iterations: int) -> float:
+    """Return the mean MSE of MWOA over starts."""
+    recording: Any = mrfit.read(str(place.logs / f"{CASE}.csv"))
+    given = {"b": b, "population": population, "iterations": iterations}
+    common = {"model": "rotational-erf", "optimizer": "mwoa", "options": given, "stall": 1.0, "holdout": "none"}
+    fits = [mrfit.fit(recording, seed=seed, **common) for seed in range(SEEDS)]
+    return float(np.mean([fit.metrics["mse"].iloc[0] for fit in fits]))
 
 
 def setting_table(place: Place) -> Table:
@@ -300,7 +293,7 @@ def run(logs: Path, work: Path) -> Study:
         [
             "T0 held at (max + min)/2: mrfit solves for it; it is linear.",
             "Phase 2 alone (means per current, then lines) is done by this study; mrfit's own way is the joint fit.",
-            "Fig. 12 at 9 of its 40 combinations of population and iterations.",
+            "Fig. 12 at more than nine combinations of population and iterations: `make studies-long`.",
         ],
         figures(place),
     )

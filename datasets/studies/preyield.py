@@ -18,6 +18,8 @@ CURRENTS = (0.0, 0.25, 0.5, 0.75, 1.0)
 CYCLES, PER_CYCLE, OVERSAMPLING = 6, 400, 4
 FORCE_NOISE, STROKE_NOISE = 3.0, 2e-6
 STIFFNESS, OFFSET = 900.0, 160.0
+# 1 mm/s at most
+SLOW, SLOW_FREQUENCY, SLOW_PER_CYCLE = "slow_16mm_0.01Hz.csv", 0.01, 8000
 
 
 def yield_force(current: Array) -> Array:
@@ -62,3 +64,17 @@ def make(out: Path, seed: int) -> None:
             file.write("Time,Displacement,Load,Current\ns,mm,N,A\n")
             columns = np.stack([time, 1e3 * position[k], force[k], held], axis=1)
             np.savetxt(file, columns, "%.8g", ",")
+    slow_test(out, plug, rng)
+
+
+def slow_test(out: Path, plug: Plug, rng: np.random.Generator) -> None:
+    """Write the quasi-static test of the paper's Fig. 2: two slow cycles without current, which is not recorded."""
+    amplitude, cycles = AMPLITUDES[-1], 2
+    position = amplitude * np.sin(2.0 * np.pi * np.arange(cycles * SLOW_PER_CYCLE + 1) / SLOW_PER_CYCLE)[None, :]
+    step = 1.0 / (SLOW_FREQUENCY * SLOW_PER_CYCLE)
+    force = plug.force(position, np.zeros((1, 1)), np.array([step])) + STIFFNESS * position + OFFSET
+    stroke = position[0] + STROKE_NOISE * rng.standard_normal(position.shape[1])
+    load = force[0] + FORCE_NOISE * rng.standard_normal(position.shape[1])
+    with (out / SLOW).open("w", newline="\n", encoding="ascii") as file:
+        file.write("Time,Displacement,Load\ns,mm,N\n")
+        np.savetxt(file, np.stack([step * np.arange(len(stroke)), 1e3 * stroke, load], axis=1), "%.8g", ",")

@@ -13,7 +13,7 @@ import mrfit.settings.flux
 import mrfit.settings.ingest
 import mrfit.settings.report
 import mrfit.settings.segment
-from mrfit.cli import apply, console, logbook, project
+from mrfit.cli import apply, console, logbook, measure, project
 from mrfit.cli.advise import advise
 from mrfit.cli.batch import batch
 from mrfit.cli.export import export
@@ -43,6 +43,7 @@ app = typer.Typer(
 )
 
 app.add_typer(apply.app, name="apply")
+app.add_typer(measure.app, name="measure")
 
 
 @app.callback(invoke_without_command=True)

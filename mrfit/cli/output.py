@@ -136,8 +136,9 @@ def fit(summary: Summary, work: Path) -> None:
         for stage in result.get("stages", []):
             error = f", RMS error {stage['cost']:.4g}" if "cost" in stage else ""
             say(f"  stage {stage['stage']}: {len(stage['segments'])} segments{error}")
-    for sentence in (summary.get("current_choice") or {}).get("text", []):
-        say(f"  {sentence}")
+    for choice in ("current_choice", "form_choice"):
+        for sentence in (summary.get(choice) or {}).get("text", []):
+            say(f"  {sentence}")
     if len(summary["results"]) > 3:
         say(f"All {len(summary['results'])} sets of parameters: {work}/fits/{summary['name']}/parameters.csv")
     _notes(summary)

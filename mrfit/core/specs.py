@@ -275,6 +275,25 @@ class Programme:
 
 
 @dataclass(frozen=True, slots=True)
+class Form:
+    """One of several laws by which an effect may act, among which a fit chooses by evidence.
+
+    Attributes
+    ----------
+    name
+        In a few words, as ``polynomial of order 2``.
+    effect
+        Registry name of the effect that has it.
+    held
+        Its parameters that this form holds at their neutral values.
+    """
+
+    name: str
+    effect: str
+    held: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class EffectSpec:
     """An effect's self-description; one link of the chain round a base model.
 
@@ -320,6 +339,11 @@ class EffectSpec:
         Inputs that must move for it to be seen, each with the least range in its unit.
     breaks
         How it can be told from any law; None for an effect that a law could make as well.
+    forms
+        Laws among which a fit may choose, its own first; empty where there is one.
+    starts
+        Values of its parameters from which a fit by many starts begins too, where a search from the neutral ones may
+        end in another minimum.
     """
 
     name: str
@@ -338,6 +362,8 @@ class EffectSpec:
     steady: bool = True
     moves: tuple[tuple[str, float], ...] = ()
     breaks: Breaks | None = None
+    forms: tuple[Form, ...] = ()
+    starts: tuple[tuple[float, ...], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

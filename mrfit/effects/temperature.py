@@ -6,14 +6,13 @@ T temperature (degC), b_yield and b_viscous falling rates (1/K) of the base's pa
 ``viscous``; parameters are those at 25 degC. The exponential keeps every parameter's sign at any temperature and
 falls steepest in the cold, as Savaia et al. measured (57 % over 80 K: 0.0105 1/K).
 
-Source: Savaia et al. eq. 3, alpha(T) with alpha(25 degC) = 1, an exponential in place of its polynomial and one for
-each
-role.
+Source: Savaia et al. eq. 3, alpha(T) with alpha(25 degC) = 1, an exponential in place of its polynomial, which is
+``temperature-polynomial``, and one for each role. `mrfit fit --forms evidence` chooses between them.
 """
 
 import numpy as np
 
-from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param
+from mrfit.core.specs import Array, Breaks, EffectSpec, Form, Invariance, Param
 
 REFERENCE = 25.0
 
@@ -37,6 +36,12 @@ SPEC = EffectSpec(
     steady=False,
     moves=(("temperature", 1.0),),
     breaks=Breaks(Invariance.TEMPERATURE),
+    forms=(
+        Form("exponential", "temperature"),
+        Form("polynomial of order 1", "temperature-polynomial", ("a2", "a3")),
+        Form("polynomial of order 2", "temperature-polynomial", ("a3",)),
+        Form("polynomial of order 3", "temperature-polynomial"),
+    ),
 )
 
 

@@ -12,6 +12,7 @@ from mrfit.core.executors.order import is_apart, spread
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
+from mrfit.fit import forms
 from mrfit.fit.diagnostics.trust import drift_warnings, trust
 from mrfit.fit.files import PARTIAL, Fitted, drop_partial, write_fit
 from mrfit.fit.identify import Group, SearchSettings, build_group, found_point, search_optimum, weights_of
@@ -29,7 +30,15 @@ from mrfit.search import chain, staged, strategies
 from mrfit.search.cube import Cube, cube_of
 from mrfit.search.limits import seconds_left
 from mrfit.search.parts import Blocks, Part
-from mrfit.search.starts import at_scales, characteristic_points, data_starts, level_fits, to_points, two_phase_start
+from mrfit.search.starts import (
+    at_scales,
+    beside_effects,
+    characteristic_points,
+    data_starts,
+    level_fits,
+    to_points,
+    two_phase_start,
+)
 from mrfit.settings.fit import Settings as Settings
 from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.simulate.assembly import Assembly, assemble
@@ -113,6 +122,8 @@ def identify(dataset: Dataset, settings: Settings, origin: Origin, progress: Pro
     ConfigError, DataError
         As ``run`` does.
     """
+    if settings.forms == "evidence":
+        return _in_the_form_called_for(dataset, settings, origin, progress)
     prepared = prepare(dataset, settings)
     runner = _Runner(prepared, settings, origin, progress)
     pieces = runner.fit_groups()
@@ -123,6 +134,17 @@ def identify(dataset: Dataset, settings: Settings, origin: Origin, progress: Pro
         metrics = metric_rows(blocks, [f for p in pieces for f in p.group.floors], simulated, prepared.assembly)
     content = checked(_summary(runner, origin.data_sha256, pieces, metrics))
     return Fitted(content, blocks, simulated, prepared.assembly)
+
+
+def _in_the_form_called_for(dataset: Dataset, settings: Settings, origin: Origin, progress: Progress) -> Fitted:
+    """Fit every form of an effect that has several, and return the fit of the one that the data call for."""
+
+    def identified(own: Settings, form: str) -> Fitted:
+        return identify(dataset, own, replace(origin, key=f"{origin.key} {form}"), progress)
+
+    fitted = forms.chosen(dataset, settings, identified)
+    asked = {**fitted.content.settings, "forms": settings.forms}
+    return replace(fitted, content=replace(fitted.content, key=origin.key, settings=asked))
 
 
 @dataclass(frozen=True)
@@ -195,6 +217,7 @@ def check(settings: Settings) -> None:
     chain.check_options(chain.parts(settings.optimizer), settings.options)
     strategies.find(settings.optimizer, settings.options).check(settings.model, settings.per)
     checked_order(settings.model, settings.current_order, settings.per)
+    forms.check(settings)
     check_name(settings.fit_name)
     # which nodes of current there are is known with the data only
     plain_names = replace(
@@ -341,8 +364,14 @@ class _Runner:
         if search.strategy.from_points:
             return characteristic_points(cube, group.training, base, dependence, given), None
         starts: list[dict[str, float]] = [{}, *data_starts(group.training, base, dependence, given)]
+        said = [*given, *(n for n, _ in settings.fixed)]
+
+        def points() -> Array:
+            others = beside_effects(starts, settings.model, said) if search.strategy.many_starts else []
+            return to_points(cube, [*starts, *others])
+
         if dependence is None:
-            return to_points(cube, starts), None
+            return points(), None
         choice = self.prepared.choice
         if choice:
             levels = choice.fits
@@ -356,7 +385,7 @@ class _Runner:
             {"current": i.current, "cost": i.cost, **dict(zip(base.spec.names, i.theta.tolist(), strict=True))}
             for i in levels
         ]
-        return to_points(cube, starts), rows
+        return points(), rows
 
     def _keep(self, name: str, found: FoundPoint) -> None:
         if path := self._partial(name):

@@ -12,6 +12,7 @@ from mrfit.core.recording import Finding, Recording
 from mrfit.core.specs import Array
 from mrfit.ingest import series
 from mrfit.ingest.decimate import decimated
+from mrfit.ingest.low_pass import low_passed
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
 from mrfit.ingest.meaning.coil import with_coil
@@ -266,7 +267,7 @@ def _recordings(rows: Rows, base: TimeBase, said: list[Finding], table: Table, o
             history=(f"read by {origin.reader}", *table.history, *piece.history),
         )
         judged = _judged(record, number, len(base.pieces), table, origin)
-        made.append(decimated(judged, origin.rules.decimate))
+        made.append(decimated(low_passed(judged, origin.rules), origin.rules.decimate))
     return made
 
 

@@ -58,12 +58,21 @@ def filter_of(factor: int) -> Array:
     return weights
 
 
+def smoothed(values: Array, weights: Array) -> Array:
+    """Return values (N,) under symmetric weights (2L + 1,), mirrored at both ends; on disk where they are."""
+    return _under(values, weights, 1)
+
+
 def _thinned(values: Array, factor: int) -> Array:
+    return _under(values, filter_of(factor), factor)
+
+
+def _under(values: Array, weights: Array, factor: int) -> Array:
     length = -(-len(values) // factor)
     step = max(1, series.CHUNK // factor)
 
     def read(begin: int, end: int) -> Array:
-        parts = [_part(values, factor, a, min(a + step, end)) for a in range(begin, end, step)]
+        parts = [_part(values, weights, factor, (a, min(a + step, end))) for a in range(begin, end, step)]
         return np.concatenate(parts) if parts else np.empty(0)
 
     if series.in_memory(values):
@@ -71,11 +80,11 @@ def _thinned(values: Array, factor: int) -> Array:
     return cast(Array, series.Series(length, read))
 
 
-def _part(values: Array, factor: int, begin: int, end: int) -> Array:
+def _part(values: Array, weights: Array, factor: int, span: tuple[int, int]) -> Array:
     """Return low-passed values begin … end-1, of those the filter reaches."""
     from scipy.signal import upfirdn
 
-    weights = filter_of(factor)
+    begin, end = span
     reach, last = len(weights) // 2, len(values) - 1
     first, final = begin * factor - reach, (end - 1) * factor + reach
     inside = np.asarray(values[max(first, 0) : min(final, last) + 1], dtype=np.float64)
@@ -84,6 +93,6 @@ def _part(values: Array, factor: int, begin: int, end: int) -> Array:
     after = 2.0 * values[last] - values[last - beyond : last][::-1] if beyond > 0 else inside[:0]
     around = np.concatenate([before, inside, after])
     made: Array = upfirdn(weights, around, 1, factor)
-    # the filter is whole where it has met 2L + 1 samples
+    # the filter is whole where it has met 2L + 1 samples; L is a multiple of the factor
     skip = 2 * reach // factor
     return made[skip : skip + end - begin]

@@ -19,6 +19,7 @@ from mrfit.ingest.dispatch import expand, look, part_of
 from mrfit.ingest.earlier import Earlier
 from mrfit.ingest.elsewhere import outcomes
 from mrfit.ingest.hashes import hash_of
+from mrfit.ingest.low_pass import checked
 from mrfit.ingest.meaning.channel_map import FILE_NAME, MapFile, Rules, load_map, rules_for
 from mrfit.ingest.meaning.conditions import name_expression
 from mrfit.ingest.reading import Item, Outcome, Pieces, look_into
@@ -264,6 +265,7 @@ def _check_settings(settings: Settings) -> None:
         raise ConfigError(f"resistance {ohm:g} ohm is impossible; give a positive number or `auto`")
     if settings.pattern is not None:
         name_expression(settings.pattern)
+    checked(settings.low_pass)
 
 
 class _Maps:
@@ -284,6 +286,7 @@ class _Maps:
         return replace(
             rules,
             pattern=self.settings.pattern or rules.pattern,
+            low_pass={**rules.low_pass, **checked(self.settings.low_pass)},
             resistance=float(ohm) if isinstance(ohm, (int, float)) else rules.resistance,
         )
 

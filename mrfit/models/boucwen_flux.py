@@ -160,22 +160,31 @@ def _reduce(theta: Array) -> Array:
 
 
 def _restore(reduced: Array) -> Array:
-    """Return parameters with A = 1.2, or 0.8 where the loop gains energy, and kappa as published or near it.
-
-    That is, z_max is the nearest with which kappa, beta, gamma and D lie within their bounds, where that can be.
-    """
     slope, amplitude, rate, n, rho = reduced.T
+    return np.delete(restored(slope, amplitude, rate, (n, n), rho), 5, axis=1)
+
+
+def restored(slope: Array, amplitude: Array, rate: Array, exponents: tuple[Array, Array], rho: Array) -> Array:
+    """Return A, Lc, kappa, beta, gamma, the exponents of beta and gamma, and D, (P, 8), of what data determine, (P,).
+
+    A = 1.2, or 0.8 where the loop gains energy, and kappa is as published or near it: z_max is the nearest with which
+    kappa, beta, gamma and D lie within their bounds, where that can be.
+    """
+    n1, n2 = exponents
+    one = np.ones_like(n1)
     share = np.where(amplitude < 0.0, 1.2, 0.8)
     with np.errstate(divide="ignore", invalid="ignore"):
         divisor = (1.0 - share) * (slope / share) / amplitude
         # kappa, beta, gamma and D at z_max = 1, and the power of z_max they go with
-        values = np.log([rate, *printed_form(rate, n, rho, np.ones_like(n))[1:], divisor])
-        powers = np.array([np.ones_like(n), 1.0 - n, 1.0 - n, np.ones_like(n)])
+        values = np.log([rate, printed_form(rate, n1, rho, one)[1], printed_form(rate, n2, rho, one)[2], divisor])
+        powers = np.array([one, 1.0 - n1, 1.0 - n2, one])
         ends = (_LOG_BOUNDS - values) / powers
     bounds = (powers != 0.0) & np.isfinite(values)
     least, most = np.where(bounds, ends.min(axis=0), -np.inf), np.where(bounds, ends.max(axis=0), np.inf)
     z_max = np.exp(np.clip(np.log(SPEC.start[2] / rate), least.max(axis=0), most.min(axis=0)))
-    return np.column_stack([share, slope / share, *printed_form(rate, n, rho, z_max), n, divisor * z_max])
+    kappa, beta, _ = printed_form(rate, n1, rho, z_max)
+    gamma = printed_form(rate, n2, rho, z_max)[2]
+    return np.column_stack([share, slope / share, kappa, beta, gamma, n1, n2, divisor * z_max])
 
 
 REDUCED = Reduced(

@@ -39,7 +39,7 @@ STAGES = (
     Stage("static map C", "constant-speed", ("c_pre", "c_post", "a", "b", "f0")),
     Stage("hysteresis H", "sine", ("p1", "p2", "p3", "p4", "omega", "xi", "force-filter.*")),
     Stage("magnetisation M", "current-step", ("q1", "q2", "zero", "tau", "current-filter.*", "current-lag.*")),
-    Stage("temperature alpha", "heating", ("temperature.b_viscous",)),
+    Stage("temperature alpha", "heating", ("temperature.b_viscous", "temperature-polynomial.*")),
 )
 
 

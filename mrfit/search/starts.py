@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.core.specs import Array
+from mrfit.core import registry
+from mrfit.core.specs import Array, EffectSpec
 from mrfit.errors import ConfigError
 from mrfit.search import run as search
 from mrfit.search.chain import Chain
@@ -103,6 +104,30 @@ def characteristic_points(
             "give them by --start or --fix, or choose another optimizer"
         )
     return to_points(cube, found or [{}])
+
+
+def beside_effects(starts: Sequence[Mapping[str, float]], model: str, taken: Iterable[str]) -> list[dict[str, float]]:
+    """Return starts with effects away from neutral: the last one, with each effect at the starts that its SPEC names.
+
+    All descents from neutral starts agree where neutral lies in a minimum of its own, and their agreement is no
+    evidence that there is no lower one.
+
+    Parameters
+    ----------
+    starts
+        Start values by parameter name, the most informed last.
+    model
+        Written name.
+    taken
+        Parameters of which the user said something; an effect with one of them is left out.
+    """
+    given, found = set(taken), []
+    for effect in model.split("+")[1:]:
+        spec: EffectSpec = registry.load("effect", effect).SPEC
+        names = [f"{spec.name}.{p.name}" for p in spec.params]
+        if not given & set(names):
+            found += [{**starts[-1], **dict(zip(names, values, strict=True))} for values in spec.starts]
+    return found
 
 
 def at_scales(cube: Cube, blocks: Iterable[Block], base: Assembly) -> Cube:

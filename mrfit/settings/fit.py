@@ -11,6 +11,7 @@ from mrfit.settings.shared import CurrentOrder, Jobs, Seed, Start
 PATIENCE = 0.5
 
 Intervals = Literal["hac", "bootstrap", "profile"]
+Forms = Literal["named", "evidence"]
 Options = Annotated[
     Pairs,
     Setting(
@@ -81,6 +82,9 @@ class Settings:
     intervals
         ``hac``: from the Jacobian with autocorrelated noise; ``bootstrap``: refits to residuals resampled in blocks;
         ``profile``: how far each parameter can go while the others make up for it.
+    forms
+        ``named``: every effect in the form that the model names; ``evidence``: of an effect that has several, as
+        ``temperature``, the one is kept that predicts best what is left out.
     jobs
         Worker processes; does not change the result.
     """
@@ -101,6 +105,9 @@ class Settings:
     current_order: CurrentOrder = "auto"
     only: Only = ""
     intervals: Annotated[Intervals, Setting("Of parameters: hac, bootstrap or profile.")] = "hac"
+    forms: Annotated[
+        Forms, Setting("Of an effect with several, as temperature: the named one, or the one the data call for.")
+    ] = "named"
     jobs: Jobs = 1
 
     @property

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Annotated
 
 from mrfit.core.setting import Setting
-from mrfit.settings.forms import PATH, SIZE
+from mrfit.settings.forms import NUMBERS, PATH, SIZE, Pairs
 from mrfit.settings.shared import Jobs, Resistance
 
 BLOCK = 8 << 20
@@ -24,6 +24,8 @@ class Settings:
         Coil resistance in ohm, kept with every recording; ``auto`` or None leave it to the flux stage.
     pattern
         Conditions in file names, as ``{amplitude:mm}mm{frequency:Hz}Hz{current:A}A``; before the map's.
+    low_pass
+        Limits in Hz of zero-phase low-passes by channel, after those of the channel map; ``*`` for every channel.
     jobs
         Files read at the same time.
     block
@@ -43,6 +45,14 @@ class Settings:
             show_default=False,
         ),
     ] = None
+    low_pass: Annotated[
+        Pairs,
+        Setting(
+            "Low-pass a logged channel without delay, as force=20; *=20 is every channel.",
+            metavar="CHANNEL=HZ",
+            form=NUMBERS,
+        ),
+    ] = ()
     jobs: Jobs = 2
     block: int = BLOCK
     max_memory: Annotated[

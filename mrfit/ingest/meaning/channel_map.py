@@ -29,13 +29,17 @@ class Strict(BaseModel):
 
 
 class ChannelRule(Strict):
-    """Where a channel stands and what its numbers mean: value = sign·scale·number + offset, in ``unit``."""
+    """Where a channel stands and what its numbers mean: value = sign·scale·number + offset, in ``unit``.
+
+    ``low_pass`` is the limit in Hz of a filter of zero phase.
+    """
 
     column: str | int | list[str]
     unit: str | None = None
     scale: Finite = 1.0
     offset: Finite = 0.0
     sign: Literal[1, -1] = 1
+    low_pass: Positive | None = None
 
 
 class TimeRule(Strict):
@@ -62,6 +66,7 @@ class Part(Strict):
     resistance: Positive | Literal["auto"] | None = None
     dt: Positive | None = None
     decimate: Annotated[int, Field(ge=1)] | None = None
+    low_pass: Positive | None = None
     rate: Positive | None = None
     lever: Positive | None = None
     pattern: str | None = None
@@ -104,6 +109,8 @@ class Rules:
         Length in m of the lever between a press and a rotary device, or None.
     decimate
         Samples of the log for each one that is kept.
+    low_pass
+        Limits in Hz of zero-phase low-passes by channel, ``*`` for all others.
     """
 
     where: str = ""
@@ -117,6 +124,7 @@ class Rules:
     condition: Mapping[str, float | list[float]] = field(default_factory=dict)
     coil: CoilRule | None = None
     channels: Mapping[str, ChannelRule] = field(default_factory=dict)
+    low_pass: Mapping[str, float] = field(default_factory=dict)
 
 
 def load_map(path: Path) -> MapFile:
@@ -185,6 +193,7 @@ def rules_for(file: Path, loaded: MapFile | None, where: str) -> Rules:
     ignore: list[str] = []
     condition: dict[str, float | list[float]] = {}
     channels: dict[str, ChannelRule] = {}
+    low_pass: dict[str, float] = {}
     for part in parts:
         dt = part.dt or (1.0 / part.rate if part.rate else dt)
         decimate = part.decimate or decimate
@@ -196,6 +205,8 @@ def rules_for(file: Path, loaded: MapFile | None, where: str) -> Rules:
         ignore += part.ignore
         condition |= part.condition
         channels |= part.channels
+        low_pass |= {"*": part.low_pass} if part.low_pass else {}
+        low_pass |= {n: rule.low_pass for n, rule in part.channels.items() if rule.low_pass}
     return Rules(
         where=where,
         resistance=resistance if isinstance(resistance, float) else None,
@@ -208,4 +219,5 @@ def rules_for(file: Path, loaded: MapFile | None, where: str) -> Rules:
         condition=condition,
         coil=coil,
         channels=channels,
+        low_pass=low_pass,
     )

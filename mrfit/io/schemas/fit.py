@@ -390,6 +390,40 @@ class CurrentChoice(Entry):
 
 
 @dataclass(frozen=True, kw_only=True)
+class FormTried(Entry):
+    """A form of an effect that was fitted.
+
+    Attributes
+    ----------
+    form, model
+        What it is, and the whole model with it.
+    parameters
+        How many parameters of it act on this model.
+    error
+        Where bands are left out in turn, in units of the least error of any form fitted there.
+    cost
+        RMS error over all training data, in the output's unit.
+    """
+
+    form: str
+    model: str
+    parameters: int
+    error: float | None
+    cost: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class FormChoice(Entry):
+    """Which form of an effect the data call for: by which bands of a channel left out, what was tried, and in words."""
+
+    channel: str
+    bands: list[tuple[float, float]] = field(default_factory=list)
+    chosen: str
+    tried: list[FormTried] = field(default_factory=list)
+    text: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True, kw_only=True)
 class FitDependence(Entry):
     """How a fit's parameters depend on current: an order by parameter, between two currents in A."""
 
@@ -416,6 +450,7 @@ class Fit(Document):
     settings: dict[str, Any] = field(default_factory=dict)
     current_dependence: FitDependence | None = None
     current_choice: CurrentChoice | None = None
+    form_choice: FormChoice | None = None
     output: str
     inputs: list[str] = field(default_factory=list)
     equation: str = ""

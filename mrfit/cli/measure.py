@@ -1,0 +1,99 @@
+"""``mrfit measure``: what logs show without a model, as lag behind a command or a quasi-static test."""
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from mrfit.cli import console
+from mrfit.cli.apply import read_logs
+from mrfit.cli.options import Json, Only, options
+from mrfit.errors import DataError
+from mrfit.settings import ingest
+
+if TYPE_CHECKING:
+    from mrfit.core.recording import Recording
+    from mrfit.core.specs import Array
+
+app = typer.Typer(no_args_is_help=True, help="Read off logs, without a model: lag behind a command, quasi-static test.")
+
+Logs = Annotated[list[Path], typer.Argument(help="Logs or folders of logs.", show_default=False)]
+Reading = Annotated[ingest.Settings, Only(("map",))]
+
+
+@app.command()
+@options
+def lag(
+    logs: Logs,
+    command: Annotated[str, typer.Option("--command", help="Channel of the command.", show_default=False)],
+    actual: Annotated[str, typer.Option("--actual", help="Channel that follows it.")] = "displacement",
+    *,
+    reading: Reading,
+    as_json: Json,
+) -> None:
+    """Measure how late a channel follows its command, and in what time it has reached 95 % of a step.
+
+    Example: mrfit measure lag logs/steps.csv --command current_command --actual current
+    """
+    from mrfit.measure.command_lag import command_lag
+
+    found = []
+    for record in read_logs(logs, reading.map):
+        followed, following = channel(record, command), channel(record, actual)
+        found.append(command_lag(record.id, followed, following, record.dt))
+    if as_json:
+        return console.print_json([asdict(row) for row in found])
+    columns = ("log", "lag (ms)", "dead time (ms)", "time constant (ms)", "95 % (ms)", "95 %, of steps (ms)", "steps")
+    rows = [
+        [
+            row.recording,
+            *(
+                "not told" if value is None else 1e3 * value
+                for value in (row.lag, row.dead_time, row.time_constant, row.response_time)
+            ),
+            "–" if row.measured_response is None else 1e3 * row.measured_response,
+            row.steps,
+            row.gain,
+            row.error,
+        ]
+        for row in found
+    ]
+    console.print_table(f"{actual} behind {command}", [*columns, "gain", "error"], rows)
+    if any(row.dead_time is None for row in found):
+        console.say("  not told: a pure dead time and a pure lag fit alike; a command with steps tells them apart")
+    return None
+
+
+@app.command("quasi-static")
+@options
+def quasi_static(logs: Logs, *, reading: Reading, as_json: Json) -> None:
+    """Read stiffness, friction and work lost off slow cycles of a damper.
+
+    Example: mrfit measure quasi-static logs/slow.csv
+    """
+    from mrfit.measure.quasi_static import quasi_static as measured
+
+    found = [
+        measured(record.id, channel(record, "displacement"), channel(record, "force"), record.dt)
+        for record in read_logs(logs, reading.map)
+    ]
+    if as_json:
+        return console.print_json([asdict(row) for row in found])
+    names = ("stiffness (N/m)", "friction (N)", "offset (N)", "loss (J)", "peak speed (m/s)", "ways", "spread (N)")
+    console.print_table("Quasi-static test", ("log", *names), [list(asdict(row).values()) for row in found])
+    return None
+
+
+def channel(record: "Recording", name: str) -> "Array":
+    """Return a channel of a recording.
+
+    Raises
+    ------
+    DataError
+        If it has none of this name.
+    """
+    if name not in record.channels:
+        there = ", ".join(record.channels)
+        raise DataError(f"{record.source}: no channel '{name}'; there are {there}; a channel map can name a column so")
+    return record.channels[name]
