@@ -5,12 +5,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mrfit.core.channels import LEVELS
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
-from mrfit.segment.thinning import thinned
+from mrfit.io.columns import span
 from mrfit.segment.waveform import STILL_NOISE, TRIANGLE_MISFIT, irregular_waveform, periodic_waveform
 from mrfit.signal.cycles import Stretch, gaps, steady_stretches
 from mrfit.signal.noise import noise_level
+from mrfit.signal.thinning import thinned
 
 MOVED = ("displacement", "velocity", "angle", "angular_velocity")
 # An irregular stretch beside periodic ones must be this long and large to be a test of its own.
@@ -26,9 +28,24 @@ GAIN = 1.3
 
 @dataclass(frozen=True, slots=True)
 class Detection:
-    """Segments of one recording (conditions and roles not yet set), and what is to be said about it."""
+    """Segments of one recording (conditions and roles not yet set), and what is to be said about it.
+
+    Attributes
+    ----------
+    recording
+        The recording without its channels: those of many would not fit into memory.
+    samples
+        How many it has.
+    segments
+        The segments.
+    findings
+        Sentences for people.
+    kept
+        Samples that are in a segment or lead into one.
+    """
 
     recording: Recording
+    samples: int
     segments: tuple[Segment, ...]
     findings: tuple[str, ...]
     kept: int
@@ -49,7 +66,7 @@ def drive_channel(recording: Recording, wanted: str | None) -> str | None:
 
 
 def _moves(values: Array) -> bool:
-    return len(values) > 2 and float(np.ptp(values)) > max(STILL_NOISE * noise_level(values), 1e-12)
+    return len(values) > 2 and span(values) > max(STILL_NOISE * noise_level(values), 1e-12)
 
 
 def detect(recording: Recording, drive: str, min_cycles: int, settle: int, tolerance: float) -> Detection:
@@ -69,11 +86,13 @@ def detect(recording: Recording, drive: str, min_cycles: int, settle: int, toler
     tolerance
         See ``steady_stretches``.
     """
-    means, step = thinned(recording, drive)
+    looked_at = {name: recording.channels[name] for name in (drive, *LEVELS) if name in recording.channels}
+    means, step = thinned(replace(recording, channels=looked_at), drive)
     found, said = _detected(means, drive, min_cycles, settle, tolerance)
     segments = tuple(replace(s, start=step * s.start, stop=step * s.stop, warm_up=step * s.warm_up) for s in found)
     kept = sum(s.samples + s.warm_up for s in segments)
-    return Detection(recording, segments, tuple(said + _said(recording, drive, segments, kept)), kept)
+    findings = tuple(said + _said(recording, drive, segments, kept))
+    return Detection(replace(recording, channels={}), recording.samples, segments, findings, kept)
 
 
 def _detected(

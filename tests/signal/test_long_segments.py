@@ -15,8 +15,7 @@ from mrfit.cli import main
 from mrfit.core.recording import Recording, Segment
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.reading import of_json
-from mrfit.segment import thinning
-from mrfit.signal import long_segments, noise
+from mrfit.signal import long_segments, noise, thinning
 from mrfit.signal.long_segments import FITTED_CYCLES, LEAD_CYCLES, PIECE, middle_piece, pieces
 from mrfit.signal.noise import LONG, noise_level, quantisation
 
