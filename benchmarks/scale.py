@@ -5,7 +5,7 @@
 ``batch``: logs of a coil by one command, against ingest, fit and report as three commands for every log, as
 `make batch` did (with the code of ``--old``), and against the bare fit of the same logs.
 ``dask``: the same batch in one process and by the workers of a scheduler on this machine, in the end one is killed.
-``long``: one long log through all stages, as it is and decimated. ``workspace``: many logs in one workspace.
+``long``: long logs of several sizes through ingest, flux, segment and fit. ``workspace``: many logs in one workspace.
 What counts is user and system time of the command and all that works for it, in one run: other work on the machine
 changes it less than seconds on the clock. Work that two processes share takes each of them half of it.
 """
@@ -24,7 +24,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
-from benchmarks import long_log, scale_logs
+from benchmarks import scale_logs, scale_long
 from benchmarks.command import deliver
 
 HERE = Path(__file__).parent.parent
@@ -189,22 +189,13 @@ def _estimate(place: Path, given: argparse.Namespace, alone: float) -> str:
 
 
 def long(place: Path, given: argparse.Namespace) -> list[str]:
-    """Return the table of one long log, as it is and decimated."""
-    rows = []
-    log = place / "hour.parquet"
-    writer = [sys.executable, "-m", "benchmarks.long_log", "--write", str(log), "--minutes", str(given.minutes)]
-    subprocess.run(writer, check=True)
-    millions = given.minutes * 60 * long_log.RATE / 1e6
-    for factor in (1, 10):
-        (place / "mrfit.toml").write_text(f"decimate = {factor}\n")
-        for name, options in long_log.COMMANDS.items():
-            words = [str(log) if o == "LOG" else o for o in options]
-            seconds, peak = long_log.measured([name, *words, "--work", str(place / f"long{factor}")])
-            rows.append((name, f"{millions:.0f} million", factor, f"{peak / 1e3:.2f} GB", f"{seconds:.0f} s"))
-            print(rows[-1], file=sys.stderr, flush=True)
-    size = log.stat().st_size / 1e9
-    heads = ("command", "rows", "decimate", "peak memory", "time")
-    return ["## A long log", "", *table(heads, rows), f"The log has {size:.2f} GB as Parquet.", ""]
+    """Return the table of long logs of several sizes."""
+    rows: list[Sequence[object]] = []
+    for number, size in enumerate(given.gigabytes):
+        rows += scale_long.rows_of(place / str(number), size)
+        shutil.rmtree(place / str(number))
+    heads = ("log", "rows", "command", "peak memory", "time")
+    return ["## Long logs", "", *table(heads, rows)]
 
 
 def workspace(place: Path, given: argparse.Namespace) -> list[str]:
@@ -245,7 +236,7 @@ if __name__ == "__main__":
     parser.add_argument("--logs", type=int, default=40)
     parser.add_argument("--by-hand", type=int, default=8)
     parser.add_argument("--samples", type=int, default=20_000)
-    parser.add_argument("--minutes", type=float, default=6.0)
+    parser.add_argument("--gigabytes", type=lambda t: [float(n) for n in t.split(",")], default=[0.5, 2.0])
     parser.add_argument("--counts", type=lambda t: [int(n) for n in t.split(",")], default=[30, 100])
     parser.add_argument("--short", type=int, default=4000, help="samples of the logs of one workspace")
     parser.add_argument("--folder", type=Path)

@@ -142,6 +142,11 @@ def columns_of(path: Path, names: Sequence[str], rows: int, scratch: Path) -> di
     return {n: cast(Array, Column(path, n, 0, rows, scratch, stamp)) for n in names}
 
 
+def is_long(samples: int) -> bool:
+    """Return whether the channels of a recording of so many samples may stay on disk."""
+    return samples > LONG
+
+
 class Times:
     """Sample times k·dt, computed slice by slice."""
 

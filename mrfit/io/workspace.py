@@ -23,7 +23,7 @@ from mrfit.core.recording import Finding, Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.arrow import floats, numbers, table, texts
-from mrfit.io.columns import LONG, Times, columns_of
+from mrfit.io.columns import Times, columns_of, is_long
 from mrfit.io.escapes import encodable
 from mrfit.io.faults import plain_fault
 from mrfit.io.keys import content_of
@@ -215,7 +215,7 @@ def read_table(
     with reading(path, "run `mrfit ingest` again"), pq.ParquetFile(path) as file:
         names = [n for n in file.schema_arrow.names if n not in without]
         rows = file.metadata.num_rows
-        if scratch and rows > LONG:
+        if scratch and is_long(rows):
             return columns_of(path, names, rows, scratch), _decoded(file.metadata.metadata)
         check_room(f"{path}: its {rows} samples in {len(names)} columns", 8.0 * rows * len(names))
         columns = {name: np.empty(rows) for name in names}
@@ -468,7 +468,7 @@ class Workspace:
         for identifier in identifiers:
             with suppress(DataError, *_UNREADABLE), pq.ParquetFile(self._file_left_by(stage, identifier)) as file:
                 # times are not read
-                held = not (streamed and file.metadata.num_rows > LONG)
+                held = not (streamed and is_long(file.metadata.num_rows))
                 size += 8.0 * held * file.metadata.num_rows * (file.metadata.num_columns - 1)
         check_room(f"{self.root}: all samples of {len(identifiers)} recordings", size)
 
