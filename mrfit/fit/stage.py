@@ -1,6 +1,5 @@
 """The fit stage: segments and a model name in, identified parameters with errors and intervals out."""
 
-import shutil
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields, replace
@@ -74,12 +73,10 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         drop_partial(folder)
         return replace(existing, skipped=True)
     origin = Origin(key, digest_of(contents), folder)
-    try:
+    with workspace.scratching():
         # where other files are seen, recordings are sent whole
         fitted = identify(read_dataset(workspace, streamed=not is_apart()), settings, origin, progress)
         write_fit(folder, fitted)
-    finally:
-        shutil.rmtree(workspace.scratch, ignore_errors=True)
     return fitted.content
 
 

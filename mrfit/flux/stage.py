@@ -31,6 +31,7 @@ from mrfit.settings.flux import DRIFTS, RULES
 from mrfit.settings.flux import Settings as Settings
 from mrfit.signal.cycles import Stretch, steady_stretches
 from mrfit.signal.harmonics import series_at
+from mrfit.signal.long_cycles import stretches_of
 from mrfit.signal.thinning import thinned
 
 STAGE = "flux"
@@ -79,7 +80,8 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     existing = reusable(workspace.flux_json, FluxFile)
     if existing and existing.key == key and _complete(workspace, existing):
         return replace(existing, skipped=True)
-    analysed = [_analyse(workspace.read_recording(i, streamed=True), settings) for i in identifiers]
+    with workspace.scratching():
+        analysed = [_analyse(workspace.read_recording(i, streamed=True), settings) for i in identifiers]
     resistances = _resistances(analysed, settings)
     with _replacing(workspace) as staging:
         rows = []
@@ -217,7 +219,7 @@ def _stretches(recording: Recording) -> list[Stretch]:
         return steady_stretches(current, recording.dt)
     means, step = thinned(replace(recording, channels={"current": current}), "current")
     found = []
-    for one in steady_stretches(means.channels["current"], means.dt):
+    for one in stretches_of(means.channels["current"], means.dt):
         start, stop = step * one.start, step * one.stop
         series = series_at(part_of(current, start, stop), recording.dt, one.fit.frequency)
         found.append(Stretch(start, stop, series, one.cycles))

@@ -7,7 +7,7 @@ much memory that takes where there is too little.
 
 import itertools
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -192,6 +192,15 @@ def span(values: Array) -> float:
     return high - low
 
 
+def mean_and_deviation(values: Array) -> tuple[float, float]:
+    """Return the mean and the standard deviation of a channel (N,)."""
+    if not isinstance(values, Column):
+        return float(np.mean(values)), float(np.std(values))
+    mean = sum(float(np.sum(part)) for part in chunks(values)) / len(values)
+    power = sum(float(np.sum((part - mean) ** 2)) for part in chunks(values)) / len(values)
+    return mean, float(np.sqrt(power))
+
+
 def laid_beside(values: Array, made: Array) -> Array:
     """Return what was made of values; on disk where these are, so that none of it stays in memory.
 
@@ -202,16 +211,31 @@ def laid_beside(values: Array, made: Array) -> Array:
     made
         What was made of it or a part of it (M,).
     """
+    return _kept(values.scratch, [made]) if isinstance(values, Column) else made
+
+
+def changed(values: Array, change: Callable[[Array], Array]) -> Array:
+    """Return what a function makes of the chunks of a channel; on disk where this is and where it is long as well."""
     if not isinstance(values, Column):
-        return made
+        return change(values)
+    parts = map(change, chunks(values))
+    first = next(parts, np.empty(0))
+    if is_long(len(first) * (len(values) // CHUNK)):
+        return _kept(values.scratch, itertools.chain([first], parts))
+    return np.concatenate([first, *parts])
+
+
+def _kept(scratch: Path, parts: Iterable[Array]) -> Array:
+    """Return arrays, one after the other, as a column of a file of plain numbers."""
     try:
-        values.scratch.mkdir(parents=True, exist_ok=True)
-        path = values.scratch / f"{os.getpid()}-{next(_numbers)}.f64"
-        np.ascontiguousarray(made, dtype=np.float64).tofile(path)
+        scratch.mkdir(parents=True, exist_ok=True)
+        path = scratch / f"{os.getpid()}-{next(_numbers)}.f64"
+        with path.open("wb") as file:
+            count = sum(file.write(np.ascontiguousarray(part, dtype=np.float64).data) for part in parts) // 8
     except OSError as error:
         text = error.strerror or error
-        raise DataError(f"{values.scratch}: cannot write ({text}); choose another --work folder") from error
-    return cast(Array, Column(path, "", 0, len(made), values.scratch))
+        raise DataError(f"{scratch}: cannot write ({text}); choose another --work folder") from error
+    return cast(Array, Column(path, "", 0, count, scratch))
 
 
 class Loaded(Sequence[Array]):

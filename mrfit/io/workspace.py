@@ -279,6 +279,15 @@ class Workspace:
         """Folder for what a command makes of long recordings and keeps while it runs."""
         return self.root / ".mrfit-scratch"
 
+    @contextmanager
+    def scratching(self) -> Iterator[None]:
+        """Leave nothing of what is made of long recordings meanwhile."""
+        try:
+            yield
+        finally:
+            if self.scratch.is_dir():
+                shutil.rmtree(self.scratch, ignore_errors=True)
+
     @property
     def report_folder(self) -> Path:
         """Folder of the report."""
@@ -453,9 +462,7 @@ class Workspace:
         return [r.id for r in self.ingest_summary().recordings]
 
     def check_room(self, identifiers: Sequence[str], stage: str = "recordings", streamed: bool = False) -> None:
-        """Refuse to hold recordings side by side that would not fit into memory, before the first is read.
-
-        Those count whose channels do not stay on disk, as they do of long ones where these are ``streamed``.
+        """Refuse to hold recordings side by side that would not fit into memory, but for long ones if ``streamed``.
 
         Raises
         ------

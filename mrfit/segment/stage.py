@@ -50,7 +50,8 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         return replace(existing, skipped=True)
     stage = workspace.latest
     recordings = (workspace.read_recording(i, stage, streamed=True) for i in identifiers)
-    segments, detections = cut(recordings, len(identifiers), settings, progress)
+    with workspace.scratching():
+        segments, detections = cut(recordings, len(identifiers), settings, progress)
     summary = checked(_summary(key, settings, segments, detections))
     workspace.write_segments(segments, {METADATA: json.dumps(plain(summary), ensure_ascii=False)})
     return summary

@@ -6,8 +6,7 @@ import numpy as np
 
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
-from mrfit.io.columns import chunks, is_on_disk, span
-from mrfit.io.memory import check_room
+from mrfit.io.columns import changed, span
 from mrfit.signal.noise import LONG, noise_level, windows
 
 # Straight lines between the means may leave the drive by so many times its noise, or by this share of its range
@@ -17,12 +16,8 @@ NOISES, SHARE = 1.2, 1e-3
 def thinned(recording: Recording, drive: str) -> tuple[Recording, int]:
     """Return a recording as means over so many neighbouring samples, and how many these are; 1 for one that is short.
 
-    They are as many as leave no more than two million means, but fewer where the means would not show the drive.
-
-    Raises
-    ------
-    DataError
-        If the channels stay on disk, and the means would not fit into memory.
+    They are as many as leave no more than two million means, but fewer where the means would not show the drive. Means
+    that are more than that stay on disk where the channels do.
     """
     values = recording.channels[drive]
     step = 1 << ((len(values) - 1) // LONG).bit_length()
@@ -30,15 +25,9 @@ def thinned(recording: Recording, drive: str) -> tuple[Recording, int]:
         limit = max(NOISES * noise_level(values), SHARE * span(values))
         while step > 1 and _left(values, step) > limit:
             step //= 2
-    if is_on_disk(values):
-        what = f"{recording.source}: what shows its {drive}, means over {step} of its {len(values)} samples,"
-        check_room(what, 8.0 * (len(values) // step) * len(recording.channels))
-    elif step == 1:
+    if step == 1:
         return recording, 1
-    channels = {
-        name: np.concatenate([means(part, step) for part in chunks(channel)])
-        for name, channel in recording.channels.items()
-    }
+    channels = {name: changed(channel, lambda part: means(part, step)) for name, channel in recording.channels.items()}
     return replace(recording, channels=channels, dt=step * recording.dt), step
 
 
