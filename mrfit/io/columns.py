@@ -46,7 +46,7 @@ class Column:
     scratch
         Folder for what is made of the column and is as long.
     stamp
-        Time and size of the table when it was opened: a table that was written anew is another one.
+        Time and size of the table when it was opened: a table that was written again is another one.
     """
 
     path: Path
