@@ -362,7 +362,7 @@ class Workspace:
 
     def _refuse_links(self) -> None:
         """Refuse a workspace with folders that lead elsewhere: what is written into them would land there."""
-        inside = [self.root / name for name in FOLDERS]
+        inside = [self.scratch, *(self.root / name for name in FOLDERS)]
         inside += [f for name in FOLDERS for f in (self.root / name).rglob("*") if not f.is_file()]
         for folder in inside:
             if folder.is_symlink():
