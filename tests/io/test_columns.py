@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mrfit.core.specs import Array
@@ -30,11 +30,13 @@ def column(tmp_path_factory: pytest.TempPathFactory) -> Array:
     return found["x"]
 
 
+@settings(deadline=None)
 @given(st.integers(-ROWS - 9, ROWS + 9), st.integers(-ROWS - 9, ROWS + 9), st.integers(1, 9))
 def test_a_slice_is_that_of_the_column_in_memory(column: Array, begin: int, end: int, step: int) -> None:
     assert np.array_equal(column[begin:end:step], VALUES[begin:end:step])
 
 
+@settings(deadline=None)
 @given(st.integers(0, ROWS), st.integers(0, ROWS + 99), st.integers(0, 900))
 def test_a_part_is_read_when_it_is_asked_for(column: Array, begin: int, end: int, more: int) -> None:
     part, whole = part_of(column, begin, end), VALUES[begin:end]
