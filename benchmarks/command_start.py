@@ -24,6 +24,7 @@ from benchmarks.command import COIL
 Measured = TypeVar("Measured")
 Places = Sequence[tuple[Path, Path]]
 HERE = Path(__file__).parent.parent
+HEAD = ("# The start of a command", "", "`python -m benchmarks.command_start --old CHECKOUT --out FILE.md`", "")
 LOG = COIL / "coil_01Hz_1A.csv"
 FIT = ["fit", "--model", "boucwen-flux", "--name", "a"]
 COMMANDS = {
@@ -144,7 +145,7 @@ def main(old: Path | None = None, runs: int = 10, out: Path | None = None) -> No
         f"Processor time (user and system), {runs} runs each by turns; the fit is of one condition, 2500 rows.",
     ]
     if out:
-        out.write_text("\n".join(lines) + "\n")
+        out.write_text("\n".join([*HEAD, *lines]) + "\n")
 
 
 if __name__ == "__main__":

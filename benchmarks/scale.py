@@ -5,7 +5,7 @@
 ``batch``: logs of a coil by one command, against ingest, fit and report as three commands for every log, as
 `make batch` did (with the code of ``--old``), and against the bare fit of the same logs.
 ``dask``: the same batch in one process and by the workers of a scheduler on this machine, in the end one is killed.
-``long``: one long log through all stages, as it is and decimated. ``workspace``: many logs in one workspace.
+``long``: long logs of several sizes through ingest, flux, segment and fit. ``workspace``: many logs in one workspace.
 What counts is user and system time of the command and all that works for it, in one run: other work on the machine
 changes it less than seconds on the clock. Work that two processes share takes each of them half of it.
 """
@@ -24,7 +24,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
-from benchmarks import long_log, scale_logs
+from benchmarks import scale_logs, scale_long
 from benchmarks.command import deliver
 
 HERE = Path(__file__).parent.parent
@@ -129,26 +129,34 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def dask(place: Path, given: argparse.Namespace) -> list[str]:
-    """Return the table of workers, and the estimate for a fleet."""
-    logs = place / "logs"
+    """Return the table of workers, and the estimate for a fleet; what a few logs cost does not count."""
+    logs, few = place / "logs", place / "few"
     scale_logs.write_logs(logs, given.logs, given.samples)
-    few = place / "few"
     few.mkdir()
-    for path in [*sorted(logs.glob("*.csv"))[:8], logs / "mrfit.toml"]:
+    for path in [*sorted(logs.glob("*.csv"))[: given.few], logs / "mrfit.toml"]:
         shutil.copy(path, few)
-    alone = mrfit("batch", logs, *MODEL, "--jobs", 1, "--work", place / "p1")
-    rows: list[Sequence[object]] = [("one process, no scheduler", f"{alone / given.logs:.3f}", "", "")]
-    truth = contents(place / "p1")
+
+    def each(name: str, options: Sequence[object], processes: Sequence["subprocess.Popen[bytes]"] = ()) -> float:
+        """Return the processor seconds that each further log takes, of the command and of others that work for it."""
+        spent = []
+        for folder in (few, logs):
+            before = sum(map(_spent, processes))
+            seconds = mrfit("batch", folder, *MODEL, *options, "--work", place / f"{name}-{folder.name}")
+            spent.append(seconds + sum(map(_spent, processes)) - before)
+        print(name, *spent, file=sys.stderr, flush=True)
+        return (spent[1] - spent[0]) / (given.logs - given.few)
+
+    alone = each("alone", ["--jobs", 1])
+    rows: list[Sequence[object]] = [("one process, no scheduler", f"{alone:.3f}", "", "")]
+    truth = contents(place / "alone-logs")
     for workers in (1, 2, 4):
         with cluster(workers) as (address, made):
             # workers live on: what they load once does not count
             mrfit("batch", few, *MODEL, "--on", address, "--work", place / f"warm{workers}")
-            before = sum(map(_spent, made))
-            spent = mrfit("batch", logs, *MODEL, "--on", address, "--work", place / f"d{workers}")
-            spent += sum(map(_spent, made)) - before
-        same = "yes" if contents(place / f"d{workers}") == truth else "NO"
+            seconds = each(f"dask{workers}", ["--on", address], made)
+        same = "yes" if contents(place / f"dask{workers}-logs") == truth else "NO"
         name = f"{workers} Dask worker{'s' * (workers > 1)} and the scheduler"
-        rows.append((name, f"{spent / given.logs:.3f}", f"{100 * (spent / alone - 1):+.0f} %", same))
+        rows.append((name, f"{seconds:.3f}", f"{100 * (seconds / alone - 1):+.0f} %", same))
     with cluster(3) as (address, made):
         killer = ThreadPoolExecutor(1).submit(
             _kill_in_the_middle, made[1], place / "killed" / "batch.jsonl", given.logs
@@ -157,7 +165,7 @@ def dask(place: Path, given: argparse.Namespace) -> list[str]:
         killer.result()
     same = "yes" if contents(place / "killed") == truth else "NO"
     rows.append(("3 Dask workers, one killed in the middle", "", "", same))
-    heads = ("workers", "seconds per log", "over one process", "same bytes")
+    heads = ("workers", "processor seconds per further log", "over one process", "same bytes")
     return ["## Workers of a scheduler", "", *table(heads, rows), _estimate(place, given, alone), ""]
 
 
@@ -173,11 +181,12 @@ def _kill_in_the_middle(worker: "subprocess.Popen[bytes]", journal: Path, logs: 
     worker.send_signal(signal.SIGKILL)
 
 
-def _estimate(place: Path, given: argparse.Namespace, alone: float) -> str:
+def _estimate(place: Path, given: argparse.Namespace, each: float) -> str:
     """Return what so many logs would take on so many workers, from the cost and the bytes of one."""
-    each = alone / given.logs
     there = sum(p.stat().st_size for p in (place / "logs").glob("*.csv")) / given.logs / 1e6
-    back = sum(len(c) for n, c in contents(place / "p1").items() if not n.startswith("batch.")) / given.logs / 1e6
+    back = (
+        sum(len(c) for n, c in contents(place / "alone-logs").items() if not n.startswith("batch.")) / given.logs / 1e6
+    )
     hours = FLEET * each / WORKERS / 3600.0
     rate = (there + back) * WORKERS / each
     return (
@@ -189,22 +198,13 @@ def _estimate(place: Path, given: argparse.Namespace, alone: float) -> str:
 
 
 def long(place: Path, given: argparse.Namespace) -> list[str]:
-    """Return the table of one long log, as it is and decimated."""
-    rows = []
-    log = place / "hour.parquet"
-    writer = [sys.executable, "-m", "benchmarks.long_log", "--write", str(log), "--minutes", str(given.minutes)]
-    subprocess.run(writer, check=True)
-    millions = given.minutes * 60 * long_log.RATE / 1e6
-    for factor in (1, 10):
-        (place / "mrfit.toml").write_text(f"decimate = {factor}\n")
-        for name, options in long_log.COMMANDS.items():
-            words = [str(log) if o == "LOG" else o for o in options]
-            seconds, peak = long_log.measured([name, *words, "--work", str(place / f"long{factor}")])
-            rows.append((name, f"{millions:.0f} million", factor, f"{peak / 1e3:.2f} GB", f"{seconds:.0f} s"))
-            print(rows[-1], file=sys.stderr, flush=True)
-    size = log.stat().st_size / 1e9
-    heads = ("command", "rows", "decimate", "peak memory", "time")
-    return ["## A long log", "", *table(heads, rows), f"The log has {size:.2f} GB as Parquet.", ""]
+    """Return the table of long logs of several sizes."""
+    rows: list[Sequence[object]] = []
+    for number, size in enumerate(given.gigabytes):
+        rows += scale_long.rows_of(place / str(number), size)
+        shutil.rmtree(place / str(number))
+    heads = ("log", "rows", "command", "peak memory", "time")
+    return ["## Long logs", "", *table(heads, rows)]
 
 
 def workspace(place: Path, given: argparse.Namespace) -> list[str]:
@@ -243,9 +243,10 @@ if __name__ == "__main__":
     parser.add_argument("--parts", default="batch,long,workspace")
     parser.add_argument("--old", type=Path, default=HERE, help="checkout whose code does three commands for every log")
     parser.add_argument("--logs", type=int, default=40)
+    parser.add_argument("--few", type=int, default=4, help="logs of the run whose cost does not count")
     parser.add_argument("--by-hand", type=int, default=8)
     parser.add_argument("--samples", type=int, default=20_000)
-    parser.add_argument("--minutes", type=float, default=6.0)
+    parser.add_argument("--gigabytes", type=lambda t: [float(n) for n in t.split(",")], default=[0.5, 2.0])
     parser.add_argument("--counts", type=lambda t: [int(n) for n in t.split(",")], default=[30, 100])
     parser.add_argument("--short", type=int, default=4000, help="samples of the logs of one workspace")
     parser.add_argument("--folder", type=Path)

@@ -1,6 +1,6 @@
 """Figures of fits and predictions: the report's, as matplotlib has them."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -25,7 +25,7 @@ Kind = Literal["loop", "time-history", "residual"]
 
 
 def series_of(
-    blocks: Blocks, simulated: list[Array], assembly: Assembly, unmeasured: Collection[str] = ()
+    blocks: Blocks, simulated: Sequence[Array], assembly: Assembly, unmeasured: Collection[str] = ()
 ) -> list[Series]:
     """Return measured and simulated output of every segment; a long one, fitted in pieces, is put together again.
 

@@ -1,5 +1,6 @@
 """What a fit leaves in its folder: tables for people, residuals for figures, fit.json for the stages that follow."""
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -43,7 +44,7 @@ class Fitted:
 
     content: Fit
     blocks: Blocks
-    simulated: list[Array]
+    simulated: Sequence[Array]
     assembly: Assembly
 
 
@@ -108,7 +109,7 @@ def residual_table(part: Part, simulated: Array, assembly: Assembly) -> Any:
     """Return a part's measured and simulated output and the model's inputs over time, as a pyarrow table."""
     segment = part.segment
     names = {"condition": segment.condition, "segment": segment.id, "role": segment.role}
-    same = {name: repeated(text, part.block.samples) for name, text in names.items()}
+    same = {name: repeated(text, segment.samples) for name, text in names.items()}
     columns = residual_columns(part, simulated, assembly)
     return table(same | {name: numbers(values) for name, values in columns.items()})
 

@@ -10,21 +10,25 @@ from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.fit.diagnostics.uncertainty import Linearised, condensed, sensitivities
+from mrfit.io.columns import part_of
 from mrfit.io.schemas.fit import FoundPoint, SearchStage
 from mrfit.search import run as search
 from mrfit.search import strategies
 from mrfit.search.chain import Given
 from mrfit.search.cube import Cube
 from mrfit.search.limits import Limits, Told
-from mrfit.search.parts import Blocks, parts_of, split_cycles
-from mrfit.search.problem import AHEAD_CYCLES, Block, Posed, differences, folded_block
+from mrfit.search.parts import Blocks, Part, parts_of, split_cycles
+from mrfit.search.problem import AHEAD_CYCLES, Block, Posed, differences
 from mrfit.search.result import SearchResult
 from mrfit.settings.fit import PATIENCE
+from mrfit.signal.long_segments import FOLDED_PIECES, OTHER_PIECES, spread_over
 from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.signal.output_floor import output_floors, residual_floor
 from mrfit.simulate.assembly import Assembly
 
 UNCERTAINTY_SAMPLES = 100_000
+# Sums over neighbours of a long log that a cycle is left with at least
+SUMS_PER_CYCLE = 50
 
 
 @dataclass(frozen=True)
@@ -41,29 +45,64 @@ class Group:
         Full blocks of all segments, training and hold-out.
     floors
         Noise floor of each full block.
+    chosen
+        Places of the full blocks that stand for all: all of them, but pieces spread over segments that are very long.
+    ahead
+        Cycles that a folded block is simulated beyond the one compared.
     """
 
     name: str
     search: list[Block]
     full: Blocks
     floors: list[NoiseFloor]
+    chosen: list[int]
+    ahead: int = 0
 
     @property
     def training(self) -> Blocks:
-        """Full blocks that are fitted."""
-        return self.full.of_role("train")
+        """Full blocks that are searched: those that are fitted, but pieces spread over segments that are very long."""
+        return self.judged.of_role("train")
 
     @property
     def training_floors(self) -> list[float]:
-        """Noise floors of the blocks that are fitted, in the output's unit; the least each can be where not known."""
-        return [f.scale for s, f in zip(self.full.segments, self.floors, strict=True) if s.role == "train"]
+        """Noise floors of the blocks that are searched, in the output's unit; the least each can be where not known."""
+        return [self.floors[k].scale for k in self.chosen if self._is_fitted(k)]
+
+    @property
+    def judged(self) -> Blocks:
+        """Full blocks that stand for all."""
+        return Blocks(self.full.parts[k] for k in self.chosen)
+
+    @property
+    def fitted(self) -> list[int]:
+        """Places of all full blocks that are fitted."""
+        return [k for k in range(len(self.full)) if self._is_fitted(k)]
+
+    @property
+    def share(self) -> float:
+        """Share of the samples that are fitted in the blocks that are searched; 1 where all are."""
+        if len(self.chosen) == len(self.full):
+            return 1.0
+        samples = [self.full.parts[k].segment.samples for k in self.fitted]
+        return sum(p.segment.samples for p in self.training.parts) / sum(samples)
+
+    def _is_fitted(self, place: int) -> bool:
+        return self.full.parts[place].segment.role == "train"
 
     def with_residual_floors(self, recordings: Mapping[str, Recording], simulated: Sequence[Array]) -> "Group":
         """Return the group with floors that were not known as the residual of the simulated outputs tells them."""
-        known = [
-            residual_floor(floor, recordings[p.segment.recording], p.segment, p.output - y)
-            for floor, p, y in zip(self.floors, self.full.parts, simulated, strict=True)
-        ]
+        members: dict[tuple[str, str], list[int]] = {}
+        for place, segment in enumerate(self.full.segments):
+            members.setdefault((segment.id, segment.role), []).append(place)
+        known = list(self.floors)
+        for places in members.values():
+            # the pieces of a long segment have one floor, told by the one in its middle
+            middle = places[len(places) // 2]
+            part = self.full.parts[middle]
+            recording, left = recordings[part.segment.recording], part.output - simulated[middle]
+            found = residual_floor(self.floors[middle], recording, part.segment, left)
+            for place in places:
+                known[place] = found
         return replace(self, floors=known)
 
 
@@ -90,21 +129,23 @@ def build_group(
     DataError
         If a recording lacks the model's output or an input, or no training segment is left.
     """
-    search, full, floors = [], [], []
+    full: list[Part] = []
+    floors: list[NoiseFloor] = []
     outputs = [measured_output(recordings[s.recording], assembly) for s in segments]
-    found = output_floors(segments, recordings, [y[s.start : s.stop] for s, y in zip(segments, outputs, strict=True)])
+    over = [part_of(y, s.start, s.stop) for s, y in zip(segments, outputs, strict=True)]
+    found = output_floors(segments, recordings, over)
     for segment, output, floor in zip(segments, outputs, found, strict=True):
         recording = recordings[segment.recording]
         for own in split_cycles(segment, recording.dt) if split else [segment]:
             for part in parts_of(own, recording, assembly.spec.inputs, output):
                 full.append(part)
                 floors.append(floor)
-                if own.role == "train":
-                    ahead = AHEAD_CYCLES if "+" in assembly.name else 0
-                    search.append(folded_block(part.segment, part.drive, part.output, ahead))
-    if not search:
+    if not any(p.segment.role == "train" for p in full):
         raise DataError(f"{name}: no training segment; run `mrfit segment --holdout none` or ingest more conditions")
-    return Group(name, search, Blocks(full), floors)
+    most = [FOLDED_PIECES if p.folds else OTHER_PIECES for p in full]
+    ahead = AHEAD_CYCLES if "+" in assembly.name else 0
+    group = Group(name, [], Blocks(full), floors, spread_over([p.segment for p in full], most), ahead)
+    return replace(group, search=[p.folded(ahead) for p in group.training.parts])
 
 
 def measured_output(recording: Recording, assembly: Assembly) -> Array:
@@ -234,12 +275,23 @@ class SearchSettings:
 
 
 def linearise(group: Group, assembly: Assembly, cube: Cube, point: Array, weight: str) -> Linearised:
-    """Return sensitivities and residuals of the training samples at an optimum, neighbours summed in long logs."""
+    """Return sensitivities and residuals of the training samples at an optimum, neighbours summed in long logs.
+
+    Of a log so long that sums would blur its cycles, some pieces stand for all.
+    """
     training = group.training
-    total = sum(b.samples for b in training)
+    factors = weights_of(training, group.training_floors, weight)
+    total = sum(s.samples for s in training.segments)
     length = max(1, -(-total // UNCERTAINTY_SAMPLES))
+    finest = _finest(training.parts)
+    places = list(range(len(training)))
+    if length > finest:
+        most = max(1, len(training) * finest // length)
+        places, length = spread_over(training.segments, [most] * len(training)), finest
+    share = group.share * sum(training.segments[k].samples for k in places) / total
     jacobians, residuals, periods = [], [], []
-    for block, factor in zip(training, weights_of(training, group.training_floors, weight), strict=True):
+    for place in places:
+        block, factor = training[place], factors[place]
 
         def simulate(points: Array, block: Block = block, factor: float = factor) -> Array:
             return condensed(factor * differences(block, assembly, cube.to_theta(points)), length)
@@ -247,4 +299,10 @@ def linearise(group: Group, assembly: Assembly, cube: Cube, point: Array, weight
         jacobians.append(sensitivities(simulate, point))
         residuals.append(simulate(point[None, :])[0])
         periods.append(block.period / length)
-    return Linearised(jacobians, residuals, periods)
+    return Linearised(jacobians, residuals, periods, share if share < 1.0 else 1.0)
+
+
+def _finest(parts: Sequence[Part]) -> int:
+    """Return over how many neighbours samples of pieces of long logs may be summed."""
+    periods = [p.period for p in parts if not p.kept and p.period]
+    return max(1, int(min(periods) / SUMS_PER_CYCLE)) if periods else UNCERTAINTY_SAMPLES

@@ -25,8 +25,17 @@ NAMED = 6
 LISTED = 12
 
 
-def load_recordings(workspace: Workspace, segments: Sequence[Segment]) -> dict[str, Recording]:
+def load_recordings(workspace: Workspace, segments: Sequence[Segment], streamed: bool = False) -> dict[str, Recording]:
     """Return the recordings the segments point into, with flux where the flux stage has run.
+
+    Parameters
+    ----------
+    workspace
+        Holds them.
+    segments
+        The segments.
+    streamed
+        Whether the channels of long ones stay on disk.
 
     Raises
     ------
@@ -34,18 +43,18 @@ def load_recordings(workspace: Workspace, segments: Sequence[Segment]) -> dict[s
         If one cannot be read, or all of them are more than memory holds: that is said before the first is read.
     """
     identifiers, stage = list(dict.fromkeys(s.recording for s in segments)), workspace.latest
-    workspace.check_room(identifiers, stage)
-    found = {i: workspace.read_recording(i, stage) for i in identifiers}
+    workspace.check_room(identifiers, stage, streamed)
+    found = {i: workspace.read_recording(i, stage, streamed) for i in identifiers}
     beyond = next((s.id for s in segments if s.stop > found[s.recording].samples), None)
     if beyond is not None:
         raise DataError(f"{workspace.segments_file}: '{beyond}' ends after its recording; run `mrfit segment` again")
     return found
 
 
-def read_dataset(workspace: Workspace) -> Dataset:
-    """Return the segments of a workspace and their recordings."""
+def read_dataset(workspace: Workspace, streamed: bool = False) -> Dataset:
+    """Return the segments of a workspace and their recordings, the long ones' channels left on disk if ``streamed``."""
     segments, _ = workspace.read_segments()
-    return Dataset(segments, load_recordings(workspace, segments))
+    return Dataset(segments, load_recordings(workspace, segments, streamed))
 
 
 def usable(

@@ -18,8 +18,10 @@ from mrfit.fit.files import PARTIAL, Fitted, drop_partial, write_fit
 from mrfit.fit.identify import Group, SearchSettings, build_group, found_point, search_optimum, weights_of
 from mrfit.fit.laws.choice import Choice
 from mrfit.fit.laws.laws_of_current import base_cube, dependence_of
+from mrfit.fit.refined import refined
 from mrfit.fit.result import metric_rows, simulate_block, warnings_of
 from mrfit.fit.select import left_out_warnings, named, read_dataset, select, usable
+from mrfit.io.columns import Loaded, laid_beside
 from mrfit.io.dataset import Dataset
 from mrfit.io.keys import code_version, digest_of, fit_key
 from mrfit.io.schemas.fit import Caution, Fit, FoundPoint, Level, MetricRow, PartialFit, Result, SegmentUse
@@ -80,8 +82,10 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         drop_partial(folder)
         return replace(existing, skipped=True)
     origin = Origin(key, digest_of(contents), folder)
-    fitted = identify(read_dataset(workspace), settings, origin, progress)
-    write_fit(folder, fitted)
+    with workspace.scratching():
+        # where other files are seen, recordings are sent whole
+        fitted = identify(read_dataset(workspace, streamed=not is_apart()), settings, origin, progress)
+        write_fit(folder, fitted)
     return fitted.content
 
 
@@ -128,7 +132,7 @@ def identify(dataset: Dataset, settings: Settings, origin: Origin, progress: Pro
     runner = _Runner(prepared, settings, origin, progress)
     pieces = runner.fit_groups()
     blocks = Blocks(part for p in pieces for part in p.group.full.parts)
-    simulated = [s for p in pieces for s in p.simulated]
+    simulated = Loaded([s for p in pieces for s in p.simulated.members])
     metrics = pieces[0].metrics
     if len(pieces) > 1:
         metrics = metric_rows(blocks, [f for p in pieces for f in p.group.floors], simulated, prepared.assembly)
@@ -253,7 +257,7 @@ class _Piece:
 
     result: Result
     group: Group
-    simulated: list[Array]
+    simulated: Loaded
     metrics: list[MetricRow]
     found: FoundPoint
 
@@ -314,14 +318,20 @@ class _Runner:
         found = kept if kept and len(kept.point) == len(cube.free) else self._search(group, cube, search)
         point = np.array(found.point)
         theta = cube.to_theta(point[None, :])[0]
-        outputs = [simulate_block(b, self.assembly, theta) for b in group.full]
-        simulated = [y for y, _ in outputs]
+        outputs, offsets = [], []
+        for place, part in enumerate(group.full.parts):
+            output, offset = simulate_block(part.block, self.assembly, theta)
+            outputs.append(laid_beside(part.output, output))
+            offsets.append(offset)
+            if not part.kept:
+                self.progress(f"{name}  simulating", place, len(group.full))
+        simulated = Loaded(outputs)
         group = group.with_residual_floors(self.prepared.recordings, simulated)
         metrics = metric_rows(group.full, group.floors, simulated, self.assembly)
         rng = search.rng(f"{name} intervals")
         weight, intervals = settings.weight, settings.intervals
         trusted = trust(group, self.assembly, cube, point, simulated, weight=weight, intervals=intervals, rng=rng)
-        parts = zip(group.full.parts, outputs, group.floors, strict=True)
+        parts = zip(group.full.parts, offsets, group.floors, strict=True)
         first = group.full.segments[0]
         result = Result(
             condition=name,
@@ -329,7 +339,7 @@ class _Runner:
             at=Level(frequency=first.frequency, amplitude=first.amplitude, current=first.current),
             **{f.name: getattr(found, f.name) for f in fields(found) if f.name != "point"},
             **{f.name: getattr(trusted, f.name) for f in fields(trusted)},
-            segments=[segment_use(part, offset, floor) for part, (_, offset), floor in parts],
+            segments=[segment_use(part, offset, floor) for part, offset, floor in parts],
         )
         reasons = warnings_of(result, metrics, self.assembly.spec.passive)
         signs = sign_warnings(settings.model, self.prepared.dependence, theta)
@@ -350,6 +360,8 @@ class _Runner:
         starts, levels = self._starts(group, cube, search, deadline)
         search = replace(search, seconds=seconds_left(deadline))
         ended = search_optimum(group, self.assembly, cube, starts, search, told)
+        if group.share < 1.0:
+            ended = refined(group, self.assembly, cube, ended, search.weight)
         found = found_point(ended, cube, levels)
         self.progress(f"{name}  best {found.cost:.3g} {self.assembly.spec.output}", total, total)
         self._keep(name, found)

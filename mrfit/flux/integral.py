@@ -1,11 +1,13 @@
 """Flux linkage as the integral of the induced voltage, and the drift that offsets and noise leave in it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from mrfit.core.specs import Array
+from mrfit.flux.channel import Channel, InMemory, OnDisk, Taken, swing
+from mrfit.io.columns import CHUNK
 from mrfit.signal.cycles import Stretch
 
 # Time and current that go together this closely cannot be told apart by regression.
@@ -51,9 +53,65 @@ def integrate(voltage: Array, dt: float, rule: str) -> Array:
     return np.concatenate([[0.0], np.cumsum(dt * (voltage[1:] + voltage[:-1]) / 2.0)])
 
 
+def integral_on_disk(induced: Callable[[int, int], Array], samples: int, dt: float, rule: str) -> OnDisk:
+    """Return the same integral of a voltage that is read piece by piece, from what it is where each piece begins.
+
+    Parameters
+    ----------
+    induced
+        Gives the voltage of samples [begin, end).
+    samples
+        How many there are.
+    dt, rule
+        As for ``integrate``.
+    """
+    carried = [0.0]
+
+    def read(begin: int, end: int) -> Array:
+        found, place = [], begin
+        while place < end:
+            chunk = place // CHUNK
+            last = min((chunk + 1) * CHUNK, end)
+            found.append(whole(chunk, last)[place - chunk * CHUNK :])
+            place = last
+        return np.concatenate(found) if found else np.empty(0)
+
+    def whole(chunk: int, end: int) -> Array:
+        """Return the integral from a chunk's first sample to any within it."""
+        begin = chunk * CHUNK
+        if rule == "simpson":
+            # parabolas go through three samples, in the whole as from two samples before
+            lead, beyond = min(begin, 2), min(end + 2, samples)
+            values = integrate(induced(begin - lead, beyond), dt, rule)
+            parts: Array = carried[chunk] + (values[lead : end - begin + lead] - values[lead])
+            return parts
+        values = induced(begin, end)
+        steps = dt * (values[1:] + values[:-1]) / 2.0
+        summed: Array = np.cumsum(np.concatenate([[carried[chunk]], steps]))
+        return summed
+
+    for begin in range(CHUNK, samples, CHUNK):
+        last = float(whole(begin // CHUNK - 1, begin)[-1])
+        if rule == "simpson":
+            around = integrate(induced(begin - 2, min(begin + 3, samples)), dt, rule)
+            carried.append(last + float(around[2] - around[1]))
+        else:
+            pair = induced(begin - 1, begin + 1)
+            carried.append(last + float(dt * (pair[1] + pair[0]) / 2.0))
+    return OnDisk(samples, read)
+
+
 def remove_drift(
     integral: Array, current: Array, dt: float, stretches: Sequence[Stretch], method: str
 ) -> tuple[Array, Drift]:
+    """Return flux linkage (N,) without drift, and what was taken away, as ``drift_removed`` does of channels."""
+    flux, drift = drift_removed(InMemory(integral), InMemory(current), dt, stretches, method)
+    return flux.array, drift
+
+
+def drift_removed(
+    integral: Channel, current: Channel, dt: float, stretches: Sequence[Stretch], method: str
+) -> tuple[Channel, Drift]:
     """Return flux linkage without drift, and what was taken away.
 
     ``cycle`` takes away the line through the integral's means over whole cycles, which leaves a steady periodic λ as it
@@ -65,7 +123,7 @@ def remove_drift(
     Parameters
     ----------
     integral, current
-        ∫(u − R·i)dt in Wb and i in A, (N,).
+        ∫(u − R·i)dt in Wb and i in A.
     dt
         Sample interval in s.
     stretches
@@ -73,73 +131,58 @@ def remove_drift(
     method
         ``cycle``, ``linear`` or ``none``.
     """
-    time = np.arange(len(integral), dtype=np.float64) * dt
     knots = [_knots(integral, current, dt, s) for s in stretches]
     steps, finding = _steps(knots, integral, current, dt, stretches)
     if steps is not None:
         knots = [(times, heights - step) for (times, heights), step in zip(knots, steps, strict=True)]
+    line: Taken
     if method == "none":
-        line, slope, text = 0.0 * time, 0.0, "none removed"
+        line, slope, text = lambda places: 0.0 * (places * dt), 0.0, "none removed"
     elif knots and method == "cycle":
-        line, slope = _through_cycles(time, knots)
+        slopes = [_slope(*k) for k in knots]
+        slope = float(np.average(slopes, weights=[len(k[0]) for k in knots]))
+        line = lambda places: _through_cycles(places * dt, knots)  # noqa: E731
         pieces = f" in each of {len(knots)} periodic stretches" if len(knots) > 1 else ""
         pieces += ", carried over changes of bias" if steps is not None else ""
         text = f"line through the means of whole cycles{pieces}"
-    elif knots:
-        slope = _slope(*(np.concatenate(part) for part in zip(*knots, strict=True)))
-        line, text = slope * time, "straight line through the means of whole cycles"
     else:
-        slope, text = _beside_current(integral, current, time)
-        line = slope * time
-    flux = integral - line
+        if knots:
+            slope = _slope(*(np.concatenate(part) for part in zip(*knots, strict=True)))
+            text = "straight line through the means of whole cycles"
+        else:
+            slope, text = _beside_current(integral, current, dt)
+        line = lambda places: slope * (places * dt)  # noqa: E731
+    flux = integral.less(line)
     if not (knots and method == "cycle"):
-        means = [np.mean(_cycle_means(flux, s.boundaries(dt))) for s in stretches]
+        means = [np.mean(flux.means(s.boundaries(dt))) for s in stretches]
         if steps is not None:
             means = list(np.array(means) - steps)
-        flux = flux - float(np.mean(means) if means else np.mean(flux))
-    ends = [np.diff(_between(flux, s.boundaries(dt))) for s in stretches]
+        level = float(np.mean(means) if means else flux.mean())
+        flux = flux.less(lambda places: level)
+    ends = [np.diff(flux.between(s.boundaries(dt))) for s in stretches]
     closure = np.concatenate(ends) if ends else np.empty(0)
     finding = "" if method == "none" else finding
-    return flux, Drift(text, slope, float(flux[0] - integral[0]), closure, finding)
+    return flux, Drift(text, slope, _first(flux) - _first(integral), closure, finding)
 
 
-def _between(values: Array, positions: Array) -> Array:
-    """Return values at fractional sample positions, linearly; the last boundary may lie a sample past the end."""
-    whole = np.minimum(positions.astype(np.int64), len(values) - 2)
-    at: Array = values[whole] + (positions - whole) * (values[whole + 1] - values[whole])
-    return at
+def _first(channel: Channel) -> float:
+    return float(next(channel.pieces(0, 1))[1][0])
 
 
-def _cycle_means(values: Array, boundaries: Array) -> Array:
-    """Return means between fractional sample positions, by the trapezoid rule."""
-    running = np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2)])
-    whole = np.minimum(boundaries.astype(np.int64), len(values) - 2)
-    share = boundaries - whole
-    at = running[whole] + share * values[whole] + share**2 / 2 * (values[whole + 1] - values[whole])
-    means: Array = np.diff(at) / np.diff(boundaries)
-    return means
-
-
-def _knots(integral: Array, current: Array, dt: float, stretch: Stretch) -> tuple[Array, Array]:
+def _knots(integral: Channel, current: Channel, dt: float, stretch: Stretch) -> tuple[Array, Array]:
     """Return times and heights of the drift at the centres of a stretch's cycles."""
     boundaries = stretch.boundaries(dt)
     centres = (boundaries[1:] + boundaries[:-1]) / 2 * dt
-    heights = _cycle_means(integral, boundaries)
-    means = _cycle_means(current, boundaries)
+    heights = integral.means(boundaries)
+    means = current.means(boundaries)
     slope = _slope(centres, heights)
-    swing = _swing(integral, dt, stretch, slope)
-    inductance = float(swing / max(np.ptp(current[stretch.start : stretch.stop]), 1e-300))
+    moved = swing(integral, stretch.start, stretch.stop, slope * dt)
+    inductance = float(moved / max(swing(current, stretch.start, stretch.stop), 1e-300))
     return centres, heights - inductance * (means - np.median(means))
 
 
-def _swing(integral: Array, dt: float, stretch: Stretch, slope: float) -> float:
-    """Return the peak-to-peak value of a stretch's integral beside a drift of this slope."""
-    within = np.arange(stretch.start, stretch.stop)
-    return float(np.ptp(integral[stretch.start : stretch.stop] - slope * dt * within))
-
-
 def _steps(
-    knots: Sequence[tuple[Array, Array]], integral: Array, current: Array, dt: float, stretches: Sequence[Stretch]
+    knots: Sequence[tuple[Array, Array]], integral: Channel, current: Channel, dt: float, stretches: Sequence[Stretch]
 ) -> tuple[Array | None, str]:
     """Return the mean flux linkage (S,) in Wb of each stretch against that at the least bias, and what to say of it.
 
@@ -147,7 +190,7 @@ def _steps(
     lines through the knots on both sides go on to, and uncertain by their standard errors and by where one turns into
     the other.
     """
-    biases = np.array([np.median(_cycle_means(current, s.boundaries(dt))) for s in stretches])
+    biases = np.array([np.median(current.means(s.boundaries(dt))) for s in stretches])
     if len(knots) < 2 or np.ptp(biases) <= NEGLIGIBLE * max(s.fit.amplitude for s in stretches):
         return None, ""
     steps, variance = [0.0], 0.0
@@ -157,8 +200,8 @@ def _steps(
         steps.append(steps[-1] + right - left)
         turning = (_slope(*after) - _slope(*before)) * gap / np.sqrt(12)
         variance += error_left**2 + error_right**2 + turning**2
-    swing = max(_swing(integral, dt, s, _slope(*k)) for s, k in zip(stretches, knots, strict=True))
-    if np.sqrt(variance) <= NEGLIGIBLE * swing:
+    most = max(swing(integral, s.start, s.stop, _slope(*k) * dt) for s, k in zip(stretches, knots, strict=True))
+    if np.sqrt(variance) <= NEGLIGIBLE * most:
         return np.array(steps) - steps[int(np.argmin(np.abs(biases)))], ""
     return None, (
         f"the mean of the current changes between periodic stretches, from {np.min(biases):.3g} to {np.max(biases):.3g}"
@@ -183,24 +226,42 @@ def _slope(times: Array, heights: Array) -> float:
     return float(centred @ heights / (centred @ centred))
 
 
-def _through_cycles(time: Array, knots: Sequence[tuple[Array, Array]]) -> tuple[Array, float]:
+def _through_cycles(time: Array, knots: Sequence[tuple[Array, Array]]) -> Array:
     """Return the polyline through all knots, going on at its ends with the mean slope of the stretch there."""
     times, heights = (np.concatenate(part) for part in zip(*knots, strict=True))
-    line = np.interp(time, times, heights)
+    line: Array = np.interp(time, times, heights)
     early, late = time < times[0], time > times[-1]
     line[early] += _slope(*knots[0]) * (time[early] - times[0])
     line[late] += _slope(*knots[-1]) * (time[late] - times[-1])
-    slopes = [_slope(*k) for k in knots]
-    return line, float(np.average(slopes, weights=[len(k[0]) for k in knots]))
+    return line
 
 
-def _beside_current(integral: Array, current: Array, time: Array) -> tuple[float, str]:
+def _beside_current(integral: Channel, current: Channel, dt: float) -> tuple[float, str]:
     """Return the slope in time that is left beside a cubic in the current."""
-    span = float(np.ptp(current))
-    if span <= 0.0 or abs(float(np.corrcoef(time, current)[0, 1])) > COLLINEAR:
+    span = swing(current, 0, current.samples)
+    if span <= 0.0 or abs(_correlation_with_time(current, dt)) > COLLINEAR:
         return 0.0, "none removed: time and current go together, so that drift cannot be told from flux"
-    scaled = (current - np.mean(current)) / span
-    scaled_time = time / time[-1]
-    basis = np.stack([np.ones_like(time), scaled_time, scaled, scaled**2, scaled**3], axis=1)
-    slope = float(np.linalg.lstsq(basis, integral, rcond=None)[0][1] / time[-1])
+    last, mean = (current.samples - 1) * dt, current.mean()
+    rows, pairs = [], zip(integral.pieces(0, integral.samples), current.pieces(0, current.samples), strict=True)
+    for (begin, values), (_, amps) in pairs:
+        scaled = (amps - mean) / span
+        scaled_time = np.arange(begin, begin + len(amps), dtype=np.float64) * dt / last
+        columns = [np.ones_like(scaled), scaled_time, scaled, scaled**2, scaled**3]
+        rows.append((np.stack(columns, axis=1), values))
+        if len(rows) > 1 or len(amps) < current.samples:
+            # of several pieces only the triangular factors are kept
+            basis, right = (np.concatenate(part) for part in zip(*rows, strict=True))
+            q, factor = np.linalg.qr(basis)
+            rows = [(factor, q.T @ right)]
+    slope = float(np.linalg.lstsq(*rows[0], rcond=None)[0][1] / last)
     return slope, "straight line, fitted beside a cubic in the current"
+
+
+def _correlation_with_time(current: Channel, dt: float) -> float:
+    """Return the correlation of a current with time."""
+    mean, middle = current.mean(), (current.samples - 1) / 2.0 * dt
+    sums = np.zeros(3)
+    for begin, amps in current.pieces(0, current.samples):
+        moved, time = amps - mean, np.arange(begin, begin + len(amps), dtype=np.float64) * dt - middle
+        sums += [float(moved @ time), float(moved @ moved), float(time @ time)]
+    return float(sums[0] / np.sqrt(sums[1] * sums[2])) if sums[1] > 0.0 else 0.0

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from mrfit.core.specs import Array
+from mrfit.io.columns import part_of
 from mrfit.signal.cycles import Stretch
-from mrfit.signal.harmonics import harmonic_fit
+from mrfit.signal.harmonics import series_at
 
 # Loops whose amplitudes differ by less belong to one group; frequencies closer than this count as one.
 SAME_AMPLITUDE = 0.1
@@ -90,9 +91,8 @@ def loop_of(voltage: Array, current: Array, dt: float, stretch: Stretch, recordi
     recording
         Id of the recording.
     """
-    window = slice(stretch.start, stretch.stop)
     frequency, current_fit = stretch.fit.frequency, stretch.fit
-    voltage_fit = harmonic_fit(voltage[window], dt, frequency, refine=False)
+    voltage_fit = series_at(part_of(voltage, stretch.start, stretch.stop), dt, frequency)
     count = min(current_fit.harmonics, voltage_fit.harmonics) + 1
     amps = current_fit.coefficients
     supplied = float(np.sum(voltage_fit.coefficients[1:count] * np.conj(amps[1:count])).real) / (2 * frequency)

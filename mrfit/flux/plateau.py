@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from mrfit.core.specs import Array
+from mrfit.io.columns import is_on_disk, span
 from mrfit.signal.noise import noise_level
 
 BLOCKS = 100
@@ -19,11 +20,19 @@ def steady_blocks(voltage: Array, current: Array) -> Array:
     count = len(current) // size
     if count < FEWEST_BLOCKS:
         return np.empty((0, 2))
-    means = np.stack([v[: count * size].reshape(count, size).mean(axis=1) for v in (current, voltage)], axis=1)
-    limits = [max(4 * noise_level(v) / np.sqrt(size), 1e-3 * float(np.ptp(v))) for v in (current, voltage)]
+    means = np.stack([_block_means(v, count, size) for v in (current, voltage)], axis=1)
+    limits = [max(4 * noise_level(v) / np.sqrt(size), 1e-3 * span(v)) for v in (current, voltage)]
     still = np.all(np.abs(np.diff(means, axis=0)) <= limits, axis=1)
     steady: Array = means[1:-1][still[1:] & still[:-1]]
     return steady
+
+
+def _block_means(values: Array, count: int, size: int) -> Array:
+    """Return the means (B,) over blocks of a channel."""
+    if is_on_disk(values):
+        return np.array([np.mean(values[k * size : (k + 1) * size]) for k in range(count)])
+    means: Array = values[: count * size].reshape(count, size).mean(axis=1)
+    return means
 
 
 def resistance_of_plateaus(blocks: Sequence[Array], peak: float) -> tuple[float, float, str] | None:

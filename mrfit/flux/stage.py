@@ -18,9 +18,11 @@ from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import FLUX_RESISTANCE, Recording
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
-from mrfit.flux.integral import Drift, integrate, remove_drift
+from mrfit.flux.channel import Channel, InMemory, channel_of
+from mrfit.flux.integral import Drift, drift_removed, integral_on_disk, integrate
 from mrfit.flux.losses import Loop, Separation, estimate_resistance, loop_of, separate
 from mrfit.flux.plateau import resistance_of_plateaus, steady_blocks
+from mrfit.io.columns import extent, is_on_disk, part_of
 from mrfit.io.keys import code_version, flux_key
 from mrfit.io.schemas.reading import reusable
 from mrfit.io.schemas.stages import FluxFile, FluxRow, FluxSettings, LoopRow, SeparationRow
@@ -28,6 +30,9 @@ from mrfit.io.workspace import Workspace, checked, write_json
 from mrfit.settings.flux import DRIFTS, RULES
 from mrfit.settings.flux import Settings as Settings
 from mrfit.signal.cycles import Stretch, steady_stretches
+from mrfit.signal.harmonics import series_at
+from mrfit.signal.long_cycles import stretches_of
+from mrfit.signal.thinning import thinned
 
 STAGE = "flux"
 INTEGRATED = "integrated"
@@ -75,7 +80,8 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     existing = reusable(workspace.flux_json, FluxFile)
     if existing and existing.key == key and _complete(workspace, existing):
         return replace(existing, skipped=True)
-    analysed = [_analyse(workspace.read_recording(i), settings) for i in identifiers]
+    with workspace.scratching():
+        analysed = [_analyse(workspace.read_recording(i, streamed=True), settings) for i in identifiers]
     resistances = _resistances(analysed, settings)
     with _replacing(workspace) as staging:
         rows = []
@@ -199,11 +205,25 @@ def _analyse(recording: Recording, settings: Settings) -> _Analysed:
     if own is not None and settings.resistance is None:
         own = _positive(own, recording.source)
     voltage, current = channels["voltage"], channels["current"]
-    stretches = tuple(steady_stretches(current, recording.dt))
+    stretches = tuple(_stretches(recording))
     loops = tuple(loop_of(voltage, current, recording.dt, s, recording.id) for s in stretches)
     blocks = steady_blocks(voltage, current) if not stretches else empty
-    peak = float(np.max(np.abs(current))) if not stretches else 0.0
+    peak = max(map(abs, extent(current))) if not stretches else 0.0
     return _Analysed(*nothing, INTEGRATED, own, stretches, loops, blocks, peak)
+
+
+def _stretches(recording: Recording) -> list[Stretch]:
+    """Return the steady cycles of the current; of one that stays on disk they are found on means over neighbours."""
+    current = recording.channels["current"]
+    if not is_on_disk(current):
+        return steady_stretches(current, recording.dt)
+    means, step = thinned(replace(recording, channels={"current": current}), "current")
+    found = []
+    for one in stretches_of(means.channels["current"], means.dt):
+        start, stop = step * one.start, step * one.stop
+        series = series_at(part_of(current, start, stop), recording.dt, one.fit.frequency)
+        found.append(Stretch(start, stop, series, one.cycles))
+    return found
 
 
 def _resistances(analysed: list[_Analysed], settings: Settings) -> dict[str, _Resistance]:
@@ -283,7 +303,7 @@ def _write(
 ) -> FluxRow:
     if resistance is None:
         return FluxRow(id=found.identifier, action=found.action)
-    recording = workspace.read_recording(found.identifier)
+    recording = workspace.read_recording(found.identifier, streamed=True)
     changed, drift = _integrated(recording, found, resistance, settings)
     workspace.write_recording(changed, staging)
     return _row(found, resistance, drift)
@@ -294,16 +314,23 @@ def _integrated(
 ) -> tuple[Recording, Drift]:
     """Return a recording with its flux linkage, and the drift that was removed from it."""
     voltage, current = recording.channels["voltage"], recording.channels["current"]
-    integral = integrate(voltage - resistance.value * current, recording.dt, settings.rule)
-    flux, drift = remove_drift(integral, current, recording.dt, found.stretches, settings.drift)
+    integral = _integral(voltage, current, resistance.value, recording.dt, settings.rule)
+    flux, drift = drift_removed(integral, channel_of(current), recording.dt, found.stretches, settings.drift)
     changed = replace(
         recording,
-        channels={**recording.channels, "flux": flux},
+        channels={**recording.channels, "flux": flux.array},
         units={**recording.units, "flux": unit_of("flux")},
         condition={**recording.condition, FLUX_RESISTANCE: resistance.value},
         history=(*recording.history, _history(resistance, drift, settings)),
     )
     return changed, drift
+
+
+def _integral(voltage: Array, current: Array, resistance: float, dt: float, rule: str) -> Channel:
+    """Return ∫(u − R·i)dt, wherever voltage and current are."""
+    if is_on_disk(voltage):
+        return integral_on_disk(lambda a, b: voltage[a:b] - resistance * current[a:b], len(voltage), dt, rule)
+    return InMemory(integrate(voltage - resistance * current, dt, rule))
 
 
 def _history(resistance: _Resistance, drift: Drift, settings: Settings) -> str:

@@ -23,6 +23,7 @@ from mrfit.core.recording import Finding, Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.arrow import floats, numbers, table, texts
+from mrfit.io.columns import Times, columns_of, is_long
 from mrfit.io.escapes import encodable
 from mrfit.io.faults import plain_fault
 from mrfit.io.keys import content_of
@@ -197,8 +198,12 @@ def write_table(
     write_atomic(path, write)
 
 
-def read_table(path: Path, without: Sequence[str] = ()) -> tuple[dict[str, Array], dict[str, str]]:
+def read_table(
+    path: Path, without: Sequence[str] = (), scratch: Path | None = None
+) -> tuple[dict[str, Array], dict[str, str]]:
     """Return the columns and metadata of a Parquet file written by ``write_table``, some columns left out.
+
+    Those of a long one stay on disk where there is a folder for what is made of them, see ``columns``.
 
     Raises
     ------
@@ -212,6 +217,8 @@ def read_table(path: Path, without: Sequence[str] = ()) -> tuple[dict[str, Array
     with reading(path, "run `mrfit ingest` again"), pq.ParquetFile(path) as file:
         names = [n for n in file.schema_arrow.names if n not in without]
         rows = file.metadata.num_rows
+        if scratch and is_long(rows):
+            return columns_of(path, names, rows, scratch), _decoded(file.metadata.metadata)
         check_room(f"{path}: its {rows} samples in {len(names)} columns", 8.0 * rows * len(names))
         columns = {name: np.empty(rows) for name in names}
         begin = 0
@@ -229,20 +236,6 @@ def read_table(path: Path, without: Sequence[str] = ()) -> tuple[dict[str, Array
 
 def _decoded(metadata: Mapping[bytes, bytes] | None) -> dict[str, str]:
     return {k.decode(errors="replace"): v.decode(errors="replace") for k, v in (metadata or {}).items()}
-
-
-class _Times:
-    """Sample times k·dt, computed slice by slice."""
-
-    def __init__(self, samples: int, dt: float) -> None:
-        self.samples, self.dt = samples, dt
-
-    def __len__(self) -> int:
-        return self.samples
-
-    def __getitem__(self, rows: slice) -> Array:
-        begin, end, _ = rows.indices(self.samples)
-        return np.arange(begin, end, dtype=np.float64) * self.dt
 
 
 class Workspace:
@@ -282,6 +275,20 @@ class Workspace:
         """
         check_name(name)
         return self.root / "fits" / name
+
+    @property
+    def scratch(self) -> Path:
+        """Folder for what a command makes of long recordings and keeps while it runs."""
+        return self.root / ".mrfit-scratch"
+
+    @contextmanager
+    def scratching(self) -> Iterator[None]:
+        """Leave nothing of what is made of long recordings meanwhile."""
+        try:
+            yield
+        finally:
+            if self.scratch.is_dir():
+                shutil.rmtree(self.scratch, ignore_errors=True)
 
     @property
     def report_folder(self) -> Path:
@@ -357,7 +364,7 @@ class Workspace:
 
     def _refuse_links(self) -> None:
         """Refuse a workspace with folders that lead elsewhere: what is written into them would land there."""
-        inside = [self.root / name for name in FOLDERS]
+        inside = [self.scratch, *(self.root / name for name in FOLDERS)]
         inside += [f for name in FOLDERS for f in (self.root / name).rglob("*") if not f.is_file()]
         for folder in inside:
             if folder.is_symlink():
@@ -366,7 +373,7 @@ class Workspace:
     def _clean(self) -> None:
         """Remove what a killed command left half written; the caller holds the lock."""
         self._remove_left_aside()
-        for left in self.root.glob(f"{REMOVED}*"):
+        for left in (self.scratch, *self.root.glob(f"{REMOVED}*")):
             shutil.rmtree(left, ignore_errors=True)  # which follows no link
         for folder in (self.root, *(self.root / name for name in FOLDERS)):
             for left in folder.glob(".*.tmp") if folder == self.root else folder.rglob(".*.tmp"):
@@ -420,7 +427,7 @@ class Workspace:
 
     def write_recording(self, recording: Recording, stage: str = "recordings") -> None:
         """Write a recording: samples as columns beside ``time``, everything else as metadata."""
-        time = cast(Array, _Times(recording.samples, recording.dt))
+        time = cast(Array, Times(recording.samples, recording.dt))
         about = json.dumps({"schema": RECORDING, **plain(About.of(recording))}, ensure_ascii=False)
         metadata = {"mrfit": about}
         write_table(
@@ -456,8 +463,8 @@ class Workspace:
         """Ids of the recordings that ingest left."""
         return [r.id for r in self.ingest_summary().recordings]
 
-    def check_room(self, identifiers: Sequence[str], stage: str = "recordings") -> None:
-        """Refuse to hold recordings side by side that would not fit into memory, before the first is read.
+    def check_room(self, identifiers: Sequence[str], stage: str = "recordings", streamed: bool = False) -> None:
+        """Refuse to hold recordings side by side that would not fit into memory, but for long ones if ``streamed``.
 
         Raises
         ------
@@ -470,11 +477,21 @@ class Workspace:
         for identifier in identifiers:
             with suppress(DataError, *_UNREADABLE), pq.ParquetFile(self._file_left_by(stage, identifier)) as file:
                 # times are not read
-                size += 8.0 * file.metadata.num_rows * (file.metadata.num_columns - 1)
+                held = not (streamed and is_long(file.metadata.num_rows))
+                size += 8.0 * held * file.metadata.num_rows * (file.metadata.num_columns - 1)
         check_room(f"{self.root}: all samples of {len(identifiers)} recordings", size)
 
-    def read_recording(self, identifier: str, stage: str = "recordings") -> Recording:
+    def read_recording(self, identifier: str, stage: str = "recordings", streamed: bool = False) -> Recording:
         """Return a recording as ``stage`` left it.
+
+        Parameters
+        ----------
+        identifier
+            Its id.
+        stage
+            ``recordings`` or ``flux``.
+        streamed
+            Whether the channels of a long one stay on disk, see ``columns``.
 
         Raises
         ------
@@ -482,7 +499,7 @@ class Workspace:
             If its file is missing or damaged.
         """
         path, remedy = self._file_left_by(stage, identifier), "run `mrfit ingest` on its log again"
-        columns, metadata = read_table(path, without=("time",))
+        columns, metadata = read_table(path, ("time",), self.scratch if streamed else None)
         text = metadata.get("mrfit", "")
         about = parsed(path, text, About, remedy)
         if [c.name for c in about.channels] != list(columns):

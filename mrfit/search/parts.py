@@ -5,9 +5,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeVar, overload
 
+import numpy as np
+
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
-from mrfit.search.problem import Block, full_block, period_of
+from mrfit.io.columns import is_on_disk, laid_beside, part_of
+from mrfit.search.problem import Block, folded_block, full_block, period_of
 from mrfit.signal.long_segments import pieces
 from mrfit.signal.smoothing import Drive, smooth
 
@@ -47,11 +50,13 @@ class Part:
     drive
         Its smoothed inputs.
     output
-        Measured output over it, (N,).
+        Measured output over it, (N,); it may stay on disk.
     before
         Samples of the segment that are in other parts before this one.
     kept
         Whether its block is kept once it is made: those of a long segment would not all fit into memory.
+    values
+        The inputs one by one, where they stay on disk and the drive is without values.
     """
 
     segment: Segment
@@ -59,11 +64,17 @@ class Part:
     output: Array
     before: int = 0
     kept: bool = True
+    values: tuple[Array, ...] = ()
 
     @property
     def dt(self) -> float:
         """Sample interval in s."""
         return self.drive.dt
+
+    @property
+    def folds(self) -> bool:
+        """Whether its cycles can be folded."""
+        return self.drive.fits is not None
 
     @property
     def period(self) -> float:
@@ -73,7 +84,11 @@ class Part:
     @property
     def block(self) -> Block:
         """The full block."""
-        return self._block if self.kept else full_block(self.segment, self.drive, self.output)
+        return self._block if self.kept else self._made()
+
+    def folded(self, ahead: int) -> Block:
+        """Return the block that is searched, see ``folded_block``."""
+        return folded_block(self.segment, self._driven(), np.asarray(self.output), ahead)
 
     def inputs(self, row: int) -> Array:
         """Return one input over the part, (N,)."""
@@ -83,7 +98,14 @@ class Part:
 
     @cached_property
     def _block(self) -> Block:
-        return full_block(self.segment, self.drive, self.output)
+        return self._made()
+
+    def _made(self) -> Block:
+        return full_block(self.segment, self._driven(), np.asarray(self.output))
+
+    def _driven(self) -> Drive:
+        """Return the drive with its values, which are read where they stay on disk."""
+        return replace(self.drive, values=np.stack([np.asarray(v) for v in self.values])) if self.values else self.drive
 
 
 class Made(Sequence[T]):
@@ -150,9 +172,18 @@ def parts_of(segment: Segment, recording: Recording, names: Sequence[str], outpu
         Measured output over the recording.
     """
     found = pieces(segment, recording.dt)
-    parts = [
-        Part(s, smooth(recording, s, names), output[s.start : s.stop], s.start - segment.start, kept=len(found) == 1)
-        for s in found
-    ]
+    return [_part(s, recording, names, output, (s.start - segment.start, len(found) == 1)) for s in found]
+
+
+def _part(segment: Segment, recording: Recording, names: Sequence[str], output: Array, place: tuple[int, bool]) -> Part:
+    """Return one part, the samples before it and whether it is the only one given."""
+    before, alone = place
+    part = Part(segment, smooth(recording, segment, names), part_of(output, segment.start, segment.stop), before, alone)
+    if alone:
+        return part
+    if part.drive.fits is None:
+        if not is_on_disk(output):
+            return part
+        part = replace(part, values=tuple(laid_beside(output, row) for row in part.drive.values))
     # the series alone tells what a full block is driven with
-    return [p if p.kept or p.drive.fits is None else replace(p, drive=p.drive.without_values()) for p in parts]
+    return replace(part, drive=part.drive.without_values())

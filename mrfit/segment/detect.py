@@ -5,12 +5,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mrfit.core.channels import LEVELS
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
-from mrfit.segment.thinning import thinned
+from mrfit.io.columns import mean_and_deviation, part_of, span
 from mrfit.segment.waveform import STILL_NOISE, TRIANGLE_MISFIT, irregular_waveform, periodic_waveform
 from mrfit.signal.cycles import Stretch, gaps, steady_stretches
+from mrfit.signal.long_cycles import stretches_of
 from mrfit.signal.noise import noise_level
+from mrfit.signal.thinning import thinned
 
 MOVED = ("displacement", "velocity", "angle", "angular_velocity")
 # An irregular stretch beside periodic ones must be this long and large to be a test of its own.
@@ -26,9 +29,24 @@ GAIN = 1.3
 
 @dataclass(frozen=True, slots=True)
 class Detection:
-    """Segments of one recording (conditions and roles not yet set), and what is to be said about it."""
+    """Segments of one recording (conditions and roles not yet set), and what is to be said about it.
+
+    Attributes
+    ----------
+    recording
+        The recording without its channels: those of many would not fit into memory.
+    samples
+        How many it has.
+    segments
+        The segments.
+    findings
+        Sentences for people.
+    kept
+        Samples that are in a segment or lead into one.
+    """
 
     recording: Recording
+    samples: int
     segments: tuple[Segment, ...]
     findings: tuple[str, ...]
     kept: int
@@ -49,7 +67,7 @@ def drive_channel(recording: Recording, wanted: str | None) -> str | None:
 
 
 def _moves(values: Array) -> bool:
-    return len(values) > 2 and float(np.ptp(values)) > max(STILL_NOISE * noise_level(values), 1e-12)
+    return len(values) > 2 and span(values) > max(STILL_NOISE * noise_level(values), 1e-12)
 
 
 def detect(recording: Recording, drive: str, min_cycles: int, settle: int, tolerance: float) -> Detection:
@@ -69,11 +87,13 @@ def detect(recording: Recording, drive: str, min_cycles: int, settle: int, toler
     tolerance
         See ``steady_stretches``.
     """
-    means, step = thinned(recording, drive)
+    looked_at = {name: recording.channels[name] for name in (drive, *LEVELS) if name in recording.channels}
+    means, step = thinned(replace(recording, channels=looked_at), drive)
     found, said = _detected(means, drive, min_cycles, settle, tolerance)
     segments = tuple(replace(s, start=step * s.start, stop=step * s.stop, warm_up=step * s.warm_up) for s in found)
     kept = sum(s.samples + s.warm_up for s in segments)
-    return Detection(recording, segments, tuple(said + _said(recording, drive, segments, kept)), kept)
+    findings = tuple(said + _said(recording, drive, segments, kept))
+    return Detection(replace(recording, channels={}), recording.samples, segments, findings, kept)
 
 
 def _detected(
@@ -82,11 +102,11 @@ def _detected(
     """Return the segments of a recording, and what is to be said of cycles that were accepted or too few."""
     values, said = recording.channels[drive], []
     levels = [recording.channels["current"]] if drive != "current" and "current" in recording.channels else []
-    stretches = steady_stretches(values, recording.dt, levels, max(2, min_cycles), tolerance)
+    stretches = stretches_of(values, recording.dt, levels, max(2, min_cycles), tolerance)
     wider = min(UNSTEADY * tolerance, 0.5)
     if 2 * _covered(stretches) < len(values):
         # A rig that does not hold its amplitude or its middle: less is asked of all cycles if that finds far more.
-        unsteady = steady_stretches(values, recording.dt, levels, max(2, min_cycles), wider)
+        unsteady = stretches_of(values, recording.dt, levels, max(2, min_cycles), wider)
         if _covered(unsteady) > max(GAIN * _covered(stretches), len(values) / 2):
             stretches = unsteady
             said.append(f"{recording.id}: {drive} is unsteady; cycles up to {100 * wider:.0f} % apart were accepted")
@@ -135,11 +155,10 @@ def held_level(recording: Recording, name: str, start: int, stop: int) -> float:
     """Return the mean of a channel that a test holds, else the level its condition gives; nan if not held or known."""
     if name not in recording.channels:
         return float(recording.condition.get(name, np.nan))
-    window = recording.channels[name][start:stop]
-    mean = float(np.mean(window))
+    window = part_of(recording.channels[name], start, stop)
+    mean, spread = mean_and_deviation(window)
     # A temperature drifts in any test, so its mean is its level.
-    spread = float(np.std(window))
-    limit = max(HELD * abs(mean), 1.5 * noise_level(window), 0.02 * float(np.ptp(recording.channels[name])))
+    limit = max(HELD * abs(mean), 1.5 * noise_level(window), 0.02 * span(recording.channels[name]))
     return mean if spread <= limit or name == "temperature" else float("nan")
 
 
@@ -161,7 +180,7 @@ def _periodic(recording: Recording, drive: str, stretch: Stretch, settle: int) -
 def _irregular(recording: Recording, drive: str, gap: tuple[int, int], beside_periodic: bool) -> Segment | None:
     values = recording.channels[drive]
     window = values[gap[0] : gap[1]]
-    if float(np.ptp(window)) < IRREGULAR_SHARE * float(np.ptp(values)):
+    if float(np.ptp(window)) < IRREGULAR_SHARE * span(values):
         return None
     waveform = irregular_waveform(window)
     if waveform is None or (beside_periodic and waveform != "random"):

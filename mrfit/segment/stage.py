@@ -49,8 +49,9 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     if existing and existing.key == key:
         return replace(existing, skipped=True)
     stage = workspace.latest
-    recordings = (workspace.read_recording(i, stage) for i in identifiers)
-    segments, detections = cut(recordings, len(identifiers), settings, progress)
+    recordings = (workspace.read_recording(i, stage, streamed=True) for i in identifiers)
+    with workspace.scratching():
+        segments, detections = cut(recordings, len(identifiers), settings, progress)
     summary = checked(_summary(key, settings, segments, detections))
     workspace.write_segments(segments, {METADATA: json.dumps(plain(summary), ensure_ascii=False)})
     return summary
@@ -135,9 +136,7 @@ def _detections(
             lacking.append(
                 f"{recording.source}: {'no ' if settings.drive else ''}{wanted} in {_held(recording.channels)}"
             )
-            detections.append(
-                Detection(recording, (), (f"{recording.id}: {lacking[-1].split(': ', 1)[1]}; left out",), 0)
-            )
+            detections.append(_without_drive(recording, lacking[-1].split(": ", 1)[1]))
         else:
             detections.append(detect(recording, drive, settings.min_cycles, settings.settle, settings.tolerance))
         progress("segment", done, number)
@@ -146,6 +145,11 @@ def _detections(
     if not any(d.segments for d in detections):
         raise DataError(_nothing_found(detections[0], lacking, settings))
     return detections
+
+
+def _without_drive(recording: Recording, reason: str) -> Detection:
+    said = (f"{recording.id}: {reason}; left out",)
+    return Detection(replace(recording, channels={}), recording.samples, (), said, 0)
 
 
 def _held(channels: object) -> str:
@@ -189,8 +193,7 @@ def _summary(
             for name, role in sorted(parts)
         ],
         recordings=[
-            CutRow(id=d.recording.id, kept=d.kept, cut=d.recording.samples - d.kept, segments=len(d.segments))
-            for d in detections
+            CutRow(id=d.recording.id, kept=d.kept, cut=d.samples - d.kept, segments=len(d.segments)) for d in detections
         ],
         findings=[f for d in detections for f in d.findings],
     )

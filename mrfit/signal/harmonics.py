@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrfit.core.specs import Array
+from mrfit.io.columns import chunks, is_on_disk
 
 Spectrum = NDArray[np.complex128]
 
@@ -163,7 +164,10 @@ def _gram(samples: int, omega: float, harmonics: int) -> Array:
 
 def _moments(signal: Array, omega: float, harmonics: int) -> Array:
     """Return the signal's inner products with 1, cos ωn, sin ωn, cos 2ωn and so on."""
-    sums = transform(signal, omega * np.arange(harmonics + 1, dtype=np.float64))
+    return _as_moments(transform(signal, omega * np.arange(harmonics + 1, dtype=np.float64)))
+
+
+def _as_moments(sums: Spectrum) -> Array:
     moments = np.stack([sums.real, -sums.imag], axis=1).reshape(-1)
     return np.delete(moments, 1)
 
@@ -207,7 +211,13 @@ def _select(signal: Array, omega: float, most: int) -> Spectrum:
     samples, power = len(signal), float(signal @ signal)
     if power <= 0.0:
         return np.zeros(1, dtype=complex)
-    gram, moments = _gram(samples, omega, most), _moments(signal, omega, most)
+    return _chosen(samples, power, omega, _moments(signal, omega, most))
+
+
+def _chosen(samples: int, power: float, omega: float, moments: Array) -> Spectrum:
+    """Return the same from the sum of squares and the inner products of the longest series."""
+    most = len(moments) // 2
+    gram = _gram(samples, omega, most)
     # Columns are nested, so one triangular factor gives the residual of every shorter series.
     factor = np.linalg.cholesky(gram + np.eye(len(gram)) * 1e-12 * samples)
     explained = np.cumsum(np.linalg.solve(factor, moments) ** 2)[0::2]
@@ -216,3 +226,28 @@ def _select(signal: Array, omega: float, most: int) -> Spectrum:
     kept = int(np.argmin(criterion))
     size = 2 * kept + 1
     return _complex(_solve(gram[:size, :size], moments[:size]))
+
+
+def series_at(values: Array, dt: float, frequency: float) -> HarmonicFit:
+    """Return the series of a signal (N,) at a fundamental that is known, as ``harmonic_fit``; it may stay on disk."""
+    if not is_on_disk(values):
+        return harmonic_fit(values, dt, frequency, refine=False)
+    samples, omega = len(values), 2 * np.pi * frequency * dt
+    most = _most_harmonics(samples, omega)
+    order = np.arange(most + 1, dtype=np.float64)
+    mean = sum(float(np.sum(part)) for part in chunks(values)) / samples
+    sums, power, begin = np.zeros(most + 1, dtype=complex), 0.0, 0
+    for part in chunks(values):
+        centred = part - mean
+        sums += np.exp(-1j * omega * order * begin) * transform(centred, omega * order)
+        power, begin = power + float(centred @ centred), begin + len(part)
+    if power <= 0.0:
+        return HarmonicFit(frequency, np.array([mean + 0j]), 0.0)
+    coefficients = _chosen(samples, power, omega, _as_moments(sums))
+    left, begin = 0.0, 0
+    for part in chunks(values):
+        turned = coefficients * np.exp(1j * omega * np.arange(len(coefficients)) * begin)
+        rest = part - mean - synthesis(turned, omega, len(part))
+        left, begin = left + float(rest @ rest), begin + len(part)
+    coefficients[0] += mean
+    return HarmonicFit(frequency, coefficients, float(np.sqrt(left / samples)))

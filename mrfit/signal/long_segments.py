@@ -1,7 +1,10 @@
 """Pieces of segments that are too long to be handled at once; an hour at 10 kHz is 36 million samples."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
+
+import numpy as np
 
 from mrfit.core.recording import Segment
 from mrfit.signal.noise import LONG
@@ -11,6 +14,9 @@ from mrfit.signal.smoothing import FITTED_CYCLES
 PIECE = 1 << 19
 # Cycles by which the model settles before a piece, and the share of its samples where there are none
 LEAD_CYCLES, LEAD_IN = 2, 0.1
+# Pieces of a long segment by which it is judged and from which a fit begins: of those whose cycles are folded, and of
+# others, whose samples are all simulated
+FOLDED_PIECES, OTHER_PIECES = 96, 4
 
 
 def pieces(segment: Segment, dt: float) -> list[Segment]:
@@ -46,3 +52,23 @@ def middle_piece(segment: Segment, dt: float) -> Segment:
     """Return the piece in the middle of a long segment, or the whole of another."""
     found = pieces(segment, dt)
     return found[len(found) // 2]
+
+
+def spread_over(segments: Sequence[Segment], most: Sequence[int]) -> list[int]:
+    """Return which pieces of segments stand for all of them, in their order: all, but of very long segments.
+
+    Parameters
+    ----------
+    segments
+        The pieces.
+    most
+        How many pieces, spread over its segment, may stand for that of each.
+    """
+    members: dict[tuple[str, str], list[int]] = {}
+    for place, segment in enumerate(segments):
+        members.setdefault((segment.id, segment.role), []).append(place)
+    chosen: list[int] = []
+    for places in members.values():
+        count = min(max(most[k] for k in places), len(places))
+        chosen += [places[k] for k in np.linspace(0, len(places) - 1, count).round().astype(int)]
+    return sorted(chosen)

@@ -66,7 +66,8 @@ def quantisation(values: Array) -> float:
     So are ramps whose steps are all alike, as those of a computed trapezoid: a rounded one waits for its next level.
     Of a long channel the middle is looked at.
     """
-    values = values[max(len(values) - LONG, 0) // 2 :][:LONG]
+    begin = max(len(values) - LONG, 0) // 2
+    values = values[begin : begin + LONG]
     if np.mean(values[1:] == values[:-1]) < STAYING:
         return 0.0
     levels = np.unique(values[:UNIQUE_SAMPLES])

@@ -14,6 +14,8 @@ from mrfit.signal.noise_floor import NoiseFloor, measured_samples
 AGREEMENT, EXACT = 1.5, 1e-5
 # Least share of the shorter record that two have in common
 OVERLAP = 0.5
+# Most repeats that one is compared with: of a thousand, every pair would take longer than all else of a fit
+COMPARED = 16
 
 
 def repeats_floor(
@@ -34,12 +36,24 @@ def repeats_floor(
         Output over each segment, (N,).
     """
     found: list[NoiseFloor | None] = []
+    members: dict[str, list[int]] = {}
     for k, segment in enumerate(segments):
-        others = [j for j, s in enumerate(segments) if j != k and s.condition == segment.condition]
+        members.setdefault(segment.condition, []).append(k)
+    for k, segment in enumerate(segments):
+        others = _spread([j for j in members[segment.condition] if j != k], k)
         powers = [_difference(segment, segments[j], recordings, (outputs[k], outputs[j])) for j in others]
         known = [p for p in powers if p is not None]
         found.append(_floor(np.array(known)) if known else None)
     return found
+
+
+def _spread(others: list[int], k: int) -> list[int]:
+    """Return the repeats that one is compared with: all of few, of many as many before and after it, in a ring."""
+    if len(others) <= COMPARED:
+        return others
+    first = sum(j < k for j in others)
+    ring = others[first:] + others[:first]
+    return sorted(ring[: COMPARED // 2] + ring[-COMPARED // 2 :])
 
 
 def _floor(powers: Array) -> NoiseFloor:

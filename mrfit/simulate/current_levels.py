@@ -8,6 +8,7 @@ import numpy as np
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array, ModelSpec, Param
 from mrfit.errors import ConfigError, DataError
+from mrfit.io.columns import LONG, chunks, is_on_disk, part_of
 from mrfit.io.schemas.fit import Caution, Fit, FitDependence
 from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence, Order, at_current, count, expanded, orders_of
@@ -124,12 +125,20 @@ def tested(segments: Sequence[Segment], recordings: Mapping[str, Recording]) -> 
     """Return the currents of training segments."""
     levels = levels_of(segments)
     varying = [
-        recordings[s.recording].channels["current"][s.start : s.stop]
+        _spread(recordings[s.recording].channels["current"], s)
         for s in segments
         if s.role == "train" and "current" in recordings[s.recording].channels and not np.isfinite(s.current)
     ]
     ends = [*levels, *(float(end) for values in varying for end in np.quantile(values, (SPIKES, 1.0 - SPIKES)))]
     return OfCondition(levels, varying, min(ends, default=0.0), max(ends, default=0.0))
+
+
+def _spread(current: Array, segment: Segment) -> Array:
+    """Return a current over a segment, of one that stays on disk some of the samples, spread over it."""
+    within = part_of(current, segment.start, segment.stop)
+    if not is_on_disk(within):
+        return within
+    return np.concatenate([part[:: -(-len(within) // LONG)] for part in chunks(within)])
 
 
 def takes_current(spec: ModelSpec) -> bool:

@@ -225,7 +225,7 @@ def test_ingest_removes_no_file_outside_the_workspace(tmp_path: Path) -> None:
     assert outside.read_text() == "precious"
 
 
-PLACES = ("recordings", "flux", "fits", "fits/x", "report", "report/figures", "discover", "compare")
+PLACES = ("recordings", "flux", "fits", "fits/x", ".mrfit-scratch", "report", "report/figures", "discover", "compare")
 
 
 @pytest.mark.parametrize("place", PLACES)

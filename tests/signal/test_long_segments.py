@@ -13,10 +13,11 @@ from hypothesis import strategies as st
 
 from mrfit.cli import main
 from mrfit.core.recording import Recording, Segment
+from mrfit.fit import identify
+from mrfit.io import columns
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.reading import of_json
-from mrfit.segment import thinning
-from mrfit.signal import long_segments, noise
+from mrfit.signal import long_segments, noise, thinning
 from mrfit.signal.long_segments import FITTED_CYCLES, LEAD_CYCLES, PIECE, middle_piece, pieces
 from mrfit.signal.noise import LONG, noise_level, quantisation
 
@@ -127,3 +128,51 @@ def test_a_long_segment_is_fitted_in_pieces_as_the_whole_is(tmp_path: Path, monk
     train = table.filter(table.column("role").to_numpy(zero_copy_only=False) == "train")
     assert np.allclose(np.diff(train.column("time").to_numpy()), 0.001)
     assert cut.results[0].warnings == whole.results[0].warnings
+
+
+def test_a_fit_searched_on_some_pieces_ends_where_one_on_all_does(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in (noise, long_segments, thinning, columns):
+        monkeypatch.setattr(module, "LONG", 10_000)
+    monkeypatch.setattr(noise, "WINDOW", 1000)
+    monkeypatch.setattr(long_segments, "PIECE", 4000)
+    monkeypatch.setattr(columns, "CHUNK", 4096)
+    recording = made(1000.0, 2.0, 60.0)
+    every = studied(tmp_path / "every", recording)
+    monkeypatch.setattr(identify, "FOLDED_PIECES", 3)
+    some = studied(tmp_path / "some", recording)
+    values = [{p.name: p for p in f.results[0].parameters} for f in (every, some)]
+    for name, one in values[0].items():
+        other, width = values[1][name], one.high - one.low
+        # three of ten pieces alone would be twice as far from the truth, and with intervals twice as wide
+        assert abs(one.value - other.value) < 0.03 * width, name
+        assert other.high - other.low == pytest.approx(width, rel=0.35), name
+    assert some.results[0].cost == pytest.approx(every.results[0].cost, rel=1e-3)
+    assert [m.samples for m in some.metrics] == [m.samples for m in every.metrics]
+    assert [m.rmse for m in some.metrics] == pytest.approx([m.rmse for m in every.metrics], rel=1e-4)
+    assert not (tmp_path / "some" / "work" / ".mrfit-scratch").exists()
+
+
+def test_a_random_drive_that_stays_on_disk_is_fitted_as_in_memory(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    t = np.arange(60_000) * 1e-3
+    rng = np.random.default_rng(5)
+    tones = [(f, rng.uniform(0, 2 * np.pi)) for f in rng.uniform(0.3, 3.0, 12)]
+    x = sum(3e-3 * np.sin(2 * np.pi * f * t + p) for f, p in tones)
+    v = np.gradient(x, 1e-3)
+    force = 800 * np.tanh(80 * v + 20 * x) + 1500 * v + 20 + 8.0 * rng.standard_normal(len(t))
+    channels = {"displacement": x + 1e-7 * rng.standard_normal(len(t)), "force": force}
+    recording = Recording("a", "a.csv", "0", "none", 1e-3, 0.0, channels, {"displacement": "m", "force": "N"})
+    whole = studied(tmp_path / "whole", recording)
+    for module in (noise, long_segments, thinning, columns):
+        monkeypatch.setattr(module, "LONG", 10_000)
+    monkeypatch.setattr(noise, "WINDOW", 1000)
+    monkeypatch.setattr(long_segments, "PIECE", 4000)
+    cut = studied(tmp_path / "cut", recording)
+    assert len(cut.results[0].segments) > 2 * long_segments.OTHER_PIECES
+    values = [{p.name: p for p in f.results[0].parameters} for f in (whole, cut)]
+    for name, one in values[0].items():
+        assert abs(one.value - values[1][name].value) < 0.5 * (one.high - one.low), name
+    assert [m.rmse for m in cut.metrics] == pytest.approx([m.rmse for m in whole.metrics], rel=0.01)

@@ -260,10 +260,24 @@ class _Task:
     versions: _Versions
 
 
+@cache
+def _one_blas_thread() -> None:
+    """Let BLAS use one thread in this worker from now on, as it does in a command: others add in another order.
+
+    For the time of a task alone it could not be: another thread of the worker may be at one.
+    """
+    # what is limited has to be loaded before
+    import scipy.linalg  # noqa: F401
+    from threadpoolctl import threadpool_limits
+
+    threadpool_limits(limits=1, user_api="blas")
+
+
 def _made_there(task: bytes) -> bytes:
     """Make an item in a worker."""
     from distributed import get_worker
 
+    _one_blas_thread()
     asked: _Task = pickle.loads(task)
     worker = get_worker()
     if asked.versions != _here():

@@ -37,7 +37,7 @@ def repeat_rows(parts: Sequence[Part], floors: Sequence[float], simulated: Seque
         members = [k for k in chosen if parts[k].segment.condition == condition]
         if len(members) < 2:
             continue
-        lines = [_line(parts[k].output, simulated[k]) for k in members]
+        lines = [_line(np.asarray(parts[k].output), simulated[k]) for k in members]
         samples = sum(len(simulated[k]) for k in members)
         mean = sum(float(np.sum(simulated[k])) for k in members) / samples
         power = sum(float(np.sum((simulated[k] - mean) ** 2)) for k in members) / samples

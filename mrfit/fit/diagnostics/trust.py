@@ -55,15 +55,18 @@ def trust(
     rng
         What a bootstrap draws from.
     """
+    # of very long segments some pieces stand for all
+    judged, responses = group.judged, Made(len(group.chosen), lambda k: simulated[group.chosen[k]])
+    fitted = [k for k, s in enumerate(judged.segments) if s.role == "train"]
+    residuals = Made(len(fitted), lambda k: judged.parts[fitted[k]].output - responses[fitted[k]])
     linearised = linearise(group, assembly, cube, point, weight)
-    uncertainty = analyse(linearised.jacobians, linearised.residuals, linearised.periods)
+    uncertainty = analyse(linearised.jacobians, linearised.residuals, linearised.periods, linearised.share)
     parameters = parameter_rows(cube, point, uncertainty)
     derived = derived_rows(assembly, cube, point, uncertainty)
     folded = Posed(group.search, weights_of(group.search, group.training_floors, weight), assembly, cube)
     profiles: list[Profiled] = []
     if intervals == "bootstrap":
-        errors = [p.output - y for p, y in zip(group.full.parts, simulated, strict=True) if p.segment.role == "train"]
-        drawn = bootstrap_intervals(folded, point, uncertainty, errors, rng)
+        drawn = bootstrap_intervals(folded, point, uncertainty, list(residuals), rng)
         known = {r.name for r in [*parameters, *derived] if r.identifiable}
         found = {name: interval for name, interval in drawn.items() if name in known}
         parameters, derived = with_intervals(parameters, found), with_intervals(derived, found)
@@ -78,10 +81,10 @@ def trust(
         derived=derived,
         conditioning=conditioning(cube, uncertainty),
         identifiability=list(judge(cube, point, uncertainty, segments, readable).sentences),
-        passivity=passivity_rows(group.full, simulated, assembly),
-        drift=drift_rows(group.full.parts, simulated),
-        repeats=repeat_rows(group.full.parts, [f.scale for f in group.floors], simulated),
-        residual_tests=residual_rows(group, assembly, simulated),
+        passivity=passivity_rows(judged, responses, assembly),
+        drift=drift_rows(judged.parts, responses),
+        repeats=repeat_rows(judged.parts, [group.floors[k].scale for k in group.chosen], responses),
+        residual_tests=residual_rows([judged.parts[k] for k in fitted], residuals, assembly),
         profiles=[p.profile for p in profiles],
         bands=bands(assembly, cube, point, uncertainty),
     )
@@ -102,15 +105,13 @@ def drift_warnings(rows: Sequence[DriftRow]) -> list[Caution]:
     return [Caution(kind="drift", text=drift_words(rows))] if rows else []
 
 
-def residual_rows(group: Group, assembly: Assembly, simulated: Sequence[Array]) -> list[ResidualTest]:
+def residual_rows(parts: Sequence[Part], residuals: Sequence[Array], assembly: Assembly) -> list[ResidualTest]:
     """Return for each input the correlation of the training residual with it, in the condition where it is largest."""
-    pairs = [(p, y) for p, y in zip(group.full.parts, simulated, strict=True) if p.segment.role == "train"]
-    residuals = Made(len(pairs), lambda k: pairs[k][0].output - pairs[k][1])
-    periods = [p.period for p, _ in pairs]
-    conditions = [p.segment.condition for p, _ in pairs]
+    periods = [p.period for p in parts]
+    conditions = [p.segment.condition for p in parts]
 
     def values_of(row: int) -> Made[Array]:
-        return Made(len(pairs), lambda k: pairs[k][0].inputs(row))
+        return Made(len(parts), lambda k: parts[k].inputs(row))
 
     inputs = {name: values_of(row) for row, name in enumerate(assembly.spec.inputs)}
     moving = {name: values for name, values in inputs.items() if any(varies(u) for u in values)}

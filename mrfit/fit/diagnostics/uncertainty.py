@@ -51,11 +51,14 @@ class Linearised:
         For each record the weighted residuals (N_s,).
     periods
         For each record the samples per cycle of its drive, 0 where it is not periodic.
+    share
+        Share of the samples fitted that these stand for.
     """
 
     jacobians: list[Array]
     residuals: list[Array]
     periods: list[float]
+    share: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -164,7 +167,9 @@ def condensed(rows: Array, length: int) -> Array:
     return sums / math.sqrt(length)
 
 
-def analyse(jacobians: Sequence[Array], residuals: Sequence[Array], periods: Sequence[float] = ()) -> Uncertainty:
+def analyse(
+    jacobians: Sequence[Array], residuals: Sequence[Array], periods: Sequence[float] = (), share: float = 1.0
+) -> Uncertainty:
     """Return the uncertainty of a least-squares optimum.
 
     Parameters
@@ -175,6 +180,8 @@ def analyse(jacobians: Sequence[Array], residuals: Sequence[Array], periods: Seq
         For each record the weighted residuals (N_s,).
     periods
         For each record the samples per cycle of its drive, 0 where it is not periodic; none at all means the latter.
+    share
+        Share of the samples fitted that the records stand for.
     """
     samples = sum(len(r) for r in residuals)
     _, found, vt = np.linalg.svd(np.linalg.qr(np.vstack(jacobians), mode="r"))
@@ -185,7 +192,7 @@ def analyse(jacobians: Sequence[Array], residuals: Sequence[Array], periods: Seq
     gamma, degrees = _score_covariance([j @ directions / scale for j in jacobians], residuals, periods)
     usable = singular > RANK_TOLERANCE * max(float(singular[0]), 1e-300)
     inverse = np.where(usable, 1.0 / scale, 0.0)
-    covariance = inverse[:, None] * gamma * inverse[None, :]
+    covariance = share * (inverse[:, None] * gamma * inverse[None, :])
     spreads = np.where(usable, np.sqrt(np.maximum(np.diag(covariance), 0.0)), np.inf)
     wide = 2 * quantile_95(degrees) * spreads > 1.0
     covariance[wide, :] = 0.0

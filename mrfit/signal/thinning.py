@@ -6,6 +6,7 @@ import numpy as np
 
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
+from mrfit.io.columns import changed, span
 from mrfit.signal.noise import LONG, noise_level, windows
 
 # Straight lines between the means may leave the drive by so many times its noise, or by this share of its range
@@ -15,17 +16,18 @@ NOISES, SHARE = 1.2, 1e-3
 def thinned(recording: Recording, drive: str) -> tuple[Recording, int]:
     """Return a recording as means over so many neighbouring samples, and how many these are; 1 for one that is short.
 
-    They are as many as leave no more than two million means, but fewer where the means would not show the drive.
+    They are as many as leave no more than two million means, but fewer where the means would not show the drive. Means
+    that are more than that stay on disk where the channels do.
     """
     values = recording.channels[drive]
     step = 1 << ((len(values) - 1) // LONG).bit_length()
     if step > 1:
-        limit = max(NOISES * noise_level(values), SHARE * float(np.ptp(values)))
+        limit = max(NOISES * noise_level(values), SHARE * span(values))
         while step > 1 and _left(values, step) > limit:
             step //= 2
     if step == 1:
         return recording, 1
-    channels = {name: means(channel, step) for name, channel in recording.channels.items()}
+    channels = {name: changed(channel, lambda part: means(part, step)) for name, channel in recording.channels.items()}
     return replace(recording, channels=channels, dt=step * recording.dt), step
 
 
