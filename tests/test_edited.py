@@ -288,7 +288,7 @@ def test_an_unknown_schema_is_refused_in_one_line_and_stays(
             "flux.json",
             ("settings", "resistance"),
             [2],
-            "settings.resistance takes a number or 'auto', not [2]",
+            "settings.resistance takes a number or 'auto' or text, not [2]",
         ),
         ("flux.json", ("settings", "window"), 3, "settings.window is no key mrfit knows"),
     ],

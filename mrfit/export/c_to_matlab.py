@@ -229,6 +229,10 @@ class Translator:
         self.depth -= 1
         self.say("end")
 
+    def on_break(self, node: Any) -> None:
+        """The end of a loop."""
+        self.say("break;")
+
     def on_unaryop(self, node: Any) -> None:
         """A counter going on, or back."""
         name = self.target(node.expr)

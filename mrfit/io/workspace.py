@@ -405,8 +405,7 @@ class Workspace:
 
     def flux_file(self) -> FluxFile | None:
         """Return flux.json, None if there is none."""
-        remedy = f"run `mrfit flux --work {self.root}` with the settings you want"
-        return load(self.flux_json, FluxFile, remedy)
+        return load(self.flux_json, FluxFile, f"run `mrfit flux --work {self.root}` with the settings you want")
 
     def recording_file(self, identifier: str, stage: str = "recordings") -> Path:
         """Return the Parquet file of a recording as ``stage`` (``recordings`` or ``flux``) left it.
@@ -543,7 +542,7 @@ class Workspace:
 
         if not self.segments_file.is_file():
             raise DataError(f"{self.root}: no segments here; run `mrfit segment --work {self.root}` first")
-        remedy = "run `mrfit segment` with the settings you want"
+        remedy = f"run `mrfit segment --work {self.root}` with the settings you want"
         with reading(self.segments_file, remedy):
             rows = pq.ParquetFile(self.segments_file).read()
             found = rows.to_pylist()

@@ -53,7 +53,7 @@ def test_what_a_refit_of_the_base_absorbs_has_no_distance(seed, parameters, samp
     first, second = rng.standard_normal((2, samples, parameters))
     moved = rng.standard_normal((parameters, 3))
     known = Known.of(first, first @ moved)
-    assert added(known, second, second @ moved) == pytest.approx(np.zeros(3), abs=1e-6)
+    assert added(known, second, second @ moved) == pytest.approx(np.zeros(3), abs=1e-5)
     # another move on the test than on the data is no refit
     assert np.all(added(known, second, second @ (moved + 1.0)) > 1e-3)
 

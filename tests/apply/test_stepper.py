@@ -25,6 +25,7 @@ EFFECTS = {
     "force-filter": ({"T": 0.004}, 1e-9),
     "asymmetry": ({"g_yield": 0.2}, 1e-9),
     "temperature": ({"b_yield": 0.01}, 1e-9),
+    "temperature-polynomial": ({"a1": -0.4, "a2": 0.2}, 1e-9),
     "gas-spring": ({"k_g": 500.0}, 1e-9),
     "inertia": ({"m": 3.0}, 1e-9),
     "end-stop": ({"k_s": 1e4, "x_s": 0.008}, 1e-9),

@@ -89,9 +89,20 @@ def test_many_conditions_are_compared_in_tables_that_cut_no_name(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     conditions = [f"sine-{k}Hz-0.0125m-1.5A" for k in range(1, 13)]
-    metrics = [{"model": "bingham", "role": "train", "condition": c, "nrmse": 0.1} for c in conditions]
-    model = {"model": "bingham", "output": "force", "parameters": 3}
-    told = {"models": [model], "metrics": metrics, "seconds": {}, "warnings": [], "left_out": []}
+    metrics = [
+        {"fit": "bingham.lsq", "model": "bingham", "role": "train", "condition": c, "nrmse": 0.1} for c in conditions
+    ]
+    model = {"fit": "bingham.lsq", "model": "bingham", "output": "force", "parameters": 3, "evaluations": 9}
+    model |= {"current_orders": {}, "warnings": []}
+    told = {
+        "models": [model],
+        "metrics": metrics,
+        "seconds": {},
+        "warnings": [],
+        "left_out": [],
+        "kept": [],
+        "dropped": {},
+    }
     output.compare_models(told, tmp_path)
     printed = capsys.readouterr().out
     assert all(c in printed for c in conditions)

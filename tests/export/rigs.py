@@ -30,6 +30,7 @@ STRENGTH: Mapping[str, tuple[float, ...]] = {
     "slow-release": (0.4, 0.05),
     "stribeck": (40.0, 0.03, 1.5, 5e-4, 3e-4),
     "temperature": (0.01, 0.006),
+    "temperature-polynomial": (-0.4, 0.2, -0.1),
     "velocity-hysteresis": (3.0, 0.01),
     "eddy-current": (0.4,),
     "saturation": (300.0, 2.0),

@@ -132,4 +132,4 @@ def test_parameters_of_stages_are_those_of_the_models() -> None:
     for model in ("hammerstein-wiener", "hw-static"):
         patterns = {p for s in stages_of(model) for p in s.parameters}
         names = {*assemble("hammerstein-wiener").spec.names, "force-filter.*", "current-filter.*", "current-lag.*"}
-        assert patterns == names | {"temperature.b_viscous"}
+        assert patterns == names | {"temperature.b_viscous", "temperature-polynomial.*"}

@@ -14,7 +14,6 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import brentq
 from scipy.special import stdtr
 
 from mrfit.core.specs import Array
@@ -105,6 +104,8 @@ def currents_of(dependence: CurrentDependence, order: int | str) -> list[Array]:
 
 def simultaneous(gradients: Array, uncertainty: Uncertainty, pieces: Sequence[slice]) -> float:
     """Return the half-width of a simultaneous 95 % band in standard deviations, for gradients (N, F) along a curve."""
+    from scipy.optimize import brentq
+
     values, vectors = np.linalg.eigh(uncertainty.covariance)
     along = gradients @ (vectors * np.sqrt(np.maximum(values, 0.0)))
     lengths = np.linalg.norm(along, axis=1)
