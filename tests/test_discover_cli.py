@@ -86,6 +86,7 @@ def test_nothing_is_left_to_settle(study):
     assert done.stdout.startswith(f"Nothing to settle: the last discovery on {first['discovery']['base_model']}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("study", ["discover-eddy"], indirect=True)
 def test_the_augmented_model_is_fitted_and_predicts_like_any_other(study):
     _, folder, first = study
@@ -98,6 +99,7 @@ def test_the_augmented_model_is_fitted_and_predicts_like_any_other(study):
     assert row["rmse"] < 2.0 * row["noise_floor"]
 
 
+@pytest.mark.slow
 def test_too_few_data_are_said_not_guessed_from(mrfit: Run, datasets: Path, tmp_path: Path) -> None:
     logs = [datasets / "coil-eddy" / f"sine_05Hz_{a}A.csv" for a in (1, 3)]
     assert mrfit("ingest", *logs).returncode == 0

@@ -35,6 +35,7 @@ def pipeline_file(folder: Path, plugins: str) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_a_pipeline_file_names_its_plugins_from_its_own_folder(tmp_path: Path) -> None:
     for name in ("logs", "study/own", "elsewhere"):
         (tmp_path / name).mkdir(parents=True)
@@ -91,6 +92,7 @@ def test_an_installed_package_is_read_with_fitted_with_and_reported(tmp_path: Pa
     assert json.loads(cli(tmp_path, "ingest", "run1.log", "--json", site=site))["skipped"]
 
 
+@pytest.mark.slow
 def test_files_are_named_as_options_or_in_the_environment(tmp_path: Path) -> None:
     acme_log(tmp_path / "run1.log")
     options = [part for file in FILES for part in ("--plugin", file)]

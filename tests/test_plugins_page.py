@@ -35,6 +35,7 @@ def page(tmp_path: Path) -> Path:
     return tmp_path
 
 
+@pytest.mark.slow
 def test_its_model_effect_optimizer_and_reader_are_used_together(page: Path) -> None:
     around = {"MRFIT_PLUGINS": "my_damper.py:my_spring.py:my_search.py:my_reader.py"}
     assert run_python(page, "mrfit.cli", "ingest", "run1.txt", **around).returncode == 0

@@ -143,6 +143,7 @@ def test_numbers_that_there_are_none_of_are_null(command: Command, work: Path) -
     assert told == content and all(Path(place).is_file() for place in places.values())
 
 
+@pytest.mark.slow
 def test_quarter_car_writes_rides_with_their_seeds(command: Command, work: Path) -> None:
     arguments = ("quarter-car", "--fit", "lagging", "--road", "C", "--duration", "1", "--seed", "7", "--no-check")
     timing = ("--sample", "0.005", "--steps", "6", "--control", "passive-low,hybrid")

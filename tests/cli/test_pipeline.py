@@ -117,6 +117,7 @@ def test_the_result_does_not_depend_on_the_number_of_workers_or_the_order_of_log
     assert written[0] == written[1]
 
 
+@pytest.mark.slow
 def test_prediction_on_another_log_is_a_free_run_with_its_own_errors(mrfit: Run, datasets: Path) -> None:
     folder = datasets / "coil-planted" / "standard"
     train = [folder / f"coil_{f}Hz_{a}A.csv" for f in ("01", "05", "10") for a in (1, 5)]

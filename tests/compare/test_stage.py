@@ -136,6 +136,7 @@ def test_the_bench_gives_the_same_log_for_the_same_seed() -> None:
     assert np.array_equal(one, two)
 
 
+@pytest.mark.slow
 def test_the_command_prints_one_table_and_refuses_half_a_question(mrfit: Run, datasets: Path) -> None:
     assert mrfit("ingest", datasets / "coil" / "coil_05Hz_1A.csv").returncode == 0
     done = mrfit("compare", "--models", "bingham,tanh,boucwen-mmf,boucwen-flux", "--budget", 300)

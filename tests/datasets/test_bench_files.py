@@ -101,6 +101,7 @@ def test_a_column_left_out_is_not_written(tmp_path):
     assert log.read_text().splitlines()[0] == "Time,Displacement,Load,Current"
 
 
+@pytest.mark.slow
 def test_a_coil_log_obeys_the_circuit_equation(tmp_path):
     truth = make(Hidden("coil", programme="one-log", seed=2, style=Style(integrator=True)), tmp_path)
     lines = (tmp_path / "logs" / "sine_5Hz_3A.csv").read_text().splitlines()

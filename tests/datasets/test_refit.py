@@ -32,6 +32,7 @@ def test_what_it_has_not_stays_but_never_more_than_the_share():
     assert 0.5 * share < visible < share
 
 
+@pytest.mark.slow
 def test_a_coil_without_effects_is_its_own_law_and_a_wrong_resistance_is_not():
     coil = base_coil(np.random.default_rng(1))
     record = coil_bench.run(coil, {}, [Drive("sine", f, 3.0) for f in (1.0, 10.0)])

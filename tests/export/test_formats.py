@@ -296,6 +296,7 @@ def test_nothing_is_written_if_one_format_fails(tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_from_the_command_line(logs: Path, mrfit: Run, tmp_path: Path) -> None:
     assert mrfit("ingest", logs / "log0.csv", logs / "log1.csv").returncode == 0
     assert mrfit("fit", "--model", "tanh", "--per", "all", "--name", "d").returncode == 0

@@ -78,6 +78,7 @@ def test_an_error_on_a_hostile_name_is_one_line(tmp_path: Path) -> None:
         assert rb"a\x1b[31m\nmrfit: fine.csv" in done.stderr
 
 
+@pytest.mark.slow
 def test_the_locale_changes_nothing(tmp_path: Path) -> None:
     said, locales = [], ({"LC_ALL": "C", "PYTHONUTF8": "0"}, {"LC_ALL": "C.UTF-8"})
     for number, locale in enumerate(locales):

@@ -142,7 +142,7 @@ def test_a_damaged_table_of_segments_is_named_with_its_remedy(content: bytes | N
         write_table(workspace.segments_file, {"id": np.zeros(1), "colour": np.zeros(1)})
     else:
         workspace.segments_file.write_bytes(content)
-    with pytest.raises(DataError, match=r"segments\.parquet: .*run `mrfit segment`") as error:
+    with pytest.raises(DataError, match=r"segments\.parquet: .*run `mrfit segment --work") as error:
         workspace.read_segments()
     assert "\n" not in str(error.value)
 

@@ -157,6 +157,7 @@ def spin(*_: object) -> None:
         pass
 
 
+@pytest.mark.slow
 def test_a_stuck_library_ends_though_its_command_was_killed() -> None:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     killed = subprocess.run([sys.executable, "-c", STUCK], capture_output=True, text=True, env=environment)
