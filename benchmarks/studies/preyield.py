@@ -258,7 +258,7 @@ def current_table(found: dict[tuple[str, str, float], dict[str, float]]) -> Tabl
     rows = []
     for model, fit in product(MODELS, FITS):
         for key in WORDS:
-            values = [found[model, fit, i][key] for i in CURRENTS]
+            values = [found[model, fit, i].get(key, np.nan) for i in CURRENTS]
             if np.isfinite(values).all():
                 rows.append(Row(f"{model} {fit}, {SYMBOLS[key]}", [], list(values)))
     note = "The paper tabulates 0 and 1 A, see above; its tests at 0.25, 0.5 and 0.75 A are fitted here the same way."

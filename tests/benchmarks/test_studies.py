@@ -197,3 +197,26 @@ def test_a_study_gives_the_committed_results(name: str, tmp_path: Path, monkeypa
         for a, b in zip(old.rows, new.rows, strict=True):
             for x, y in zip(a.reproduced, b.reproduced, strict=True):
                 assert (x is None) == (y is None) and (x is None or x == pytest.approx(y, rel=0.02, abs=1e-6))
+
+
+def titled(study: Study, title: str) -> dict[str, Row]:
+    (found,) = (t for t in study.tables if t.title == title)
+    return {row.of: row for row in found.rows}
+
+
+def test_what_is_concluded_of_the_preyield_fits_holds_between_0_and_1_a() -> None:
+    words = titled(load("preyield"), "The same between 0 and 1 A")
+    assert set(words) == {"yield force", "LMH fits", "Spencer"}
+    assert all(row.verdict == AGREES for row in words.values())
+    rows = titled(load("preyield"), "Parameters at all five currents")
+    yielding = [row.reproduced for of, row in rows.items() if of.endswith("f_y, N") and "herschel" not in of]
+    assert len(yielding) == 12
+    assert all(a < b for values in yielding for a, b in pairwise(values))
+
+
+def test_the_slow_test_gives_the_stiffness_and_the_friction_of_the_rig() -> None:
+    rows = titled(load("preyield"), "Quasi-static test")
+    found = {of: float(row.words[1].split()[0]) for of, row in rows.items() if row.words is not None}
+    assert found["stiffness of the gas chamber"] == pytest.approx(900.0, rel=0.02)
+    assert found["force at mid-stroke"] == pytest.approx(160.0, rel=0.01)
+    assert found["friction"] == pytest.approx(19.0, rel=0.05)
