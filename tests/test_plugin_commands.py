@@ -70,6 +70,7 @@ def test_a_wrong_plugin_of_a_pipeline_file_is_one_line(plugins: str, message: st
     assert not (tmp_path / "w").exists()
 
 
+@pytest.mark.slow
 def test_an_installed_package_is_read_with_fitted_with_and_reported(tmp_path: Path) -> None:
     site = str(install(tmp_path / "site"))
     acme_log(tmp_path / "run1.log")

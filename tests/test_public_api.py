@@ -227,6 +227,7 @@ def test_a_discovery_on_too_few_data_says_what_is_lacking(logs: list[mrfit.Recor
     assert found.candidates.empty
 
 
+@pytest.mark.slow
 def test_a_comparison_ranks_the_planted_law_first_and_says_who_is_left_out(
     place: Path, tmp_path: Path, mrfit: Run
 ) -> None:

@@ -49,6 +49,7 @@ def test_status_loads_neither_kernels_nor_what_reads_logs(work: str) -> None:
     assert "mrfit.cli.status" in modules
 
 
+@pytest.mark.slow
 def test_a_fit_of_one_condition_loads_no_part_of_scipy_that_it_does_not_use_and_no_worker(work: str) -> None:
     command = ("fit", "--model", "boucwen-flux", "--work", work)
     # the first reconstructs the flux linkage too

@@ -78,6 +78,7 @@ def reasons(study: Path) -> dict[str, str]:
     return {name: step.outdated for name, step in steps(study).items() if step.outdated}
 
 
+@pytest.mark.slow
 def test_a_workspace_that_is_up_to_date_says_what_it_holds_and_what_each_step_used(study: Path) -> None:
     before = {p: p.stat().st_mtime_ns for p in study.rglob("*")}
     found = steps(study)

@@ -108,6 +108,7 @@ def greedy(reader: str, source: Source, named: str) -> None:
         np.ones(20_000_000)
 
 
+@pytest.mark.slow
 def test_a_library_that_goes_round_in_circles_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A text of varying length of which HDF5 follows the address for ever."""
     monkeypatch.setattr(apart, "SECONDS", 4.0)

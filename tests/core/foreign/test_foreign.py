@@ -135,6 +135,7 @@ def test_without_fmpy_the_message_says_what_to_install(tmp_path: Path, monkeypat
         plugins.use(path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["c", "fmu 2"])
 def test_it_is_fitted_and_the_fit_says_in_one_line_that_it_is_slow(kind: str, tmp_path: Path) -> None:
     path = c_model(tmp_path) if kind == "c" else fmu_model(tmp_path, False)

@@ -147,6 +147,7 @@ def sprung(folder: Path, stiffness: float) -> Workspace:
     return workspace
 
 
+@pytest.mark.slow
 def test_a_stiffness_that_changes_sign_with_current_is_said_of_a_joint_fit(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -146,6 +146,7 @@ def table_3(i: float) -> dict[str, float]:
     }
 
 
+@pytest.mark.slow
 def test_a_law_in_pieces_is_met_at_no_current_and_what_cannot_be_is_said(tmp_path: Path) -> None:
     workspace, _ = planted(tmp_path, "tanh", table_3, ((0.0, 0.2, 0.4, 0.6, 0.8, 1.0), (0.3, 0.7)))
     at_zero = {}
