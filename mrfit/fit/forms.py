@@ -43,6 +43,15 @@ class Candidate:
     fitted: Fitted
 
 
+@dataclass(frozen=True)
+class _Band:
+    """A part of a channel's range, from ``low`` up to but without ``high``."""
+
+    channel: str
+    low: float
+    high: float
+
+
 Identified = Callable[[Settings, str], Fitted]
 """Fits by given settings; the word tells its unfinished searches from those of other forms."""
 
@@ -94,8 +103,8 @@ def chosen(dataset: Dataset, settings: Settings, identified: Identified) -> Fitt
     if len(bands) < FEWEST:
         return _unchosen(candidates[0], channel)
     able = [c for c in candidates if _acting(c, blocks) <= len(bands) - 2]
-    errors = np.array([_left_out(c, blocks, weights, (channel, bands), settings.seed) for c in able])
-    return _told(able, blocks, (channel, bands), errors)
+    errors = np.array([_left_out(c, blocks, weights, bands, settings.seed) for c in able])
+    return _told(able, blocks, bands, errors)
 
 
 def _settings(settings: Settings, spec: EffectSpec, form: Form) -> Settings:
@@ -137,7 +146,7 @@ def _levels(block: Block, assembly: Assembly, channel: str) -> Array:
     return values
 
 
-def _bands(blocks: Sequence[Block], assembly: Assembly, channel: str, least: float) -> list[tuple[float, float]]:
+def _bands(blocks: Sequence[Block], assembly: Assembly, channel: str, least: float) -> list[_Band]:
     """Return the bands of a channel's range that hold samples; none where it moves by less than the least."""
     levels = np.concatenate([_levels(b, assembly, channel) for b in blocks])
     low, high = float(levels.min()), float(levels.max())
@@ -146,7 +155,7 @@ def _bands(blocks: Sequence[Block], assembly: Assembly, channel: str, least: flo
     edges = np.linspace(low, high, BANDS + 1)
     edges[-1] = np.nextafter(high, np.inf)
     pairs = zip(edges[:-1], edges[1:], strict=True)
-    return [(float(a), float(b)) for a, b in pairs if np.any((levels >= a) & (levels < b))]
+    return [_Band(channel, float(a), float(b)) for a, b in pairs if np.any((levels >= a) & (levels < b))]
 
 
 def _theta(candidate: Candidate) -> Array:
@@ -196,14 +205,13 @@ def _squares(candidate: Candidate, theta: Array, blocks: Sequence[Block], weight
 
 
 def _parts(
-    candidate: Candidate, blocks: Sequence[Block], weights: Array, band: tuple[str, tuple[float, float]], inside: bool
+    candidate: Candidate, blocks: Sequence[Block], weights: Array, band: _Band, inside: bool
 ) -> tuple[list[Block], Array]:
     """Return the blocks with the samples inside a band of a channel, or outside of it, and their weights."""
-    channel, (low, high) = band
     found, kept = [], []
     for block, weight in zip(blocks, weights, strict=True):
-        levels = _levels(block, candidate.fitted.assembly, channel)
-        own = _masked(block, ((levels >= low) & (levels < high)) == inside)
+        levels = _levels(block, candidate.fitted.assembly, band.channel)
+        own = _masked(block, ((levels >= band.low) & (levels < band.high)) == inside)
         if own is not None:
             found.append(own)
             kept.append(weight)
@@ -214,19 +222,18 @@ def _left_out(
     candidate: Candidate,
     blocks: Sequence[Block],
     weights: Array,
-    within: tuple[str, Sequence[tuple[float, float]]],
+    bands: Sequence[_Band],
     seed: int,
 ) -> Array:
     """Return rows (2, bands): mean square in each band, fitted to the others, and fitted to all."""
-    channel, bands = within
     cube, rows = _cube(candidate), np.empty((2, len(bands)))
     rng = np.random.default_rng([seed, *b"forms"])
     for j, band in enumerate(bands):
-        others, factors = _parts(candidate, blocks, weights, (channel, band), inside=False)
+        others, factors = _parts(candidate, blocks, weights, band, inside=False)
         posed = Posed(others, factors, candidate.fitted.assembly, cube)
         how = Run(own_generator(rng, str(j)), Limits(EVALUATIONS * (len(cube.free) + 1)), time.monotonic(), unheard)
         ended = Chain("multistart").search(posed, cube.start[None, :], how)
-        inside, own = _parts(candidate, blocks, weights, (channel, band), inside=True)
+        inside, own = _parts(candidate, blocks, weights, band, inside=True)
         rows[0, j] = _squares(candidate, cube.to_theta(ended.point[None, :]), inside, own)
         rows[1, j] = _squares(candidate, _theta(candidate), inside, own)
     return rows
@@ -235,11 +242,10 @@ def _left_out(
 def _told(
     able: Sequence[Candidate],
     blocks: Sequence[Block],
-    within: tuple[str, Sequence[tuple[float, float]]],
+    bands: Sequence[_Band],
     errors: Array,
 ) -> Fitted:
     """Return the fit of the form chosen by errors (forms, 2, bands), with what is to be said of the choice."""
-    channel, bands = within
     # data without noise leave no error to count in
     least = np.finfo(np.float64).tiny
     logs = 0.5 * np.log(np.maximum(errors[:, 0], least) / np.maximum(errors[:, 1].min(axis=0), least))
@@ -255,15 +261,18 @@ def _told(
     ]
     order = sorted((k for k in range(len(able)) if k != taken), key=lambda k: mean[k])
     rejected = ", ".join(f"{tried[k].form} {tried[k].error:.3g}" for k in order)
+    channel = bands[0].channel
     unit = unit_of(channel)
     text = (
         f"{able[0].form.effect}: {tried[taken].form}, by the error in {len(bands)} bands of {symbol_of(channel)} from "
-        f"{bands[0][0]:.3g} to {bands[-1][1]:.3g} {unit} left out in turn, {tried[taken].error:.3g} times the least of "
-        f"all forms fitted there; rejected: {rejected}"
+        f"{bands[0].low:.3g} to {bands[-1].high:.3g} {unit} left out in turn, {tried[taken].error:.3g} times the least "
+        f"of all forms fitted there; rejected: {rejected}"
     )
     if taken != best:
         text += f"; {tried[best].form} is better by less than a standard error and has more parameters"
-    choice = FormChoice(channel=channel, bands=list(bands), chosen=tried[taken].form, tried=tried, text=[text])
+    choice = FormChoice(
+        channel=channel, bands=[(b.low, b.high) for b in bands], chosen=tried[taken].form, tried=tried, text=[text]
+    )
     return _with(able[taken], choice)
 
 

@@ -67,7 +67,7 @@ def lagged_bends(x: Array, ratio: Array) -> tuple[Array, Array]:
     for p in range(len(x)):
         if ratio[p] == 0.0:
             continue
-        decay, gained, before = math.exp(-1.0 / ratio[p]), _gained_from_bend(1.0 / ratio[p]), 0.0
+        decay, gained, before = math.exp(-1.0 / ratio[p]), gained_from_bend(1.0 / ratio[p]), 0.0
         for j in range(1, last + 1):
             here = x[p, j + 1] - 2.0 * x[p, j] + x[p, j - 1] if j < last else 0.0
             now[p, j] = decay * settled[p, j - 1] + gained * before
@@ -83,7 +83,7 @@ def smooth_lag(x: Array, ratio: Array) -> Array:
 
 
 @kernel
-def _gained_from_bend(rate: float) -> float:
+def gained_from_bend(rate: float) -> float:
     """Return what a lag of 1/rate samples gains over one interval from a bend u*(1 - u)/2."""
     if rate < 1e-2:
         return rate * (1.0 / 12.0 - rate / 24.0 + rate**2 / 80.0)
@@ -202,12 +202,17 @@ def released(x: Array, ratio: float) -> Array:
     above, below = max(x[0], 0.0), max(-x[0], 0.0)
     y[0] = x[0]
     for j in range(1, len(x)):
-        old, new = max(x[j - 1], 0.0), max(x[j], 0.0)
-        above = max(new, new + decay * (above - old) - follow * (new - old))
-        old, new = max(-x[j - 1], 0.0), max(-x[j], 0.0)
-        below = max(new, new + decay * (below - old) - follow * (new - old))
+        above = release(above, x[j - 1], x[j], decay, follow)
+        below = release(below, -x[j - 1], -x[j], decay, follow)
         y[j] = above - below
     return y
+
+
+@kernel
+def release(held: float, before: float, now: float, decay: float, follow: float) -> float:
+    """Return what is held of the part above 0 of a signal a sample later: its new value, or what is left if more."""
+    old, new = max(before, 0.0), max(now, 0.0)
+    return max(new, new + decay * (held - old) - follow * (new - old))
 
 
 @kernel

@@ -72,32 +72,50 @@ def unit_gain_filter(u: Array, poles: Array, zeros: Array, dt: float) -> Array:
     Array
         Shape (P, N).
     """
-    vectors, order = poles.shape
     out = np.empty_like(u)
-    for p in range(vectors):
-        system = np.zeros((order + 2, order + 2))
-        for i in range(order):
-            system[i, i] = -poles[p, i] * dt
-            system[i, i - 1 if i else order] = poles[p, i] * dt
-        system[order, order + 1] = 1.0
-        step = exponential(system)
-        # Output: w = last state, s*w = p_n*(w_before - w), s^2*w likewise from s*w_before.
-        before, last = poles[p, order - 2], poles[p, order - 1]
-        first, second = zeros[p]
-        state = np.zeros(order)
-        following = np.zeros(order)
-        rest = u[p, 0]
+    for p in range(len(poles)):
+        step, state, rest = cascade(poles[p], dt), np.zeros(poles.shape[1]), u[p, 0]
         for j in range(u.shape[1]):
             if j > 0:
-                now, rise = u[p, j - 1] - rest, u[p, j] - u[p, j - 1]
-                for i in range(order):
-                    total = step[i, order] * now + step[i, order + 1] * rise
-                    for k in range(i + 1):
-                        total += step[i, k] * state[k]
-                    following[i] = total
-                state[:] = following
-            inner = state[order - 3] if order > 2 else u[p, j] - rest
-            rate_before = before * (inner - state[order - 2])
-            rate = last * (state[order - 2] - state[order - 1])
-            out[p, j] = rest + state[order - 1] + first * rate + second * last * (rate_before - rate)
+                advance(step, state, u[p, j - 1] - rest, u[p, j] - u[p, j - 1])
+            out[p, j] = passed(poles[p], zeros[p], state, u[p, j], rest)
     return out
+
+
+@kernel
+def cascade(poles: Array, interval: float) -> Array:
+    """Return what ``advance`` moves the states of a cascade of poles (n,) in 1/s by, over an interval in s."""
+    order = len(poles)
+    system = np.zeros((order + 2, order + 2))
+    for i in range(order):
+        system[i, i] = -poles[i] * interval
+        system[i, i - 1 if i else order] = poles[i] * interval
+    system[order, order + 1] = 1.0
+    return exponential(system)
+
+
+@kernel
+def advance(step: Array, state: Array, now: float, rise: float) -> None:
+    """Move the states (n,) of a cascade over one interval, over which its input goes from ``now`` by ``rise``."""
+    order = len(state)
+    # from the last on: a state hears of those before it as they were
+    for i in range(order - 1, -1, -1):
+        total = step[i, order] * now + step[i, order + 1] * rise
+        for k in range(i + 1):
+            total += step[i, k] * state[k]
+        state[i] = total
+
+
+@kernel
+def passed(poles: Array, zeros: Array, state: Array, now: float, rest: float) -> float:
+    """Return the output of a cascade with two zeros, whose input is ``now`` and was ``rest`` at rest.
+
+    w is the last state, s*w = p_n*(w_before - w), and s^2*w likewise from s*w_before.
+    """
+    order = len(poles)
+    before, last = poles[order - 2], poles[order - 1]
+    inner = state[order - 3] if order > 2 else now - rest
+    rate_before = before * (inner - state[order - 2])
+    rate = last * (state[order - 2] - state[order - 1])
+    found: float = rest + state[order - 1] + zeros[0] * rate + zeros[1] * last * (rate_before - rate)
+    return found

@@ -9,9 +9,9 @@ import math
 import numpy as np
 
 from mrfit.core.specs import Array, Index
-from mrfit.kernels.filters import _gained_from_bend
+from mrfit.kernels.filters import gained_from_bend, release
 from mrfit.kernels.jit import kernel
-from mrfit.kernels.lti import exponential
+from mrfit.kernels.lti import advance, cascade, passed
 
 
 def times_of(steps: Array) -> Array:
@@ -51,7 +51,7 @@ def lagged_bends(x: Array, tau: Array, steps: Array) -> tuple[Array, Array]:
                 after, ago = (x[p, j + 1] - x[p, j]) / steps[j + 1], (x[p, j] - x[p, j - 1]) / h
                 here = 2.0 * (after - ago) / (h + steps[j + 1])
             kept = math.exp(-h / tau[p]) * settled[p, j - 1]
-            gained = _gained_from_bend(h / tau[p]) * h * h
+            gained = gained_from_bend(h / tau[p]) * h * h
             now[p, j] = kept + gained * before
             settled[p, j] = kept + gained * 0.5 * (before + here)
             before = here
@@ -92,10 +92,8 @@ def released(x: Array, tau: float, steps: Array) -> Array:
     for j in range(1, len(x)):
         ratio = tau / steps[j]
         decay, follow = math.exp(-1.0 / ratio), -ratio * math.expm1(-1.0 / ratio)
-        old, new = max(x[j - 1], 0.0), max(x[j], 0.0)
-        above = max(new, new + decay * (above - old) - follow * (new - old))
-        old, new = max(-x[j - 1], 0.0), max(-x[j], 0.0)
-        below = max(new, new + decay * (below - old) - follow * (new - old))
+        above = release(above, x[j - 1], x[j], decay, follow)
+        below = release(below, -x[j - 1], -x[j], decay, follow)
         y[j] = above - below
     return y
 
@@ -206,31 +204,14 @@ def held_back(x: Array, age: Array, steps: Array) -> Array:
 @kernel
 def unit_gain_filter(u: Array, poles: Array, zeros: Array, steps: Array) -> Array:
     """Return ``lti.unit_gain_filter`` of signals (P, N), exact for signals that are linear between samples."""
-    vectors, order = poles.shape
     out = np.empty_like(u)
-    for p in range(vectors):
-        system = np.zeros((order + 2, order + 2))
-        step, made = np.eye(order + 2), 0.0
-        before, last = poles[p, order - 2], poles[p, order - 1]
-        first, second = zeros[p]
-        state, following, rest = np.zeros(order), np.zeros(order), u[p, 0]
+    for p in range(len(poles)):
+        step, made = cascade(poles[p], 0.0), 0.0
+        state, rest = np.zeros(poles.shape[1]), u[p, 0]
         for j in range(u.shape[1]):
             if j > 0:
                 if steps[j] != made:
-                    for i in range(order):
-                        system[i, i] = -poles[p, i] * steps[j]
-                        system[i, i - 1 if i else order] = poles[p, i] * steps[j]
-                    system[order, order + 1] = 1.0
-                    step, made = exponential(system), steps[j]
-                now, rise = u[p, j - 1] - rest, u[p, j] - u[p, j - 1]
-                for i in range(order):
-                    total = step[i, order] * now + step[i, order + 1] * rise
-                    for k in range(i + 1):
-                        total += step[i, k] * state[k]
-                    following[i] = total
-                state[:] = following
-            inner = state[order - 3] if order > 2 else u[p, j] - rest
-            rate_before = before * (inner - state[order - 2])
-            rate = last * (state[order - 2] - state[order - 1])
-            out[p, j] = rest + state[order - 1] + first * rate + second * last * (rate_before - rate)
+                    step, made = cascade(poles[p], steps[j]), steps[j]
+                advance(step, state, u[p, j - 1] - rest, u[p, j] - u[p, j - 1])
+            out[p, j] = passed(poles[p], zeros[p], state, u[p, j], rest)
     return out

@@ -78,8 +78,7 @@ class Record:
     @property
     def moves(self) -> bool:
         """Whether the current moves during the record."""
-        values = self.control
-        return bool(np.std(values) > MOVES * max(float(np.max(np.abs(values))), 1e-9))
+        return inputs_move(self.control)
 
     @property
     def warmth(self) -> Array | None:
