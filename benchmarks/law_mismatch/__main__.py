@@ -31,6 +31,7 @@ def arguments() -> argparse.ArgumentParser:
     parser.add_argument("--split", choices=SPLITS, default="development", help="seeds, laws and drives")
     parser.add_argument("--group", choices=GROUPS, action="append", help="only these groups")
     parser.add_argument("--count", type=int, help="specimens a group; default: the protocol's")
+    parser.add_argument("--first", type=int, default=0, help="number of the first specimen: others are fresh ones")
     parser.add_argument("--bases", default="1", help="how many drawn for each specimen, or a list: bingham,tanh")
     parser.add_argument("--match", default="", help="only cases whose name holds this text")
     parser.add_argument("--part", default="1/1", help="K/N: every N-th case from the K-th on")
@@ -54,7 +55,7 @@ def chosen_cases(options: argparse.Namespace) -> list[Case]:
     for group in groups:
         if group in COUNTS:
             count = COUNTS[group] if options.count is None else options.count
-            cases += generated(options.split, group, count, bases, each)
+            cases += generated(options.split, group, count, bases, each, options.first)
     wanted = [g for g in ("real", "planted") if g in groups or (g == "real" and "planted" in groups)]
     if wanted and not realsets.available():
         sys.stderr.write("MRFIT_REAL_LOGS does not name the folder of real logs: real records are left out\n")

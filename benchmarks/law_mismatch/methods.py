@@ -49,7 +49,8 @@ def ask(method: str, asked: Asked, prototype: Path | None) -> Said:
     return replace(said, seconds=round(time.perf_counter() - wall, 3), cpu=round(time.process_time() - cpu, 3))
 
 
-def _recordings(asked: Asked) -> list[mrfit.Recording]:
+def recordings_of(asked: Asked) -> list[mrfit.Recording]:
+    """Return the records as a user gives them to mrfit."""
     conditions = asked.condition or [{}] * len(asked.channels)
     return [
         mrfit.Recording.from_arrays(dt=dt, name=f"test{k:02d}", condition=known, **channels)
@@ -58,7 +59,7 @@ def _recordings(asked: Asked) -> list[mrfit.Recording]:
 
 
 def _discover(asked: Asked, prototype: Path | None) -> Said:
-    found = mrfit.discover(_recordings(asked), model=asked.base).to_json()
+    found = mrfit.discover(recordings_of(asked), model=asked.base).to_json()
     open_law = found.get("invariance") or {}
     forces = {e["name"]: [e["force"]] for e in open_law.get("named", ()) if e.get("force")}
     names = tuple(
@@ -150,7 +151,7 @@ def _of_prototype(effect: Any, answer: Any, asked: Asked) -> Name:
 
 
 def _invariance(asked: Asked, prototype: Path | None) -> Said:
-    found = findings(_recordings(asked), asked.base)
+    found = findings(recordings_of(asked), asked.base)
     forces = {e.name: Number(e.force.value, e.force.low, e.force.high) for e in found.named}
     told = said(found)
     names = (replace(n, numbers=_with_peak(n.name, n.numbers, {"force": forces[n.name]}, asked)) for n in told.names)

@@ -54,10 +54,13 @@ class Case:
         return frozenset(LIBRARY[h][0] for h in self.hidden if h in LIBRARY)
 
 
-def generated(split: str, group: str, count: int, bases: tuple[str, ...], each: int) -> list[Case]:
-    """Return ``count`` specimens of a group, each asked of ``each`` bases drawn from those that may be asked."""
+def generated(split: str, group: str, count: int, bases: tuple[str, ...], each: int, first: int = 0) -> list[Case]:
+    """Return ``count`` specimens of a group, each asked of ``each`` bases drawn from those that may be asked.
+
+    Specimens are numbered; those from ``first`` on are others than those before.
+    """
     cases: list[Case] = []
-    for number in range(count):
+    for number in range(first, first + count):
         title = f"{split}-{group}-{number:04d}"
         seed = crc32(title.encode())
         rng = np.random.default_rng([seed, 0])

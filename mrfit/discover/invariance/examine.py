@@ -34,6 +34,7 @@ from mrfit.discover.invariance.records import Record, with_steady_currents
 from mrfit.discover.invariance.sensitivity import Examined, examined, missing
 from mrfit.discover.invariance.setting import Setting, setting_of
 from mrfit.discover.invariance.standing import Described
+from mrfit.discover.invariance.unnamed import held_beside_unnamed
 from mrfit.discover.invariance.weights import residuals, rms, weights_of
 
 TIERS: dict[Invariance, Tier] = {
@@ -80,6 +81,7 @@ def examine(
         return Findings(not_applicable=f"{setting.rows} means over samples are too few to tell {columns} forces apart")
     further = setting_of(records, base.terms, able, policy, FURTHER)
     chosen = held_further(setting, further, chosen_effects(setting, policy), policy)
+    chosen, unnamed = held_beside_unnamed(setting, chosen, policy)
     weights = weights_of(setting, chosen.state)
     plain = table(setting, weights_of(setting, {}), {})
     alone = rms(residuals(setting, {}, plain))
@@ -90,7 +92,7 @@ def examine(
         named=tuple(_named(setting, d, chosen.rivals.get(d.row.name, ())) for d in chosen.found),
         turned_down=tuple(_turned_down(setting, chosen)),
         confounded=(*confounded, *_no_sensitivity(setting, chosen, policy)),
-        broken=tuple(_broken(setting, further, chosen, policy)),
+        broken=tuple(_broken(further, unnamed, chosen, policy)),
         errors=Errors(
             _base_error(setting, base.response),
             alone,
@@ -141,9 +143,10 @@ def _without_unlawful(records: Sequence[Record], base: Base, able: Sequence[Exam
     return lawful(base, records, able, [bare.law(k, {}).values for k in range(len(records))])
 
 
-def _broken(setting: Setting, further: Setting, chosen: Chosen, policy: Policy) -> list[BrokenInvariance]:
+def _broken(
+    further: Setting, found: Sequence[BrokenInvariance], chosen: Chosen, policy: Policy
+) -> list[BrokenInvariance]:
     """Return the invariances that something without a name breaks, also where a law may remember for longer."""
-    found = broken(setting, weights_of(setting, chosen.state), chosen.state, policy)
     if not found:
         return []
     still = {b.invariance for b in broken(further, weights_of(further, chosen.state), chosen.state, policy)}

@@ -84,16 +84,21 @@ KINDS: dict[Invariance, Terms] = {
 }
 
 
+def columns_of(setting: Setting, state: State, invariance: Invariance, law: Array) -> list[list[Array]]:
+    """Return the rows (n,) of an invariance's flexible terms, per record; ``law`` are a law's coefficients (p,)."""
+    terms = KINDS[invariance]
+    made = [terms(setting, at, state, force_of_law(setting, at, state, law)) for at in range(len(setting.records))]
+    return [[setting.row_means(at, f) for f in own] for at, own in enumerate(made)]
+
+
 def broken(setting: Setting, weights: Sequence[Array], state: State, policy: Policy) -> list[BrokenInvariance]:
     """Return the invariances that are broken by something beside the effects of a state, the clearest first."""
     plain = table(setting, weights, state)
     found = []
-    for invariance, terms in KINDS.items():
-        law = [force_of_law(setting, at, state, plain.law) for at in range(len(setting.records))]
-        made = [terms(setting, at, state, own) for at, own in enumerate(law)]
-        if not made[0]:
+    for invariance in KINDS:
+        extra = columns_of(setting, state, invariance, plain.law)
+        if not extra[0]:
             continue
-        extra = [[setting.row_means(at, f) for f in own] for at, own in enumerate(made)]
         row = _judged(table(setting, weights, state, extra), extra, invariance)
         if row.kept >= policy.generic and row.size >= policy.size:
             found.append(row)
