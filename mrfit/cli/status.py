@@ -17,6 +17,7 @@ from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.reading import load
 from mrfit.io.schemas.stages import About, ReportFile
 from mrfit.io.workspace import Workspace
+from mrfit.report.key import report_key
 
 # Names written out in a reason
 SHOWN = 3
@@ -236,8 +237,6 @@ def _report(workspace: Workspace) -> Step | None:
 
 def _old(workspace: Workspace, report: ReportFile) -> str:
     """Return why a report is out of date."""
-    from mrfit.report.stage import report_key
-
     names = report.fits
     if gone := [n for n in names if n not in workspace.fit_names()]:
         return f"a fit it shows is gone: {', '.join(gone)}"
