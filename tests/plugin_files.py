@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tests import commands
 from tests.conftest import ROOT
 
 EXAMPLE = Path(__file__).parent / "example_plugin"
@@ -58,6 +59,8 @@ def run_python(folder: Path, module: str, *arguments: object, **environment: str
     site = environment.pop("site", "")
     paths = os.pathsep.join(filter(None, (str(ROOT), site)))
     kept = {k: v for k, v in os.environ.items() if k != "MRFIT_PLUGINS"}
+    if module == "mrfit.cli" and not site:
+        return commands.text(folder, *arguments, env={**kept, **environment})
     command = [sys.executable, "-m", module, *map(str, arguments)]
     return subprocess.run(
         command,
