@@ -6,6 +6,7 @@ imports mrfit itself anew, so what a command forgets to import is missed. What a
 matter of ``cli/test_start.py``.
 """
 
+import atexit
 import gc
 import json
 import os
@@ -67,12 +68,13 @@ def _server() -> "_Server":
 
 
 class _Server:
-    """The process that is forked; it ends with this one, which closes its standard input."""
+    """The process that is forked; it ends where its standard input does."""
 
     def __init__(self) -> None:
         self.process = subprocess.Popen(
             [sys.executable, "-m", "tests.commands"], cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
         )
+        atexit.register(self.process.communicate)
 
     def run(self, words: list[str], folder: Path, env: Mapping[str, str], timeout: float) -> Done:
         asked, told = self.process.stdin, self.process.stdout
