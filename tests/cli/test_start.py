@@ -43,7 +43,10 @@ def work(mrfit: Run, datasets: Path, tmp_path: Path) -> str:
 
 @pytest.mark.parametrize("command", [("--help",), ("fit", "--help"), ("status", "--help")])
 def test_help_loads_no_numbers(command: tuple[str, ...]) -> None:
-    assert not loaded(*command) & (NUMBERS | TABLES_AND_FIGURES)
+    modules = loaded(*command)
+    assert not modules & (NUMBERS | TABLES_AND_FIGURES)
+    # by which values are checked: help of all commands has none
+    assert "pydantic" not in modules or command != ("--help",)
 
 
 @pytest.mark.parametrize("words", ["mrfit ba", "mrfit fit --mod", "mrfit fit --model bing"])
