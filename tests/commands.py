@@ -59,7 +59,7 @@ def text(
 
 
 def _read_at_start(environment: Mapping[str, str]) -> dict[str, str]:
-    return {name: value for name, value in environment.items() if name.startswith(AT_START)}
+    return {n: value for n, value in environment.items() if n.startswith(AT_START) and n != "PYTHONPATH"}
 
 
 @cache
@@ -132,6 +132,7 @@ def _import_libraries() -> None:
 
 def _become(request: _Request) -> None:
     """Be a process that was started for a command."""
+    own = _paths(os.environ)
     os.chdir(request.folder)
     kernels = os.environ["NUMBA_CACHE_DIR"]
     os.environ.clear()
@@ -141,8 +142,12 @@ def _become(request: _Request) -> None:
         os.dup2(file, stream)
         os.close(file)
     # ``python -m`` puts the folder it is called in before all others
-    sys.path[0] = request.folder
+    sys.path[:] = [request.folder, *_paths(request.env), *sys.path[1 + len(own) :]]
     sys.argv = ["mrfit", *request.words]
+
+
+def _paths(environment: Mapping[str, str]) -> list[str]:
+    return [path for path in environment.get("PYTHONPATH", "").split(os.pathsep) if path]
 
 
 def _end_of(child: int, timeout: float) -> int | str:
