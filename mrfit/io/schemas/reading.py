@@ -22,10 +22,7 @@ from mrfit.io.faults import plain_fault
 class Part(BaseModel):
     """A part of a file; numbers are finite, and no text is taken for a number."""
 
-    # what checks a part is built at its first use: few commands read all the files there are
-    model_config = ConfigDict(
-        strict=True, extra="allow", allow_inf_nan=False, protected_namespaces=(), defer_build=True
-    )
+    model_config = ConfigDict(strict=True, extra="allow", allow_inf_nan=False, protected_namespaces=())
 
 
 class Stored(Part):
