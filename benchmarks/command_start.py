@@ -134,10 +134,13 @@ def run(checkout: Path, command: Sequence[str]) -> Seconds:
     return python(checkout, ["-m", "mrfit.cli", *command])
 
 
-def complete(checkout: Path, words: Sequence[str]) -> Seconds:
-    """Return what it takes to complete the last of some words."""
+def complete(checkout: Path, words: Sequence[str]) -> Seconds | None:
+    """Return what it takes to complete the last of some words; None under code that cannot."""
     asked = {"_MRFIT_COMPLETE": "complete_bash", "COMP_WORDS": " ".join(words), "COMP_CWORD": str(len(words) - 1)}
-    return python(checkout, ["-c", SHELL], asked)
+    try:
+        return python(checkout, ["-c", SHELL], asked)
+    except subprocess.CalledProcessError:
+        return None
 
 
 def parts(checkout: Path, command: Sequence[str]) -> dict[str, float]:
@@ -166,11 +169,12 @@ def by_turns(measure: Callable[[Path, Path, int], Measured], places: Places, run
 def row(name: str, processor: Sequence[Sequence[float]], clock: Sequence[Sequence[float]] = ()) -> str:
     """Return a line: seconds by code, old first, and how many times the least of the old is.
 
-    The least and the median of the processor, the least of the clock where there is one.
+    The least and the median of the processor, the least of the clock where there is one; nothing where a code cannot.
     """
-    cells = [f"{min(t):.3f} | {statistics.median(t):.3f}" for t in processor]
-    cells = [f"{cell} | {min(clock[k]):.3f}" if clock else f"{cell} | –" for k, cell in enumerate(cells)]
-    ratio = [f"{min(processor[0]) / max(min(processor[-1]), 1e-9):.2f}"] * (len(processor) > 1)
+    cells = [f"{min(t):.3f} | {statistics.median(t):.3f}" if t else "– | –" for t in processor]
+    cells = [f"{cell} | {min(clock[k]):.3f}" if clock and clock[k] else f"{cell} | –" for k, cell in enumerate(cells)]
+    known = f"{min(processor[0]) / max(min(processor[-1]), 1e-9):.2f}" if processor[0] else "–"
+    ratio = [known] * (len(processor) > 1)
     return f"| {' | '.join([name, *cells, *ratio])} |"
 
 
@@ -208,10 +212,11 @@ def measured(places: Places, runs: int) -> Iterator[str]:
     for name, options in COMMANDS.items():
         yield row_of(name, by_turns(lambda c, w, seed, o=options: run(c, given(o, w, seed)), places, runs))
     for name, words in COMPLETIONS.items():
-        yield row_of(name, by_turns(lambda c, w, _, s=words: complete(c, s.split()), places, runs))
-    found = by_turns(lambda c, w, seed: parts(c, given(FIT, w, runs + 1 + seed)), places, runs)
+        found = by_turns(lambda c, w, _, s=words: complete(c, s.split()), places, runs)
+        yield row_of(name, [[one for one in of if one] for of in found])
+    spent = by_turns(lambda c, w, seed: parts(c, given(FIT, w, runs + 1 + seed)), places, runs)
     for part in PARTS:
-        yield row(f"fit: {part}", [[p[part] for p in times] for times in found])
+        yield row(f"fit: {part}", [[p[part] for p in times] for times in spent])
     for work in {work for _, work in places}:
         (work / "floor_kernel.py").write_text(KERNEL)
     for name, code in FLOORS.items():

@@ -118,7 +118,7 @@ class _Level:
         centred = self.values - self.values.mean()
         kink, step = (correlated(centred, shape) for shape in (KINK, STEP))
         power = kink**2 + step**2
-        peaks = (power == _greatest_near(power, SIDE // 2)) & (power > CANDIDATE * self.power)
+        peaks = (power == greatest_near(power, SIDE // 2)) & (power > CANDIDATE * self.power)
         blocked = np.zeros(len(power) + 1, dtype=np.int64)
         near = known // self.block - SIDE
         np.add.at(blocked, np.clip(near - SIDE, 0, len(power)), 1)
@@ -126,7 +126,7 @@ class _Level:
         return np.flatnonzero(peaks & (np.cumsum(blocked)[:-1] == 0)) + SIDE
 
 
-def _greatest_near(values: Array, width: int) -> Array:
+def greatest_near(values: Array, width: int) -> Array:
     """Return the greatest value (N,) of a window around each, mirrored at the ends, as of ``maximum_filter1d``.
 
     ``scipy.ndimage``, of which no command uses anything else, takes 0.03 s to import.
