@@ -31,6 +31,8 @@ LIBRARIES = (
 """What commands import that is not mrfit's."""
 AT_START = ("PYTHON", "LC_", "LANG", "HOME", "XDG_", "NUMBA_", "MRFIT_CACHE", "OPENBLAS_", "MPL")
 """Beginnings of the names of variables that Python or a library reads as it starts."""
+AROUND: dict[str, str] = {}
+"""Environment in which the process that is forked starts: that of all tests, which no single one has changed."""
 
 
 def run(folder: Path, *arguments: object, env: Mapping[str, str] | None = None, timeout: float = 300.0) -> Done:
@@ -43,7 +45,7 @@ def run(folder: Path, *arguments: object, env: Mapping[str, str] | None = None, 
     """
     words = list(map(str, arguments))
     given = dict(os.environ if env is None else env)
-    if sys.platform != "linux" or _read_at_start(given) != _read_at_start(os.environ):
+    if sys.platform != "linux" or _read_at_start(given) != _read_at_start(AROUND):
         command = [sys.executable, "-m", "mrfit.cli", *words]
         return subprocess.run(command, cwd=folder, capture_output=True, timeout=timeout, env=given)
     return _server().run(words, folder, given, timeout)
@@ -71,9 +73,8 @@ class _Server:
     """The process that is forked; it ends where its standard input does."""
 
     def __init__(self) -> None:
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "tests.commands"], cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-        )
+        command, pipe = [sys.executable, "-m", "tests.commands"], subprocess.PIPE
+        self.process = subprocess.Popen(command, cwd=ROOT, stdin=pipe, stdout=pipe, text=True, env=AROUND)
         atexit.register(self.process.communicate)
 
     def run(self, words: list[str], folder: Path, env: Mapping[str, str], timeout: float) -> Done:
