@@ -1,11 +1,12 @@
-"""Processor time that a command takes besides its work: fit of one condition, help, status, list, compare.
+"""Time that a command takes besides its work: fit of one condition, help, completion, status, list, compare.
 
     python -m benchmarks.command_start [--old CHECKOUT] [--runs 10] [--out FILE.md]
 
 One log of the coil is ingested, then each command runs again and again, by turns with the code of another checkout if
 one is given. What counts is user and system time of the command and its processes, which other work on the machine
-changes less than seconds on the clock. The first run, which may compile, does not count. A fit has a seed of its own
-each time, so that it is made anew. ``parts`` times the pieces of one fit, each without the others that run inside it.
+changes less than seconds on the clock, which stand beside it. The first run, which may compile, does not count. A fit
+has a seed of its own each time, so that it is made anew. ``parts`` times the pieces of one fit, each without the others
+that run inside it. ``FLOORS`` are what no change of mrfit's can go below: the libraries alone.
 """
 
 import argparse
@@ -15,7 +16,10 @@ import statistics
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -35,6 +39,29 @@ COMMANDS = {
     "compare of one model": ["compare", "--models", "boucwen-flux"],
 }
 SEEDED, WITHOUT_WORK = ("fit", "compare"), ("--help", "list")
+# What the shell asks at a tabulator, by the words that are there
+COMPLETIONS = {"completion of a command": "mrfit ba", "completion of an option": "mrfit fit --mod"}
+SHELL = "import sys; sys.argv = ['mrfit']; from mrfit.cli.main import main; main()"
+KERNEL = """
+import numba
+
+@numba.njit(cache=True)
+def total(values):
+    found = 0.0
+    for value in values:
+        found += value
+    return found
+"""
+CALL = "import sys; sys.path.insert(0, {folder!r}); import floor_kernel, numpy; floor_kernel.total(numpy.ones(3))"
+FLOORS = {
+    "floor of any: Python and typer": "import typer.rich_utils",
+    "floor of status: with pydantic": "import typer._adapters, rich.table",
+    "floor of a fit: numpy, numba, one cached kernel": CALL,
+    "floor of a fit: with pyarrow and scipy.special": f"{CALL}; import pyarrow.parquet, scipy.special",
+    "floor of a fit: with typer, pydantic and rich": (
+        f"{CALL}; import pyarrow.parquet, scipy.special, typer._adapters, rich.table"
+    ),
+}
 PARTS = ("imports", "kernels", "reading", "preparing", "search", "intervals", "writing", "rest")
 # Runs one command and prints the seconds of each part; an import inside of a part is counted as an import
 TIMED = """
@@ -79,21 +106,47 @@ except SystemExit as end:
 """
 
 
-def run(checkout: Path, command: Sequence[str]) -> float:
-    """Return the processor seconds of a command under the code of a checkout."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    environment = {**os.environ, "PYTHONPATH": str(checkout)}
-    whole = [sys.executable, "-m", "mrfit.cli", *command]
-    subprocess.run(whole, check=True, env=environment, cwd=checkout, stdout=subprocess.DEVNULL)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+@dataclass(frozen=True)
+class Seconds:
+    """What a command took of the processor, its processes included, and on the clock."""
+
+    processor: float
+    clock: float
+
+
+def around(checkout: Path) -> dict[str, str]:
+    """Return the environment of a command under the code of a checkout, whose compiled modules are kept as a user's."""
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    return {**kept, "PYTHONPATH": str(checkout)}
+
+
+def python(checkout: Path, arguments: Sequence[str], more: Mapping[str, str] | None = None) -> Seconds:
+    """Return what Python takes under the code of a checkout, with ``more`` in its environment."""
+    before, started = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    environment = around(checkout) | dict(more or {})
+    subprocess.run([sys.executable, *arguments], check=True, env=environment, cwd=checkout, stdout=subprocess.DEVNULL)
+    clock, after = time.perf_counter() - started, resource.getrusage(resource.RUSAGE_CHILDREN)
+    return Seconds(after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime, clock)
+
+
+def run(checkout: Path, command: Sequence[str]) -> Seconds:
+    """Return what a command takes."""
+    return python(checkout, ["-m", "mrfit.cli", *command])
+
+
+def complete(checkout: Path, words: Sequence[str]) -> Seconds | None:
+    """Return what it takes to complete the last of some words; None under code that cannot."""
+    asked = {"_MRFIT_COMPLETE": "complete_bash", "COMP_WORDS": " ".join(words), "COMP_CWORD": str(len(words) - 1)}
+    try:
+        return python(checkout, ["-c", SHELL], asked)
+    except subprocess.CalledProcessError:
+        return None
 
 
 def parts(checkout: Path, command: Sequence[str]) -> dict[str, float]:
     """Return the processor seconds of each part of a fit; the start of Python counts among the imports."""
-    environment = {**os.environ, "PYTHONPATH": str(checkout)}
     whole = [sys.executable, "-c", TIMED, *command]
-    done = subprocess.run(whole, check=True, env=environment, cwd=checkout, capture_output=True, text=True)
+    done = subprocess.run(whole, check=True, env=around(checkout), cwd=checkout, capture_output=True, text=True)
     _, code, *found = done.stdout.splitlines()[-1].split()
     if code != "0":
         raise SystemExit(done.stderr)
@@ -107,45 +160,73 @@ def given(options: Sequence[str], work: Path, seed: int) -> list[str]:
     return [*options, *seeded, *([] if options[0] in WITHOUT_WORK else ["--work", str(work)])]
 
 
-def by_turns(
-    measure: Callable[[Path, Sequence[str]], Measured], options: Sequence[str], places: Places, runs: int
-) -> list[list[Measured]]:
-    """Return what is measured of a command in every run but the first, by checkout."""
-    taken = [[measure(code, given(options, work, seed)) for code, work in places] for seed in range(runs + 1)]
+def by_turns(measure: Callable[[Path, Path, int], Measured], places: Places, runs: int) -> list[list[Measured]]:
+    """Return what is measured of a checkout, its workspace and a seed in every run but the first, by checkout."""
+    taken = [[measure(code, work, seed) for code, work in places] for seed in range(runs + 1)]
     return [list(times) for times in zip(*taken[1:], strict=True)]
 
 
-def row(name: str, times: Sequence[Sequence[float]]) -> str:
-    """Return a line: least and median seconds by code, old first, and how many times the median of the old is."""
-    cells = [f"{min(t):.3f} | {statistics.median(t):.3f}" for t in times]
-    ratio = [f"{statistics.median(times[0]) / max(statistics.median(times[-1]), 1e-9):.2f}"] * (len(times) > 1)
+def row(name: str, processor: Sequence[Sequence[float]], clock: Sequence[Sequence[float]] = ()) -> str:
+    """Return a line: seconds by code, old first, and how many times the least of the old is.
+
+    The least and the median of the processor, the least of the clock where there is one; nothing where a code cannot.
+    """
+    cells = [f"{min(t):.3f} | {statistics.median(t):.3f}" if t else "– | –" for t in processor]
+    cells = [f"{cell} | {min(clock[k]):.3f}" if clock and clock[k] else f"{cell} | –" for k, cell in enumerate(cells)]
+    known = f"{min(processor[0]) / max(min(processor[-1]), 1e-9):.2f}" if processor[0] else "–"
+    ratio = [known] * (len(processor) > 1)
     return f"| {' | '.join([name, *cells, *ratio])} |"
 
 
+def row_of(name: str, found: Sequence[Sequence[Seconds]]) -> str:
+    """Return the line of a command."""
+    return row(name, [[s.processor for s in of] for of in found], [[s.clock for s in of] for of in found])
+
+
 def main(old: Path | None = None, runs: int = 10, out: Path | None = None) -> None:
-    """Print one line for each command and for each part of a fit."""
+    """Print one line for each command, for each part of a fit, and for the libraries alone."""
     checkouts = [old.resolve(), HERE] if old else [HERE]
-    names = ["before", "after"] if old else ["now"]
-    head = ["", *(f"{n}, {what} (s)" for n in names for what in ("least", "median")), *["before / after"] * bool(old)]
+    names, shown = ["before", "after"] if old else ["now"], ("least", "median", "on the clock")
+    head = ["", *(f"{n}, {what} (s)" for n in names for what in shown), *["before / after"] * bool(old)]
     lines = [f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
+    print("\n".join(lines), flush=True)
     with tempfile.TemporaryDirectory() as folder:
         works = [Path(folder) / str(k) for k in range(len(checkouts))]
         for checkout, work in zip(checkouts, works, strict=True):
             run(checkout, ["ingest", str(LOG), "--work", str(work)])
-        places = list(zip(checkouts, works, strict=True))
-        for name, options in COMMANDS.items():
-            lines.append(row(name, by_turns(run, options, places, runs)))
-            print(lines[-1], flush=True)
-        found = by_turns(parts, FIT, places, runs)
-        for part in PARTS:
-            lines.append(row(f"fit: {part}", [[p[part] for p in times] for times in found]))
-            print(lines[-1], flush=True)
+        for line in measured(list(zip(checkouts, works, strict=True)), runs):
+            lines.append(line)
+            print(line, flush=True)
     lines += [
         "",
-        f"Processor time (user and system), {runs} runs each by turns; the fit is of one condition, 2500 rows.",
+        f"Processor time (user and system) and the least time on the clock, {runs} runs each by turns; the fit is of "
+        "one condition, 2500 rows. The floors are the libraries alone: what a command takes where it imports them and "
+        "does nothing. Python compiles no module anew.",
     ]
     if out:
         out.write_text("\n".join([*HEAD, *lines]) + "\n")
+
+
+def measured(places: Places, runs: int) -> Iterator[str]:
+    """Yield a line for each command, each part of a fit and each floor."""
+    for name, options in COMMANDS.items():
+        yield row_of(name, by_turns(lambda c, w, seed, o=options: run(c, given(o, w, seed)), places, runs))
+    for name, words in COMPLETIONS.items():
+        found = by_turns(lambda c, w, _, s=words: complete(c, s.split()), places, runs)
+        yield row_of(name, [[one for one in of if one] for of in found])
+    spent = by_turns(lambda c, w, seed: parts(c, given(FIT, w, runs + 1 + seed)), places, runs)
+    for part in PARTS:
+        yield row(f"fit: {part}", [[p[part] for p in times] for times in spent])
+    for work in {work for _, work in places}:
+        (work / "floor_kernel.py").write_text(KERNEL)
+    for name, code in FLOORS.items():
+        call = partial(floor, code)
+        yield row_of(name, by_turns(call, places, runs))
+
+
+def floor(code: str, checkout: Path, work: Path, seed: int) -> Seconds:
+    """Return what Python takes to do no more than import."""
+    return python(checkout, ["-c", code.format(folder=str(work))])
 
 
 if __name__ == "__main__":

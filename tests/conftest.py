@@ -3,17 +3,21 @@
 import os
 import signal
 import subprocess
-import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from tests import commands
+
 ROOT = Path(__file__).resolve().parent.parent
 Run = Callable[..., "subprocess.CompletedProcess[str]"]
 # As the commands do, before numpy is loaded: matrices are small, and threads of BLAS wait for each other
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# Commands keep what Python compiles of mrfit, as a user's do, also where this process is told to keep none
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+commands.AROUND.update(os.environ)
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN and threading.current_thread() is threading.main_thread():
     # a shell starts jobs in the background deaf to Ctrl-C, and so would be the commands that tests interrupt
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -52,7 +56,6 @@ def mrfit(tmp_path: Path) -> Run:
     """Run the mrfit command in an empty folder, as a user would, and return what it printed and its exit code."""
 
     def run(*arguments: object, timeout: float = 300.0) -> "subprocess.CompletedProcess[str]":
-        command = [sys.executable, "-m", "mrfit.cli", *map(str, arguments)]
-        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=timeout)
+        return commands.text(tmp_path, *arguments, timeout=timeout)
 
     return run

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tests import commands
 from tests.conftest import ROOT
 
 EXAMPLE = Path(__file__).parent / "example_plugin"
@@ -58,12 +59,8 @@ def run_python(folder: Path, module: str, *arguments: object, **environment: str
     site = environment.pop("site", "")
     paths = os.pathsep.join(filter(None, (str(ROOT), site)))
     kept = {k: v for k, v in os.environ.items() if k != "MRFIT_PLUGINS"}
+    around = {**kept, "PYTHONPATH": paths, **environment}
+    if module == "mrfit.cli":
+        return commands.text(folder, *arguments, env=around)
     command = [sys.executable, "-m", module, *map(str, arguments)]
-    return subprocess.run(
-        command,
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=300,
-        env={**kept, "PYTHONPATH": paths, **environment},
-    )
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, env=around)

@@ -2,21 +2,19 @@
 
 import json
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from tests import commands
 from tests.conftest import ROOT, Run
 
 HIDDEN = {"discover-eddy": ("eddy-current", 0.2), "discover-current-lag": ("current-lag", 0.020)}
 
 
 def command(folder: Path, *words: object) -> "subprocess.CompletedProcess[str]":
-    return subprocess.run(
-        [sys.executable, "-m", "mrfit.cli", *map(str, words)], cwd=folder, capture_output=True, text=True, timeout=600
-    )
+    return commands.text(folder, *words, timeout=600.0)
 
 
 def answer(folder: Path, *words: object) -> dict[str, Any]:

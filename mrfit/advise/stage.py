@@ -15,13 +15,14 @@ from mrfit.core.progress import Progress, silent
 from mrfit.discover.bench import Bench, build_bench, effects_for
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.select import read_dataset
+from mrfit.io.atomic import write_atomic
 from mrfit.io.dataset import Dataset
 from mrfit.io.keys import code_version
 from mrfit.io.schemas.advice import AdviceFile, AdvisedTest, Pair
 from mrfit.io.schemas.discovery import DiscoveryFile
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.reading import load
-from mrfit.io.workspace import Workspace, write_atomic, write_json, write_text
+from mrfit.io.workspace import Workspace, write_json, write_text
 from mrfit.settings.advise import Settings
 from mrfit.simulate.assembly import assemble
 

@@ -8,11 +8,13 @@ from mrfit.api.drawing import series_of
 from mrfit.fit.extrapolation import Stretch
 from mrfit.fit.predict import Prediction, stretch_of
 from mrfit.io.arrow import numbers, repeated, table
+from mrfit.io.atomic import write_atomic
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.prediction import PredictionFile
-from mrfit.io.workspace import Workspace, check_name, checked, write_atomic, write_json
+from mrfit.io.workspace import Workspace, check_name, checked, write_json
 from mrfit.report.curves import sheets
-from mrfit.report.prediction import FORMATS, figure_of
+from mrfit.report.key import FORMATS
+from mrfit.report.prediction import figure_of
 from mrfit.report.source import Series, read_source
 from mrfit.report.svg import style
 from mrfit.simulate.assembly import Assembly

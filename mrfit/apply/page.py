@@ -6,8 +6,9 @@ from importlib.metadata import version
 from typing import Any
 
 from mrfit.apply.damper import Damper
+from mrfit.report.key import TEMPLATE
 from mrfit.report.numbers import in_html, significant
-from mrfit.report.page import TEMPLATE, template_of
+from mrfit.report.page import template_of
 
 
 @dataclass(frozen=True)

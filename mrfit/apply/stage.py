@@ -18,7 +18,8 @@ from mrfit.apply.tested import Moved, beyond_tests
 from mrfit.apply.tracking import TrackingStudy
 from mrfit.core.specs import Array
 from mrfit.io.schemas.apply import INVERT, QUARTER_CAR, TRACK, InversionRow, InvertFile, QuarterCarFile, TrackFile
-from mrfit.io.workspace import Workspace, checked, write_json, write_table, write_text
+from mrfit.io.tables import write_table
+from mrfit.io.workspace import Workspace, checked, write_json, write_text
 
 File = TypeVar("File", InvertFile, TrackFile, QuarterCarFile)
 # What files are called, by schema

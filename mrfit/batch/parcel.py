@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from mrfit.io.workspace import write_atomic
+from mrfit.io.atomic import write_atomic
 
 # The current folder is that of all threads of a process
 _moving = threading.Lock()

@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from mrfit.io.arrow import numbers, texts
+from mrfit.io.atomic import write_atomic
 from mrfit.io.schemas.batch import LogRow
-from mrfit.io.workspace import ROW_GROUP, write_atomic
+from mrfit.io.tables import ROW_GROUP
 
 
 def write(path: Path, rows: Sequence[LogRow]) -> None:

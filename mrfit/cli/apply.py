@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mrfit.cli import console
+from mrfit.cli import console, names
 from mrfit.cli.options import Json, Only, Plugins, Work, options
 from mrfit.errors import ConfigError
 from mrfit.settings import ingest
@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 
 app = typer.Typer(no_args_is_help=True, help="Put a fit to use: invert it, track forces with it, drive a car on it.")
 
-Fit = Annotated[str, typer.Option("--fit", help="Name of a fit, one set of parameters for all currents.")]
+Fit = Annotated[
+    str, typer.Option("--fit", help="Name of a fit, one set of parameters for all currents.", autocompletion=names.fit)
+]
 OptionalLogs = Annotated[list[Path] | None, typer.Argument(help="Logs whose motion is taken.", show_default=False)]
 Sine = Annotated[
     str, typer.Option(help="Instead of logs a sine, Hz and m: 1:0.01.", metavar="HZ:M[:CYCLES]", show_default=False)

@@ -1,5 +1,6 @@
 """What a person at the terminal sees: progress bars on standard error, tables and summaries on standard output."""
 
+import gc
 import io
 import json
 import os
@@ -44,6 +45,8 @@ VERBOSITY = Verbosity()
 
 # Exit code of a command that Ctrl-C ended, which typer gives of itself
 INTERRUPTED = 130
+# Objects made, less those gone, after which those in cycles are collected; Python's own default is 700
+COLLECTED_AT = 50_000
 # Columns of a terminal below which tables have no frame, whose room their names need
 NARROW = 100
 # Columns of tables that go to a file or another program, where MRFIT_COLUMNS does not say
@@ -184,6 +187,8 @@ def numbers(row: Mapping[str, Any], names: Sequence[str]) -> list[Any]:
 
 def run(app: typer.Typer) -> NoReturn:
     """Run the command line; every error ends in one line and the right exit code, a traceback with --debug only."""
+    # a start makes a hundred thousand objects that stay, through which the collector would go again and again
+    gc.set_threshold(COLLECTED_AT)
     # asked to end, end as at Ctrl-C: workers too, and the terminal as it was
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     # a closed stream is None, to which nothing can be written

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import mrfit.settings.export
-from mrfit.cli import console
+from mrfit.cli import console, names
 from mrfit.cli.options import Json, Plugins, Work, options
 from mrfit.core.progress import Progress
 
@@ -28,7 +28,9 @@ To = Annotated[
 
 @options
 def export(
-    fit_name: Annotated[str, typer.Option("--fit", help="Name of a finished fit.", show_default=False)],
+    fit_name: Annotated[
+        str, typer.Option("--fit", help="Name of a finished fit.", show_default=False, autocompletion=names.fit)
+    ],
     to: To,
     *,
     out: Annotated[Path | None, typer.Option("--out", help="Folder; default: export/NAME in the workspace.")] = None,

@@ -13,7 +13,7 @@ import mrfit.settings.flux
 import mrfit.settings.ingest
 import mrfit.settings.report
 import mrfit.settings.segment
-from mrfit.cli import apply, console, logbook, measure, project
+from mrfit.cli import apply, console, logbook, measure, names, project
 from mrfit.cli.advise import advise
 from mrfit.cli.batch import batch
 from mrfit.cli.export import export
@@ -159,7 +159,7 @@ def fit(
 @options
 def predict(
     logs: Logs,
-    fit_name: Annotated[str, typer.Option("--fit", help="Name of a finished fit.")],
+    fit_name: Annotated[str, typer.Option("--fit", help="Name of a finished fit.", autocompletion=names.fit)],
     settings: Annotated[mrfit.settings.ingest.Settings, Only(("map", "resistance", "pattern"))],
     *,
     save: Annotated[str, typer.Option(help="Keep series and figure as predict/NAME.parquet, or NAME.csv.")] = "",
@@ -295,7 +295,10 @@ def status(work: Work, plugins: Plugins, as_json: Json) -> None:
 @app.command()
 @options
 def remove(
-    fits: Annotated[list[str], typer.Argument(help="Names of fits.", metavar="FIT...", show_default=False)],
+    fits: Annotated[
+        list[str],
+        typer.Argument(help="Names of fits.", metavar="FIT...", show_default=False, autocompletion=names.fit),
+    ],
     work: Work,
     as_json: Json,
 ) -> None:
@@ -348,7 +351,10 @@ def list_names(
 @app.command()
 @options
 def show(
-    name: Annotated[str, typer.Argument(help="Model, effect, optimizer or reader.", show_default=False)],
+    name: Annotated[
+        str,
+        typer.Argument(help="Model, effect, optimizer or reader.", show_default=False, autocompletion=names.item),
+    ],
     plugins: Plugins,
     as_json: Json,
 ) -> None:

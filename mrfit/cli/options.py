@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal, Union, cast, get_args, get_origin, g
 
 import typer
 
-from mrfit.cli import console, logbook
+from mrfit.cli import console, logbook, names
 from mrfit.core.setting import UNSET, Defined, Setting, defined, defined_as, flag_of
 from mrfit.errors import ConfigError
 from mrfit.settings.shared import CORES as CORES
@@ -234,14 +234,15 @@ def _option(field: Defined) -> inspect.Parameter:
     return inspect.Parameter(flag, inspect.Parameter.KEYWORD_ONLY, default=_default(field), annotation=annotation)
 
 
-def _typer_option(setting: Setting, *names: str) -> Any:
+def _typer_option(setting: Setting, *written: str) -> Any:
     return typer.Option(
-        *names,
+        *written,
         help=setting.help,
         metavar=setting.metavar,
         min=setting.low if setting.above is None else setting.above,
         max=setting.high,
         show_default=setting.show_default,
+        autocompletion=names.OF.get(setting.names),
     )
 
 

@@ -60,7 +60,7 @@ def _ingest(
 def _keep_map(workspace: Workspace, logs: Sequence[Path], settings: mrfit.settings.ingest.Settings) -> None:
     """Keep the channel map by which logs were read, where it is one, for logs that a fit is to predict."""
     import mrfit.ingest.stage
-    from mrfit.io.workspace import write_atomic
+    from mrfit.io.atomic import write_atomic
 
     maps = mrfit.ingest.stage.maps_of(logs, settings)
     if len(maps) == 1:

@@ -9,7 +9,6 @@ Its tables ``[flux]``, ``[segment]``, ``[fit]`` and ``[discover]`` have the keys
 resistance. The command line and MRFIT_WORK take precedence. The same file may be a channel map.
 """
 
-import tomllib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Literal
@@ -50,6 +49,10 @@ def defaults(commands: Iterable[str], groups: Mapping[str, Iterable[str]]) -> di
 
 
 def _read() -> dict[str, Any]:
+    if not FILE.exists():
+        return {}
+    import tomllib
+
     try:
         return tomllib.loads(FILE.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):

@@ -5,18 +5,20 @@ from dataclasses import asdict, dataclass, field
 from functools import partial
 from os import path as os_path
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import DataError
 from mrfit.io.keys import code_version, discovery_key
 from mrfit.io.outdated import Inputs, flux_reason, other_code, segment_reason
-from mrfit.io.schemas.compare import ModelErrors, ModelsFile, OptimizersFile
-from mrfit.io.schemas.discovery import DiscoveryFile
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.reading import load
 from mrfit.io.schemas.stages import About, ReportFile
 from mrfit.io.workspace import Workspace
+from mrfit.report.key import report_key
+
+if TYPE_CHECKING:
+    from mrfit.io.schemas.compare import ModelErrors
 
 # Names written out in a reason
 SHOWN = 3
@@ -181,8 +183,13 @@ def _fit(workspace: Workspace, name: str, inputs: Inputs) -> Step | None:
 
 
 def _discovery(workspace: Workspace, inputs: Inputs) -> Step | None:
-    folder = workspace.root / "discover"
-    found = load(folder / "discovery.json", DiscoveryFile, f"delete {folder} and run `mrfit discover` again")
+    path = workspace.root / "discover" / "discovery.json"
+    if not path.exists():
+        return None
+    # documents of steps that a workspace has not are not built
+    from mrfit.io.schemas.discovery import DiscoveryFile
+
+    found = load(path, DiscoveryFile, f"delete {path.parent} and run `mrfit discover` again")
     if not found:
         return None
     effects = [e.name for e in found.effects] or [*found.ambiguous_set]
@@ -192,7 +199,12 @@ def _discovery(workspace: Workspace, inputs: Inputs) -> Step | None:
 
 
 def _models(workspace: Workspace, inputs: Inputs) -> Step | None:
-    found = load(workspace.root / "compare" / "compare.json", ModelsFile, "run `mrfit compare` again")
+    path = workspace.root / "compare" / "compare.json"
+    if not path.exists():
+        return None
+    from mrfit.io.schemas.compare import ModelsFile
+
+    found = load(path, ModelsFile, "run `mrfit compare` again")
     if found is None:
         return None
     fits = {m.fit: m.model for m in found.models}
@@ -202,7 +214,7 @@ def _models(workspace: Workspace, inputs: Inputs) -> Step | None:
     return Step("models compared", "", _count(len(fits), "model"), list(fits.values()), settings, "", why)
 
 
-def _fit_reason(workspace: Workspace, name: str, rows: Sequence[ModelErrors], inputs: Inputs) -> str:
+def _fit_reason(workspace: Workspace, name: str, rows: Sequence["ModelErrors"], inputs: Inputs) -> str:
     """Return why what a comparison says of a fit, its ``rows`` of errors, does no longer hold."""
     if name not in workspace.fit_names():
         return f"the fit {name} is gone"
@@ -216,7 +228,12 @@ def _fit_reason(workspace: Workspace, name: str, rows: Sequence[ModelErrors], in
 
 
 def _optimizers(workspace: Workspace, inputs: Inputs) -> Step | None:
-    found = load(workspace.root / "compare" / "optimizers.json", OptimizersFile, "run `mrfit compare` again")
+    path = workspace.root / "compare" / "optimizers.json"
+    if not path.exists():
+        return None
+    from mrfit.io.schemas.compare import OptimizersFile
+
+    found = load(path, OptimizersFile, "run `mrfit compare` again")
     if found is None:
         return None
     names = list(dict.fromkeys(r.optimizer for r in found.rows))
@@ -236,8 +253,6 @@ def _report(workspace: Workspace) -> Step | None:
 
 def _old(workspace: Workspace, report: ReportFile) -> str:
     """Return why a report is out of date."""
-    from mrfit.report.stage import report_key
-
     names = report.fits
     if gone := [n for n in names if n not in workspace.fit_names()]:
         return f"a fit it shows is gone: {', '.join(gone)}"

@@ -7,8 +7,9 @@ from typing import Protocol
 
 from mrfit.compare.figures import convergence, error_map
 from mrfit.io.schemas.compare import ModelRow, ModelsFile, OptimizersFile
+from mrfit.report.key import TEMPLATE
 from mrfit.report.numbers import in_html, percent, significant
-from mrfit.report.page import TEMPLATE, template_of
+from mrfit.report.page import template_of
 from mrfit.report.svg import inline
 
 PAGE = TEMPLATE.with_name("compare.html.jinja")

@@ -1,9 +1,13 @@
 """The containers that cross stage boundaries: Recording (one log) and Segment (a view of it under one condition)."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
-from mrfit.core.specs import Array
+if TYPE_CHECKING:
+    from mrfit.core.specs import Array
 
 # In a recording's condition: resistance in ohm by which its flux was reconstructed; absent where the flux was measured
 FLUX_RESISTANCE = "flux_resistance"

@@ -72,6 +72,8 @@ class Setting:
         Whether a pipeline file has it in the table of its stage.
     changes_result
         Whether it can change the result. One that cannot comes last in the command's help and is in no pipeline file.
+    names
+        Kind of item that it names, which the shell completes: ``model`` or ``optimizer``; empty for none.
     told
         How the page of a report says that it is not at its default: a format of the name and the value, or of the parts
         of each item where the value is a list. None if the page says it elsewhere.
@@ -90,6 +92,7 @@ class Setting:
     command_default: object = UNSET
     in_file: bool = True
     changes_result: bool = True
+    names: str = ""
     told: str | None = "{0} {1}"
 
 

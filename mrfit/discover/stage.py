@@ -30,7 +30,8 @@ from mrfit.io.dataset import Dataset
 from mrfit.io.keys import code_version, digest_of, discovery_key
 from mrfit.io.schemas.discovery import DiscoveryDependence, DiscoveryFile, Gap, PartialDiscovery, Unexplained
 from mrfit.io.schemas.reading import reusable
-from mrfit.io.workspace import Workspace, plain, write_json, write_table, write_text
+from mrfit.io.tables import write_table
+from mrfit.io.workspace import Workspace, plain, write_json, write_text
 from mrfit.settings.discover import Settings as Settings
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence, base_name, orders_of

@@ -9,7 +9,7 @@ from typing import Any
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import ConfigError, DataError
 from mrfit.export.source import Source
-from mrfit.io.workspace import write_atomic
+from mrfit.io.atomic import write_atomic
 from mrfit.settings.export import Settings
 
 # Format -> module that has its ``files(source, settings)``

@@ -11,7 +11,8 @@ from mrfit.errors import DataError
 from mrfit.export.source import OWN, Stretch, runs
 from mrfit.fit.predict import read_fit
 from mrfit.io.schemas.fit import Fit
-from mrfit.io.workspace import Workspace, reading
+from mrfit.io.unreadable import reading
+from mrfit.io.workspace import Workspace
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_levels import assembly_of
 

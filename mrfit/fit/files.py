@@ -10,10 +10,12 @@ import numpy as np
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.io.arrow import numbers, repeated, table
+from mrfit.io.atomic import write_atomic
 from mrfit.io.csv_table import csv_table
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.reading import load
-from mrfit.io.workspace import ROW_GROUP, write_atomic, write_json, write_text
+from mrfit.io.tables import ROW_GROUP
+from mrfit.io.workspace import write_json, write_text
 from mrfit.search.parts import Blocks, Part
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_levels import assembly_of

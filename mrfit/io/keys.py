@@ -11,6 +11,7 @@ import os
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
+from fnmatch import fnmatchcase
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -33,48 +34,64 @@ STARTS: dict[str, tuple[str, ...]] = {
 }
 # ``from mrfit.a.b import c, d`` with or without brackets, and ``import mrfit.a.b``, at any depth of a file
 _IMPORT = re.compile(
-    r"^[ \t]*(?:from[ \t]+mrfit((?:\.\w+)*)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|import[ \t]+mrfit((?:\.\w+)+))",
+    rb"^[ \t]*(?:from[ \t]+mrfit((?:\.\w+)*)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)|import[ \t]+mrfit((?:\.\w+)+))",
     re.MULTILINE,
 )
+_WORD = re.compile(rb"\w+")
 
 
 def sources(stage: str = "") -> list[Path]:
     """Return the source files of the code a stage uses, by following its imports; of the whole package without one."""
-    if not stage:
-        return sorted(PACKAGE.rglob("*.py"))
-    found, left = set[Path](), [p for start in STARTS[stage] for p in PACKAGE.glob(start)]
-    while left:
-        path = left.pop()
-        if path not in found:
-            found.add(path)
-            left += _imported(path)
-    return sorted(found)
+    return [PACKAGE / name for name in _names(stage)]
 
 
 @cache
-def _imported(path: Path) -> list[Path]:
+def _names(stage: str) -> list[str]:
+    """Return the same as paths inside of the package."""
+    if not stage:
+        return sorted(_files())
+    found, left = set[str](), [name for name in _files() if any(_is_like(name, start) for start in STARTS[stage])]
+    while left:
+        name = left.pop()
+        if name not in found:
+            found.add(name)
+            left += _imported(name)
+    return sorted(found)
+
+
+def _is_like(name: str, pattern: str) -> bool:
+    return name.count("/") == pattern.count("/") and fnmatchcase(name, pattern)
+
+
+@cache
+def _imported(name: str) -> list[str]:
     """Return the modules of the package that a file imports; what is no module but a name in one is passed over."""
     found = []
-    for module, names, whole in _IMPORT.findall(path.read_text(encoding="utf-8")):
-        folder = os.path.join(PACKAGE, *(module or whole).split(".")[1:])
-        wanted = [f"{folder}.py", os.path.join(folder, "__init__.py")]
-        wanted += [os.path.join(folder, f"{name}.py") for name in re.findall(r"\w+", names)]
-        found += [Path(p) for p in wanted if p in _files()]
+    for module, names, whole in _IMPORT.findall(_source(name)):
+        folder = (module or whole).decode()[1:].replace(".", "/")
+        inside = [f"{folder}/{word.decode()}.py".lstrip("/") for word in (b"__init__", *_WORD.findall(names))]
+        found += [path for path in (f"{folder}.py", *inside) if path in _files()]
     return found
+
+
+def _source(name: str) -> bytes:
+    return (PACKAGE / name).read_bytes()
 
 
 @cache
 def _files() -> frozenset[str]:
-    return frozenset(map(str, PACKAGE.rglob("*.py")))
+    """Return the files of the package, by their paths inside of it."""
+    found = [os.path.join(folder, file) for folder, _, files in os.walk(PACKAGE) for file in files]
+    return frozenset(os.path.relpath(path, PACKAGE).replace(os.sep, "/") for path in found if path.endswith(".py"))
 
 
 @cache
 def code_version(stage: str = "") -> str:
     """Return a hash over the sources of a stage, so that results of other code are never taken for this one's."""
     digest = hashlib.sha256(version("mrfit").encode())
-    for source in sources(stage):
-        digest.update(source.relative_to(PACKAGE).as_posix().encode())
-        digest.update(source.read_bytes())
+    for name in _names(stage):
+        digest.update(name.encode())
+        digest.update(_source(name))
     return digest.hexdigest()[:16]
 
 

@@ -88,7 +88,7 @@ class Inputs:
     def __init__(self, workspace: Workspace) -> None:
         self.fault, self.contents, self.segments = "", dict[str, str](), list[Segment]()
         try:
-            self.contents, self.segments = workspace.made_from(workspace.read_segments()[0])
+            self.contents, self.segments = workspace.made_from(workspace.segments())
             if why := flux_reason(workspace):
                 self.fault = f"the flux linkage is out of date: {why}"
             elif why := segment_reason(workspace):

@@ -2,37 +2,35 @@
 
 Every file is written to a temporary name in the same folder and renamed. A stage ends by writing its JSON summary,
 which carries the key of all that made it; a run whose key is already there has nothing to do.
+
+What reads and writes samples is imported where that is done: a command that only looks at summaries loads no numpy.
 """
 
-import hashlib
 import json
 import math
 import os
 import re
 import shutil
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, cast
 
-import numpy as np
-
 from mrfit.core.recording import Finding, Recording, Segment
-from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
-from mrfit.io.arrow import floats, numbers, table, texts
-from mrfit.io.columns import Times, columns_of, is_long
+from mrfit.io.atomic import write_atomic
 from mrfit.io.escapes import encodable
 from mrfit.io.faults import plain_fault
+from mrfit.io.footer import key_value_metadata
 from mrfit.io.keys import content_of
 from mrfit.io.memory import check_room
 from mrfit.io.outdated import Inputs
-from mrfit.io.replaced import about_to_replace
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.reading import Document, Entry, File, load, of_json, of_row, parsed
 from mrfit.io.schemas.stages import RECORDING, About, FluxFile, IngestFile, SegmentRow, SegmentsFile
+from mrfit.io.unreadable import UNREADABLE, reading
 
 IDENTIFIER = re.compile(r"[A-Za-z0-9_][A-Za-z0-9._-]*")
 """Ids of recordings, which name files."""
@@ -49,8 +47,6 @@ OWN = (".ingest.json.", ".flux.json.", ".segments.parquet.")
 REMOVED = ".mrfit-removed-"
 """Beginning of the names of folders of fits that are being removed."""
 LOCK_SECONDS = 600.0
-ROW_GROUP = 1 << 20
-"""Rows of a table written together."""
 CONTENT = "mrfit.content"
 """Name in a recording's metadata of the hash of its content."""
 
@@ -59,10 +55,6 @@ def plain(value: object) -> Any:
     """Return ``value`` as JSON can hold it: documents as objects, arrays as lists, non-finite numbers as null."""
     if isinstance(value, Entry):
         return {name: plain(getattr(value, name)) for name in value.written()}
-    if isinstance(value, np.ndarray):
-        return plain(value.tolist())
-    if isinstance(value, np.generic):
-        return plain(value.item())
     if isinstance(value, str):
         return encodable(value)
     if isinstance(value, float):
@@ -71,7 +63,8 @@ def plain(value: object) -> Any:
         return {encodable(str(k)): plain(v) for k, v in value.items()}
     if isinstance(value, (list, tuple, set)):
         return [plain(v) for v in value]
-    return value
+    # arrays and numbers of numpy
+    return plain(value.tolist()) if hasattr(value, "tolist") else value
 
 
 def checked(document: File) -> File:
@@ -100,30 +93,6 @@ def check_name(name: str) -> None:
         )
 
 
-def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
-    """Call ``write`` with a temporary name beside ``path``, flush to disk, rename.
-
-    Raises
-    ------
-    DataError
-        If the folder cannot be written.
-    """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        temporary.unlink(missing_ok=True)  # a link of this name would be followed
-        write(temporary)
-        with temporary.open("rb") as handle:
-            os.fsync(handle.fileno())
-        about_to_replace(path, temporary)
-        temporary.replace(path)
-    except OSError as error:
-        raise DataError(f"{path}: cannot write ({error.strerror or error}); choose another --work folder") from error
-    finally:
-        with suppress(OSError):
-            temporary.unlink(missing_ok=True)
-
-
 def write_text(path: Path, text: str) -> None:
     """Write a text file atomically, in UTF-8 with plain line feeds."""
     write_atomic(path, lambda p: p.write_bytes(text.encode(errors="backslashreplace")))
@@ -140,102 +109,6 @@ def read_json(path: Path) -> Any:
         return json.loads(path.read_bytes())
     except (OSError, ValueError, RecursionError):
         return None
-
-
-# What reading a table that somebody has edited may raise; pyarrow's own errors are among these
-_UNREADABLE = (OSError, TypeError, LookupError, ValueError, ArithmeticError, NotImplementedError, AttributeError)
-
-
-@contextmanager
-def reading(path: Path, remedy: str) -> Iterator[None]:
-    """Say which file cannot be read and what to do."""
-    try:
-        yield
-    except _UNREADABLE as error:
-        reason = str(error).partition("\n")[0]
-        raise DataError(f"{path}: missing, damaged or another mrfit's: cannot be read ({reason}); {remedy}") from error
-
-
-def write_table(
-    path: Path,
-    columns: Mapping[str, Array],
-    metadata: Mapping[str, str] | None = None,
-    more: Callable[[dict[str, str]], Mapping[str, str]] | None = None,
-) -> None:
-    """Write equal-length float64 columns as Parquet (zstd), atomically and one row group at a time.
-
-    Columns are asked for their length and for slices only, once, so that they may be longer than memory.
-
-    Parameters
-    ----------
-    path
-        The file.
-    columns
-        Columns by name.
-    metadata
-        Texts kept with them.
-    more
-        Gives further metadata once all is written, by the columns' SHA-256.
-    """
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    length = len(next(iter(columns.values()), ()))
-    schema = pa.schema([(name, pa.float64()) for name in columns], dict(metadata or {}))
-
-    def write(temporary: Path) -> None:
-        digests = {name: hashlib.sha256() for name in columns}
-        with pq.ParquetWriter(temporary, schema, compression="zstd", use_dictionary=False) as writer:
-            for begin in range(0, max(length, 1), ROW_GROUP):
-                slices = (values[begin : begin + ROW_GROUP] for values in columns.values())
-                group = [np.ascontiguousarray(rows, dtype=np.float64) for rows in slices]
-                for digest, rows in zip(digests.values(), group, strict=True):
-                    digest.update(rows.data)
-                writer.write_table(pa.Table.from_arrays([numbers(rows) for rows in group], schema=schema), ROW_GROUP)
-            if more:
-                writer.add_key_value_metadata(dict(more({n: d.hexdigest() for n, d in digests.items()})))
-
-    write_atomic(path, write)
-
-
-def read_table(
-    path: Path, without: Sequence[str] = (), scratch: Path | None = None
-) -> tuple[dict[str, Array], dict[str, str]]:
-    """Return the columns and metadata of a Parquet file written by ``write_table``, some columns left out.
-
-    Those of a long one stay on disk where there is a folder for what is made of them, see ``columns``.
-
-    Raises
-    ------
-    DataError
-        If the file is missing or damaged, or too long for the memory there is.
-    """
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
-    # read_table would import data sets and pandas (0.3 s)
-    with reading(path, "run `mrfit ingest` again"), pq.ParquetFile(path) as file:
-        names = [n for n in file.schema_arrow.names if n not in without]
-        rows = file.metadata.num_rows
-        if scratch and is_long(rows):
-            return columns_of(path, names, rows, scratch), _decoded(file.metadata.metadata)
-        check_room(f"{path}: its {rows} samples in {len(names)} columns", 8.0 * rows * len(names))
-        columns = {name: np.empty(rows) for name in names}
-        begin = 0
-        # group by group, so that only one of them is in memory twice
-        for group in range(file.num_row_groups):
-            table = file.read_row_group(group, names)
-            for name, values in columns.items():
-                values[begin : begin + len(table)] = floats(table.column(name))
-            begin += len(table)
-        metadata = file.metadata.metadata
-    # pyarrow keeps what it freed for itself
-    pa.default_memory_pool().release_unused()
-    return columns, _decoded(metadata)
-
-
-def _decoded(metadata: Mapping[bytes, bytes] | None) -> dict[str, str]:
-    return {k.decode(errors="replace"): v.decode(errors="replace") for k, v in (metadata or {}).items()}
 
 
 class Workspace:
@@ -426,7 +299,10 @@ class Workspace:
 
     def write_recording(self, recording: Recording, stage: str = "recordings") -> None:
         """Write a recording: samples as columns beside ``time``, everything else as metadata."""
-        time = cast(Array, Times(recording.samples, recording.dt))
+        from mrfit.io.columns import Times
+        from mrfit.io.tables import write_table
+
+        time = cast(Any, Times(recording.samples, recording.dt))
         about = json.dumps({"schema": RECORDING, **plain(About.of(recording))}, ensure_ascii=False)
         metadata = {"mrfit": about}
         write_table(
@@ -444,14 +320,12 @@ class Workspace:
         DataError
             If its file is missing or damaged, or of an mrfit that wrote none.
         """
-        import pyarrow.parquet as pq
-
         path = self._file_left_by(stage, identifier)
         with reading(path, "run `mrfit ingest` on its log again"):
-            metadata = pq.read_metadata(path).metadata or {}
-            if CONTENT.encode() not in metadata:
+            metadata = key_value_metadata(path)
+            if CONTENT not in metadata:
                 raise ValueError("an older mrfit's, without a hash of its content")
-        return str(metadata[CONTENT.encode()].decode())
+        return metadata[CONTENT]
 
     def contents(self, identifiers: Iterable[str], stage: str = "recordings") -> dict[str, str]:
         """Return the hashes of recordings' contents by id."""
@@ -472,9 +346,11 @@ class Workspace:
         """
         import pyarrow.parquet as pq
 
+        from mrfit.io.columns import is_long
+
         size = 0.0
         for identifier in identifiers:
-            with suppress(DataError, *_UNREADABLE), pq.ParquetFile(self._file_left_by(stage, identifier)) as file:
+            with suppress(DataError, *UNREADABLE), pq.ParquetFile(self._file_left_by(stage, identifier)) as file:
                 # times are not read
                 held = not (streamed and is_long(file.metadata.num_rows))
                 size += 8.0 * held * file.metadata.num_rows * (file.metadata.num_columns - 1)
@@ -497,6 +373,8 @@ class Workspace:
         DataError
             If its file is missing or damaged.
         """
+        from mrfit.io.tables import read_table
+
         path, remedy = self._file_left_by(stage, identifier), "run `mrfit ingest` on its log again"
         columns, metadata = read_table(path, ("time",), self.scratch if streamed else None)
         text = metadata.get("mrfit", "")
@@ -525,6 +403,8 @@ class Workspace:
         """Write the table of segments, one row each."""
         import pyarrow.parquet as pq
 
+        from mrfit.io.arrow import numbers, table, texts
+
         columns = {f.name: [getattr(s, f.name) for s in segments] for f in fields(Segment)}
         made = {name: texts(v) if v and isinstance(v[0], str) else numbers(v) for name, v in columns.items()}
         rows = table(made).replace_schema_metadata(dict(metadata))
@@ -552,20 +432,29 @@ class Workspace:
         except ValueError as error:
             fault = plain_fault(error)  # type: ignore[arg-type]
             raise DataError(f"{self.segments_file}: damaged, or another mrfit's: {fault}; {remedy}") from error
-        return [Segment(**row) for row in found], _decoded(rows.schema.metadata)
+        return [Segment(**row) for row in found], key_value_metadata(self.segments_file)
 
     def segments_summary(self) -> SegmentsFile | None:
         """Return the summary written with the segments, None if they are not there or without one."""
-        import pyarrow.parquet as pq
-
         if not self.segments_file.exists():
             return None
         remedy = f"run `mrfit segment --work {self.root}` with the settings you want"
         with reading(self.segments_file, remedy):
-            text = (pq.read_metadata(self.segments_file).metadata or {}).get(b"mrfit")
+            text = key_value_metadata(self.segments_file).get("mrfit")
         if text is None:
             return None
         return parsed(self.segments_file, text, SegmentsFile, remedy)
+
+    def segments(self) -> list[Segment]:
+        """Return the segments, by the summary where it lists them: its table is read by pyarrow and numpy.
+
+        Raises
+        ------
+        DataError
+            As ``read_segments`` does.
+        """
+        summary = self.segments_summary()
+        return [_segment(row) for row in summary.segments] if summary else self.read_segments()[0]
 
     @property
     def latest(self) -> str:
@@ -588,6 +477,12 @@ class Workspace:
     def fit_folders(self) -> list[str]:
         """Return the names of all fits, sorted: the finished ones, and those that a later command would go on with."""
         return sorted(p.name for p in self.root.glob("fits/*") if p.is_dir() and NAME.fullmatch(p.name))
+
+
+def _segment(row: SegmentRow) -> Segment:
+    """Return a segment as its table has it, in which a level that no test holds is nan."""
+    levels = {name: math.nan if (level := getattr(row, name)) is None else level for name in ("current", "temperature")}
+    return Segment(**{f.name: getattr(row, f.name) for f in fields(Segment)} | levels)
 
 
 def recording_id(source: Path, taken: set[str]) -> str:

@@ -21,7 +21,6 @@ from mrfit.io.schemas.discovery import (
     Suspect,
 )
 from mrfit.io.workspace import Workspace, write_text
-from mrfit.report import page
 from mrfit.report.curves import prefixed
 from mrfit.report.discovery_figures import figures_of, taken_by
 from mrfit.report.discovery_source import Discovery, files_of, read_discovery, read_found
@@ -36,6 +35,7 @@ from mrfit.report.explain import (
     sentences,
     takes_of,
 )
+from mrfit.report.key import STYLE
 from mrfit.report.law_words import law_sentences, other_base_sentences
 from mrfit.report.numbers import in_html, percent, significant
 from mrfit.report.page import template_of
@@ -104,7 +104,7 @@ def advice(workspace: Workspace) -> Advice:
 
 
 def _key(workspace: Workspace) -> str:
-    inputs = [TEMPLATE, page.STYLE, *(p for p in files_of(workspace) if p.is_file())]
+    inputs = [TEMPLATE, STYLE, *(p for p in files_of(workspace) if p.is_file())]
     hashes = [(p.name, hashlib.sha256(p.read_bytes()).hexdigest()) for p in inputs]
     return key_of("discovery page", hashes, version("matplotlib"), version("jinja2"))
 

@@ -13,7 +13,9 @@ from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.io.schemas.discovery import DiscoveryFile
 from mrfit.io.schemas.reading import load
-from mrfit.io.workspace import Workspace, read_table, reading
+from mrfit.io.tables import read_table
+from mrfit.io.unreadable import reading
+from mrfit.io.workspace import Workspace
 from mrfit.report.figures import LOOPS
 from mrfit.report.numbers import natural
 from mrfit.signal.smoothing import smooth

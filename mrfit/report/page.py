@@ -11,6 +11,7 @@ from mrfit.io.schemas.fit import Fit, MetricRow, Quantity, Result
 from mrfit.report.determined import sentences, words_of
 from mrfit.report.doubts import Doubt, doubts
 from mrfit.report.figures import Figure
+from mrfit.report.key import TEMPLATE
 from mrfit.report.loop_data import loop_json
 from mrfit.report.numbers import MISSING, in_html, percent, significant, unit_html, with_interval
 from mrfit.report.output_unit import OutputUnit, output_unit
@@ -27,10 +28,6 @@ from mrfit.signal.metrics import METRICS
 if TYPE_CHECKING:
     from jinja2 import Template
 
-TEMPLATE = Path(__file__).with_name("index.html.jinja")
-STYLE = Path(__file__).with_name("style.css.jinja")
-PARTS = (TEMPLATE, STYLE, Path(__file__).with_name("page.js.jinja"), Path(__file__).with_name("fit.html.jinja"))
-"""What a page is made with beside the code."""
 LONG = 40
 """Rows from which a table is folded until it is asked for."""
 WIDE = 9

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 from mrfit.core.recording import Segment
 from mrfit.errors import ConfigError, DataError
-from mrfit.io.workspace import Workspace, write_atomic
+from mrfit.io.atomic import write_atomic
+from mrfit.io.workspace import Workspace
 from mrfit.report import paper
 from mrfit.report.curves import worst_of_each
 from mrfit.report.figures import worst_and_typical

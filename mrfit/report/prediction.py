@@ -15,13 +15,13 @@ from mrfit.io.schemas.reading import load
 from mrfit.io.workspace import Workspace
 from mrfit.report.curves import decimate, prefixed, sheets, shown_cycles
 from mrfit.report.figures import WIDTH, axis_label
+from mrfit.report.key import FORMATS, prediction_files
 from mrfit.report.numbers import percent
 from mrfit.report.output_unit import output_unit
 from mrfit.report.paper import panels
 from mrfit.report.source import Series
 from mrfit.report.svg import inline, style, to_svg
 
-FORMATS = (".parquet", ".csv")
 AGAIN = "delete it and run `mrfit predict` again"
 
 
@@ -58,12 +58,6 @@ class PredictionRow:
     svg: str
 
 
-def files_of(workspace: Workspace) -> list[Path]:
-    """Return the summaries and series of saved predictions."""
-    folder = workspace.root / "predict"
-    return [p for p in sorted(folder.glob("*")) if p.suffix in (".json", *FORMATS) and not p.name.startswith(".")]
-
-
 def prediction_rows(workspace: Workspace, fits: Sequence[Fit]) -> list[PredictionRow]:
     """Return the saved predictions by fits, in the order of their names, the figure drawn from the series.
 
@@ -73,7 +67,7 @@ def prediction_rows(workspace: Workspace, fits: Sequence[Fit]) -> list[Predictio
         If a file is damaged.
     """
     known, rows = {fit.name: fit for fit in fits}, []
-    for number, path in enumerate(p for p in files_of(workspace) if p.suffix == ".json"):
+    for number, path in enumerate(p for p in prediction_files(workspace) if p.suffix == ".json"):
         about = load(path, PredictionFile, AGAIN)
         if about is None or about.fit not in known:
             continue

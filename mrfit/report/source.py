@@ -104,13 +104,6 @@ def fit_names(workspace: Workspace, names: tuple[str, ...]) -> list[str]:
     return list(dict.fromkeys(names)) or there
 
 
-def input_files(workspace: Workspace, names: list[str]) -> list[Path]:
-    """Return every file the report of these fits depends on, those that exist."""
-    folders = [workspace.fit_folder(n) for n in names]
-    files = [f / name for f in folders for name in ("fit.json", "residuals.parquet")]
-    return [p for p in [*files, workspace.ingest_json, workspace.flux_json, workspace.segments_file] if p.is_file()]
-
-
 def _read_fit(workspace: Workspace, name: str) -> Fit:
     path, remedy = workspace.fit_folder(name) / "fit.json", "delete it and run `mrfit fit` again"
     fit = load(path, Fit, remedy)

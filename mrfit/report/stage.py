@@ -1,22 +1,21 @@
 """The report stage: finished fits in, tables, figures and one page out."""
 
-import hashlib
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from importlib.metadata import version
 from pathlib import Path
 
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import DataError
-from mrfit.io.keys import code_version, key_of
+from mrfit.io.keys import code_version
 from mrfit.io.schemas.reading import reusable
 from mrfit.io.schemas.stages import ReportFile
 from mrfit.io.workspace import TEMPORARY, Workspace, write_json
 from mrfit.report import figures, page, tables
+from mrfit.report.key import report_key
 from mrfit.report.page_figures import more_drawings
-from mrfit.report.prediction import PredictionRow, files_of, prediction_rows
-from mrfit.report.source import Source, fit_names, input_files, read_source
+from mrfit.report.prediction import PredictionRow, prediction_rows
+from mrfit.report.source import Source, fit_names, read_source
 from mrfit.settings.report import Settings as Settings
 
 EARLIER = ("parameters.tex", "metrics.tex")
@@ -69,16 +68,6 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     )
     publish(folder, files, summary)
     return summary
-
-
-def report_key(workspace: Workspace, names: list[str], code: str = "") -> str:
-    """Return the key of all that goes into a report of these fits; the page's template is none of the hashed sources.
-
-    ``code`` is the version of the code that makes it; default: this one.
-    """
-    inputs = [*page.PARTS, *input_files(workspace, names), *files_of(workspace)]
-    hashes = [(p.name, hashlib.sha256(p.read_bytes()).hexdigest()) for p in inputs]
-    return key_of(names, hashes, version("matplotlib"), version("jinja2"), code=code)
 
 
 def _render(source: Source, jobs: int, progress: Progress, predictions: Sequence[PredictionRow] = ()) -> dict[str, str]:

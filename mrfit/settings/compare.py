@@ -34,7 +34,9 @@ class Settings:
     """
 
     models: Models = ("all",)
-    optimizer: Annotated[str, Setting("Optimizer with which models are compared.", flag="opt")] = "auto"
+    optimizer: Annotated[str, Setting("Optimizer with which models are compared.", flag="opt", names="optimizer")] = (
+        "auto"
+    )
     options: Options = ()
     per: Per = "all"
     seed: Seed = 0
@@ -107,7 +109,7 @@ class _First:
 
     models: Models = ()
     optimizers: Annotated[Names, Setting("Instead: optimizers by commas, on one --model.", form=NAMES)] = ()
-    model: Annotated[str, Setting("Model on which optimizers are compared.", show_default=False)] = ""
+    model: Annotated[str, Setting("Model on which optimizers are compared.", names="model", show_default=False)] = ""
     seeds: Seeds = 5
 
 

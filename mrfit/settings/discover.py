@@ -25,7 +25,7 @@ class Settings:
         Worker threads; the result does not depend on it.
     """
 
-    model: Annotated[str, Setting("Base model; effects written with it (tanh+delay) are part of it.")]
+    model: Annotated[str, Setting("Base model; effects written with it (tanh+delay) are part of it.", names="model")]
     current_order: CurrentOrder = "auto"
     start: Start = ()
     seed: Seed = 0

@@ -89,8 +89,10 @@ class Settings:
         Worker processes; does not change the result.
     """
 
-    model: Annotated[str, Setting("Model; `mrfit list models` shows all.", told=None)]
-    optimizer: Annotated[str, Setting("Optimizer or chain, as in pso-fmin.", flag="opt", told=None)] = "auto"
+    model: Annotated[str, Setting("Model; `mrfit list models` shows all.", names="model", told=None)]
+    optimizer: Annotated[
+        str, Setting("Optimizer or chain, as in pso-fmin.", flag="opt", names="optimizer", told=None)
+    ] = "auto"
     options: Options = ()
     per: Per = "condition"
     name: Annotated[str, Setting("Name of the fit; default MODEL.OPT.", show_default=False, told=None)] = ""

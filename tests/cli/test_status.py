@@ -25,6 +25,7 @@ from mrfit.errors import ConfigError, DataError
 from mrfit.io.keys import code_version
 from mrfit.io.workspace import Workspace, read_json, write_json
 from mrfit.settings.compare import OfOptimizers, Settings
+from tests.cli.test_start import NUMBERS, READERS, TABLES_AND_FIGURES, loaded
 from tests.conftest import Run
 
 FIT = mrfit.fit.stage.Settings("polynomial", "lsq", per="all")
@@ -61,6 +62,13 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     pipeline.discover(work, mrfit.discover.stage.Settings("polynomial"), None, silent)
     pipeline.report(work, mrfit.report.stage.Settings(), silent)
     return folder
+
+
+def test_status_of_every_step_loads_no_numbers_and_not_what_reads_logs(whole: Path) -> None:
+    modules = loaded("status", "--work", str(whole / "w"))
+    assert not modules & (NUMBERS | TABLES_AND_FIGURES | READERS)
+    assert not [name for name in modules if name.startswith(("mrfit.fit.", "mrfit.kernels."))]
+    assert {"mrfit.cli.status", "mrfit.io.schemas.fit", "mrfit.io.schemas.discovery"} <= modules
 
 
 @pytest.fixture

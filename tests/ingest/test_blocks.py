@@ -21,7 +21,8 @@ from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.reading import Item, Pieces, read_item
 from mrfit.ingest.stage import Settings, preview, run
 from mrfit.io.memory import free_memory
-from mrfit.io.workspace import Workspace, write_table
+from mrfit.io.tables import write_table
+from mrfit.io.workspace import Workspace
 from tests.ingest.samples import RS_SETTINGS, WRITERS, sample
 from tests.ingest.test_fuzz import TEXT, WHOLE_LINES
 from tests.plugin_files import EXAMPLE, acme_log

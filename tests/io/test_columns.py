@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
-from mrfit.io import columns, memory, workspace
+from mrfit.io import columns, memory, tables
 from mrfit.io.columns import Loaded, chunks, extent, is_on_disk, laid_beside, part_of, span
-from mrfit.io.workspace import read_table, write_table
+from mrfit.io.tables import read_table, write_table
 
 ROWS = 5000
 VALUES = np.cumsum(np.random.default_rng(1).standard_normal(ROWS))
@@ -22,7 +22,7 @@ def column(tmp_path_factory: pytest.TempPathFactory) -> Array:
     """A column of a table in row groups of 700."""
     folder = tmp_path_factory.mktemp("columns")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(workspace, "ROW_GROUP", 700)
+        patch.setattr(tables, "ROW_GROUP", 700)
         patch.setattr(columns, "LONG", 1000)
         write_table(folder / "a.parquet", {"time": np.arange(ROWS) * 1.0, "x": VALUES})
         found, _ = read_table(folder / "a.parquet", ("time",), folder / "scratch")

@@ -17,6 +17,7 @@ from mrfit.fit.stage import Settings, check
 from mrfit.io.csv_table import csv_table
 from mrfit.io.escapes import encodable, visible, visible_json
 from mrfit.report.numbers import escape_latex, unit_latex
+from tests import commands
 
 NASTY = "\x1b]0;owned\x07\x1b[31mred\x9b2J\u202egnp.exe\nmrfit: all is well\r:warning: [bold]b[/bold]"
 OBEYED = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
@@ -60,8 +61,7 @@ def test_everything_printed_is_shown_and_not_obeyed(capsys: pytest.CaptureFixtur
 
 def run_plain(folder: Path, *arguments: object, **environment: str) -> "subprocess.CompletedProcess[bytes]":
     kept = {k: v for k, v in os.environ.items() if not k.startswith(("LC_", "LANG", "PYTHONUTF8", "PYTHONIOENCODING"))}
-    command = [sys.executable, "-m", "mrfit.cli", *map(str, arguments)]
-    return subprocess.run(command, cwd=folder, capture_output=True, env={**kept, **environment}, timeout=300)
+    return commands.run(folder, *arguments, env={**kept, **environment})
 
 
 def log(path: Path, force: str = "force (N)") -> None:

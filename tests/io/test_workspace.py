@@ -14,10 +14,12 @@ from hypothesis import strategies as st
 
 from mrfit.core.recording import Finding, Recording, Segment
 from mrfit.errors import ConfigError, DataError
+from mrfit.io.atomic import write_atomic
 from mrfit.io.keys import fit_key
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.stages import About
-from mrfit.io.workspace import Workspace, plain, read_json, recording_id, write_atomic, write_json, write_table
+from mrfit.io.tables import write_table
+from mrfit.io.workspace import Workspace, plain, read_json, recording_id, write_json
 
 
 def a_recording() -> Recording:

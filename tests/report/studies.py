@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from mrfit.core.recording import Segment
-from mrfit.io.workspace import Workspace, write_atomic, write_json
+from mrfit.io.atomic import write_atomic
+from mrfit.io.workspace import Workspace, write_json
 from mrfit.signal.metrics import error_metrics
 
 RATE = 400

@@ -10,7 +10,8 @@ import pytest
 from mrfit.core.recording import Recording, Segment
 from mrfit.errors import DataError
 from mrfit.io.schemas.discovery import DiscoveryDependence, DiscoveryFile, FoundEffect
-from mrfit.io.workspace import Workspace, read_table, write_json, write_table
+from mrfit.io.tables import read_table, write_table
+from mrfit.io.workspace import Workspace, write_json
 from mrfit.report import discovery, discovery_figures
 from mrfit.report.discovery_source import read_discovery
 from mrfit.report.explain import closed_share, headline, next_step, parameter_rows, sentences

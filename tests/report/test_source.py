@@ -6,7 +6,8 @@ import pytest
 from mrfit.errors import DataError
 from mrfit.io.schemas.fit import Quantity
 from mrfit.io.workspace import Workspace
-from mrfit.report.source import fit_names, input_files, read_source
+from mrfit.report.key import input_files
+from mrfit.report.source import fit_names, read_source
 
 
 def test_no_fit_names_the_command_that_makes_one(tmp_path):

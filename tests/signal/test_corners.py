@@ -4,10 +4,18 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.ndimage import maximum_filter1d
 from scipy.signal import butter, lfilter, sosfilt
 
-from mrfit.signal.corners import SIDE, find_corners
+from mrfit.signal.corners import SIDE, find_corners, greatest_near
 from mrfit.signal.polynomial_pieces import lowest_polynomials
+
+
+@pytest.mark.parametrize("width", [1, 2, 5, 6, 11])
+@pytest.mark.parametrize("length", [1, 4, 100])
+def test_the_greatest_near_are_those_of_scipy(width: int, length: int) -> None:
+    values = np.random.default_rng(length).normal(size=length)
+    assert np.array_equal(greatest_near(values, width), maximum_filter1d(values, width))
 
 
 @settings(max_examples=40, deadline=None)

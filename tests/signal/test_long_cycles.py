@@ -8,7 +8,7 @@ import pytest
 
 from mrfit.core.specs import Array
 from mrfit.io import columns
-from mrfit.io.workspace import read_table, write_table
+from mrfit.io.tables import read_table, write_table
 from mrfit.signal import long_cycles
 from mrfit.signal.cycles import steady_stretches
 from mrfit.signal.harmonics import harmonic_fit, series_at

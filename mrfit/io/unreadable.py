@@ -1,0 +1,20 @@
+"""What is said of a file that cannot be read."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from mrfit.errors import DataError
+
+# What reading a table that somebody has edited may raise; pyarrow's own errors are among these
+UNREADABLE = (OSError, TypeError, LookupError, ValueError, ArithmeticError, NotImplementedError, AttributeError)
+
+
+@contextmanager
+def reading(path: Path, remedy: str) -> Iterator[None]:
+    """Say which file cannot be read and what to do."""
+    try:
+        yield
+    except UNREADABLE as error:
+        reason = str(error).partition("\n")[0]
+        raise DataError(f"{path}: missing, damaged or another mrfit's: cannot be read ({reason}); {remedy}") from error

@@ -1,0 +1,38 @@
+"""The key of a report: a hash of all that goes into it, computed without what draws it."""
+
+import hashlib
+from importlib.metadata import version
+from pathlib import Path
+
+from mrfit.io.keys import key_of
+from mrfit.io.workspace import Workspace
+
+TEMPLATE = Path(__file__).with_name("index.html.jinja")
+STYLE = Path(__file__).with_name("style.css.jinja")
+PARTS = (TEMPLATE, STYLE, Path(__file__).with_name("page.js.jinja"), Path(__file__).with_name("fit.html.jinja"))
+"""What a page is made with beside the code."""
+FORMATS = (".parquet", ".csv")
+"""Of the series of a saved prediction."""
+
+
+def report_key(workspace: Workspace, names: list[str], code: str = "") -> str:
+    """Return the key of all that goes into a report of these fits; the page's template is none of the hashed sources.
+
+    ``code`` is the version of the code that makes it; default: this one.
+    """
+    inputs = [*PARTS, *input_files(workspace, names), *prediction_files(workspace)]
+    hashes = [(p.name, hashlib.sha256(p.read_bytes()).hexdigest()) for p in inputs]
+    return key_of(names, hashes, version("matplotlib"), version("jinja2"), code=code)
+
+
+def input_files(workspace: Workspace, names: list[str]) -> list[Path]:
+    """Return every file the report of these fits depends on, those that exist."""
+    folders = [workspace.fit_folder(n) for n in names]
+    files = [f / name for f in folders for name in ("fit.json", "residuals.parquet")]
+    return [p for p in [*files, workspace.ingest_json, workspace.flux_json, workspace.segments_file] if p.is_file()]
+
+
+def prediction_files(workspace: Workspace) -> list[Path]:
+    """Return the summaries and series of saved predictions."""
+    folder = workspace.root / "predict"
+    return [p for p in sorted(folder.glob("*")) if p.suffix in (".json", *FORMATS) and not p.name.startswith(".")]

@@ -1,0 +1,27 @@
+"""A fork of a process that has imported the libraries does what a command that starts from nothing does."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests import commands
+
+
+@pytest.mark.parametrize("words", [["status", "--json"], ["fit", "--modl", "tanh"]])
+def test_it_prints_and_ends_the_same(words: list[str], tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "mrfit.cli", *words]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    forked = commands.text(tmp_path, *words)
+    assert (forked.returncode, forked.stdout, forked.stderr) == (done.returncode, done.stdout, done.stderr)
+    assert forked.returncode in (1, 2)
+
+
+def test_it_has_its_own_environment_and_ends_in_time(tmp_path: Path) -> None:
+    with pytest.raises(subprocess.TimeoutExpired):
+        commands.run(tmp_path, "status", timeout=0.001)
+    done = commands.text(tmp_path, "status", env={**os.environ, "MRFIT_WORK": "elsewhere"})
+    assert done.stderr.startswith("mrfit: elsewhere: no workspace")
+    assert commands.text(tmp_path, "status").stderr.startswith("mrfit: mrfit-work: no workspace")
