@@ -12,6 +12,7 @@ from mrfit.core.recording import Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.io.arrow import floats
+from mrfit.io.memory import check_room
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.reading import load
 from mrfit.io.schemas.stages import FluxFile, IngestFile
@@ -134,6 +135,8 @@ def _read_series(path: Path, frequencies: dict[str, float]) -> list[Series]:
     try:
         # words as numbers, and one row group after the other: an hour at 10 kHz has 36 million rows
         with pq.ParquetFile(path, read_dictionary=list(KEYS)) as file:
+            rows, columns = file.metadata.num_rows, file.metadata.num_columns - len(KEYS)
+            check_room(f"{path}: its {rows} samples in {columns} columns", 8.0 * rows * columns)
             for group in range(file.num_row_groups):
                 _gather(file.read_row_group(group), parts)
         return [_one_series(key, columns, frequencies) for key, columns in parts.items()]
