@@ -36,6 +36,8 @@ PORT = 38786
 SUBREAPER = 36
 # Commands of one workspace, and logs of the run whose cost is that of their start: a kernel may be compiled there
 STAGES, FIRST = ("ingest", "flux", "segment", "fit", "status"), 12
+# Workers of a scheduler, and whether each is kept by a nanny
+CLUSTERS = ((1, False), (2, True), (2, False), (4, False))
 # What the paper estimate is for
 FLEET, WORKERS = 50_000, 64
 
@@ -67,6 +69,7 @@ def adopting() -> Iterator[None]:
 def timed(*words: object, checkout: Path = HERE, kill_at: Callable[[], bool] | None = None) -> Spent:
     """Run a command with the code of a checkout; return what it took. It is killed as soon as ``kill_at`` is true."""
     begin, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
+    others = children(os.getpid())
     command = [sys.executable, "-m", "mrfit.cli", *map(str, words)]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(checkout), os.environ.get("PYTHONPATH", "")])}
     with adopting(), subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL) as process:
@@ -77,13 +80,22 @@ def timed(*words: object, checkout: Path = HERE, kill_at: Callable[[], bool] | N
         code = process.wait()
         clock = time.perf_counter() - begin
         # forked servers and their workers end just after the command
-        with suppress(ChildProcessError):
-            while True:
-                os.waitpid(-1, 0)
+        while orphans := children(os.getpid()) - others:
+            for orphan in orphans:
+                os.waitpid(orphan, 0)
     if code and not kill_at:
         raise subprocess.CalledProcessError(code, command)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return Spent(after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime, clock)
+
+
+def children(process: int) -> set[int]:
+    """Return the processes that a process has begun or adopted."""
+    found: set[int] = set()
+    for tasks in Path(f"/proc/{process}/task").glob("*/children"):
+        with suppress(OSError):
+            found |= set(map(int, tasks.read_text().split()))
+    return found
 
 
 def mrfit(*words: object, checkout: Path = HERE) -> float:
@@ -99,7 +111,7 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[object]]) -> list[str]:
 
 def by_hand(logs: Sequence[Path], place: Path, checkout: Path) -> float:
     """Return the seconds of three commands for every log, each by one worker, but for the first log: it may compile."""
-    spent = []
+    spent: list[float] = []
     for log in [logs[0], *logs]:
         work = place / "by-hand" / f"{len(spent)}-{log.name}"
         ingest = mrfit("ingest", log, "--work", work, "--jobs", 1, checkout=checkout)
@@ -152,8 +164,8 @@ def batch(place: Path, given: argparse.Namespace) -> list[str]:
     heads = ("way", "logs", "processor seconds per log", "clock", "times faster", "over the bare fit")
     page = (place / f"w{most}" / "batch.html").stat().st_size / 1e6
     text = (
-        f"Logs of {given.samples} samples, batches by {given.jobs} processes; the bare fit of a log takes {alone:.3f} s. "
-        f"Factors are of processor seconds. The page of {most} logs has {page:.2f} MB."
+        f"Logs of {given.samples} samples, batches by {given.jobs} processes; the bare fit of a log takes "
+        f"{alone:.3f} s. Factors are of processor seconds. The page of {most} logs has {page:.2f} MB."
     )
     return ["## Batch", "", *table(heads, rows), text, "", _resumed(place, folders[least], given), ""]
 
@@ -182,19 +194,22 @@ def _resumed(place: Path, logs: Path, given: argparse.Namespace) -> str:
 
 
 @contextmanager
-def cluster(workers: int) -> Iterator[tuple[str, list["subprocess.Popen[bytes]"]]]:
+def cluster(workers: int, nanny: bool) -> Iterator[tuple[str, list["subprocess.Popen[bytes]"]]]:
     """Give the address of a scheduler with so many workers; the scheduler's process, and theirs."""
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": "/"}
     address = f"tcp://127.0.0.1:{PORT}"
     names = ["--host", "127.0.0.1", "--port", str(PORT), "--no-dashboard"]
     made = [subprocess.Popen([sys.executable, "-m", "distributed.cli.dask_scheduler", *names], **quiet)]  # type: ignore[call-overload]
     command = [sys.executable, "-m", "distributed.cli.dask_worker", address, "--nthreads", "1", "--no-dashboard"]
-    made += [subprocess.Popen([*command, "--no-nanny"], **quiet) for _ in range(workers)]  # type: ignore[call-overload]
+    command += ["--nanny" if nanny else "--no-nanny"]
+    made += [subprocess.Popen(command, **quiet) for _ in range(workers)]  # type: ignore[call-overload]
     try:
         yield address, made
     finally:
         for one in made:
-            one.kill()
+            # a nanny ends its worker
+            one.terminate()
+        for one in made:
             one.wait()
 
 
@@ -206,34 +221,35 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 def dask(place: Path, given: argparse.Namespace) -> list[str]:
     """Return the table of workers, and the estimate for a fleet; what a few logs cost does not count."""
-    logs, few = place / "logs", place / "few"
+    logs = place / "logs"
     scale_logs.write_logs(logs, max(given.logs), given.samples)
-    few.mkdir()
-    for path in [*sorted(logs.glob("*.csv"))[: given.few], logs / "mrfit.toml"]:
-        shutil.copy(path, few)
+    few = _first(logs, given.few, place / "few")
 
     def each(name: str, options: Sequence[object], processes: Sequence["subprocess.Popen[bytes]"] = ()) -> float:
         """Return the processor seconds that each further log takes, of the command and of others that work for it."""
         spent: list[float] = []
         for folder in (few, logs):
-            before = sum(map(_spent, processes))
+            before = sum(_spent(p.pid) for p in processes)
             seconds = mrfit("batch", folder, *MODEL, *options, "--work", place / f"{name}-{folder.name}")
-            spent.append(seconds + sum(map(_spent, processes)) - before)
+            spent.append(seconds + sum(_spent(p.pid) for p in processes) - before)
         print(name, *spent, file=sys.stderr, flush=True)
         return (spent[1] - spent[0]) / float(max(given.logs) - given.few)
 
-    alone = each("alone", ["--jobs", 1])
-    rows: list[Sequence[object]] = [("one process, no scheduler", f"{alone:.3f}", "", "")]
-    truth = contents(place / "alone-logs")
-    for workers in (1, 2, 4):
-        with cluster(workers) as (address, made):
+    rows: list[Sequence[object]] = []
+    alone: dict[int, float] = {}
+    for count in sorted({w for w, _ in CLUSTERS}):
+        alone[count] = each(f"processes{count}", ["--jobs", count])
+        rows.append((f"{count} process{'es' * (count > 1)}", f"{alone[count]:.3f}", "", ""))
+    truth = contents(place / "processes1-logs")
+    for workers, nanny in CLUSTERS:
+        with cluster(workers, nanny) as (address, made):
             # workers live on: what they load once does not count
-            mrfit("batch", few, *MODEL, "--on", address, "--work", place / f"warm{workers}")
-            seconds = each(f"dask{workers}", ["--on", address], made)
-        same = "yes" if contents(place / f"dask{workers}-logs") == truth else "NO"
-        name = f"{workers} Dask worker{'s' * (workers > 1)} and the scheduler"
-        rows.append((name, f"{seconds:.3f}", f"{100 * (seconds / alone - 1):+.0f} %", same))
-    with cluster(3) as (address, made):
+            mrfit("batch", few, *MODEL, "--on", address, "--work", place / f"warm{workers}{nanny}")
+            seconds = each(f"dask{workers}{nanny}", ["--on", address], made)
+        same = "yes" if contents(place / f"dask{workers}{nanny}-logs") == truth else "NO"
+        name = f"{workers} Dask worker{'s' * (workers > 1)}, {'with a nanny each' if nanny else 'no nanny'}"
+        rows.append((name, f"{seconds:.3f}", f"{100 * (seconds / alone[workers] - 1):+.0f} %", same))
+    with cluster(3, False) as (address, made):
         killer = ThreadPoolExecutor(1).submit(
             _kill_in_the_middle, made[1], place / "killed" / "batch.jsonl", max(given.logs)
         )
@@ -241,14 +257,19 @@ def dask(place: Path, given: argparse.Namespace) -> list[str]:
         killer.result()
     same = "yes" if contents(place / "killed") == truth else "NO"
     rows.append(("3 Dask workers, one killed in the middle", "", "", same))
-    heads = ("workers", "processor seconds per further log", "over one process", "same bytes")
-    return ["## Workers of a scheduler", "", *table(heads, rows), _estimate(place, given, alone), ""]
+    heads = ("workers", "processor seconds per further log", "over as many processes", "same bytes")
+    text = (
+        f"Logs of {given.samples} samples beyond the first {given.few}, up to {max(given.logs)}. Seconds of the "
+        "command, of workers, their nannies and the scheduler together."
+    )
+    paper = _estimate(place, alone[1], seconds, max(given.logs))
+    return ["## Workers of a scheduler", "", *table(heads, rows), text, "", paper, ""]
 
 
-def _spent(process: "subprocess.Popen[bytes]") -> float:
-    """Return the processor seconds of a process so far."""
-    words = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
-    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
+def _spent(process: int) -> float:
+    """Return the processor seconds of a process, and of those it began, so far."""
+    words = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK") + sum(map(_spent, children(process)))
 
 
 def _kill_in_the_middle(worker: "subprocess.Popen[bytes]", journal: Path, logs: int) -> None:
@@ -257,21 +278,18 @@ def _kill_in_the_middle(worker: "subprocess.Popen[bytes]", journal: Path, logs: 
     worker.send_signal(signal.SIGKILL)
 
 
-def _estimate(place: Path, given: argparse.Namespace, each: float) -> str:
+def _estimate(place: Path, alone: float, each: float, logs: int) -> str:
     """Return what so many logs would take on so many workers, from the cost and the bytes of one."""
-    there = sum(p.stat().st_size for p in (place / "logs").glob("*.csv")) / max(given.logs) / 1e6
-    back = (
-        sum(len(c) for n, c in contents(place / "alone-logs").items() if not n.startswith("batch."))
-        / max(given.logs)
-        / 1e6
-    )
+    there = sum(p.stat().st_size for p in (place / "logs").glob("*.csv")) / logs / 1e6
+    files = contents(place / "processes1-logs")
+    back = sum(len(c) for n, c in files.items() if not n.startswith("batch.")) / logs / 1e6
     hours = FLEET * each / WORKERS / 3600.0
     rate = (there + back) * WORKERS / each
     return (
-        f"On paper: a log takes {each:.2f} s of one worker, {there:.2f} MB go there and {back:.2f} MB come back. "
-        f"{FLEET} logs on {WORKERS} workers take {hours:.2f} hours and move {FLEET * (there + back) / 1e3:.0f} GB, "
-        f"{rate:.0f} MB/s through the command's machine; with `--shared` none of it, and with `--table` nothing comes "
-        "back but parameters."
+        f"On paper: a log takes {each:.2f} s of a worker's processor ({alone:.2f} s in a process here), {there:.2f} MB "
+        f"go there and {back:.2f} MB come back. {FLEET} logs on {WORKERS} workers take {hours:.2f} hours and move "
+        f"{FLEET * (there + back) / 1e3:.0f} GB, {rate:.0f} MB/s through the command's machine; with `--shared` none "
+        "of it, and with `--table` nothing comes back but parameters."
     )
 
 
