@@ -45,12 +45,13 @@ def test_a_part_is_read_when_it_is_asked_for(column: Array, begin: int, end: int
     assert np.array_equal(np.asarray(part), whole)
 
 
-def test_numbers_of_it_are_those_of_the_whole(column: Array) -> None:
+def test_numbers_of_it_are_those_of_the_whole(column: Array, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(columns, "CHUNK", 999)
     assert column[-1] == VALUES[-1] and column[3] == VALUES[3]
     assert np.array_equal(VALUES - column, np.zeros(ROWS)) and np.array_equal(column - VALUES, np.zeros(ROWS))
-    assert np.array_equal(np.concatenate(list(chunks(column, 999))), VALUES)
+    assert np.array_equal(np.concatenate(list(chunks(column))), VALUES)
     assert extent(column) == (VALUES.min(), VALUES.max()) and span(column) == np.ptp(VALUES)
-    assert [len(part) for part in chunks(VALUES, 999)] == [ROWS]
+    assert [len(part) for part in chunks(VALUES)] == [ROWS]
 
 
 def test_what_is_made_of_it_is_laid_beside_it(column: Array) -> None:
