@@ -13,6 +13,7 @@ changes it less than seconds on the clock. Work that two processes share takes e
 import argparse
 import ctypes
 import os
+import re
 import resource
 import shutil
 import signal
@@ -167,7 +168,7 @@ def batch(place: Path, given: argparse.Namespace) -> list[str]:
         f"Logs of {given.samples} samples, batches by {given.jobs} processes; the bare fit of a log takes "
         f"{alone:.3f} s. Factors are of processor seconds. The page of {most} logs has {page:.2f} MB."
     )
-    return ["## Batch", "", *table(heads, rows), text, "", _resumed(place, folders[least], given), ""]
+    return [*table(heads, rows), text, "", _resumed(place, folders[least], given), ""]
 
 
 def _first(logs: Path, count: int, folder: Path) -> Path:
@@ -263,7 +264,7 @@ def dask(place: Path, given: argparse.Namespace) -> list[str]:
         "command, of workers, their nannies and the scheduler together."
     )
     paper = _estimate(place, alone[1], seconds, max(given.logs))
-    return ["## Workers of a scheduler", "", *table(heads, rows), text, "", paper, ""]
+    return [*table(heads, rows), text, "", paper, ""]
 
 
 def _spent(process: int) -> float:
@@ -304,7 +305,7 @@ def long(place: Path, given: argparse.Namespace) -> list[str]:
         "greatest relative error of slope, amplitude, turnover, sharpness and rho, which one amplitude determines."
     )
     heads = ("log", "rows", *scale_long.STAGES, "clock", "error")
-    return ["## Long logs", "", *table(heads, rows), text, ""]
+    return [*table(heads, rows), text, ""]
 
 
 def workspace(place: Path, given: argparse.Namespace) -> list[str]:
@@ -325,7 +326,7 @@ def workspace(place: Path, given: argparse.Namespace) -> list[str]:
         f"included; the last column is of the logs beyond the first {FIRST}. The report of {max(given.counts)} logs "
         f"takes {seconds:.1f} s, its page {page.stat().st_size / 1e6:.2f} MB."
     )
-    return ["## Many logs in one workspace", "", *table(heads, rows), text, ""]
+    return [*table(heads, rows), text, ""]
 
 
 def _stages(place: Path, count: int, samples: int) -> list[float]:
@@ -336,16 +337,43 @@ def _stages(place: Path, count: int, samples: int) -> list[float]:
     return [mrfit(stage, *options.get(stage, []), "--work", work) for stage in STAGES]
 
 
+TITLES = {
+    "batch": "Batch",
+    "dask": "Workers of a scheduler",
+    "long": "Long logs",
+    "workspace": "Many logs in one workspace",
+}
+HEAD = """# Thousands of logs, long logs, several workers
+
+`python -m benchmarks.scale --parts batch,dask,long,workspace --out FILE.md`
+
+What counts is user and system time of all processes that had a part in the work, in one run for each table. The
+machine has two cores and was busy with other work, so that times on the clock are upper bounds."""
 PARTS = {"batch": batch, "dask": dask, "long": long, "workspace": workspace}
 
 
+def merged(page: str, made: str) -> str:
+    """Return a page whose sections are those made now, and those of an earlier run that were not."""
+    sections = {part.partition("\n")[0]: part.strip() for part in [*_sections(page), *_sections(made)]}
+    ordered = [sections[title] for title in TITLES.values() if title in sections]
+    return "\n\n".join([HEAD, *(f"## {section}" for section in ordered)]) + "\n"
+
+
+def _sections(text: str) -> list[str]:
+    return re.split(r"^## ", text, flags=re.MULTILINE)[1:]
+
+
 def main(given: argparse.Namespace) -> None:
-    """Print the tables."""
+    """Print the tables, or put them into a page beside those of other parts."""
     lines: list[str] = []
     for name in given.parts.split(","):
         with tempfile.TemporaryDirectory(dir=given.folder) as place:
-            lines += PARTS[name](Path(place), given)
-    deliver("\n".join(lines).rstrip() + "\n", given.out)
+            lines += ["## " + TITLES[name], "", *PARTS[name](Path(place), given)]
+    made = "\n".join(lines).rstrip() + "\n"
+    if given.out:
+        earlier = given.out.read_text(encoding="utf-8") if given.out.is_file() else ""
+        made = merged(earlier, made)
+    deliver(made, given.out)
 
 
 if __name__ == "__main__":
