@@ -8,8 +8,10 @@ noise. ``benchmarks.scale --parts long`` runs the stages.
 
 import argparse
 import json
+import resource
 import subprocess
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -47,42 +49,45 @@ def write(path: Path, gigabytes: float) -> None:
     head, begin = True, 0
     with path.open("wb") as file:
         while file.tell() < 1e9 * gigabytes:
-            time = np.round(np.arange(begin, begin + ROWS) / (FREQUENCY * PER_CYCLE), 4)
+            moments = np.round(np.arange(begin, begin + ROWS) / (FREQUENCY * PER_CYCLE), 4)
             noise = rng.standard_normal((2, ROWS))
-            columns = [time, np.round(u + VOLT * noise[0], 5), np.round(i + AMPERE * noise[1], 6)]
+            columns = [moments, np.round(u + VOLT * noise[0], 5), np.round(i + AMPERE * noise[1], 6)]
             table = pa.Table.from_arrays([pa.array(c) for c in columns], names=["t (s)", "u (V)", "i (A)"])
             pyarrow.csv.write_csv(table, file, pyarrow.csv.WriteOptions(include_header=head))
             head, begin = False, begin + ROWS
 
 
-def rows_of(place: Path, gigabytes: float) -> list[Sequence[object]]:
-    """Return a row for every stage of a log of this size: rows, peak memory in GB and seconds."""
+def row_of(place: Path, gigabytes: float) -> Sequence[object]:
+    """Return the row of a log of this size: peak memory and processor seconds of every stage."""
     log, work = place / "long.csv", place / "work"
     # a process of its own: what the writer takes must not count
     writer = [sys.executable, "-m", "benchmarks.scale_long", "--write", str(log), "--gigabytes", str(gigabytes)]
     subprocess.run(writer, check=True)
-    size, rows = log.stat().st_size / 1e9, []
+    size, cells, begin = log.stat().st_size / 1e9, [], time.perf_counter()
     for name, options in STAGES.items():
         given = [str(log)] if name == "ingest" else options
-        seconds, peak = measured([name, *given, "--work", str(work)])
-        samples = json.loads((work / "ingest.json").read_text())["recordings"][0]["rows_kept"]
-        rows.append(
-            (f"{size:.1f} GB", f"{samples / 1e6:.0f} million", name, f"{peak / 1e3:.2f} GB", f"{seconds:.0f} s")
-        )
-        print(rows[-1], file=sys.stderr, flush=True)
+        before = _children()
+        _, peak = measured([name, *given, "--work", str(work)])
+        cells.append(f"{peak / 1e3:.2f} GB, {_children() - before:.0f} s")
+        print(f"{size:.1f} GB", name, cells[-1], file=sys.stderr, flush=True)
         log.unlink(missing_ok=True)
-    return [*rows, (*rows[-1][:2], held(work), "", "")]
+    samples = json.loads((work / "ingest.json").read_text())["recordings"][0]["rows_kept"]
+    clock = f"{(time.perf_counter() - begin) / 60:.1f} min"
+    return f"{size:.1f} GB", f"{samples / 1e6:.0f} million", *cells, clock, f"{error(work):.1g}"
 
 
-def held(work: Path) -> str:
-    """Return how many planted parameters lie in their intervals."""
+def _children() -> float:
+    spent = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return spent.ru_utime + spent.ru_stime
+
+
+def error(work: Path) -> float:
+    """Return the greatest relative error of the quantities that data of one amplitude determine."""
     fit = json.loads((work / "fits" / "a" / "fit.json").read_text())
-    found = {p["name"]: p for p in fit["results"][0]["parameters"]}
-    determined = [n for n in PLANTED if n in found and found[n]["low"] is not None and not found[n]["fixed"]]
-    inside = sum(found[n]["low"] <= PLANTED[n] <= found[n]["high"] for n in determined)
-    error = next(m for m in fit["metrics"] if m["role"] == "train" and m["condition"] == "all")
-    floor = error["rmse"] / error["noise_floor"]
-    return f"{inside} of {len(determined)} parameters in their intervals; error {floor:.3f} times the noise floor"
+    found = {p["name"]: p["value"] for p in fit["results"][0]["derived"]}
+    planted = boucwen_flux.derived(np.array([[*PLANTED.values()]]))[0]
+    names = [d.name for d in boucwen_flux.SPEC.derived]
+    return max(abs(found[name] / value - 1.0) for name, value in zip(names, planted, strict=True))
 
 
 if __name__ == "__main__":

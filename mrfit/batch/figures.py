@@ -75,5 +75,6 @@ def _marked(
     own = [o for o in fleet.outliers if o.parameter == groups[0].parameter][:POINTS]
     relative = len(groups) > 1 and all(g.median != 0.0 for g in groups)
     shown = [np.clip(o.value / o.median if relative else o.value, *limits) for o in own]
-    axes.plot([order[o.log] for o in own], shown, "o", markersize=3.0, color=SIMULATED)
     axes.set_ylim(limits)
+    (dots,) = axes.plot([order[o.log] for o in own], shown, "o", markersize=3.0, color=SIMULATED, clip_on=False)
+    dots.set_in_layout(False)

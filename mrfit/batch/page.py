@@ -13,6 +13,8 @@ from mrfit.report.svg import inline
 
 # Rows of a table of the page; the rest is in the table of all logs
 ROWS = 200
+# Rows of it that are shown before it is unfolded
+FIRST = 20
 QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
 
 
@@ -22,7 +24,12 @@ def render(rows: Sequence[LogRow], fleet: Fleet) -> str:
     by_value = [_outlier(o) for o in fleet.outliers if o.parameter != RESIDUAL]
     by_residual = [_outlier(o) for o in fleet.outliers if o.parameter == RESIDUAL]
     tables = [
-        _shortened("Logs that failed", ("Log", "Reason"), [(r.log, r.error) for r in failed], words=True),
+        _shortened(
+            "Logs that failed",
+            ("Log", "Reason"),
+            [(r.log, r.error.removeprefix(f"{r.log}: ")) for r in failed],
+            words=True,
+        ),
         _shortened("Outliers by parameter", _OUTLIERS, by_value),
         _shortened("Outliers by residual", _OUTLIERS, by_residual),
         _shortened("Drift over the logs", _DRIFTS, [_drift(d) for d in fleet.drifts]),
@@ -36,15 +43,16 @@ def render(rows: Sequence[LogRow], fleet: Fleet) -> str:
             Drawn(
                 svg,
                 "Left: all values, those beyond the outer 0.5 % at the edges. Right: median (line) and 5 to 95 % "
-                f"(band) over the logs in the order of {order}; dots: outliers.",
+                f"(band) over the logs in the order of {order}; dots: outliers, those far off at the edge.",
+                wide=True,
             )
         )
     words = (
-        f"{len(rows)} logs, {len(rows) - len(failed)} fitted, {len(failed)} failed. Logs are compared within one "
-        f"condition: outliers where at least {FEWEST} logs have it, drift where at least {FEWEST_FOR_DRIFT}. "
-        "Deviations are in robust standard deviations (1.4826 times the median absolute deviation). A batch of sound "
-        "logs whose values scatter normally lists a value, or a drift, once in twenty times. A value that its own "
-        "interval explains is no outlier."
+        f"{len(rows)} logs, {len(rows) - len(failed)} fitted, {len(failed)} failed; {len(fleet.outliers)} outliers, "
+        f"{len(fleet.drifts)} drifts. Logs are compared within one condition: outliers where at least {FEWEST} logs "
+        f"have it, drift where at least {FEWEST_FOR_DRIFT}. Deviations are in robust standard deviations (1.4826 times "
+        "the median absolute deviation). A batch of sound logs whose values scatter normally lists a value, or a "
+        "drift, once in twenty times. A value that its own interval explains is no outlier."
     )
     spread = [_distribution(g) for g in _shown_groups(fleet)]
     every = _shortened("Distribution of every parameter", _DISTRIBUTION, spread, len(fleet.groups))
@@ -62,7 +70,7 @@ def _shortened(
     """Return a table of as many rows as a page takes, of so many that there are."""
     total = total or len(rows)
     more = f" ({ROWS} of {total})" if total > ROWS else ""
-    return Table(caption + more, heads, rows[:ROWS], words)
+    return Table(caption + more, heads, rows[:ROWS], words, FIRST)
 
 
 def _shown_groups(fleet: Fleet) -> list[Group]:

@@ -19,6 +19,7 @@ import typer
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import MrfitError
 from mrfit.io.escapes import visible, visible_json
+from mrfit.io.memory import on_need
 
 
 @dataclass
@@ -191,6 +192,7 @@ def run(app: typer.Typer) -> NoReturn:
     gc.set_threshold(COLLECTED_AT)
     # asked to end, end as at Ctrl-C: workers too, and the terminal as it was
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    on_need(note)
     # a closed stream is None, to which nothing can be written
     sys.stdout, sys.stderr = sys.stdout or _nowhere(), sys.stderr or _nowhere()
     for stream in (sys.stdout, sys.stderr):

@@ -12,25 +12,29 @@ from mrfit.report.numbers import in_html, percent, significant
 from mrfit.report.page import template_of
 from mrfit.report.svg import inline
 
+# Rows of a table that stand on the page at once; the others are unfolded
+FIRST = 400
 PAGE = TEMPLATE.with_name("compare.html.jinja")
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table of the page; ``words`` where its cells are no numbers."""
+    """A table of the page; ``words`` where its cells are no numbers, ``first`` rows shown before it is unfolded."""
 
     caption: str
     heads: Sequence[str]
     rows: Sequence[Sequence[object]]
     words: bool = False
+    first: int = FIRST
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """A figure of the page."""
+    """A figure of the page; one that is ``wide`` does not shrink with a narrow window, which then scrolls it."""
 
     svg: str
     caption: str
+    wide: bool = False
 
 
 class Told(Protocol):

@@ -171,13 +171,13 @@ def part_of(values: Array, begin: int, end: int) -> Array:
     return cast(Array, values.part(begin, end)) if isinstance(values, Column) else values[begin:end]
 
 
-def chunks(values: Array, size: int = CHUNK) -> Iterator[Array]:
-    """Yield a channel (N,) that stays on disk in pieces of so many samples, any other as it is."""
+def chunks(values: Array) -> Iterator[Array]:
+    """Yield a channel (N,) that stays on disk in pieces of ``CHUNK`` samples, any other as it is."""
     if not isinstance(values, Column):
         yield values
         return
-    for begin in range(0, len(values), size):
-        yield values[begin : begin + size]
+    for begin in range(0, len(values), CHUNK):
+        yield values[begin : begin + CHUNK]
 
 
 def extent(values: Array) -> tuple[float, float]:

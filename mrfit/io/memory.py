@@ -2,12 +2,25 @@
 
 import math
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 from mrfit.errors import DataError
 
 COPIES = 3
 """How many times the numbers of a table are in memory while it is used."""
+
+TOLD = 1e9
+"""Bytes from which on it is told what something needs, before it begins."""
+# Who is told, and what was told as the most so far: parts of what was told of are not told of again
+_listeners: list[Callable[[str], None]] = []
+_most: list[float] = [0.0]
+
+
+def on_need(tell: Callable[[str], None] | None) -> None:
+    """Have it told, before work begins, what it needs where that is much; None to tell nobody."""
+    _listeners[:] = [tell] if tell else []
+    _most[0] = 0.0
 
 
 def free_memory() -> float:
@@ -24,7 +37,7 @@ def free_memory() -> float:
 
 
 def check_room(what: str, size: float) -> None:
-    """Refuse to begin what would not fit into memory, where numbers of so many bytes are held.
+    """Say what is needed to hold numbers of so many bytes, and refuse to begin where they would not fit into memory.
 
     Raises
     ------
@@ -38,3 +51,7 @@ def check_room(what: str, size: float) -> None:
             f"{math.ceil(needed / max(free, 1.0))} or more in the channel map, or cut the log into shorter ones, and "
             "ingest it again"
         )
+    if needed >= TOLD and needed > _most[0]:
+        _most[0] = needed
+        for tell in _listeners:
+            tell(f"{what} are held in memory: about {needed / 1e9:.1f} GB, {free / 1e9:.1f} GB are free")

@@ -354,7 +354,7 @@ class Workspace:
                 # times are not read
                 held = not (streamed and is_long(file.metadata.num_rows))
                 size += 8.0 * held * file.metadata.num_rows * (file.metadata.num_columns - 1)
-        check_room(f"{self.root}: all samples of {len(identifiers)} recordings", size)
+        check_room(f"{self.root}: all samples of {len(identifiers)} recording{'s' * (len(identifiers) != 1)}", size)
 
     def read_recording(self, identifier: str, stage: str = "recordings", streamed: bool = False) -> Recording:
         """Return a recording as ``stage`` left it.

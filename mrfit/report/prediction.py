@@ -3,12 +3,14 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from mrfit.core.channels import symbol_of
 from mrfit.errors import DataError
 from mrfit.io.arrow import floats
+from mrfit.io.memory import check_room
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.prediction import PredictionFile
 from mrfit.io.schemas.reading import load
@@ -22,6 +24,8 @@ from mrfit.report.paper import panels
 from mrfit.report.source import Series
 from mrfit.report.svg import inline, style, to_svg
 
+# Columns of its table: where a row belongs, and what is drawn
+WORDS, NUMBERS = ("segment", "condition"), ("time", "measured", "simulated")
 AGAIN = "delete it and run `mrfit predict` again"
 
 
@@ -82,24 +86,38 @@ def prediction_rows(workspace: Workspace, fits: Sequence[Fit]) -> list[Predictio
 
 
 def _read_series(folder: Path, about: PredictionFile) -> list[Series]:
-    import pyarrow.csv
-    import pyarrow.parquet
-
     path = folder / about.series
     if path.parent != folder or path.suffix not in FORMATS:
         raise DataError(f"{folder / about.name}.json: '{about.series}' is no file of this folder; {AGAIN}")
     try:
-        whole = pyarrow.csv.read_csv(path) if path.suffix == ".csv" else pyarrow.parquet.read_table(path)
-        segments = np.array(whole.column("segment").to_pylist())
-        conditions = whole.column("condition").to_pylist()
-        columns = {name: floats(whole.column(name)) for name in ("time", "measured", "simulated")}
+        whole = _read_table(path)
+        words = [whole.column(name).unify_dictionaries().combine_chunks() for name in WORDS]
+        columns = {name: floats(whole.column(name)) for name in NUMBERS}
     except (OSError, ValueError, KeyError) as error:
         raise DataError(f"{path}: cannot be read ({str(error).splitlines()[0]}); {AGAIN}") from error
+    codes = np.stack([w.indices.to_numpy(zero_copy_only=False) for w in words])
     found = []
-    for segment in dict.fromkeys(segments.tolist()):
-        at = np.flatnonzero(segments == segment)
-        own = {name: values[at] for name, values in columns.items()}
+    for code in dict.fromkeys(codes[0].tolist()):
+        at = np.flatnonzero(codes[0] == code)
+        segment, condition = (str(w.dictionary[int(c[at[0]])].as_py()) for w, c in zip(words, codes, strict=True))
+        time, measured, simulated = (columns[name][at] for name in NUMBERS)
         frequency = about.frequencies.get(segment, 0.0)
-        time, measured, simulated = (own[name] for name in ("time", "measured", "simulated"))
-        found.append(Series(str(conditions[at[0]]), segment, "predict", time, measured, simulated, {}, frequency))
+        found.append(Series(condition, segment, "predict", time, measured, simulated, {}, frequency))
     return found
+
+
+def _read_table(path: Path) -> Any:
+    """Return the columns that are drawn, words as numbers; what they take is said before they are read."""
+    import pyarrow as pa
+    import pyarrow.csv
+    import pyarrow.parquet
+
+    if path.suffix == ".csv":
+        check_room(f"{path}: its samples", float(path.stat().st_size))
+        types = {name: pa.dictionary(pa.int32(), pa.string()) for name in WORDS}
+        options = pyarrow.csv.ConvertOptions(include_columns=[*WORDS, *NUMBERS], column_types=types)
+        return pyarrow.csv.read_csv(path, convert_options=options)
+    with pyarrow.parquet.ParquetFile(path, read_dictionary=list(WORDS)) as file:
+        rows = file.metadata.num_rows
+        check_room(f"{path}: its {rows} samples", 8.0 * rows * len(NUMBERS))
+        return file.read([*WORDS, *NUMBERS])

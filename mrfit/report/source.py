@@ -1,5 +1,6 @@
 """What the earlier stages left in the workspace, checked as it is read: fits, series, logs, flux, segments."""
 
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,6 +13,7 @@ from mrfit.core.recording import Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.io.arrow import floats
+from mrfit.io.memory import check_room
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.reading import load
 from mrfit.io.schemas.stages import FluxFile, IngestFile
@@ -79,10 +81,23 @@ def read_source(workspace: Workspace, names: tuple[str, ...]) -> Source:
     fits = [_read_fit(workspace, n) for n in fit_names(workspace, names)]
     segments = _segments(workspace)
     frequencies = {s.id: s.frequency for s in segments}
+    _check_room(workspace, fits)
     series = {f.name: _read_series(workspace.fit_folder(f.name) / "residuals.parquet", frequencies) for f in fits}
     # a fit.json without a key does not say what it was made from
     outdated = workspace.outdated([f for f in fits if f.key])
     return Source(fits, series, workspace.ingest_file(), workspace.flux_file(), segments, outdated)
+
+
+def _check_room(workspace: Workspace, fits: list[Fit]) -> None:
+    """Say what the samples of all fits take; a table that cannot be read is passed over, reading it says more."""
+    import pyarrow.parquet as pq
+
+    size = 0.0
+    for fit in fits:
+        path = workspace.fit_folder(fit.name) / "residuals.parquet"
+        with suppress(OSError, ValueError), pq.ParquetFile(path) as file:
+            size += 8.0 * file.metadata.num_rows * (file.metadata.num_columns - len(KEYS))
+    check_room(f"{workspace.root}: all samples of {len(fits)} fit{'s' * (len(fits) != 1)}", size)
 
 
 def fit_names(workspace: Workspace, names: tuple[str, ...]) -> list[str]:

@@ -45,7 +45,8 @@ def output_floors(
         Output over each segment, (N,).
     """
     middles = [middle_piece(s, recordings[s.recording].dt) for s in segments]
-    outputs = [y[m.start - s.start :][: m.samples] for s, m, y in zip(segments, middles, outputs, strict=True)]
+    # one slice: of an output on disk no more than the piece is read
+    outputs = [y[m.start - s.start : m.stop - s.start] for s, m, y in zip(segments, middles, outputs, strict=True)]
     segments = middles
     alone = [cycles_floor(recordings[s.recording], s, y) for s, y in zip(segments, outputs, strict=True)]
     unknown = [k for k, floor in enumerate(alone) if floor is None]

@@ -16,8 +16,8 @@ from tests.batch.logs import write_log
 
 distributed = pytest.importorskip("distributed", reason="not run: needs the extra mrfit[dask]")
 pytestmark = [pytest.mark.slow, pytest.mark.filterwarnings("ignore")]
-# seconds that something took
-TIMED = ("compare.csv", "optimizers.csv")
+# seconds that something took, or when it was
+TIMED = ("compare.csv", "optimizers.csv", "commands.log")
 
 
 @pytest.fixture

@@ -45,12 +45,13 @@ def test_a_part_is_read_when_it_is_asked_for(column: Array, begin: int, end: int
     assert np.array_equal(np.asarray(part), whole)
 
 
-def test_numbers_of_it_are_those_of_the_whole(column: Array) -> None:
+def test_numbers_of_it_are_those_of_the_whole(column: Array, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(columns, "CHUNK", 999)
     assert column[-1] == VALUES[-1] and column[3] == VALUES[3]
     assert np.array_equal(VALUES - column, np.zeros(ROWS)) and np.array_equal(column - VALUES, np.zeros(ROWS))
-    assert np.array_equal(np.concatenate(list(chunks(column, 999))), VALUES)
+    assert np.array_equal(np.concatenate(list(chunks(column))), VALUES)
     assert extent(column) == (VALUES.min(), VALUES.max()) and span(column) == np.ptp(VALUES)
-    assert [len(part) for part in chunks(VALUES, 999)] == [ROWS]
+    assert [len(part) for part in chunks(VALUES)] == [ROWS]
 
 
 def test_what_is_made_of_it_is_laid_beside_it(column: Array) -> None:
@@ -75,3 +76,21 @@ def test_what_is_wanted_whole_says_how_much_memory_it_needs(column: Array, monke
     with pytest.raises(DataError, match=r"5000 samples of x need about 0.0 GB of memory .* decimate = 2 or more"):
         np.mean(column)
     assert np.mean(column[:1000]) == np.mean(VALUES[:1000])
+
+
+def test_what_needs_much_is_said_before_it_is_read_and_parts_of_it_are_not_said_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_table(tmp_path / "a.parquet", {"x": VALUES, "y": VALUES})
+    told: list[str] = []
+    memory.on_need(told.append)
+    try:
+        read_table(tmp_path / "a.parquet")
+        assert told == []
+        monkeypatch.setattr(memory, "TOLD", memory.COPIES * 8.0 * ROWS)
+        monkeypatch.setattr(memory, "free_memory", lambda: 2e9)
+        memory.check_room("all samples", 8e8 / memory.COPIES)
+        read_table(tmp_path / "a.parquet")
+    finally:
+        memory.on_need(None)
+    assert told == ["all samples are held in memory: about 0.8 GB, 2.0 GB are free"]

@@ -15,9 +15,11 @@ from mrfit.fit.extrapolation import together
 from mrfit.fit.predict import Prediction, predict
 from mrfit.fit.select import read_dataset
 from mrfit.fit.stage import Settings
+from mrfit.io import columns, memory
 from mrfit.io.dataset import Dataset
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.workspace import Workspace
+from mrfit.report.source import read_source
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_levels import assembly_of
 from tests.fit.benches import Bench, write_workspace
@@ -59,6 +61,30 @@ def test_ranges_of_the_fit_are_those_of_its_training(fitted: tuple[Workspace, Fi
     assert {w.text.partition(" ")[0] for w in wide.warnings if w.kind == "extrapolation"} >= {"velocity"}
     same = predict(fitted[1], read_dataset(fitted[0]), trained)
     assert [w.kind for w in same.warnings] == []
+
+
+def test_what_holds_all_samples_says_how_much_that_is_before_it_reads_them(
+    fitted: tuple[Workspace, Fit], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(memory, "TOLD", 0.0)
+    monkeypatch.setattr(memory, "free_memory", lambda: 5e9)
+    told: list[str] = []
+    root = str(fitted[0].root)
+    for read, what in (
+        # as a report, and predict of what it was trained on; as predict, compare, discover and advise of recordings
+        (lambda: read_source(fitted[0], ()), f"{root}: all samples of 1 fit"),
+        (lambda: read_dataset(fitted[0]), f"{root}: all samples of 1 recording"),
+    ):
+        memory.on_need(told.append)
+        read()
+        assert told[0] == f"{what} are held in memory: about 0.0 GB, 5.0 GB are free"
+        told.clear()
+    # a fit reads long recordings piece by piece
+    monkeypatch.setattr(columns, "LONG", 100)
+    memory.on_need(told.append)
+    read_dataset(fitted[0], streamed=True)
+    memory.on_need(None)
+    assert told == []
 
 
 def kept(found: Prediction, fitted: tuple[Workspace, Fit], name: str, log: str = "a.csv") -> list[str]:

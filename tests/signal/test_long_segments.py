@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from mrfit.cli import main
 from mrfit.core.recording import Recording, Segment
+from mrfit.core.specs import Array
 from mrfit.fit import identify
 from mrfit.io import columns
 from mrfit.io.schemas.fit import Fit
@@ -138,8 +139,17 @@ def test_a_fit_searched_on_some_pieces_ends_where_one_on_all_does(
     monkeypatch.setattr(noise, "WINDOW", 1000)
     monkeypatch.setattr(long_segments, "PIECE", 4000)
     monkeypatch.setattr(columns, "CHUNK", 4096)
+    read, most = columns.Column._read, [0]
+
+    def counted(column: columns.Column, begin: int, end: int) -> Array:
+        most[0] = max(most[0], end - begin)
+        return read(column, begin, end)
+
+    monkeypatch.setattr(columns.Column, "_read", counted)
     recording = made(1000.0, 2.0, 60.0)
     every = studied(tmp_path / "every", recording)
+    # a piece and the longest lead-in, whatever the length of the recording
+    assert 4096 <= most[0] <= 10_000 + 2 * 4000
     monkeypatch.setattr(identify, "FOLDED_PIECES", 3)
     some = studied(tmp_path / "some", recording)
     values = [{p.name: p for p in f.results[0].parameters} for f in (every, some)]
