@@ -154,6 +154,16 @@ class ShapesOutput(Protocol):
 
 
 @runtime_checkable
+class MovesDrive(Protocol):
+    """An effect of the slot ``output`` may be this too: what it shows now was made by what drove the model before."""
+
+    SPEC: EffectSpec
+
+    def moved(self, channels: Mapping[str, Array], theta: Array, dt: float) -> dict[str, Array]:
+        """Return the channels (N,) that made the output of every sample, of one parameter vector (Q,)."""
+
+
+@runtime_checkable
 class ErrsInRecord(Protocol):
     """An effect of the slot ``record``; one of the slot ``input`` may be this too."""
 

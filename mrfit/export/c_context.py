@@ -68,6 +68,14 @@ class Basis:
 
 
 @dataclass(frozen=True)
+class Input:
+    """A channel that a user sets, as forms see it: its field, and whether it is one that is held at levels."""
+
+    field: str
+    level: bool
+
+
+@dataclass(frozen=True)
 class EffectField:
     """A parameter or constant of an effect; ``first``: place among all parameters, None of a constant."""
 
@@ -79,7 +87,10 @@ class EffectField:
 
 @dataclass(frozen=True)
 class EffectCode:
-    """An effect: what its template gives, and how its function is declared and called."""
+    """An effect: what its template gives, and how its function is declared and called.
+
+    ``before`` is the body of a second function, empty without one: it changes the inputs, behind effects of them.
+    """
 
     name: str
     ident: str
@@ -88,6 +99,7 @@ class EffectCode:
     state: str
     code: str
     body: str
+    before: str
     fields: list[EffectField]
     returns: str
     arguments: str

@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 
+from mrfit.core.channels import LEVELS
 from mrfit.export.c_context import (
     BaseField,
     Basis,
@@ -16,6 +17,7 @@ from mrfit.export.c_context import (
     Curve,
     EffectCode,
     EffectField,
+    Input,
     Piece,
     Term,
 )
@@ -85,7 +87,7 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
         effects = [e for e in effects if e.slot != "theta"]
     context = Context(
         tunable=tunable,
-        shape_varies=given["shape_varies"],
+        shape_varies=bool(given["shape_varies"]),
         p=prefix_of(source.name),
         inputs=[_channel(source, n) for n in source.channels],
         output=Channel(source.spec.output, field(source.spec.output), in_comment(source.spec.output)),
@@ -115,9 +117,14 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
     return Parts(context, form)
 
 
-def _forms(source: Source, tunable: bool) -> tuple[Form, list[Form], dict[str, bool]]:
+def _forms(source: Source, tunable: bool) -> tuple[Form, list[Form], dict[str, object]]:
     """Return the forms of the base and of its effects, and what they were given."""
-    given = {"tunable": tunable, "shape_varies": False, "knows_temperature": "temperature" in source.channels}
+    given: dict[str, object] = {
+        "tunable": tunable,
+        "shape_varies": False,
+        "knows_temperature": "temperature" in source.channels,
+        "inputs": [Input(field(n), n in LEVELS) for n in source.channels],
+    }
     form = form_of("model", source.base.name, given)
     varying = {name for name, _ in source.dependence.orders} if source.dependence else set()
     given["shape_varies"] = bool(form.shape_names & set(map(field, varying)))
@@ -284,6 +291,7 @@ def _effect(link: Link, form: Form, source: Source) -> EffectCode:
         state=form.text("state"),
         code=form.text("code") + ("\n\n" if form.text("code") else ""),
         body=body,
+        before=form.text("before"),
         fields=rows,
         returns="void" if slot in ("input", "theta") else "@real",
         arguments=", ".join(arguments),
