@@ -162,6 +162,9 @@ class MovesDrive(Protocol):
     def moved(self, channels: Mapping[str, Array], theta: Array, dt: float) -> dict[str, Array]:
         """Return the channels (N,) that made the output of every sample, of one parameter vector (Q,)."""
 
+    def needs_middles(self, theta: Array) -> bool:
+        """Return whether it also asks, of one parameter vector (Q,), for the output in the middle between samples."""
+
 
 @runtime_checkable
 class ErrsInRecord(Protocol):

@@ -6,12 +6,13 @@ F force (N) or torque, tau time (s) by which its record is late; negative if it 
 late the share s (1) is a first-order lag, as of a sensor's or an amplifier's filter, and the rest a dead time; slow
 tests, which both delay alike, do not tell how much. A record that is early is so by dead time alone.
 
-The dead time moves the drive, F(t - t_d) being what the drive of then made: a force turns within a sample where the
-motion that makes it is smooth, so that between samples the motion is known and the force is not. The time t - t_d lies
-between samples of which the later is not after t: motions go through a cubic of the last four samples (of two on either
-side where these are known), currents and temperatures, which may be switched, along a line. With f = t_d/dt the error
-is of order dt^4 for the former and f*(1 - f)*dt^2/2 times the second derivative for the latter. The lag is exact for a
-force that is a parabola between samples. Neither knows of samples to come, but for a record that is early.
+A force turns within a sample where the motion that makes it is smooth: between samples the motion is known, the force
+is not. The dead time t_d moves the drive, F(t - t_d) being what the drive of then made. That time lies between samples
+of which the later is not after t: motions go through a cubic of the last four samples (of two on either side where
+these are known), currents and temperatures, which may be switched, along a line. With f = t_d/dt the error is of order
+dt^4 for the former, f*(1 - f)*dt^2/2 times the second derivative for the latter. The lag asks for the force in the
+middle between samples too, made by a drive that is straight there, and is exact for a force that is a parabola from one
+of these to the next. Neither knows of samples to come, but for a record that is early.
 
 Source: time lag of the test rig, inverse-tanh paper sec. 3.2; interpolation after Laakso et al., IEEE Signal Processing
 Magazine 13 (1996) 30.
@@ -64,6 +65,11 @@ def moved(channels: Mapping[str, Array], theta: Array, dt: Steps) -> dict[str, A
             x = channels[n]
             found[n] = x[before] + share * (x[before + 1] - x[before])
     return found
+
+
+def needs_middles(theta: Array) -> bool:
+    """Return whether a part of the delay is a lag."""
+    return bool(_filtered(theta)[0] > 0.0)
 
 
 def shape(output: Array, channels: Mapping[str, Array], theta: Array, dt: Steps) -> Array:

@@ -89,7 +89,8 @@ class EffectField:
 class EffectCode:
     """An effect: what its template gives, and how its function is declared and called.
 
-    ``before`` is the body of a second function, empty without one: it changes the inputs, behind effects of them.
+    ``before`` is the body of a second function, empty without one: it changes the inputs, behind effects of them;
+    ``middles`` the condition under which it needs the output in the middle between steps too.
     """
 
     name: str
@@ -100,6 +101,7 @@ class EffectCode:
     code: str
     body: str
     before: str
+    middles: str
     fields: list[EffectField]
     returns: str
     arguments: str

@@ -292,6 +292,7 @@ def _effect(link: Link, form: Form, source: Source) -> EffectCode:
         code=form.text("code") + ("\n\n" if form.text("code") else ""),
         body=body,
         before=form.text("before"),
+        middles=form.text("middles"),
         fields=rows,
         returns="void" if slot in ("input", "theta") else "@real",
         arguments=", ".join(arguments),

@@ -37,6 +37,7 @@ from mrfit.core.protocols import (
 from mrfit.core.specs import Array, EffectSpec, ModelSpec, Reduced, Response, Sensitivities
 from mrfit.errors import ConfigError
 from mrfit.simulate.current_dependence import CurrentDependence, at_current, base_name, coefficients, expanded
+from mrfit.simulate.middles import halved, with_middles
 
 SLOTS = ("input", "loop", "theta", "add", "output", "record")
 
@@ -231,8 +232,17 @@ class _Chain:
         for number in range(group.max() + 1):
             members = np.flatnonzero(group == number)
             own = [p[members] for p in parts]
-            output[members] = self._closed(self._changed(drive, own, dt), own, dt)
+            output[members] = self._made(self._changed(drive, own, dt), own, dt)
         return self._recorded(output, drive, parts, dt)
+
+    def _made(self, drive: Array, parts: list[Array], dt: float) -> Array:
+        """Simulate twice the samples, the channels straight in between, where an effect behind the base needs it."""
+        moving = [(m, p) for m, p in self._active("output", parts) if m.SPEC.name in self.moving]
+        if any(cast(MovesDrive, m).needs_middles(p[0]) for m, p in moving):
+            # at uneven times ``dt`` are the steps, see ``uneven``
+            half = cast(float, halved(dt))
+            return np.ascontiguousarray(self._closed(with_middles(drive), parts, half)[:, ::2])
+        return self._closed(drive, parts, dt)
 
     def derived(self, theta: Array) -> Array:
         """Return the base's derived quantities."""

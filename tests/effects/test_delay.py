@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mrfit.effects.delay import moved, shape
-from mrfit.kernels.filters import held_back
+from mrfit.kernels.filters import held_back, smooth_lag
 from mrfit.simulate.assembly import assemble
 
 DT = 1e-3
@@ -36,23 +36,33 @@ def test_a_part_of_a_sample_is_as_late_as_its_polynomial_lets_it(channel: str, p
     assert 0.9 < error / (line if channel == "current" else cubic) < 1.0
 
 
+def turning(t: np.ndarray, tau: float, share: float) -> np.ndarray:
+    """Return a force that turns within a sample at DT: the speed goes through the knee of the tanh in half of it."""
+    model = assemble("tanh+delay")
+    values = {"fy": 300.0, "a1": 250.0, "c": 500.0, "delay.tau": tau, "delay.s": share}
+    speed = 0.2 * np.sin(2 * np.pi * 6 * t + 0.4)
+    drive = np.stack([{"velocity": speed, "displacement": 0 * t}[n] for n in model.spec.inputs])
+    theta = np.array([[values.get(n, 0.0) for n in model.spec.names]])
+    return model.simulate(drive, theta, float(t[1] - t[0]))[0]
+
+
 @pytest.mark.parametrize("tau", [1e-4, 3e-4, 7e-4])
 def test_a_force_that_turns_within_a_sample_is_late_by_tau(tau: float) -> None:
-    # v goes through the knee of the tanh in half a sample; a polynomial through the force cannot know where it turned
-    w, knee = 2 * np.pi * 6, 0.004
     t = np.arange(2000) * DT
-    speed = lambda t: 0.2 * np.sin(w * t + 0.4)  # noqa: E731
-    model = assemble("tanh+delay")
-    values = {"fy": 300.0, "a1": 1.0 / knee, "c": 500.0, "delay.tau": tau}
-    theta = np.array([[values.get(n, 0.0) for n in model.spec.names]])
-    drive = np.stack([{"velocity": speed(t), "displacement": 0 * t}[n] for n in model.spec.inputs])
-    at_rest = theta * np.array([n != "delay.tau" for n in model.spec.names])
-    later = np.stack([{"velocity": speed(t - tau), "displacement": 0 * t}[n] for n in model.spec.inputs])
-    wanted = model.simulate(later, at_rest, DT)[0]
-    found = model.simulate(drive, theta, DT)[0]
-    through_force = held_back(model.simulate(drive, at_rest, DT), np.array([tau / DT]))[0]
-    assert np.abs(found - wanted)[4:].max() < 1e-3
+    wanted = turning(t - tau, 0.0, 0.0)
+    assert np.abs(turning(t, tau, 0.0) - wanted)[4:].max() < 1e-3
+    # a polynomial through the force cannot know where it turned
+    through_force = held_back(turning(t, 0.0, 0.0)[None], np.array([tau / DT]))[0]
     assert np.abs(through_force - wanted)[4:].max() > 10.0
+
+
+@pytest.mark.parametrize("tau", [5e-4, 2e-3])
+def test_a_force_that_turns_within_a_sample_is_filtered_as_it_is_between_samples(tau: float) -> None:
+    t, often = np.arange(500) * DT, 40
+    wanted = turning(np.arange(500 * often) * DT / often, tau, 1.0)[::often]
+    through_samples = smooth_lag(turning(t, 0.0, 0.0)[None], np.array([tau / DT]))[0]
+    off, before = (np.sqrt(np.mean((f - wanted)[5:] ** 2)) for f in (turning(t, tau, 1.0), through_samples))
+    assert off < 0.3 * before
 
 
 @pytest.mark.parametrize("share", [0.4, 1.0])
