@@ -163,7 +163,10 @@ class MovesDrive(Protocol):
         """Return the channels (N,) that made the output of every sample, of one parameter vector (Q,)."""
 
     def needs_middles(self, theta: Array) -> bool:
-        """Return whether it also asks, of one parameter vector (Q,), for the output in the middle between samples."""
+        """Return whether, of one parameter vector (Q,), ``shape`` is to be given outputs in the middle between samples.
+
+        It then gets (P, 2N - 1) at half the interval, and no channels.
+        """
 
 
 @runtime_checkable

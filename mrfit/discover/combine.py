@@ -178,7 +178,7 @@ def _shadow(effect: NamedEffect, examined: Findings, policy: Policy) -> Shadow |
         if row.invariance != effect.breaks and beside > policy.broken_otherwise * share:
             return Shadow(
                 effect.name,
-                f"something without a name breaks another invariance ({row.invariance.value}) and takes {row.kept:.0%} of "
+                f"what has no name breaks another invariance ({row.invariance.value}) and takes {row.kept:.0%} of "
                 f"what {effect.name} leaves on conditions left out: far more, so that this may be a part of it",
             )
         if row.invariance == effect.breaks and beside > policy.broken_beside * share:

@@ -90,7 +90,7 @@ class EffectCode:
     """An effect: what its template gives, and how its function is declared and called.
 
     ``before`` is the body of a second function, empty without one: it changes the inputs, behind effects of them;
-    ``middles`` the condition under which it needs the output in the middle between steps too.
+    ``middles`` whether it needs the output in the middle between steps too.
     """
 
     name: str
@@ -101,7 +101,7 @@ class EffectCode:
     code: str
     body: str
     before: str
-    middles: str
+    middles: bool
     fields: list[EffectField]
     returns: str
     arguments: str
@@ -159,7 +159,9 @@ class Context:
         Roles whose parameters effects scale, and whether there are such parameters.
     count
         Number of all parameters.
-    unused_inner
+    fine
+        Whether the model also runs along the middles between steps.
+    unused_inner, unused_shown
         Statements that name arguments without a use.
     """
 
@@ -189,4 +191,6 @@ class Context:
     roles: list[str]
     scales: bool
     count: int
+    fine: bool
     unused_inner: str
+    unused_shown: str

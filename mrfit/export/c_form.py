@@ -62,7 +62,8 @@ class Form:
     file
         The template.
     given
-        Variables it sees: ``shape_varies``, ``tunable``, ``knows_temperature``, and ``inputs``, see ``c_context``.
+        Variables it sees: ``shape_varies``, ``tunable``, ``knows_temperature``, ``middles``, and ``inputs`` of the
+        type ``Input``.
     """
 
     def __init__(self, file: Path, given: Mapping[str, object]) -> None:

@@ -37,7 +37,7 @@ from mrfit.core.protocols import (
 from mrfit.core.specs import Array, EffectSpec, ModelSpec, Reduced, Response, Sensitivities
 from mrfit.errors import ConfigError
 from mrfit.simulate.current_dependence import CurrentDependence, at_current, base_name, coefficients, expanded
-from mrfit.simulate.middles import halved, with_middles
+from mrfit.simulate.middles import apart, between, halved, middles_of
 
 SLOTS = ("input", "loop", "theta", "add", "output", "record")
 
@@ -232,17 +232,8 @@ class _Chain:
         for number in range(group.max() + 1):
             members = np.flatnonzero(group == number)
             own = [p[members] for p in parts]
-            output[members] = self._made(self._changed(drive, own, dt), own, dt)
+            output[members] = self._closed(self._changed(drive, own, dt), own, dt)
         return self._recorded(output, drive, parts, dt)
-
-    def _made(self, drive: Array, parts: list[Array], dt: float) -> Array:
-        """Simulate twice the samples, the channels straight in between, where an effect behind the base needs it."""
-        moving = [(m, p) for m, p in self._active("output", parts) if m.SPEC.name in self.moving]
-        if any(cast(MovesDrive, m).needs_middles(p[0]) for m, p in moving):
-            # at uneven times ``dt`` are the steps, see ``uneven``
-            half = cast(float, halved(dt))
-            return np.ascontiguousarray(self._closed(with_middles(drive), parts, half)[:, ::2])
-        return self._closed(drive, parts, dt)
 
     def derived(self, theta: Array) -> Array:
         """Return the base's derived quantities."""
@@ -304,13 +295,26 @@ class _Chain:
 
     def _after_input(self, drive: Array, parts: list[Array], dt: float) -> Array:
         channels = dict(zip(self.spec.inputs, drive, strict=True))
+        output = self._made(drive, parts, dt)
+        for module, theta in self._active("output", parts):
+            if module.SPEC.name in self.moving and cast(MovesDrive, module).needs_middles(theta[0]):
+                # at uneven times ``dt`` are the steps, see ``uneven``
+                middles = self._made(middles_of(drive), parts, cast(float, apart(dt)))
+                whole = between(output, middles)
+                shaped = cast(ShapesOutput, module).shape(whole, {}, theta, cast(float, halved(dt)))
+                output = np.ascontiguousarray(shaped[:, ::2])
+            else:
+                output = cast(ShapesOutput, module).shape(output, channels, theta, dt)
+        return output
+
+    def _made(self, drive: Array, parts: list[Array], dt: float) -> Array:
+        """Return what the base and the added terms make."""
+        channels = dict(zip(self.spec.inputs, drive, strict=True))
         output = self.base.simulate(
             np.ascontiguousarray(drive[: len(self.base.spec.inputs)]), self._scaled(channels, parts, dt), dt
         )
         for module, theta in self._active("add", parts):
             output = output + cast(AddsTerm, module).term(channels, theta, dt)
-        for module, theta in self._active("output", parts):
-            output = cast(ShapesOutput, module).shape(output, channels, theta, dt)
         return output
 
     def _recorded(self, output: Array, drive: Array, parts: list[Array], dt: float) -> Array:
