@@ -76,6 +76,29 @@ class Input:
 
 
 @dataclass(frozen=True)
+class Given:
+    """What every form sees of an export.
+
+    Attributes
+    ----------
+    tunable, shape_varies
+        See ``Context``.
+    knows_temperature
+        Whether the user gives a temperature.
+    inputs
+        The channels that the user sets.
+    middles
+        Whether an effect needs, or may need, what is made in the middle between steps.
+    """
+
+    tunable: bool
+    shape_varies: bool
+    knows_temperature: bool
+    inputs: tuple[Input, ...]
+    middles: bool
+
+
+@dataclass(frozen=True)
 class EffectField:
     """A parameter or constant of an effect; ``first``: place among all parameters, None of a constant."""
 

@@ -62,8 +62,7 @@ class Form:
     file
         The template.
     given
-        Variables it sees: ``shape_varies``, ``tunable``, ``knows_temperature``, ``middles``, and ``inputs`` of the
-        type ``Input``.
+        Variables it sees, those of ``c_context.Given``.
     """
 
     def __init__(self, file: Path, given: Mapping[str, object]) -> None:

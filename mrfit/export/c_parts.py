@@ -2,7 +2,7 @@
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -19,6 +19,7 @@ from mrfit.export.c_context import (
     Curve,
     EffectCode,
     EffectField,
+    Given,
     Input,
     Piece,
     Term,
@@ -76,15 +77,13 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
     """
     dependence = source.dependence
     form, forms, given = _forms(source, tunable)
-    blocks = blocks_for([name for one in (form, *forms) for name in one.uses], given)
+    blocks = blocks_for([name for one in (form, *forms) for name in one.uses], vars(given))
     roles = sorted({r for one in forms for r in re.findall(r"f->role_(\w+)", one.text("body"))})
     base = base_fields(source, roles)
     state = form.text("state")
     arguments = _arguments(form.text("body"), bool(state))
-    curve = _curve(base) if "curve" in form.uses and not given["shape_varies"] else None
-    effects = [
-        _effect(link, one, source, bool(given["middles"])) for link, one in zip(source.links, forms, strict=True)
-    ]
+    curve = _curve(base) if "curve" in form.uses and not given.shape_varies else None
+    effects = [_effect(link, one, source, given.middles) for link, one in zip(source.links, forms, strict=True)]
     scales = any(p.role in roles for p in source.base.params)
     if not scales:
         # parameters without roles have nothing that such an effect could scale
@@ -93,7 +92,7 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
     inner = ("theta", "add") if fine else ("theta", "add", "output")
     context = Context(
         tunable=tunable,
-        shape_varies=bool(given["shape_varies"]),
+        shape_varies=given.shape_varies,
         p=prefix_of(source.name),
         inputs=[_channel(source, n) for n in source.channels],
         output=Channel(source.spec.output, field(source.spec.output), in_comment(source.spec.output)),
@@ -125,20 +124,20 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
     return Parts(context, form)
 
 
-def _forms(source: Source, tunable: bool) -> tuple[Form, list[Form], dict[str, object]]:
+def _forms(source: Source, tunable: bool) -> tuple[Form, list[Form], Given]:
     """Return the forms of the base and of its effects, and what they were given."""
-    given: dict[str, object] = {
-        "tunable": tunable,
-        "shape_varies": False,
-        "knows_temperature": "temperature" in source.channels,
-        "inputs": [Input(field(n), n in LEVELS) for n in source.channels],
-        "middles": _needs_middles(source, tunable),
-    }
-    form = form_of("model", source.base.name, given)
+    given = Given(
+        tunable=tunable,
+        shape_varies=False,
+        knows_temperature="temperature" in source.channels,
+        inputs=tuple(Input(field(n), n in LEVELS) for n in source.channels),
+        middles=_needs_middles(source, tunable),
+    )
+    form = form_of("model", source.base.name, vars(given))
     varying = {name for name, _ in source.dependence.orders} if source.dependence else set()
-    given["shape_varies"] = bool(form.shape_names & set(map(field, varying)))
-    form = form_of("model", source.base.name, given)
-    return form, [form_of("effect", link.spec.name, given) for link in source.links], given
+    given = replace(given, shape_varies=bool(form.shape_names & set(map(field, varying))))
+    form = form_of("model", source.base.name, vars(given))
+    return form, [form_of("effect", link.spec.name, vars(given)) for link in source.links], given
 
 
 def _needs_middles(source: Source, tunable: bool) -> bool:
