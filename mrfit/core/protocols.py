@@ -154,6 +154,22 @@ class ShapesOutput(Protocol):
 
 
 @runtime_checkable
+class MovesDrive(Protocol):
+    """An effect of the slot ``output`` may be this too: what it shows now was made by what drove the model before."""
+
+    SPEC: EffectSpec
+
+    def moved(self, channels: Mapping[str, Array], theta: Array, dt: float) -> dict[str, Array]:
+        """Return the channels (N,) that made the output of every sample, of one parameter vector (Q,)."""
+
+    def needs_middles(self, theta: Array) -> bool:
+        """Return whether, of one parameter vector (Q,), ``shape`` is to be given outputs in the middle between samples.
+
+        It then gets (P, 2N - 1) at half the interval, and no channels.
+        """
+
+
+@runtime_checkable
 class ErrsInRecord(Protocol):
     """An effect of the slot ``record``; one of the slot ``input`` may be this too."""
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from mrfit.core.specs import Array, Breaks, EffectSpec, Index, Invariance, Param, Steps
 from mrfit.kernels import uneven
-from mrfit.kernels.filters import lag, lagged_bends
+from mrfit.kernels.filters import lag, lagged_bends, place
 from mrfit.kernels.theta import plain
 
 SPEC = EffectSpec(
@@ -50,7 +50,7 @@ def transform(channels: dict[str, Array], theta: Array, dt: Steps) -> dict[str, 
     settled, now = lagged_bends(current, ratio)
     if shift == 0.0:
         return {"current": lagged - now[0]}
-    at = _place(current.shape[1], shift)
+    at = place(current.shape[1], shift)
     return {"current": _late(current[0], lagged, ratio[0], at) - _between(settled[0], now[0], at, shift < 0.0)}
 
 
@@ -85,10 +85,3 @@ def _between(settled: Array, now: Array, at: tuple[Index, Array], early: bool) -
     following = np.where(known, settled[after], now[after])
     late: Array = settled[before] + share * (following - settled[before])
     return late
-
-
-def _place(samples: int, shift: float) -> tuple[Index, Array]:
-    """Return the sample before every time that lies a number of samples earlier, and how far behind it that is."""
-    at = np.clip(np.arange(samples) - shift, 0.0, samples - 1)
-    before = np.minimum(at.astype(np.int64), samples - 2)
-    return before, at - before

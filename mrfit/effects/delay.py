@@ -4,19 +4,28 @@
 
 F force (N) or torque, tau time (s) by which its record is late; negative if it is early. Of the time by which it is
 late the share s (1) is a first-order lag, as of a sensor's or an amplifier's filter, and the rest a dead time; slow
-tests, which both delay alike, do not tell how much. A record that is early is so by dead time alone. The dead time is
-a cubic Lagrange interpolation, the ends held; the lag is exact for a force that is a parabola between samples. Neither
-knows of samples to come, but for a record that is early.
+tests, which both delay alike, do not tell how much. A record that is early is so by dead time alone.
+
+A force turns within a sample where the motion that makes it is smooth: between samples the motion is known, the force
+is not. The dead time t_d moves the drive, F(t - t_d) being what the drive of then made. That time lies between samples
+of which the later is not after t: motions go through a cubic of the last four samples (of two on either side where
+these are known), currents and temperatures, which may be switched, along a line. With f = t_d/dt the error is of order
+dt^4 for the former, f*(1 - f)*dt^2/2 times the second derivative for the latter. The lag asks for the force in the
+middle between samples too, made by a drive that is straight there, and is exact for a force that is a parabola from one
+of these to the next. Neither knows of samples to come, but for a record that is early.
 
 Source: time lag of the test rig, inverse-tanh paper sec. 3.2; interpolation after Laakso et al., IEEE Signal Processing
 Magazine 13 (1996) 30.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 
+from mrfit.core.channels import CHANNELS, LEVELS
 from mrfit.core.specs import Array, EffectSpec, Param, Programme, Steps
 from mrfit.kernels import uneven
-from mrfit.kernels.filters import held_back, shifted, smooth_lag
+from mrfit.kernels.filters import held_back, place, shifted, smooth_lag
 from mrfit.kernels.theta import plain
 
 SPEC = EffectSpec(
@@ -40,24 +49,46 @@ SPEC = EffectSpec(
 )
 
 
-def shape(output: Array, channels: dict[str, Array], theta: Array, dt: Steps) -> Array:
-    """Return the output, shape (P, N), late by tau in s, theta[:, 0], a share theta[:, 1] of it by a lag."""
-    tau, share = theta.T
-    filtered = np.maximum(share * tau, 0.0)
+def moved(channels: Mapping[str, Array], theta: Array, dt: Steps) -> dict[str, Array]:
+    """Return the channels (N,) of the dead time ago; theta is (tau, s) in s and 1."""
+    dead = float(theta[0] - _filtered(theta)[0])
+    if dead == 0.0:
+        return {}
+    known = [n for n in channels if n in CHANNELS]
+    levels = [n for n in known if n in LEVELS]
+    found = {n: _cubic(plain(channels[n]), dead, dt) for n in known if n not in LEVELS}
+    if levels:
+        before, share = (
+            uneven.place(dt, dead) if isinstance(dt, np.ndarray) else place(len(channels[levels[0]]), dead / dt)
+        )
+        for n in levels:
+            x = channels[n]
+            found[n] = x[before] + share * (x[before + 1] - x[before])
+    return found
+
+
+def needs_middles(theta: Array) -> bool:
+    """Return whether a part of the delay is a lag."""
+    return bool(_filtered(theta)[0] > 0.0)
+
+
+def shape(output: Array, channels: Mapping[str, Array], theta: Array, dt: Steps) -> Array:
+    """Return the output, shape (P, N), behind the share theta[:, 1] of tau in s, theta[:, 0], that is a lag."""
+    filtered = _filtered(theta)
     if isinstance(dt, np.ndarray):
-        return _unevenly(plain(output), tau - filtered, filtered, dt)
-    shift, known = (tau - filtered) / dt, plain(output)
-    moved = held_back(known, np.maximum(shift, 0.0))
-    early = shift < 0.0
-    if early.any():
-        moved[early] = shifted(plain(known[early]), shift[early])
-    return smooth_lag(moved, filtered / dt)
+        return uneven.smooth_lag(plain(output), filtered, dt)
+    return smooth_lag(plain(output), filtered / dt)
 
 
-def _unevenly(output: Array, dead: Array, filtered: Array, steps: Array) -> Array:
-    """Return the same at uneven steps (N,), dead times and lags (P,) in s."""
-    moved = uneven.held_back(output, np.maximum(dead, 0.0), steps)
-    early = dead < 0.0
-    if early.any():
-        moved[early] = uneven.shifted(plain(output[early]), dead[early], steps)
-    return uneven.smooth_lag(moved, filtered, steps)
+def _filtered(theta: Array) -> Array:
+    """Return the time constant of the lag (P,) in s."""
+    tau, share = np.atleast_2d(theta).T
+    filtered: Array = np.maximum(share * tau, 0.0)
+    return filtered
+
+
+def _cubic(x: Array, dead: float, dt: Steps) -> Array:
+    """Return a smooth signal (N,) of a dead time in s ago, of a time to come where that is below 0."""
+    if isinstance(dt, np.ndarray):
+        return np.asarray((uneven.held_back if dead > 0.0 else uneven.shifted)(x[None], np.array([dead]), dt)[0])
+    return np.asarray((held_back if dead > 0.0 else shifted)(x[None], np.array([dead / dt]))[0])

@@ -68,6 +68,37 @@ class Basis:
 
 
 @dataclass(frozen=True)
+class Input:
+    """A channel that a user sets, as forms see it: its field, and whether it is one that is held at levels."""
+
+    field: str
+    level: bool
+
+
+@dataclass(frozen=True)
+class Given:
+    """What every form sees of an export.
+
+    Attributes
+    ----------
+    tunable, shape_varies
+        See ``Context``.
+    knows_temperature
+        Whether the user gives a temperature.
+    inputs
+        The channels that the user sets.
+    middles
+        Whether an effect needs, or may need, what is made in the middle between steps.
+    """
+
+    tunable: bool
+    shape_varies: bool
+    knows_temperature: bool
+    inputs: tuple[Input, ...]
+    middles: bool
+
+
+@dataclass(frozen=True)
 class EffectField:
     """A parameter or constant of an effect; ``first``: place among all parameters, None of a constant."""
 
@@ -79,7 +110,11 @@ class EffectField:
 
 @dataclass(frozen=True)
 class EffectCode:
-    """An effect: what its template gives, and how its function is declared and called."""
+    """An effect: what its template gives, and how its function is declared and called.
+
+    ``before`` is the body of a second function, empty without one: it changes the inputs, behind effects of them;
+    ``middles`` whether it needs the output in the middle between steps too.
+    """
 
     name: str
     ident: str
@@ -88,6 +123,8 @@ class EffectCode:
     state: str
     code: str
     body: str
+    before: str
+    middles: bool
     fields: list[EffectField]
     returns: str
     arguments: str
@@ -145,7 +182,9 @@ class Context:
         Roles whose parameters effects scale, and whether there are such parameters.
     count
         Number of all parameters.
-    unused_inner
+    fine
+        Whether the model also runs along the middles between steps.
+    unused_inner, unused_shown
         Statements that name arguments without a use.
     """
 
@@ -175,4 +214,6 @@ class Context:
     roles: list[str]
     scales: bool
     count: int
+    fine: bool
     unused_inner: str
+    unused_shown: str

@@ -62,10 +62,10 @@ class Form:
     file
         The template.
     given
-        Variables it sees: ``shape_varies``, ``tunable``, ``knows_temperature``.
+        Variables it sees, those of ``c_context.Given``.
     """
 
-    def __init__(self, file: Path, given: Mapping[str, bool]) -> None:
+    def __init__(self, file: Path, given: Mapping[str, object]) -> None:
         self.module: Any = environment(file.parent).get_template(file.name).make_module(dict(given))
 
     def text(self, macro: str) -> str:
@@ -88,7 +88,7 @@ class Form:
         return set(NAMED.findall(self.text("shape")))
 
 
-def form_of(kind: Literal["model", "effect"], name: str, given: Mapping[str, bool]) -> Form:
+def form_of(kind: Literal["model", "effect"], name: str, given: Mapping[str, object]) -> Form:
     """Return the C form of a model or effect.
 
     Raises
@@ -109,7 +109,7 @@ def form_of(kind: Literal["model", "effect"], name: str, given: Mapping[str, boo
     return Form(file, given)
 
 
-def blocks_for(wanted: list[str], given: Mapping[str, bool]) -> dict[str, Form]:
+def blocks_for(wanted: list[str], given: Mapping[str, object]) -> dict[str, Form]:
     """Return by name the shared blocks that some need, those they need themselves before them."""
     found: dict[str, Form] = {}
 

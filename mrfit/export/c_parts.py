@@ -2,11 +2,14 @@
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 
+from mrfit.core import registry
+from mrfit.core.channels import LEVELS
+from mrfit.core.protocols import MovesDrive
 from mrfit.export.c_context import (
     BaseField,
     Basis,
@@ -16,6 +19,8 @@ from mrfit.export.c_context import (
     Curve,
     EffectCode,
     EffectField,
+    Given,
+    Input,
     Piece,
     Term,
 )
@@ -72,20 +77,22 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
     """
     dependence = source.dependence
     form, forms, given = _forms(source, tunable)
-    blocks = blocks_for([name for one in (form, *forms) for name in one.uses], given)
+    blocks = blocks_for([name for one in (form, *forms) for name in one.uses], vars(given))
     roles = sorted({r for one in forms for r in re.findall(r"f->role_(\w+)", one.text("body"))})
     base = base_fields(source, roles)
     state = form.text("state")
     arguments = _arguments(form.text("body"), bool(state))
-    curve = _curve(base) if "curve" in form.uses and not given["shape_varies"] else None
-    effects = [_effect(link, one, source) for link, one in zip(source.links, forms, strict=True)]
+    curve = _curve(base) if "curve" in form.uses and not given.shape_varies else None
+    effects = [_effect(link, one, source, given.middles) for link, one in zip(source.links, forms, strict=True)]
     scales = any(p.role in roles for p in source.base.params)
     if not scales:
         # parameters without roles have nothing that such an effect could scale
         effects = [e for e in effects if e.slot != "theta"]
+    fine = any(e.middles for e in effects)
+    inner = ("theta", "add") if fine else ("theta", "add", "output")
     context = Context(
         tunable=tunable,
-        shape_varies=given["shape_varies"],
+        shape_varies=given.shape_varies,
         p=prefix_of(source.name),
         inputs=[_channel(source, n) for n in source.channels],
         output=Channel(source.spec.output, field(source.spec.output), in_comment(source.spec.output)),
@@ -110,19 +117,35 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
         roles=roles,
         scales=scales,
         count=len(source.theta),
-        unused_inner=_unused(effects, arguments),
+        fine=fine,
+        unused_inner=_unused([*(c for _, _, c in arguments), *(e.call for e in effects if e.slot in inner)]),
+        unused_shown=_unused([e.call for e in effects if e.slot == "output"]),
     )
     return Parts(context, form)
 
 
-def _forms(source: Source, tunable: bool) -> tuple[Form, list[Form], dict[str, bool]]:
+def _forms(source: Source, tunable: bool) -> tuple[Form, list[Form], Given]:
     """Return the forms of the base and of its effects, and what they were given."""
-    given = {"tunable": tunable, "shape_varies": False, "knows_temperature": "temperature" in source.channels}
-    form = form_of("model", source.base.name, given)
+    given = Given(
+        tunable=tunable,
+        shape_varies=False,
+        knows_temperature="temperature" in source.channels,
+        inputs=tuple(Input(field(n), n in LEVELS) for n in source.channels),
+        middles=_needs_middles(source, tunable),
+    )
+    form = form_of("model", source.base.name, vars(given))
     varying = {name for name, _ in source.dependence.orders} if source.dependence else set()
-    given["shape_varies"] = bool(form.shape_names & set(map(field, varying)))
-    form = form_of("model", source.base.name, given)
-    return form, [form_of("effect", link.spec.name, given) for link in source.links], given
+    given = replace(given, shape_varies=bool(form.shape_names & set(map(field, varying))))
+    form = form_of("model", source.base.name, vars(given))
+    return form, [form_of("effect", link.spec.name, vars(given)) for link in source.links], given
+
+
+def _needs_middles(source: Source, tunable: bool) -> bool:
+    """Return whether an effect needs, or may need, what is made in the middle between steps."""
+    if any(link.spec.slot == "loop" for link in source.links):
+        return False
+    modules = [(registry.load("effect", link.spec.name), link.theta) for link in source.links]
+    return any(isinstance(m, MovesDrive) and (tunable or m.needs_middles(theta)) for m, theta in modules)
 
 
 def stated(source: Source) -> list[str]:
@@ -152,10 +175,8 @@ def own_functions() -> frozenset[str]:
     return frozenset(found | {f"{e}_step" for e in effects})
 
 
-def _unused(effects: list[EffectCode], arguments: list[tuple[str, str, str]]) -> str:
-    calls = " ".join([*(c for _, _, c in arguments), *(e.call for e in effects if e.slot in ("theta", "add"))])
-    calls += " ".join(e.call for e in effects if e.slot == "output")
-    missing = [n for n in ("s", "u", "dt", "first") if not re.search(rf"\b{n}\b", calls)]
+def _unused(calls: list[str]) -> str:
+    missing = [n for n in ("s", "u", "dt", "first") if not re.search(rf"\b{n}\b", " ".join(calls))]
     return "\n".join(f"    (void){name};" for name in missing)
 
 
@@ -250,7 +271,7 @@ def _bases(dependence: CurrentDependence | None) -> list[Basis]:
     return found
 
 
-def _effect(link: Link, form: Form, source: Source) -> EffectCode:
+def _effect(link: Link, form: Form, source: Source, middles: bool) -> EffectCode:
     spec, ident = link.spec, field(link.spec.name.replace("-", "_"))
     body, slot = form.text("body"), link.spec.slot
     whole = [n for n, _, _ in ARGUMENTS if _named_in(n, body)]
@@ -284,6 +305,8 @@ def _effect(link: Link, form: Form, source: Source) -> EffectCode:
         state=form.text("state"),
         code=form.text("code") + ("\n\n" if form.text("code") else ""),
         body=body,
+        before=form.text("before"),
+        middles=middles and isinstance(registry.load("effect", spec.name), MovesDrive),
         fields=rows,
         returns="void" if slot in ("input", "theta") else "@real",
         arguments=", ".join(arguments),

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Index
 from mrfit.kernels.jit import kernel
 
 
@@ -165,6 +165,16 @@ def held_back(x: Array, shift: Array) -> Array:
                 y[p, j] = before * x[p, max(k - 1, 0)] + here * x[p, max(k, 0)]
                 y[p, j] += after * x[p, max(k + 1, 0)] + beyond * x[p, k + 2]
     return y
+
+
+def place(samples: int, shift: float) -> tuple[Index, Array]:
+    """Return the sample before every time that lies a number of samples earlier, and how far behind it that is.
+
+    Times outside the record are its ends; below 0 ``shift`` is a time to come.
+    """
+    at = np.clip(np.arange(samples) - shift, 0.0, samples - 1)
+    before = np.minimum(at.astype(np.int64), samples - 2)
+    return before, at - before
 
 
 @kernel

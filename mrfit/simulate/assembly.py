@@ -5,7 +5,7 @@ their slots, those of one slot in the order of their names:
 
     input (a channel is changed before the base sees it) -> loop (a channel is changed by what the output does)
     -> theta (parameters of a role are scaled over time) -> base -> add (a term is added to the output)
-    -> output (the output is changed)
+    -> output (the output is changed; one that is late is made by the channels of some time ago, behind input)
     -> record (what the instruments, or the reconstruction from them, add; it sees the channels as recorded)
 
 Every effect has a neutral value at which it vanishes bit for bit, so that the base is nested in base + effect.
@@ -30,12 +30,14 @@ from mrfit.core.protocols import (
     HasRoughResponse,
     HasSensitivities,
     HasStartValues,
+    MovesDrive,
     ScalesParameters,
     ShapesOutput,
 )
 from mrfit.core.specs import Array, EffectSpec, ModelSpec, Reduced, Response, Sensitivities
 from mrfit.errors import ConfigError
 from mrfit.simulate.current_dependence import CurrentDependence, at_current, base_name, coefficients, expanded
+from mrfit.simulate.middles import apart, between, halved, middles_of
 
 SLOTS = ("input", "loop", "theta", "add", "output", "record")
 
@@ -196,8 +198,10 @@ def _with_effects(base: Assembly, modules: list[Effect]) -> Assembly:
         params=(*base.spec.params, *params),
         rate_independent=False,
     )
-    erring = frozenset(m.SPEC.name for m in modules if isinstance(m, ErrsInRecord))
-    chain = _Chain(base, spec, modules, specs, erring)
+    erring, moving = (
+        frozenset(m.SPEC.name for m in modules if isinstance(m, kind)) for kind in (ErrsInRecord, MovesDrive)
+    )
+    chain = _Chain(base, spec, modules, specs, erring, moving)
     whole = replace(base, spec=spec, simulate=chain.simulate, derived=chain.derived, start_values=chain.start_values)
     return replace(whole, adds=any(e.slot in ("add", "record") for e in specs))
 
@@ -211,11 +215,16 @@ class _Chain:
     modules: list[Effect]
     effects: list[EffectSpec]
     erring: frozenset[str]
+    moving: frozenset[str]
 
     def simulate(self, drive: Array, theta: Array, dt: float) -> Array:
-        """Simulate points that share their input effects together, since these change the drive itself."""
+        """Simulate points together that share the effects which change the drive itself."""
         parts = self._split(theta)
-        shared = [p for p, e in zip(parts[1:], self.effects, strict=True) if e.slot == "input"]
+        shared = [
+            p
+            for p, e in zip(parts[1:], self.effects, strict=True)
+            if e.slot == "input" or (e.name in self.moving and not np.all(p == np.array(e.neutral)))
+        ]
         if not shared:
             return self._recorded(self._closed(drive, parts, dt), drive, parts, dt)
         _, group = np.unique(np.hstack(shared), axis=0, return_inverse=True)
@@ -251,6 +260,9 @@ class _Chain:
         channels = dict(zip(self.spec.inputs, drive, strict=True))
         for module, theta in self._active("input", parts):
             channels |= cast(ChangesInput, module).transform(channels, theta[0], dt)
+        for module, theta in self._active("output", parts):
+            if module.SPEC.name in self.moving:
+                channels |= cast(MovesDrive, module).moved(channels, theta[0], dt)
         return np.stack([channels[n] for n in self.spec.inputs])
 
     def _closed(self, drive: Array, parts: list[Array], dt: float) -> Array:
@@ -283,13 +295,26 @@ class _Chain:
 
     def _after_input(self, drive: Array, parts: list[Array], dt: float) -> Array:
         channels = dict(zip(self.spec.inputs, drive, strict=True))
+        output = self._made(drive, parts, dt)
+        for module, theta in self._active("output", parts):
+            if module.SPEC.name in self.moving and cast(MovesDrive, module).needs_middles(theta[0]):
+                # at uneven times ``dt`` are the steps, see ``uneven``
+                middles = self._made(middles_of(drive), parts, cast(float, apart(dt)))
+                whole = between(output, middles)
+                shaped = cast(ShapesOutput, module).shape(whole, {}, theta, cast(float, halved(dt)))
+                output = np.ascontiguousarray(shaped[:, ::2])
+            else:
+                output = cast(ShapesOutput, module).shape(output, channels, theta, dt)
+        return output
+
+    def _made(self, drive: Array, parts: list[Array], dt: float) -> Array:
+        """Return what the base and the added terms make."""
+        channels = dict(zip(self.spec.inputs, drive, strict=True))
         output = self.base.simulate(
             np.ascontiguousarray(drive[: len(self.base.spec.inputs)]), self._scaled(channels, parts, dt), dt
         )
         for module, theta in self._active("add", parts):
             output = output + cast(AddsTerm, module).term(channels, theta, dt)
-        for module, theta in self._active("output", parts):
-            output = cast(ShapesOutput, module).shape(output, channels, theta, dt)
         return output
 
     def _recorded(self, output: Array, drive: Array, parts: list[Array], dt: float) -> Array:

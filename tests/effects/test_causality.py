@@ -29,7 +29,14 @@ def play(x: np.ndarray) -> np.ndarray:
 
 
 def late(tau: float, share: float) -> Effect:
-    return lambda x: delay.shape(x[None], {}, np.array([[tau, share]]), DT)[0]
+    theta = np.array([tau, share])
+
+    def seen(x: np.ndarray) -> np.ndarray:
+        # a motion and a current, of which the one goes through a cubic and the other along a line
+        drive = delay.moved({"velocity": x, "current": x}, theta, DT)
+        return delay.shape((drive["velocity"] + drive["current"])[None], {}, theta[None], DT)[0]
+
+    return seen
 
 
 def lagging(tau: float, t_d: float) -> Effect:
@@ -46,7 +53,7 @@ EFFECTS: dict[str, Effect] = {
     "play": play,
     "delay": late(0.0123, 0.3),
     "short delay": late(4e-4, 0.0),
-    "lag": late(0.008, 1.0),
+    "lag": late(0.008, 0.9),
     "current lag": lagging(0.02, 0.0043),
     "short current lag": lagging(0.02, 3e-4),
     "prompt current lag": lagging(0.02, 0.0),

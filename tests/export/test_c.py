@@ -190,7 +190,7 @@ SMOOTH = {
     "tanh+coulomb-friction": 1e-5,
     "tanh+stribeck": 1e-5,
     "tanh+velocity-hysteresis": 5e-5,
-    "tanh+delay": 6e-3,
+    "tanh+delay": 1e-3,
     "hw-static+current-lag": 1e-6,
     "boucwen-flux+eddy-current": 1e-4,
 }
