@@ -170,18 +170,11 @@ def _shadow(effect: NamedEffect, examined: Findings, policy: Policy) -> Shadow |
     """Return why an effect is not believed; None if it is.
 
     What breaks the same invariance beside it, and takes no little share of what it takes, may be all that is there: the
-    effect would be a part of something else. So may what breaks another invariance, if it takes far more.
+    effect would be a part of something else.
     """
     share = effect.standing.share
     for row in examined.broken:
-        beside = row.kept * (1.0 - share)
-        if row.invariance != effect.breaks and beside > policy.broken_otherwise * share:
-            return Shadow(
-                effect.name,
-                f"what has no name breaks another invariance ({row.invariance.value}) and takes {row.kept:.0%} of "
-                f"what {effect.name} leaves on conditions left out: far more, so that this may be a part of it",
-            )
-        if row.invariance == effect.breaks and beside > policy.broken_beside * share:
+        if row.invariance == effect.breaks and row.kept * (1.0 - share) > policy.broken_beside * share:
             return Shadow(
                 effect.name,
                 f"something else breaks the same invariance ({row.invariance.value}): it takes {row.kept:.0%} of what "

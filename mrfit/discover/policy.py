@@ -118,9 +118,6 @@ class Policy:
     # Share of what an effect takes that something else takes beside it which breaks the same invariance, from which the
     # effect may be a part of that: beside an asymmetry that was cavitation .13 and more (outside: cavitation)
     broken_beside: float = 0.08
-    # … and which breaks another invariance: beside an end stop that was cavitation 2.4; beside true effects, with a lag
-    # of an unknown form there, 1.5 at most
-    broken_otherwise: float = 2.0
     # Share of the base's gap that another law must take to be told of; laws that are fitted have at most so many
     # parameters, and so many are told of (time: 60 s for one discovery)
     law_takes: float = 0.2
