@@ -282,7 +282,7 @@ def _freed_memory_kept() -> None:
     """Let malloc keep what is freed for the next array, as it does in a command.
 
     A nanny has it return everything beyond 64 kB at once (MALLOC_TRIM_THRESHOLD_), so that every array of a simulation
-    is mapped anew: 300 times the page faults, and a fit takes 1.6 times as long.
+    is mapped again: 300 times the page faults, and a fit takes 1.6 times as long.
     """
     if sys.platform != "linux" or "MALLOC_TRIM_THRESHOLD_" not in os.environ:
         return

@@ -30,5 +30,5 @@ def faults(how: str) -> int:
 @pytest.mark.skipif(sys.platform != "linux", reason="not run: glibc's malloc")
 def test_freed_memory_is_used_for_the_next_array() -> None:
     assert faults("kept") < 2000
-    # the counter-case: each array of 0.8 MB is mapped anew, some 195 pages
+    # the counter-case: each array of 0.8 MB is mapped again, some 195 pages
     assert faults("as it is") > 200 * 100
