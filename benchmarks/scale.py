@@ -33,6 +33,8 @@ from benchmarks.command import deliver
 HERE = Path(__file__).parent.parent
 MODEL = ["--model", "boucwen-flux", "--opt", "pso-fmin"]
 PORT = 38786
+# Seconds in which a worker ends when asked to
+PATIENCE = 10.0
 # Option of prctl on Linux
 SUBREAPER = 36
 # Commands of one workspace, and logs of the run whose cost is that of their start: a kernel may be compiled there
@@ -207,11 +209,14 @@ def cluster(workers: int, nanny: bool) -> Iterator[tuple[str, list["subprocess.P
     try:
         yield address, made
     finally:
-        for one in made:
-            # a nanny ends its worker
+        # workers first, a nanny ends its own; one without a scheduler may not end by itself
+        for one in reversed(made):
             one.terminate()
-        for one in made:
-            one.wait()
+            try:
+                one.wait(PATIENCE)
+            except subprocess.TimeoutExpired:
+                one.kill()
+                one.wait()
 
 
 def contents(folder: Path) -> dict[str, bytes]:

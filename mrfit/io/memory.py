@@ -11,7 +11,7 @@ COPIES = 3
 """How many times the numbers of a table are in memory while it is used."""
 
 TOLD = 1e9
-"""Bytes from which on it is told what something needs, before it begins."""
+"""Bytes from which on a command says what something needs, before it begins."""
 # Who is told, and what was told as the most so far: parts of what was told of are not told of again
 _listeners: list[Callable[[str], None]] = []
 _most: list[float] = [0.0]
