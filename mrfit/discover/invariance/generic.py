@@ -84,19 +84,23 @@ KINDS: dict[Invariance, Terms] = {
 }
 
 
-def columns_of(setting: Setting, state: State, invariance: Invariance, law: Array) -> list[list[Array]]:
-    """Return the rows (n,) of an invariance's flexible terms, per record; ``law`` are a law's coefficients (p,)."""
-    terms = KINDS[invariance]
-    made = [terms(setting, at, state, force_of_law(setting, at, state, law)) for at in range(len(setting.records))]
+def columns_of(setting: Setting, state: State, invariance: Invariance, law: Sequence[Array]) -> list[list[Array]]:
+    """Return the rows (n,) of an invariance's flexible terms, per record; ``law`` is its force (L + N,) in each."""
+    made = [KINDS[invariance](setting, at, state, force) for at, force in enumerate(law)]
     return [[setting.row_means(at, f) for f in own] for at, own in enumerate(made)]
+
+
+def forces_of(setting: Setting, state: State, law: Array) -> list[Array]:
+    """Return the force (L + N,) of a law with coefficients (p,) in each record."""
+    return [force_of_law(setting, at, state, law) for at in range(len(setting.records))]
 
 
 def broken(setting: Setting, weights: Sequence[Array], state: State, policy: Policy) -> list[BrokenInvariance]:
     """Return the invariances that are broken by something beside the effects of a state, the clearest first."""
-    plain = table(setting, weights, state)
+    law = forces_of(setting, state, table(setting, weights, state).law)
     found = []
     for invariance in KINDS:
-        extra = columns_of(setting, state, invariance, plain.law)
+        extra = columns_of(setting, state, invariance, law)
         if not extra[0]:
             continue
         row = _judged(table(setting, weights, state, extra), extra, invariance)

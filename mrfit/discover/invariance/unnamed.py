@@ -13,7 +13,7 @@ from mrfit.core.specs import Array, Invariance
 from mrfit.discover.invariance.choice import Chosen
 from mrfit.discover.invariance.estimate import table
 from mrfit.discover.invariance.findings import BrokenInvariance
-from mrfit.discover.invariance.generic import broken, columns_of
+from mrfit.discover.invariance.generic import broken, columns_of, forces_of
 from mrfit.discover.invariance.policy import Policy
 from mrfit.discover.invariance.screening import contribution, level_of
 from mrfit.discover.invariance.setting import Setting, State
@@ -82,7 +82,7 @@ def beside(
     effect = setting.known[name]
     rest = {n: t for n, t in state.items() if n != name}
     law = table(setting, weights, state).law
-    terms = columns_of(setting, state, invariance, law)
+    terms = columns_of(setting, state, invariance, forces_of(setting, state, law))
     own = contribution(setting, state, name, law)
     made = table(setting, weights, rest, [[*t, c] for t, c in zip(terms, own, strict=True)])
     level, offset = level_of(effect), False if effect.constant else None
