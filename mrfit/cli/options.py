@@ -262,7 +262,7 @@ def _default(field: Defined) -> object:
         return setting.command_default
     if field.default is UNSET:
         return inspect.Parameter.empty
-    return setting.form.nothing if setting.form and not field.default else field.default
+    return setting.form.write(field.default) if setting.form else field.default
 
 
 def choice(option: str, value: str, allowed: tuple[str, ...]) -> str:

@@ -30,8 +30,8 @@ class Form:
         Gives the value of such a key.
     take
         Gives the value of an argument in Python, called with its name and the argument.
-    nothing
-        The option where nothing is written.
+    write
+        Gives the option that ``parse`` reads as a value: a default.
     """
 
     option: object
@@ -39,7 +39,7 @@ class Form:
     key: object
     load: Callable[[Any], Any]
     take: Callable[[str, object], Any]
-    nothing: object = None
+    write: Callable[[Any], object] = lambda value: value or None
 
 
 @dataclass(frozen=True, slots=True)

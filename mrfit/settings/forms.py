@@ -219,6 +219,6 @@ SIZE = Form(
     lambda text: None if text is None else size_of(text),
     _size_taken,
 )
-NAMES = Form(str, lambda option, text: names(text), list[str], tuple, _names_taken, nothing="")
+NAMES = Form(str, lambda option, text: names(text), list[str], tuple, _names_taken, write=",".join)
 LISTED = Form(list[str] | None, lambda option, items: tuple(items or ()), list[str], tuple, _names_taken)
 PATH = Form(Path | None, lambda option, path: path, str | None, lambda t: Path(t) if t else None, _path_taken)

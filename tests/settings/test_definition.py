@@ -1,12 +1,14 @@
 """An option is defined in one place: the command, the pipeline file, Python and the report follow from it."""
 
 import ast
+import importlib
 import inspect
 import json
+import pkgutil
 import subprocess
 import sys
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, field, fields, make_dataclass
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, make_dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -19,10 +21,11 @@ from typer.testing import CliRunner
 
 import mrfit
 import mrfit.fit.stage
+import mrfit.settings
 from mrfit.api.options import check_names, settings_of, with_options
 from mrfit.cli import main
 from mrfit.cli.config import made_of, table_of
-from mrfit.cli.options import Json, Only, options
+from mrfit.cli.options import Json, Only, _default, options, value_of
 from mrfit.core.setting import UNSET, Setting, defined, flag_of, key_of
 from mrfit.errors import ConfigError
 from mrfit.io.faults import plain_fault
@@ -109,6 +112,7 @@ class Thrown:
     pairs: Annotated[Pairs, Setting("p", form=NUMBERS)] = ()
     ends: Annotated[Limits, Setting("e", form=LIMITS)] = ()
     names: Annotated[Names, Setting("n", form=NAMES)] = ()
+    some: Annotated[Names, Setting("a", form=NAMES)] = ("a", "b")
     size: Annotated[float | None, Setting("z", form=SIZE)] = None
     jobs: Annotated[int, Setting("j", command_default=7, changes_result=False)] = 1
     inner: int = 5
@@ -272,3 +276,18 @@ def test_what_a_stage_stores_of_its_settings_is_all_of_them(kind: Any, stored: A
     assert asdict(of_json(stored, json.dumps(told))) == told
     with pytest.raises(ValidationError):
         of_json(stored, json.dumps({**told, "other": 1}))
+
+
+MODULES = [
+    importlib.import_module(f"mrfit.settings.{one.name}") for one in pkgutil.iter_modules(mrfit.settings.__path__)
+]
+CLASSES = {
+    kind for module in MODULES for kind in vars(module).values() if isinstance(kind, type) and is_dataclass(kind)
+}
+
+
+@pytest.mark.parametrize("kind", sorted(CLASSES, key=str), ids=lambda kind: f"{kind.__module__}.{kind.__name__}")
+def test_the_option_of_every_default_is_read_as_that_default(kind: Any) -> None:
+    for one in defined(kind):
+        if one.setting and one.default is not UNSET and one.setting.command_default is UNSET:
+            assert value_of(one, _default(one)) == one.default, one.name
