@@ -39,6 +39,8 @@ class Arrays:
         Asked before numbers are kept in memory.
     shelf
         Where long arrays are put instead.
+    findings
+        What was odd about arrays, or done to them.
     """
 
     signals: dict[str, Array] = field(default_factory=dict)
@@ -47,25 +49,29 @@ class Arrays:
     outside: list[str] = field(default_factory=list)
     room: Room | None = None
     shelf: Shelf | None = None
+    findings: list[Finding] = field(default_factory=list)
 
-    def add(self, name: str, value: Any, unit: str = "") -> None:
-        """Take a numeric array: a vector as it is, a matrix column by column, one number as a scalar."""
+    def add(self, name: str, value: Any, units: Sequence[str] = ()) -> None:
+        """Take a numeric array: a vector as it is, a matrix column by column, one number as a scalar.
+
+        ``units`` are the texts of its unit: one, one for each column, or its letters.
+        """
         array = value if isinstance(value, Packed) else np.asarray(value)
         if array.dtype.kind not in "fiub" or array.ndim > 2 or array.size == 0:
             return
         if array.size == 1:
             self.scalars[name] = float(np.asarray(value).reshape(()))
         elif array.ndim < 2 or 1 in array.shape:
-            self._add([name], array.reshape(-1, 1), unit)
+            self._add([name], array.reshape(-1, 1), units)
         elif min(array.shape) <= WIDEST:
             array = array if array.shape[0] >= array.shape[1] else array.T
-            self._add([f"{name}[{k}]" for k in range(array.shape[1])], array, unit)
+            self._add([f"{name}[{k}]" for k in range(array.shape[1])], array, units)
 
     def another(self) -> "Arrays":
         """Return an empty set whose numbers are kept in the same places."""
         return Arrays(room=self.room, shelf=self.shelf)
 
-    def _add(self, names: list[str], array: Any, unit: str) -> None:
+    def _add(self, names: list[str], array: Any, units: Sequence[str]) -> None:
         """Take the columns of an array of shape (N, number of names)."""
         length = array.shape[0]
         if self.shelf and self.shelf.takes(length):
@@ -76,7 +82,9 @@ class Arrays:
             whole = np.array(array[0:length], dtype=np.float64)
             columns = [np.ascontiguousarray(whole[:, k]) for k in range(len(names))]
         self.signals.update(zip(names, columns, strict=True))
-        if unit:
+        if len(units) == len(names):
+            self.units.update((n, u) for n, u in zip(names, units, strict=True) if u)
+        elif unit := "".join(units):
             self.units.update(dict.fromkeys(names, unit))
 
 
@@ -133,7 +141,7 @@ def tables_of(arrays: Arrays, source: Source) -> list[Table]:
     timed = [size for size, names in groups.items() if times[size] and len(times[size]) < len(names)]
     chosen = timed or list(groups)
     left = [name for size in groups if size not in chosen for name in groups[size]]
-    findings: tuple[Finding, ...] = (_left_out(left, arrays),) if left else ()
+    findings = (*arrays.findings, *((_left_out(left, arrays),) if left else ()))
     if arrays.outside:
         findings += (Finding("not-read", "", None, f"{_elsewhere(arrays)}: left out"),)
     return [_table(groups[s], times[s], arrays, order, findings) for s in sorted(chosen, reverse=True)]

@@ -21,14 +21,14 @@ def captures_of(value: Any, like: Arrays) -> list[Arrays]:
     axes = [x for x in np.atleast_1d(value.X) if np.size(getattr(x, "Data", ())) > 1]
     sets = [like.another() for _ in axes] or [like.another()]
     for axis, arrays in zip(axes, sets, strict=False):
-        arrays.add("time", axis.Data, "s")
+        arrays.add("time", axis.Data, ["s"])
     if not axes and (interval := _interval(getattr(value, "Capture", None))):
         sets[0].scalars["dt"] = interval
     for entry in np.atleast_1d(value.Y):
         if hasattr(entry, "Data") and hasattr(entry, "Name"):
             arrays = sets[_axis_of(entry, list(np.atleast_1d(value.X)), axes)]
             unit = getattr(entry, "Unit", "")
-            arrays.add(_name(str(entry.Name), arrays), entry.Data, unit if isinstance(unit, str) else "")
+            arrays.add(_name(str(entry.Name), arrays), entry.Data, [unit] if isinstance(unit, str) else [])
     return [arrays for arrays in sets if len(arrays.signals) > (1 if axes else 0)]
 
 

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from mrfit.core.recording import Finding
 from mrfit.ingest.containers.arrays import WIDEST, Arrays, Packed
+from mrfit.ingest.containers.attributes import UnclearPacking, Unpacked, packing_of, units_in
 from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.refusal import Passing, Refusal, damaged
 
-UNIT_KEYS = ("unit", "units", "Unit", "Units")
 DEEPEST = 6
 """Structs in structs that are followed."""
 MOST_VALUES = 20_000
@@ -139,7 +140,7 @@ def _is_long(item: Any, shelf: Shelf | None) -> bool:
 
 def _values(item: Any, shelf: Shelf | None) -> Any:
     """Return the numbers of a dataset, or what reads them slice by slice if it is long."""
-    return Packed(item, item.shape) if _is_long(item, shelf) else np.asarray(item)
+    return Packed(item, item.shape) if _is_long(item, shelf) else item[()]
 
 
 @dataclass
@@ -214,13 +215,36 @@ def _objects(items: list[Any]) -> Any:
 def _visit(arrays: Arrays, name: str, item: Any) -> None:
     dotted = name.replace("/", ".")
     if hasattr(item, "shape") and _may_be_signals(item) and not _is_outside(item):
-        for column in item.dtype.names or ():  # a table of several columns, as PyTables and numpy write them
+        columns = item.dtype.names or ()
+        units = units_in(item.attrs)
+        written = dict(zip(columns, units, strict=True)) if len(columns) == len(units) else {}
+        for column in columns:  # a table of several columns, as PyTables and numpy write them
             if item.dtype[column].kind in "fiu" and item.dtype[column].shape == ():
-                arrays.add(f"{dotted}.{column}", np.asarray(item[column]))
+                arrays.add(f"{dotted}.{column}", np.asarray(item[column]), [written.get(column, "")])
         if item.dtype.kind in "fiu":
-            unit = next((_text(item.attrs[k]) for k in UNIT_KEYS if k in item.attrs), "")
-            arrays.add(dotted, _values(item, arrays.shelf), unit)
+            _add(arrays, dotted, item, units)
     _attributes(arrays, dotted, item.attrs)
+
+
+def _add(arrays: Arrays, name: str, item: Any, units: list[str]) -> None:
+    """Take the numbers of a dataset as its attributes mean them."""
+    try:
+        packing = packing_of(item.attrs, item.shape, item.dtype, _unwritten(item))
+    except UnclearPacking as unclear:
+        arrays.findings.append(Finding("not-read", "", None, f"'{name}' cannot be unpacked, since {unclear}: left out"))
+        return
+    arrays.add(name, _values(item if packing is None else Unpacked(item, packing), arrays.shelf), units)
+    if packing and packing.scales and name not in arrays.scalars:
+        text = f"'{name}': stored numbers × {packing.scale} + {packing.offset}, as its attributes say"
+        arrays.findings.append(Finding("unpacked", "", None, text))
+
+
+def _unwritten(item: Any) -> float:
+    """Return what a program chose to stand for numbers that were never written; 0 if it chose nothing."""
+    import h5py
+
+    chosen = item.id.get_create_plist().fill_value_defined() == h5py.h5d.FILL_VALUE_USER_DEFINED
+    return float(item.fillvalue) if chosen else 0.0
 
 
 def _attributes(arrays: Arrays, name: str, attributes: Any) -> None:
@@ -228,7 +252,3 @@ def _attributes(arrays: Arrays, name: str, attributes: Any) -> None:
         about = attributes.get_id(key)
         if about.shape is not None and math.prod(about.shape) == 1 and about.dtype.kind in "fiu":
             arrays.scalars.setdefault(f"{name}.{key}", float(np.asarray(attributes[key]).reshape(())))
-
-
-def _text(value: Any) -> str:
-    return value.decode(errors="replace") if isinstance(value, bytes) else str(value)

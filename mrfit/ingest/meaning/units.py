@@ -33,6 +33,11 @@ SPELLINGS = {
     "milliseconds": "ms",
     "usec": "us",
     "microseconds": "us",
+    "minutes": "minute",
+    "mins": "minute",
+    "hours": "hour",
+    "hrs": "hour",
+    "days": "day",
     "newton": "N",
     "newtons": "N",
     "nm": "N*m",
@@ -91,6 +96,8 @@ CASE_SENSITIVE = {
     **{"g": "standard_gravity", "G": "flux_gauss", "kG": "kiloflux_gauss", "mG": "milliflux_gauss", "Gs": "flux_gauss"},
     **{"MM": "mm", "CM": "cm", "KN": "kN", "KV": "kV", "Kg": "kg", "mv": "mV"},  # no unit, or absurd, as written
 }
+SINCE = re.compile(r"\s+since\b.*", re.IGNORECASE | re.DOTALL)
+"""What follows a unit of time in ``days since 2024-01-01``."""
 TEMPERATURES = ("degC", "degF")
 SI = ("m", "s", "A", "V", "N", "Wb", "Pa", "m/s", "m/s^2", "K", "N*m", "ohm", "H", "T", "W", "Hz", "kg", "m^3", "A/m")
 ANGLES = re.compile(r"rad|deg|°|rpm|rev|turn", re.IGNORECASE)
@@ -127,7 +134,7 @@ def _registry() -> Any:
 @cache
 def spelled(text: str) -> str:
     """Return a unit in pint's spelling, without asking whether pint knows it."""
-    bare = text.strip().strip("[](){}").strip().translate(SIGNS)
+    bare = SINCE.sub("", text.strip().strip("[](){}").strip().translate(SIGNS))
     if bare in CASE_SENSITIVE:
         return CASE_SENSITIVE[bare]
     bare = re.sub(r"ohms?$", "ohm", bare, flags=re.IGNORECASE)

@@ -1,4 +1,4 @@
-"""HDF5: numeric datasets, their ``unit`` attributes, and a rate from an attribute or a time vector."""
+"""HDF5, NetCDF-4: numeric datasets, unpacked and with units as their attributes say, and a rate or a time vector."""
 
 from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.containers.arrays import Arrays, tables_of

@@ -12,6 +12,7 @@ import numpy as np
 
 from mrfit.core.recording import Finding
 from mrfit.core.specs import Array, ReaderSpec
+from mrfit.ingest.containers.attributes import units_in
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import TimeRule
 from mrfit.ingest.refusal import Refusal, damaged, excerpt
@@ -139,8 +140,7 @@ def _content(table: Any, places: list[int], source: Source) -> tuple[list[Column
         if not _is_number(field.type):
             continue
         name, unit = name_and_unit(field.name)
-        stated = (field.metadata or {}).get(b"unit", b"").decode(errors="replace")
-        unit = stated or written.get(field.name) or unit
+        unit = "".join(units_in(field.metadata or {})) or written.get(field.name) or unit
         carry = source.carry
         if pa.types.is_timestamp(field.type):
             values, unit = _from_first(column.cast(pa.timestamp("ns")).cast(pa.int64()), carry, place, 1e9), "s"

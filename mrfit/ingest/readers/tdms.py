@@ -9,6 +9,7 @@ import numpy as np
 
 from mrfit.core.specs import ReaderSpec
 from mrfit.ingest import series
+from mrfit.ingest.containers.attributes import units_in
 from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.meaning import units
 from mrfit.ingest.refusal import Passing, Refusal, damaged
@@ -17,7 +18,6 @@ from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import TIME_NAMES, name_and_unit
 
 SPEC = ReaderSpec("tdms", "National Instruments TDMS (needs npTDMS)", fragile=True, libraries=("nptdms",))
-UNIT_KEYS = ("unit_string", "NI_UnitDescription", "unit", "Unit")
 
 
 def sniff(head: Head) -> bool:
@@ -98,7 +98,7 @@ def _expect(path: Path, lengths: list[int], source: Source) -> None:
 def _described(channel: Any, values: Any, index: int, shelf: Shelf | None) -> _Channel:
     name, bracketed = name_and_unit(channel.name)
     about = channel.properties
-    unit = next((str(about[k]) for k in UNIT_KEYS if about.get(k)), None) or bracketed
+    unit = "".join(units_in(about)) or bracketed
     stamped = values.dtype.kind == "M"
     if stamped and len(values):
         values, unit = (values - values[0]) / np.timedelta64(1, "s"), "s"
