@@ -34,4 +34,10 @@ def figure(
         written = paper_stage.run(workspace, kind, settings, out)
     if as_json:
         return console.print_json(asdict(written))
-    return console.say(f"Figure of {written.kind}, {settings.width} wide: {', '.join(written.files)}")
+    console.say(f"Figure of {written.kind}, {settings.width} wide: {', '.join(written.files)}")
+    if written.left_out:
+        total = written.conditions + len(written.left_out)
+        console.say(
+            f"{written.conditions} of {total} conditions are drawn, not {', '.join(written.left_out)}: "
+            "name them with --condition, or put conditions on shared axes with --overlay conditions"
+        )

@@ -52,7 +52,7 @@ def simplified(across: Array, up: Array, tolerance: float = 0.002) -> NDArray[np
     """
     step = -(-len(across) // LONGEST)
     first = np.arange(0, len(across), step, dtype=np.int64)
-    points = np.stack([_unit_extent(across[first]), _unit_extent(up[first])])
+    points = np.stack([unit_extent(across[first]), unit_extent(up[first])])
     if not np.isfinite(points).all():
         return first
     kept, waiting = {0, len(first) - 1}, [(0, len(first) - 1)]
@@ -72,18 +72,18 @@ def simplified(across: Array, up: Array, tolerance: float = 0.002) -> NDArray[np
     return first[sorted(kept)]
 
 
-def _unit_extent(values: Array) -> Array:
+def unit_extent(values: Array) -> Array:
     """Return values scaled to an extent of one."""
     extent = float(np.max(values) - np.min(values)) if len(values) else 0.0
     scaled: Array = values / extent if extent > 0.0 else np.zeros_like(values)
     return scaled
 
 
-def shown_cycles(series: Series) -> slice:
-    """Return the samples of the first two cycles, or all where the test is not periodic."""
+def shown_cycles(series: Series, cycles: float = CYCLES) -> slice:
+    """Return the samples of the first cycles, or all where the test is not periodic."""
     if series.frequency <= 0.0:
         return slice(None)
-    return slice(0, int(np.searchsorted(series.time, CYCLES / series.frequency * (1.0 + 1e-9), side="right")))
+    return slice(0, int(np.searchsorted(series.time, cycles / series.frequency * (1.0 + 1e-9), side="right")))
 
 
 def worst_of_each(series: Sequence[Series]) -> list[Series]:

@@ -13,15 +13,15 @@ from mrfit.core.channels import symbol_of
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.io.schemas.fit import Fit
-from mrfit.report.curves import decimate, shown_cycles, simplified
-from mrfit.report.figures import HOLDOUT, LOOPS, MEASURED, SIMULATED, axis_label, canvas_of, plain_log, scale_of
-from mrfit.report.numbers import percent
+from mrfit.report.condition_names import differing_parts
+from mrfit.report.figures import HOLDOUT, SIMULATED, axis_label, canvas_of, plain_log
 from mrfit.report.output_unit import output_unit
 from mrfit.report.source import Series
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
+    from matplotlib.lines import Line2D
 
 PRINT: dict[str, Any] = {
     "font.size": 7.5,
@@ -40,6 +40,8 @@ NARROW = 4.5
 COLOURS = (SIMULATED, HOLDOUT, "#0f766e", "#7e22ce", "#a16207", "#475569")
 DASHES = ("-", (0, (5, 1.5)), (0, (1, 1.2)), (0, (6, 1.5, 1, 1.5)), (0, (8, 2)), (0, (3, 1.5)))
 MOST_PANELS = 12
+ENTRY, CHARACTER, LEGEND_ROW = 0.48, 0.058, 0.145
+"""Inches of a legend's line and gaps, of a character at 7 pt, and of a row."""
 SCATTERED = 1500
 """Points of a cloud."""
 LAGS = 400
@@ -67,111 +69,10 @@ def panels(
     return canvas, axes[:count]
 
 
-def loops(drawn: Sequence[Drawn], width: float, overlay: str, channel: str = "") -> "Canvas":
-    """Return loops of the output over a channel: a panel a condition, or conditions or fits on shared axes.
-
-    Parameters
-    ----------
-    drawn
-        Fits of one output.
-    width
-        Inches.
-    overlay
-        ``conditions``: one panel a fit; ``fits``: one a condition; ``none``: one for each condition and fit.
-    channel
-        What they are drawn over; empty for the first that all series have, else time.
-    """
-    output, scale = drawn[0].fit.output, output_unit(drawn[0].fit)
-    everything = [s for d in drawn for s in d.series]
-    over = channel or next((c for c in LOOPS.get(output, ()) if all(c in s.inputs for s in everything)), "time")
-    if over != "time" and any(over not in s.inputs for s in everything):
-        raise DataError(f"there is no {over} in the residuals of all fits; choose another channel with --over")
-    across = [_over(s, over) for s in everything]
-    factor, unit = (1.0, "s") if over == "time" else scale_of(across, over)
-    groups = _panels_of(drawn, overlay)
-    if len(groups) > MOST_PANELS:
-        raise DataError(f"{len(groups)} panels are too many for one figure; choose with --condition, or --overlay")
-    canvas, axes = panels(width, len(groups), across=3 if len(groups) > 4 else 2)
-    for one, (title, curves) in zip(axes, groups, strict=True):
-        measured: set[str] = set()
-        for number, curve in enumerate(curves):
-            _loop(one, curve, number, _Plane(over, factor, scale.factor), measured)
-        one.set_title(title)
-        _few_ticks(one)
-        if len(curves) > 1 or one is axes[0]:
-            one.legend(loc="best", borderaxespad=0.2)
-    symbol = "t" if over == "time" else symbol_of(over)
-    _labels(canvas, axes, axis_label(symbol, unit, over), axis_label(symbol_of(output), scale.unit, output))
-    return canvas
-
-
-@dataclass(frozen=True)
-class _Curve:
-    """A series and what it is called in its panel."""
-
-    series: Series
-    label: str
-    shared: bool
-
-
-@dataclass(frozen=True)
-class _Plane:
-    """A channel, and the factors by which it and the output are drawn."""
-
-    over: str
-    across: float
-    up: float
-
-
-def _panels_of(drawn: Sequence[Drawn], overlay: str) -> list[tuple[str, list[_Curve]]]:
-    errors: dict[tuple[str, str, str], float | None] = {
-        (d.fit.name, m.condition, m.role): m.nrmse for d in drawn for m in d.fit.metrics
-    }
-
-    def said(d: Drawn, s: Series) -> str:
-        held = ", held out" if s.role == "holdout" else ""
-        return f"{percent(errors.get((d.fit.name, s.condition, s.role)))}{held}"
-
-    several = len(drawn) > 1
-    if overlay == "conditions":
-        return [(d.fit.name, [_Curve(s, f"{s.condition}, {said(d, s)}", False) for s in d.series]) for d in drawn]
-    if overlay == "fits":
-        found: dict[str, list[_Curve]] = {}
-        for d in drawn:
-            for s in d.series:
-                found.setdefault(s.condition, []).append(_Curve(s, f"{d.fit.name}, {said(d, s)}", True))
-        return list(found.items())
-    name = "{1}, {0}" if several else "{0}"
-    return [
-        (name.format(f"{s.condition}, {said(d, s)}", d.fit.name), [_Curve(s, "simulated", True)])
-        for d in drawn
-        for s in d.series
-    ]
-
-
-def _loop(axes: "Axes", curve: _Curve, number: int, plane: _Plane, measured: set[str]) -> None:
-    one, window = curve.series, shown_cycles(curve.series)
-    across = plane.across * _over(one, plane.over)[window]
-    key = f"{one.segment}{one.role}{len(one.time)}"
-    look: dict[str, Any] = {"color": COLOURS[number % len(COLOURS)], "ls": DASHES[number % len(DASHES)]}
-    for values, style in (
-        (one.measured[window], {"color": MEASURED, "lw": 2.2, "label": "" if measured else "measured", "zorder": 1}),
-        (one.simulated[window], {**look, "lw": 0.9, "label": curve.label, "zorder": 2}),
-    ):
-        if style["lw"] == 2.2 and key in measured:
-            continue
-        at = decimate(values, 1500) if plane.over == "time" else simplified(across, values)
-        axes.plot(across[at], plane.up * values[at], **style)
-    measured.add(key)
-
-
-def _over(one: Series, channel: str) -> Array:
-    return one.time if channel == "time" else one.inputs[channel]
-
-
 def predicted(drawn: Sequence[Drawn], width: float, points: int = SCATTERED) -> "Canvas":
     """Return simulated over measured output at some samples, a panel a fit, with the line on which both are equal."""
     canvas, axes = panels(width, len(drawn), ratio=0.9)
+    names = differing_parts([d.fit.name for d in drawn], ".")
     scale = output_unit(drawn[0].fit)
     for one, d in zip(axes, drawn, strict=True):
         ends: list[float] = []
@@ -192,12 +93,12 @@ def predicted(drawn: Sequence[Drawn], width: float, points: int = SCATTERED) -> 
             ends += [float(measured.min()), float(measured.max())]
         if ends:
             one.plot([min(ends), max(ends)], [min(ends), max(ends)], color="#334155", lw=0.7, label="equal")
-        one.set_title(d.fit.name)
-        one.legend(loc="upper left", borderaxespad=0.2)
-        _few_ticks(one)
+        one.set_title(names[d.fit.name])
+        few_ticks(one)
+    legend_above(canvas, labelled(axes), width)
     symbol, unit = symbol_of(drawn[0].fit.output), scale.unit
     words = axis_label(symbol, unit, f"measured {drawn[0].fit.output}")
-    _labels(canvas, axes, words, axis_label(f"{symbol}\u0302", unit, f"simulated {drawn[0].fit.output}"))
+    label_axes(canvas, axes, words, axis_label(f"{symbol}\u0302", unit, f"simulated {drawn[0].fit.output}"))
     return canvas
 
 
@@ -206,7 +107,10 @@ def correlation(drawn: Drawn, width: float) -> "Canvas":
 
     The band is what a white residual of as many samples has in 95 of 100 cases.
     """
-    names = [c for c in drawn.series[0].inputs if all(c in s.inputs for s in drawn.series)]
+    common = [c for c in drawn.series[0].inputs if all(c in s.inputs for s in drawn.series)]
+    # an input that stands still in every series is correlated with nothing
+    names = [c for c in common if any(np.ptp(s.inputs[c]) > 0.0 for s in drawn.series)]
+    conditions = differing_parts([s.condition for s in drawn.series], "-")
     canvas, axes = panels(width, 1 + len(names), ratio=0.55)
     for number, one in enumerate(drawn.series):
         look: dict[str, Any] = {"color": COLOURS[number % len(COLOURS)], "ls": DASHES[number % len(DASHES)], "lw": 0.9}
@@ -215,15 +119,15 @@ def correlation(drawn: Drawn, width: float) -> "Canvas":
         for panel, name in zip(axes, ["", *names], strict=True):
             lags, values = correlated(residual, one.inputs[name] if name else residual, LAGS)
             kept = lags >= 0 if not name else lags == lags
-            panel.plot(step * lags[kept], values[kept], label=one.condition, **look)
+            panel.plot(step * lags[kept], values[kept], label=conditions[one.condition] or one.condition, **look)
     bound = 1.96 / np.sqrt(min(len(s.time) for s in drawn.series))
     for panel, name in zip(axes, ["", *names], strict=True):
         panel.axhspan(-bound, bound, color="#fde68a", lw=0, zorder=0)
         words = name.replace("_", " ")
         panel.set_title(f"Residual with {words}" if name else "Residual with itself")
         panel.set_ylim(-1.05, 1.05)
-    axes[0].legend(loc="upper right", borderaxespad=0.2)
-    _labels(canvas, axes, "Lag (s)", "Correlation (1)")
+    legend_above(canvas, labelled(axes[:1]), width)
+    label_axes(canvas, axes, "Lag (s)", "Correlation (1)")
     return canvas
 
 
@@ -260,23 +164,26 @@ def starts(fits: Sequence[Fit], width: float) -> "Canvas":
     if not shown:
         raise DataError(f"{', '.join(f.name for f in fits)}: no search had several starts; fit with --opt auto")
     canvas, axes = panels(width, len(shown))
+    names = differing_parts([f.name for f in shown], ".")
     for panel, fit in zip(axes, shown, strict=True):
         scale = output_unit(fit)
         results = [r for r in fit.results if len(_ends(r.starts)) > 1]
+        conditions = differing_parts([r.condition for r in results], "-")
         for number, result in enumerate(results):
             look: dict[str, Any] = {"color": COLOURS[number % len(COLOURS)], "ls": DASHES[number % len(DASHES)]}
             costs = np.sort(_ends(result.starts)) * scale.factor
-            named = result.condition if len(results) <= len(COLOURS) else None
+            named = conditions[result.condition] if len(results) <= len(COLOURS) else None
             panel.plot(np.arange(1, len(costs) + 1), costs, marker="o", ms=2.5, lw=0.8, label=named, **look)
         most = max(len(_ends(r.starts)) for r in results)
         panel.set_xticks(range(1, most + 1, -(-most // 8)))
         panel.set_yscale("log")
         plain_log(panel)
-        panel.set_title(fit.name)
-        if 1 < len(results) <= len(COLOURS):
-            panel.legend(loc="best")
+        panel.set_title(names[fit.name])
+    legend_above(canvas, labelled(axes), width)
     unit = output_unit(shown[0]).unit
-    _labels(canvas, axes, "Start, the best first", f"Cost at its end, RMS ({unit})" if unit else "Cost at its end, RMS")
+    label_axes(
+        canvas, axes, "Start, the best first", f"Cost at its end, RMS ({unit})" if unit else "Cost at its end, RMS"
+    )
     return canvas
 
 
@@ -284,12 +191,39 @@ def _ends(costs: Sequence[float | None] | None) -> Array:
     return np.array([c for c in costs or [] if c is not None and np.isfinite(c) and c > 0.0])
 
 
-def _few_ticks(axes: "Axes") -> None:
-    axes.locator_params(axis="x", nbins=5)
+def few_ticks(axes: "Axes", across: int = 5) -> None:
+    """Keep the numbers of an axis, and those of neighbouring panels, apart."""
+    axes.locator_params(axis="x", nbins=across)
     axes.locator_params(axis="y", nbins=6)
 
 
-def _labels(canvas: "Canvas", axes: Sequence["Axes"], across: str, up: str) -> None:
+def labelled(axes: Sequence["Axes"]) -> list["Line2D"]:
+    """Return the lines with a label, each label once."""
+    lines = {str(one.get_label()): one for panel in axes for one in panel.lines}
+    return [one for label, one in lines.items() if not label.startswith("_")]
+
+
+def legend_above(canvas: "Canvas", handles: Sequence["Line2D"], width: float) -> None:
+    """Write a legend above all panels, where it covers no curve; one entry needs none.
+
+    Parameters
+    ----------
+    canvas
+        Figure with a constrained layout; it grows by the height of the legend.
+    handles
+        Lines with their labels.
+    width
+        Inches, which say how many entries stand side by side.
+    """
+    if len(handles) < 2:
+        return
+    longest = max(len(str(one.get_label())) for one in handles)
+    columns = min(max(int(width / (ENTRY + CHARACTER * longest)), 1), len(handles))
+    canvas.set_figheight(canvas.get_figheight() + LEGEND_ROW * -(-len(handles) // columns))
+    canvas.legend(handles=handles, loc="outside upper center", ncols=columns, columnspacing=1.2, borderpad=0.1)
+
+
+def label_axes(canvas: "Canvas", axes: Sequence["Axes"], across: str, up: str) -> None:
     """Write each unit once: below and beside a figure of several panels."""
     if len(axes) == 1:
         axes[0].set(xlabel=across, ylabel=up)

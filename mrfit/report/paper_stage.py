@@ -4,7 +4,7 @@ import fnmatch
 import io
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -14,7 +14,7 @@ from mrfit.io.atomic import write_atomic
 from mrfit.io.workspace import Workspace
 from mrfit.report import paper
 from mrfit.report.curves import worst_of_each
-from mrfit.report.figures import worst_and_typical
+from mrfit.report.loop_figure import loops, panels_of
 from mrfit.report.paper import Drawn
 from mrfit.report.parameter_figure import parameters, quantity_of
 from mrfit.report.profile_figure import profiles
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
 INCHES = {"mm": 1.0 / 25.4, "cm": 1.0 / 2.54, "in": 1.0, "pt": 1.0 / 72.0}
 FORMATS = ("pdf", "svg", "png")
-OVERLAID = 6
-"""Conditions on shared axes at most."""
+CORRELATED = 2
+"""Conditions in a figure of the residual's correlation where none is named."""
 
 
 def width_of(text: str) -> float:
@@ -48,12 +48,13 @@ def width_of(text: str) -> float:
 
 @dataclass(frozen=True)
 class Written:
-    """A figure that was written: its files, the fits in it, and how many conditions."""
+    """A figure that was written: its files, the fits in it, how many conditions, and which of them it leaves out."""
 
     kind: str
     files: list[str]
     fits: list[str]
     conditions: int
+    left_out: list[str] = field(default_factory=list)
 
 
 def run(workspace: Workspace, kind: str, settings: Settings, out: Path | None = None) -> Written:
@@ -85,9 +86,9 @@ def run(workspace: Workspace, kind: str, settings: Settings, out: Path | None = 
     width = width_of(settings.width)
     source = read_source(workspace, settings.fits)
     drawn = [Drawn(f, _chosen(worst_of_each(source.series[f.name]), settings.conditions)) for f in source.fits]
-    drawn = [
-        Drawn(d.fit, d.series if settings.conditions else _some(d, kind, settings.overlay, len(drawn))) for d in drawn
-    ]
+    everything = list(dict.fromkeys(s.condition for d in drawn for s in d.series))
+    if not settings.conditions:
+        drawn = [Drawn(d.fit, _some(d, kind, settings.overlay, len(drawn))) for d in drawn]
     if kind in ("loops", "predicted", "correlation"):
         drawn = [d for d in drawn if d.series]
         _check_one_output(drawn, settings)
@@ -100,8 +101,9 @@ def run(workspace: Workspace, kind: str, settings: Settings, out: Path | None = 
         stem = f"{names if len(names) <= 120 else f'{len(drawn)}-fits'}.{kind}"
         folder = out or workspace.report_folder / "paper"
         files = [_write(canvas, folder / f"{stem}.{form}", form) for form in settings.formats]
-    count = len({s.condition for d in drawn for s in d.series})
-    return Written(kind, [str(f) for f in files], [d.fit.name for d in drawn], count)
+    shown = {s.condition for d in drawn for s in d.series}
+    left_out = [c for c in everything if c not in shown] if kind in ("loops", "correlation") else []
+    return Written(kind, [str(f) for f in files], [d.fit.name for d in drawn], len(shown), left_out)
 
 
 def _chosen(series: Sequence[Series], patterns: Sequence[str]) -> list[Series]:
@@ -109,18 +111,17 @@ def _chosen(series: Sequence[Series], patterns: Sequence[str]) -> list[Series]:
 
 
 def _some(drawn: Drawn, kind: str, overlay: str, fits: int) -> Sequence[Series]:
-    """Return what is drawn where no conditions were named: all, or the worst and the typical of many."""
-    if kind == "predicted":
+    """Return the series drawn where no conditions were named: all that have room, else some of every error."""
+    if kind not in ("loops", "correlation"):
         return drawn.series
-    panels = paper.MOST_PANELS if overlay == "fits" else max(paper.MOST_PANELS // fits, 1)
-    most = OVERLAID if overlay == "conditions" else panels if kind == "loops" else 2
-    series = worst_and_typical(drawn.fit, drawn.series)
-    if len(series) <= most:
-        return series
-    order = sorted(series, key=lambda s: s.error)
-    step = max((len(order) - 1) / max(most - 1, 1), 1e-9)
-    kept = {id(order[round(k * step)]) for k in range(most)}
-    return [s for s in series if id(s) in kept]
+    if kind == "loops" and overlay == "conditions" and len(panels_of([drawn], overlay)) * fits <= paper.MOST_PANELS:
+        return drawn.series
+    most = CORRELATED if kind == "correlation" else paper.MOST_PANELS // (1 if overlay == "fits" else fits) or 1
+    if len(drawn.series) <= most:
+        return drawn.series
+    order = sorted(drawn.series, key=lambda s: s.error)
+    kept = {id(order[round(k * (len(order) - 1) / max(most - 1, 1))]) for k in range(most)}
+    return [s for s in drawn.series if id(s) in kept]
 
 
 def _check_one_output(drawn: Sequence[Drawn], settings: Settings) -> None:
@@ -136,7 +137,7 @@ def _canvas(
 ) -> "Canvas":
     fits = [d.fit for d in drawn]
     if kind == "loops":
-        return paper.loops(drawn, width, settings.overlay, settings.over)
+        return loops(drawn, width, settings.overlay, settings.over)
     if kind == "predicted":
         return paper.predicted(drawn, width)
     if kind == "starts":

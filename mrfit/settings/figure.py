@@ -18,7 +18,7 @@ class Settings:
     fits
         Names of fits; empty for all finished ones.
     conditions
-        Patterns on conditions; empty for the worst and the typical of many.
+        Patterns on conditions; empty for all that have room, some of every error of more.
     overlay
         What shares axes: ``conditions``, ``fits`` or ``none``.
     over

@@ -6,8 +6,8 @@ import pytest
 
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.schemas.fit import Level
-from mrfit.report import paper, paper_stage
-from mrfit.report.paper import Drawn, correlated
+from mrfit.report import paper_stage
+from mrfit.report.paper import correlated
 from mrfit.report.parameter_figure import parameters, quantity_of
 from mrfit.report.profile_figure import profiles
 from mrfit.report.source import read_source, with_integrals
@@ -45,29 +45,6 @@ def test_a_pdf_is_the_same_bytes_every_time(damper, tmp_path):
         paper_stage.run(damper[0], "loops", Settings(formats=("pdf",)), tmp_path / name)
         files += [p.read_bytes() for p in (tmp_path / name).iterdir()]
     assert files[0] == files[1] and files[0].startswith(b"%PDF")
-
-
-def labels(canvas):
-    return [[t.get_text() for t in axes.get_legend().get_texts()] for axes in canvas.axes if axes.get_legend()]
-
-
-def test_what_is_laid_over_each_other_is_what_was_asked_for(damper):
-    source = read_source(damper[0], ())
-    first = Drawn(source.fits[0], source.series[source.fits[0].name])
-    second = Drawn(replace(first.fit, name="second"), first.series)
-    fits = paper.loops([first, second], 3.3, "fits")
-    assert len(fits.axes) == 3 and len(labels(fits)[0]) == 3 and "second" in labels(fits)[0][2]
-    conditions = paper.loops([first, second], 3.3, "conditions")
-    assert len(conditions.axes) == 2 and len(labels(conditions)[0]) == 4
-    with pytest.raises(DataError, match="no temperature"):
-        paper.loops([first], 3.3, "none", "temperature")
-
-
-def test_curves_on_shared_axes_differ_without_colour(damper):
-    source = read_source(damper[0], ())
-    drawn = Drawn(source.fits[0], source.series[source.fits[0].name])
-    lines = [one for one in paper.loops([drawn], 3.3, "conditions").axes[0].lines if one.get_linewidth() < 1.0]
-    assert len({str(one._dash_pattern) for one in lines}) == len(lines) == 3
 
 
 def test_correlation_finds_a_delay_and_that_a_signal_is_like_itself():
