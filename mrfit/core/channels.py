@@ -66,6 +66,12 @@ CHANNELS: dict[str, Channel] = {
     )
 }
 
+LARGEST: Mapping[str, float] = {
+    **{"displacement": 20.0, "velocity": 300.0, "acceleration": 1e6, "force": 1e8, "torque": 1e8},
+    **{"current": 1e4, "voltage": 1e5, "flux": 1e3, "flux_density": 100.0, "temperature": 3000.0},
+}
+"""Size, in the SI unit, that a channel of no damper and no coil exceeds."""
+
 ANTIDERIVATIVES: Mapping[str, tuple[tuple[str, int], ...]] = {
     "velocity": (("displacement", 1),),
     "acceleration": (("velocity", 1), ("displacement", 2)),

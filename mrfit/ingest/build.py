@@ -27,6 +27,9 @@ from mrfit.ingest.time.timebase import TimeBase, TimeFault, coarse, on_grid, rep
 OVERFLOW = 1e30
 """Magnitude from which a number is an instrument's mark for overflow."""
 
+LONGEST_INTERVAL = 600.0
+"""Sample interval in s above which a unit of time is not believed, as ``Ms`` for ms."""
+
 NO_SAMPLE = ("repeated header", "empty row", "repeated time")
 """Refused rows that stood for no sample."""
 
@@ -108,7 +111,7 @@ def build(table: Table, origin: Origin) -> list[Recording]:
     times = _times(table, origin)
     rows = Rows(signals, times.values, table.lines, table.breaks, Lost(table.refused))
     _refuse_missing(rows, origin)
-    base = _base(rows, times, origin)
+    base = _base(rows, times, table, origin)
     findings = [*table.findings, *times.assumed, *findings, *rows.findings, *_refused_findings(rows), *base.findings]
     return _recordings(rows, base, findings, table, origin)
 
@@ -219,7 +222,7 @@ def _refused_findings(rows: Rows) -> list[Finding]:
     return [Finding("refused-rows", "", None, f"rows left out: {_summary(rows.refused)}")]
 
 
-def _base(rows: Rows, times: Times, origin: Origin) -> TimeBase:
+def _base(rows: Rows, times: Times, table: Table, origin: Origin) -> TimeBase:
     try:
         again = repeated(rows.time, rows.breaks)
         if len(again) and coarse(rows.time, times.printed):
@@ -240,6 +243,9 @@ def _base(rows: Rows, times: Times, origin: Origin) -> TimeBase:
         rows.refused.add(["single row between gaps"] * len(lonely), lines)
         base.pieces = [p for p in base.pieces if p not in lonely]
         base.findings += [replace(f, at=None) for p in lonely for f in p.findings]
+    if table.time and base.dt > LONGEST_INTERVAL and not (origin.rules.time or origin.rules.dt):
+        text = f"its times in '{table.time.unit or 's'}' make {base.dt:.3g} s from sample to sample"
+        raise Refusal(origin.path, text, f'write time = {{column = "{table.time.name}", unit = …}} in a channel map')
     if not base.pieces:
         raise Refusal(origin.path, "no two rows follow each other in time", "check its time column")
     return base

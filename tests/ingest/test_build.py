@@ -6,6 +6,7 @@ from mrfit.ingest.build import Origin, build
 from mrfit.ingest.meaning.channel_map import ChannelRule, Rules, TimeRule
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Refused, Table
+from tests.ingest.conftest import ReadLog
 
 N = 200
 
@@ -160,3 +161,13 @@ def test_map_offset_and_sign_reach_the_recording() -> None:
     rules = Rules(channels={"force": ChannelRule(column="force", unit="N", scale=2.0, offset=1.0, sign=-1)})
     (record,) = _build(_table(WAVE), rules)
     np.testing.assert_allclose(record.channels["force"], 1.0 - 2.0 * WAVE)
+
+
+@pytest.mark.parametrize(("unit", "dt"), [("Ms", None), ("d", None), ("ms", 2e-5)])
+def test_an_interval_of_hours_asks_for_the_unit_of_time(unit: str, dt: float | None, read_log: ReadLog) -> None:
+    text = f"Time ({unit}),Force (N)\n" + "".join(f"{0.02 * k:.2f},{k % 7}\n" for k in range(50))
+    if dt is None:
+        with pytest.raises(Refusal, match=rf"in '{unit}' make .* from sample to sample.*channel map"):
+            read_log(text)
+    (record,) = read_log(text, channel_map="time = {column = 0, unit = 'ms'}\n")
+    assert record.dt == pytest.approx(2e-5)

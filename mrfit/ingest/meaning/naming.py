@@ -1,11 +1,12 @@
 """Give columns their channel names and SI units: by the map first, then by name, then by unit."""
 
 import re
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from mrfit.core.channels import CHANNELS, unit_of
+from mrfit.core.channels import CHANNELS, LARGEST, unit_of
 from mrfit.core.recording import Finding
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
@@ -14,9 +15,25 @@ from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import ChannelRule, Rules
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column
-from mrfit.ingest.text.layout import aliases_of
+from mrfit.ingest.text.layout import aliases_of, words_of
 
 ANGULAR = ("angle", "angular_velocity", "angular_acceleration")
+NOT_MEASURED = frozenset(
+    "error err deviation fehler abweichung regelabweichung erreur errore demand demanded command commanded cmd set "
+    "setpoint setting target desired reference ref soll sollwert sollkraft sollweg vorgabe consigne consigna "
+    "riferimento limit limits lim limiter grenze grenzwert threshold alarm trip tolerance max maximum min minimum peak "
+    "valley amplitude rms std offset tare zero predicted expected".split()
+)
+"""Words of columns that say what was asked for, how far off it was, or one number of many samples."""
+OF_SENSORS = frozenset(
+    "sensor transducer transmitter loop lvdt cell loadcell gauge gage probe pickup encoder aufnehmer pressure "
+    "druck flow strain humidity valve servo".split()
+)
+"""Words of columns whose amperes and volts are no coil's."""
+SEEN = 20000
+"""Numbers by which the size of a channel is judged."""
+LOOP = (3.6e-3, 21e-3)
+"""Current in A of a sensor's loop of 4 to 20 mA."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,6 +73,7 @@ def name_signals(columns: tuple[Column, ...], rules: Rules, path: str) -> tuple[
         signals.append(_mapped(name, rule, column, path))
     left = [c for c in there if c.index not in mapped]
     claims = _claims(left, {s.name for s in signals}, findings)
+    left = [_believed(c, claims, findings) for c in left]
     taken = {s.name for s in signals} | set(claims.values()) | {"time"}
     for column in left:
         claimed = claims.get(id(column))
@@ -69,10 +87,36 @@ def name_signals(columns: tuple[Column, ...], rules: Rules, path: str) -> tuple[
         if meant := [f"'{c.name}'" for c in columns if c.unit is not None and c.unit.strip() == unit]:
             text = f"{', '.join(meant)}: the unit {unit} is taken as {what}"
             findings.append(Finding("unit-assumed", "", None, text))
-    if unnamed := [f"'{c.name or c.index}'" for c in left if c.unit is None and id(c) not in claims]:
+    if weights := [f"'{c.name}' in {c.unit}" for c in left if claims.get(id(c)) == "force" and _is_weight(c)]:
+        text = f"{', '.join(weights)}: a unit of mass, taken as that of a force"
+        findings.append(Finding("unit-assumed", "force", None, text))
+    if unnamed := [f"'{c.name or c.index}'" for c in there if c in left and c.unit is None and id(c) not in claims]:
         text = f"no unit and no known name: {', '.join(unnamed)}; a channel map can name them"
         findings.append(Finding("unnamed", "", None, text))
     return sorted(signals, key=lambda s: s.index), findings
+
+
+def _is_weight(column: Column) -> bool:
+    return column.unit is not None and units.is_weight(column.unit)
+
+
+def _believed(column: Column, claims: dict[int, str], findings: list[Finding]) -> Column:
+    """Return a column; without its unit, and without a claim, where its channel would be of no plausible size."""
+    name = claims.get(id(column), "")
+    if column.unit is None or name not in LARGEST:
+        return column
+    some = np.abs(column.values[0 : series.CHUNK][:: max(1, min(len(column.values), series.CHUNK) // SEEN)])
+    some = some[np.isfinite(some)]
+    size = units.to_unit(column.unit, unit_of(name)).scale * float(np.percentile(some, 95.0)) if len(some) else 0.0
+    if size <= LARGEST[name]:
+        return column
+    del claims[id(column)]
+    text = (
+        f"'{column.name}' in '{column.unit}' would reach {size:.3g} {unit_of(name)}, which no {name} does: kept as "
+        f"printed; write its true unit in a channel map"
+    )
+    findings.append(Finding("implausible-size", name, None, text))
+    return replace(column, unit=None)
 
 
 def pick(columns: list[Column], wanted: str | int | list[str], path: str, where: str) -> Column:
@@ -146,7 +190,7 @@ def _claims(columns: list[Column], taken: set[str], findings: list[Finding]) -> 
     by_unit = not taken
     ranked: dict[str, list[tuple[int, Column]]] = {}
     for column in columns:
-        for strength, name in _candidates(column):
+        for strength, name in [] if NOT_MEASURED & _words(column) else _candidates(column):
             if name not in taken and (by_unit or strength > 1):
                 ranked.setdefault(name, []).append((strength, column))
     claims: dict[int, str] = {}
@@ -166,6 +210,11 @@ def _claims(columns: list[Column], taken: set[str], findings: list[Finding]) -> 
                 findings.append(Finding("unit-assumed", name, None, text))
     if by_unit:
         _voltage_beside_current(columns, claims, taken)
+        for column in [c for c in columns if NOT_MEASURED & _words(c)]:
+            if meant := [n for s, n in _candidates(column) if s > 1 and n not in claims.values()]:
+                what = f"'{column.name}' is called what was asked for, a limit or an error"
+                text = f"{what}: it is not taken as {meant[0]}; a channel map can say otherwise"
+                findings.append(Finding("not-measured", meant[0], None, text))
     return claims
 
 
@@ -179,18 +228,41 @@ def _candidates(column: Column) -> list[tuple[int, str]]:
     possible = [n for n in units.channels_of(column.unit)]
     if named := [n for n in exact if n in possible]:
         return [(3, n) for n in named]
-    words = set(re.split(r"[^a-zà-ÿ]+", column.name.lower()))
-    spoken = [n for n in possible if any(len(a) > 2 and a in words for a in (n, *CHANNELS[n].aliases))]
-    if spoken:
+    spoken = _spoken(column, possible)
+    if _is_no_coils(column):
+        spoken = [n for n in spoken if n != "current"]
+        possible = [n for n in possible if n != "current"]
+    if spoken or exact and len(column.name.strip()) > 2:
         return [(2, n) for n in spoken]
-    return [(1, n) for n in possible if n not in ANGULAR and n != "voltage"]
+    return [(1, n) for n in possible if n not in ANGULAR and n != "voltage" and not units.is_weight(column.unit)]
+
+
+def _words(column: Column) -> set[str]:
+    return set(re.split(r"[^a-zà-ÿ]+", " ".join(words_of(column.name))))
+
+
+def _spoken(column: Column, among: Sequence[str]) -> list[str]:
+    """Return the channels of which a column's name has a word."""
+    words = _words(column)
+    return [n for n in among if any(len(a) > 2 and a in words for a in (n, *CHANNELS[n].aliases))]
+
+
+def _is_no_coils(column: Column) -> bool:
+    """Whether amperes or volts are a sensor's: its name says so, or another quantity, or they stay in its loop."""
+    named = _spoken(column, list(CHANNELS))
+    if _words(column) & OF_SENSORS or "4-20" in column.name or "4..20" in column.name:
+        return True
+    if named or column.unit is None or not units.compatible(column.unit, "A"):
+        return bool(named) and not {"current", "voltage"} & set(named)
+    ends = [units.to_unit(column.unit, "A").scale * e for e in series.extremes(column.values)]
+    return LOOP[0] <= ends[0] < ends[1] <= LOOP[1]
 
 
 def _voltage_beside_current(columns: list[Column], claims: dict[int, str], taken: set[str]) -> None:
     if "voltage" in taken | set(claims.values()) or "current" not in taken | set(claims.values()):
         return
     volts = [c for c in columns if c.unit is not None and id(c) not in claims and units.compatible(c.unit, "V")]
-    if len(volts) == 1 and not aliases_of(volts[0].name):
+    if len(volts) == 1 and not aliases_of(volts[0].name) and not _is_no_coils(volts[0]):
         claims[id(volts[0])] = "voltage"
 
 
@@ -205,13 +277,15 @@ def _own_name(column: Column, taken: set[str]) -> str:
 
 
 def check_wrong_dimension(columns: tuple[Column, ...], rules: Rules, path: str) -> None:
-    """Refuse a column whose name says one quantity and whose unit another; a transducer's signal in V passes."""
+    """Refuse a column whose name says one quantity and whose unit another; a transducer's signal in V or mA passes."""
     mapped = {r.column if isinstance(r.column, (str, int)) else "" for r in rules.channels.values()}
     for column in columns:
         words = aliases_of(column.name) if len(column.name.strip()) > 1 else []
         if not words or column.unit is None or column.name in mapped or column.index in mapped:
             continue
         if not units.known(column.unit) or units.compatible(column.unit, "V") or units.compatible(column.unit, "1"):
+            continue
+        if units.spelled(column.unit) == "mA":
             continue
         if not any(units.compatible(column.unit, unit_of(w)) for w in words):
             raise Refusal(

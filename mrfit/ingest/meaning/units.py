@@ -71,6 +71,11 @@ SPELLINGS = {
     "counts": "1",
     "count": "1",
     "%": "percent",
+    **{f"{w}{mark}ft": "foot*lbf" for w in ("lb", "lbf") for mark in ("", "-", ".", " ")},
+    **{f"ft{mark}{w}": "foot*lbf" for w in ("lb", "lbs", "lbf") for mark in ("", "-", ".", " ")},
+    **{f"{w}{mark}in": "inch*lbf" for w in ("lb", "lbf") for mark in ("", "-", ".", " ")},
+    **{f"in{mark}{w}": "inch*lbf" for w in ("lb", "lbs", "lbf") for mark in ("", "-", ".", " ")},
+    "pounds": "lb",
     "kgf": "kgf",
     "kg-f": "kgf",
     "kp": "kgf",
@@ -96,6 +101,8 @@ CASE_SENSITIVE = {
     **{"g": "standard_gravity", "G": "flux_gauss", "kG": "kiloflux_gauss", "mG": "milliflux_gauss", "Gs": "flux_gauss"},
     **{"MM": "mm", "CM": "cm", "KN": "kN", "KV": "kV", "Kg": "kg", "mv": "mV"},  # no unit, or absurd, as written
 }
+WEIGHTS = {"lb": "lbf", "pound": "lbf", "klb": "kip", "oz": "ozf", "kg": "kgf"}
+"""Units of mass that test machines print for forces."""
 SINCE = re.compile(r"\s+since\b.*", re.IGNORECASE | re.DOTALL)
 """What follows a unit of time in ``days since 2024-01-01``."""
 TEMPERATURES = ("degC", "degF")
@@ -182,12 +189,21 @@ def _is_product(text: str) -> bool:
 @cache
 def compatible(text: str, unit: str) -> bool:
     """Whether a unit can be converted to ``unit``."""
-    written = spelled(text)
+    written = _meant(spelled(text), unit)
     if written == unit:
         return True
     if "rad" in unit or unit == "1":  # pint takes an angle for a pure number
         return bool(ANGLES.search(written)) == ("rad" in unit) and _same_dimension(written, unit)
     return _same_dimension(written, unit)
+
+
+def is_weight(text: str) -> bool:
+    """Whether a unit is one of mass, and that of a force where a column is called one."""
+    return spelled(text) in WEIGHTS
+
+
+def _meant(written: str, unit: str) -> str:
+    return WEIGHTS.get(written, written) if unit == "N" else written
 
 
 def _same_dimension(written: str, unit: str) -> bool:
@@ -204,7 +220,7 @@ def _plain(unit: str) -> str:
 @cache
 def to_unit(text: str, unit: str) -> Conversion:
     """Return the conversion from a written unit to ``unit``; both must be compatible."""
-    written = spelled(text)
+    written = _meant(spelled(text), unit)
     if written == unit:
         return Conversion(unit)
     quantity = _registry().Quantity
@@ -223,6 +239,8 @@ def to_si(text: str) -> Conversion:
         return Conversion(written)
     if written in TEMPERATURES:
         return to_unit(written, "degC")
+    if written in WEIGHTS:
+        return to_unit(written, "kg")
     if ANGLES.search(written) and compatible(written, "rad"):
         return to_unit(written, "rad")
     if ANGLES.search(written) and compatible(written, "rad/s"):

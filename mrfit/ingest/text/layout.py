@@ -342,5 +342,10 @@ def _belongs(name: str, unit: str) -> bool:
 
 def aliases_of(name: str) -> list[str]:
     """Return the canonical channels that a header calls by exactly this name."""
-    word = re.sub(r"[\s_]+", " ", name.strip().lower())
+    word = " ".join(words_of(name))
     return [c.name for c in CHANNELS.values() if word in {a.replace("_", " ") for a in (c.name, *c.aliases)}]
+
+
+def words_of(name: str) -> list[str]:
+    """Return the words of a name in lower-case letters: of ``Coil current``, ``coil_current`` and ``CoilCurrent``."""
+    return re.sub(r"(?<=[a-zà-ÿ])(?=[A-Z][a-zà-ÿ])", " ", name.strip()).lower().replace("_", " ").split()

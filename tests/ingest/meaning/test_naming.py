@@ -119,3 +119,114 @@ def test_gauss_and_gravity_differ_in_case_only() -> None:
 def test_ambiguous_assumed_and_unnamed_columns_are_said() -> None:
     _, findings = name_signals(_columns(("Load 1", "N"), ("Load 2", "N"), ("flux", None), ("q", None)), Rules(), "a")
     assert {f.kind for f in findings} == {"ambiguous-channel", "unit-assumed", "unnamed"}
+
+
+@pytest.mark.parametrize(
+    ("header", "channels"),
+    [
+        ([("Position Error", "mm"), ("Force", "N")], ["position_error", "force"]),
+        ([("Demand Position", "mm"), ("Position", "mm")], ["demand_position", "displacement"]),
+        ([("Force Limit", "kN"), ("F_set", "N"), ("Axial force", "N")], ["force_limit", "f_set", "force"]),
+        ([("ForceCommand", "N"), ("Max Load", "N")], ["forcecommand", "max_load"]),
+        ([("Weg Soll", "mm"), ("Weg", "mm")], ["weg_soll", "displacement"]),
+        ([("i_cmd", "A"), ("Coil current", "A")], ["i_cmd", "current"]),
+        ([("Target", "mm"), ("Kraft", "N")], ["target", "force"]),
+        ([("Actual position", "mm"), ("Load_Avg", "N")], ["displacement", "force"]),
+        ([("ResetForce", "N")], ["force"]),  # no word of its own
+    ],
+)
+def test_what_was_asked_for_is_not_what_was_measured(header: list[tuple[str, str]], channels: list[str]) -> None:
+    assert [name for name, _ in _names(*header)] == channels
+
+
+def test_a_demand_alone_is_said() -> None:
+    _, findings = name_signals(_columns(("Demand Position", "mm"), ("Load", "N")), Rules(), "log.csv")
+    assert [(f.kind, f.channel) for f in findings] == [("not-measured", "displacement")]
+
+
+@pytest.mark.parametrize(
+    ("header", "channels"),
+    [
+        ([("Force", "mA"), ("CH2", "A")], ["force_ma", "current"]),
+        ([("Load cell", "mA"), ("Coil current", "A")], ["load_cell", "current"]),
+        ([("Pressure sensor", "mA")], ["pressure_sensor"]),
+        ([("Loop current", "mA"), ("Coil current", "mA")], ["loop_current", "current"]),
+        ([("LVDT", "V"), ("Current", "A")], ["lvdt", "current"]),
+        ([("AI3", "mA")], ["current"]),  # from 0 to 3 mA
+        ([("Load current", "mA")], ["current"]),
+    ],
+)
+def test_amperes_of_a_sensor_are_no_coils(header: list[tuple[str, str]], channels: list[str]) -> None:
+    assert [name for name, _ in _names(*header)] == channels
+    check_wrong_dimension(_columns(*header), Rules(), "log.csv")
+
+
+@pytest.mark.parametrize(("low", "high", "name"), [(4.0, 20.0, "ai3"), (3.9, 12.0, "ai3"), (0.0, 20.0, "current")])
+def test_a_channel_that_stays_in_the_loop_of_sensors(low: float, high: float, name: str) -> None:
+    columns = (Column("AI3", "mA", np.linspace(low, high, 50), 0),)
+    assert [s.name for s in name_signals(columns, Rules(), "log.csv")[0]] == [name]
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "value", "channel"),
+    [
+        ("Displacement", "Mm", 10.0, "displacement_raw"),
+        ("Coil current", "MA", 2.0, "coil_current"),
+        ("Stroke", "km", 1.0, "stroke"),
+        ("Force", "GN", 1.0, "force_raw"),
+        ("Voltage", "MV", 24.0, "voltage_raw"),
+        ("Displacement", "mm", 10.0, "displacement"),
+        ("Force", "MN", 8.0, "force"),  # a damper of a bridge
+        ("Current", "kA", 3.0, "current"),
+    ],
+)
+def test_a_size_that_no_damper_has_is_not_believed(name: str, unit: str, value: float, channel: str) -> None:
+    columns = (Column(name, unit, value * np.cos(np.arange(200) / 9), 0),)
+    (signal,), findings = name_signals(columns, Rules(), "log.csv")
+    assert signal.name == channel
+    believed = signal.unit != ""
+    assert [f.kind for f in findings] == ([] if believed else ["implausible-size"])
+    if not believed:
+        assert np.max(signal.values) == pytest.approx(value)
+        rules = Rules(channels={"force" if "Force" in name else "displacement": ChannelRule(column=name, unit="N")})
+        if "Force" in name:  # whoever says the unit is believed
+            assert name_signals(columns, rules, "log.csv")[0][0].name == "force"
+
+
+def test_a_garbled_number_is_no_reason_to_doubt_a_unit() -> None:
+    values = np.cos(np.arange(200) / 9)
+    values[[3, 4]] = 1e12
+    (signal,), _ = name_signals((Column("Force", "kN", values, 0),), Rules(), "log.csv")
+    assert signal.name == "force"
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "newtons"),
+    [
+        ("Force", "lb", 4.4482216),
+        ("Axial Load 1", "lb", 4.4482216),
+        ("Load", "kg", 9.80665),
+        ("Force", "klb", 4448.2216),
+        ("Load", "LBS", 4.4482216),
+        ("LoadCell force", "pounds", 4.4482216),
+    ],
+)
+def test_pounds_and_kilograms_of_a_force(name: str, unit: str, newtons: float) -> None:
+    columns = _columns((name, unit))
+    check_wrong_dimension(columns, Rules(), "log.csv")
+    (signal,), findings = name_signals(columns, Rules(), "log.csv")
+    assert (signal.name, signal.unit) == ("force", "N")
+    assert signal.values[1] == pytest.approx(newtons, rel=1e-7)
+    assert [f.kind for f in findings] == (["unit-assumed"] if unit != "LBS" else [])
+
+
+def test_pounds_of_a_mass_stay_a_mass() -> None:
+    assert _names(("Mass", "lb"), ("Sample", "kg")) == [("mass", "kg"), ("sample", "kg")]
+
+
+def test_a_map_may_say_pounds() -> None:
+    rules = Rules(
+        channels={"force": ChannelRule(column="CH1", unit="lb"), "torque": ChannelRule(column=1, unit="ft-lb")}
+    )
+    signals, _ = name_signals(_columns(("CH1", None), ("CH2", None)), rules, "log.csv")
+    assert [float(s.values[1]) for s in signals] == [pytest.approx(4.4482216), pytest.approx(2 * 1.3558179)]
