@@ -75,7 +75,9 @@ def timed(source: Source, parts: Parts, files: dict[str, str], options: Sequence
         for name, text in {f"{p}.h": files[f"{p}.h"], f"{p}.c": files[f"{p}.c"], "main.c": main}.items():
             (place / name).write_text(text)
         program = place / "timed"
-        run_compiler(["-std=c99", "-O2", *options, place / f"{p}.c", place / "main.c", "-lm", "-o", program], "timer")
+        run_compiler(
+            ["-std=c99", "-O2", *options, place / f"{p}.c", place / "main.c", "-lm", "-o", program], folder, "timer"
+        )
         data = np.ascontiguousarray(rows.T).tobytes()
         found = subprocess.run([program], input=data, capture_output=True, check=True, text=False).stdout
     return float(found.split()[0])

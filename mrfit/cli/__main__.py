@@ -4,6 +4,11 @@ import atexit
 import os
 import sys
 
+from mrfit.core import current_folder
+
+# before anything is imported that may lie there
+current_folder.leave_out()
+
 from mrfit.cli.main import main as run
 
 

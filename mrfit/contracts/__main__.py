@@ -1,5 +1,10 @@
 """Check the items of a plug-in file: ``python -m mrfit.contracts FILE.py``; exit code 1 if one breaks its contract."""
 
+from mrfit.core import current_folder
+
+# before anything is imported that may lie there
+current_folder.leave_out()
+
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path

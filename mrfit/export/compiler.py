@@ -1,14 +1,13 @@
 """The C compiler of this machine, and programs made with it."""
 
 import os
-import shutil
-import subprocess
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from mrfit.core import children
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 
@@ -18,7 +17,7 @@ TRIED = ("gcc", "cc", "clang")
 def compiler() -> str | None:
     """Return the C compiler's path: that of the environment's ``CC``, else the first of ``TRIED``; None if none."""
     asked = os.environ.get("CC", "").strip()
-    return next((found for name in ((asked,) if asked else TRIED) if (found := shutil.which(name))), None)
+    return next((found for name in ((asked,) if asked else TRIED) if (found := children.program(name))), None)
 
 
 def required(what: str) -> str:
@@ -37,8 +36,8 @@ def required(what: str) -> str:
     return found
 
 
-def run_compiler(arguments: Sequence[str | Path], what: str) -> None:
-    """Run the compiler.
+def run_compiler(arguments: Sequence[str | Path], folder: Path, what: str) -> None:
+    """Run the compiler in a folder.
 
     Raises
     ------
@@ -47,10 +46,15 @@ def run_compiler(arguments: Sequence[str | Path], what: str) -> None:
     DataError
         If it refuses the code.
     """
-    done = subprocess.run([required(what), *map(str, arguments)], capture_output=True, text=True, check=False)
+    done = children.run([required(what), *arguments], folder)
     if done.returncode:
-        first = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr[:200])
-        raise DataError(f"{what}: the compiler refuses the code: {first.strip()}")
+        raise DataError(f"{what}: the compiler refuses the code: {fault(done.stderr)}")
+
+
+def fault(printed: bytes) -> str:
+    """Return the line of what a compiler printed that says what is wrong."""
+    text = printed.decode("utf-8", "replace")
+    return next((line for line in text.splitlines() if "error" in line), text[:200]).strip()
 
 
 class Compiled:
@@ -63,7 +67,7 @@ class Compiled:
         """Return output and in_range (N,) of inputs (C, N) whose steps are dt apart, one number or (N,)."""
         steps = np.broadcast_to(np.asarray(dt, dtype=np.float64), inputs.shape[1:])
         rows = np.ascontiguousarray(np.column_stack([steps, *inputs]))
-        done = subprocess.run([self.program], input=rows.tobytes(), capture_output=True, check=False)
+        done = children.run([self.program], self.program.parent, rows.tobytes())
         if done.returncode:
             text = done.stderr.decode("utf-8", "replace").strip().splitlines()
             raise DataError(f"the exported program fails: {text[0] if text else done.returncode}")
@@ -93,7 +97,7 @@ def compiled(files: Mapping[str, str], channels: int, options: Sequence[str] = (
         for name, text in files.items():
             (place / name).write_text(text, encoding="ascii")
         sources = [place / name for name in files if name.endswith(".c")]
-        run_compiler(["-std=c99", *options, *sources, "-lm", "-o", place / "program"], "--to c")
+        run_compiler(["-std=c99", *options, *sources, "-lm", "-o", place / "program"], place, "--to c")
     except BaseException:
         folder.cleanup()
         raise

@@ -7,8 +7,6 @@ import importlib.util
 import io
 import platform
 import re
-import subprocess
-import sys
 import uuid
 import zipfile
 from collections.abc import Mapping
@@ -17,6 +15,7 @@ from html import escape
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from mrfit.core import children
 from mrfit.errors import DataError
 from mrfit.export.c import compared, notes_of, rendered, user_inputs
 from mrfit.export.c_form import TEMPLATES, environment
@@ -150,13 +149,13 @@ def built_binaries(prefix: str, sources: Mapping[str, str], fmi: int) -> dict[tu
         # no paths of this machine in the library
         flags = [*FLAGS, f"-ffile-prefix-map={place}=."]
         library = place / "own"
-        run_compiler([*flags, "-fPIC", *code, "-lm", "-o", library], "--to fmu")
+        run_compiler([*flags, "-fPIC", *code, "-lm", "-o", library], place, "--to fmu")
         found[own[0 if fmi == 2 else 1], own[2]] = library.read_bytes()
         if importlib.util.find_spec("ziglang") is not None:
             for two, three, ending, target in PLATFORMS.values():
                 made = place / f"{target}.{ending}"
-                command = [sys.executable, "-m", "ziglang", "cc", "-target", target, *flags, *code, "-o", str(made)]
-                done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=place)
+                command = [*children.python("ziglang"), "cc", "-target", target, *flags, *code, "-o", str(made)]
+                done = children.run(command, place)
                 if done.returncode == 0 and (two, three) != own[:2]:
                     found[two if fmi == 2 else three, ending] = made.read_bytes()
     return found

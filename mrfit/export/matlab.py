@@ -1,8 +1,6 @@
 """MATLAB: one function file, which Octave runs too; the exported C, translated."""
 
 import re
-import shutil
-import subprocess
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -10,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from mrfit.core import children
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 from mrfit.export.c import Difference, compared, named, notes_of, user_inputs
@@ -17,6 +16,7 @@ from mrfit.export.c_context import Context
 from mrfit.export.c_form import TEMPLATES, environment
 from mrfit.export.c_parts import Parts, parts_of
 from mrfit.export.c_to_matlab import Kind, Translator, Value, struct_of
+from mrfit.export.compiler import fault
 from mrfit.export.head import CAUSALITY, head_lines
 from mrfit.export.source import Source
 from mrfit.export.stage import Files
@@ -119,7 +119,7 @@ def _parsed(text: str) -> Any:
 
 
 def _difference(source: Source, parts: Parts, text: str) -> Difference:
-    octave = shutil.which("octave-cli") or shutil.which("octave")
+    octave = children.program("octave-cli") or children.program("octave")
     if not source.stretches:
         return Difference(why_not="the fit's logs are not at hand")
     if octave is None:
@@ -155,9 +155,8 @@ def run_octave(octave: str, parts: Parts, text: str, inputs: Array, dt: float) -
         (place / "simulate.m").write_text(simulate, encoding="ascii")
         np.savetxt(place / "in.txt", np.column_stack([np.full(inputs.shape[1], dt), *inputs]), fmt="%.17g")
         command = [octave, "--no-gui", "--norc", "--quiet", "--eval", "simulate('in.txt', 'out.txt')"]
-        done = subprocess.run(command, cwd=place, capture_output=True, text=True, check=False)
+        done = children.run(command, place)
         if done.returncode or not (place / "out.txt").is_file():
-            first = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr[:200])
-            raise DataError(f"--to matlab: Octave refuses the function: {first.strip()}")
+            raise DataError(f"--to matlab: Octave refuses the function: {fault(done.stderr)}")
         found = np.loadtxt(place / "out.txt", ndmin=2)
     return found[:, 0], found[:, 1]

@@ -16,6 +16,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+from mrfit.core.current_folder import Hidden
 from mrfit.core.workers import interrupts_later
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -24,8 +25,13 @@ F = TypeVar("F", bound=Callable[..., Any])
 def _cache_folder() -> Path:
     sources = sorted(Path(__file__).parent.glob("*.py"))
     key = hashlib.sha256(b"".join(s.read_bytes() for s in sources)).hexdigest()[:16]
-    root = Path(os.environ.get("MRFIT_CACHE", os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")))
-    for parent in (root / "mrfit", Path(tempfile.gettempdir()) / f"mrfit-{_user()}"):
+    # a folder that is not named in full is one beside the logs, and what is compiled is code
+    caches = (os.environ.get("MRFIT_CACHE", ""), os.environ.get("XDG_CACHE_HOME", ""), os.path.expanduser("~/.cache"))
+    root = Path(next(filter(os.path.isabs, caches), os.path.abspath(os.sep)))
+    # which is the current folder where no other can be written to
+    shared = Path(tempfile.gettempdir())
+    parents = [root / "mrfit", *([shared / f"mrfit-{_user()}"] if shared != Path.cwd() else [])]
+    for parent in parents:
         folder = parent / f"kernels-{key}"
         if (parent == root / "mrfit" or _is_private(parent)) and _is_private(folder):
             return folder
@@ -52,10 +58,15 @@ def _is_private(folder: Path) -> bool:
     return not hasattr(os, "getuid") or (found.st_uid == os.getuid() and not found.st_mode & 0o022)
 
 
-os.environ.setdefault("NUMBA_CACHE_DIR", str(_cache_folder()))
+if not os.path.isabs(os.environ.get("NUMBA_CACHE_DIR", "")):
+    os.environ["NUMBA_CACHE_DIR"] = str(_cache_folder())
+# numba reads settings that lie in the current folder, as it is imported and again whenever it compiles
+SETTINGS = ".numba_config.yaml"
+with Hidden(SETTINGS):
+    import numba  # the cache folder must be set before
+from numba.core import config, event  # noqa: E402
 
-import numba  # noqa: E402  (the cache folder must be set before numba is imported)
-from numba.core import event  # noqa: E402
+config._config_fname = os.devnull
 from numba.extending import intrinsic  # noqa: E402
 
 

@@ -4,8 +4,10 @@ import io
 import os
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any
+
+from mrfit.core.current_folder import Hidden, is_left_out
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -59,10 +61,14 @@ THEME = {
 
 
 def import_matplotlib() -> None:
-    """Import matplotlib whatever MPLBACKEND says: figures are made without windows, and a wrong name would end it."""
+    """Import matplotlib whatever MPLBACKEND says: figures are made without windows, and a wrong name would end it.
+
+    A command reads no matplotlibrc that lies beside logs either.
+    """
     chosen = os.environ.pop("MPLBACKEND", None)
     try:
-        import matplotlib  # noqa: F401
+        with Hidden("matplotlibrc") if is_left_out() else nullcontext():
+            import matplotlib  # noqa: F401
     finally:
         if chosen is not None:
             os.environ["MPLBACKEND"] = chosen

@@ -4,27 +4,22 @@ Processes are for what holds the interpreter's lock half of its time, as fits an
 as long as one.
 """
 
-import multiprocessing
 import os
 import signal
-import sys
 import threading
 import time
 from collections.abc import Generator, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from contextlib import contextmanager, suppress
 from itertools import islice
 from multiprocessing.connection import Connection
 from typing import Any
 
+from mrfit.core import children
 from mrfit.core.executors.items import Ended, Make, end_of, made_here, made_of, packed
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import MrfitError
 
-# How processes begin. A fork of this one would copy locks that other threads hold; one of a server that has imported
-# what is needed, and has no threads, costs once a command 0.7 s (fit), 0.5 s (report) or 2 s (discover) of processor
-# time, for imports and for compiled kernels, which a fork inherits. Elsewhere than on Linux no fork is safe.
-START = "forkserver" if sys.platform == "linux" else "spawn"
 KILLED = (
     "a worker process has ended: there may be too little memory, or a script may start work outside of "
     "`if __name__ == '__main__':`; try --jobs 1"
@@ -140,7 +135,7 @@ def _pool(jobs: int, module: str) -> "_Pool":
 
 
 class _Pool:
-    """Processes with a way to tell of their progress, and a pipe at whose end they end.
+    """Processes that are kept.
 
     Parameters
     ----------
@@ -152,13 +147,7 @@ class _Pool:
 
     def __init__(self, jobs: int, module: str) -> None:
         self.jobs = jobs
-        context: Any = multiprocessing.get_context(START)
-        if START == "forkserver":
-            context.set_forkserver_preload([module])
-        self.told = context.SimpleQueue()
-        self.ending, self.open = context.Pipe(duplex=False)
-        begin = (self.told, self.ending, dict(os.environ))
-        self.executor = ProcessPoolExecutor(jobs, context, _begin, begin)
+        self.executor = children.Pool(jobs, module, _begin)
 
     def submit(self, sent: bytes, progress: Progress) -> "Future[bytes]":
         """Have an item made by one of the processes."""
@@ -173,14 +162,14 @@ class _Pool:
 
     def end(self) -> None:
         """End the processes, whatever they are at."""
-        self.open.close()
+        self.executor.open.close()
         self.executor.shutdown(wait=True, cancel_futures=True)
-        self.ending.close()
+        self.executor.ending.close()
 
     def hear(self, progress: Progress) -> None:
         """Tell what the processes have told of their progress."""
-        while not self.told.empty():
-            progress(*self.told.get())
+        while not self.executor.told.empty():
+            progress(*self.executor.told.get())
 
 
 # Pools that wait for the next call; what a fork inherits of them is not its own
@@ -218,7 +207,7 @@ def _begin(told: Any, ending: Connection, environment: dict[str, str]) -> None:
     """Prepare a process."""
     # an interrupt goes to all processes of a terminal, and the parent ends this one
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    os.environ.update(environment)
+    children.take_environment(environment)
     _TOLD[:] = [told]
     threading.Thread(target=_end_with, args=(ending,), daemon=True).start()
 

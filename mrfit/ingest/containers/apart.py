@@ -6,7 +6,6 @@ import errno
 import os
 import pickle
 import signal
-import subprocess
 import sys
 import threading
 from collections.abc import Callable
@@ -14,7 +13,7 @@ from dataclasses import replace
 from importlib import import_module
 from typing import IO, Any
 
-from mrfit.core import plugins, registry
+from mrfit.core import children, plugins, registry
 from mrfit.ingest.containers.memory import held_to, out_of_memory
 from mrfit.ingest.refusal import Passing, Refusal
 from mrfit.ingest.table import Source, Table
@@ -59,7 +58,7 @@ class Worker:
 
     def __init__(self) -> None:
         self.lock = threading.Lock()
-        self.process: subprocess.Popen[bytes] | None = None
+        self.process: children.Process | None = None
 
     def call(self, seconds: float, function: Callable[..., Any], *arguments: object) -> Any:
         """Return ``function(*arguments)``, or raise what it raises.
@@ -73,7 +72,7 @@ class Worker:
         """
         with self.lock:
             if self.process is None or self.process.poll() is not None:
-                self.process = _start()
+                self.process = children.answering("mrfit.ingest.containers.apart")
             process, late = self.process, threading.Event()
             watch = threading.Timer(WAITING * seconds if HAS_TIMER else seconds, _stop, (process, late))
             watch.start()
@@ -99,20 +98,12 @@ class Worker:
             self.process = None
 
 
-def _stop(process: "subprocess.Popen[bytes]", late: threading.Event) -> None:
+def _stop(process: children.Process, late: threading.Event) -> None:
     late.set()
     process.kill()
 
 
-def _start() -> "subprocess.Popen[bytes]":
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)}
-    command = [sys.executable, "-m", "mrfit.ingest.containers.apart"]
-    return subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
-    )
-
-
-def _end(process: "subprocess.Popen[bytes]") -> None:
+def _end(process: children.Process) -> None:
     process.kill()
     for pipe in (process.stdin, process.stdout):
         with contextlib.suppress(OSError):
