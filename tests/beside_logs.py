@@ -1,4 +1,4 @@
-"""A folder of logs with code beside them that leaves a mark when it is run, and every command and call that there is."""
+"""Logs with code beside them that leaves a mark when it is run, and every command and call that there is."""
 
 import json
 import os
@@ -6,7 +6,6 @@ import stat
 import subprocess
 import sys
 import time
-from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -28,8 +27,8 @@ RIG = """
 [rig]
 seconds = 20
 stroke = "2 cm"
+acceleration = 20
 speed = "0.4 m/s"
-rate = "300 Hz"
 current = "2 A"
 """
 LOGS = ("zero.csv", "half.csv", "one.csv", "two.csv")
@@ -78,7 +77,7 @@ import mrfit
 if __name__ == "__main__":
     for name in sys.argv[1].split(","):
         mrfit.read(f"sample-{name}")
-    recordings = [mrfit.read(name) for name in ("zero.csv", "half.csv", "one.csv", "two.csv")]
+    recordings = mrfit.read(["zero.csv", "half.csv", "one.csv", "two.csv"])
     result = mrfit.fit(recordings, "tanh", per="condition", jobs=2)
     result.plot()
     mrfit.predict(result, recordings)
@@ -158,11 +157,6 @@ class Beside:
         return sorted(p.name for p in self.marks.iterdir())
 
 
-def names(commands: Iterable[tuple[str, ...]]) -> set[str]:
-    """Return the names of commands."""
-    return {words[0] for words in commands}
-
-
 if __name__ == "__main__":
     import tempfile
 
@@ -171,6 +165,14 @@ if __name__ == "__main__":
         for words in COMMANDS:
             begin = time.time()
             done = beside.command(*words)
-            print(f"{time.time() - begin:.1f}", done.returncode, json.dumps(words), beside.run(), done.stdout[-300:], done.stderr[-600:], sep="\n   ")
+            print(
+                f"{time.time() - begin:.1f}",
+                done.returncode,
+                json.dumps(words),
+                beside.run(),
+                done.stdout[-300:],
+                done.stderr[-600:],
+                sep="\n   ",
+            )
         done = beside.calls()
         print(done.returncode, "calls", beside.run(), done.stdout[-300:], done.stderr[-900:], sep="\n   ")

@@ -25,15 +25,15 @@ F = TypeVar("F", bound=Callable[..., Any])
 def _cache_folder() -> Path:
     sources = sorted(Path(__file__).parent.glob("*.py"))
     key = hashlib.sha256(b"".join(s.read_bytes() for s in sources)).hexdigest()[:16]
-    # a folder that is not named in full is one beside the logs, and what is compiled is code
+    # a folder that is not named in full lies beside the logs, and what is compiled is code
     caches = (os.environ.get("MRFIT_CACHE", ""), os.environ.get("XDG_CACHE_HOME", ""), os.path.expanduser("~/.cache"))
-    root = Path(next(filter(os.path.isabs, caches), os.path.abspath(os.sep)))
-    # which is the current folder where no other can be written to
-    shared = Path(tempfile.gettempdir())
-    parents = [root / "mrfit", *([shared / f"mrfit-{_user()}"] if shared != Path.cwd() else [])]
+    own = [Path(folder) / "mrfit" for folder in filter(os.path.isabs, caches)][:1]
+    # the current folder where no other can be written to
+    common = Path(tempfile.gettempdir())
+    parents = [*own, *([common / f"mrfit-{_user()}"] if common != Path(os.path.abspath("")) else [])]
     for parent in parents:
         folder = parent / f"kernels-{key}"
-        if (parent == root / "mrfit" or _is_private(parent)) and _is_private(folder):
+        if (parent in own or _is_private(parent)) and _is_private(folder):
             return folder
     # somebody else made folders of these names: compiled code from there would be theirs
     folder = Path(tempfile.mkdtemp(prefix="mrfit-kernels-"))

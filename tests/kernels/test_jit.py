@@ -66,6 +66,20 @@ def test_without_a_folder_of_the_user_the_cache_is_private_and_kept(no_home: Pat
     assert _cache_folder() == folder
 
 
+@pytest.mark.parametrize("cache", ["", ".", "cache"])
+def test_a_cache_beside_the_logs_is_not_used(cache: str, no_home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    logs = no_home.parent / "logs"
+    logs.mkdir()
+    monkeypatch.chdir(logs)
+    for name in ("MRFIT_CACHE", "XDG_CACHE_HOME", "HOME"):
+        monkeypatch.setenv(name, cache)
+    assert _cache_folder().is_relative_to(no_home)
+    monkeypatch.setattr(tempfile, "tempdir", str(logs))
+    first, second = _cache_folder(), _cache_folder()
+    # what is made anew was not laid there
+    assert first != second and is_private(first)
+
+
 @pytest.mark.parametrize("trap", ["open", "link", "another's", "open within"])
 def test_a_cache_that_somebody_else_may_have_made_is_not_used(
     trap: str, no_home: Path, monkeypatch: pytest.MonkeyPatch
