@@ -71,8 +71,8 @@ def test_a_cache_beside_the_logs_is_not_used(cache: str, no_home: Path, monkeypa
     logs = no_home.parent / "logs"
     logs.mkdir()
     monkeypatch.chdir(logs)
-    for name in ("MRFIT_CACHE", "XDG_CACHE_HOME", "HOME"):
-        monkeypatch.setenv(name, cache)
+    for name, value in (("MRFIT_CACHE", cache), ("XDG_CACHE_HOME", cache), ("HOME", "home")):
+        monkeypatch.setenv(name, value)
     assert _cache_folder().is_relative_to(no_home)
     monkeypatch.setattr(tempfile, "tempdir", str(logs))
     first, second = _cache_folder(), _cache_folder()
