@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from mrfit.core import children
 from mrfit.core.executors import processes
 from mrfit.core.executors.order import in_processes
 from mrfit.core.progress import Progress, silent
@@ -119,7 +120,7 @@ def test_each_process_tells_its_progress_here() -> None:
 @pytest.fixture
 def spawned(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Processes as on macOS and Windows."""
-    monkeypatch.setattr(processes, "START", "spawn")
+    monkeypatch.setattr(children, "START", "spawn")
     monkeypatch.setattr(processes, "_IDLE", [])
     yield
     for pool in processes._IDLE:
@@ -328,3 +329,18 @@ def _eventually(found: Callable[[], list[int]], count: int) -> list[int]:
     while len(found()) < count and time.monotonic() < end:
         time.sleep(0.02)
     return found() if len(found()) >= count else []
+
+
+def of_the_environment(item: str, told: Progress) -> str | None:
+    return os.environ.get(item)
+
+
+def test_a_process_has_the_environment_of_this_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(processes, "_IDLE", [])
+    monkeypatch.setenv("A_NAME", "a value")
+    monkeypatch.setenv("PATH", os.environ["PATH"] + os.pathsep)
+    before = dict(os.environ)
+    # those that only its start needed, or a program started in it would have them too
+    names = ["A_NAME", "PATH", "PYTHONSAFEPATH", "PYTHONPATH"]
+    assert list(in_processes(of_the_environment, names, 2, silent)) == [before.get(name) for name in names]
+    assert dict(os.environ) == before
