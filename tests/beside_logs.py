@@ -29,7 +29,7 @@ seconds = 20
 stroke = "2 cm"
 acceleration = 20
 speed = "0.4 m/s"
-current = "2 A"
+current = ["0 A", "2 A"]
 """
 LOGS = ("zero.csv", "half.csv", "one.csv", "two.csv")
 PIPELINE = """
