@@ -17,6 +17,9 @@ from mrfit.ingest.text.layout import TIME_NAMES, name_and_unit
 
 INTERVALS = ("ts", "dt", "delta_t", "sample_time", "sampletime", "sample_interval", "wf_increment")
 RATES = ("fs", "rate", "sample_rate", "samplerate", "sampling_rate", "samplingrate")
+DECIMATIONS = ("decimation", "decimation_factor", "decimate", "downsampling", "downsample")
+ALIKE = 1e-3
+"""Relative difference of intervals that are one, printed or computed differently."""
 WIDEST = 64
 """A matrix with more columns than this is no set of channels."""
 
@@ -179,14 +182,15 @@ def _table(
     names: list[str], times: list[str], arrays: Arrays, order: Mapping[str, int], findings: tuple[Finding, ...]
 ) -> Table:
     columns = {n: _column(n, arrays, order[n]) for n in names}
+    dt, unclear = (None, ()) if times else _stated(names, arrays)
     rows = len(arrays.signals[names[0]])
     copies = {n for n in times if _equal(arrays.signals[n], arrays.signals[times[0]])}
     return Table(
         tuple(columns[n] for n in names if n not in copies),
         series.counted(rows, series.in_memory(arrays.signals[names[0]])),
         time=columns[times[0]] if times else None,
-        dt=None if times else _stated(arrays.scalars),
-        findings=findings,
+        dt=dt,
+        findings=(*findings, *unclear),
     )
 
 
@@ -195,12 +199,22 @@ def _column(name: str, arrays: Arrays, index: int) -> Column:
     return Column(bare, arrays.units.get(name) or unit, arrays.signals[name], index)
 
 
-def _stated(scalars: Mapping[str, float]) -> float | None:
-    """Return the sample interval that a scalar states, or None."""
-    for name, value in scalars.items():
-        word = name.rpartition(".")[2].lower()
-        if value > 0.0 and word in INTERVALS:
-            return value
-        if value > 0.0 and word in RATES:
-            return 1.0 / value
-    return None
+def _stated(names: Sequence[str], arrays: Arrays) -> tuple[float | None, tuple[Finding, ...]]:
+    """Return the sample interval that scalars state for these arrays, or None, and a finding where they disagree."""
+    intervals: dict[str, float] = {}
+    for name, value in arrays.scalars.items():
+        of, _, word = name.rpartition(".")
+        word = word.lower()
+        if value <= 0.0 or of in arrays.signals and of not in names:
+            continue
+        if word in (*INTERVALS, *RATES):
+            intervals[f"{name} = {value:g}"] = value if word in INTERVALS else 1.0 / value
+        elif word in DECIMATIONS and value != 1.0:
+            intervals[f"{name} = {value:g}"] = np.nan
+    if not any(np.isfinite(dt) for dt in intervals.values()):
+        return None, ()
+    first = next(iter(intervals.values()))
+    if all(abs(dt / first - 1.0) < ALIKE for dt in intervals.values()):
+        return first, ()
+    text = f"the file states {' and '.join(intervals)}: not used"
+    return None, (Finding("rate-unclear", "", None, text),)

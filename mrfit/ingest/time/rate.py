@@ -2,28 +2,77 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from mrfit.core.recording import Finding
 from mrfit.ingest.meaning import units
+from mrfit.ingest.refusal import excerpt
 from mrfit.ingest.table import Table
 from mrfit.ingest.text.layout import name_and_unit
 
 STATED = re.compile(
-    r"((?:sampl(?:e|ing)|acquisition|scan)[ _]*(rate|frequency|interval|period|time)\b[^0-9+-]*?)"
-    r"\+?((?:\d(?:\d|[.,'](?=\d))*\.?|\.\d+)(?:[ \u00a0\u202f]\d{3}(?!\d))*)(e[+-]?\d+)?(?!\d|[:/-]\d)"
-    r"[ \u00a0]*([a-zµ/]*)[\s,;]*([a-zµ/]*)",
+    r"(?P<label>(?:(?:sampl(?:e|ing)|acquisition|scan)|(?P<other>(?:log(?:g(?:ing|ed))?|record(?:ing)?|stor(?:e|ed|age|ing)"
+    r"|sav(?:e|ed|ing)|data|writ(?:e|ing)|export|reduced|effective)(?=[ _]*(?:rate|interval|frequency))))"
+    r"[ _]*(?P<word>rate|frequency|interval|period|time)\b[^0-9+-]*?)"
+    r"\+?(?P<number>(?:\d(?:\d|[.,'](?=\d))*\.?|\.\d+)(?:[ \u00a0\u202f]\d{3}(?!\d))*)(?P<power>e[+-]?\d+)?"
+    r"(?!\d|[:/-]\d)[ \u00a0]*(?P<behind>[a-zµ/]*)[\s,;]*(?P<beside>[a-zµ/]*)",
     re.IGNORECASE,
 )
 """Label with its word, number, power of ten, the unit behind it, and what stands in the next field."""
+OTHERWISE = re.compile(
+    r"\b(?:max\w*|min(?:imum|imal|\.)?|highest|lowest|fastest|limits?|up to|displays?|screen|updates?|refresh|plot"
+    r"|graph|chart|preview|view|length|duration|record(?:ing)? (?:time|period)"
+    r"|of (?:the )?(?:record|recording|test|run|file)|total|aggregate|overall|filter\w*|cut-?off|bandwidth"
+    r"|requested|target|default|available|possible|supported|original|internal|raw|adc|over-?sampl\w*|video|camera|servo|control(?:ler)?|loop|before|prior|capab\w*)\b",
+    re.IGNORECASE,
+)
+"""Words beside a rate that need not be the rate of the rows."""
+ROUGHEST = 0.02
+"""Rates that differ by more are two, however few digits they have."""
+LONG = 0.5
+"""Period or time in s from which a header may mean the length of a record."""
+DECIMATION = re.compile(
+    r"decimat\w*|(?:down|sub|under)-?sampl\w*|thinn\w*|data reduction|reduction (?:factor|ratio)|block averag\w*"
+    r"|skip(?:ped|ping)? (?:factor|samples?|points?)",
+    re.IGNORECASE,
+)
+"""Labels of a number of samples for each one that was kept."""
+NONE = re.compile(
+    r"[ _]*(?:factor|ratio|rate|by|of)?\W*(?:none|off|no|not? (?:used|active)|disabled|false|[01](?:[.,]0*)?|1:1)?\W*",
+    re.IGNORECASE,
+)
+"""What stands behind where nothing was left out."""
+THINNED = re.compile(
+    r"(?:every|each) (?:\d+ ?(?:st|nd|rd|th)|\d+ (?=sample|point|scan|value|reading)|other|second|third|fourth|fifth"
+    r"|eighth|tenth|hundredth) (?:sample|point|row|scan|value|reading|datum)"
+    r"|averag\w* (?:over |of |every )?\d+ (?:samples|points|values)",
+    re.IGNORECASE,
+)
+"""Statements that not every sample was kept."""
 GROUPED = re.compile(r"[1-9]\d{0,2}([., '\u00a0\u202f])\d{3}((?:\1\d{3})*(?:[.,]\d+)?)")
 """A number whose first mark may part thousands, and what follows on the first group."""
+
+
+@dataclass(frozen=True, slots=True)
+class Statement:
+    """An interval in s that a header states in certain words, and how far its last digit leaves it open, relatively."""
+
+    text: str
+    interval: float
+    open: float
+
+    def agrees(self, other: "Statement") -> bool:
+        """Whether both may be of one interval."""
+        return abs(self.interval / other.interval - 1.0) <= self.open + other.open + 1e-6
 
 
 def stated_interval(
     lines: Sequence[str], delimiter: str = ",", decimal: str = "."
 ) -> tuple[float | None, tuple[Finding, ...]]:
-    """Return the sample interval in s that a header line states, or None, and a finding if it can be read in two ways.
+    """Return the sample interval in s that a header states, or None, and a finding if it states none without a doubt.
+
+    In doubt are numbers that can be read in two ways, rates that differ, rates of a display or at most, lengths of a
+    record, and a rate beside a decimation.
 
     Parameters
     ----------
@@ -32,21 +81,70 @@ def stated_interval(
     delimiter, decimal
         Of the rows; ``decimal`` is empty where they do not show it.
     """
+    clear: list[Statement] = []
+    rivals: list[Statement] = []
+    doubtful: list[str] = []
     for line in lines:
-        if not (match := STATED.search(line)):
-            continue
-        label, word, number, power, behind, beside = match.groups("")
-        kind = "Hz" if word.lower() in ("rate", "frequency") else "s"
-        unit = _unit(behind, name_and_unit(label.rstrip(' \t:=,;"'))[1], beside, kind)
-        if unit is None:
-            continue
-        plain = _plain(number.rstrip("."), delimiter, decimal, bool(behind))
-        if plain is None:
-            text = f"the header's '{match[0].strip(' ,;')}' can be read in more than one way: not used"
-            return None, (Finding("rate-unclear", "", None, text),)
-        if (value := float(plain + power)) > 0.0:
-            return interval(value, unit), ()
-    return None, ()
+        for match in STATED.finditer(line):
+            found = _statement(match, delimiter, decimal)
+            if isinstance(found, str):
+                return None, (_unclear(f"the header's '{found}' can be read in more than one way"),)
+            if found is None:
+                continue
+            if match["other"]:
+                rivals.append(found)
+            elif OTHERWISE.search(_around(match)) or _is_duration(match, found):
+                doubtful.append(found.text)
+            else:
+                clear.append(found)
+    if not clear:
+        said = doubtful + [r.text for r in rivals]
+        return None, (_unclear(f"the header's '{said[0]}' may not be the rate of the rows"),) if said else ()
+    if other := next((s for s in (*clear, *rivals) if not s.agrees(clear[0])), None):
+        return None, (_unclear(f"the header states '{clear[0].text}' and '{other.text}'"),)
+    if thinned := next((line for line in lines if _is_decimation(line)), None):
+        text = f"the header states '{clear[0].text}' and '{excerpt(thinned)}', and not which rate the rows have"
+        return None, (_unclear(text),)
+    return min(clear, key=lambda s: s.open).interval, ()
+
+
+def _unclear(text: str) -> Finding:
+    return Finding("rate-unclear", "", None, f"{text}: not used")
+
+
+def _statement(match: re.Match[str], delimiter: str, decimal: str) -> Statement | str | None:
+    """Return what a header states, or its text where a mark may mean two things; None where it is no rate."""
+    label, word, number, power, behind, beside = match.group("label", "word", "number", "power", "behind", "beside")
+    text, kind = match[0].strip(" ,;\t"), "Hz" if word.lower() in ("rate", "frequency") else "s"
+    unit = _unit(behind, name_and_unit(label.rstrip(' \t:=,;"'))[1], beside, kind)
+    if unit is None:
+        return None
+    plain = _plain(number.rstrip("."), delimiter, decimal, bool(behind))
+    if plain is None:
+        return text
+    value = float(plain + (power or ""))
+    if value <= 0.0:
+        return None
+    # a whole number is meant as it stands
+    last = 0.5 * 10.0 ** (int((power or "e0")[1:]) - len(plain.partition(".")[2])) if "." in plain or power else 0.0
+    return Statement(text, interval(value, unit), min(last / value, ROUGHEST))
+
+
+def _around(match: re.Match[str]) -> str:
+    """Return the part of a line in which a statement stands."""
+    before, behind = match.string[: match.start()], match.string[match.end() :]
+    return (re.split(r"[,;|\t]", before)[-1] + match[0] + re.split(r"[;|\t]", behind)[0]).replace("_", " ")
+
+
+def _is_duration(match: re.Match[str], found: Statement) -> bool:
+    """Whether a time or a period is so long that it may be the length of the record."""
+    return match["word"].lower() in ("time", "period") and found.interval >= LONG
+
+
+def _is_decimation(line: str) -> bool:
+    """Whether a line says that not every sample was kept."""
+    label = DECIMATION.search(line)
+    return bool(THINNED.search(line)) or label is not None and not NONE.fullmatch(line[label.end() :])
 
 
 def with_rate(table: Table, lines: Sequence[str], delimiter: str = ",", decimal: str = ".") -> Table:

@@ -86,3 +86,29 @@ def test_no_vector_is_refused() -> None:
     arrays.add("gain", 4.0)
     with pytest.raises(Refusal, match="no numeric array"):
         tables_of(arrays, _source())
+
+
+@pytest.mark.parametrize(
+    ("scalars", "dt"),
+    [
+        ({"fs": 500.0, "dt": 0.002}, 0.002),
+        ({"fs": 3004.8, "dt": 0.0003328}, 1.0 / 3004.8),
+        ({"fs": 500.0, "decimation": 1.0}, 0.002),
+        ({"fs": 500.0, "dt": 0.01}, None),
+        ({"sample_rate": 5000.0, "Decimation": 10.0}, None),
+        ({"force.sample_rate": 500.0, "current.sample_rate": 1000.0}, None),
+    ],
+)
+def test_a_rate_of_scalars_is_believed_where_nothing_speaks_against_it(
+    scalars: dict[str, float], dt: float | None
+) -> None:
+    arrays = Arrays({"force": np.arange(9.0), "current": np.arange(9.0)}, scalars=scalars)
+    (table,) = tables_of(arrays, _source())
+    assert table.dt == (None if dt is None else pytest.approx(dt))
+    assert [f.kind for f in table.findings] == ([] if dt else ["rate-unclear"])
+
+
+def test_each_array_may_have_its_own_rate() -> None:
+    arrays = Arrays({"force": np.arange(9.0), "current": np.arange(18.0)})
+    arrays.scalars = {"force.fs": 500.0, "current.fs": 1000.0}
+    assert [(t.rows, t.dt) for t in tables_of(arrays, _source())] == [(18, 1e-3), (9, 2e-3)]

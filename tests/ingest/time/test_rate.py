@@ -77,3 +77,61 @@ def test_a_column_that_holds_the_rate_may_have_a_unit(read_log: ReadLog) -> None
     rows = "".join(f"{k / 7:.3f},{k % 7},{2 if k == 0 else ''}\n" for k in range(100))
     (record,) = read_log(f"Displacement (mm),Force (N),Sample rate (kHz)\n{rows}")
     assert record.dt == pytest.approx(5e-4)
+
+
+@pytest.mark.parametrize(
+    ("header", "rate"),
+    [
+        ("Display update sample rate,10,Hz\nAcquisition sample rate,500,Hz", 500.0),
+        ("Sample rate: 500 Hz\nMax sample rate: 100000 Hz", 500.0),
+        ("Sampling rate (maximum): 1000\nSampling rate: 500", 500.0),
+        ("Sample rate,500\nSampling interval,0.002", 500.0),
+        ("Sample rate: 30 Hz\nSample interval: 0.0333 s", 30.0),
+        ("Sample rate: 500 Hz\nLogging interval: 2 ms", 500.0),
+        ("Total samples: 1500, sample rate: 500 Hz", 500.0),
+        ("Sample rate: 500 Hz\nDecimation: 1", 500.0),
+        ("Sample rate: 500 Hz\nDecimation factor,none", 500.0),
+        ("Sample rate: 500 Hz\nTest frequency: 2 Hz\nFilter frequency: 100 Hz", 500.0),
+        ("Sample rate: 1000 Hz\nSample rate: 500 Hz", None),
+        ("Sample rate: 500 Hz\nSampling interval: 0.01 s", None),
+        ("Acquisition rate: 1000 Hz\nStorage rate: 500 Hz", None),
+        ("Scan rate,5000\nLogged interval,2,ms", None),
+        ("Max sample rate: 500 Hz", None),
+        ("Sample rate: 500 Hz (max)", None),
+        ("max_sample_rate = 500", None),
+        ("Display sample rate: 10", None),
+        ("Sample rate of the display: 25 Hz", None),
+        ("Aggregate sample rate: 4000 Hz", None),
+        ("Sampling period of the record: 3 s", None),
+        ("Acquisition time: 3 s", None),
+        ("Sampling time (record length): 0.4", None),
+        ("Sample rate: 5000 Hz\nDecimation: 10", None),
+        ("Sample rate: 5000 Hz, decimated by 10", None),
+        ("Sample rate,5000\nDown-sampling factor,10", None),
+        ("Sampling rate: 5000\nStored every 10th sample", None),
+        ("Sampling rate: 5000\nAveraging over 10 samples", None),
+        ("Logging rate: 500 Hz", None),
+    ],
+)
+def test_a_rate_is_believed_where_nothing_speaks_against_it(header: str, rate: float | None) -> None:
+    found, findings = stated_interval(header.split("\n"))
+    assert found == (None if rate is None else pytest.approx(1.0 / rate))
+    assert [f.kind for f in findings] == ([] if rate else ["rate-unclear"])
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Display update sample rate,10,Hz",
+        "Sample rate,1000,Hz\nSample rate,250,Hz",
+        "Sample rate,5000,Hz\nDecimation,10",
+    ],
+)
+def test_the_times_decide_over_a_doubtful_rate_and_without_them_it_is_asked_for(header: str, read_log: ReadLog) -> None:
+    rows = [(0.002 * k, k % 7) for k in range(100)]
+    (record,) = read_log(f"{header}\nTime (s),Force (N)\n" + "".join(f"{t:.3f},{v}\n" for t, v in rows))
+    assert record.dt == pytest.approx(2e-3)
+    with pytest.raises(Refusal, match=r"no sample rate .*not used.*rate = HZ"):
+        read_log(f"{header}\nForce (N),Disp (mm)\n" + "".join(f"{v},{v / 9:.4f}\n" for _, v in rows))
+    (record,) = read_log(f"{header}\nForce (N)\n" + "".join(f"{v}\n" for _, v in rows), channel_map="rate = 500\n")
+    assert record.dt == pytest.approx(2e-3)
