@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from mrfit.export.stage import Written
 
 COLUMNS = ("parameter", "condition", "value", "unit", "low", "high", "bound_low", "bound_high", "at_bound")
-SHOWN = ("value", "unit", "low", "high", "identifiable")
+SHOWN = ("value", "unit", "low", "high", "determined")
 # Sets of parameters that are printed in full
 FEW = 3
 
@@ -84,7 +84,7 @@ class FitResult:
             for derived, some in ((False, result.parameters), (True, result.derived))
             for p in some
         ]
-        return frame_of(rows, (*COLUMNS, "identifiable", "fixed", "derived", "text"), "parameter")
+        return frame_of(rows, (*COLUMNS, "determined", "identifiable", "fixed", "derived", "text"), "parameter")
 
     @property
     def metrics(self) -> "DataFrame":

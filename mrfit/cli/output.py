@@ -127,7 +127,7 @@ def fit(summary: Summary, work: Path) -> None:
     title = f"Fit {summary['name']}: {summary['model']} by {summary['optimizer']}, seed {summary['seed']}"
     _errors(title + _state(summary), summary)
     for result in summary["results"][: 3 if len(summary["results"]) <= 3 else 1]:
-        names = ("name", "value", "unit", "low", "high", "identifiable")
+        names = ("name", "value", "unit", "low", "high", "determined")
         rows = [numbers(p, names) for p in [*result["parameters"], *result["derived"]]]
         columns = ("parameter", "value", "unit", "95 % low", "95 % high", "determined")
         print_table(f"Parameters, {result['condition']}", columns, rows)

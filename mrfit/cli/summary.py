@@ -40,7 +40,9 @@ def fit(summary: Summary, work: Path) -> str:
     parts = [f"NRMSE {error}" for error in _errors(summary["metrics"])]
     if len(results) == 1:
         free = [p for p in results[0]["parameters"] if not p["fixed"]]
-        parts.append(f"{sum(p['identifiable'] for p in free)} of {count(len(free), 'parameter')} determined")
+        parts.append(
+            f"{sum(p['determined'] == 'well' for p in free)} of {count(len(free), 'parameter')} well determined"
+        )
     else:
         parts.append(f"{len(results)} sets of parameters")
     if warnings := len(summary["warnings"]) + sum(len(r["warnings"]) for r in results):

@@ -22,7 +22,7 @@ from mrfit.simulate.current_levels import assembly_of
 
 # Folder of finished searches, in that of their fit
 PARTIAL = ".partial"
-PARAMETER_COLUMNS = ("condition", "parameter", "value", "unit", "low", "high", "at_bound", "identifiable")
+PARAMETER_COLUMNS = ("condition", "parameter", "value", "unit", "low", "high", "at_bound", "identifiable", "determined")
 
 
 # What a reader of a damaged fit.json is to do

@@ -11,7 +11,7 @@ from mrfit.core.specs import Array
 from mrfit.fit.diagnostics.bootstrap import Interval
 from mrfit.fit.diagnostics.residual_tests import ALL
 from mrfit.fit.diagnostics.uncertainty import Uncertainty, sensitivities
-from mrfit.io.schemas.determined import State, state_of
+from mrfit.io.schemas.determined import State
 from mrfit.io.schemas.fit import Caution, Conditioning, MetricRow, Passivity, Quantity, ResidualTest, Result
 from mrfit.search.cube import Cube
 from mrfit.search.parts import Blocks
@@ -227,7 +227,7 @@ def warnings_of(
         warn("at-bound", f"{', '.join(bound)} ended at a bound: widen --bounds or fix the parameter")
     unknown = [p.name for p in result.parameters if not p.identifiable]
     if unknown:
-        determined = [d.name for d in result.derived if state_of(d) is State.WELL]
+        determined = [d.name for d in result.derived if d.determined is State.WELL]
         instead = f"; read {', '.join(determined)} instead" if determined else ""
         warn("not-identifiable", f"the data do not determine {', '.join(unknown)} one by one{instead}")
     if result.nonfinite:

@@ -3,20 +3,23 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from mrfit.io.schemas.determined import State, half_width, state_of
+from mrfit.io.schemas.determined import State
 from mrfit.io.schemas.fit import Fit, Quantity
 from mrfit.report.numbers import in_html, significant
 
 
 def words_of(q: Quantity) -> str:
     """Return how well a parameter is determined in words, empty where it is well or held."""
-    state = state_of(q)
-    if state is State.NOT:
+    if q.determined is State.NOT:
         return "not determined"
-    if state is not State.POORLY:
+    if q.determined is not State.POORLY:
         return ""
-    half = half_width(q)
-    return "poorly determined" + (f" (± {in_html(significant(100.0 * half, 2))} %)" if half else "")
+    if q.low is None or q.high is None:
+        return "poorly determined"
+    if q.low <= 0.0 <= q.high:
+        return "poorly determined (its interval holds zero)"
+    half = (q.high - q.low) / 2.0 / abs(q.value)
+    return f"poorly determined (± {in_html(significant(100.0 * half, 2))} %)"
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,7 @@ class Count:
 
 def counted(quantities: Iterable[Quantity]) -> Count:
     """Return how many of the parameters that were fitted the data determine."""
-    states = [state_of(q) for q in quantities]
+    states = [q.determined for q in quantities]
     numbers = [states.count(s) for s in (State.WELL, State.POORLY, State.NOT)]
     return Count(sum(numbers), *numbers)
 
@@ -61,7 +64,7 @@ def sentences(fit: Fit) -> list[str]:
     text = f"The data determine {count.well} of {count.free} parameters well"
     text += "".join(f", {n} {word}" for n, word in ((count.poorly, "poorly"), (count.undetermined, "not")) if n)
     if count.poorly and len(fit.results) == 1:
-        poor = [q for q in fit.results[0].parameters if state_of(q) is State.POORLY]
+        poor = [q for q in fit.results[0].parameters if q.determined is State.POORLY]
         text += f"; poorly: {', '.join(q.name + words_of(q).removeprefix('poorly determined') for q in poor)}"
     said = [text + "."]
     derived = counted(q for result in fit.results for q in result.derived)

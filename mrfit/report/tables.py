@@ -4,7 +4,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from mrfit.io.csv_table import csv_table
-from mrfit.io.schemas.determined import State, state_of
+from mrfit.io.schemas.determined import State
 from mrfit.io.schemas.fit import Fit, Quantity, Result
 from mrfit.report.latex import EMPTY, HEAD, Cell, Table, number, tables_tex, with_uncertainty, words
 from mrfit.report.numbers import escape_latex, in_html, unit_html, unit_latex
@@ -14,7 +14,7 @@ from mrfit.report.symbols import derived_symbol, symbols_of
 from mrfit.signal.metrics import METRICS
 from mrfit.simulate.current_dependence import Node, base_name, node_of
 
-PARAMETER_COLUMNS = ("condition", "parameter", "value", "unit", "low", "high", "at_bound", "identifiable")
+PARAMETER_COLUMNS = ("condition", "parameter", "value", "unit", "low", "high", "at_bound", "identifiable", "determined")
 METRIC_COLUMNS = ("condition", "role", "samples", *(m.name for m in METRICS), "noise_floor")
 ROLES = {"train": "training", "holdout": "hold-out"}
 COMPARISON_COLUMNS = (
@@ -161,8 +161,8 @@ def _value(q: Quantity) -> Cell:
 
 MARKS: Sequence[tuple[str, str, Callable[[Quantity], bool]]] = (
     (r"{\ast}", "ended at a bound", lambda q: q.at_bound),
-    (r"{\dagger}", "not determined by the data", lambda q: state_of(q) is State.NOT),
-    (r"{\ddagger}", "poorly determined", lambda q: state_of(q) is State.POORLY),
+    (r"{\dagger}", "not determined by the data", lambda q: q.determined is State.NOT),
+    (r"{\ddagger}", "poorly determined", lambda q: q.determined is State.POORLY),
     (r"{\S}", "held fixed", lambda q: q.fixed),
 )
 """Signs behind values, what they mean, and to which they apply."""

@@ -1,7 +1,12 @@
+import json
+from dataclasses import replace
+
 import pytest
 
-from mrfit.io.schemas.determined import State, state_of
+from mrfit.io.schemas.determined import State
 from mrfit.io.schemas.fit import Quantity
+from mrfit.io.schemas.reading import of_json
+from mrfit.io.workspace import plain
 from mrfit.report.determined import counted, words_of
 
 
@@ -19,15 +24,15 @@ def quantity(value: float, low: float | None, high: float | None, bounds=(0.1, 1
         (quantity(10.0, None, None), State.NOT, "not determined"),
         (quantity(10.0, 9.0, 11.0, identifiable=False), State.NOT, "not determined"),
         (quantity(10.0, 10.0, 10.0, fixed=True), State.HELD, ""),
-        # an offset of about nothing, known to a hundredth of what it may be
-        (quantity(0.1, -0.9, 1.1, (-50.0, 50.0)), State.WELL, ""),
-        (quantity(0.1, -29.9, 30.1, (-50.0, 50.0)), State.POORLY, "poorly determined (± 30000 %)"),
-        # the same width beside zero is poor where the value cannot be zero
+        # not even the sign of an offset is known, however wide its bounds are
+        (quantity(5.7, -53.0, 64.0, (-1e5, 1e5)), State.POORLY, "poorly determined (its interval holds zero)"),
+        (quantity(0.0, -1.0, 1.0, (-1e5, 1e5)), State.POORLY, "poorly determined (its interval holds zero)"),
+        (quantity(-20.0, -24.0, -16.0, (-1e5, 1e5)), State.WELL, ""),
         (quantity(0.2, 0.1, 0.3, (0.1, 50.0)), State.POORLY, "poorly determined (± 50 %)"),
     ],
 )
 def test_states(q, state, words):
-    assert (state_of(q), words_of(q)) == (state, words)
+    assert (q.determined, words_of(q)) == (state, words)
 
 
 def test_held_parameters_do_not_count():
@@ -41,3 +46,11 @@ def test_held_parameters_do_not_count():
     )
     assert (found.free, found.well, found.poorly, found.undetermined) == (3, 1, 1, 1)
     assert found.words == "1 of 3, 1 poorly, 1 not"
+
+
+def test_files_hold_the_word_and_reading_judges_anew():
+    row = quantity(10.0, 9.0, 11.0)
+    text = json.dumps(plain(row))
+    assert json.loads(text)["determined"] == "well"
+    assert of_json(Quantity, text.replace("11.0", "19.0")).determined is State.POORLY
+    assert replace(row, low=None).determined is State.POORLY

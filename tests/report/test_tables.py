@@ -49,7 +49,7 @@ def test_parameters_carry_every_digit(fits):
         row = written[condition, q.name]
         assert float(row["value"]) == q.value
         assert (row["low"], row["high"]) == (("", "") if q.low is None else (repr(q.low), repr(q.high)))
-        assert (row["at_bound"], row["identifiable"]) == (str(q.at_bound), str(q.identifiable))
+        assert (row["at_bound"], row["determined"]) == (str(q.at_bound), q.determined)
 
 
 def test_metrics_have_a_pooled_row_per_role(fits):

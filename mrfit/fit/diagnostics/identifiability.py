@@ -121,7 +121,7 @@ def _pivots(null: Array) -> Index:
 
 def _summary(params: Sequence[Param], open_names: Sequence[str], uncertainty: Uncertainty) -> str:
     if not open_names:
-        return f"The data determine all {len(params)} parameters."
+        return f"The data tell all {len(params)} parameters apart."
     left = len(open_names) - uncertainty.null.shape[1]
     known = [p.name for p in params if p.name not in open_names]
     alone = f"{_and(known)} one by one, and " if known else ""

@@ -15,7 +15,7 @@ from mrfit.fit.diagnostics.residual_tests import input_dependence, varies
 from mrfit.fit.diagnostics.uncertainty import analyse
 from mrfit.fit.identify import Group, linearise, weights_of
 from mrfit.fit.result import conditioning, derived_rows, parameter_rows, passivity_rows, with_intervals
-from mrfit.io.schemas.determined import State, state_of
+from mrfit.io.schemas.determined import State
 from mrfit.io.schemas.fit import Caution, DriftRow, ResidualTest, Trust
 from mrfit.search.cube import Cube
 from mrfit.search.parts import Made, Part
@@ -73,7 +73,7 @@ def trust(
     elif intervals == "profile":
         profiles = profiled(folded, point, uncertainty, linearised)
         parameters = with_intervals(parameters, {p.profile.name: p.interval for p in profiles})
-    readable = [d.name for d in derived if state_of(d) is State.WELL]
+    readable = [d.name for d in derived if d.determined is State.WELL]
     segments = group.training.segments
     return Trust(
         intervals=intervals,

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Literal, Self
 from pydantic import field_validator, model_validator
 
 from mrfit.core.channels import unit_of
+from mrfit.io.schemas.determined import State, state_of
 from mrfit.io.schemas.reading import Document, Entry, Number, of_json, told
 from mrfit.io.schemas.stages import FluxSettings, SegmentSettings
 
@@ -16,7 +17,10 @@ FIT = "mrfit/fit/1"
 
 @dataclass(frozen=True, kw_only=True)
 class Quantity(Entry):
-    """A parameter or derived quantity; ``low`` to ``high`` is its 95 % interval, None where the data leave it open."""
+    """A parameter or derived quantity; ``low`` to ``high`` is its 95 % interval, None where the data leave it open.
+
+    ``determined`` follows from the others, by one rule for files, commands, results in Python and reports.
+    """
 
     name: str
     value: Number
@@ -29,6 +33,12 @@ class Quantity(Entry):
     at_bound: bool = False
     identifiable: bool = True
     fixed: bool = False
+    determined: State = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Judge how well the data determine the value."""
+        free = state_of(self.value, self.low, self.high) if self.identifiable else State.NOT
+        object.__setattr__(self, "determined", State.HELD if self.fixed else free)
 
     @property
     def bound(self) -> float | None:

@@ -34,7 +34,7 @@ def judged(intervals: Intervals = "hac", missing: float = 0.0, model: str = "bin
 def test_a_model_that_fits_is_determined_and_leaves_nothing_of_its_input() -> None:
     result = judged()
     assert result.conditioning.rank == 3
-    assert result.identifiability == ["The data determine all 3 parameters."]
+    assert result.identifiability == ["The data tell all 3 parameters apart."]
     assert [r.independent for r in result.residual_tests] == [True]
     assert all(p.low < p.value < p.high for p in result.parameters)
 
