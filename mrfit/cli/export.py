@@ -43,7 +43,7 @@ def export(
 ) -> None:
     """Write a fitted model as C, FMU, JSON, lookup tables, MATLAB, Modelica or SSP parameter sets.
 
-    Example: mrfit export --fit tanh.auto --to c --to fmu
+    Example: mrfit export --fit tanh.auto.all --to c --to fmu
     """
     with console.progress_bar() as progress:
         place = Place(out, condition, tuple(without or ()))

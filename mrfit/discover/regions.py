@@ -179,7 +179,7 @@ def beyond_training(bench: Bench, policy: Policy) -> list[str]:
             said.append(
                 f"held-out tests span {least:.3g} to {most:.3g} {unit} of {name.replace('_', ' ')}, training tests "
                 f"only {low:.3g} to {high:.3g} {unit}: there the model extrapolates; hold out other tests "
-                "(mrfit segment --holdout)"
+                "(`mrfit segment --holdout PATTERN`)"
             )
     return said
 

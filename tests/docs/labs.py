@@ -1,0 +1,123 @@
+"""Folders in which documented command lines are run: logs, a workspace with fits, and the files that pages name."""
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from tests import commands
+from tests.conftest import ROOT
+from tests.docs.pages import blocks
+
+RATE, SECONDS = 250.0, 5.0
+RIG = '[rig]\nseconds = 10\nstroke = "30 mm"\nspeed = 0.3\nforce = "4 kN"\ncurrent = 3\n'
+RESISTANCE = "resistance = 2.1\n"
+
+
+def prepare(name: str, folder: Path) -> None:
+    """Make the lab of a name in a folder."""
+    LABS[name](folder)
+
+
+def _run(folder: Path, line: str) -> None:
+    done = commands.text(folder, *line.split())
+    assert done.returncode == 0, f"mrfit {line}\n{done.stderr}"
+
+
+def _shared(folder: Path) -> None:
+    folder.mkdir(parents=True, exist_ok=True)
+    for shipped in ("datasets", "pipelines"):
+        (folder / shipped).symlink_to(ROOT / shipped)
+
+
+def _write(path: Path, **columns: np.ndarray) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    names = ",".join(name.rpartition("_")[0] for name in columns)
+    units = ",".join(name.rpartition("_")[2] for name in columns)
+    np.savetxt(
+        path, np.column_stack([*columns.values()]), delimiter=",", fmt="%.7g", header=f"{names}\n{units}", comments=""
+    )
+
+
+def _press(folder: Path, name: str, motion: tuple[float, float], current: float) -> None:
+    """Write the log of a sine of a frequency (Hz) and an amplitude (m) at a constant current."""
+    time, (frequency, amplitude) = np.arange(int(RATE * SECONDS)) / RATE, motion
+    phase = 2.0 * np.pi * frequency * time
+    velocity = amplitude * 2.0 * np.pi * frequency * np.cos(phase)
+    force = (100.0 + 300.0 * current) * np.tanh(60.0 * velocity) + (800.0 + 200.0 * current) * velocity
+    force += 3.0 * np.random.default_rng([int(1e3 * frequency), int(10 * current)]).standard_normal(len(time))
+    columns = {"displacement_mm": 1e3 * amplitude * np.sin(phase), "force_N": force}
+    _write(folder / f"{name}.csv", time_s=time, **columns, current_A=np.full(len(time), current))
+
+
+def damper(folder: Path) -> None:
+    """Make a damper on a press, with joint and separate fits."""
+    _shared(folder)
+    for current in range(4):
+        _press(folder / "logs", f"sine_2Hz_10mm_{current}A", (2.0, 0.010), current)
+    _press(folder / "logs", "sine_1Hz_10mm_1A", (1.0, 0.010), 1.0)
+    _press(folder / "other", "sine_1Hz_5mm_2A", (1.0, 0.005), 2.0)
+    (folder / "press.toml").write_text(RIG)
+    for plugin, sign in (("my_damper.py", "@model"), ("my_spring.py", "EffectSpec")):
+        (folder / plugin).write_text(next(b for b in blocks(ROOT / "docs/plugins.md", "python") if sign in b))
+    _run(folder, "ingest logs")
+    _run(folder, "segment --holdout *-3A")
+    joint = "--per all --current-order fy=1,c=1 --fix k=0 --fix f0=0"
+    _run(folder, f"fit --model tanh {joint} --intervals profile")
+    _run(folder, "fit --model tanh --budget 200")
+    _run(folder, "fit --model boucwen --budget 300 --only sine-2Hz-10mm-1A")
+
+
+def coil(folder: Path) -> None:
+    """Make a coil, with a fit of every condition."""
+    _shared(folder)
+    (folder / "mrfit.toml").write_text(f"[flux]\n{RESISTANCE}")
+    _run(folder, "ingest " + " ".join(f"datasets/coil/coil_{f}Hz_1A.csv" for f in ("01", "05", "10")))
+    _run(folder, "fit --model boucwen-flux --opt pso-fmin --budget 80")
+    _run(folder, "fit --model boucwen-flux+eddy-current --per all --budget 80")
+
+
+def bench(folder: Path) -> None:
+    """Make tests that are measured without a model: slow cycles, and steps that a lag follows."""
+    time = np.arange(int(RATE * 40.0)) / RATE
+    travel = 16.0 * np.abs(2.0 * np.mod(time / 20.0, 1.0) - 1.0) - 8.0
+    slow = {"displacement_mm": travel, "force_N": 30.0 + 2.0 * travel + 20.0 * np.sign(np.gradient(travel))}
+    command = 1.0 + 0.5 * np.sign(np.sin(2.0 * np.pi * 0.5 * time))
+    lagging = command.copy()
+    for k in range(1, len(time)):
+        lagging[k] = lagging[k - 1] + (command[k - 1] - lagging[k - 1]) / (0.02 * RATE)
+    for path in ("logs/slow.csv", "slow_16mm_0.01Hz.csv"):
+        _write(folder / path, time_s=time, **slow)
+    _write(folder / "logs/steps.csv", time_s=time, current_command_A=command, current_A=lagging)
+    _write(folder / "steps_1Hz_10mm.csv", time_s=time, stroke_command_mm=command, displacement_mm=lagging)
+
+
+def discovered(folder: Path) -> None:
+    """Make the damper's lab with a discovery."""
+    damper(folder)
+    _run(folder, "discover --model tanh")
+
+
+def batch(folder: Path) -> None:
+    """Make folders of a coil's logs."""
+    for place in ("folder", "logs"):
+        (folder / place).mkdir(parents=True)
+        for name in ("coil_01Hz_1A.csv", "coil_05Hz_1A.csv", "mrfit.toml"):
+            shutil.copy(ROOT / "datasets/coil" / name, folder / place)
+    _shared(folder)
+
+
+def empty(folder: Path) -> None:
+    """Make a fresh clone: logs that ship, and no workspace."""
+    _shared(folder)
+
+
+LABS: dict[str, Callable[[Path], None]] = {
+    "damper": damper,
+    "coil": coil,
+    "bench": bench,
+    "discovered": discovered,
+    "batch": batch,
+    "empty": empty,
+}
