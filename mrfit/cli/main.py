@@ -1,5 +1,6 @@
 """The command line: parse, call one stage, print. Heavy imports stay inside commands, so that --help is quick."""
 
+import sys
 import time
 from pathlib import Path
 from typing import Annotated, Any
@@ -71,7 +72,8 @@ def ingest(
     *,
     preview: Annotated[bool, typer.Option("--preview", help="Show what would be read; write nothing.")] = False,
     suggest_map: Annotated[
-        bool, typer.Option("--suggest-map", help="Write a channel map to start from beside unknown logs; read nothing.")
+        bool,
+        typer.Option("--suggest-map", help="Suggest a channel map: beside unknown logs, or into a pipe; read nothing."),
     ] = False,
     on: On,
     shared: Shared,
@@ -91,6 +93,8 @@ def ingest(
     if suggest_map:
         from mrfit.ingest import suggestion
 
+        if not (as_json or sys.stdout.isatty()):
+            return print(suggestion.suggest(logs, settings), end="")
         place = suggestion.write(logs, settings)
         told = f"Channel map to start from: {place}; check every line of it, then run `mrfit ingest` again"
         return console.print_json({"map": str(place)}) if as_json else console.conclude(told)

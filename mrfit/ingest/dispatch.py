@@ -1,5 +1,6 @@
 """Which reader reads a file, and which files are parts of one record."""
 
+import re
 from os import fsencode
 from pathlib import Path
 
@@ -7,7 +8,7 @@ from mrfit.core import registry
 from mrfit.core.protocols import JoinsParts
 from mrfit.errors import MrfitError
 from mrfit.ingest.refusal import Refusal
-from mrfit.ingest.text.head import Head, open_head
+from mrfit.ingest.text.head import HEAD_BYTES, Head, open_head
 
 LONGEST_STEM = 200
 """Bytes of a log's name: a file system takes 255, and recordings of a log have numbers and endings behind its name."""
@@ -84,10 +85,18 @@ SKIPPED = frozenset(
 """Endings of files in a folder that are no logs."""
 
 
+NUMBERS_IN_JSON = re.compile(
+    rb"""(?:[-+\d.eE]+[\s\[\],]+){8}|(?:"\d+"\s*:\s*[-+\d.eE]+[\s,]+){8}"""
+    rb"""|(?:"[^"]*"\s*:\s*[-\d][-+\d.eE]*\s*,?\s*){2,}\}\s*,?\s*\{"""
+)
+"""Eight numbers on end, with or without numbered keys, or records of numbers: such a JSON file in a folder is a log."""
+
+
 def expand(paths: list[Path]) -> list[tuple[Path, Path]]:
     """Return every file meant by ``paths`` with the folder up to which a channel map is looked for.
 
     Folders stand for all files in them, sorted by name, but for hidden ones, those of ``SKIPPED`` and of workspaces.
+    A JSON file is among them where it holds rows of numbers.
 
     Raises
     ------
@@ -120,7 +129,13 @@ def _exists(path: Path) -> bool:
 
 def _is_log(path: Path, root: Path) -> bool:
     hidden = any(p.startswith(".") for p in path.relative_to(root).parts)
-    return not hidden and path.suffix.lower() not in SKIPPED
+    if hidden or path.suffix.lower() != ".json":
+        return not hidden and path.suffix.lower() not in SKIPPED
+    try:
+        with path.open("rb") as file:
+            return bool(NUMBERS_IN_JSON.search(file.read(HEAD_BYTES)))
+    except OSError:
+        return False
 
 
 def look(path: Path) -> tuple[Head, str]:

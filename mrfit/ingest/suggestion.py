@@ -12,8 +12,10 @@ from mrfit.core.channels import CHANNELS, unit_of
 from mrfit.errors import ConfigError, DataError
 from mrfit.ingest import series
 from mrfit.ingest.dispatch import expand
+from mrfit.ingest.guesses import Guess, guesses, size_unit
 from mrfit.ingest.meaning import units
-from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
+from mrfit.ingest.meaning.channel_map import FILE_NAME, ChannelRule, Rules
+from mrfit.ingest.meaning.name_pattern import pattern_of
 from mrfit.ingest.meaning.naming import Signal, name_signals
 from mrfit.ingest.reading import Item, Pieces, first_tables
 from mrfit.ingest.refusal import Refusal, excerpt
@@ -25,12 +27,14 @@ from mrfit.settings.ingest import Settings
 WIDTH = 118
 # Rows from which a column without a name is taken for the time, and how much its steps may differ
 ROWS, EVENLY = 500, 0.1
+BY_PLACE = Rules(channels={"any": ChannelRule(column=0)})
+"""Rules of columns by place: with them a reader needs no header."""
 LISTED = 5
 """Logs that are named where several have other columns."""
 
 
 def write(paths: Sequence[Path], settings: Settings) -> Path:
-    """Write a starter channel map beside the first of some logs, where none is yet, and return its path.
+    """Write a starter channel map beside the first of some logs, where there is none or an empty one; return its path.
 
     Raises
     ------
@@ -40,7 +44,7 @@ def write(paths: Sequence[Path], settings: Settings) -> Path:
         If no log can be read.
     """
     file = expand([Path(p) for p in paths])[0][0].parent / FILE_NAME
-    if file.exists():
+    if file.exists() and file.read_bytes().strip():
         raise ConfigError(f"{file}: there is a channel map already; move it to have another one suggested")
     text = suggest(paths, settings)
     try:
@@ -66,7 +70,7 @@ def suggest(paths: Sequence[Path], settings: Settings) -> str:
     layouts: dict[tuple[tuple[str, str | None], ...], list[tuple[Item, Table]]] = {}
     with TemporaryDirectory(prefix="mrfit-") as place:
         for item, _ in items:
-            bare = replace(item, rules=Rules(pattern=item.rules.pattern))
+            bare = replace(item, rules=replace(BY_PLACE, pattern=item.rules.pattern))
             try:
                 table = first_tables(bare, Pieces(Path(place), settings.block))[0]
             except Refusal as refusal:
@@ -79,10 +83,12 @@ def suggest(paths: Sequence[Path], settings: Settings) -> str:
             )
         commonest = max(layouts.values(), key=len)
         others = [Path(i.source).name for found in layouts.values() if found is not commonest for i, _ in found]
-        return "\n".join([*_map_of(*commonest[0]), *_told_of(others), ""])
+        return "\n".join([*_map_of(commonest), *_told_of(others), ""])
 
 
-def _map_of(item: Item, table: Table) -> Iterator[str]:
+def _map_of(logs: Sequence[tuple[Item, Table]]) -> Iterator[str]:
+    """Yield the lines of the map for logs of one layout, of which the first is shown."""
+    item, table = logs[0]
     name = excerpt(Path(item.source).name)
     yield f"# Channel map for logs as {name} (reader {item.reader}), suggested by `mrfit ingest --suggest-map`."
     yield "# Check every line, and complete those that begin with #."
@@ -90,16 +96,43 @@ def _map_of(item: Item, table: Table) -> Iterator[str]:
     even = _even_column(table)
     yield from _time_lines(table, even)
     yield "# resistance = 2.1   # ohm, of the coil; without it, it is estimated from voltage and current"
-    yield '# pattern = "{frequency:Hz}Hz-{current:A}A"   # conditions in the names of the files'
+    yield _pattern_line([i for i, _ in logs])
     yield ""
     yield "[channels]"
     signals = {s.index: s for s in name_signals(table.columns, Rules(), item.source)[0]}
-    for column in (c for c in table.columns if c is not even):
-        yield from _channel_lines(column, signals[column.index], table.columns)
+    columns = [c for c in table.columns if c is not even]
+    found = guesses([c for c in columns if signals[c.index].name not in CHANNELS and c.unit is None], _interval(table))
+    for column in columns:
+        yield from _channel_lines(column, signals[column.index], table.columns, found.get(column.index))
     yield ""
     listed = f"NAME is one of {', '.join(f'{c.name} ({c.unit})' for c in CHANNELS.values())}, or a name of your own."
     yield from wrap(listed, WIDTH, initial_indent="# ", subsequent_indent="# ")
     yield "# A transducer's signal needs scale = …, the unit for each number of the file; offset, sign = -1 where due."
+    if found:
+        yield "# A name or unit with a question mark is guessed from the numbers."
+
+
+def _pattern_line(items: Sequence[Item]) -> str:
+    """Return the line of conditions in file names: as they were given, as the names state them, or an example."""
+    given = items[0].rules.pattern
+    pattern = given or pattern_of([Path(i.source).stem for i in items])
+    if not pattern:
+        return '# pattern = "{frequency:Hz}Hz-{current:A}A"   # conditions in the names of the files'
+    several = given or pattern.count("{") > 1
+    said = "conditions in the names of the files" + ("" if given else "; check them")
+    return f"{'' if several else '# '}pattern = {_quoted(pattern)}   # {said}"
+
+
+def _interval(table: Table) -> float | None:
+    """Return about how many seconds lie between rows."""
+    if table.dt is not None:
+        return table.dt
+    time = table.time or _even_column(table)
+    if time is None:
+        return None
+    unit = time.unit if time.unit and units.known(time.unit) and units.compatible(time.unit, "s") else "s"
+    step = float(np.median(np.diff(np.asarray(time.values[:ROWS], dtype=float))))
+    return step * units.to_unit(unit, "s").scale if step > 0.0 else None
 
 
 def _even_column(table: Table) -> Column | None:
@@ -130,17 +163,22 @@ def _rises_evenly(column: Column) -> bool:
     return len(steps) > 2 and bool(np.all(steps > 0.0)) and float(np.ptp(steps)) < EVENLY * float(np.mean(steps))
 
 
-def _channel_lines(column: Column, signal: Signal, columns: tuple[Column, ...]) -> Iterator[str]:
+def _channel_lines(column: Column, signal: Signal, columns: tuple[Column, ...], guess: Guess | None) -> Iterator[str]:
     place, known = _place(column, columns), column.unit is not None and units.known(column.unit)
     if signal.name in CHANNELS:
         unit = column.unit if known and column.unit else unit_of(signal.name)
         said = "" if known else " the file states no unit;"
+        if not known and (sized := size_unit(signal.name, np.asarray(column.values[:ROWS], dtype=float))):
+            unit, said = sized, f" the file states no unit, {sized}? by its size;"
         yield f"{signal.name} = {{{place}, unit = {_quoted(unit)}}}   #{said} {_values(column)}"
         return
     possible = units.channels_of(column.unit) if known and column.unit else []
     may_be = f"may be {' or '.join(possible)}; " if possible else ""
-    unit = column.unit if known and column.unit else "…"
-    yield f"# NAME = {{{place}, unit = {_quoted(unit)}}}   # {may_be}{_values(column)}"
+    if guess:
+        may_be = f"{guess.channel}? since {guess.why}; {guess.unit}? by its size; "
+    name = guess.channel if guess else "NAME"
+    unit = column.unit if known and column.unit else guess.unit if guess else "…"
+    yield f"# {name} = {{{place}, unit = {_quoted(unit)}}}   # {may_be}{_values(column)}"
 
 
 def _place(column: Column, columns: tuple[Column, ...]) -> str:

@@ -18,7 +18,7 @@ from tests.ingest.examining import examine
 from tests.ingest.samples import WRITERS, sample
 
 NAMES = list(own_names("reader"))
-WHOLE_ONLY = {"hdf5", "matlab", "mdf", "parquet"}  # compressed, or with their directory at the end
+WHOLE_ONLY = {"hdf5", "json-log", "matlab", "mdf", "parquet"}  # compressed, or with their directory at the end
 OWN_NAME = {"rohde-schwarz"}  # known by its file's name, since its rows are bare
 
 

@@ -202,6 +202,19 @@ def parquet() -> Sample:
     return Sample("log.parquet", buffer.getvalue(), {"current": one, "ch2": two}, {"current": "A", "ch2": ""})
 
 
+def json_log() -> Sample:
+    _, one, two = signals()
+    content = {
+        "dt": DT,
+        "start": START,
+        "units": {"current": "mA"},
+        "current": list(one * 1e3),
+        "force [kN]": list(two),
+    }
+    channels = {"current": np.array(content["current"]) * 1e-3, "force": two * 1e3}
+    return Sample("run.json", json.dumps(content).encode(), channels, {"current": "A", "force": "N"}, start=0.0)
+
+
 def matlab() -> Sample:
     from scipy.io import savemat
 
@@ -320,6 +333,7 @@ WRITERS: dict[str, Callable[[], Sample]] = {
     "labview-lvm": labview_lvm,
     "rohde-schwarz": rohde_schwarz,
     "parquet": parquet,
+    "json-log": json_log,
     "matlab": matlab,
     "hdf5": hdf5,
     "tdms": tdms,

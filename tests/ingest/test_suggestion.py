@@ -1,9 +1,12 @@
 """A suggested channel map is a channel map, says what the logs say, and holds nothing that a name could slip in."""
 
+import json
+import re
 import tomllib
 from pathlib import Path
 from shutil import copy
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -13,6 +16,7 @@ from mrfit.errors import ConfigError, DataError
 from mrfit.ingest.meaning.channel_map import load_map
 from mrfit.ingest.stage import Settings, read
 from mrfit.ingest.suggestion import suggest, write
+from mrfit.io.workspace import Workspace
 from tests.conftest import ROOT, Run
 
 COIL = ROOT / "datasets/coil"
@@ -81,14 +85,45 @@ def test_no_header_breaks_out_of_its_place(tmp_path_factory: pytest.TempPathFact
 def test_the_command_writes_a_map_that_is_read_where_there_is_none(tmp_path: Path, mrfit: Run) -> None:
     copy(COIL / "coil_01Hz_1A.csv", tmp_path)
     ask = ("ingest", tmp_path / "coil_01Hz_1A.csv")
-    told = mrfit(*ask, "--suggest-map")
-    assert told.returncode == 0 and "check every line" in told.stdout
+    # what the shell makes of `> mrfit.toml` before the command begins
+    (tmp_path / "mrfit.toml").write_text("\n")
+    told = mrfit(*ask, "--suggest-map", "--json")
+    assert told.returncode == 0 and json.loads(told.stdout)["map"].endswith("mrfit.toml")
     assert load_map(tmp_path / "mrfit.toml").time is not None
     before = (tmp_path / "mrfit.toml").read_text()
-    again = mrfit(*ask, "--suggest-map")
+    again = mrfit(*ask, "--suggest-map", "--json")
     assert again.returncode == 2 and "there is a channel map already" in again.stderr
     assert (tmp_path / "mrfit.toml").read_text() == before
     assert mrfit(*ask).returncode == 0
+
+
+def press_log(path: Path, rows: int = 400) -> None:
+    """Write a log without a header: time, displacement in mm, velocity in mm/s, force in N."""
+    time = np.arange(rows) * 0.005
+    x, v = 2.0 * np.sin(31.4 * time), 62.8 * np.cos(31.4 * time)
+    np.savetxt(path, np.column_stack([time, x, v, 150.0 * np.tanh(v)]), fmt="%.7e", delimiter="  ")
+
+
+def test_logs_without_a_header_get_a_map_through_a_pipe(tmp_path: Path, mrfit: Run) -> None:
+    for name in ("2mm5Hz0A", "2mm5Hz0x25A"):
+        press_log(tmp_path / f"{name}.txt")
+    ask = ("ingest", *sorted(tmp_path.glob("*.txt")))
+    refused = mrfit(*ask)
+    assert refused.returncode == 1 and "`mrfit ingest LOGS --suggest-map` writes a channel map" in refused.stderr
+    told = mrfit(*ask, "--suggest-map")
+    assert told.returncode == 0 and not (tmp_path / "mrfit.toml").exists()
+    found = tomllib.loads(told.stdout)
+    assert found["time"] == {"column": 0, "unit": "s"} and found["channels"] == {}
+    assert found["pattern"] == "{amplitude:mm}mm{frequency:Hz}Hz{current:A}A"
+    (tmp_path / "mrfit.toml").write_text(told.stdout)
+    unnamed = mrfit(*ask)
+    assert unnamed.returncode == 1 and f"name them under [channels] in {tmp_path / 'mrfit.toml'}" in unnamed.stderr
+    # the user agrees to every guess
+    (tmp_path / "mrfit.toml").write_text(re.sub(r"^# (\w+ = \{)", r"\1", told.stdout, flags=re.MULTILINE))
+    assert mrfit(*ask, "--work", tmp_path / "w").returncode == 0
+    recording = Workspace(tmp_path / "w").read_recording("2mm5Hz0x25A")
+    assert {n: recording.units[n] for n in recording.channels} == {"displacement": "m", "velocity": "m/s", "force": "N"}
+    assert recording.condition["current"] == 0.25 and recording.channels["displacement"].max() < 2.1e-3
 
 
 def test_no_log_is_one_line(tmp_path: Path) -> None:

@@ -92,14 +92,14 @@ def _need_map(source: Source, grid: Grid) -> None:
     row = excerpt(source.head.lines[grid.first])
     timed = _rises_evenly(source.head, grid)
     hint = "; column 0 rises evenly and may be the time" if timed else ""
-    first = "time = 0" if timed else "rate = HZ (or time = COLUMN)"
+    what = f"no header says what its {grid.width} columns are (first row, line {grid.first + 1}: '{row}'{hint})"
+    if source.rules.where:
+        raise Refusal(source.head.path, what, f"name them under [channels] in {source.rules.where}")
     column = int(timed and grid.width > 1)
+    first = "time = 0" if timed else "rate = HZ (or time = COLUMN)"
     example = f'{first}, then [channels] and force = {{column = {column}, unit = "N"}} or the like for each channel'
-    raise Refusal(
-        source.head.path,
-        f"no header says what its {grid.width} columns are (first row, line {grid.first + 1}: '{row}'{hint})",
-        f"write a channel map, {FILE_NAME} beside it or --map: {example}",
-    )
+    remedy = f"`mrfit ingest LOGS --suggest-map` writes a channel map to complete, {FILE_NAME} beside it"
+    raise Refusal(source.head.path, what, f"{remedy}; it holds, or a file given by --map does, {example}")
 
 
 def _rises_evenly(head: Head, grid: Grid) -> bool:

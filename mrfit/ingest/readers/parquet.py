@@ -238,7 +238,7 @@ SOUND: dict[str, Callable[[Any], bool]] = {
 """What each of these keys must be."""
 
 
-def _time(columns: list[Column], rule: TimeRule | None) -> Column | None:
+def log_time(columns: list[Column], rule: TimeRule | None) -> Column | None:
     """Return the column of times: the map's, or one named so, or the only one in a unit of time."""
     if rule is not None:
         return next((c for c in columns if rule.column in (c.name, c.index)), None)
@@ -248,7 +248,7 @@ def _time(columns: list[Column], rule: TimeRule | None) -> Column | None:
 
 
 def _table(columns: list[Column], rows: int, about: dict[str, Any], rule: TimeRule | None) -> Table:
-    time = _time(columns, rule)
+    time = log_time(columns, rule)
     others = tuple(c for c in columns if c is not time)
     table = Table(others, np.arange(1, rows + 1), time=time, findings=tuple(about["findings"]))
     if not about["given"]:

@@ -1,0 +1,189 @@
+"""JSON: arrays by name, a list of records, or columns with data, beside ``dt`` and ``units``."""
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mrfit.core.specs import Array, ReaderSpec
+from mrfit.ingest.meaning import units
+from mrfit.ingest.readers.parquet import log_time
+from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.table import Column, Source, Table
+from mrfit.ingest.text.head import Head
+from mrfit.ingest.text.layout import name_and_unit
+from mrfit.ingest.time.rate import interval
+
+SPEC = ReaderSpec("json-log", "JSON: arrays by name, records, or columns with data; dt and units beside them")
+BEGINS = re.compile(r"\s*(?:\{\s*\"|\[\s*[\[{])")
+VALUES = ("values", "value", "data", "samples", "y")
+"""Names of the array of a channel that is an object with a unit."""
+INTERVALS = {"dt": "s", "ts": "s", "sample_interval": "s", "interval": "s", "step": "s"} | dict.fromkeys(
+    ("fs", "rate", "sample_rate", "samplerate", "sampling_rate", "sampling_frequency"), "Hz"
+)
+"""Names of a sample interval or rate, with the unit they have where none is written."""
+DEEPEST = 4
+"""Objects inside each other in which arrays are looked for."""
+
+
+def sniff(head: Head) -> bool:
+    """Whether the text begins as a JSON object with a key, or as a list of objects or rows."""
+    return bool(head.encoding) and bool(BEGINS.match("\n".join(head.lines[:50]) or ""))
+
+
+def read(source: Source) -> list[Table]:
+    """Return a table of each run: arrays of one length, or records.
+
+    Raises
+    ------
+    Refusal
+        If the file is no JSON, holds no numbers, or its arrays have several lengths.
+    """
+    found = [f for f in _runs(_document(source), _Found(), 0) if f.columns]
+    if not found:
+        remedy = 'write {"dt": 0.001, "units": {"force": "N"}, "force": [0.1, 0.2]} or the like'
+        raise Refusal(source.head.path, "no array of numbers in this JSON file", remedy)
+    return [_table(one, source) for one in found]
+
+
+@dataclass(frozen=True)
+class _Found:
+    """Arrays of one run by name, and what the objects around them say: units, interval, condition."""
+
+    columns: Mapping[str, Array] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
+    dt: float | None = None
+    condition: Mapping[str, float] = field(default_factory=dict)
+
+
+def _document(source: Source) -> Any:
+    """Return the whole file; lines that are each an object are a list of records."""
+    head = source.head
+    text = head.path.read_bytes().decode(head.encoding, errors="replace")
+    try:
+        return json.loads(text)
+    except RecursionError:
+        raise Refusal(head.path, "JSON nested too deep to be a log", "export the log again") from None
+    except ValueError as error:
+        lines = [line for line in text.splitlines() if line.strip()]
+        if len(lines) > 1 and all(line.lstrip().startswith("{") for line in lines):
+            try:
+                return [json.loads(line) for line in lines]
+            except (ValueError, RecursionError):
+                pass
+        raise Refusal(head.path, f"damaged JSON ({error})", "copy it again") from None
+
+
+def _runs(content: Any, around: _Found, depth: int) -> Iterator[_Found]:
+    """Yield the runs in a value of the file, with what was said of them further out."""
+    if depth > DEEPEST:
+        return
+    if isinstance(content, list):
+        if found := _records(content):
+            yield _Found(found, around.units, around.dt, around.condition)
+        else:
+            for inner in content if all(isinstance(one, dict) for one in content) else ():
+                yield from _runs(inner, around, depth + 1)
+        return
+    if not isinstance(content, dict):
+        return
+    about = _about(content, around)
+    if columns := _columns(content):
+        yield _Found(columns, _units_beside(content) | dict(about.units), about.dt, about.condition)
+        return
+    for inner in content.values():
+        yield from _runs(inner, about, depth + 1)
+
+
+def _columns(content: Mapping[str, Any]) -> dict[str, Array]:
+    """Return the arrays of an object: by name, of channels that are objects, or of ``columns`` and ``data``."""
+    names, rows = content.get("columns"), content.get("data")
+    if isinstance(names, list) and isinstance(rows, list):
+        return _records([dict(zip(map(str, names), row, strict=False)) for row in rows if isinstance(row, list)])
+    found = {}
+    for name, value in content.items():
+        inner = value
+        if isinstance(value, dict):
+            inner = next((value[v] for v in VALUES if isinstance(value.get(v), list)), None)
+            if value and all(re.fullmatch(r"\d+", key) for key in value):
+                inner = list(value.values())
+        if isinstance(inner, list) and (numbers := _numbers(inner)) is not None:
+            found[name] = numbers
+    return found
+
+
+def _records(rows: list[Any]) -> dict[str, Array]:
+    """Return the columns of a list of records or of rows of numbers; none if it is neither."""
+    if rows and all(isinstance(row, list) for row in rows):
+        width = max(map(len, rows))
+        rows = [{str(k): value for k, value in enumerate(row)} for row in rows] if width else []
+        return {f"column{name}": values for name, values in _records(rows).items()}
+    if not rows or any(not isinstance(r, dict) or any(isinstance(v, (list, dict)) for v in r.values()) for r in rows):
+        return {}
+    names = dict.fromkeys(name for row in rows for name in row)
+    columns = {name: _numbers([row.get(name) for row in rows]) for name in names}
+    return {name: values for name, values in columns.items() if values is not None}
+
+
+def _numbers(values: list[Any]) -> Array | None:
+    """Return a list as numbers, null as nan; None if it holds something else, or nothing."""
+    if not any(isinstance(v, (int, float)) and not isinstance(v, bool) for v in values):
+        return None
+    if not all(v is None or isinstance(v, (int, float)) for v in values):
+        return None
+    try:
+        return np.array([np.nan if v is None else v for v in values], dtype=np.float64)
+    except OverflowError:
+        return None
+
+
+def _about(content: Mapping[str, Any], around: _Found) -> _Found:
+    """Return what an object says of the arrays in it, beside what was said further out."""
+    stated = content.get("units")
+    written = {str(n): u for n, u in stated.items() if isinstance(u, str)} if isinstance(stated, dict) else {}
+    dt = next((dt for name, value in content.items() if (dt := _interval(name, value))), around.dt)
+    told: dict[str, Any] = next(
+        (content[n] for n in ("condition", "conditions") if isinstance(content.get(n), dict)), {}
+    )
+    condition = {str(n): float(v) for n, v in told.items() if isinstance(v, (int, float)) and abs(v) < 1e300}
+    return _Found({}, dict(around.units) | written, dt, dict(around.condition) | condition)
+
+
+def _units_beside(content: Mapping[str, Any]) -> dict[str, str]:
+    """Return the units of channels that are objects."""
+    held = {n: v.get("unit", v.get("units")) for n, v in content.items() if isinstance(v, dict)}
+    return {n: unit for n, unit in held.items() if isinstance(unit, str)}
+
+
+def _interval(name: str, value: Any) -> float | None:
+    """Return the sample interval in s that a key states: a number, ``"1 ms"``, or value and unit."""
+    bare, unit = name_and_unit(name)
+    kind = INTERVALS.get(bare.strip().lower().replace(" ", "_"))
+    if isinstance(value, dict):
+        value, unit = value.get("value"), value.get("unit")
+    if isinstance(value, str) and (said := units.quantity(value)):
+        value, unit = said[0], said[1] or unit
+    if kind is None or isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < 1e300:
+        return None
+    unit = unit if isinstance(unit, str) and unit else kind
+    return interval(float(value), unit) if any(units.compatible(unit, k) for k in ("s", "Hz")) else None
+
+
+def _table(found: _Found, source: Source) -> Table:
+    path, lengths = source.head.path, {name: len(values) for name, values in found.columns.items()}
+    if len({*lengths.values()}) > 1:
+        shown = ", ".join(f"{name} {length}" for name, length in list(lengths.items())[:6])
+        raise Refusal(path, f"its arrays have several lengths ({shown})", "export channels of one rate together")
+    rows = next(iter(lengths.values()))
+    if rows < 2:
+        raise Refusal(path, f"its arrays hold {rows} value", "export the whole log")
+    columns = []
+    for place, (title, values) in enumerate(found.columns.items()):
+        name, unit = name_and_unit(title)
+        columns.append(Column(name, found.units.get(title, found.units.get(name, unit)), values, place))
+    time = log_time(columns, source.rules.time)
+    others = tuple(c for c in columns if c is not time)
+    return Table(others, np.arange(1, rows + 1), time=time, dt=found.dt, condition=found.condition)

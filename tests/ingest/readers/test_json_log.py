@@ -1,0 +1,110 @@
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mrfit.errors import DataError
+from mrfit.ingest.dispatch import expand
+from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.stage import Settings, read
+
+TIME = np.arange(40) * 0.002
+FORCE, TRAVEL = np.round(1e3 * np.sin(60.0 * TIME), 3), np.round(5.0 * np.cos(60.0 * TIME), 4)
+RECORDS = [{"t": t, "force": f, "x": x} for t, f, x in zip(TIME, FORCE, TRAVEL, strict=True)]
+SPLIT = [list(row) for row in zip(TIME, FORCE, TRAVEL, strict=True)]
+NAMED = {"force": list(FORCE), "x": list(TRAVEL)}
+UNITS = {"force": "N", "x": "mm"}
+
+FORMS: dict[str, Callable[[], Any]] = {
+    "arrays": lambda: {"dt": 0.002, "units": UNITS, **NAMED},
+    "rate": lambda: {"fs": 500, "units": UNITS, **NAMED},
+    "rate with unit": lambda: {"sample_rate": {"value": 0.5, "unit": "kHz"}, "units": UNITS, **NAMED},
+    "interval as text": lambda: {"dt": "2 ms", "units": UNITS, **NAMED},
+    "interval with unit": lambda: {"dt (ms)": 2, "units": UNITS, **NAMED},
+    "time array": lambda: {"time": list(TIME), "units": UNITS, **NAMED},
+    "inside": lambda: {"test": "7", "log": {"dt": 0.002, "units": UNITS, "channels": NAMED}},
+    "channels with units": lambda: {
+        "dt": 0.002,
+        "channels": {n: {"unit": UNITS[n], "values": values} for n, values in NAMED.items()},
+    },
+    "records": lambda: [{"t": r["t"], "force (N)": r["force"], "x (mm)": r["x"]} for r in RECORDS],
+    "split": lambda: {"columns": ["t", "force", "x"], "data": SPLIT, "units": UNITS},
+    "columns of pandas": lambda: {
+        "t": {str(k): v for k, v in enumerate(TIME)},
+        "force (N)": {str(k): v for k, v in enumerate(FORCE)},
+        "x (mm)": {str(k): v for k, v in enumerate(TRAVEL)},
+    },
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_every_way_to_write_a_log_gives_the_same(form: str, tmp_path: Path) -> None:
+    (tmp_path / "run.json").write_text(json.dumps(FORMS[form]()))
+    (recording,) = read([tmp_path / "run.json"], Settings()).recordings
+    assert recording.reader == "json-log" and recording.dt == pytest.approx(0.002)
+    np.testing.assert_allclose(recording.channels["force"], FORCE, atol=1e-9)
+    np.testing.assert_allclose(recording.channels["displacement"], TRAVEL / 1e3, atol=1e-12)
+
+
+def test_a_record_on_each_line_and_null_are_read(tmp_path: Path) -> None:
+    rows = [dict(r, force=None) if k == 7 else r for k, r in enumerate(RECORDS)]
+    (tmp_path / "run.json").write_text("\n".join(json.dumps(r) for r in rows))
+    (recording,) = read([tmp_path / "run.json"], Settings()).recordings
+    assert recording.rows_refused == 1 or recording.rows_kept == len(rows)
+    assert recording.channels["force"][3] == pytest.approx(FORCE[3])
+
+
+def test_several_runs_and_their_conditions_are_read(tmp_path: Path) -> None:
+    runs = [{"dt": 0.002, "condition": {"current": i}, "units": UNITS, **NAMED} for i in (0.5, 1.0)]
+    (tmp_path / "run.json").write_text(json.dumps(runs))
+    recordings = read([tmp_path / "run.json"], Settings()).recordings
+    assert [r.condition["current"] for r in recordings] == [0.5, 1.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ('{"name": "x", "list": ["a", "b"]}', "no array of numbers"),
+        ('{"a": [1, 2, 3], "b": [1, 2]}', "several lengths (a 3, b 2)"),
+        ('{"a": [1, 2, 3', "damaged JSON"),
+        ('{"a": ' + "[" * 100_000, "too deep"),
+        ('{"a": [1' + "0" * 400 + ", 2]}", "no array of numbers"),
+        ('{"a": [1]}', "hold 1 value"),
+    ],
+)
+def test_what_is_no_log_is_refused_with_the_reason(text: str, reason: str, tmp_path: Path) -> None:
+    (tmp_path / "odd.json").write_text(text)
+    with pytest.raises(Refusal, match=reason.replace("(", r"\(").replace(")", r"\)")):
+        read([tmp_path / "odd.json"], Settings())
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_folders_logs_are_read_and_its_settings_are_not(form: str, tmp_path: Path) -> None:
+    (tmp_path / "run.json").write_text(json.dumps(FORMS[form]()))
+    (tmp_path / "settings.json").write_text('{"rate": 500, "limits": [0, 10], "operator": "x"}')
+    assert [file.name for file, _ in expand([tmp_path])] == ["run.json"]
+
+
+values = st.recursive(
+    st.none() | st.booleans() | st.floats() | st.integers() | st.text(max_size=4),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=6), inner, max_size=4),
+    max_leaves=30,
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(st.dictionaries(st.sampled_from(["a", "dt", "units", "data", "columns", "condition", "t"]), values, min_size=1))
+def test_whatever_stands_in_it_is_a_log_or_a_refusal(tmp_path_factory: pytest.TempPathFactory, content: Any) -> None:
+    path = tmp_path_factory.mktemp("odd") / "odd.json"
+    path.write_text(json.dumps(content))
+    try:
+        recordings = read([path], Settings()).recordings
+    except DataError as error:
+        assert "a fault of" not in str(error)
+    else:
+        assert recordings
