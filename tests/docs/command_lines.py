@@ -61,8 +61,13 @@ def command_lines() -> tuple[CommandLine, ...]:
     return tuple(_ruled(text, tuple(sorted(places[text]))) for text in sorted(places))
 
 
-def shown() -> Iterator[tuple[str, str]]:
-    """Yield every command line as it is written, without ``mrfit``, and the file that shows it."""
+@cache
+def shown() -> tuple[tuple[str, str], ...]:
+    """Return every command line as it is written, without ``mrfit``, and the file that shows it."""
+    return tuple(_shown())
+
+
+def _shown() -> Iterator[tuple[str, str]]:
     for page in PAGES:
         for words in commands(page):
             yield shlex.join(words), str(page.relative_to(ROOT))

@@ -75,7 +75,13 @@ def coil(folder: Path) -> None:
     (folder / "mrfit.toml").write_text(f"[flux]\n{RESISTANCE}")
     _run(folder, "ingest " + " ".join(f"datasets/coil/coil_{f}Hz_1A.csv" for f in ("01", "05", "10")))
     _run(folder, "fit --model boucwen-flux --opt pso-fmin --budget 80")
-    _run(folder, "fit --model boucwen-flux+eddy-current --per all --budget 80")
+
+
+def eddy(folder: Path) -> None:
+    """Make a coil with eddy currents, with a joint fit."""
+    _shared(folder)
+    _run(folder, "ingest datasets/coil-eddy")
+    _run(folder, "fit --model boucwen-flux+eddy-current --per all")
 
 
 def bench(folder: Path) -> None:
@@ -116,6 +122,7 @@ def empty(folder: Path) -> None:
 LABS: dict[str, Callable[[Path], None]] = {
     "damper": damper,
     "coil": coil,
+    "eddy": eddy,
     "bench": bench,
     "discovered": discovered,
     "batch": batch,
