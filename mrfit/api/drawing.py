@@ -1,6 +1,7 @@
 """Figures of fits and predictions: the report's, as matplotlib has them."""
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.files import residual_columns
+from mrfit.fit.predict import Prediction
 from mrfit.io.schemas.discovery import DiscoveryFile
 from mrfit.io.schemas.fit import Fit
 from mrfit.report.curves import worst_of_each
@@ -45,6 +47,27 @@ def series_of(
             measured = np.full_like(measured, np.nan)
         found.append(Series(*key, time, measured, output, columns, frequencies[key]))
     return found
+
+
+def predicted_series(found: Prediction, assembly: Assembly) -> list[Series]:
+    """Return the series of a prediction on the clocks of the logs, from the start of a record that has no cycles."""
+    steps = {part.segment.id: part.dt for part in found.blocks.parts}
+    whole = []
+    for one in series_of(found.blocks, found.simulated, assembly, found.unmeasured):
+        lead = dict(found.leads.get(one.segment, {}))
+        samples = len(lead.get("simulated", ()))
+        at = found.clock[one.segment] + np.arange(-samples, 0) * steps[one.segment]
+        time = np.concatenate([at, found.clock[one.segment] + one.time])
+        if not samples:
+            whole.append(replace(one, time=time))
+            continue
+        measured, simulated = lead.pop("measured"), lead.pop("simulated")
+        if one.segment in found.unmeasured:
+            measured = np.full_like(measured, np.nan)
+        measured, simulated = np.concatenate([measured, one.measured]), np.concatenate([simulated, one.simulated])
+        inputs = {name: np.concatenate([lead[name], values]) for name, values in one.inputs.items()}
+        whole.append(replace(one, time=time, measured=measured, simulated=simulated, inputs=inputs, lead=samples))
+    return whole
 
 
 def plot(fit: Fit, series: list[Series], kind: str, page: int = 0) -> "Figure":

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from mrfit.api.drawing import series_of
+from mrfit.api.drawing import predicted_series
 from mrfit.fit.extrapolation import Stretch
 from mrfit.fit.predict import Prediction, stretch_of
 from mrfit.io.arrow import numbers, repeated, table
@@ -63,7 +63,7 @@ def save(workspace: Workspace, name: str, kept: Kept, found: Prediction, assembl
     ending = next((e for e in FORMATS if name.endswith(e)), "")
     stem = name.removesuffix(ending)
     check_name(stem)
-    folder, series = workspace.root / "predict", series_of(found.blocks, found.simulated, assembly, found.unmeasured)
+    folder, series = workspace.root / "predict", predicted_series(found, assembly)
     data = folder / f"{stem}{ending or '.parquet'}"
     write_atomic(data, lambda path: _write_series(path, data.suffix, series))
     with style():
@@ -100,7 +100,8 @@ def _write_series(path: Path, suffix: str, series: Sequence[Series]) -> None:
         words = {"condition": one.condition, "segment": one.segment}
         columns = {"time": one.time, "measured": one.measured, "simulated": one.simulated, **one.inputs}
         same = {name: repeated(text, len(one.time)) for name, text in words.items()}
-        made.append(table(same | {name: numbers(values) for name, values in columns.items()}))
+        scored = {"scored": pa.array(one.scored)}
+        made.append(table(same | {name: numbers(values) for name, values in columns.items()} | scored))
     whole = pa.concat_tables(made, promote_options="default")
     if suffix == ".csv":
         import pyarrow.csv

@@ -69,22 +69,23 @@ class Prediction:
     def to_frame(self) -> "DataFrame":
         """Return time, measured and simulated output and the model's inputs of every sample, SI.
 
-        Of logs without the output the measured one is nan.
+        Times are those of the logs. A test without cycles is there from its first sample; ``scored`` is False where
+        the model settles and errors are not counted. Of logs without the output the measured one is nan.
         """
         from pandas import DataFrame, concat
 
-        series = drawing.series_of(self.found.blocks, self.found.simulated, self.assembly, self.found.unmeasured)
         frames = [
             DataFrame(
                 {"segment": s.segment, "time": s.time, "measured": s.measured, "simulated": s.simulated, **s.inputs}
+                | {"scored": s.scored}
             )
-            for s in series
+            for s in drawing.predicted_series(self.found, self.assembly)
         ]
         return concat(frames, ignore_index=True)
 
     def plot(self, kind: drawing.Kind = "loop", page: int = 0) -> "Figure":
         """Return a figure: ``loop``, ``time-history`` or ``residual``; ``page`` where there are over 12 conditions."""
-        series = drawing.series_of(self.found.blocks, self.found.simulated, self.assembly, self.found.unmeasured)
+        series = drawing.predicted_series(self.found, self.assembly)
         return drawing.plot(replace(self.fit, metrics=self.found.metrics), series, kind, page)
 
     def __repr__(self) -> str:

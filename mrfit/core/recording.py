@@ -107,7 +107,8 @@ class Segment:
     warm_up
         Samples before ``start`` that the model is driven with, and not compared, so that its state settles.
     waveform
-        ``sine``, ``triangle``, ``step``, ``random``, ``quasi-static`` or ``periodic`` (any other repeated shape).
+        ``sine``, ``triangle``, ``step``, ``transient``, ``random``, ``quasi-static`` or ``periodic`` (any other
+        repeated shape).
     drive
         Channel that defines the condition: ``current``, ``displacement``, ``velocity`` or ``angle``.
     frequency

@@ -1,7 +1,7 @@
 """Simulate a fitted model on other logs, free run, and say how far off it is there."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from mrfit.fit.files import read_fit_json
 from mrfit.fit.identify import measured_output
 from mrfit.fit.result import metric_rows, simulate_block
 from mrfit.fit.select import left_out_warnings, usable
+from mrfit.io.columns import part_of
 from mrfit.io.dataset import Dataset
 from mrfit.io.schemas.fit import Caution, Fit, MetricRow, Result
 from mrfit.io.workspace import Workspace
@@ -42,6 +43,11 @@ class Prediction:
         On logs that were left out, on conditions whose parameters are another's, and on what was not tested.
     unmeasured
         Segments of logs without the output, which are simulated alone.
+    leads
+        Segment of a test without cycles -> measured and simulated output and inputs from the start of the record up to
+        what is judged, while the model settles.
+    clock
+        Segment -> time in s, as the log has it, of the first sample that is judged.
     """
 
     metrics: list[MetricRow]
@@ -50,6 +56,8 @@ class Prediction:
     simulated: list[Array]
     warnings: list[Caution]
     unmeasured: frozenset[str] = frozenset()
+    leads: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
+    clock: Mapping[str, float] = field(default_factory=dict)
 
 
 def read_fit(workspace: Workspace, name: str) -> Fit:
@@ -94,6 +102,7 @@ def predict(fit: Fit, dataset: Dataset, trained: Mapping[str, tuple[float, float
     simulated: list[Array] = []
     parts: list[Part] = []
     borrowed: dict[str, Caution] = {}
+    leads, clock = {}, {}
     for segment in segments:
         recording = recordings[segment.recording]
         output = measured_output(recording, assembly)
@@ -105,6 +114,9 @@ def predict(fit: Fit, dataset: Dataset, trained: Mapping[str, tuple[float, float
         parts += own
         outputs.append(output[segment.start : segment.stop])
         simulated += [simulate_block(p.block, assembly, theta_of(assembly, result))[0] for p in own]
+        clock[segment.id] = recording.start + segment.start * recording.dt
+        if not segment.cycles and own[0].drive.warm_up:
+            leads[segment.id] = _lead(own[0], assembly, theta_of(assembly, result), output)
     floors = dict(zip((s.id for s in segments), output_floors(segments, recordings, outputs), strict=True))
     unmeasured = frozenset(s.id for s in segments if s.recording in lacking)
     measured = [k for k, p in enumerate(parts) if p.segment.id not in unmeasured]
@@ -115,7 +127,17 @@ def predict(fit: Fit, dataset: Dataset, trained: Mapping[str, tuple[float, float
     warnings = [*left_out_warnings(left_out, len(found)), *borrowed.values()]
     if trained:
         warnings += extrapolations(trained, [_stretch(p, assembly) for p in parts])
-    return Prediction(metrics, used, Blocks(parts), simulated, warnings, unmeasured)
+    return Prediction(metrics, used, Blocks(parts), simulated, warnings, unmeasured, leads, clock)
+
+
+def _lead(part: Part, assembly: Assembly, theta: Array, output: Array) -> dict[str, Array]:
+    """Return what is simulated of a record before the first sample that is judged, of an output over the record."""
+    block, samples = part.block, part.drive.warm_up
+    with np.errstate(all="ignore"):
+        outputs = assembly.simulate(block.drive, theta[None, :], block.dt)[0, :samples]
+    measured = part_of(output, part.segment.start - samples, part.segment.start)
+    inputs = {name: block.drive[row, :samples] for row, name in enumerate(assembly.spec.inputs)}
+    return {"measured": measured, "simulated": outputs + simulate_block(block, assembly, theta)[1], **inputs}
 
 
 def _with_output(recordings: Mapping[str, Recording], output: str) -> tuple[dict[str, Recording], set[str]]:

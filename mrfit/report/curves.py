@@ -83,7 +83,8 @@ def shown_cycles(series: Series, cycles: float = CYCLES) -> slice:
     """Return the samples of the first cycles, or all where the test is not periodic."""
     if series.frequency <= 0.0:
         return slice(None)
-    return slice(0, int(np.searchsorted(series.time, cycles / series.frequency * (1.0 + 1e-9), side="right")))
+    seconds = cycles / series.frequency * (1.0 + 1e-9)
+    return slice(0, int(np.searchsorted(series.time - series.time[0], seconds, side="right")))
 
 
 def worst_of_each(series: Sequence[Series]) -> list[Series]:

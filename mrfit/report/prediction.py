@@ -38,6 +38,8 @@ def figure_of(fit: Fit, series: Sequence[Series], errors: Mapping[str, float | N
         window = shown_cycles(one)
         known = bool(np.isfinite(one.measured).any())
         looks = [(one.measured, "#8a99a8", 2.4, "measured")] if known else []
+        if one.lead and window.start is None:
+            panel.axvspan(*(seconds * one.time[[0, one.lead - 1]]), color="#e8edf2", lw=0, label="not scored")
         for values, colour, width, label in [*looks, (one.simulated, "#c2410c", 1.0, "simulated")]:
             at = decimate(values[window], 800)
             panel.plot(

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mrfit.core.channels import INTEGRALS
 from mrfit.core.recording import Segment
@@ -34,13 +35,15 @@ class Series:
     condition, segment, role
         Where it belongs.
     time
-        Seconds from the part's first sample, shape (N,).
+        Seconds, shape (N,): from the part's first sample, or of a prediction as the log has them.
     measured, simulated
         Output, SI, shape (N,).
     inputs
         The model's input channels by name, SI, shape (N,).
     frequency
         Fundamental frequency in Hz, 0 where there is none.
+    lead
+        Samples at its start that are simulated and not judged, while the model settles.
     """
 
     condition: str
@@ -51,11 +54,17 @@ class Series:
     simulated: Array
     inputs: dict[str, Array]
     frequency: float = 0.0
+    lead: int = 0
 
     @cached_property
     def error(self) -> float:
-        """RMS residual."""
-        return float(np.sqrt(np.mean((self.measured - self.simulated) ** 2)))
+        """RMS residual of what is judged."""
+        return float(np.sqrt(np.mean((self.measured[self.lead :] - self.simulated[self.lead :]) ** 2)))
+
+    @property
+    def scored(self) -> NDArray[np.bool_]:
+        """Whether each sample is judged, (N,)."""
+        return np.arange(len(self.time)) >= self.lead
 
 
 @dataclass(frozen=True)

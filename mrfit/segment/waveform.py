@@ -40,14 +40,20 @@ def periodic_waveform(fit: HarmonicFit) -> str:
 
 
 def irregular_waveform(values: Array) -> str | None:
-    """Return ``step``, ``quasi-static`` or ``random`` for a drive (N,) that does not repeat, None for one at rest."""
+    """Return the waveform of a drive (N,) that does not repeat, None for one at rest.
+
+    It is ``step`` between levels, ``transient`` where the drive comes back to the one level at which it stands most of
+    the time, as in an earthquake, ``quasi-static`` of few slow ramps, else ``random``.
+    """
     span, noise = float(np.ptp(values)), noise_level(values)
     if span <= STILL_NOISE * noise or span == 0.0 or len(values) < 3 * FEW:
         return None
     levels, share = _plateaus(values, noise)
+    jumps = int(np.sum(np.abs(np.diff(levels)) > REVERSAL_SWING * span))
+    if share >= STILL_SHARE and 0 < jumps <= FEW:
+        return "step"
     if share >= STILL_SHARE:
-        jumps = int(np.sum(np.abs(np.diff(levels)) > REVERSAL_SWING * span))
-        return "step" if jumps <= FEW else "random"
+        return "random" if jumps else "transient"
     points = turning_points(values, max(REVERSAL_SWING * span, STILL_NOISE * noise))
     if len(points) - 2 <= FEW or _straight(values, points):
         return "quasi-static"
@@ -55,16 +61,21 @@ def irregular_waveform(values: Array) -> str | None:
 
 
 def _plateaus(values: Array, noise: float) -> tuple[Array, float]:
-    """Return the levels of blocks that are as they were a 40th of the record before, and their share of all blocks.
+    """Return the levels at which a record stands still, one for each stretch, and their share of the whole.
 
-    A ramp across the whole record moves by a 40th of its span in that time, which is more than a plateau may.
+    Of 400 blocks those are still that are as they were a 40th of the record before: a ramp across the whole record
+    moves by a 40th of its span in that time, which is more than a plateau may. Motion too passes where it was, but
+    not for several blocks on end.
     """
     size = max(4, len(values) // BLOCKS)
     means = values[: len(values) // size * size].reshape(-1, size).mean(axis=1)
     lag = max(1, len(means) // 40)
     change = np.abs(means[lag:] - means[:-lag])
     still = change <= 0.01 * float(np.ptp(values)) + 4 * noise / np.sqrt(size)
-    return means[lag:][still], float(np.mean(still))
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(np.int8), [0]])))
+    stretches = [(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if b - a >= max(1, lag // 2)]
+    levels = np.array([np.median(means[lag + a : lag + b]) for a, b in stretches])
+    return levels, sum(b - a for a, b in stretches) / len(still)
 
 
 def _straight(values: Array, points: Array | np.ndarray) -> bool:

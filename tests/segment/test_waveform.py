@@ -56,3 +56,29 @@ def test_many_ramps_of_growing_amplitude_are_quasi_static() -> None:
 def test_a_signal_at_rest_has_no_waveform() -> None:
     assert irregular_waveform(np.full(1000, 2.5)) is None
     assert irregular_waveform(np.random.default_rng(5).standard_normal(5000)) is None
+
+
+def earthquake(seed: int, strong: float) -> np.ndarray:
+    """Return a motion that is strong for a share of the record, and dies away slowly as that of a building does."""
+    time = np.linspace(0.0, 1.0, 20_000)
+    envelope = np.where(time < 0.1, 0.0, np.exp(-(time - 0.1) / strong))
+    motion = np.convolve(np.random.default_rng(seed).standard_normal(len(time)), np.hanning(60), mode="same")
+    return envelope * motion
+
+
+@pytest.mark.parametrize("strong", [0.02, 0.05])
+@pytest.mark.parametrize("seed", range(5))
+def test_motion_between_rests_at_one_level_is_transient(strong: float, seed: int) -> None:
+    assert irregular_waveform(earthquake(seed, strong)) == "transient"
+
+
+@pytest.mark.parametrize("strong", [0.2, 0.5])
+@pytest.mark.parametrize("seed", range(5))
+def test_motion_that_lasts_is_random(strong: float, seed: int) -> None:
+    assert irregular_waveform(earthquake(seed, strong)) == "random"
+
+
+def test_a_pulse_that_is_held_is_a_step_and_a_bump_is_not() -> None:
+    assert irregular_waveform(noisy(np.repeat([0.0, 1.0, 0.0], [4000, 2000, 4000]))) == "step"
+    bump = np.concatenate([np.zeros(4000), np.sin(np.linspace(0.0, np.pi, 600)), np.zeros(4000)])
+    assert irregular_waveform(noisy(bump)) == "transient"
