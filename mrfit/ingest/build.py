@@ -17,7 +17,9 @@ from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
 from mrfit.ingest.meaning.coil import with_coil
 from mrfit.ingest.meaning.conditions import conditions_of, wording
+from mrfit.ingest.meaning.faults import fault_findings
 from mrfit.ingest.meaning.lever import levered
+from mrfit.ingest.meaning.marks import without_marks
 from mrfit.ingest.meaning.naming import Signal, all_missing, check_wrong_dimension, name_signals
 from mrfit.ingest.meaning.sanity import channel_findings, relation_findings, shortened, shortening
 from mrfit.ingest.refusal import Refusal
@@ -80,17 +82,9 @@ class Rows:
         """Refuse rows, ascending; ``kinds`` names each one's fault."""
         if not len(rows):
             return
-        self.refused.add(kinds, _values_at(self.lines, rows))
+        self.refused.add(kinds, series.at(self.lines, rows))
         self.signals = [replace(s, values=series.without(s.values, rows)) for s in self.signals]
         self.time, self.lines = series.without(self.time, rows), series.without(self.lines, rows)
-
-
-def _values_at(values: series.Values, rows: Lines) -> series.Values:
-    parts = [values[0:0]]
-    for begin, end in series.spans(len(values)):
-        inside = rows[bisect_left(rows, begin) : bisect_left(rows, end)]
-        parts += [values[begin:end][inside - begin]] if len(inside) else []
-    return np.concatenate(parts)
 
 
 def build(table: Table, origin: Origin) -> list[Recording]:
@@ -102,9 +96,10 @@ def build(table: Table, origin: Origin) -> list[Recording]:
         If channels, units or times cannot be made out.
     """
     check_wrong_dimension(table.columns, origin.rules, origin.path)
-    signals, findings = name_signals(table.columns, origin.rules, origin.path)
+    columns, marked = without_marks(table.columns)
+    signals, findings = name_signals(columns, origin.rules, origin.path)
     signals, assumed = with_coil(signals, origin.rules.coil)
-    findings += assumed
+    findings += [*marked, *assumed]
     if not signals:
         raise Refusal(origin.path, "no channel beside the time", "export at least one signal")
     signals = levered(signals, origin.rules, origin.path)
@@ -184,7 +179,7 @@ def _refuse_missing(rows: Rows, origin: Origin) -> None:
     stack = [rows.time, *(s.values for s in rows.signals)]
     unsound = series.places(lambda *values: ~np.logical_and.reduce([_sound(v) for v in values]), *stack)
     if len(unsound):
-        missing = np.logical_or.reduce([np.isnan(_values_at(v, unsound)) for v in stack])
+        missing = np.logical_or.reduce([np.isnan(series.at(v, unsound)) for v in stack])
         rows.drop(unsound, ["empty value" if m else "overflow" for m in missing])
     total = len(rows.lines) + len(rows.refused)
     if len(rows.lines) < 2 or len(rows.refused) > len(rows.lines):
@@ -226,8 +221,8 @@ def _base(rows: Rows, times: Times, table: Table, origin: Origin) -> TimeBase:
     try:
         again = repeated(rows.time, rows.breaks)
         if len(again) and coarse(rows.time, times.printed):
-            before = [_values_at(s.values, again - 1) for s in rows.signals]
-            same = [_values_at(s.values, again) == b for s, b in zip(rows.signals, before, strict=True)]
+            before = [series.at(s.values, again - 1) for s in rows.signals]
+            same = [series.at(s.values, again) == b for s, b in zip(rows.signals, before, strict=True)]
             again = again[np.logical_and.reduce(same)]
         rows.drop(again, ["repeated time"] * len(again))
         base = time_base(rows.time, times.stated, rows.breaks, rows.number, times.printed)
@@ -281,6 +276,12 @@ def _judged(record: Recording, number: int, runs: int, table: Table, origin: Ori
     """Add conditions and sanity findings to a recording."""
     short = shortened(record)
     condition, odd = conditions_of(short, number, runs, table.condition, origin.rules)
-    judged = (*odd, *channel_findings(record), *relation_findings(short), *shortening(record, short))
+    judged = (
+        *odd,
+        *channel_findings(record),
+        *fault_findings(short),
+        *relation_findings(short),
+        *shortening(record, short),
+    )
     said = wording(Path(origin.path).stem, origin.rules)
     return replace(record, condition=condition, wording=said, findings=(*record.findings, *judged))

@@ -159,6 +159,26 @@ def without(values: Values, drop: Values) -> Values:
     return _column(len(values) - len(drop), read)
 
 
+def at(values: Values, rows: Values) -> Values:
+    """Return the values of some rows, which ascend."""
+    parts = [values[0:0]]
+    for begin, end in spans(len(values)):
+        inside = rows[bisect_left(rows, begin) : bisect_left(rows, end)]
+        parts += [values[begin:end][inside - begin]] if len(inside) else []
+    return np.concatenate(parts)
+
+
+def blanked(values: Values, rows: Values) -> Values:
+    """Return a column of floats with nan in some rows, which ascend."""
+
+    def read(a: int, b: int) -> Values:
+        part = np.array(values[a:b], dtype=np.float64)
+        part[rows[bisect_left(rows, a) : bisect_left(rows, b)] - a] = np.nan
+        return part
+
+    return read(0, len(values)) if in_memory(values) else _column(len(values), read)
+
+
 def thinned(values: Values, step: int) -> Values:
     """Return every ``step``-th value, from the first, in memory."""
     # copies, since a view would keep its whole chunk in memory

@@ -128,7 +128,7 @@ def _clipped(name: str, values: Array, dt: float, ends: tuple[float, float]) -> 
     count = dict.fromkeys(ends, 0)
     for (begin, _), (some,) in zip(series.spans(len(values)), series.chunks(values), strict=True):
         for end in ends:
-            at_end = _away_from_the_ends(some == end)
+            at_end = away_from_the_ends(some == end)
             count[end] += int(np.count_nonzero(at_end))
             if end not in first and _stands(some, at_end, end, ends):
                 first[end] = begin + int(np.argmax(at_end))
@@ -148,10 +148,10 @@ def _stands(values: Array, at_end: np.ndarray, end: float, ends: tuple[float, fl
     _, counts = np.unique(near, return_counts=True)
     others = counts[:-1] if end == ends[1] else counts[1:]
     # a rounded sine stands on its last level 2.4 times as long as on the next
-    return count > 6 * int(others.max(initial=1)) and _longest_run(at_end) >= 5 and not _rectangular(values, ends)
+    return count > 6 * int(others.max(initial=1)) and longest_run(at_end) >= 5 and not rectangular(values, ends)
 
 
-def _away_from_the_ends(mask: np.ndarray) -> np.ndarray:
+def away_from_the_ends(mask: np.ndarray) -> np.ndarray:
     """Leave out the stretches at the beginning and the end of a record, where a machine stands still."""
     inside = mask.copy()
     if mask.all():
@@ -161,13 +161,15 @@ def _away_from_the_ends(mask: np.ndarray) -> np.ndarray:
     return inside
 
 
-def _rectangular(values: Array, ends: tuple[float, float]) -> bool:
+def rectangular(values: Array, ends: tuple[float, float]) -> bool:
+    """Whether a signal is nearly always close to one of its ends."""
     low, high = ends
     inside = (values > low + 0.1 * (high - low)) & (values < high - 0.1 * (high - low))
     return bool(np.mean(inside) < 0.2)
 
 
-def _longest_run(mask: np.ndarray) -> int:
+def longest_run(mask: np.ndarray) -> int:
+    """Return the most neighbouring samples for which a mask is true."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
     return int(np.max(edges[1::2] - edges[::2], initial=0))
 

@@ -1,0 +1,130 @@
+"""Faults of sensors and converters that show in a channel's shape: a rail under noise, a stuck channel, wrap-round."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from mrfit.core.recording import Finding, Recording
+from mrfit.core.specs import Array
+from mrfit.ingest.meaning.sanity import away_from_the_ends, longest_run, rectangular
+
+FEWEST = 100
+"""A shorter channel is not judged."""
+FEW_OUTSIDE = (0.1, 99.9)
+"""Percentiles that stand for the ends of a channel."""
+BANDS = (0.01, 0.03)
+"""Width of the rail with its noise, in the range of the channel."""
+CROWDED, SHARE = 6.0, 0.02
+"""So much more often than beside it, and so much of the time, a channel stands at its rail."""
+CORNER, HOP = 0.2, 0.2
+"""A rail is met at this share of the usual speed or more, and not by a hop over this share of the range."""
+STUCK, LONGER = 20, 5.0
+"""Samples of a run of one number, and how many times longer than other runs it is."""
+MOVING = 0.7
+"""Least share of steps that are not zero elsewhere in a channel that is stuck."""
+OTHERS_MOVE = 0.3
+"""Least part of its range through which another channel moves meanwhile."""
+WRAP, ALIKE = 0.5, 0.1
+"""Least step of a wrap-round in the range of the channel, and how much such steps may differ."""
+
+
+def fault_findings(record: Recording) -> list[Finding]:
+    """Return faults of sensors and converters; ``record`` is in memory."""
+    return [finding for name in record.channels for finding in _faults(record, name)]
+
+
+def _faults(record: Recording, name: str) -> Iterator[Finding]:
+    values = record.channels[name]
+    if len(values) < FEWEST or not (spread := float(np.ptp(values))) or not np.isfinite(spread):
+        return
+    low, high = np.percentile(values, FEW_OUTSIDE)  # one garbled number must not hide that a channel is a square wave
+    spread = float(high - low) or spread
+    part = np.clip((values - low) / spread, 0.0, 1.0)
+    if wrapped := _wraps(part, record.dt):
+        yield Finding("wrap-round", name, wrapped[1], f"{name} {wrapped[0]}")
+        return
+    for end, word, height in ((high, "highest", part), (low, "lowest", 1.0 - part)):
+        if (first := _at_rail(height)) is not None:
+            text = f"{name} stays within the noise of its {word} values, about {end:.4g}, again and again: saturated"
+            yield Finding("saturated", name, first * record.dt, f"{text}, unless it is held there")
+    yield from _stuck(record, name)
+
+
+def _at_rail(height: Array) -> int | None:
+    """Return the sample at which a channel meets its rail first; ``height`` is 1 there; None if it has none."""
+    if rectangular(height, (0.0, 1.0)):
+        return None
+    speed = np.abs(height[3:] - height[:-3]) / 3.0
+    usual = float(np.percentile(speed, 95.0))
+    for width in BANDS:
+        inside = away_from_the_ends(height > 1.0 - width)
+        beside = max(np.count_nonzero(np.abs(height - 1.0 + (k + 0.5) * width) < 0.5 * width) for k in (1, 2, 3))
+        if np.count_nonzero(inside) < max(CROWDED * beside, SHARE * len(height)) or longest_run(inside) < 5:
+            continue
+        first, last = _edges(inside)
+        entries = first[(last - first >= 4) & (first >= 4)]
+        if not len(entries) or np.mean(height[inside] == 1.0) > 0.5:
+            continue  # one exact level is said to be clipped
+        corner = np.median(speed[entries - 4]) / usual
+        if corner >= CORNER and np.median(height[entries] - height[entries - 1]) <= HOP:
+            return int(entries[0])
+    return None
+
+
+def _edges(mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first and the last sample of each run in which a mask is true."""
+    steps = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
+    return steps[::2], steps[1::2] - 1
+
+
+def _stuck(record: Recording, name: str) -> Iterator[Finding]:
+    values = record.channels[name]
+    still = np.diff(values) == 0.0
+    first, last = _edges(still)
+    lengths = last - first + 1
+    long = np.flatnonzero(lengths >= STUCK)
+    others = lengths[lengths < STUCK]
+    usual = float(np.percentile(others, 90.0)) if len(others) else 1.0
+    elsewhere = len(still) - int(lengths[long].sum())
+    if not len(long) or elsewhere < STUCK or len(still) - int(lengths.sum()) < MOVING * elsewhere:
+        return
+    steps = np.abs(np.diff(values))
+    step = float(np.percentile(steps[steps > 0.0], 99.5))
+    for k in long[lengths[long] >= LONGER * usual]:
+        begin, end = int(first[k]), int(last[k]) + 2
+        level = float(values[begin])
+        off = level == 0.0 and name in ("current", "voltage")
+        if begin == 0 or off or level in (float(values.min()), float(values.max())):
+            continue
+        jumps = end < len(values) and abs(float(values[end] - level)) > 3.0 * step
+        if jumps or _another_moves(record, name, slice(begin, end)):
+            text = f"{name} stands at exactly {level:.6g} for {end - begin} samples while the test goes on: stuck"
+            yield Finding("stuck", name, begin * record.dt, text)
+            return
+
+
+def _another_moves(record: Recording, name: str, rows: slice) -> bool:
+    others = [v for n, v in record.channels.items() if n != name and np.ptp(v)]
+    return any(np.ptp(v[rows]) > OTHERS_MOVE * np.ptp(v) for v in others)
+
+
+def _wraps(part: Array, dt: float) -> tuple[str, float] | None:
+    """Return what is said of a channel that wraps round, and when it does so first; ``part`` is between 0 and 1.
+
+    It goes on after the step as it went before, opposite to the step, and steps both ways, which a sawtooth does not.
+    """
+    steps = np.diff(part)
+    at = np.flatnonzero(np.abs(steps) > WRAP)
+    at = at[(at >= 3) & (at < len(part) - 5)]
+    if len(at) < 2 or len(at) > 0.05 * len(part) or rectangular(part, (0.0, 1.0)):
+        return None
+    sizes = np.abs(steps[at])
+    both = {1.0, -1.0} <= set(np.sign(steps[at]))
+    before, after = np.sign(part[at] - part[at - 3]), np.sign(part[at + 4] - part[at + 1])
+    goes_on = (before == after) & (before == -np.sign(steps[at]))
+    if not both or np.mean(goes_on) < 0.9 or float(np.ptp(sizes)) > ALIKE:
+        return None
+    text = (
+        f"hops {len(at)} times from one end of its range to the other and goes on from there: its converter wraps round"
+    )
+    return text, float(at[0] + 1) * dt

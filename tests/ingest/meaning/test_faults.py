@@ -1,0 +1,82 @@
+"""Faults of sensors and converters that were laid into channels are found, and none in sound ones."""
+
+import numpy as np
+import pytest
+
+from mrfit.core.recording import Recording
+from mrfit.core.specs import Array
+from mrfit.ingest.meaning.faults import fault_findings
+
+DT = 2e-3
+T = DT * np.arange(3000)
+RNG = np.random.default_rng(0)
+NOISE = RNG.normal(0.0, 1.0, len(T))
+SINE = np.sin(2 * np.pi * 2 * T)
+VELOCITY = np.cos(2 * np.pi * 2 * T)
+FORCE = 600.0 * np.tanh(4.0 * VELOCITY) + 300.0 * VELOCITY + 2.0 * NOISE
+
+
+def _faults(**channels: Array) -> list[tuple[str, str]]:
+    record = Recording("a", "a.csv", "", "delimited", DT, 0.0, channels, dict.fromkeys(channels, ""))
+    return [(f.kind, f.channel) for f in fault_findings(record)]
+
+
+@pytest.mark.parametrize("noise", [0.2, 1.0, 3.0])
+@pytest.mark.parametrize("rail", [500.0, 750.0])
+def test_a_rail_under_noise(noise: float, rail: float) -> None:
+    values = np.clip(1000.0 * SINE, -rail, rail) + noise * NOISE
+    assert _faults(force=values) == [("saturated", "force"), ("saturated", "force")]
+    assert _faults(force=np.maximum(values, -rail + 20.0)) == [("saturated", "force")]  # below: one exact level
+
+
+@pytest.mark.parametrize("length", [40, 400])
+@pytest.mark.parametrize("begin", [700, 1033])
+def test_a_stuck_channel(length: int, begin: int) -> None:
+    values = FORCE.copy()
+    values[begin : begin + length] = values[begin]
+    assert _faults(displacement=SINE + 1e-4 * NOISE, force=values) == [("stuck", "force")]
+    if length > 40:
+        assert _faults(force=np.round(values, 1)) == [("stuck", "force")]
+
+
+def test_a_channel_that_is_stuck_until_the_end() -> None:
+    values = FORCE.copy()
+    values[2000:] = values[2000]
+    assert _faults(displacement=SINE + 1e-4 * NOISE, force=values) == [("stuck", "force")]
+    still = np.where(T < 4.0, SINE, SINE[2000])
+    assert _faults(displacement=still + 1e-4 * NOISE, force=values) == []  # the machine has stopped
+
+
+@pytest.mark.parametrize(("amplitude", "bits", "scale"), [(40000.0, 16, 1.0), (36000.0, 16, 0.0305), (2500.0, 12, 1.0)])
+def test_a_converter_that_wraps_round(amplitude: float, bits: int, scale: float) -> None:
+    counts = np.round(amplitude * SINE + 3.0 * NOISE)
+    half = 2 ** (bits - 1)
+    assert _faults(force=scale * ((counts + half) % (2 * half) - half)) == [("wrap-round", "force")]
+
+
+SOUND = {
+    "sine": SINE + 0.002 * NOISE,
+    "sine without noise": SINE,
+    "sine of few bits": np.round(127 * SINE) / 127,
+    "triangle": np.arcsin(SINE) + 0.002 * NOISE,
+    "square": np.sign(SINE + 1e-9) + 0.01 * NOISE,
+    "sawtooth": (2.0 * T) % 1.0 + 0.001 * NOISE,
+    "rounded trapezoid": np.tanh(2.0 * SINE) + 0.002 * NOISE,
+    "levels": np.array([0.0, 1.0, 2.0, 0.5])[(T // 0.7).astype(int) % 4] + 0.003 * NOISE,
+    "levels of a readback": np.array([0.0, 1.0, 2.0, 0.5])[(T // 0.7).astype(int) % 4],
+    "current that rises and falls": np.convolve(
+        np.sign(SINE + 1e-9), np.exp(-np.arange(300) / 20.0) / 20.5, mode="full"
+    )[: len(T)],
+    "force of a damper": FORCE,
+    "noise": NOISE,
+    "random walk": np.cumsum(NOISE),
+    "slow temperature": np.round(24.0 + 0.1 * T, 1),
+    "beats": SINE * np.sin(2 * np.pi * 0.2 * T),
+    "decay": np.exp(-T) * SINE,
+    "angle of a turning shaft": (400.0 * T) % 360.0,
+}
+
+
+@pytest.mark.parametrize("name", SOUND)
+def test_sound_channels_have_no_fault(name: str) -> None:
+    assert _faults(displacement=SINE + 1e-3 * RNG.normal(0.0, 1.0, len(T)), ch1=SOUND[name]) == []
