@@ -234,6 +234,14 @@ class ReadsRows(Protocol):
         """Yield the tables of one stretch of rows after another, of about ``size`` bytes."""
 
 
+@runtime_checkable
+class TellsHeadings(Protocol):
+    """A reader of text logs that may hold several headers, each above a block of rows."""
+
+    def heading(self, head: Any) -> Any:
+        """Return what the first header of these lines says of the rows below it; None if there is none."""
+
+
 SLOT_FUNCTIONS: Mapping[str, str] = {
     "input": "transform",
     "loop": "closed",

@@ -9,19 +9,22 @@ from pathlib import Path
 
 from mrfit.core import registry
 from mrfit.core.progress import Progress, silent
-from mrfit.core.protocols import JoinsParts, Reader, ReadsRows
-from mrfit.core.recording import Recording
+from mrfit.core.protocols import JoinsParts, Reader, ReadsRows, TellsHeadings
+from mrfit.core.recording import Finding, Recording
 from mrfit.errors import MrfitError
 from mrfit.ingest.blocks import Gathered, text_blocks
 from mrfit.ingest.build import Origin, build
 from mrfit.ingest.containers.apart import read_apart
 from mrfit.ingest.containers.memory import out_of_memory, shown
 from mrfit.ingest.containers.shelf import Shelf, check_disk
+from mrfit.ingest.dispatch import FALLBACK
 from mrfit.ingest.hashes import BLOCKS_IN_MEMORY, Watch, watched
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table, with_end
-from mrfit.ingest.text.head import open_head
+from mrfit.ingest.text.head import Head, open_head
+from mrfit.ingest.text.headings import Heading, Part, Teller, cut_at_headings, exported, heading
+from mrfit.ingest.text.textlog import check_rows
 from mrfit.settings.ingest import BLOCK
 
 
@@ -155,8 +158,54 @@ def _whole(module: Reader, reader: str, source: Source) -> list[Table]:
         tables = read_apart(reader, source)
     else:
         _check_memory(source)
-        tables = module.read(source)
+        tables = _by_headings(module, source) if source.head.encoding else list(module.read(source))
     return [with_end(t) for t in tables]
+
+
+def _by_headings(module: Reader, source: Source) -> list[Table]:
+    """Return the tables of a text log, each part read by the header above it, up to a header that cannot be used."""
+    first, *others = cut_at_headings(source, _teller(module))
+    tables: list[Table] = module.read(first.source)
+    for part in others:
+        try:
+            if odd := part.odd or (_by_place(source.rules) and "the channel map names columns by place"):
+                raise Refusal(source.head.path, odd, "cut the log there")
+            found = _reader_below(module, part).read(part.source)
+            check_rows(part.source.head, sum(t.rows for t in found), [r for t in found for r in t.refused])
+        except Refusal as refusal:
+            text = f"{part.told()}: nothing is read from there on ({part.in_words(refusal.reason)}); cut the log there"
+            return [*tables[:-1], _with_finding(tables[-1], "another-header", text)]
+        text = f"{part.told()}: its rows are read by it"
+        tables += [_with_finding(part.placed(t), "another-header", text) for t in found]
+    return tables
+
+
+def _teller(module: Reader) -> Teller:
+    """Return what tells the headers of a log: also those of further exports of the instrument."""
+    if isinstance(module, TellsHeadings):
+        return module.heading
+
+    def tell(head: Head) -> Heading | None:
+        found = heading(head)
+        own = module.SPEC.name != FALLBACK and module.sniff(head)
+        return replace(found or Heading((), ()), export=exported(head)) if own else found
+
+    return tell
+
+
+def _reader_below(module: Reader, part: Part) -> Reader:
+    """Return the reader of a part: the log's own where the header is one of its kind, else that of delimited text."""
+    own = isinstance(module, TellsHeadings) or module.sniff(part.source.head)
+    return module if own else registry.load("reader", FALLBACK)
+
+
+def _by_place(rules: Rules) -> bool:
+    clock = [rules.time.column] if rules.time else []
+    return any(isinstance(c, int) for c in [*clock, *(r.column for r in rules.channels.values())])
+
+
+def _with_finding(table: Table, kind: str, text: str) -> Table:
+    return replace(table, findings=(*table.findings, Finding(kind, "", None, text)))
 
 
 def _check_memory(source: Source) -> None:

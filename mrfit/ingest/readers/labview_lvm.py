@@ -12,6 +12,7 @@ from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.body import ROW, Body, Layout, number_pattern, split
 from mrfit.ingest.text.head import Head
+from mrfit.ingest.text.headings import Heading
 from mrfit.ingest.text.layout import name_and_unit
 from mrfit.ingest.text.textlog import Field, body_of, positive, table_of, text_of
 
@@ -21,6 +22,16 @@ SPEC = ReaderSpec("labview-lvm", "LabVIEW measurement file (LVM)", blocks=True)
 def sniff(head: Head) -> bool:
     """Whether the first line is ``LabVIEW Measurement``."""
     return head.starts("LabVIEW Measurement")
+
+
+def heading(head: Head) -> Heading | None:
+    """Return what the first segment's header says; None if there is none."""
+    try:
+        segment = _segment(head)
+    except Refusal:
+        return None
+    settings = (*segment.meta.get("y_unit_label", []), *segment.meta.get("delta_x", []))
+    return Heading(segment.names, settings, segment.delimiter)
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,11 +72,12 @@ def read(source: Source) -> list[Table]:
 
 
 def _segment(head: Head) -> Segment:
-    separator = next((line for line in head.lines[:30] if line.lower().startswith("separator")), "")
-    delimiter = "," if "comma" in separator.lower() else "\t"
     row = next((k for k, line in enumerate(head.lines) if line.lower().startswith("x_value")), None)
     if row is None:
         raise Refusal(head.path, "no X_Value row in its header", "export the log again")
+    # only the first segment has the line that states the separator
+    separator = next((line.lower() for line in head.lines[:30] if line.lower().startswith("separator")), "")
+    delimiter = "," if "comma" in separator or not separator and "\t" not in head.lines[row] else "\t"
     meta: dict[str, list[str]] = {}
     for line in head.lines[:row]:
         fields = split(line, delimiter)

@@ -8,6 +8,7 @@ from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source, Table
 from mrfit.ingest.text.body import ROW, Layout, split
 from mrfit.ingest.text.head import Head
+from mrfit.ingest.text.headings import Heading
 from mrfit.ingest.text.layout import TIME_NAMES, TwoRows, two_rows
 from mrfit.ingest.text.textlog import Field, body_of, table_of, text_of
 
@@ -20,6 +21,12 @@ DECIMAL_PLACE = 5  # MTS793|MPT|ENU|1|2|.|/|:|…
 def sniff(head: Head) -> bool:
     """Whether the first line is ``MTS…|MPT|…``."""
     return head.starts("MTS") and "|MPT|" in head.lines[0].upper()
+
+
+def heading(head: Head) -> Heading | None:
+    """Return what the first header says; None if there is none."""
+    found = two_rows(head)
+    return Heading(tuple(found.names), tuple(found.units), "\t") if found else None
 
 
 def read(source: Source) -> list[Table]:

@@ -129,6 +129,8 @@ class Header:
         Line (from 0) of the first row, readable or not.
     short
         Whether it has one name fewer than the rows have columns.
+    row
+        Line (from 0) of the names.
     """
 
     names: tuple[str, ...]
@@ -136,6 +138,7 @@ class Header:
     rows: frozenset[str]
     first: int
     short: bool = False
+    row: int = 0
 
 
 def find_header(head: Head, grid: Grid, start: int = 0) -> Header:
@@ -149,10 +152,10 @@ def find_header(head: Head, grid: Grid, start: int = 0) -> Header:
     first = _first_of_rows(dict(cells), first)
     unit_row: list[str] | None = None
     rows = []
-    if fitting and _is_unit_row([c for _, c in fitting]) and (len(fitting) > 1 or not _is_name_row(fitting[-1][1])):
+    if fitting and _is_unit_row([c for _, c in fitting]) and (len(fitting) > 1 or not is_name_row(fitting[-1][1])):
         place, unit_row = fitting.pop()
         rows.append(head.lines[place].strip())
-    if not fitting or not _is_name_row(fitting[-1][1]):
+    if not fitting or not is_name_row(fitting[-1][1]):
         return Header((), (), frozenset(rows), first)
     place, names = fitting[-1]
     between = [c for k, c in cells if place < k < first and c != unit_row and not all(map(SEPARATOR.fullmatch, c))]
@@ -165,7 +168,7 @@ def find_header(head: Head, grid: Grid, start: int = 0) -> Header:
     short = len(names) == grid.width - 1 and _last_is_filled(head, grid)
     if unit_row is not None and len(unit_row) < min(len(names), grid.width):
         unit_row = None  # whose units they are cannot be told
-    return _header(names, unit_row, grid.width, Header((), (), frozenset(rows), first, short))
+    return _header(names, unit_row, grid.width, Header((), (), frozenset(rows), first, short, place))
 
 
 def _first_of_rows(cells: dict[int, list[str]], first: int) -> int:
@@ -200,7 +203,7 @@ def _is_unreadable(fitting: list[tuple[int, list[str]]], times: Counter[tuple[st
     if not filled or all(marked) or any(OVERLOAD.fullmatch(c) for c in filled) or counted[0] and len(filled) > 1:
         return bool(filled)
     others = [(k, c) for k, c in fitting if c != cells]
-    if not others or not _is_name_row(others[-1][1]):
+    if not others or not is_name_row(others[-1][1]):
         return False
     line, above = others[-1]
     if any(counted):
@@ -248,7 +251,7 @@ def two_rows(head: Head, delimiter: str = "\t") -> TwoRows | None:
         cells = _trimmed(split(line, delimiter))
         if not cells:
             continue
-        complete = len(above) == 2 and all(len(c) == len(cells) > 1 and _is_name_row(c) for _, c in above)
+        complete = len(above) == 2 and all(len(c) == len(cells) > 1 and is_name_row(c) for _, c in above)
         numbers = [_is_number(c) for c in cells]
         marked = any(map(OVERLOAD.fullmatch, cells)) or all(map(MARK.fullmatch, cells))
         if complete and (any(numbers) or marked):
@@ -301,7 +304,7 @@ def _is_unit_row(rows: list[list[str]]) -> bool:
     if not filled or all(re.fullmatch(r"[\[({].*[\])}]", c) for c in filled) or all(known):
         return bool(filled)
     above = [c for c in rows[-2] if c] if len(rows) > 1 else []
-    if len(above) < len(filled) or not _is_name_row(rows[-2]):
+    if len(above) < len(filled) or not is_name_row(rows[-2]):
         return False
     # pulses/turn has a unit behind its stroke, but is no name
     if any(_is_recognised(c) and "/" not in c and not k for c, k in zip(filled, known, strict=True)):
@@ -309,7 +312,14 @@ def _is_unit_row(rows: list[list[str]]) -> bool:
     return 2 * sum(known) >= len(filled) or any(known) and any(_is_recognised(c) for c in above)
 
 
-def _is_name_row(cells: list[str]) -> bool:
+def is_name(cell: str) -> bool:
+    """Whether a header cell is a known name, with or without a unit, or any name with a known unit."""
+    name, unit = name_and_unit(cell)
+    return _is_alias(name) if unit is None else units.known(unit) and bool(name)
+
+
+def is_name_row(cells: list[str]) -> bool:
+    """Whether cells are names: none is a number."""
     filled = [c for c in cells if c]
     number = number_pattern(".")
     return bool(filled) and not any(number.fullmatch(c.replace(",", ".")) for c in filled)

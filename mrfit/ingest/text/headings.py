@@ -1,0 +1,297 @@
+"""Another header inside a text log: where it begins, and the log cut there so that each block is read by its own."""
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mrfit.ingest.meaning import units
+from mrfit.ingest.refusal import Refusal, excerpt
+from mrfit.ingest.table import Block, Lines, Lost, Source, Table
+from mrfit.ingest.text.body import ROW, split
+from mrfit.ingest.text.head import FEED, HEAD_BYTES, Head, Text, decode
+from mrfit.ingest.text.layout import COMMENTS, DELIMITERS, find_grid, find_header, is_name, is_name_row
+from mrfit.ingest.text.textlog import text_of
+from mrfit.ingest.time.rate import stated_interval
+
+SKIPPED = b" \t\r\f\v\"',;|+-.\0"
+"""What may stand before the first digit of a row."""
+ROWS_SEEN = 8192
+"""Bytes below a header by which its columns are told."""
+MOST_PARTS = 200
+FEW_ROWS = 5
+"""So many rows above the first names are a part of the log without a header."""
+
+
+@dataclass(frozen=True, slots=True)
+class Heading:
+    """What a header says of the rows below it.
+
+    Attributes
+    ----------
+    names, units
+        Of the columns.
+    delimiter
+        Of the rows.
+    decimal
+        Decimal mark, where the rows show one.
+    interval
+        Sample interval in s, where the header states one.
+    row
+        Line (from 0) of the names; -1 where units do not stand beside or below them.
+    export
+        All its lines, where they begin an export of the instrument.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str | None, ...]
+    delimiter: str = ""
+    decimal: str = ""
+    interval: float | None = None
+    row: int = -1
+    export: tuple[str, ...] = ()
+
+    def same(self, before: "Heading") -> bool:
+        """Whether rows below it are read as those of the header before; what it leaves out it repeats."""
+        marks = not self.decimal or not before.decimal or self.decimal == before.decimal
+        rates = self.interval is None or self.interval == before.interval
+        bare = not any(self.units)
+        return (not self.export or self.export == before.export) and (
+            [n.lower() for n in self.names] == [n.lower() for n in before.names]
+            and self.delimiter == before.delimiter
+            and (bare or self.units == before.units)
+            and marks
+            and rates
+        )
+
+    def completed(self, before: "Heading") -> "Heading | None":
+        """Return it with what it leaves out, names or units, taken from the header before; None if that is unclear."""
+        if self.row < 0:
+            return self
+        if all(n and units.known(n) and not is_name(n) for n in self.names) and not any(self.units):
+            return replace(self, names=before.names, units=self.names) if len(self.names) == len(before.names) else None
+        if any(self.units) or not any(before.units):
+            return self
+        known = {n.lower(): u for n, u in zip(before.names, before.units, strict=True)}
+        if len(known) < len(before.names) or any(n and n.lower() not in known for n in self.names):
+            return None
+        return replace(self, units=tuple(known.get(n.lower()) for n in self.names))
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A stretch of a log below a header of its own.
+
+    Attributes
+    ----------
+    source
+        It, as a log by itself.
+    shift
+        Lines of the log above it.
+    odd
+        Why its header cannot be used, or nothing.
+    """
+
+    source: Source
+    shift: int = 0
+    odd: str = ""
+
+    def told(self) -> str:
+        """Return in words where it begins."""
+        shown = next((text for text in self.source.head.lines if text.strip()), "")
+        return f"line {self.shift + 1} begins another header ('{excerpt(shown)}')"
+
+    def placed(self, table: Table) -> Table:
+        """Return a table of it with the line numbers of the log."""
+        lost = Lost()
+        lost.add([r.kind for r in table.refused], [r.line + self.shift for r in table.refused])
+        return replace(
+            table,
+            lines=table.lines + self.shift,
+            refused=lost,
+            breaks=tuple(line + self.shift for line in table.breaks),
+            comments=tuple(line + self.shift for line in table.comments),
+            open_line=table.open_line + self.shift if table.open_line else 0,
+        )
+
+    def in_words(self, text: str) -> str:
+        """Return what is said of it with the line numbers of the log."""
+        return re.sub(r"\bline (\d+)", lambda m: f"line {int(m[1]) + self.shift}", text)
+
+
+Teller = Callable[[Head], Heading | None]
+
+
+def heading(head: Head) -> Heading | None:
+    """Return what the header of delimited text says; None if nothing above the numbers names them."""
+    try:
+        grid = find_grid(head)
+    except Refusal:
+        return None
+    found = find_header(head, grid)
+    if not found.names or not any(found.names):
+        return None
+    shown = grid.decimal if any(grid.decimal in line for line in head.lines[grid.first : grid.first + 50]) else ""
+    interval, _ = stated_interval(head.lines[: grid.first], grid.delimiter, shown)
+    return Heading(found.names, found.units, grid.delimiter, shown, interval, found.row)
+
+
+@dataclass(frozen=True, slots=True)
+class _Stretch:
+    """Lines between two rows: where they begin and end in the text, and the number of the first."""
+
+    begin: int
+    end: int
+    line: int
+
+
+def exported(head: Head) -> tuple[str, ...]:
+    """Return the lines above the first row of numbers."""
+    first = next((k for k, line in enumerate(head.lines) if ROW.match(line.encode())), len(head.lines))
+    return tuple(line.strip() for line in head.lines[:first] if line.strip())
+
+
+def cut_at_headings(source: Source, tell: Teller) -> list[Part]:
+    """Return the parts of a log, each below a header of its own.
+
+    A log of one header, given once or several times, is one part, ``source`` itself. Lines of each count from 1.
+    """
+    head, data = source.head, text_of(source)
+    base = source.block.line if source.block else 1
+    named = _named(head, data, base)
+    found: list[tuple[_Stretch, Heading, Heading | None]] = []
+    current: Heading | None = None
+    above = set(exported(head))
+    for place, stretch in enumerate(named):
+        lines = _part(head, data[stretch.begin : stretch.end], True).lines
+        if {line.strip() for line in lines} <= {*above, ""}:
+            continue
+        limit = named[place + 1].begin if place + 1 < len(named) else len(data)
+        below = min(stretch.end + ROWS_SEEN, limit)
+        here = tell(_part(head, data[stretch.begin : below], below == limit))
+        if here is None:
+            continue
+        if current is None:
+            before = replace(head, lines=head.lines[: stretch.line - 1])
+            current = tell(before)
+            if current is None and base == 1 and not _has_rows(before):
+                above |= {line.strip() for line in lines}
+                current = tell(_part(head, data[:below], below == limit))  # it is the first header itself
+                continue
+        if current is not None and here.same(current):
+            continue
+        whole = here if current is None else here.completed(current)
+        found.append((stretch, here, whole))
+        if whole is None or len(found) == MOST_PARTS:
+            break
+        current, above = whole, {line.strip() for line in lines}
+    if not found:
+        return [Part(source)]
+    first = found[0][0]
+    own = replace(head, lines=head.lines[: first.line - 1])
+    made = [Part(replace(source, head=own, block=_block(source, data, 0, first.begin, base)))]
+    for place, (stretch, here, whole) in enumerate(found):
+        end = found[place + 1][0].begin if place + 1 < len(found) else len(data)
+        odd = "" if whole else "it gives no units, and names that the header before does not have"
+        odd = odd or ("more headers than that" if place + 1 == MOST_PARTS else "")
+        part = _below(head, data[stretch.begin : min(end, stretch.begin + HEAD_BYTES)], here, whole)
+        block = _block(source, data, stretch.begin, end, 1)
+        made.append(Part(replace(source, head=part, block=block, carry={}), stretch.line - 1, odd))
+    return made
+
+
+def _block(source: Source, data: Text, begin: int, end: int, line: int) -> Block:
+    last = end == len(data) and (source.block is None or source.block.last)
+    return Block(bytes(data[begin:end]), line, last)
+
+
+def _has_rows(head: Head) -> bool:
+    return sum(bool(ROW.match(line.encode())) for line in head.lines[-FEW_ROWS:]) == FEW_ROWS
+
+
+def _named(head: Head, data: Text, base: int) -> list[_Stretch]:
+    """Return the stretches between rows in which a line may name columns."""
+    seen: dict[bytes, bool] = {}
+    found = []
+    for stretch in _between_rows(data, base):
+        text = data[stretch.begin : stretch.end]
+        if text not in seen:
+            seen[text] = any(_may_name(line) for line in _part(head, text, True).lines)
+        if seen[text]:
+            found.append(stretch)
+    return found
+
+
+def _between_rows(data: Text, base: int) -> Iterator[_Stretch]:
+    """Yield every stretch of lines, below the first two rows, that begin with no number."""
+    whole = np.frombuffer(data, np.uint8)
+    starts = np.concatenate([[0], np.flatnonzero(whole == FEED) + 1])
+    starts = starts[starts < len(whole)]
+    at, moving = starts.copy(), np.arange(len(starts))
+    skipped = np.zeros(256, dtype=bool)
+    skipped[list(SKIPPED)] = True
+    while len(moving):
+        moving = moving[skipped[whole[at[moving]]]]
+        at[moving] += 1
+        moving = moving[at[moving] < len(whole)]
+    begins = np.where(at < len(whole), whole[np.minimum(at, len(whole) - 1)], FEED)
+    numbers, blank = (begins >= ord("0")) & (begins <= ord("9")), begins == FEED
+    if 2 * np.count_nonzero(numbers) < np.count_nonzero(~blank):
+        numbers |= _worded_rows(data, starts, numbers | blank)
+    rows = np.flatnonzero(numbers)
+    pairs = np.flatnonzero(np.diff(rows) == 1)
+    odd = np.flatnonzero(~numbers & ~blank)
+    odd = odd[odd > (rows[pairs[0]] if base == 1 and len(pairs) else -1 if base > 1 else len(starts))]
+    above = np.searchsorted(rows, odd)
+    for lines in np.split(odd, 1 + np.flatnonzero(np.diff(above))) if len(odd) else ():
+        after = np.searchsorted(rows, lines[0])
+        if after < len(rows):
+            yield _Stretch(int(starts[lines[0]]), int(starts[rows[after]]), base + int(lines[0]))
+
+
+def _worded_rows(data: Text, starts: Lines, others: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which lines but ``others`` have a number behind the word that they begin with."""
+    cell = re.compile(rb'[,;\t| ][ "]*[+-]?[.,]?\d[\d.,]*(?:[eE][+-]?\d+)?[ "]*(?:[,;\t|\r\n]|$)')
+    edges = np.append(starts, len(data))
+    found = np.zeros(len(starts), dtype=bool)
+    for k in np.flatnonzero(~others):
+        found[k] = bool(cell.search(data, int(edges[k]), int(edges[k + 1])))
+    return found
+
+
+def _may_name(line: str) -> bool:
+    """Whether a line may be a row of names: cells without a number, half of them known names or with a known unit."""
+    bare = line.strip().lstrip(COMMENTS).strip()
+    if not bare:
+        return False
+    for delimiter in DELIMITERS:
+        cells = [c for c in split(bare, delimiter) if c]
+        if not is_name_row(cells):
+            continue
+        known = sum(is_name(c) or units.known(c) for c in cells)
+        # unknown names are single words: several are a note
+        worded = delimiter and len(set(cells)) == len(cells) > 1 and all(re.fullmatch(r"[^\W\d_]\S*", c) for c in cells)
+        if 2 * known >= len(cells) or worded and line.strip()[:1] not in COMMENTS:
+            return True
+    return False
+
+
+def _part(head: Head, data: bytes, whole: bool) -> Head:
+    """Return the head of a stretch of text."""
+    encoding = "utf-8" if head.encoding.startswith("utf-16") else head.encoding
+    lines = decode(data, encoding).replace("\0", "").split("\n")
+    if not whole and len(lines) > 1:
+        lines.pop()
+    return replace(head, lines=tuple(lines))
+
+
+def _below(head: Head, text: bytes, here: Heading, whole: Heading | None) -> Head:
+    """Return the head of a part, what its header leaves out written into it."""
+    part = _part(head, text, len(text) < HEAD_BYTES)
+    lines = list(part.lines)
+    if whole is not None and (whole.names, whole.units) != (here.names, here.units):
+        cells = [f"{n} [{u}]" if u else n for n, u in zip(whole.names, whole.units, strict=True)]
+        lines[here.row] = (here.delimiter or "\t").join(cells)
+    return replace(part, lines=tuple(lines))
