@@ -24,6 +24,7 @@ from mrfit.ingest.meaning.naming import Signal, all_missing, check_wrong_dimensi
 from mrfit.ingest.meaning.sanity import channel_findings, relation_findings, shortened, shortening
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Lines, Lost, Table
+from mrfit.ingest.time.counter import counter_of
 from mrfit.ingest.time.timebase import TimeBase, TimeFault, coarse, on_grid, repeated, time_base
 
 OVERFLOW = 1e30
@@ -129,8 +130,27 @@ def _times(table: Table, origin: Origin) -> Times:
             f"no time column and no sample rate (columns: {_shown(table)}{unclear})",
             f"write rate = HZ, or time = COLUMN, in a channel map ({FILE_NAME} beside the log, or --map)",
         )
-    number = _counted(table.lines, Lost(table.refused))
-    return Times(series.mapped(lambda n: table.start + n * stated, number), stated)
+    number, said = _numbers(table, origin)
+    return Times(series.mapped(lambda n: table.start + n * stated, number), stated, None, said)
+
+
+def _numbers(table: Table, origin: Origin) -> tuple[series.Values, tuple[Finding, ...]]:
+    """Return the sample number of every row where a rate is stated: as a column counts them, else as the rows do."""
+    try:
+        found = counter_of(table.columns)
+    except TimeFault as fault:
+        remedy = "write time = COLUMN in a channel map, or ignore = [COLUMN] if it counts something else"
+        raise Refusal(origin.path, f"{fault} (line {table.lines[fault.row]})", remedy) from None
+    if found is None:
+        return _counted(table.lines, Lost(table.refused)), ()
+    numbers, usual = found
+    if usual != 1.0 and not origin.rules.dt:
+        what = (
+            f"its samples are counted in steps of {usual:g}, and the stated rate may be that of the counts or the rows"
+        )
+        raise Refusal(origin.path, what, f"write rate = HZ of the rows in a channel map ({FILE_NAME} or --map)")
+    text = "a column counts the samples and leaves some out, repeats some or starts again: its counts are the clock"
+    return series.mapped(lambda n: n / usual, numbers), (Finding("counted-samples", "", None, text),)
 
 
 def _last_digit(time: Column, scale: float) -> float | None:

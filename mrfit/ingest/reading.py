@@ -228,8 +228,13 @@ def _blocks(module: Reader, source: Source, size: int, watch: Watch) -> Iterator
     if isinstance(module, ReadsRows):
         yield from ((source, tables) for tables in module.read_blocks(source, size))
         return
+    tell = _teller(module)
     for block in text_blocks(source.head, size, watch):
         part = replace(source, block=block)
+        if len(parts := cut_at_headings(part, tell)) > 1:
+            raise Refusal(
+                source.head.path, parts[1].told(), "cut the log there: one so long is read by one header only"
+            )
         yield part, module.read(part)
 
 

@@ -115,3 +115,42 @@ def test_a_lvm_name_too_few_is_refused(read_log: ReadLog) -> None:
     for names in ("X_Value\tCoil\tComment", "X_Value\tLoad\tCoil\tThird\tComment"):
         with pytest.raises(Refusal, match="its header counts 2 channels but names"):
             read_log(text.replace("X_Value\tLoad\tCoil\tComment", names), "short.lvm")
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "s,mm,kN\nTime,Disp,Load\n",
+        "[s],[mm],[kN]\nTime,Disp,Load\n",
+        "(s),(mm),(kN)\n\nTime,Stroke,Force\n",
+        "Test 5\n# s,mm,kN\n# Time,Disp,Load\n",
+        "s;mm;kN\nZeit;Weg;Kraft\n",
+    ],
+)
+def test_units_above_the_names(header: str, read_log: ReadLog) -> None:
+    (record,) = read_log(header + rows(";" if ";" in header else ","))
+    np.testing.assert_allclose(record.channels["displacement"], 1e-3 * ONE)
+    np.testing.assert_allclose(record.channels["force"], 1e3 * TWO)
+    assert not [f for f in record.findings if f.kind == "unit-assumed"]
+
+
+@pytest.mark.parametrize("header", ["Rig,Lab,Load\nTime,Disp,Force\n", "Time,Disp,Force\n"])
+def test_other_rows_above_the_names_are_no_units(header: str, read_log: ReadLog) -> None:
+    (record,) = read_log(header + rows(","))
+    np.testing.assert_allclose(record.channels["force"], TWO)
+    assert len([f for f in record.findings if f.kind == "unit-assumed"]) == 3
+
+
+@pytest.mark.parametrize("labels", ["mm\tkN", "mm\t\tkN"])
+def test_units_of_lvm_channels_with_times_of_their_own(labels: str, read_log: ReadLog) -> None:
+    """Labels stand under each channel's column, or one behind the other."""
+    top = "LabVIEW Measurement\t\nSeparator\tTab\nX_Columns\tMulti\n***End_of_Header***\t\n\nChannels\t2\n"
+    text = f"{top}Y_Unit_Label\t{labels}\nDelta_X\t0.001\t\t0.001\n***End_of_Header***\n"
+    text += "X_Value\tDisp\tX_Value\tForce\tComment\n"
+    text += "".join(
+        f"{k * 1e-3:.3f}\t{a:.4f}\t{k * 1e-3:.3f}\t{b:.4f}\t\n" for k, a, b in zip(K, ONE, TWO, strict=True)
+    )
+    (record,) = read_log(text, "multi.lvm")
+    np.testing.assert_allclose(record.channels["displacement"], 1e-3 * ONE)
+    np.testing.assert_allclose(record.channels["force"], 1e3 * TWO)
+    assert not [f for f in record.findings if f.kind == "unit-assumed"]

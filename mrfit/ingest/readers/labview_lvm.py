@@ -97,10 +97,13 @@ def _check_names(segment: Segment, names: int, head: Head) -> None:
 
 
 def _field(segment: Segment, column: int, place: int) -> Field:
-    """Return name and unit of a channel; units stand in the column of the channel, counted as the name row does."""
+    """Return name and unit of a channel; units stand in its column, or one after the other as the channels do."""
     name, bracketed = name_and_unit(segment.names[column])
     labels = segment.meta.get("y_unit_label", [])
-    label = labels[column - 1] if 0 < column <= len(labels) else ""
+    clocks = [k for k, n in enumerate(segment.names) if n.lower() == "x_value"]
+    packed = len(clocks) > 1 and not any(k - 1 < len(labels) and labels[k - 1] == "" for k in clocks[1:])
+    at = place if packed else column - 1
+    label = labels[at] if 0 <= at < len(labels) else ""
     return Field(name, label or bracketed, column)
 
 

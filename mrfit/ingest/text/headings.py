@@ -272,7 +272,7 @@ def _may_name(line: str) -> bool:
             continue
         known = sum(is_name(c) or units.known(c) for c in cells)
         # unknown names are single words: several are a note
-        worded = delimiter and len(set(cells)) == len(cells) > 1 and all(re.fullmatch(r"[^\W\d_]\S*", c) for c in cells)
+        worded = delimiter and len(set(cells)) == len(cells) > 1 and all(re.fullmatch(r"[^\W\d_]\S+", c) for c in cells)
         if 2 * known >= len(cells) or worded and line.strip()[:1] not in COMMENTS:
             return True
     return False

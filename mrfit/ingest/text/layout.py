@@ -168,6 +168,11 @@ def find_header(head: Head, grid: Grid, start: int = 0) -> Header:
     short = len(names) == grid.width - 1 and _last_is_filled(head, grid)
     if unit_row is not None and len(unit_row) < min(len(names), grid.width):
         unit_row = None  # whose units they are cannot be told
+    if unit_row is None and len(fitting) > 1 and not any(name_and_unit(n)[1] for n in names):
+        place_above, above = fitting[-2]
+        if _are_units(above):
+            unit_row = above
+            rows.append(head.lines[place_above].strip())
     return _header(names, unit_row, grid.width, Header((), (), frozenset(rows), first, short, place))
 
 
@@ -312,10 +317,17 @@ def _is_unit_row(rows: list[list[str]]) -> bool:
     return 2 * sum(known) >= len(filled) or any(known) and any(_is_recognised(c) for c in above)
 
 
+def _are_units(cells: list[str]) -> bool:
+    """Whether cells are units, and can stand above names: half of them known, none a name."""
+    filled = [c for c in cells if c]
+    known = [units.known(c) for c in filled]
+    return 2 * sum(known) > len(filled) and all(k or not _is_recognised(c) for c, k in zip(filled, known, strict=True))
+
+
 def is_name(cell: str) -> bool:
     """Whether a header cell is a known name, with or without a unit, or any name with a known unit."""
     name, unit = name_and_unit(cell)
-    return _is_alias(name) if unit is None else units.known(unit) and bool(name)
+    return len(name) > 1 and (_is_alias(name) if unit is None else units.known(unit))
 
 
 def is_name_row(cells: list[str]) -> bool:

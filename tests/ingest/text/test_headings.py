@@ -1,7 +1,9 @@
 """Logs with several headers: each block of rows is read by the header above it, or not at all from its line on."""
 
 import random
+import tempfile
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,7 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mrfit.core.recording import Recording
+from mrfit.ingest.hashes import hash_of
+from mrfit.ingest.meaning.channel_map import Rules
+from mrfit.ingest.reading import Item, Pieces, read_item
+from mrfit.ingest.stage import Settings
 from tests.ingest.conftest import ReadLog
+from tests.ingest.examining import examine
 from tests.ingest.samples import WRITERS, labview_lvm
 
 DT = 0.002
@@ -84,12 +91,6 @@ def test_each_block_is_read_by_its_own_header(second: Form, read_log: ReadLog) -
 @settings(max_examples=40, deadline=None)
 @given(st.integers(0, 2**32))
 def test_any_two_blocks(seed: int) -> None:
-    import tempfile
-    from pathlib import Path
-
-    from mrfit.ingest.stage import Settings
-    from tests.ingest.examining import examine
-
     rng = random.Random(seed)
 
     def form() -> Form:
@@ -233,7 +234,6 @@ def test_blocks_of_a_press(names: str, labels: str, scale: float, read_log: Read
     ("name", "volts", "millivolts"),
     [
         ("tektronix-mso", b"Vertical Units,V,", b"Vertical Units,mV,"),
-        ("rigol", b"Sequence,Volt,Volt", b"Sequence,mV,mV"),
         ("keysight", b"second,Volt,Volt", b"second,mV,mV"),
         ("gwinstek", b"Vertical Units,V,", b"Vertical Units,mV,"),
         ("leybold-cassy", b"U_B1 / V", b"U_B1 / mV"),
@@ -248,3 +248,15 @@ def test_exports_of_an_instrument_one_below_the_other(
     np.testing.assert_allclose(one.channels[channel], export.channels[channel], atol=1e-4)
     np.testing.assert_allclose(two.channels[channel], 1e-3 * export.channels[channel], atol=1e-7)
     assert two.units[channel] == unit
+
+
+def test_a_log_read_block_by_block_is_refused_at_another_header(tmp_path: Path) -> None:
+    second = Form(columns(time="s", force="N", displacement="mm"))
+    path = tmp_path / "log.csv"
+    for later, refused in ((second, True), (FIRST, False)):
+        path.write_text(FIRST.text(slice(0, 140)) + later.text(slice(140, None)))
+        item = Item(((path, hash_of(path)),), "delimited", Rules())
+        outcome = read_item(item, Pieces(tmp_path / "numbers", 400))
+        said = [str(r) for r in outcome.refusals]
+        assert (len(said) == 1 and "line 142 begins another header" in said[0]) == refused
+        assert bool(outcome.recordings) != refused
