@@ -13,7 +13,6 @@ from mrfit.core.specs import Array
 from mrfit.ingest import series
 from mrfit.ingest.decimate import decimated
 from mrfit.ingest.low_pass import low_passed
-from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
 from mrfit.ingest.meaning.coil import with_coil
 from mrfit.ingest.meaning.conditions import conditions_of, wording
@@ -25,6 +24,7 @@ from mrfit.ingest.meaning.sanity import channel_findings, relation_findings, sho
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Lines, Lost, Table
 from mrfit.ingest.time.counter import counter_of
+from mrfit.ingest.time.epoch import in_seconds
 from mrfit.ingest.time.timebase import TimeBase, TimeFault, coarse, on_grid, repeated, time_base
 
 OVERFLOW = 1e30
@@ -115,13 +115,7 @@ def build(table: Table, origin: Origin) -> list[Recording]:
 def _times(table: Table, origin: Origin) -> Times:
     stated = origin.rules.dt or table.dt
     if table.time is not None:
-        text, assumed = _time_unit(table.time, origin.rules)
-        if not units.known(text) or not units.compatible(text, "s"):
-            remedy = 'write the true one in the channel map: time = {column = …, unit = "ms"}'
-            raise Refusal(origin.path, f"time column '{table.time.name}' is in '{text}'", remedy)
-        scale = units.to_unit(text, "s").scale
-        times = table.time.values
-        values = times if scale == 1.0 else series.mapped(lambda t: t * scale, times)
+        values, scale, assumed = in_seconds(table.time, origin.rules, origin.path)
         return Times(values, stated, _last_digit(table.time, scale), tuple(assumed))
     if stated is None:
         unclear = "".join(f"; {f.text}" for f in table.findings if f.kind == "rate-unclear")
@@ -167,20 +161,6 @@ def _counted(lines: Lines, refused: Lost) -> Array:
     lost, place = np.sort(refused.lines), series.ordinals(len(lines))
     own = place[:] if series.in_memory(lines) else place
     return series.mapped(lambda place, lines: place + np.searchsorted(lost, lines), own, lines)
-
-
-def _time_unit(time: Column, rules: Rules) -> tuple[str, list[Finding]]:
-    """Return the unit of a time column: the map's, or the file's, or s, which is then said."""
-    rule = rules.time
-    if rule is not None and rule.unit is not None and str(rule.column).lower() in (time.name.lower(), str(time.index)):
-        return rule.unit, []
-    if time.unit and not units.known(time.unit):
-        text = f"'{time.name}' is in the unknown unit '{time.unit}': taken as s; a channel map can say another"
-        return "s", [Finding("unit-assumed", "", None, text)]
-    if time.unit or rule is not None or time.name.lower() in ("second", "seconds", "sec"):
-        return time.unit or "s", []
-    text = f"the file gives '{time.name}' no unit: taken as s; a channel map can say another"
-    return "s", [Finding("unit-assumed", "", None, text)]
 
 
 def _shown(table: Table) -> str:

@@ -13,7 +13,7 @@ from mrfit.ingest.containers.memory import Room
 from mrfit.ingest.containers.shelf import Shelf
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
-from mrfit.ingest.text.layout import TIME_NAMES, name_and_unit
+from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, name_and_unit
 
 INTERVALS = ("ts", "dt", "delta_t", "sample_time", "sampletime", "sample_interval", "wf_increment")
 RATES = ("fs", "rate", "sample_rate", "samplerate", "sampling_rate", "samplingrate")
@@ -165,8 +165,11 @@ def _time(names: list[str], arrays: Arrays, wanted: str | int | None, order: Map
     """Return the vectors of a group that are times: named so and rising, but for a few jumps; the first is used."""
     if wanted is not None:
         return [n for n in names if n == wanted or order[n] == wanted]
-    called = [n for n in names if name_and_unit(n.rpartition(".")[2])[0].lower() in TIME_NAMES]
-    return [n for n in called if _rises(arrays.signals[n])]
+    for known in (TIME_NAMES, DATE_NAMES):
+        called = [n for n in names if name_and_unit(n.rpartition(".")[2])[0].lower() in known]
+        if rising := [n for n in called if _rises(arrays.signals[n])]:
+            return rising
+    return []
 
 
 def _rises(values: Array) -> bool:

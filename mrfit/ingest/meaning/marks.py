@@ -94,7 +94,9 @@ def _marks(values: Values) -> Iterator[tuple[float, Values]]:
         return
     for mark, rows in places.items():
         away = others.distance(mark)
-        is_far = away > (FAR if len(rows) > 1 else FAR_ALONE) * others.spread
+        # a power of ten that stands once is a garbled number, which is said by itself
+        enough = FAR if len(rows) > 1 else np.inf if float(np.log10(abs(mark))).is_integer() else FAR_ALONE
+        is_far = away > enough * others.spread
         if is_far or len(rows := _alone(values, rows, mark, others)):
             yield mark, rows
     if len(dropouts := _dropouts(values, zeros, others)):

@@ -18,7 +18,19 @@ from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.body import EMPTY, NOT_A_NUMBER, Layout, number_pattern, split
 from mrfit.ingest.text.decimal_comma import pairs_in, with_points
 from mrfit.ingest.text.head import Head, Text
-from mrfit.ingest.text.layout import CLOCK, COMMENTS, SAMPLE, STAMP, TIME_NAMES, Grid, Header, find_grid, find_header
+from mrfit.ingest.text.layout import (
+    CLOCK,
+    COMMENTS,
+    DATE_NAMES,
+    SAMPLE,
+    STAMP,
+    TIME_NAMES,
+    Grid,
+    Header,
+    find_grid,
+    find_header,
+)
+from mrfit.ingest.text.spelling import plainly_written
 from mrfit.ingest.text.textlog import Field, body_of, positive, table_of
 from mrfit.ingest.time.rate import interval, with_rate
 from mrfit.ingest.time.stamps import instants
@@ -45,10 +57,9 @@ def read(source: Source) -> list[Table]:
     Refusal
         If there are no rows of numbers, or neither header nor channel map says what they are.
     """
-    data: Text | None = None
-    said: list[Finding] = []
+    source, data, said = plainly_written(source)
     if width := pairs_in(source.head):
-        source, data = with_points(source, width)
+        source, data = with_points(source, width, data)
         text = "commas part the fields and stand for the decimal point: every second field is read as decimals"
         said.append(Finding("decimal-comma", "", None, text))
     head = source.head
@@ -182,7 +193,8 @@ def _time_column(source: Source, header: Header, numeric: Sequence[int], stamps:
     named = [k for k in named if k in timed or not units.known(header.units[k] or "?")]
     if not named and not timed and not stamps and (axis := _scope_axis(source.head, header, numeric)) is not None:
         return axis
-    for choice in (named, timed, stamps):
+    dated = [k for k in numeric if header.names[k].strip().lower() in DATE_NAMES]
+    for choice in (named, timed, stamps, dated):
         if len(choice) == 1 or (choice and choice is not timed):
             return choice[0]
     return None

@@ -19,14 +19,11 @@ from mrfit.ingest.refusal import Refusal, damaged, excerpt
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
 from mrfit.ingest.text.layout import TIME_NAMES, name_and_unit
+from mrfit.ingest.time.epoch import unit_since_1970
 from mrfit.io.arrow import floats
 
 SPEC = ReaderSpec("parquet", "Apache Parquet")
 BUFFER = 1 << 20
-SINCE_1970 = {"ns": 1e9, "us": 1e6, "ms": 1e3}
-"""Units in which computers count time since 1970, per second."""
-EPOCH = (0.3e9, 4.1e9)
-"""Seconds since 1970 of the years 1979 to 2099."""
 EXACT = 2**53
 """From here on not every whole number is a float."""
 NOTHING = ("no numeric column with two rows", "write the log as float columns beside a time column")
@@ -172,9 +169,9 @@ def _counted_time(column: Any, unit: str | None, carry: dict[str, Any], place: i
     if key not in carry:
         known = column.drop_null()
         first = known[0].as_py() if len(known) else 0
-        named = [u for u, per_second in SINCE_1970.items() if EPOCH[0] * per_second <= first < EPOCH[1] * per_second]
+        named = unit_since_1970(first)
         if len(known):
-            carry[key] = unit or (named[0] if named else None), bool(named and not unit) or abs(first) > EXACT
+            carry[key] = unit or named, bool(named and not unit) or abs(first) > EXACT
     found, since = carry.get(key, (unit, False))
     return (_from_first(column, carry, place, 1.0) if since else _floats(column)), found
 

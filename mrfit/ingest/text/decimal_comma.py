@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Source
-from mrfit.ingest.text.head import Head
+from mrfit.ingest.text.head import Head, Text
 from mrfit.ingest.text.textlog import text_of
 
 WHOLE, PART = r"[+-]?\d+", r"\d+(?:[eE][+-]?\d+)?"
@@ -61,10 +61,11 @@ def _names(line: str) -> int:
     return len(cells) if len(cells) > 1 and all(c and not re.match(r"[+-]?\d", c) for c in cells) else 0
 
 
-def with_points(source: Source, width: int) -> tuple[Source, bytes]:
+def with_points(source: Source, width: int, data: Text | None = None) -> tuple[Source, bytes]:
     """Return a log of so many pairs a row with decimal points and semicolons: its head, and its text.
 
-    A row of more or fewer stays as it is, without a semicolon: it is refused.
+    A row of more or fewer stays as it is, without a semicolon: it is refused. ``data`` is the text where it was
+    rewritten before.
     """
 
     def row(text: str) -> str:
@@ -72,6 +73,6 @@ def with_points(source: Source, width: int) -> tuple[Source, bytes]:
 
     lines = tuple(row(x) if _width(x) == width else x.replace(",", ";") for x in source.head.lines)
     encoding = "utf-8" if source.head.encoding.startswith("utf-16") else source.head.encoding
-    text = text_of(source)[:].decode(encoding, errors="surrogateescape")
+    text = (text_of(source) if data is None else data)[:].decode(encoding, errors="surrogateescape")
     body = "\n".join(row(x) if _width(x) == width else x for x in text.split("\n"))
     return replace(source, head=replace(source.head, lines=lines)), body.encode(encoding, errors="surrogateescape")

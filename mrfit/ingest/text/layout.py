@@ -13,8 +13,12 @@ from mrfit.ingest.text.head import Head
 DELIMITERS = ("\t", ";", ",", "|", "")
 COMMENTS = "#%!"
 SAMPLE = 200
-STAMP = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?")
-CLOCK = re.compile(r"(\d{1,2}):([0-5]\d):([0-5]\d(?:[.,]\d+)?)")
+_CLOCK = r"(\d{1,2}):([0-5]\d):([0-5]\d(?:[.,]\d+|:\d{3})?)(?: ?([AaPp])\.?[Mm]\.?)?"
+CLOCK = re.compile(_CLOCK)
+ISO = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?")
+DATED = re.compile(rf"(\d{{1,4}})([-/.])(\d\d?)\2(\d{{4}}|\d\d)(?:T|,? +){_CLOCK}")
+"""Other dates with a time of day: their three numbers, the mark between, and the groups of ``CLOCK``."""
+STAMP = re.compile(rf"{ISO.pattern}|{DATED.pattern}")
 DATE = re.compile(r"\d{4}[-/.]\d\d?[-/.]\d\d?|\d\d?[-/.]\d\d?[-/.](?:\d\d)?\d\d")
 OVERLOAD = re.compile(
     r"[+-]?(?:OL|O\.L\.?|0L|OVLD|OVL|OVFL|OFL|(?:OVER|UNDER)[ -]?(?:LOAD|RANGE|FLOW))"
@@ -27,8 +31,14 @@ MARK = re.compile(rf"{OVERLOAD.pattern}|ERR|ERROR|OPEN|FAULT|INVALID|BAD|\*{{2,}
 SEPARATOR = re.compile(r"[-=_+]{3,}")
 TIME_NAMES = {
     *("time", "t", "zeit", "tiempo", "temps", "tempo", "sec", "second", "seconds", "timestamp", "elapsed time", "tout"),
+    *("elapsed_time", "running_time", "test_time", "time_stamp", "relative_time", "total_time"),
     *("running time", "x-axis", "x_value", "elapsed", "time stamp", "total time", "test time", "relative time"),
 }
+DATE_NAMES = {
+    *("date", "datetime", "date time", "date_time", "date/time", "datum", "zeitstempel", "uhrzeit", "clock", "utc"),
+    *("epoch", "unix", "unix time", "unix_time", "unixtime", "unix timestamp", "posix", "datenum", "absolute time"),
+}
+"""Names of columns that hold times where no other column does."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,133 @@
+"""Numbers spelt in other ways than programs read them: a real minus sign, Fortran's D exponents, marks of thousands.
+
+A point or a comma parts thousands only where no number of the log has it as its decimal mark, and something shows it:
+numbers with two marks, decimals with the other mark, or a column that goes from three digits to marked four.
+"""
+
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from mrfit.core.recording import Finding
+from mrfit.ingest.table import Source
+from mrfit.ingest.text.body import split
+from mrfit.ingest.text.head import Head, Text
+from mrfit.ingest.text.textlog import text_of
+
+MINUS = re.compile("[\u2212\u2013\u2012\uff0d\ufe63](?=[.,]?\\d)")
+FORTRAN = re.compile(r"(?<![\w.])([+-]?(?:\d+\.\d*|\.\d+))[dD]([+-]?\d{1,3})(?![\w.])")
+SPACES = (" ", "\u00a0", "\u202f", "\u2009", "'", "\u2019")
+"""Marks that part thousands and nothing else."""
+SEEN = 400
+TAIL = 16384
+"""Lines at the beginning, and bytes at the end, by which it is seen how numbers are spelt."""
+
+
+@dataclass(frozen=True, slots=True)
+class Thousands:
+    """The mark that parts thousands, the decimal mark, and the delimiter of the fields."""
+
+    mark: str
+    decimal: str
+    delimiter: str
+
+    def pattern(self) -> re.Pattern[str]:
+        """Return what a field with the mark looks like."""
+        return re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:{re.escape(self.mark)}\d{{3}})+(?:{self.decimal}\d*)?")
+
+    def without(self, line: str) -> str:
+        """Return text without the marks."""
+        begin = '(?<=")' if self.delimiter == self.mark else rf'(?m:(?<=["{self.delimiter}])|^)'
+        end = rf'(?=(?:{self.decimal}\d*)?[ \t]*(?:["{self.delimiter}\r\n]|$))'
+        grouped = re.compile(
+            rf"{begin}([ \t]*[+-]?[1-9]\d{{0,2}}(?:{re.escape(self.mark)}\d{{3}})+){end}", re.MULTILINE
+        )
+        return grouped.sub(lambda m: m[1].replace(self.mark, ""), line)
+
+
+def plainly_written(source: Source) -> tuple[Source, Text | None, list[Finding]]:
+    """Return a log with its numbers as programs write them, its text if that was changed, and what is said of it."""
+    sample = [*source.head.lines[:SEEN], *source.head.lines[-SEEN:], *_last_lines(source.head)]
+    changes: list[Callable[[str], str]] = []
+    said: list[Finding] = []
+    if any(MINUS.search(line) for line in sample):
+        changes.append(lambda text: MINUS.sub("-", text))
+    if any(FORTRAN.search(line) for line in sample):
+        changes.append(lambda text: FORTRAN.sub(r"\1e\2", text))
+    for thousands in _thousands(sample):
+        changes.append(thousands.without)
+        shown = {".": "points", ",": "commas", "'": "apostrophes", "\u2019": "apostrophes"}.get(
+            thousands.mark, "blanks"
+        )
+        said.append(Finding("thousands", "", None, f"{shown} part the thousands of numbers"))
+    if not changes:
+        return source, None, []
+
+    def changed(text: str) -> str:
+        for change in changes:
+            text = change(text)
+        return text
+
+    encoding = "utf-8" if source.head.encoding.startswith("utf-16") else source.head.encoding
+    text = changed(text_of(source)[:].decode(encoding, errors="surrogateescape"))
+    lines = tuple(changed(line) for line in source.head.lines)
+    return (
+        replace(source, head=replace(source.head, lines=lines)),
+        text.encode(encoding, errors="surrogateescape"),
+        said,
+    )
+
+
+def _last_lines(head: Head) -> list[str]:
+    """Return lines at the end of a file that is longer than its head."""
+    if head.size <= len(head.raw) or head.encoding.startswith("utf-16"):
+        return []
+    with head.path.open("rb") as handle:
+        handle.seek(max(len(head.raw), head.size - TAIL))
+        return handle.read().decode(head.encoding, errors="replace").splitlines()[1:-1]
+
+
+def _thousands(lines: Sequence[str]) -> list[Thousands]:
+    """Return the marks that part thousands, at most one of points and commas."""
+    for delimiter in ("\t", ";", "|", ","):
+        rows = [split(line, delimiter) for line in lines if delimiter in line]
+        rows = [
+            r for r in rows if any(r) and all(re.fullmatch(r"[+-]?[\d.,'\u2019\s]*(?:[eE][+-]?\d+)?", f) for f in r)
+        ]
+        if len(rows) < 3 or 2 * len(rows) < sum(bool(line.strip()) for line in lines):
+            continue
+        width = max(len(r) for r in rows)
+        columns = [[r[k] for r in rows if k < len(r) and r[k]] for k in range(width)]
+        spaces = [Thousands(m, "[.,]", delimiter) for m in SPACES]
+        return [t for t in spaces if _all_grouped(columns, t)] + _marked(columns, delimiter)
+    return []
+
+
+def _all_grouped(columns: list[list[str]], thousands: Thousands) -> bool:
+    """Whether a mark stands in some numbers, and only where it may part thousands."""
+    with_mark = [f for column in columns for f in column if thousands.mark in f]
+    pattern = thousands.pattern()
+    return bool(with_mark) and all(pattern.fullmatch(f) for f in with_mark)
+
+
+def _marked(columns: list[list[str]], delimiter: str) -> list[Thousands]:
+    for mark, decimal in ((".", ","), (",", r"\.")):
+        thousands = Thousands(mark, decimal, delimiter)
+        if not _all_grouped(columns, thousands):
+            continue
+        other = decimal[-1]
+        fields = [f for column in columns for f in column]
+        twice = any(f.count(mark) > 1 or mark in f and other in f for f in fields)
+        reverse = Thousands(other, re.escape(mark), delimiter).pattern()
+        decimals = any(other in f and not reverse.fullmatch(f) for f in fields)
+        if twice or decimals or any(_goes_on(column, mark) for column in columns):
+            return [thousands]
+    return []
+
+
+def _goes_on(column: list[str], mark: str) -> bool:
+    """Whether a column has whole numbers of three digits at most without the mark, and greater ones with it."""
+    whole = [f.lstrip("+-") for f in column if mark not in f]
+    return (
+        len(whole) < len(column) and any(len(f) == 3 for f in whole) and all(f.isdigit() and len(f) < 4 for f in whole)
+    )

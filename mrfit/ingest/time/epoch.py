@@ -1,0 +1,98 @@
+"""The unit of a column of times: the map's, the file's, or the one that its numbers show; times from the first one."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from mrfit.core.recording import Finding
+from mrfit.core.specs import Array
+from mrfit.ingest import series
+from mrfit.ingest.meaning import units
+from mrfit.ingest.meaning.channel_map import Rules
+from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.table import Column
+
+SINCE_1970: Mapping[str, float] = {"ns": 1e9, "us": 1e6, "ms": 1e3}
+"""Units in which computers count time since 1970, per second."""
+EPOCH = (0.3e9, 4.1e9)
+"""Seconds since 1970 of the years 1979 to 2099."""
+DAYS = {"as spreadsheets count them": (20000.0, 80000.0), "as MATLAB counts them": (700000.0, 780000.0)}
+"""Numbers of days of this century."""
+SHORTEST_DAY = 2e-5
+"""Longest sample interval in days, 1.7 s, by which a number of days is known; as seconds it would be far too short."""
+ROUND = 1e-4
+"""Relative departure of a step in seconds from two digits, from which it is none of seconds."""
+
+
+def in_seconds(time: Column, rules: Rules, path: str) -> tuple[Array, float, list[Finding]]:
+    """Return the times of a column in s, the length of its unit in s, and what was assumed.
+
+    Raises
+    ------
+    Refusal
+        If the unit is none of time, or the times are thousands of years from now.
+    """
+    rule = rules.time
+    named = rule is not None and str(rule.column).lower() in (time.name.lower(), str(time.index))
+    if rule is not None and rule.unit is not None and named:
+        return _scaled(time, rule.unit, path), units.to_unit(rule.unit, "s").scale, []
+    said: list[Finding] = []
+    unit = time.unit or ""
+    if unit and not units.known(unit):
+        text = f"'{time.name}' is in the unknown unit '{unit}': taken as {{}}; a channel map can say another"
+        unit = ""
+    else:
+        text = f"the file gives '{time.name}' no unit: taken as {{}}; a channel map can say another"
+    first, since = _first(time.values), ""
+    if not unit:
+        guess, since = _guessed(time.values, first)
+        told = f"{guess}{since}"
+        if since or not (rule is not None and not time.unit or time.name.lower() in ("second", "seconds", "sec")):
+            said.append(Finding("unit-assumed", "", None, text.format(told)))
+        unit = guess
+    seconds = _scaled(time, unit, path)
+    scale = units.to_unit(unit, "s").scale
+    if not since and abs(first * scale) > EPOCH[1]:
+        remedy = f'write the true one in the channel map: time = {{column = "{time.name}", unit = "ms"}} or the like'
+        raise Refusal(path, f"its times in '{unit}' begin {abs(first * scale) / 3.156e7:.0f} years from 1970", remedy)
+    if scale != 1.0 and abs(first * scale) >= EPOCH[0]:  # or the last digits are lost
+        return series.mapped(lambda t: (t - first) * scale, time.values), scale, said
+    return seconds, scale, said
+
+
+def _scaled(time: Column, unit: str, path: str) -> Array:
+    if not units.known(unit) or not units.compatible(unit, "s"):
+        remedy = 'write the true one in the channel map: time = {column = …, unit = "ms"}'
+        raise Refusal(path, f"time column '{time.name}' is in '{unit}'", remedy)
+    scale = units.to_unit(unit, "s").scale
+    return time.values if scale == 1.0 else series.mapped(lambda t: t * scale, time.values)
+
+
+def _first(values: Array) -> float:
+    """Return the first number; 0 if there is none."""
+    found = (float(v[np.isfinite(v)][0]) for (v,) in series.chunks(values) if np.isfinite(v).any())
+    return next(found, 0.0)
+
+
+def unit_since_1970(first: float) -> str | None:
+    """Return the unit of a count of time since 1970 that begins at ``first``; None where it is none, or in s."""
+    named = [u for u, per_second in SINCE_1970.items() if EPOCH[0] * per_second <= first < EPOCH[1] * per_second]
+    return named[0] if named else None
+
+
+def _guessed(values: Array, first: float) -> tuple[str, str]:
+    """Return the unit that numbers without one show, and since when they count."""
+    if unit := unit_since_1970(first):
+        return unit, " since 1970, and given from its first value"
+    some = values[0 : series.CHUNK]
+    steps = np.diff(some[np.isfinite(some)])
+    step = float(np.median(steps[steps > 0.0])) if np.any(steps > 0.0) else 0.0
+    for said, (low, high) in DAYS.items():
+        if low <= first < high and 0.0 < step < SHORTEST_DAY and not _is_round(step):
+            return "d", f" ({said}), and given from its first value"
+    return "s", ""
+
+
+def _is_round(step: float) -> bool:
+    """Whether a step has two digits only, as one in seconds may."""
+    return abs(float(f"{step:.1e}") / step - 1.0) < ROUND
