@@ -42,7 +42,7 @@ def test_marks_far_from_all_others(values: Array, mark: float, rows: list[int]) 
 @pytest.mark.parametrize("mark", [-9999.0, -99999.0, 999999.0, 1e10, -32768.0])
 @pytest.mark.parametrize("rows", [SINGLE, SEVERAL, RUN])
 def test_marks_of_a_force_in_newtons(mark: float, rows: list[int]) -> None:
-    expected = [] if rows == SINGLE and mark == -9999.0 else rows  # five ranges away: it may be a knock
+    expected = [] if rows == SINGLE and mark in (-9999.0, 1e10) else rows  # it may be a knock, or garbled
     assert _missing(_laid(FORCE, mark, rows)) in (expected, rows)
 
 
