@@ -1,4 +1,4 @@
-# make demo    the whole pipeline on the logs in datasets/, in an environment of its own
+# make demo    a damper and a coil from the logs in datasets/ to models, in an environment of its own
 # make demo-discover  which effect a model lacks, on two data sets in which one is hidden
 # make test    linters, types and every test but the slow studies
 # make help    the other targets
@@ -22,7 +22,7 @@ PATTERN ?= *.csv
 .PHONY: help setup demo demo-discover test lint docs test-fmu test-browser test-slow bench studies studies-long discovery-benchmark batch datasets clean
 
 help:
-	@echo 'make demo       run the whole pipeline on the logs in datasets/ and say where the report lies'
+	@echo 'make demo       find what a model of a damper lacks and fit it, then a coil; say where report and picture lie'
 	@echo 'make demo-discover  find the hidden effect in two of the data sets and say where the pages lie'
 	@echo 'make test       lint, type-check and test'
 	@echo 'make docs       build the pages, run their code and the README, into docs/build'
@@ -46,7 +46,9 @@ $(VENV)/installed: pyproject.toml constraints.txt
 	@touch $@
 
 demo: setup
-	$(MRFIT) run pipelines/coil-flux.toml --work $(WORK)
+	$(MRFIT) run pipelines/damper.toml --work $(WORK)/damper
+	$(MRFIT) run pipelines/coil-eddy.toml --work $(WORK)/coil --quiet
+	$(MRFIT) figure parameters --format png --width 174mm --work $(WORK)/damper
 
 demo-discover: setup
 	$(MRFIT) run pipelines/discover-eddy.toml --work $(WORK)/discover-eddy
@@ -110,6 +112,7 @@ discovery-benchmark: setup
 datasets: setup
 	$(BIN)/python -m datasets.make_coil_logs
 	$(BIN)/python -m datasets.make_discovery_logs
+	$(BIN)/python -m datasets.make_damper_logs
 
 clean:
 	rm -rf $(VENV) $(WORK) $(BATCH) $(STUDIES) discovery-work docs/build docs/generated docs/jupyter_execute

@@ -362,10 +362,10 @@ def run(summary: Summary) -> None:
     """Print the outcome of a whole pipeline: each fit's errors, what is missing, and where the pages lie."""
     work = Path(summary["work"])
     _notes(summary)
-    for done in summary["fits"]:
-        fit(done, work)
     if "discovery" in summary:
         discover(summary["discovery"], work)
+    for done in summary["fits"]:
+        fit(done, work)
     if "report" in summary:
         report(summary["report"], work)
 

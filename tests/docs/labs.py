@@ -77,11 +77,12 @@ def coil(folder: Path) -> None:
     _run(folder, "fit --model boucwen-flux --opt pso-fmin --budget 80")
 
 
-def eddy(folder: Path) -> None:
-    """Make a coil with eddy currents, with a joint fit."""
+def lag(folder: Path) -> None:
+    """Make the damper of the first pages, with the fit of the lag that discovery finds in it."""
     _shared(folder)
-    _run(folder, "ingest datasets/coil-eddy")
-    _run(folder, "fit --model boucwen-flux+eddy-current --per all")
+    _run(folder, "ingest datasets/damper")
+    _run(folder, "segment --holdout sine-2Hz-*")
+    _run(folder, "fit --model tanh+current-lag --per all --current-order fy=2,c=1")
 
 
 def bench(folder: Path) -> None:
@@ -122,7 +123,7 @@ def empty(folder: Path) -> None:
 LABS: dict[str, Callable[[Path], None]] = {
     "damper": damper,
     "coil": coil,
-    "eddy": eddy,
+    "lag": lag,
     "bench": bench,
     "discovered": discovered,
     "batch": batch,

@@ -98,7 +98,7 @@ def six_digits(line: str) -> str:
 def test_the_commands_print_what_the_readme_shows(clone: Path) -> None:
     path = f"{clone / 'bin'}{os.pathsep}{os.environ['PATH']}"
     sessions = list(blocks(README, "console"))
-    assert len(sessions) == 5
+    assert len(sessions) == 6
     for session in sessions:
         command, *shown = session.rstrip("\n").split("\n")
         assert command.startswith("$ mrfit ")
@@ -122,4 +122,4 @@ def test_the_python_prints_what_the_readme_shows(clone: Path) -> None:
     assert len(said) == 3
     for _, comment in said:
         assert any(comment in (line, six_digits(line)) for line in printed), comment
-    assert (clone / "loops.png").stat().st_size > 10_000 and (clone / "coil.json").is_file()
+    assert (clone / "loops.png").stat().st_size > 10_000 and (clone / "damper.json").is_file()
