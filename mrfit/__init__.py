@@ -74,35 +74,20 @@ _APPLIED = {
     "sine": "motion",
     "track": "calls",
 }
-# Functions that a room of the package has the name of: the room is called in their place
+# Functions that a room of the package has the name of: the name of the package is the function's
 _ROOMS = ("advise", "compare", "discover", "fit", "models")
 
 
 def _of_face(name: str) -> object:
     from importlib import import_module
 
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
-
-
-class _Room(ModuleType):
-    """A package whose name is a function's too: ``mrfit.fit(…)`` is ``mrfit.api.fitting.fit(…)``."""
-
-    def __call__(self, *args: object, **kwargs: object) -> object:
-        return self.__wrapped__(*args, **kwargs)  # type: ignore[operator]
-
-    @property
-    def __wrapped__(self) -> object:
-        return _of_face(self.__name__.rpartition(".")[2])
-
-    @property
-    def __signature__(self) -> object:
-        from inspect import signature
-
-        return signature(self.__wrapped__)  # type: ignore[arg-type]
-
-    @property
-    def __doc__(self) -> str | None:  # type: ignore[override]
-        return self.__wrapped__.__doc__
+    found = getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+    if name in _ROOMS:
+        # `mrfit.fit.stage` is found through the function as well
+        room = vars(import_module(f"{__name__}.{name}"))
+        room.update(vars(found))
+        found.__dict__ = room
+    return found
 
 
 class _Applied(ModuleType):
@@ -120,13 +105,14 @@ class _Applied(ModuleType):
 
 
 class _Package(ModuleType):
-    """The package itself: a room of a function's name, as the import system sets it, can be called."""
+    """The package itself, where the import system sets no room that a function has the name of."""
 
     def __setattr__(self, name: str, value: object) -> None:
-        if name in _ROOMS and isinstance(value, ModuleType):
-            value.__class__ = _Room
-        if name == "apply" and isinstance(value, ModuleType):
-            value.__class__ = _Applied
+        if isinstance(value, ModuleType):
+            if name in _ROOMS:
+                return
+            if name == "apply":
+                value.__class__ = _Applied
         super().__setattr__(name, value)
 
 
@@ -140,7 +126,7 @@ def __getattr__(name: str) -> object:
         from importlib.metadata import version
 
         return version(__name__)
-    if name in (*_ROOMS, "apply"):
+    if name == "apply":
         return import_module(f"{__name__}.{name}")
     if name not in _HOME:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")

@@ -14,8 +14,8 @@ from mrfit.api.preparing import Preparation, as_asked, prepared
 from mrfit.api.recordings import PathText
 from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import frame_of, text_table
-from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
+from mrfit.io.bars import Heard, shown
 from mrfit.io.schemas.advice import AdviceFile
 from mrfit.io.schemas.discovery import DiscoveryFile
 from mrfit.io.workspace import plain
@@ -92,7 +92,7 @@ def advise(
     rig: Rig | Mapping[str, Any] | PathText,
     *,
     seed: int = 0,
-    progress: Progress = silent,
+    progress: Heard = True,
 ) -> Advice:
     """Choose the test that separates most, per second, what a discovery left open, as ``mrfit advise`` does.
 
@@ -110,7 +110,7 @@ def advise(
     seed
         Of every random choice.
     progress
-        Called as ``progress(what, done, total)``.
+        Whether to show a bar in a notebook and on a terminal, or a function called as ``progress(what, done, total)``.
 
     Raises
     ------
@@ -121,11 +121,11 @@ def advise(
     """
     limits = rig if isinstance(rig, Rig) else rig_of(dict(rig)) if isinstance(rig, Mapping) else read_rig(Path(rig))
     how = found.preparation if isinstance(found, FitResult) else as_asked({})
-    with one_blas_thread():
-        data = prepared(recordings, Preparation(how.flux, how.segment), progress).dataset
+    with one_blas_thread(), shown(progress) as told:
+        data = prepared(recordings, Preparation(how.flux, how.segment), told).dataset
         if isinstance(found, FitResult):
-            made = stage.of_fit(stage.bench_of(data, found.model), found.content, limits, seed, progress)
+            made = stage.of_fit(stage.bench_of(data, found.model), found.content, limits, seed, told)
         else:
             content = DiscoveryFile.of(found.to_json())
-            made = stage.of_discovery(stage.bench_of(data, content.base_model), content, limits, seed, progress)
+            made = stage.of_discovery(stage.bench_of(data, content.base_model), content, limits, seed, told)
     return Advice(made.content, made)

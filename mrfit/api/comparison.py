@@ -11,11 +11,12 @@ from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import frame_of, html_page, html_table, text_table
 from mrfit.compare import optimizers as compare_optimizers
 from mrfit.compare import stage as compare_stage
-from mrfit.core.progress import Progress, silent
+from mrfit.core.progress import Progress
 from mrfit.core.recording import Recording
 from mrfit.errors import ConfigError
 from mrfit.fit import stage as fit_stage
 from mrfit.fit.files import Fitted
+from mrfit.io.bars import Heard, shown
 from mrfit.io.schemas.compare import ModelsFile, OptimizersFile
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.workspace import plain
@@ -126,7 +127,7 @@ def compare(
     models: str | Sequence[str] = "all",
     *,
     optimizers: None = None,
-    progress: Progress = silent,
+    progress: Heard = True,
     **options: object,
 ) -> Comparison: ...
 @overload
@@ -135,7 +136,7 @@ def compare(
     models: str | Sequence[str] = "all",
     *,
     optimizers: str | Sequence[str],
-    progress: Progress = silent,
+    progress: Heard = True,
     **options: object,
 ) -> OptimizerComparison: ...
 def compare(
@@ -143,7 +144,7 @@ def compare(
     models: str | Sequence[str] = "all",
     *,
     optimizers: str | Sequence[str] | None = None,
-    progress: Progress = silent,
+    progress: Heard = True,
     **options: object,
 ) -> Comparison | OptimizerComparison:
     """Fit several models and rank them by their error on held-out data, or compare optimizers on one model.
@@ -159,7 +160,7 @@ def compare(
     optimizers
         Instead: names of optimizers or chains, on one model, given as ``model``; ``seeds`` is the number of runs.
     progress
-        Called as ``progress(what, done, total)``.
+        Whether to show a bar in a notebook and on a terminal, or a function called as ``progress(what, done, total)``.
     **options
         Those of ``mrfit compare``, ``mrfit flux`` and ``mrfit segment``, see below.
 
@@ -173,13 +174,14 @@ def compare(
     if optimizers is not None:
         if models != "all":
             raise ConfigError("optimizers are compared on one model: give it as model='…', not as models")
-        return _optimizers(recordings, _names(optimizers), options, progress)
+        with one_blas_thread(), shown(progress) as told:
+            return _optimizers(recordings, _names(optimizers), options, told)
     kind = compare_stage.Settings
     check_names((kind, *SETTINGS), options)
     settings = settings_of(kind, options, models=_names(models))
     compare_stage.check(settings)
-    with one_blas_thread():
-        return _models(prepared(recordings, as_asked(options), progress), settings, progress)
+    with one_blas_thread(), shown(progress) as told:
+        return _models(prepared(recordings, as_asked(options), told), settings, told)
 
 
 def _models(made: Prepared, settings: compare_stage.Settings, progress: Progress) -> Comparison:
@@ -213,9 +215,8 @@ def _optimizers(
     fit = settings_of(fit_stage.Settings, {"per": "all", **options})
     settings = settings_of(compare_optimizers.Settings, options, optimizers=names, fit=fit)
     compare_optimizers.check(settings)
-    with one_blas_thread():
-        made = prepared(recordings, as_asked(options), progress)
-        return OptimizerComparison(compare_optimizers.compared(made.dataset, settings, progress))
+    made = prepared(recordings, as_asked(options), progress)
+    return OptimizerComparison(compare_optimizers.compared(made.dataset, settings, progress))
 
 
 with_options(compare, (compare_stage.Settings, *SETTINGS), ("models",))

@@ -11,9 +11,9 @@ from mrfit.api.preparing import SETTINGS, as_asked, on_disk, prepared
 from mrfit.api.recordings import PathText
 from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import frame_of, html_page, html_table, text_table
-from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.discover import stage as discover_stage
+from mrfit.io.bars import Heard, shown
 from mrfit.io.schemas.discovery import DiscoveryFile, FoundEffect, Gap, LawGap
 from mrfit.io.workspace import write_json
 from mrfit.report.explain import headline, next_step, sentences
@@ -139,7 +139,7 @@ class Discovery:
 
 
 def discover(
-    recordings: Recording | Iterable[Recording], model: str, *, progress: Progress = silent, **options: object
+    recordings: Recording | Iterable[Recording], model: str, *, progress: Heard = True, **options: object
 ) -> Discovery:
     """Find which effect a model lacks, as ``mrfit discover`` does.
 
@@ -152,7 +152,7 @@ def discover(
     model
         Base model; effects written with it (``tanh+delay``) are part of it.
     progress
-        Called as ``progress(what, done, total)``.
+        Whether to show a bar in a notebook and on a terminal, or a function called as ``progress(what, done, total)``.
     **options
         Those of ``mrfit discover``, ``mrfit flux`` and ``mrfit segment``, see below.
 
@@ -167,10 +167,10 @@ def discover(
     check_names((kind, *SETTINGS), options)
     settings = settings_of(kind, options, model=model)
     discover_stage.check(settings)
-    with one_blas_thread():
-        made = prepared(recordings, as_asked(options), progress)
+    with one_blas_thread(), shown(progress) as told:
+        made = prepared(recordings, as_asked(options), told)
         with on_disk(made.dataset) as workspace:
-            return Discovery(discover_stage.run(workspace, settings, progress).found)
+            return Discovery(discover_stage.run(workspace, settings, told).found)
 
 
 with_options(discover, (discover_stage.Settings, *SETTINGS), ("model",))

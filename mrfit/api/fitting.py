@@ -15,13 +15,13 @@ from mrfit.api.recordings import PathText
 from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import METRICS, Caution, frame_of, html_page, html_table, text_table
 from mrfit.core.channels import unit_of
-from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.errors import DataError
 from mrfit.fit import stage as fit_stage
 from mrfit.fit.extrapolation import together
 from mrfit.fit.files import Fitted, read_fit_json
 from mrfit.fit.predict import stretch_of
+from mrfit.io.bars import Heard, shown
 from mrfit.io.schemas.fit import Fit, FitPreparation, Result, SavedFit
 from mrfit.io.schemas.stages import FluxSettings, SegmentSettings
 from mrfit.io.workspace import plain, write_json
@@ -119,7 +119,7 @@ class FitResult:
         recordings: Recording | Iterable[Recording],
         *,
         resistance: float | str | None = None,
-        progress: Progress = silent,
+        progress: Heard = True,
     ) -> Prediction:
         """Simulate the model on other recordings, as ``mrfit predict`` does; see ``mrfit.predict``."""
         how = self.preparation.to_predict(resistance)
@@ -248,7 +248,7 @@ class FitResult:
 
 
 def fit(
-    recordings: Recording | Iterable[Recording], model: str, *, progress: Progress = silent, **options: object
+    recordings: Recording | Iterable[Recording], model: str, *, progress: Heard = True, **options: object
 ) -> FitResult:
     """Fit a model to recordings, as ``mrfit fit`` does, without a workspace.
 
@@ -259,11 +259,9 @@ def fit(
     model
         Name of a model, of ``mrfit.models()``, with effects as in ``boucwen-flux+eddy-current``.
     progress
-        Called as ``progress(what, done, total)``.
+        Whether to show a bar in a notebook and on a terminal, or a function called as ``progress(what, done, total)``.
     **options
-        Those of ``mrfit fit``, ``mrfit flux`` and ``mrfit segment``, see below; the stages' ``Settings``, as
-        ``mrfit.fit.stage.Settings``, say what each means. ``bounds`` is a dictionary of names and (low, high);
-        ``start``, ``fixed`` and ``options`` are dictionaries of names and numbers.
+        Those of ``mrfit fit``, ``mrfit flux`` and ``mrfit segment``, see below.
 
     Raises
     ------
@@ -286,9 +284,9 @@ def fit(
     check_names((fit_stage.Settings, *SETTINGS), options)
     settings = settings_of(fit_stage.Settings, options, model=model)
     fit_stage.check(settings)
-    with one_blas_thread():
-        made = prepared(recordings, as_asked(options), progress)
-        fitted = fit_stage.identify(made.dataset, settings, fit_stage.origin_of(made.dataset, settings), progress)
+    with one_blas_thread(), shown(progress) as told:
+        made = prepared(recordings, as_asked(options), told)
+        fitted = fit_stage.identify(made.dataset, settings, fit_stage.origin_of(made.dataset, settings), told)
     return FitResult(fitted.content, made.preparation, fitted)
 
 

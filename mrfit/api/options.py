@@ -9,9 +9,9 @@ from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
 from operator import index
 from textwrap import wrap
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_origin
 
-from mrfit.core.setting import UNSET, Defined, defined, flag_of
+from mrfit.core.setting import UNSET, Defined, defined, explained, flag_of
 from mrfit.errors import ConfigError
 from mrfit.settings.forms import of_python
 
@@ -50,28 +50,50 @@ def check_names(kinds: Sequence[type[Any]], given: Options, decided: Sequence[st
 
 
 def canonical(kinds: Sequence[type[Any]], given: Options) -> dict[str, object]:
-    """Return options by the names of the fields of some settings; the command line's name of a field is one, too."""
+    """Return options by the names of the fields of some settings; the command line's name of a field is one, too.
+
+    Raises
+    ------
+    ConfigError
+        If one is given by both names.
+    """
     fields = {flag_of(f): f.name for kind in kinds for f in defined(kind)}
-    return {fields.get(name, name): value for name, value in given.items()}
+    found: dict[str, object] = {}
+    for name, value in given.items():
+        own = fields.get(name, name)
+        if own in found:
+            raise ConfigError(f"{' and '.join(n for n in given if fields.get(n, n) == own)} are one option: give one")
+        found[own] = value
+    return found
 
 
 def with_options(function: Callable[..., Made], kinds: Sequence[type[Any]], decided: Sequence[str]) -> None:
-    """Give a function the signature that its options have, in place of ``**options``, and list them in its help."""
+    """Give a function the signature that its options have, in place of ``**options``, and explain them in its help."""
     own = inspect.signature(function)
     named = [p for p in own.parameters.values() if p.kind is not p.VAR_KEYWORD]
-    more = [
-        inspect.Parameter(f.name, inspect.Parameter.KEYWORD_ONLY, default=_default(f), annotation=f.kind)
-        for kind in kinds
-        for f in defined(kind)
-        if f.name not in (*decided, *(p.name for p in named))
-    ]
+    more, lines = [], []
+    for kind in kinds:
+        texts = explained(kind)
+        for f in defined(kind):
+            if f.name in (*decided, *(p.name for p in named)):
+                continue
+            more.append(
+                inspect.Parameter(f.name, inspect.Parameter.KEYWORD_ONLY, default=_default(f), annotation=f.argument)
+            )
+            also = f" On the command line ``{flag_of(f)}``, which is taken here too." if flag_of(f) != f.name else ""
+            lines += [
+                str(more[-1]),
+                *wrap(texts.get(f.name, "") + also, 100, initial_indent="    ", subsequent_indent="    "),
+            ]
     setattr(function, "__signature__", own.replace(parameters=[*named, *more]))  # noqa: B010
-    listed = "\n".join(wrap(", ".join(f"{p.name}={p.default!r}" for p in more), 100))
-    function.__doc__ = f"{inspect.getdoc(function)}\n\nOptions and defaults\n--------------------\n{listed}\n"
+    listed = "\n".join(lines)
+    function.__doc__ = f"{inspect.getdoc(function)}\n\nOptions\n-------\n{listed}\n"
 
 
 def _default(field: Defined) -> object:
-    return inspect.Parameter.empty if field.default is UNSET else field.default
+    if field.default is UNSET:
+        return inspect.Parameter.empty
+    return {} if get_origin(field.argument) is dict else field.default
 
 
 def _value(field: Defined, value: object) -> object:

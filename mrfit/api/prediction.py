@@ -9,9 +9,9 @@ from mrfit.api.preparing import Preparation, prepared
 from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import METRICS, Caution, frame_of, html_page, html_table, text_table
 from mrfit.core.channels import unit_of
-from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.fit import predict as fit_predict
+from mrfit.io.bars import Heard, shown
 from mrfit.io.schemas.fit import Fit, MetricRow
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_levels import assembly_of
@@ -109,12 +109,12 @@ def predicted(
     fit: Fit,
     recordings: Recording | Iterable[Recording],
     how: Preparation,
-    progress: Progress = silent,
+    progress: Heard = True,
     trained: Mapping[str, tuple[float, float]] | None = None,
 ) -> Prediction:
     """Return the prediction of recordings by a fit, made where its channels were within ``trained``."""
-    with one_blas_thread():
-        made = prepared(recordings, how, progress)
+    with one_blas_thread(), shown(progress) as told:
+        made = prepared(recordings, how, told)
         found = fit_predict.predict(fit, made.dataset, trained)
     return Prediction(fit, assembly_of(fit), found, made.findings)
 
@@ -124,7 +124,7 @@ def predict(
     recordings: Recording | Iterable[Recording],
     *,
     resistance: float | str | None = None,
-    progress: Progress = silent,
+    progress: Heard = True,
 ) -> Prediction:
     """Simulate a fitted model on other recordings, as ``mrfit predict`` does; the same as ``fit.predict(recordings)``.
 
@@ -137,7 +137,7 @@ def predict(
     resistance
         Their coil resistance in Ω, ``auto`` to estimate it; default: their own, else that of the fit.
     progress
-        Called as ``progress(what, done, total)``.
+        Whether to show a bar in a notebook and on a terminal, or a function called as ``progress(what, done, total)``.
 
     Raises
     ------

@@ -16,13 +16,13 @@ import mrfit.ingest.stage
 from mrfit.api.options import check_names, settings_of, with_options
 from mrfit.core import recording as core
 from mrfit.core.channels import CHANNELS, unit_of
-from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 from mrfit.ingest.build import Origin, build
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.table import Column, Table
 from mrfit.ingest.text.layout import TIME_NAMES, name_and_unit
+from mrfit.io.bars import Heard, shown
 from mrfit.io.escapes import visible
 from mrfit.io.workspace import recording_id
 
@@ -244,7 +244,7 @@ def read(
     map: PathText | None = None,
     *,
     jobs: int = 1,
-    progress: Progress = silent,
+    progress: Heard = True,
     **options: object,
 ) -> list[Recording]:
     """Read logs, as ``mrfit ingest`` does, into memory.
@@ -260,7 +260,7 @@ def read(
     jobs
         Files read at the same time.
     progress
-        Called as ``progress(what, done, total)``.
+        Whether to show a bar in a notebook and on a terminal, or a function called as ``progress(what, done, total)``.
     **options
         Those of ``mrfit ingest``, see below: ``pattern``, conditions in file names, as
         ``{frequency:Hz}Hz-{current:A}A``; ``resistance``, the coil's in Ω, of all logs.
@@ -276,7 +276,8 @@ def read(
     kind = mrfit.ingest.stage.Settings
     check_names((kind,), options)
     settings = settings_of(kind, {**options, "map": map, "jobs": jobs})
-    logs = mrfit.ingest.stage.read([f for p in wanted for f in _matching(p)], settings, progress)
+    with shown(progress) as told:
+        logs = mrfit.ingest.stage.read([f for p in wanted for f in _matching(p)], settings, told)
     for refusal in logs.refusals:
         warnings.warn(f"left out {refusal}", stacklevel=2)
     return [Recording._of(r) for r in logs.recordings]

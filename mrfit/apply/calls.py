@@ -14,10 +14,10 @@ from mrfit.apply.ride import quarter_car as study
 from mrfit.apply.roads import Road, road
 from mrfit.apply.series import Inversion, inversion
 from mrfit.apply.tracking import SCHEMES, Gains, TrackingStudy, demands_of, tracking
-from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
+from mrfit.io.bars import Heard, shown
 from mrfit.settings.apply import Amplifier
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def invert(
     motion: Motion | Recording,
     desired: Array | Law | str | None = None,
     amplifier: Amplifier | None = None,
-    progress: Progress = silent,
+    progress: Heard = True,
 ) -> Inversion:
     """Return the current for a desired force at every sample of a motion.
 
@@ -61,7 +61,7 @@ def invert(
     amplifier
         What coil and amplifier allow.
     progress
-        Called as ``progress(what, done, total)``.
+        Whether to show a bar in a notebook and on a terminal, or a function called as ``progress(what, done, total)``.
 
     Raises
     ------
@@ -70,7 +70,8 @@ def invert(
     """
     damper = as_damper(fit)
     moved = as_motions(motion, damper)[0]
-    return inversion(damper, moved.channels, wanted(damper, moved, desired), moved.dt, amplifier, progress)
+    with shown(progress) as told:
+        return inversion(damper, moved.channels, wanted(damper, moved, desired), moved.dt, amplifier, told)
 
 
 def track(  # noqa: PLR0913
@@ -81,7 +82,7 @@ def track(  # noqa: PLR0913
     plant: "FitResult | Damper | None" = None,
     amplifier: Amplifier | None = None,
     gains: Gains | None = None,
-    progress: Progress = silent,
+    progress: Heard = True,
 ) -> TrackingStudy:
     """Track the forces of laws by feedforward, feedback and both.
 
@@ -100,14 +101,15 @@ def track(  # noqa: PLR0913
     amplifier, gains
         What coil and amplifier allow, and the feedback's gains.
     progress
-        Called as ``progress(what, done, total)``.
+        Whether to show a bar in a notebook and on a terminal, or a function called as ``progress(what, done, total)``.
     """
     damper = as_damper(fit)
     written = [laws] if isinstance(laws, (str, Law)) else list(laws)
     chosen = [law_of(one) if isinstance(one, str) else one for one in written]
     tasks = [(m, demands_of(chosen, m, damper)) for m in as_motions(motions, damper)]
     answers = damper if plant is None else as_damper(plant)
-    return tracking(damper, answers, tasks, tuple(schemes), amplifier, gains, progress)
+    with shown(progress) as told:
+        return tracking(damper, answers, tasks, tuple(schemes), amplifier, gains, told)
 
 
 def quarter_car(  # noqa: PLR0913
@@ -118,7 +120,7 @@ def quarter_car(  # noqa: PLR0913
     timing: Timing | None = None,
     amplifier: Amplifier | None = None,
     check: bool = True,
-    progress: Progress = silent,
+    progress: Heard = True,
 ) -> QuarterCar:
     """Drive a quarter car on a damper.
 
@@ -139,12 +141,13 @@ def quarter_car(  # noqa: PLR0913
     check
         Whether to simulate the first road adaptively too.
     progress
-        Called as ``progress(what, done, total)``.
+        Whether to show a bar in a notebook and on a terminal, or a function called as ``progress(what, done, total)``.
     """
     chosen = tuple(controls) or tuple(Control(name) for name in CONTROLS)
     driven = tuple(roads) or (road("bump"),)
     damper = as_damper(fit)
-    return study(damper, car or Car(), chosen, driven, timing or Timing(), amplifier, check, progress)
+    with shown(progress) as told:
+        return study(damper, car or Car(), chosen, driven, timing or Timing(), amplifier, check, told)
 
 
 def wanted(damper: Damper, motion: Motion, desired: Array | Law | str | None) -> Array:

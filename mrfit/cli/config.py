@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model, model_validator
+from pydantic import AliasChoices, BaseModel, ConfigDict, Field, ValidationError, create_model, model_validator
 
 import mrfit.settings.discover
 import mrfit.settings.fit
@@ -13,7 +13,7 @@ import mrfit.settings.flux
 import mrfit.settings.ingest
 import mrfit.settings.report
 import mrfit.settings.segment
-from mrfit.core.setting import UNSET, Defined, Setting, defined, key_of
+from mrfit.core.setting import UNSET, Defined, Setting, defined, flag_of, key_of
 from mrfit.errors import ConfigError
 from mrfit.io.faults import plain_fault
 
@@ -46,7 +46,8 @@ def _key(field: Defined) -> tuple[Any, Any]:
     limits = {"ge": setting.low, "le": setting.high, "gt": setting.above}
     given: dict[str, Any] = {name: limit for name, limit in limits.items() if limit is not None}
     kind = setting.form.key if setting.form else field.kind
-    return kind, Field(... if field.default is UNSET else None, **given)
+    names = dict.fromkeys([key_of(field), flag_of(field), field.name])
+    return kind, Field(... if field.default is UNSET else None, validation_alias=AliasChoices(*names), **given)
 
 
 def _loaded(field: Defined, value: object) -> object:

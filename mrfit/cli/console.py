@@ -18,6 +18,7 @@ import typer
 
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import MrfitError
+from mrfit.io.bars import terminal_bars
 from mrfit.io.escapes import visible, visible_json
 from mrfit.io.memory import on_need
 
@@ -147,24 +148,7 @@ def progress_bar(enabled: bool = True) -> Iterator[Progress]:
     if not (enabled and sys.stderr.isatty()):
         yield silent
         return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
-    from rich.progress import Progress as Bars
-
-    layout = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Bars(*layout, console=Console(stderr=True), transient=True) as bars:
-        tasks: dict[str, Any] = {}
-
-        def listen(what: str, done: int, total: int) -> None:
-            # what changes within a task (best error so far) stands after two blanks
-            what = visible(what)
-            task = what.split("  ")[0]
-            if task not in tasks:
-                tasks[task] = bars.add_task(what, total=total)
-            bars.update(tasks[task], description=what, completed=done, total=total)
-            if done >= total:
-                bars.update(tasks[task], visible=False)
-
+    with terminal_bars() as listen:
         yield listen
 
 

@@ -228,7 +228,9 @@ def _option(field: Defined) -> inspect.Parameter:
     """Return the option of a field as a parameter that typer reads."""
     setting = field.setting or Setting("")
     flag = flag_of(field)
-    names = [f"--{flag.replace('_', '-')}", *([setting.short] if setting.short else [])]
+    # the name that Python has of it is one, too
+    words = dict.fromkeys([flag, field.name])
+    names = [*(f"--{word.replace('_', '-')}" for word in words), *([setting.short] if setting.short else [])]
     kind: Any = _written_as(field)
     annotation = Annotated[kind, _typer_option(setting, *names)]
     return inspect.Parameter(flag, inspect.Parameter.KEYWORD_ONLY, default=_default(field), annotation=annotation)

@@ -5,8 +5,10 @@ The option of a command, the key in a pipeline file, the argument in Python and 
     seed: Annotated[int, Setting("Seed of every random choice.", low=0)] = 0
 """
 
+import inspect
+import re
 from collections.abc import Callable
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from types import NoneType
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
@@ -129,6 +131,11 @@ class Defined:
         return tuple(a for part in self.alternatives if get_origin(part) is Literal for a in get_args(part))
 
     @property
+    def argument(self) -> object:
+        """Its type as an argument in Python."""
+        return self.setting.form.key if self.setting and self.setting.form else self.kind
+
+    @property
     def optional(self) -> bool:
         """Whether it may be None."""
         return NoneType in self.alternatives
@@ -144,6 +151,16 @@ def defined_as(name: str, hint: object, default: object = UNSET) -> Defined:
     """Return what an annotation says of a field or an argument."""
     kind, *said = get_args(hint) if get_origin(hint) is Annotated else (hint,)
     return Defined(name, kind, default, next((s for s in said if isinstance(s, Setting)), None))
+
+
+def explained(kind: type[Any]) -> dict[str, str]:
+    """Return what a settings class says of its fields: its docstring of a field alone, else the line of its help."""
+    found = {f.name: f.setting.help for f in defined(kind) if f.setting}
+    for one in filter(is_dataclass, reversed(kind.__mro__)):
+        listed = (inspect.getdoc(one) or "").partition("Attributes\n----------\n")[2]
+        for name, text in re.findall(r"^(\w+)\n((?:    .*(?:\n|$))+)", listed, re.MULTILINE):
+            found[name] = " ".join(text.split())
+    return found
 
 
 def flag_of(field: Defined) -> str:

@@ -426,9 +426,9 @@ def columns_of(panels: int) -> int:
 
 def canvas_of(width: float, height: float) -> "Canvas":
     """Return an empty figure, size in inches, that no window system knows of."""
-    from matplotlib.figure import Figure as Canvas
+    from mrfit.report.picture import Picture
 
-    return Canvas(figsize=(width, height), layout="constrained")
+    return Picture(figsize=(width, height), layout="constrained")
 
 
 def scale_of(curves: Sequence[Array], channel: str) -> tuple[float, str]:

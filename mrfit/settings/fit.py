@@ -71,8 +71,12 @@ class Settings:
     weight
         ``none``: every sample counts alike; ``floor``: errors count in multiples of their condition's noise floor,
         which is most accurate where noise limits the fit; ``range``: errors count as shares of their condition's range.
-    bounds, start, fixed
-        The user's changes to the model's own, by parameter name.
+    bounds
+        Least and greatest value of parameters, by name, in place of the model's own.
+    start
+        Values of parameters, by name, at which a search starts as well.
+    fixed
+        Values of parameters, by name, at which they are held.
     current_order
         How parameters depend on current in a joint fit: ``auto``, an order 0 to 4 for all, or ``NAME=ORDER,…``; an
         order may be in pieces, ``1:0.2:2``.

@@ -196,7 +196,13 @@ def _flat(tables: Mapping[str, Any]) -> Pairs:
 
 
 NUMBERS = Form(list[str] | None, numbers, dict[str, float], lambda table: tuple(table.items()), _numbers_taken)
-CONSTANTS = Form(list[str] | None, constants, dict[str, float | dict[str, float]], _flat, _numbers_taken)
+CONSTANTS = Form(
+    list[str] | None,
+    constants,
+    dict[str, float | dict[str, float]],
+    _flat,
+    lambda name, value: _numbers_taken(name, dict(_flat(value)) if isinstance(value, Mapping) else value),
+)
 LIMITS = Form(
     list[str] | None,
     limits,

@@ -49,6 +49,13 @@ def test_what_the_command_line_refuses_is_refused(table: str, key: str, value: f
         read_pipeline(path)
 
 
+@pytest.mark.parametrize("word", ["fix", "fixed"])
+def test_a_key_has_the_name_of_the_command_and_that_of_python(word: str, tmp_path: Path) -> None:
+    path = tmp_path / "p.toml"
+    path.write_text(f"{HEAD}[[fit]]\nmodel = 'bingham'\n{word} = {{f0 = 0.5}}\n")
+    assert read_pipeline(path).fit[0].fixed == (("f0", 0.5),)
+
+
 def test_a_report_shows_the_fits_that_the_file_names(tmp_path: Path) -> None:
     path = tmp_path / "p.toml"
     fits = "[[fit]]\nmodel = 'bingham'\nname = 'one'\n[[fit]]\nmodel = 'tanh'\n"

@@ -1,0 +1,20 @@
+"""A figure that a notebook shows as it is."""
+
+import io
+
+from matplotlib.figure import Figure
+
+from mrfit.report.svg import style
+
+DOTS = 100
+"""Dots per inch on a screen."""
+
+
+class Picture(Figure):
+    """A matplotlib figure that IPython shows without ``%matplotlib inline``."""
+
+    def _repr_png_(self) -> bytes:
+        written = io.BytesIO()
+        with style():
+            self.savefig(written, format="png", dpi=DOTS)
+        return written.getvalue()
