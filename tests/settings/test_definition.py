@@ -83,7 +83,7 @@ def test_a_field_that_is_added_is_an_option_a_key_an_argument_and_a_line_of_the_
         """Fit."""
 
     with_options(face, (Extended,), ("model",))
-    assert inspect.signature(face).parameters["depth"].default == 2.0 and "depth=2.0" in str(face.__doc__)
+    assert inspect.signature(face).parameters["depth"].default == 2.0 and "depth: float = 2.0" in str(face.__doc__)
     # line of the report
     assert (
         changes({"depth": 3.0}, defined(Extended)) == "depth 3.0" and changes({"depth": 2.0}, defined(Extended)) == ""
