@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal
 
 import pytest
 import typer
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from typer.testing import CliRunner
@@ -122,6 +122,7 @@ numbers = st.floats(-1e6, 1e6)
 words = st.text("abcxyz", min_size=1, max_size=5)
 
 
+@settings(deadline=None)
 @given(
     st.builds(
         Thrown,
