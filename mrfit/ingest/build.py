@@ -23,6 +23,7 @@ from mrfit.ingest.meaning.naming import Signal, all_missing, check_wrong_dimensi
 from mrfit.ingest.meaning.sanity import channel_findings, relation_findings, shortened, shortening
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Lines, Lost, Table
+from mrfit.ingest.time.clocks import on_one_clock
 from mrfit.ingest.time.counter import counter_of
 from mrfit.ingest.time.epoch import in_seconds
 from mrfit.ingest.time.timebase import TimeBase, TimeFault, coarse, on_grid, repeated, time_base
@@ -96,6 +97,7 @@ def build(table: Table, origin: Origin) -> list[Recording]:
     Refusal
         If channels, units or times cannot be made out.
     """
+    table = on_one_clock(table, origin.rules, origin.path)
     check_wrong_dimension(table.columns, origin.rules, origin.path)
     columns, marked = without_marks(table.columns)
     signals, findings = name_signals(columns, origin.rules, origin.path)

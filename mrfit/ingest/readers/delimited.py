@@ -194,7 +194,8 @@ def _time_column(source: Source, header: Header, numeric: Sequence[int], stamps:
     if not named and not timed and not stamps and (axis := _scope_axis(source.head, header, numeric)) is not None:
         return axis
     dated = [k for k in numeric if header.names[k].strip().lower() in DATE_NAMES]
-    for choice in (named, timed, stamps, dated):
+    worded = [k for k in timed if re.split(r"[\s_.\d]+", header.names[k].strip().lower())[0] in TIME_NAMES]
+    for choice in (named, worded, timed, stamps, dated):
         if len(choice) == 1 or (choice and choice is not timed):
             return choice[0]
     return None

@@ -45,7 +45,7 @@ class Segment:
 
 
 def read(source: Source) -> list[Table]:
-    """Return the tables: one, or one for each channel where they have times of their own that differ.
+    """Return the table, with all its clocks where they differ.
 
     Raises
     ------
@@ -154,11 +154,9 @@ def _tables(body: Body, fields: list[Field], clocks: list[int], segment: Segment
     if same:
         table = table_of(body, fields, Field("X_Value", "s", clocks[0]))
         return [replace(_counted(table, segment), dt=delta)]
-    tables = []
-    for field in fields:
-        own = max((c for c in clocks if c < field.index), default=clocks[0])
-        tables.append(replace(table_of(body, [field], Field("X_Value", "s", own)), dt=delta))
-    return tables
+    others = [Field("X_Value", "s", c) for c in clocks[1:]]
+    table = table_of(body, sorted([*fields, *others], key=lambda f: f.index), Field("X_Value", "s", clocks[0]))
+    return [replace(table, dt=delta)]
 
 
 def _counted(table: Table, segment: Segment) -> Table:

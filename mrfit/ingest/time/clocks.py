@@ -1,0 +1,137 @@
+"""Several time columns in one table: channels brought on one clock where each has its own."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mrfit.core.recording import Finding
+from mrfit.core.specs import Array
+from mrfit.ingest import series
+from mrfit.ingest.meaning import units
+from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
+from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.table import Column, Table
+from mrfit.ingest.text.layout import TIME_NAMES
+from mrfit.ingest.time.timebase import FILL_AT_MOST
+
+OFF = 0.05
+"""Samples by which two clocks may differ and are one."""
+OTHER_UNITS = (1e3, 1e6, 1e9, 86400.0)
+"""Ratios of steps that only say that one clock has no unit written."""
+
+
+def on_one_clock(table: Table, rules: Rules, path: str) -> Table:
+    """Return a table with one clock: of several that differ, each is that of the channels behind it.
+
+    Channels of the slower clocks are interpolated linearly at the times of the quickest one.
+
+    Raises
+    ------
+    Refusal
+        If it cannot be told which channels a clock belongs to, or the clocks have no time in common.
+    """
+    if table.time is None or rules.time is not None:
+        return table
+    mapped = {r.column for r in rules.channels.values() if isinstance(r.column, (str, int))} | set(rules.ignore)
+    clocks = [c for c in table.columns if c.name not in mapped and c.index not in mapped and _is_clock(c)]
+    every = sorted([table.time, *clocks], key=lambda c: c.index)
+    owned = _owned([c for c in table.columns if c not in clocks], every)
+    others = [c for c in clocks if _differs(table.time, c, owned is not None)]
+    if not others:
+        return table
+    shown = " and ".join(f"'{c.name}' (column {c.index})" for c in [table.time, *others])
+    remedy = f"write time = COLUMN in a channel map ({FILE_NAME} or --map)"
+    if owned is None:
+        raise Refusal(path, f"{shown} are times that differ, and which holds cannot be told", remedy)
+    if not series.in_memory(table.time.values):
+        raise Refusal(path, f"{shown} are times that differ, in a log read block by block", "cut it into shorter logs")
+    own = [(_seconds(clock), channels) for clock, channels in zip(every, owned, strict=True)]
+    quickest = min(range(len(own)), key=lambda k: _step(own[k][0]))
+    grid = own[quickest][0]
+    begin, end = max(np.nanmin(t) for t, _ in own), min(np.nanmax(t) for t, _ in own)
+    within = (grid >= begin) & (grid <= end)
+    if np.count_nonzero(within) < 2:
+        raise Refusal(path, f"{shown} are times that differ, and have no stretch in common", remedy)
+    columns = []
+    for k, (times, channels) in enumerate(own):
+        for c in channels:
+            columns.append(replace(c, values=(c.values if k == quickest else _at(grid, times, c, path))[within]))
+    text = f"{shown} are times that differ: each channel has the one before it, all are brought on column "
+    text += f"{every[quickest].index} by linear interpolation"
+    time = Column(every[quickest].name, "s", grid[within], every[quickest].index)
+    return replace(
+        table,
+        columns=tuple(sorted(columns, key=lambda c: c.index)),
+        time=time,
+        dt=None,
+        lines=table.lines[within],
+        findings=(*table.findings, Finding("two-clocks", "", None, text)),
+        history=(*table.history, f"interpolated linearly on the times of column {every[quickest].index}"),
+    )
+
+
+def _is_clock(column: Column) -> bool:
+    """Whether a column is named or measured as a time, and rises."""
+    word = re.sub(r"\d+$", "", re.split(r"[\s_.]+", column.name.strip().lower())[0])
+    whole = re.sub(r"[\s_.]*\d+$", "", column.name.strip().lower())
+    named = column.unit is None and bool({word, whole} & TIME_NAMES)
+    timed = column.unit is not None and units.known(column.unit) and units.compatible(column.unit, "s")
+    if not (named or timed):
+        return False
+    steps = [step[np.isfinite(step)] for _, step in series.steps(column.values)]
+    rising = sum(int(np.count_nonzero(s > 0.0)) for s in steps)
+    return rising > 0.9 * max(sum(map(len, steps)), 1)
+
+
+def _owned(channels: Sequence[Column], clocks: Sequence[Column]) -> list[list[Column]] | None:
+    """Return the channels behind each clock and before the next; None if one has none, or some stand before all."""
+    edges = [*(c.index for c in clocks), np.inf]
+    owned = [[c for c in channels if a < c.index < b] for a, b in zip(edges, edges[1:], strict=False)]
+    return owned if all(owned) and sum(map(len, owned)) == len(channels) else None
+
+
+def _seconds(clock: Column) -> Array:
+    unit = clock.unit if clock.unit is not None and units.known(clock.unit) else "s"
+    scale = units.to_unit(unit, "s").scale if units.compatible(unit, "s") else 1.0
+    return np.asarray(scale * clock.values[:], dtype=np.float64)
+
+
+def _step(times: Array) -> float:
+    steps = np.diff(times)
+    return float(np.median(steps[np.isfinite(steps) & (steps > 0.0)]))
+
+
+def _differs(one: Column, two: Column, paired: bool) -> bool:
+    """Whether two clocks tell different times, or, where each may have channels of its own, times apart."""
+    some = slice(0, series.CHUNK)
+    first, second = (_seconds(replace(c, values=c.values[some])) for c in (one, two))
+    if not (np.nanmax(np.diff(first)) > 0.0):
+        return False
+    step, ratio = _step(first), _step(second) / _step(first)
+    if any(abs(r * u - 1.0) < OFF for u in OTHER_UNITS for r in (ratio, 1.0 / ratio)):
+        return False
+    if abs(ratio - 1.0) > OFF:
+        return True
+    apart = second - first
+    spread = float(np.nanmax(apart) - np.nanmin(apart))
+    if paired and np.nanmax(np.abs(apart)) < step * len(first):
+        return bool(np.nanmax(np.abs(apart)) > OFF * step) or not np.array_equal(np.isnan(first), np.isnan(second))
+    restarts = bool(np.any(np.diff(first) < 0.0) or np.any(np.diff(second) < 0.0))
+    return spread > max(step, 1e-3 * step * len(first)) and not restarts
+
+
+def _at(grid: Array, times: Array, column: Column, path: str) -> Array:
+    """Return a channel at other times; nan within its gaps."""
+    kept = np.isfinite(times) & np.isfinite(column.values)
+    times, values = times[kept], column.values[kept]
+    steps = np.diff(times)
+    if len(times) < 2 or np.any(steps <= 0.0):
+        what = f"the times of '{column.name}' differ from the others, and do not rise throughout"
+        raise Refusal(path, what, "export it as a log of its own")
+    wide = np.flatnonzero(steps > (FILL_AT_MOST + 1.5) * float(np.median(steps)))
+    found = np.interp(grid, times, values)
+    for k in wide:
+        found[(grid > times[k]) & (grid < times[k + 1])] = np.nan
+    return np.asarray(found)

@@ -1,0 +1,106 @@
+"""Tables with several time columns: each channel by its own clock, on one of them, or refused."""
+
+import numpy as np
+import pytest
+
+from mrfit.ingest.refusal import Refusal
+from tests.ingest.conftest import ReadLog
+
+K = np.arange(600)
+
+
+def disp(time: np.ndarray) -> np.ndarray:
+    return 10.0 * np.sin(2 * np.pi * time)
+
+
+def force(time: np.ndarray) -> np.ndarray:
+    return 900.0 * np.cos(2 * np.pi * time)
+
+
+def log(names: str, one: np.ndarray, two: np.ndarray, scale: float = 1.0) -> str:
+    """Columns time, displacement in mm, time, force in N; nan prints nothing."""
+    rows = zip(one, disp(one), two, force(two), strict=True)
+    lines = [f"{a:.6f},{b:.6f},{scale * c:.6f},{d:.6f}\n".replace("nan", "") for a, b, c, d in rows]
+    return f"{names}\n{''.join(lines)}"
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        "X_Value,disp (mm),X_Value,force (N)",
+        "Time (s),disp (mm),Time (s),force (N)",
+        "Time 1 (s),disp (mm),Time 2 (s),force (N)",
+        "t_disp (s),disp (mm),t_force (s),force (N)",
+    ],
+)
+@pytest.mark.parametrize(
+    "two", [0.01 * K, 0.002 * K + 0.001, 0.002 * K * 1.001, np.where(K < 300, 0.002 * K, 0.002 * K + 0.0007)]
+)
+def test_each_channel_by_the_clock_before_it(names: str, two: np.ndarray, read_log: ReadLog) -> None:
+    (record,) = read_log(log(names, 0.002 * K, two))
+    time = record.start + record.dt * np.arange(record.samples)
+    assert record.dt == pytest.approx(0.002) and set(record.channels) == {"displacement", "force"}
+    np.testing.assert_allclose(record.channels["displacement"], 1e-3 * disp(time), atol=1e-5)
+    np.testing.assert_allclose(record.channels["force"], force(time), atol=1.0)
+    assert {f.kind for f in record.findings} >= {"two-clocks"}
+    assert any("interpolated linearly on the times of column 0" in line for line in record.history)
+
+
+def test_the_quicker_clock_is_the_common_one_whatever_its_place_and_length(read_log: ReadLog) -> None:
+    two = np.where(K < 500, 0.002 * K, np.nan)
+    (record,) = read_log(log("Time (s),disp (mm),Time (ms),force (N)", 0.01 * K, two, 1000.0))
+    time = record.start + record.dt * np.arange(record.samples)
+    assert (record.dt, record.samples) == (0.002, 500)
+    np.testing.assert_allclose(record.channels["displacement"], 1e-3 * disp(time), atol=1e-5)
+    np.testing.assert_allclose(record.channels["force"], force(time), atol=1e-3)
+
+
+def test_clocks_of_lvm_channels(read_log: ReadLog) -> None:
+    top = "LabVIEW Measurement\t\nSeparator\tTab\nX_Columns\tMulti\n***End_of_Header***\t\n\nChannels\t2\n"
+    top += "Y_Unit_Label\tmm\t\tN\nDelta_X\t0.002\t\t0.01\n***End_of_Header***\n"
+    text = log("X_Value,Disp,X_Value,Force,Comment", 0.002 * K, 0.01 * K).replace(",", "\t")
+    (record,) = read_log(top + text, "multi.lvm")
+    time = record.dt * np.arange(record.samples)
+    np.testing.assert_allclose(record.channels["displacement"], 1e-3 * disp(time), atol=1e-5)
+    np.testing.assert_allclose(record.channels["force"], force(time), atol=0.5)
+
+
+@pytest.mark.parametrize(
+    ("names", "two", "scale"),
+    [
+        ("Time (s),disp (mm),Time (s),force (N)", 0.002 * K, 1.0),
+        ("Time (s),disp (mm),Time (ms),force (N)", 0.002 * K, 1000.0),
+        ("Time (s),disp (mm),Timestamp,force (N)", 0.002 * K, 1000.0),
+        ("Time (s),disp (mm),Timestamp (s),force (N)", 0.002 * K + 1.7e9, 1.0),
+    ],
+)
+def test_clocks_that_agree_are_one(names: str, two: np.ndarray, scale: float, read_log: ReadLog) -> None:
+    text = log(names, 0.002 * K, two, scale)
+    (record,) = read_log(text)
+    assert (record.dt, record.samples) == (0.002, 600)
+    assert "two-clocks" not in {f.kind for f in record.findings}
+
+
+def columns(names: str, *values: np.ndarray) -> str:
+    return names + "\n" + "".join(",".join(f"{v:.6f}" for v in row) + "\n" for row in zip(*values, strict=True))
+
+
+@pytest.mark.parametrize("names", ["Time (s),Timestamp (s),disp (mm)", "Time (s),disp (mm),Elapsed (s)"])
+def test_clocks_without_channels_of_their_own_that_differ_are_refused(names: str, read_log: ReadLog) -> None:
+    values = {"Time (s)": 0.002 * K, "disp (mm)": disp(0.002 * K)}
+    text = columns(names, *(values.get(n, 0.01 * K) for n in names.split(",")))
+    with pytest.raises(Refusal, match="times that differ, and which holds cannot be told"):
+        read_log(text)
+    (record,) = read_log(text, channel_map='time = "Time"\n')
+    assert record.dt == 0.002
+
+
+def test_a_clock_that_starts_again_with_every_step_is_the_same_clock(read_log: ReadLog) -> None:
+    text = columns("Time (s),Step time (s),disp (mm)", 0.002 * K, 0.002 * (K % 200), disp(0.002 * K))
+    (record,) = read_log(text)
+    assert (record.dt, record.samples) == (0.002, 600)
+
+
+def test_clocks_without_a_common_stretch_are_refused(read_log: ReadLog) -> None:
+    with pytest.raises(Refusal, match="no stretch in common"):
+        read_log(log("Time (s),disp (mm),Time (s),force (N)", 0.002 * K, 0.01 * K + 3.0))
