@@ -10,6 +10,7 @@ from mrfit.io.schemas.compare import ModelRow, ModelsFile, OptimizersFile
 from mrfit.report.key import TEMPLATE
 from mrfit.report.numbers import in_html, percent, significant
 from mrfit.report.page import template_of
+from mrfit.report.ranking import has_diverged
 from mrfit.report.svg import inline
 
 # Rows of a table that stand on the page at once; the others are unfolded
@@ -19,13 +20,17 @@ PAGE = TEMPLATE.with_name("compare.html.jinja")
 
 @dataclass(frozen=True)
 class Table:
-    """A table of the page; ``words`` where its cells are no numbers, ``first`` rows shown before it is unfolded."""
+    """A table of the page; ``words`` where no cells are numbers, ``first`` rows shown before it is unfolded.
+
+    The columns under the heads in ``texts`` hold words between columns of numbers.
+    """
 
     caption: str
     heads: Sequence[str]
     rows: Sequence[Sequence[object]]
     words: bool = False
     first: int = FIRST
+    texts: Sequence[str] = ()
 
 
 @dataclass(frozen=True)
@@ -74,7 +79,7 @@ def models_page(summary: ModelsFile) -> str:
     for number, output in enumerate(dict.fromkeys(m.output for m in summary.models)):
         models = [m for m in summary.models if m.output == output]
         rows = [_model_row(m) for m in models]
-        tables.append(Table(f"Models of {output}, all conditions together", heads, rows))
+        tables.append(Table(f"Models of {output}, all conditions together", heads, rows, texts=("Fit", "Warnings")))
         fits = [m.fit for m in models]
         svg = error_map(fits, [m for m in summary.metrics if m.fit in fits], called)
         alt = f"NRMSE in percent of every model of {output} on every condition"
@@ -100,7 +105,11 @@ def models_page(summary: ModelsFile) -> str:
 
 def _model_row(m: ModelRow) -> tuple[object, ...]:
     errors = [f(getattr(m, f"{role}_{n}")) for role in ("holdout", "train") for n, f in _SHOWN]
-    return (m.model, m.fit, m.parameters, *errors, ", ".join(m.warnings) or "–")
+    warnings = [
+        *["diverged"] * has_diverged(m.train_nrmse if m.holdout_nrmse is None else m.holdout_nrmse),
+        *m.warnings,
+    ]
+    return (m.model, m.fit, m.parameters, *errors, ", ".join(warnings) or "–")
 
 
 def _share(value: float | None) -> str:

@@ -16,6 +16,7 @@ from mrfit.io.schemas.compare import LeftOut, ModelCaution, ModelErrors, ModelRo
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.reading import reusable
 from mrfit.io.workspace import Workspace, checked, plain, write_json, write_text
+from mrfit.report.ranking import merit
 from mrfit.settings.compare import Settings as Settings
 
 COLUMNS = (
@@ -165,7 +166,7 @@ def fit_all(settings: Settings, fit: Fitting, progress: Progress = silent) -> Tr
 
 def summary_of(settings: Settings, tried: Tried) -> ModelsFile:
     """Return the content of compare.json."""
-    fits = sorted(tried.fits, key=rank)
+    fits = sorted(tried.fits, key=lambda fit: (*merit(fit), fit.model, fit.name))
     return checked(
         ModelsFile(
             settings={k: v for k, v in asdict(settings).items() if k != "jobs"},
@@ -183,18 +184,6 @@ def summary_of(settings: Settings, tried: Tried) -> ModelsFile:
             left_out=sorted(tried.left_out, key=lambda row: row.model),
         )
     )
-
-
-def rank(fit: Fit) -> tuple[str, int, int, float, str, str]:
-    """Return the sorting key of a fit: its output, then its error on held-out data, else (and then last) in training.
-
-    Errors on fewer samples, where a model had to leave logs out, come after those on more: they cannot be compared.
-    """
-    # of a role without data there is no such row
-    role = "holdout" if fit.pooled("holdout") else "train"
-    whole = fit.pooled(role)
-    samples, nrmse = (whole.samples, whole.nrmse) if whole else (0, None)
-    return fit.output, int(role == "train"), -samples, float("inf") if nrmse is None else nrmse, fit.model, fit.name
 
 
 def _row(fit: Fit) -> ModelRow:

@@ -15,6 +15,8 @@ PANELS = 12
 CYCLES = 2.0
 LONGEST = 20_000
 """Samples of a curve in the plane that are looked at."""
+BEYOND = 0.5
+"""How far a figure follows a simulation that leaves the measured values, in extents of these."""
 _PREFIXES = {-3: "m", -6: "µ", 3: "k", 6: "M"}
 
 
@@ -122,6 +124,29 @@ def sheets(series: Sequence[Series]) -> list[list[Series]]:
 def family(series: Series) -> str:
     """Return all but the last part of a condition's name."""
     return series.condition.rpartition("-")[0]
+
+
+def limits(measured: Array, simulated: Array) -> tuple[float, float] | None:
+    """Return the ends of an axis that shows the measured values where the simulation leaves them far behind.
+
+    Parameters
+    ----------
+    measured, simulated
+        Values shown.
+
+    Returns
+    -------
+    tuple of float or None
+        None where all values lie within ``BEYOND`` times the measured extent of the measured ones.
+    """
+    known, reached = (values[np.isfinite(values)] for values in (measured, simulated))
+    if not len(known) or not len(reached):
+        return None
+    room = BEYOND * float(np.ptp(known))
+    low, high = float(known.min()) - room, float(known.max()) + room
+    if room == 0.0 or (low <= reached.min() and reached.max() <= high):
+        return None
+    return max(low, float(min(known.min(), reached.min()))), min(high, float(max(known.max(), reached.max())))
 
 
 def prefixed(largest: float, unit: str) -> tuple[float, str]:

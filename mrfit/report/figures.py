@@ -16,7 +16,7 @@ from mrfit.core.executors.order import in_processes
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.io.schemas.fit import Fit, MetricRow, Result
-from mrfit.report.curves import decimate, family, prefixed, sheets, shown_cycles, simplified, worst_of_each
+from mrfit.report.curves import decimate, family, limits, prefixed, sheets, shown_cycles, simplified, worst_of_each
 from mrfit.report.numbers import SUPERSCRIPTS, in_html, percent, significant
 from mrfit.report.output_unit import output_unit
 from mrfit.report.source import Series
@@ -137,7 +137,7 @@ def _drawn(fit: Fit, shown: Sequence[Series], note: str, number: int) -> Figure:
 def _drawings(fit: Fit, shown: Sequence[Series]) -> list[Drawing]:
     """Return what makes every figure of a fit from one part of each condition."""
     drawings: list[Drawing] = []
-    if any(m.nrmse is not None for m in fit.metrics):
+    if has_errors(fit):
         drawings.append(partial(error_figure, fit))
     for channel in LOOPS.get(fit.output, ()):
         if shown and all(channel in s.inputs for s in shown):
@@ -161,6 +161,7 @@ def history_figures(fit: Fit, series: Sequence[Series]) -> list["Grid"]:
         for values, look in ((one.measured[window], _MEASURED), (one.simulated[window], _SIMULATED)):
             at = decimate(values, points)
             axes.plot(seconds * one.time[window][at], factor * values[at], **look)
+        _show_measured(axes, one, factor)
 
     labels = axis_label("t", time_unit, "Time"), axis_label(symbol_of(fit.output), unit, fit.output)
     caption = f"Measured and simulated {fit.output} over two cycles (the whole record where the test is not periodic)."
@@ -179,6 +180,7 @@ def loop_figures(fit: Fit, series: Sequence[Series], channel: str) -> list["Grid
         for values, look in ((one.measured[window], _MEASURED), (one.simulated[window], _SIMULATED)):
             at = simplified(drive, values)[: 4 * points]
             axes.plot(across * drive[at], factor * values[at], **look)
+        _show_measured(axes, one, factor)
 
     labels = axis_label(symbol_of(channel), across_unit, channel), axis_label(symbol_of(fit.output), unit, fit.output)
     what = f"{fit.output}–{channel} loop".replace("_", " ")
@@ -205,6 +207,14 @@ def residual_figures(fit: Fit, series: Sequence[Series]) -> list["Grid"]:
     labels = axis_label("t", time_unit, "Time"), axis_label(f"{symbol} − {symbol}\u0302", unit, "Residual")
     caption = "What the model leaves of the measured output; the band is ± the noise floor (RMS)."
     return _grids(fit, series, draw, ("residual", "Residual", caption + _WORST, labels))
+
+
+def _show_measured(axes: "Axes", one: Series, factor: float) -> None:
+    """Scale an axis by the measured values where the simulation has left them."""
+    window = shown_cycles(one)
+    ends = limits(factor * one.measured[window], factor * one.simulated[window])
+    if ends:
+        axes.set_ylim(*ends)
 
 
 _MEASURED: dict[str, Any] = {"color": MEASURED, "lw": 2.4, "label": "measured", "solid_capstyle": "round"}
@@ -283,6 +293,11 @@ def _extremes(lines: Sequence["Line2D"], ends: Sequence[float]) -> list["Line2D"
     other = next(line for k, line in enumerate(lines) if k not in extremes)
     other.set_label("all others")
     return [*(lines[k] for k in extremes), other]
+
+
+def has_errors(fit: Fit) -> bool:
+    """Return whether a condition of a fit has an error that can be drawn."""
+    return any(m.nrmse is not None for m in fit.metrics)
 
 
 def error_figure(fit: Fit) -> Figure:

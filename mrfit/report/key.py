@@ -9,7 +9,10 @@ from mrfit.io.workspace import Workspace
 
 TEMPLATE = Path(__file__).with_name("index.html.jinja")
 STYLE = Path(__file__).with_name("style.css.jinja")
-PARTS = (TEMPLATE, STYLE, Path(__file__).with_name("page.js.jinja"), Path(__file__).with_name("fit.html.jinja"))
+PARTS = tuple(
+    Path(__file__).with_name(name)
+    for name in ("index.html.jinja", "style.css.jinja", "page.js.jinja", "fit.html.jinja", "ranking.html.jinja")
+)
 """What a page is made with beside the code."""
 FORMATS = (".parquet", ".csv")
 """Of the series of a saved prediction."""

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from mrfit.core.channels import symbol_of
 from mrfit.core.specs import Array
 from mrfit.io.schemas.fit import Fit
-from mrfit.report.curves import decimate, prefixed, shown_cycles, simplified, worst_of_each
+from mrfit.report.curves import BEYOND, decimate, prefixed, shown_cycles, simplified, worst_of_each
 from mrfit.report.figures import LOOPS, axis_label, scale_of
 from mrfit.report.numbers import percent
 from mrfit.report.output_unit import output_unit
+from mrfit.report.ranking import BEST, best, ranked
 from mrfit.report.source import Series, Source
 from mrfit.report.tables import ROLES
 
@@ -81,11 +82,25 @@ class Row:
 
 @dataclass(frozen=True)
 class Output:
-    """The curves of the fits that predict one output, with the words of the axes."""
+    """The curves of the fits that predict one output.
+
+    Attributes
+    ----------
+    up, axes
+        Words of the axes.
+    fits
+        Names.
+    shown, diverged
+        Numbers of the fits that are drawn before any is chosen, and of those that have left the measured data.
+    rows
+        Curves.
+    """
 
     up: str
     axes: list[str]
     fits: list[str]
+    shown: list[int]
+    diverged: list[int]
     rows: list[Row]
 
 
@@ -102,7 +117,9 @@ def loop_json(source: Source) -> str:
             outputs.append(asdict(_of_output(fits, source, pool)))
     if not outputs:
         return ""
-    text = json.dumps({"pool": pool.texts, "outputs": outputs}, ensure_ascii=True, separators=(",", ":"))
+    text = json.dumps(
+        {"pool": pool.texts, "beyond": BEYOND, "outputs": outputs}, ensure_ascii=True, separators=(",", ":")
+    )
     # no text of a file ends the element or begins a comment in it
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
@@ -137,6 +154,8 @@ def _of_output(fits: Sequence[Fit], source: Source, pool: _Pool) -> Output:
         up=axis_label(symbol_of(output), scale.unit, output),
         axes=[*labels, axis_label("t", time_unit, "Time")],
         fits=[fit.name for fit in fits],
+        shown=[k for k, fit in enumerate(fits) if fit.name in best(fits, BEST)],
+        diverged=[k for k, fit in enumerate(fits) if any(r.diverged for r in ranked([fit]))],
         rows=rows,
     )
 

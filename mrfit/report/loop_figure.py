@@ -12,7 +12,7 @@ from mrfit.core.channels import symbol_of
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.report.condition_names import differing_parts
-from mrfit.report.curves import decimate, shown_cycles, simplified, unit_extent
+from mrfit.report.curves import decimate, limits, shown_cycles, simplified, unit_extent
 from mrfit.report.figures import LOOPS, SIMULATED, axis_label, scale_of
 from mrfit.report.numbers import natural, percent
 from mrfit.report.output_unit import output_unit
@@ -109,6 +109,9 @@ def loops(drawn: Sequence[Drawn], width: float, overlay: str, channel: str = "")
     for panel, (title, curves) in zip(axes, groups, strict=True):
         for number, curve in enumerate(curves):
             _draw_curve(panel, curve.series, looks[curve.label], plane, dots=overlay != "fits" or number == 0)
+        ends = limits(*(np.concatenate([getattr(c.series, n) for c in curves]) for n in ("measured", "simulated")))
+        if ends:
+            panel.set_ylim(*(scale.factor * end for end in ends))
         panel.set_title(fill(title.replace(" %", "\u00a0%"), letters))
         few_ticks(panel, 4 if letters < SHORT else 5)
     legend_above(canvas, _legend(groups, looks, overlay), width)

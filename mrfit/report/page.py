@@ -1,6 +1,6 @@
 """The report as one HTML file that opens offline: style and figures inside, no address outside."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,7 +17,7 @@ from mrfit.report.numbers import MISSING, in_html, percent, significant, unit_ht
 from mrfit.report.output_unit import OutputUnit, output_unit
 from mrfit.report.prediction import PredictionRow
 from mrfit.report.provenance import flux_section, recording_row, segment_rows
-from mrfit.report.ranking import Ranked, above_best, held_out, ranked
+from mrfit.report.ranking import Ranked, above_best, comparable, ranked
 from mrfit.report.source import Source
 from mrfit.report.svg import inline
 from mrfit.report.tables import METRIC_COLUMNS, ROLES
@@ -34,7 +34,12 @@ WIDE = 9
 """Columns of parameters from which a table of them is set out as several."""
 
 
-def render(source: Source, figures: dict[str, list[Figure]], predictions: Sequence[PredictionRow] = ()) -> str:
+def render(
+    source: Source,
+    figures: dict[str, list[Figure]],
+    predictions: Sequence[PredictionRow] = (),
+    in_full: Collection[str] | None = None,
+) -> str:
     """Return the page.
 
     Parameters
@@ -45,16 +50,17 @@ def render(source: Source, figures: dict[str, list[Figure]], predictions: Sequen
         Figures of each fit by its name.
     predictions
         Saved predictions by these fits.
+    in_full
+        Names of the fits of which every figure was drawn; default: all.
     """
     fits = [_fit(k, fit, figures[fit.name], source) for k, fit in enumerate(source.fits, start=1)]
     anchors = {f.fit.name: f.anchor for f in fits}
-    order = ranked(source.fits)
     return template_of(TEMPLATE).render(
         fits=fits,
         outdated=source.outdated,
-        ranking=[_place(order, row, anchors[row.fit.name]) for row in order],
+        brief=[fit.name for fit in source.fits if in_full is not None and fit.name not in in_full],
+        rankings=rankings(source.fits, anchors),
         predictions=predictions,
-        several_outputs=len({fit.output for fit in source.fits}) > 1,
         loops=loop_json(source),
         long=LONG,
         poor=round(100.0 * POOR),
@@ -164,13 +170,21 @@ class Place:
 
     ranked: Ranked
     anchor: str
+    best: bool
     determined: str
-    held_out: str
     train: Cell
     holdout: Cell
     floor: Cell
     aic: Cell
     bic: Cell
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """Fits that were judged on the same data, the best first, and in words what that was."""
+
+    words: str
+    places: Sequence[Place]
 
 
 def number(value: float | None, text: str | None = None) -> Cell:
@@ -251,13 +265,43 @@ def changes(settings: Mapping[str, Any], fields: Sequence[Defined] = defined(Fit
     return "; ".join([*items, *single])
 
 
-def _place(order: Sequence[Ranked], row: Ranked, anchor: str) -> Place:
+def rankings(fits: Sequence[Fit], anchors: Mapping[str, str]) -> list[Ranking]:
+    """Return a ranking for each group of fits whose errors can be compared; the best of several is marked."""
+    order = ranked(fits)
+    groups = comparable(order)
+    several = len({fit.output for fit in fits}) > 1
+    return [
+        Ranking(
+            (f"{group[0].fit.output.capitalize()}: " if several else "") + _judged(group[0], len(groups) > 1),
+            [
+                _place(order, row, anchors.get(row.fit.name, ""), best=number == 0 < len(group) - 1)
+                for number, row in enumerate(group)
+            ],
+        )
+        for group in groups
+    ]
+
+
+JUDGED = {
+    "conditions": "Judged on whole conditions that were not fitted",
+    "conditions and cycles": "Judged on whole conditions that were not fitted, and on other cycles of fitted ones",
+    "other cycles": "Judged on other cycles of the conditions that were fitted",
+    "nothing": "Nothing was held out: in the order of the training error",
+}
+"""The kind of data that fits were judged on, in words."""
+
+
+def _judged(row: Ranked, several: bool) -> str:
+    return JUDGED[row.held_out] + (f" ({row.judged_samples} samples)" if several else "")
+
+
+def _place(order: Sequence[Ranked], row: Ranked, anchor: str, *, best: bool) -> Place:
     aic, bic = (above_best(order, row, name) for name in ("aic", "bic"))
     return Place(
         ranked=row,
         anchor=anchor,
+        best=best and not row.diverged,
         determined=row.count.words,
-        held_out=held_out(row.fit),
         train=share(row.train),
         holdout=share(row.holdout),
         floor=share(row.floor),

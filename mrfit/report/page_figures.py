@@ -8,7 +8,7 @@ from mrfit.core.recording import Segment
 from mrfit.io.schemas.fit import Fit
 from mrfit.report import paper
 from mrfit.report.curves import worst_of_each
-from mrfit.report.figures import WIDTH, Drawing, Figure
+from mrfit.report.figures import WIDTH, Drawing, Figure, error_figure, has_errors
 from mrfit.report.paper import Drawn
 from mrfit.report.parameter_figure import parameters, quantity_of
 from mrfit.report.profile_figure import has_profiles, profiles
@@ -23,13 +23,22 @@ FEW = 2
 """Conditions whose correlation is drawn: the worst and that about the median."""
 
 
+def brief_drawings(fit: Fit, segments: Sequence[Segment]) -> list[Drawing]:
+    """Return what makes the figures of a fit that stands behind better ones: errors, parameters over a quantity."""
+    return [*([partial(error_figure, fit)] if has_errors(fit) else []), *_over_quantity(fit, segments)]
+
+
+def _over_quantity(fit: Fit, segments: Sequence[Segment]) -> list[Drawing]:
+    over = quantity_of(fit, segments)
+    if not over:
+        return []
+    few = [s for s in segments if any(r.condition == s.condition for r in fit.results)]
+    return [partial(_parameters, fit, few, over)]
+
+
 def more_drawings(fit: Fit, series: Sequence[Series], segments: Sequence[Segment]) -> list[Drawing]:
     """Return what makes the figures of a fit that follow its loops, those for which there are data."""
-    made: list[Drawing] = []
-    over = quantity_of(fit, segments)
-    if over:
-        few = [s for s in segments if any(r.condition == s.condition for r in fit.results)]
-        made.append(partial(_parameters, fit, few, over))
+    made = _over_quantity(fit, segments)
     finite = [s for s in worst_of_each(series) if s.error < float("inf") and s.error > 0.0]
     if finite:
         made.append(partial(_predicted, Drawn(fit, finite)))

@@ -14,6 +14,7 @@ from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.io.schemas.fit import Fit
 from mrfit.report.condition_names import differing_parts
+from mrfit.report.curves import limits
 from mrfit.report.figures import HOLDOUT, SIMULATED, axis_label, canvas_of, plain_log
 from mrfit.report.output_unit import output_unit
 from mrfit.report.source import Series
@@ -76,6 +77,7 @@ def predicted(drawn: Sequence[Drawn], width: float, points: int = SCATTERED) -> 
     scale = output_unit(drawn[0].fit)
     for one, d in zip(axes, drawn, strict=True):
         ends: list[float] = []
+        heights: list[Array] = []
         for role, label, colour, marker in (
             ("train", "training", SIMULATED, "."),
             ("holdout", "held out", HOLDOUT, "x"),
@@ -91,7 +93,10 @@ def predicted(drawn: Sequence[Drawn], width: float, points: int = SCATTERED) -> 
             look: dict[str, Any] = {"color": colour, "marker": marker, "label": label}
             one.plot(measured, simulated, ls="none", ms=2.5, mew=0.5, alpha=0.6, **look)
             ends += [float(measured.min()), float(measured.max())]
+            heights.append(simulated)
         if ends:
+            if window := limits(np.array(ends), np.concatenate(heights)):
+                one.set_ylim(*window)
             one.plot([min(ends), max(ends)], [min(ends), max(ends)], color="#334155", lw=0.7, label="equal")
         one.set_title(names[d.fit.name])
         few_ticks(one)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
 from mrfit.io.schemas.fit import Fit
 from mrfit.report.determined import Count, count_of
@@ -30,6 +31,8 @@ class Ranked:
         Criteria of Akaike and of Schwarz on the training data; None where the simulation diverged.
     samples
         Training samples; criteria of other numbers of samples cannot be compared.
+    held_out, judged_samples
+        The data it was judged on: kind, and number of samples.
     """
 
     fit: Fit
@@ -42,15 +45,23 @@ class Ranked:
     aic: float | None
     bic: float | None
     samples: int
+    held_out: str
+    judged_samples: int
+
+    @property
+    def judged(self) -> float | None:
+        """The error by which it is ranked: on held-out data, in training where nothing was held out."""
+        return self.train if self.held_out == HELD_OUT[3] else self.holdout
+
+    @property
+    def diverged(self) -> bool:
+        """Whether its simulation has left the measured data."""
+        return has_diverged(self.judged)
 
 
 def ranked(fits: Sequence[Fit]) -> list[Ranked]:
-    """Return fits by output, then by error on held-out data; those without such data last, by their training error.
-
-    Fits that were judged on other cycles of conditions they had seen come after those judged on whole conditions; fits
-    judged on fewer samples, where logs had to be left out, after those judged on more.
-    """
-    ordered = sorted(fits, key=_merit)
+    """Return fits by output, then by error on held-out data; those without such data last, by their training error."""
+    ordered = sorted(fits, key=merit)
     rows: list[Ranked] = []
     for fit in ordered:
         place = 1 + sum(r.fit.output == fit.output for r in rows)
@@ -60,13 +71,45 @@ def ranked(fits: Sequence[Fit]) -> list[Ranked]:
 
 HELD_OUT = ("conditions", "conditions and cycles", "other cycles", "nothing")
 """What a fit may be judged on, the hardest first."""
+DIVERGED = 1.0
+"""NRMSE above which a simulation has left the measured data: a constant inside their range does better."""
 
 
-def _merit(fit: Fit) -> tuple[str, int, int, float]:
+def has_diverged(nrmse: float | None) -> bool:
+    """Return whether the error of a simulation is larger than the range of the measured output, or not a number."""
+    return nrmse is None or not nrmse <= DIVERGED
+
+
+BEST = 3
+"""Fits of an output that a report shows in full, and draws before any is chosen."""
+
+
+def merit(fit: Fit) -> tuple[str, int, int, float]:
+    """Return the sorting key of a fit: output, kind of data it was judged on, samples of these, error.
+
+    Fits that were judged on other cycles of conditions they had seen come after those judged on whole conditions; fits
+    judged on fewer samples, where logs had to be left out, after those judged on more.
+    """
     judged = fit.pooled("holdout") or fit.pooled("train")
     nrmse = judged.nrmse if judged else None
     samples = judged.samples if judged else 0
     return fit.output, HELD_OUT.index(held_out(fit)), -samples, math.inf if nrmse is None else nrmse
+
+
+def comparable(rows: Sequence[Ranked]) -> list[list[Ranked]]:
+    """Return ranked fits in groups that were judged on the same data: their errors alone can be compared."""
+    alike = groupby(rows, key=lambda r: (r.fit.output, r.held_out, r.judged_samples))
+    return [list(group) for _, group in alike]
+
+
+def best(fits: Sequence[Fit], count: int) -> list[str]:
+    """Return the names of the best fits of each output, those that diverged only where there is no other."""
+    chosen: list[str] = []
+    rows = ranked(fits)
+    for output in dict.fromkeys(r.fit.output for r in rows):
+        own = [r for r in rows if r.fit.output == output]
+        chosen += [r.fit.name for r in [r for r in own if not r.diverged][:count] or own[:1]]
+    return chosen
 
 
 def _row(fit: Fit, place: int) -> Ranked:
@@ -85,6 +128,8 @@ def _row(fit: Fit, place: int) -> Ranked:
         aic=aic,
         bic=bic,
         samples=train.samples if train else 0,
+        held_out=held_out(fit),
+        judged_samples=judged.samples if judged else 0,
     )
 
 

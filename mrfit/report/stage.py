@@ -1,7 +1,7 @@
 """The report stage: finished fits in, tables, figures and one page out."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,8 +13,9 @@ from mrfit.io.schemas.stages import ReportFile
 from mrfit.io.workspace import TEMPORARY, Workspace, write_json
 from mrfit.report import figures, page, tables
 from mrfit.report.key import report_key
-from mrfit.report.page_figures import more_drawings
+from mrfit.report.page_figures import brief_drawings, more_drawings
 from mrfit.report.prediction import PredictionRow, prediction_rows
+from mrfit.report.ranking import BEST, best, ranked
 from mrfit.report.source import Source, fit_names, read_source
 from mrfit.settings.report import Settings as Settings
 
@@ -56,7 +57,9 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     if existing and existing.key == key and all((folder / f).is_file() for f in existing.files):
         return replace(existing, index=index, skipped=True)
     source = read_source(workspace, tuple(names))
-    files = _render(source, settings.jobs, progress, prediction_rows(workspace, source.fits))
+    source = replace(source, fits=[r.fit for r in ranked(source.fits)])
+    in_full = names if len(names) <= BEST else best(source.fits, BEST)
+    files = _render(source, in_full, settings.jobs, progress, prediction_rows(workspace, source.fits))
     summary = ReportFile(
         key=key,
         code=code_version(),
@@ -70,13 +73,17 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     return summary
 
 
-def _render(source: Source, jobs: int, progress: Progress, predictions: Sequence[PredictionRow] = ()) -> dict[str, str]:
-    """Return the text of every file by its path in the report's folder."""
+def _render(
+    source: Source, in_full: Collection[str], jobs: int, progress: Progress, predictions: Sequence[PredictionRow] = ()
+) -> dict[str, str]:
+    """Return the text of every file by its path in the report's folder; fits that are ``in_full`` have all figures."""
     drawings = {
         fit.name: [
             *figures.drawings_of(fit, source.series[fit.name]),
             *more_drawings(fit, source.series[fit.name], source.segments),
         ]
+        if fit.name in in_full
+        else brief_drawings(fit, source.segments)
         for fit in source.fits
     }
     made = iter(figures.draw_all([d for group in drawings.values() for d in group], jobs, progress))
@@ -86,7 +93,7 @@ def _render(source: Source, jobs: int, progress: Progress, predictions: Sequence
         "metrics.csv": tables.metrics_csv(source.fits),
         "comparison.csv": tables.comparison_csv(source.fits),
         "comparison.tex": tables.comparison_tex(source.fits),
-        "index.html": page.render(source, drawn, predictions),
+        "index.html": page.render(source, drawn, predictions, in_full),
     }
     files |= {f"tables/{fit.name}.tex": tables.fit_tex(fit) for fit in source.fits}
     return files | {f"figures/{f.name}.svg": f.svg for group in drawn.values() for f in group}

@@ -9,7 +9,7 @@ from mrfit.io.schemas.fit import Fit, Quantity, Result
 from mrfit.report.latex import EMPTY, HEAD, Cell, Table, number, tables_tex, with_uncertainty, words
 from mrfit.report.numbers import escape_latex, in_html, unit_html, unit_latex
 from mrfit.report.output_unit import output_unit
-from mrfit.report.ranking import above_best, held_out, ranked
+from mrfit.report.ranking import above_best, ranked
 from mrfit.report.symbols import derived_symbol, symbols_of
 from mrfit.signal.metrics import METRICS
 from mrfit.simulate.current_dependence import Node, base_name, node_of
@@ -251,7 +251,7 @@ def comparison_csv(fits: Sequence[Fit]) -> str:
             "fit": r.fit.name,
             "model": r.fit.model,
             "output": r.fit.output,
-            "held_out": held_out(r.fit),
+            "held_out": r.held_out,
             "holdout_nrmse": r.holdout,
             "train_nrmse": r.train,
             "noise_floor": r.floor,

@@ -15,7 +15,7 @@ class Settings:
     Attributes
     ----------
     fits
-        Names of fits in the order to show them; empty for all finished ones.
+        Names of fits; empty for all finished ones. They are shown the best first.
     jobs
         Worker processes; does not change the result.
     """

@@ -103,7 +103,7 @@ def test_a_model_judged_on_fewer_samples_comes_after_those_judged_on_all() -> No
             optimizer="auto",
             output=output,
             results=[],
-            metrics=[MetricRow(condition="all", role=role, samples=n, nrmse=error)],
+            metrics=[MetricRow(condition=c, role=role, samples=n, nrmse=error) for c in ("a", "all")],
         )
         for name, output, role, n, error in (
             ("few", "force", "holdout", 500, 0.01),
@@ -113,7 +113,8 @@ def test_a_model_judged_on_fewer_samples_comes_after_those_judged_on_all() -> No
             ("coil", "flux", "train", 900, 0.09),
         )
     ]
-    ranked = [fit.model for fit in sorted(fits, key=mrfit.compare.stage.rank)]
+    tried = mrfit.compare.stage.Tried(fits, [], {})
+    ranked = [row.model for row in mrfit.compare.stage.summary_of(Settings(), tried).models]
     assert ranked == ["coil", "best", "worse", "few", "untried"]
 
 

@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from mrfit.report.curves import PANELS, decimate, prefixed, sheets, shown_cycles, worst_of_each
+from mrfit.report.curves import BEYOND, PANELS, decimate, limits, prefixed, sheets, shown_cycles, worst_of_each
 from mrfit.report.source import Series
 
 
@@ -82,3 +82,12 @@ def test_sheets_keep_every_condition_in_order_and_are_not_crowded(sizes):
 def test_unit_prefix_suits_the_size(largest, unit, expected):
     factor, text = prefixed(largest, unit)
     assert (pytest.approx(factor), text) == expected
+
+
+def test_an_axis_follows_a_simulation_that_leaves_the_measured_values_by_half_their_extent():
+    measured = np.array([-1.0, 3.0])
+    assert limits(measured, np.array([-2.9, 4.9])) is None
+    assert limits(measured, np.array([0.0, 1e6])) == (-1.0, 3.0 + 4.0 * BEYOND)
+    assert limits(measured, np.array([-1e6, np.nan])) == (-1.0 - 4.0 * BEYOND, 3.0)
+    # nothing to scale by: the figure scales itself
+    assert limits(np.ones(3), np.array([1e6])) is None and limits(measured, np.array([np.nan])) is None

@@ -68,6 +68,20 @@ def test_long_records_are_decimated(damper):
     assert plot_points(figures["Residual"].svg) <= 2000
 
 
+@pytest.mark.parametrize("kind", ["Time history", "Force–velocity loop"])
+def test_a_diverged_simulation_does_not_scale_the_figure(damper, kind):
+    source = read_source(damper[0], ())
+    fit, one = source.fits[0], source.series[source.fits[0].name][0]
+    wild = replace(one, simulated=1e3 * one.simulated)
+
+    def largest(series):
+        (figure,) = (f for f in draw_all(drawings_of(fit, [series])) if f.title == kind)
+        numbers = [t.replace("−", "-") for t in texts(figure.svg) if re.fullmatch(r"−?[\d.]+", t)]
+        return max(float(n) for n in numbers)
+
+    assert largest(one) <= largest(wild) <= 2.1 * largest(one)
+
+
 def test_diverged_fit_is_still_drawn(damper):
     fit = read_source(damper[0], ()).fits[0]
     rows = [replace(m, nrmse=None, rmse=None) for m in fit.metrics]

@@ -40,6 +40,20 @@ def test_what_fits_share_is_stored_once(coil):
     assert len(two["pool"]) == len(one["pool"]) and len(two["outputs"][0]["rows"]) == 30
 
 
+def test_the_best_three_are_drawn_at_first_and_one_that_diverged_is_marked(coil):
+    source = read_source(coil[0], ())
+    fit = source.fits[0]
+    factors = {"wild": 1e4, "d": 4.0, "a": 1.0, "c": 3.0, "b": 2.0}
+    fits = [
+        replace(fit, name=n, metrics=[replace(m, nrmse=f * (m.nrmse or 0.0)) for m in fit.metrics])
+        for n, f in factors.items()
+    ]
+    several = replace(source, fits=fits, series=dict.fromkeys(factors, source.series[fit.name][:1]))
+    (output,) = json.loads(loop_json(several))["outputs"]
+    assert [output["fits"][k] for k in output["shown"]] == ["a", "c", "b"]
+    assert [output["fits"][k] for k in output["diverged"]] == ["wild"]
+
+
 def test_a_name_cannot_end_the_element(coil):
     source = read_source(coil[0], ())
     fit, hostile = source.fits[0], "</script><script>alert(1)</script><!--"

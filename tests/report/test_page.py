@@ -8,7 +8,7 @@ import pytest
 from mrfit.io.schemas.fit import CurrentChoice
 from mrfit.io.schemas.stages import FluxFile, FluxRow, FluxSettings
 from mrfit.report.figures import draw_all, drawings_of, worst_and_typical
-from mrfit.report.page import render
+from mrfit.report.page import rankings, render
 from mrfit.report.source import read_source
 
 VOID = {"meta", "br", "link", "img", "hr", "input"}
@@ -208,6 +208,25 @@ def test_several_fits_are_compared(coil):
     assert len(ids) == len(set(ids))
 
 
+def test_the_best_of_fits_judged_on_the_same_data_is_bold_and_one_that_diverged_says_so(coil):
+    fit = read_source(coil[0], ()).fits[0]
+
+    def with_error(name, factor, role="holdout"):
+        rows = [replace(m, nrmse=(m.nrmse or 0.0) * factor) for m in fit.metrics if role == "holdout" or m.role == role]
+        return replace(fit, name=name, metrics=rows)
+
+    fits = [with_error("b", 2.0), with_error("a", 1.0), with_error("wild", 1e4), with_error("unjudged", 0.1, "train")]
+    first, second = rankings(fits, {})
+    assert [(p.ranked.fit.name, p.best, p.ranked.diverged) for p in first.places] == [
+        ("a", True, False),
+        ("b", False, False),
+        ("wild", False, True),
+    ]
+    assert "other cycles" in first.words and "training error" in second.words
+    # alone in its table it is not better than others, however small its error
+    assert [(p.ranked.fit.name, p.best) for p in second.places] == [("unjudged", False)]
+
+
 @pytest.mark.parametrize(
     ("settings", "text"),
     [
@@ -275,7 +294,7 @@ def test_cells_say_their_heading_on_a_narrow_screen(page):
     for name in ("metrics", "comparison"):
         rows = page.tables[name][1:]
         assert all("data-label" in cell for cells in rows for cell in cells[1:])
-    assert {"RMSE", "hold-out NRMSE", "held out"} <= labelled
+    assert {"RMSE", "hold-out NRMSE", "well determined"} <= labelled
 
 
 def test_of_many_conditions_the_worst_and_the_typical_are_drawn(coil):

@@ -4,7 +4,7 @@ from dataclasses import replace
 import pytest
 
 from mrfit.io.schemas.fit import Fit, MetricRow
-from mrfit.report.ranking import above_best, criteria, held_out, ranked
+from mrfit.report.ranking import above_best, best, comparable, criteria, held_out, ranked
 from mrfit.report.source import read_source
 
 
@@ -69,3 +69,27 @@ def test_it_is_said_whether_cycles_or_conditions_were_held_out(fit):
     assert held_out(judged(fit, "a", 1.0, 1.0, seen="a")) == "other cycles"
     assert held_out(judged(fit, "a", 1.0, 1.0, seen="b")) == "conditions"
     assert held_out(judged(fit, "a", 1.0, None)) == "nothing"
+
+
+@pytest.mark.parametrize(("rmse", "diverged"), [(0.5, False), (10.0, False), (10.1, True), (math.nan, True)])
+def test_a_fit_whose_error_exceeds_the_measured_range_has_diverged(fit, rmse, diverged):
+    (row,) = ranked([judged(fit, "a", 0.1, rmse)])
+    assert row.diverged is diverged
+
+
+def test_the_best_are_chosen_for_each_output_and_a_diverged_one_only_where_there_is_no_other(fit):
+    fits = [judged(fit, name, 1.0, rmse) for name, rmse in (("c", 3.0), ("a", 1.0), ("b", 2.0), ("wild", 50.0))]
+    lost = replace(judged(fit, "lost", 1.0, 99.0), output="flux")
+    assert best([*fits, lost], 2) == ["lost", "a", "b"]
+    assert best([*fits[:1], *fits[3:]], 3) == ["c"]
+
+
+def test_fits_judged_on_the_same_data_stand_together(fit):
+    fits = [
+        judged(fit, "cycles", 1.0, 0.1),
+        judged(fit, "worse", 1.0, 2.0, seen="b"),
+        judged(fit, "better", 1.0, 1.0, seen="b"),
+        judged(fit, "few", 1.0, 0.5, samples=50, seen="b"),
+    ]
+    groups = [[r.fit.name for r in group] for group in comparable(ranked(fits))]
+    assert groups == [["better", "worse"], ["few"], ["cycles"]]

@@ -1,4 +1,5 @@
 import json
+import re
 import shutil
 from dataclasses import replace
 from xml.etree import ElementTree
@@ -44,6 +45,24 @@ def test_same_input_gives_the_same_bytes_elsewhere_by_any_number_of_workers(damp
     assert contents(copy) == contents(damper[0])
 
 
+def test_of_many_fits_the_best_have_all_figures_and_stand_first(small):
+    path = small.fit_folder("bingham.lsq.all")
+    content = json.loads((path / "fit.json").read_text())
+    for name, factor in (("a", 3.0), ("b", 1e5), ("c", 0.5), ("d", 2.0)):
+        shutil.copytree(path, small.fit_folder(name))
+        rows = [{**m, "nrmse": factor * m["nrmse"]} for m in content["metrics"]]
+        write_json(small.fit_folder(name) / "fit.json", {**content, "name": name, "metrics": rows})
+    run(small, Settings())
+    page = (small.report_folder / "index.html").read_text(encoding="utf-8")
+    assert re.findall(r"<h2>(\S+)</h2>\n<nav", page) == ["c", "bingham.lsq.all", "d", "a", "b"]
+    drawn = {p.name for p in small.report_folder.glob("figures/*.residual.svg")}
+    assert drawn == {f"{name}.residual.svg" for name in ("c", "bingham.lsq.all", "d")}
+    assert page.count("<code>mrfit report --fit ") == 2 and "<code>mrfit report --fit b</code>" in page
+    # the command that the page names draws them
+    run(small, Settings(fits=("b",)))
+    assert (small.report_folder / "figures" / "b.residual.svg").is_file()
+
+
 def test_nothing_is_done_when_nothing_changed_and_progress_is_told_when_it_has(small):
     told = []
     first = run(small, Settings(), lambda what, done, total: told.append((what, done, total)))
@@ -62,7 +81,7 @@ def test_nothing_is_done_when_nothing_changed_and_progress_is_told_when_it_has(s
 
 def test_every_input_and_lost_file_counts(damper, monkeypatch):
     workspace, summary = damper
-    monkeypatch.setattr(stage, "_render", lambda source, jobs, progress, predictions: {"index.html": "made anew"})
+    monkeypatch.setattr(stage, "_render", lambda *_: {"index.html": "made anew"})
     monkeypatch.setattr(stage, "publish", lambda folder, files, summary: None)
     settings = Settings()
     assert run(workspace, settings).skipped
