@@ -7,12 +7,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 import mrfit.ingest.stage
+from mrfit.api.frame_index import index_times, seconds_of
 from mrfit.api.options import check_names, settings_of, with_options
 from mrfit.core import recording as core
 from mrfit.core.channels import CHANNELS, unit_of
@@ -105,7 +106,8 @@ class Recording(core.Recording):
         frame
             Columns are named as in a log: ``force``, ``Load (kN)``, ``x``. A column ``time`` gives the times in s.
         dt
-            Sample interval in s; None where the frame has a column of times, or an index of times.
+            Sample interval in s; None where the frame has a column of times, or an index of times. An index of times
+            or of sample numbers beside it must agree; what the numbers leave out is missing.
         units
             Column -> unit of its numbers; default: that in the column's name, else SI.
         condition
@@ -131,14 +133,15 @@ class Recording(core.Recording):
         if len(named) < len(frame.columns):
             raise DataError(f"{name}: two columns have one name; rename one of them")
         columns = {n: (_values(name, n, v), unit) for n, v, unit in _with_units(named, units, name)}
-        if dt is None and not any(_is_time(n) for n in columns):
-            columns = {"time": (_index_times(frame, name), "s"), **columns}
+        if not any(_is_time(n) for n in columns) and (times := index_times(frame.index, dt, name)) is not None:
+            columns = {"time": (times, "s"), **columns}
         return cls._of_columns(columns, _Test(name, dt, condition or {}, "frame"))
 
     @classmethod
     def _of_columns(cls, columns: Mapping[str, tuple[Array, str | None]], test: "_Test") -> Self:
-        if test.dt is not None and not (np.isfinite(test.dt) and test.dt > 0.0):
-            raise ConfigError(f"{test.name}: dt {test.dt} is no sample interval; give seconds above 0")
+        dt = None if test.dt is None else _number(test.name, "dt", test.dt, "seconds above 0")
+        if dt is not None and dt <= 0.0:
+            raise ConfigError(f"{test.name}: dt {dt} is no sample interval; give seconds above 0")
         lengths = {n: len(v) for n, (v, _) in columns.items()}
         if len(set(lengths.values())) > 1:
             raise DataError(f"{test.name}: channels of different lengths: {_listed(lengths)}; cut them to one length")
@@ -148,8 +151,8 @@ class Recording(core.Recording):
             tuple(c for c in made if c is not clock),
             np.arange(1, 1 + max(lengths.values(), default=0), dtype=np.int64),
             time=clock,
-            dt=None if test.dt is None else float(test.dt),
-            condition={k: float(v) for k, v in test.condition.items()},
+            dt=dt,
+            condition={str(k): _number(test.name, f"the condition '{k}'", v) for k, v in test.condition.items()},
         )
         found = build(table, Origin(test.name, "", test.reader, Rules()))
         if len(found) > 1:
@@ -208,35 +211,39 @@ def _with_units(
     for column in given:
         if column not in columns:
             raise ConfigError(f"{name}: units name '{column}', which is no column; there are {', '.join(columns)}")
+        if not isinstance(given[column], str):
+            raise ConfigError(f"{name}: the unit of '{column}' is {given[column]!r}; give a text as 'kN'")
     known = {n: unit_of(n) for n in columns if n in CHANNELS} | {n: "s" for n in columns if n.lower() == "time"}
     return [(n, v, given.get(n, name_and_unit(n)[1] or known.get(n))) for n, v in columns.items()]
 
 
-def _values(log: str, column: str, values: ArrayLike) -> Array:
-    given = np.asarray(values)
-    if given.dtype.kind in "mM":
-        given = _seconds(given)
+def _number(log: str, what: str, value: object, give: str = "a number in SI units, or leave it out") -> float:
     try:
-        numbers = np.array(given, dtype=np.float64)
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        number = np.nan
+    if isinstance(value, str) or not np.isfinite(number):
+        raise ConfigError(f"{log}: {what} is {value!r}, which is no finite number; give {give}")
+    return number
+
+
+def _values(log: str, column: str, values: ArrayLike) -> Array:
+    """Return numbers, nan where they are masked or missing."""
+    given = np.ma.asanyarray(values) if np.ma.isMaskedArray(values) else np.asarray(values)
+    if given.dtype.kind in "mM":
+        given = seconds_of(np.asarray(given))
+    if given.dtype.kind == "O":  # pandas has a missing value of its own
+        given = np.array([np.nan if type(v).__name__ in ("NAType", "NaTType") else v for v in given.ravel()])
+        given = given.reshape(np.shape(values))
+    if given.dtype.kind == "c":
+        raise DataError(f"{log}: '{column}' holds complex numbers; give their real part or their magnitude")
+    try:
+        numbers = np.array(np.ma.filled(given.astype(np.float64), np.nan), dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise DataError(f"{log}: '{column}' holds what is no number ({error}); convert or leave it out") from None
     if numbers.ndim != 1:
         raise DataError(f"{log}: '{column}' has the shape {numbers.shape}; give one row of samples, shape (N,)")
     return numbers
-
-
-def _seconds(times: NDArray[Any]) -> Array:
-    from_first = times - times[0] if len(times) else times
-    return np.asarray(from_first / np.timedelta64(1, "s"), dtype=np.float64)
-
-
-def _index_times(frame: "DataFrame", name: str) -> Array:
-    index = frame.index.to_numpy()
-    if index.dtype.kind in "mM":
-        return _seconds(index)
-    if str(frame.index.name).lower() in TIME_NAMES:
-        return _values(name, "time", index)
-    raise ConfigError(f"{name}: no sample interval: give dt = SECONDS, or a column 'time'")
 
 
 def read(
