@@ -50,7 +50,7 @@ def index_times(index: "Index[Any]", dt: float | None, name: str) -> Array | Non
     _check_rises(numbers, name)
     step = float(np.median(np.diff(numbers)))
     if abs(step / dt - 1.0) < AGREE:
-        return numbers - numbers[0]
+        return np.asarray(numbers - numbers[0])
     if timed is None and step == 1.0:
         return np.asarray((numbers - numbers[0]) * dt)
     what = f"its index steps by {step:.6g} and dt is {dt:.6g} s"
@@ -69,11 +69,11 @@ def _times(index: "Index[Any]") -> Array | None:
     if values.dtype.kind in "mM":
         return seconds_of(values)
     called = str(index.name).lower() in TIME_NAMES
-    return np.asarray(values, dtype=np.float64) if called and values.dtype.kind in "fiu" else None
+    return _numbers(index) if called else None
 
 
 def _numbers(index: "Index[Any]") -> Array | None:
-    values = index.to_numpy()
+    values: NDArray[Any] = index.to_numpy()
     return np.asarray(values, dtype=np.float64) if values.dtype.kind in "fiu" else None
 
 

@@ -111,6 +111,8 @@ class Rules:
         Samples of the log for each one that is kept.
     low_pass
         Limits in Hz of zero-phase low-passes by channel, ``*`` for all others.
+    believed
+        Whether names and units are the user's own words, and their sizes not doubted.
     """
 
     where: str = ""
@@ -125,6 +127,7 @@ class Rules:
     coil: CoilRule | None = None
     channels: Mapping[str, ChannelRule] = field(default_factory=dict)
     low_pass: Mapping[str, float] = field(default_factory=dict)
+    believed: bool = False
 
 
 def load_map(path: Path) -> MapFile:

@@ -73,7 +73,7 @@ def name_signals(columns: tuple[Column, ...], rules: Rules, path: str) -> tuple[
         signals.append(_mapped(name, rule, column, path))
     left = [c for c in there if c.index not in mapped]
     claims = _claims(left, {s.name for s in signals}, findings)
-    left = [_believed(c, claims, findings) for c in left]
+    left = left if rules.believed else [_believed(c, claims, findings) for c in left]
     taken = {s.name for s in signals} | set(claims.values()) | {"time"}
     for column in left:
         claimed = claims.get(id(column))
