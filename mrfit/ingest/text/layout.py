@@ -29,6 +29,8 @@ OVERLOAD = re.compile(
 MARK = re.compile(rf"{OVERLOAD.pattern}|ERR|ERROR|OPEN|FAULT|INVALID|BAD|\*{{2,}}|#{{3,}}|\?+", re.IGNORECASE)
 """What may be printed so."""
 SEPARATOR = re.compile(r"[-=_+]{3,}")
+TOA5_ROWS = (1, 2)
+"""Lines (from 0) of the names and of the units in a Campbell logger's table."""
 TIME_NAMES = {
     *("time", "t", "zeit", "tiempo", "temps", "tempo", "sec", "second", "seconds", "timestamp", "elapsed time", "tout"),
     *("elapsed_time", "running_time", "test_time", "time_stamp", "relative_time", "total_time"),
@@ -153,6 +155,8 @@ class Header:
 
 def find_header(head: Head, grid: Grid, start: int = 0) -> Header:
     """Return the name row and unit row above the first data row."""
+    if head.starts('"TOA5"', "TOA5") and start == 0 and grid.first >= TOA5_ROWS[1] + 2:
+        return _campbell_header(head, grid)
     cells = [(k, _cells(head.lines[k], grid)) for k in range(start, grid.first) if head.lines[k].strip()]
     fitting = [(k, c) for k, c in cells if _covers(c, grid.width) and not all(SEPARATOR.fullmatch(f) for f in c)]
     first = grid.first
@@ -184,6 +188,14 @@ def find_header(head: Head, grid: Grid, start: int = 0) -> Header:
             unit_row = above
             rows.append(head.lines[place_above].strip())
     return _header(names, unit_row, grid.width, Header((), (), frozenset(rows), first, short, place))
+
+
+def _campbell_header(head: Head, grid: Grid) -> Header:
+    """Return the header of a Campbell logger: names, units, and whether numbers are samples, means or extremes."""
+    names, written = (split(head.lines[k], grid.delimiter) for k in TOA5_ROWS)
+    written = ["" if u in ("TS", "RN") else u for u in _padded(written, grid.width)]  # time stamp, record number
+    rows = frozenset(head.lines[k].strip() for k in range(TOA5_ROWS[1] + 2))
+    return _header(names, written, grid.width, Header((), (), rows, TOA5_ROWS[1] + 2, row=TOA5_ROWS[0]))
 
 
 def _first_of_rows(cells: dict[int, list[str]], first: int) -> int:
@@ -356,11 +368,28 @@ def name_and_unit(cell: str) -> tuple[str, str | None]:
         name, unit = match[1].strip(" ,_"), match[2]
         if _is_alias(name) and not unit.isdigit() and units.known(unit) and _belongs(name, unit):
             return name, unit
+    if text[-1:] in ("_", ".") and (found := _of_programs(text)):
+        return found
     if (match := re.fullmatch(r"(.+?)\s*/\s*(\S+)", text)) and units.known(match[2]):
         return match[1].strip(), match[2]
     if (match := re.fullmatch(r"(.*?)\s*\bin (\S+)", text)) and units.known(match[2]):
         return match[1].strip() or "time", match[2]
     return text, None
+
+
+def _of_programs(text: str) -> tuple[str, str] | None:
+    """Return name and unit of a header that MATLAB or R made a variable of: ``Force_kN_``, ``Force..kN.``."""
+    other: tuple[str, str] | None = None
+    for match in re.finditer(r"[_.]+", text[:-1]):
+        name, written = text[: match.start()].replace(".", " ").strip(" _"), text[match.end() : -1].strip("._")
+        plain = re.sub(r"[._](\d)$", r"^\1", written)
+        spelt = [written, *(re.sub(r"[._]", mark, plain) for mark in ("/", "*"))]
+        known = [u for u in spelt if u and not u.isdigit() and units.known(u)]
+        if name and _is_alias(name) and (fitting := [u for u in known if _belongs(name, u)]):
+            return name, fitting[0]
+        if name and known and (text.endswith("_") or len(match[0]) > 1):
+            other = name, known[0]
+    return other
 
 
 def _is_alias(name: str) -> bool:

@@ -1,3 +1,5 @@
+from datetime import datetime, timedelta
+
 import numpy as np
 import pytest
 
@@ -147,3 +149,27 @@ def test_clocks_set_back_by_an_hour_do_not_turn_back_time(read_log: ReadLog) -> 
     stamps += [f"2024-10-27T02:00:{k / 10:06.3f}+01:00" for k in range(100)]
     (record,) = read_log("Time,Force (N)\n" + "".join(f"{s},{k % 7}\n" for k, s in enumerate(stamps)))
     assert record.samples == 200 and record.dt == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("milliseconds", [5, 10, 1000])
+@pytest.mark.parametrize("quote", ['"', ""])
+def test_a_table_of_a_campbell_logger(quote: str, milliseconds: int, read_log: ReadLog) -> None:
+    """Four lines of header; the stamps have as many decimals as they need."""
+    count = np.arange(600)
+    force, motion = np.round(990.0 * np.cos(0.025 * count), 2), np.round(10.0 * np.sin(0.025 * count), 4)
+    begin = datetime(2024, 3, 5, 10)
+    head = '"TOA5","CR1000X","CR1000X","12345","CR1000X.Std.03.02","CPU:damper.CR1X","54321","Fast"\r\n'
+    head += '"TIMESTAMP","RECORD","Load","Stroke","OilTemp_Avg","Load_Max"\r\n"TS","RN","kN","mm","Deg C","kN"\r\n'
+    head += '"","","Smp","Smp","Avg","Max"\r\n'
+    rows = ""
+    for k in count:
+        when = (begin + timedelta(milliseconds=milliseconds * int(k))).isoformat(" ").rstrip("0") if k else str(begin)
+        when = when + "0" * (19 - len(when))
+        rows += f'"{when}",{k},{force[k]:.2f},{motion[k]:.4f},24.5,999\r\n'
+    rows = rows.replace(f",{force[300]:.2f},", ',"NAN",', 1)
+    (record,) = read_log((head + rows).replace('"', quote), "fast.dat")
+    assert (record.dt, record.rows_kept, record.rows_refused) == (pytest.approx(1e-3 * milliseconds), 599, 1)
+    sound = np.delete(count, 300)
+    np.testing.assert_allclose(record.channels["force"][sound], 1e3 * force[sound])
+    np.testing.assert_allclose(record.channels["displacement"][sound], 1e-3 * motion[sound])
+    assert record.units["temperature"] == "degC"

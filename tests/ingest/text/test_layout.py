@@ -93,3 +93,24 @@ def test_aliases() -> None:
     assert aliases_of("Coil Current") == ["current"]
     assert aliases_of("I") == ["current"]
     assert aliases_of("whatever") == []
+
+
+@pytest.mark.parametrize(
+    ("cell", "name", "unit"),
+    [
+        ("Force_kN_", "Force", "kN"),
+        ("Force..kN.", "Force", "kN"),
+        ("Coil.Current..A.", "Coil Current", "A"),
+        ("CoilCurrent_A_", "CoilCurrent", "A"),
+        ("Velocity_mm_s_", "Velocity", "mm/s"),
+        ("Velocity..mm.s.", "Velocity", "mm/s"),
+        ("Acc..m.s.2.", "Acc", "m/s^2"),
+        ("Oil.temp...C.", "Oil temp", "C"),
+        ("Time..s.", "Time", "s"),
+        ("press.abs.", "press.abs.", None),
+        ("No.", "No.", None),
+        ("ch1_", "ch1_", None),
+    ],
+)
+def test_headers_that_a_program_made_variables_of(cell: str, name: str, unit: str | None) -> None:
+    assert name_and_unit(cell) == (name, unit)
