@@ -103,7 +103,7 @@ def _in_workspace(job: Job, workspace: Workspace) -> Fit:
         if asked.report:
             from mrfit.report import stage as report_stage
 
-            report_stage.run(workspace, report_stage.Settings((asked.fit.fit_name,), ALONE))
+            report_stage.run(workspace, report_stage.Settings((asked.fit.fit_name,), jobs=ALONE))
     return fit
 
 

@@ -322,7 +322,7 @@ def report(summary: Summary, work: Path) -> None:
     """Print where the report lies, and which of its fits are older than the data."""
     outdated(summary["outdated"])
     _notes(summary)
-    conclude(f"Report{_state(summary)}: {work / 'report' / 'index.html'}")
+    conclude(f"Report{_state(summary)}: {summary['index']}")
 
 
 def status(summary: Summary) -> None:

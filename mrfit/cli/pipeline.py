@@ -332,7 +332,7 @@ def report(work: Path, settings: mrfit.settings.report.Settings, progress: Progr
     with workspace.locked():
         before = reusable(workspace.report_folder / "report.json", ReportFile)
         made = mrfit.report.stage.run(workspace, settings, progress)
-        gone = sorted(set(before.fits) - set(made.fits)) if before else []
+        gone = sorted(set(before.fits) - set(made.fits)) if before and not settings.short else []
         notes = [f"replaced the report, in which {', '.join(gone)} stood too"] * bool(gone)
         return {**to_json(made), "notes": notes}
 
@@ -386,7 +386,7 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
             summary["discovery"] = _discover(workspace, discovery, progress)
         if fits:
             shown = config.report.fits or tuple(s.fit_name for s in fits)
-            told = mrfit.report.stage.Settings(shown, overrides.jobs)
+            told = replace(config.report, fits=shown, jobs=overrides.jobs)
             summary["report"] = to_json(mrfit.report.stage.run(workspace, told, progress))
     return summary
 

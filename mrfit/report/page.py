@@ -227,7 +227,7 @@ def _sets(sets: Sequence[tuple[str, Sequence[Quantity]]]) -> list[Sets]:
     edges = [round(k * columns / parts) for k in range(parts + 1)]
     return [
         Sets(
-            [(condition, [_quantity(q) for q in quantities[a:b]]) for condition, quantities in sets],
+            [(condition, [quantity_row(q) for q in quantities[a:b]]) for condition, quantities in sets],
             f", {number} of {parts}" if parts > 1 else "",
         )
         for number, (a, b) in enumerate(zip(edges, edges[1:], strict=False), start=1)
@@ -327,7 +327,8 @@ def _errors(row: MetricRow, scale: OutputUnit) -> ErrorRow:
     return ErrorRow(row.condition, role, pooled=row.condition == "all", samples=row.samples, values=values)
 
 
-def _quantity(q: Quantity) -> QuantityRow:
+def quantity_row(q: Quantity) -> QuantityRow:
+    """Return a parameter or derived quantity as the page shows it."""
     value, low, high = with_interval(q.value, q.low, q.high)
     notes = list(filter(None, [words_of(q)]))
     if q.at_bound:

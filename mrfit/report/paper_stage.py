@@ -88,7 +88,7 @@ def run(workspace: Workspace, kind: str, settings: Settings, out: Path | None = 
     drawn = [Drawn(f, _chosen(worst_of_each(source.series[f.name]), settings.conditions)) for f in source.fits]
     everything = list(dict.fromkeys(s.condition for d in drawn for s in d.series))
     if not settings.conditions:
-        drawn = [Drawn(d.fit, _some(d, kind, settings.overlay, len(drawn))) for d in drawn]
+        drawn = [Drawn(d.fit, with_room(d, kind, settings.overlay, len(drawn))) for d in drawn]
     if kind in ("loops", "predicted", "correlation"):
         drawn = [d for d in drawn if d.series]
         _check_one_output(drawn, settings)
@@ -110,7 +110,7 @@ def _chosen(series: Sequence[Series], patterns: Sequence[str]) -> list[Series]:
     return [s for s in series if not patterns or any(fnmatch.fnmatchcase(s.condition, p) for p in patterns)]
 
 
-def _some(drawn: Drawn, kind: str, overlay: str, fits: int) -> Sequence[Series]:
+def with_room(drawn: Drawn, kind: str, overlay: str, fits: int) -> Sequence[Series]:
     """Return the series drawn where no conditions were named: all that have room, else some of every error."""
     if kind not in ("loops", "correlation"):
         return drawn.series

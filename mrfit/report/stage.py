@@ -10,8 +10,8 @@ from mrfit.errors import DataError
 from mrfit.io.keys import code_version
 from mrfit.io.schemas.reading import reusable
 from mrfit.io.schemas.stages import ReportFile
-from mrfit.io.workspace import TEMPORARY, Workspace, write_json
-from mrfit.report import figures, page, tables
+from mrfit.io.workspace import TEMPORARY, Workspace, write_json, write_text
+from mrfit.report import figures, page, short, tables
 from mrfit.report.key import report_key
 from mrfit.report.page_figures import brief_drawings, more_drawings
 from mrfit.report.prediction import PredictionRow, prediction_rows
@@ -50,6 +50,8 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         If there is no fit, one is damaged, or the folder cannot be written.
     """
     names = fit_names(workspace, settings.fits)
+    if settings.short:
+        return _run_short(workspace, names)
     key = report_key(workspace, names)
     folder = workspace.report_folder
     index = str(folder / "index.html")
@@ -71,6 +73,16 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     )
     publish(folder, files, summary)
     return summary
+
+
+def _run_short(workspace: Workspace, names: Sequence[str]) -> ReportFile:
+    """Write ``report/short.html`` and nothing else: the whole report stays as it is."""
+    source = read_source(workspace, tuple(names))
+    path = workspace.report_folder / "short.html"
+    write_text(path, short.render(source))
+    return ReportFile(
+        key="", fits=list(names), outdated=source.outdated, conditions=0, files=[path.name], index=str(path)
+    )
 
 
 def _render(

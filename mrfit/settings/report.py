@@ -16,9 +16,12 @@ class Settings:
     ----------
     fits
         Names of fits; empty for all finished ones. They are shown the best first.
+    short
+        Whether to write two A4 pages on the best of them instead.
     jobs
         Worker processes; does not change the result.
     """
 
     fits: Annotated[tuple[str, ...], Setting("Fit to report; default: all.", flag="fit", key="fits", form=LISTED)] = ()
+    short: Annotated[bool, Setting("Two A4 pages on the best fit, report/short.html, instead.")] = False
     jobs: Jobs = 1
