@@ -1,6 +1,7 @@
 """What each command prints for a person."""
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
 
 Summary = dict[str, Any]
 METRIC_COLUMNS = ("condition", "role", "samples", "rmse", "nrmse", "noise_floor", "esr", "fit_percent")
+NUMBER = re.compile(r"[-+]?\d[\d.,e+-]*")
 # Characters for the columns of a table beside its first
 ROOM = 110
 # What stands behind a column's name: y for the unit of the output
@@ -38,13 +40,22 @@ def ingest(summary: Summary, work: Path) -> None:
         say(f"  {source}: {summary['reasons'][source]}; its recordings are replaced")
     for copy in summary.get("copies", []):
         say(f"  {copy_text(copy)}")
-    for recording in summary["recordings"]:
-        for finding in recording["findings"]:
-            say(f"  {recording['id']}: {finding['text']}")
+    _say_once(f"{r['id']}: {finding['text']}" for r in summary["recordings"] for finding in r["findings"])
     _say_unnamed([(r["id"], [c["name"] for c in r["channels"]]) for r in summary["recordings"]])
     for refused in summary["refused"]:
         say(f"  refused {refused['source']}: {refused['reason']}; {refused['remedy']}")
     conclude(in_one_line.ingest(summary, work))
+
+
+def _say_once(findings: Iterable[str]) -> None:
+    """Say each fault once, of findings ``LOG: TEXT``: the first log that has it, and how many more do."""
+    faults: dict[str, list[str]] = {}
+    for finding in findings:
+        faults.setdefault(NUMBER.sub("#", finding.partition(": ")[2] or finding), []).append(finding)
+    for found in faults.values():
+        log, colon, text = found[0].partition(": ")
+        more = len({one.partition(": ")[0] for one in found}) - 1
+        say(f"  {log}{f' and {more} more' if more else ''}{colon}{text}")
 
 
 def _say_unnamed(logs: Sequence[tuple[str, Sequence[str]]]) -> None:
@@ -111,8 +122,7 @@ def segment(summary: Summary, work: Path) -> None:
     names = ("recording", "condition", "waveform", "frequency", "amplitude", "offset", "cycles", "role")
     columns = ("recording", "condition", "waveform", "f (Hz)", "amplitude", "offset", "cycles", "role")
     print_table(f"Segments in {work}{_state(summary)}", columns, [numbers(s, names) for s in summary["segments"]])
-    for finding in summary.get("findings", []):
-        say(f"  {finding}")
+    _say_once(summary.get("findings", []))
     _notes(summary)
     conclude(in_one_line.segment(summary, work))
 
@@ -187,8 +197,7 @@ def predict(summary: Summary) -> None:
         own = summary["conditions"][segment_id]
         nearest = "" if condition in ("all", own) else f", the nearest to {own} that was fitted"
         say(f"  {segment_id}: parameters of {condition}{nearest}")
-    for finding in summary["findings"]:
-        say(f"  {finding}")
+    _say_once(summary["findings"])
     outdated([summary["fit"]] if summary["outdated"] else [])
     _whole_warnings(summary)
     if summary.get("files"):

@@ -121,7 +121,7 @@ def _settings_of(workspace: Workspace, name: str) -> dict[str, Any]:
 def _replaced(what: str, before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
     """Return the note that a result took the place of one made with other settings, if it did."""
     old, new = plain(dict(before)), plain(dict(after))
-    changed = [f"{k} {old[k]} -> {new[k]}" for k in old if k in new and k != "jobs" and old[k] != new[k]]
+    changed = [f"{k} {old[k]} -> {new[k]}" for k in old if k in new and k not in ("jobs", "name") and old[k] != new[k]]
     return [f"replaced {what}, made with other settings: {', '.join(changed)}"] if changed else []
 
 

@@ -45,8 +45,9 @@ def fit(summary: Summary, work: Path) -> str:
         )
     else:
         parts.append(f"{len(results)} sets of parameters")
-    if warnings := len(summary["warnings"]) + sum(len(r["warnings"]) for r in results):
-        parts.append(count(warnings, "warning"))
+    if warnings := [*summary["warnings"], *(w for r in results for w in r["warnings"])]:
+        wrong = [w["text"].partition(": ")[0] for w in warnings if w["kind"] in ("velocity-differs", "sign")]
+        parts.append(count(len(warnings), "warning") + (f" ({'; '.join(wrong)})" if wrong else ""))
     return f"Fit {summary['name']}: {', '.join(parts)}; {work / 'fits' / summary['name']}"
 
 

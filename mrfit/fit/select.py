@@ -1,7 +1,7 @@
 """Choose segments: those whose logs hold what a model needs; by peak velocity, ``LMH``; by condition, ``sine-*-1A``."""
 
 import fnmatch
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
@@ -119,6 +119,23 @@ def left_out_warnings(left_out: Sequence[Mapping[str, str]], segments: int) -> l
         text = f"{len(rows)} of {segments} segments{also} take no part, those of {named}: {reason}"
         found.append(Caution(kind="recordings-left-out", text=text))
     return found
+
+
+WRONG = ("velocity-differs", "sign")
+"""Kinds of findings of a channel in a wrong unit or turned round: they scale what is fitted."""
+
+
+def doubtful_channels(recordings: Sequence[Recording], channels: Collection[str]) -> list[Caution]:
+    """Return a warning for each channel, of those a model uses, that ingest found in a wrong unit or turned round."""
+    found: dict[tuple[str, str], list[tuple[str, str]]] = {}
+    for recording in recordings:
+        for finding in recording.findings:
+            if finding.kind in WRONG and finding.channel in channels:
+                found.setdefault((finding.kind, finding.channel), []).append((recording.id, finding.text))
+    return [
+        Caution(kind=kind, text=f"{where[0][1]} ({where[0][0]}, and {len(where)} of {len(recordings)} logs in all)")
+        for (kind, _), where in found.items()
+    ]
 
 
 def select(

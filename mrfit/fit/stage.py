@@ -13,6 +13,7 @@ from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.fit import forms
+from mrfit.fit.bounds import bounds_of_size
 from mrfit.fit.diagnostics.trust import drift_warnings, trust
 from mrfit.fit.files import PARTIAL, Fitted, drop_partial, write_fit
 from mrfit.fit.identify import Group, SearchSettings, build_group, found_point, search_optimum, weights_of
@@ -20,7 +21,7 @@ from mrfit.fit.laws.choice import Choice
 from mrfit.fit.laws.laws_of_current import base_cube, dependence_of
 from mrfit.fit.refined import refined
 from mrfit.fit.result import metric_rows, simulate_block, warnings_of
-from mrfit.fit.select import left_out_warnings, named, read_dataset, select, usable
+from mrfit.fit.select import doubtful_channels, left_out_warnings, named, read_dataset, select, usable
 from mrfit.io.columns import Loaded, laid_beside
 from mrfit.io.dataset import Dataset
 from mrfit.io.keys import code_version, digest_of, fit_key
@@ -198,12 +199,19 @@ def prepare(dataset: Dataset, settings: Settings) -> Prepared:
         asked = list(segments)  # of which ``select`` says what there is
     able, left_out = usable(asked, recordings, assemble(settings.model), roles)
     chosen = select(able, settings.only, recordings, roles)
+    given = {base_name(name) for name, _, _ in settings.bounds}
+    wider = bounds_of_size(
+        assemble(settings.model).spec, [recordings[r] for r in dict.fromkeys(s.recording for s in chosen)]
+    )
+    settings = replace(settings, bounds=(*settings.bounds, *(one for one in wider if one[0] not in given)))
     dependence, choice = dependence_of(settings, chosen, recordings)
     assembly = assemble(settings.model, dependence)
     # parameters that depend on current take it of every log
     chosen, more = usable(chosen, recordings, assembly, roles)
     cautions = left_out_warnings([*left_out, *more], len(asked))
     cautions += choice.warnings if choice else []
+    used = [recordings[r] for r in dict.fromkeys(s.recording for s in chosen)]
+    cautions += doubtful_channels(used, {assembly.spec.output, *assembly.spec.inputs})
     cautions += [Caution(kind="slow-model", text=assembly.spec.caution)] if assembly.spec.caution else []
     cube, groups = _cube(assembly, settings), _groups(chosen, settings)
     return Prepared(assembly, cube, dependence, choice, groups, recordings, cautions)

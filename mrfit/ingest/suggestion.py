@@ -98,8 +98,12 @@ def _map_of(logs: Sequence[tuple[Item, Table]]) -> Iterator[str]:
     yield "# resistance = 2.1   # ohm, of the coil; without it, it is estimated from voltage and current"
     yield _pattern_line([i for i, _ in logs])
     yield ""
-    yield "[channels]"
     signals = {s.index: s for s in name_signals(table.columns, Rules(), item.source)[0]}
+    if not {s.name for s in signals.values()} & {"current", "voltage", "flux"}:
+        yield "# [condition]   # what no column holds, in SI; a list has one value for each run of a log"
+        yield "# current = 0.5"
+        yield ""
+    yield "[channels]"
     columns = [c for c in table.columns if c is not even]
     found = guesses([c for c in columns if signals[c.index].name not in CHANNELS and c.unit is None], _interval(table))
     for column in columns:

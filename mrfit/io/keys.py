@@ -138,8 +138,9 @@ def segment_key(settings: Mapping[str, Any], contents: Mapping[str, str], code: 
 def fit_key(
     settings: Mapping[str, Any], contents: Mapping[str, str], segments: Sequence[Segment], code: str = ""
 ) -> str:
-    """Return the key of a fit with these settings; ``jobs`` changes nothing, the source of a plug-in does."""
-    parts = _without_jobs(settings), contents, [*map(asdict, segments)]
+    """Return the key of a fit with these settings; ``jobs`` and ``name`` change nothing, a plug-in's source does."""
+    named = {n: value for n, value in settings.items() if n != "name"}
+    parts = _without_jobs(named), contents, [*map(asdict, segments)]
     return key_of(*parts, *_plugins_of(settings), stage="fit", code=code)
 
 

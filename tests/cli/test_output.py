@@ -19,7 +19,7 @@ def test_preview_names_what_is_missing_once(tmp_path: Path, capsys: pytest.Captu
     output.preview(preview([tmp_path], Settings()))
     printed = capsys.readouterr().out
     assert printed.count("refused ") == 3  # two files, and the column of that name
-    assert printed.count("to read these 2: write a channel map, mrfit.toml beside it or --map: time = 0, then") == 1
+    assert printed.count("to read these 2: `mrfit ingest LOGS --suggest-map` writes a channel map") == 1
     assert "NewFile1.csv: no channel a model takes" in printed
     assert "log.csv: no channel" not in printed
 
@@ -117,3 +117,11 @@ def test_options_of_an_optimizer_are_shown(
     printed = capsys.readouterr().out
     assert all(word in printed for word in told)
     assert ("--opt-set" in printed) == bool(told)
+
+
+def test_a_fault_of_many_logs_is_told_once(capsys: pytest.CaptureFixture[str]) -> None:
+    output._say_once(
+        ["a: off by 0.5 mm", "b: off by 0.7 mm", "c: clipped", "b: off by 0.9 mm", "whole remark", "another remark"]
+    )
+    told = [line.strip() for line in capsys.readouterr().out.split("\n")]
+    assert told[:4] == ["a and 1 more: off by 0.5 mm", "c: clipped", "whole remark", "another remark"]

@@ -210,7 +210,7 @@ def _velocity_matches(record: Recording) -> list[Finding]:
         ratio = float(slope @ velocity / (velocity @ velocity))
         if 0.5 < ratio < 2.0:
             return []
-        text = f"velocity is 1/{ratio:.3g} of the slope of displacement: check their units and the sample rate"
+        text = f"velocity is {1.0 / ratio:.4g} times the slope of displacement: check their units and the sample rate"
         return [Finding("velocity-differs", "velocity", None, text)]
     if alike > -0.5:
         text = f"velocity does not follow the slope of displacement (correlation {alike:.2f}): check the channel map"
