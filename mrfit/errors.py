@@ -3,6 +3,7 @@
 Every message is one line that says which file or name, which row where there is one, and what to do about it.
 """
 
+import errno
 from collections.abc import Iterable
 from difflib import get_close_matches
 
@@ -17,6 +18,10 @@ class DataError(MrfitError):
     """The data or the fit cannot be used (exit code 1)."""
 
 
+class Lacking(DataError):
+    """The machine lacks what the data need, as memory, room, a library or a permission; the data may be sound."""
+
+
 class ConfigError(MrfitError):
     """The command line or a configuration file is wrong (exit code 2)."""
 
@@ -25,6 +30,18 @@ class ConfigError(MrfitError):
 
 class Unreachable(MrfitError):
     """Nobody is there to do the work, or no longer; it is of the place where work is done, not of data or a model."""
+
+
+def is_of_machine(error: BaseException) -> bool:
+    """Return whether an error, or what led to it, is the machine's and not of the data: it may pass."""
+    one: BaseException | None = error
+    while one is not None:
+        # a library that cannot make sense of a file raises an OSError too, without a number or with that of a bad seek
+        of_system = isinstance(one, OSError) and one.errno not in (None, errno.EINVAL)
+        if of_system or isinstance(one, (Lacking, MemoryError, ImportError)):
+            return True
+        one = one.__cause__ or one.__context__
+    return False
 
 
 def unknown_name(kind: str, name: str, known: list[str], command: str = "") -> ConfigError:

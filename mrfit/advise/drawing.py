@@ -12,7 +12,7 @@ from mrfit.advise.specimen import rows_of
 from mrfit.core.channels import symbol_of, unit_of
 from mrfit.core.specs import Array
 from mrfit.report.figures import LOOPS, PALETTE
-from mrfit.report.svg import style, to_svg
+from mrfit.report.svg import import_matplotlib, style, to_svg
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -39,6 +39,7 @@ class _Curve:
 
 def loops(contest: Contest, test: Test, text: str) -> Loops:
     """Return the figure of the rivals' outputs on a test: loops, and differences from the first over time."""
+    import_matplotlib()
     from matplotlib.figure import Figure
 
     output = contest.standings[0].assembly.spec.output

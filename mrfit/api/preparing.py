@@ -3,13 +3,12 @@
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import mrfit.flux.stage
 import mrfit.segment.stage
 from mrfit.api.options import Options, settings_of
 from mrfit.api.recordings import several
+from mrfit.core import temporary
 from mrfit.core.progress import Progress
 from mrfit.core.recording import Recording
 from mrfit.io.dataset import Dataset
@@ -73,8 +72,8 @@ def prepared(recordings: Recording | Iterable[Recording], how: Preparation, prog
 @contextmanager
 def on_disk(dataset: Dataset) -> Iterator[Workspace]:
     """Give a workspace that holds segments and recordings, for the time of one call, and leave no trace of it."""
-    with TemporaryDirectory(prefix="mrfit-") as folder:
-        workspace = Workspace(Path(folder))
+    with temporary.folder("call") as folder:
+        workspace = Workspace(folder)
         for recording in dataset.recordings.values():
             workspace.write_recording(recording)
         workspace.write_segments(dataset.segments, {})

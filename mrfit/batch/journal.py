@@ -8,6 +8,7 @@ from typing import IO
 from pydantic import ValidationError
 
 from mrfit.errors import DataError
+from mrfit.io.atomic import opened_to_append
 from mrfit.io.schemas.batch import LogRow
 from mrfit.io.schemas.reading import of_json
 from mrfit.io.workspace import plain, write_text
@@ -47,7 +48,7 @@ class Journal:
     def __enter__(self) -> "Journal":
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = self.path.open("ab")
+            self._file = opened_to_append(self.path)
             if self._file.tell():
                 # the last line may be torn
                 self._file.write(b"\n")

@@ -1,16 +1,18 @@
 """One log of a batch from its file to its parameters, as a worker does it."""
 
+import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from mrfit.batch.parcel import Parcel, returned, unpacked
 from mrfit.core.progress import Progress, silent
-from mrfit.errors import MrfitError, Unreachable
+from mrfit.errors import MrfitError, Unreachable, is_of_machine
 from mrfit.fit import stage as fit_stage
 from mrfit.flux import stage as flux_stage
 from mrfit.ingest import stage as ingest_stage
 from mrfit.io.dataset import Dataset
+from mrfit.io.keys import digest_of
 from mrfit.io.schemas.batch import Fitted, LogRow, OfCondition
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.workspace import Workspace
@@ -84,8 +86,19 @@ def _row(job: Job) -> LogRow:
     except Unreachable:
         raise
     except MrfitError as error:
-        return failed(job.name, job.key, error)
-    return LogRow(log=job.name, key=job.key, tests=[*_tests(fit)])
+        # what is no fault of the log is tried again
+        return failed(job.name, "" if is_of_machine(error) else job.key, error)
+    return LogRow(log=job.name, key=job.key, made=made_of(job), tests=[*_tests(fit)])
+
+
+def made_of(job: Job) -> str:
+    """Return a hash of what a log's workspace holds of its fit, which commands by hand may change."""
+    if job.workspace is None:
+        return ""
+    workspace = Workspace(job.workspace)
+    fit = workspace.fit_folder(job.asked.fit.fit_name) / "fit.json"
+    files = (workspace.ingest_json, workspace.flux_json, workspace.segments_file, fit)
+    return digest_of(*(hashlib.sha256(f.read_bytes()).hexdigest() if f.is_file() else "" for f in files))
 
 
 def failed(name: str, key: str, error: BaseException) -> LogRow:

@@ -4,16 +4,21 @@ Paths relative to the current folder mean the same there, so that what is writte
 """
 
 import os
+import re
 import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
+from mrfit.core import temporary
+from mrfit.errors import DataError
 from mrfit.io.atomic import write_atomic
+from mrfit.io.workspace import FILES, FOLDERS
 
 # The current folder is that of all threads of a process
+# Of the path of a file in a workspace: neither a way out of it nor one of another system
+PART = re.compile(r"(?!\.+$)[^/\\:\x00]+")
 _moving = threading.Lock()
 
 
@@ -34,7 +39,7 @@ def packed(paths: Iterable[Path]) -> Parcel:
 @contextmanager
 def unpacked(parcel: Parcel) -> Iterator[None]:
     """Lay files below a folder of its own and work there, where relative paths mean them; it is removed afterwards."""
-    with _moving, TemporaryDirectory(prefix="mrfit-") as root:
+    with _moving, temporary.folder("batch") as root:
         before = os.getcwd()
         for name, content in parcel.files:
             path = _below(root, name)
@@ -56,14 +61,28 @@ def returned(folder: Path) -> tuple[tuple[str, bytes], ...]:
 
 
 def put(folder: Path, files: Iterable[tuple[str, bytes]]) -> None:
-    """Write a worker's files into a folder here; what it removed is removed, but for the folder's lock."""
-    wanted = {folder / name: content for name, content in files}
+    """Write a worker's files into a workspace here; what it removed is removed, but for the folder's lock.
+
+    Raises
+    ------
+    DataError
+        If a file is none of a workspace's, or cannot be written: nothing is written outside of the workspace.
+    """
+    wanted = {folder / _checked(name): content for name, content in files}
     for path, content in wanted.items():
         write_atomic(path, lambda p, content=content: p.write_bytes(content))  # type: ignore[misc]
     for path in [p for p in folder.rglob("*") if p.is_file() and p not in wanted and p.name != ".lock"]:
         path.unlink()
 
 
-def _below(root: str, path: str) -> Path:
+def _checked(name: str) -> str:
+    """Return the path of a file in a workspace, as a worker gave it."""
+    first, *rest = name.split("/")
+    if (first in FOLDERS and rest or first in FILES and not rest) and all(map(PART.fullmatch, rest)):
+        return name
+    raise DataError(f"a worker has sent a file named '{name[:80]}', which no workspace has; look after your workers")
+
+
+def _below(root: Path, path: str) -> Path:
     """Return where an absolute path lies below a folder."""
-    return Path(root) / Path(path).relative_to(Path(path).anchor)
+    return root / Path(path).relative_to(Path(path).anchor)

@@ -10,13 +10,13 @@ from pathlib import Path
 from mrfit.batch import page, table
 from mrfit.batch.fleet import fleet_of
 from mrfit.batch.journal import NAME, Journal, read_journal, write_journal
-from mrfit.batch.log import ALONE, Asked, Done, Job, do, failed
+from mrfit.batch.log import ALONE, Asked, Done, Job, do, failed, made_of
 from mrfit.batch.parcel import packed, put
 from mrfit.batch.plan import plan
 from mrfit.core import plugins
 from mrfit.core.executors.order import executor, is_apart
 from mrfit.core.progress import Progress, silent
-from mrfit.errors import ConfigError, DataError, MrfitError
+from mrfit.errors import ConfigError, DataError, MrfitError, is_of_machine
 from mrfit.fit import stage as fit_stage
 from mrfit.flux import stage as flux_stage
 from mrfit.ingest import stage as ingest_stage
@@ -88,8 +88,7 @@ def _is_done(job: Job, row: LogRow | None) -> bool:
     if job.workspace is None or row.error:
         return True
     workspace = Workspace(job.workspace)
-    fitted = (workspace.fit_folder(job.asked.fit.fit_name) / "fit.json").is_file()
-    return fitted and (not job.asked.report or (workspace.report_folder / "report.json").is_file())
+    return row.made == made_of(job) and (not job.asked.report or (workspace.report_folder / "report.json").is_file())
 
 
 def _is_elsewhere(name: str, folder: Path) -> bool:
@@ -121,8 +120,8 @@ def _done(due: Sequence[Job], jobs: int, path: Path, progress: Progress) -> dict
 
 
 def _fault(error: BaseException | None) -> BaseException:
-    """Return the error of a log whose worker was killed, or found no memory; raise one that is no log's."""
-    if error and not isinstance(error, (MrfitError, MemoryError)):
+    """Return the error of a log whose worker was killed, or met a fault of the machine; raise one that is mrfit's."""
+    if error and not isinstance(error, MrfitError) and not is_of_machine(error):
         raise error
     return error or MemoryError()
 
@@ -138,8 +137,14 @@ def _sent(due: Sequence[Job], apart: bool) -> Iterator[Job]:
 
 
 def _received(job: Job, done: Done, apart: bool) -> LogRow:
+    if (done.row.log, done.row.key) not in ((job.name, job.key), (job.name, "")):
+        told = DataError(f"a worker has answered for {done.row.log[:80]}; look after your workers")
+        return failed(job.name, "", told)
     if apart and job.workspace and done.files:
-        put(job.workspace, done.files)
+        try:
+            put(job.workspace, done.files)
+        except DataError as error:
+            return failed(job.name, "", error)
     return done.row
 
 

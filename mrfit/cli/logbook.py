@@ -7,6 +7,7 @@ import sys
 from datetime import UTC, datetime
 from pathlib import Path
 
+from mrfit.io.atomic import opened_to_append
 from mrfit.io.escapes import visible
 
 NAME = "commands.log"
@@ -42,11 +43,6 @@ def append(work: Path, seconds: float) -> None:
     line = (
         f"{datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ} {visible(shlex.join(['mrfit', *sys.argv[1:]]))}  # {seconds:.1f} s\n"
     )
-    flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
-    with contextlib.suppress(OSError):
-        handle = os.open(work / NAME, flags, 0o666)
-        try:
-            # one call: commands that end together do not mix their lines
-            os.write(handle, line.encode("utf-8", "backslashreplace"))
-        finally:
-            os.close(handle)
+    # one call: commands that end together do not mix their lines
+    with contextlib.suppress(OSError), opened_to_append(work / NAME) as handle:
+        os.write(handle.fileno(), line.encode("utf-8", "backslashreplace"))

@@ -292,8 +292,10 @@ def _read_as_fitted(
 ) -> tuple[mrfit.settings.ingest.Settings, list[str]]:
     """Return how logs are read: by the workspace's channel map where there is no other, and what is told of it."""
     import mrfit.ingest.stage
+    from mrfit.io.atomic import refuse_link
 
     own = workspace.root / CHANNEL_MAP
+    refuse_link(own)
     if not own.is_file() or mrfit.ingest.stage.maps_of(logs, settings):
         return settings, []
     return replace(settings, map=own), [f"read by the channel map of the workspace, {own}; --map gives another"]

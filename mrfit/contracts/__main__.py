@@ -5,7 +5,6 @@ from mrfit.core import current_folder
 # before anything is imported that may lie there
 current_folder.leave_out()
 
-import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -15,7 +14,7 @@ import typer
 from mrfit.cli import console
 from mrfit.contracts import effects, models, optimizers, readers
 from mrfit.contracts.check import Check, applying, broken
-from mrfit.core import plugins, registry
+from mrfit.core import plugins, registry, temporary
 from mrfit.core.built_in import Kind
 from mrfit.errors import DataError
 from mrfit.kernels.jit import is_cold
@@ -66,8 +65,8 @@ def of_reader(name: str, logs: Sequence[Path]) -> Iterator[tuple[str, str]]:
     cases = [(log.name, _content(log)) for log in logs] or [("", b"")]
     for log, data in cases:
         for check in readers.CHECKS:
-            with tempfile.TemporaryDirectory() as folder:
-                case = readers.Case(reader, Path(folder), log, data)
+            with temporary.folder("contracts") as folder:
+                case = readers.Case(reader, folder, log, data)
                 if check.applies(case):
                     yield check.text + (f" [{log}]" if log else ""), broken(check, case)
 

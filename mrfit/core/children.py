@@ -15,6 +15,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
+from mrfit.core import temporary
 from mrfit.core.current_folder import without_relative
 
 P = ParamSpec("P")
@@ -76,6 +77,10 @@ class Pool(ProcessPoolExecutor):
         context: Any = multiprocessing.get_context(START)
         if START == "forkserver":
             context.set_forkserver_preload([module])
+        ours: Any = multiprocessing.current_process()
+        if ours._config.get("tempdir") is None:
+            # where its sockets lie, whose paths are short: a folder of its own would stay when this process is killed
+            ours._config["tempdir"] = str(temporary.kept("p"))
         given = dict(os.environ)
         with _environment_of_children():
             self.told = context.SimpleQueue()
@@ -107,6 +112,10 @@ def _environment_of_children() -> Iterator[None]:
 
 def take_environment(given: dict[str, str]) -> None:
     """Have the environment of the process that started this one, without what only its start needed."""
+    from multiprocessing.util import Finalize
+
     for name in set(_changes()) - set(given):
         os.environ.pop(name, None)
     os.environ.update(given)
+    # a process of a pool ends without what `atexit` was told
+    Finalize(None, temporary.remove_own, exitpriority=0)

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -237,8 +238,8 @@ def driver(parts: Parts) -> str:
     return named(text, prefix)
 
 
-def built(parts: Parts, files: dict[str, str], options: Sequence[str] = ()) -> Compiled:
-    """Return the exported model as a program.
+def built(parts: Parts, files: dict[str, str], options: Sequence[str] = ()) -> AbstractContextManager[Compiled]:
+    """Give the exported model as a program.
 
     Raises
     ------

@@ -1,13 +1,13 @@
 """The C compiler of this machine, and programs made with it."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from mrfit.core import children
+from mrfit.core import children, temporary
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 
@@ -60,8 +60,8 @@ def fault(printed: bytes) -> str:
 class Compiled:
     """A program that reads rows of doubles, dt and the inputs, and writes rows of doubles, output and in_range."""
 
-    def __init__(self, folder: "TemporaryDirectory[str]", program: Path, channels: int) -> None:
-        self.folder, self.program, self.channels = folder, program, channels
+    def __init__(self, program: Path, channels: int) -> None:
+        self.program, self.channels = program, channels
 
     def run(self, inputs: Array, dt: float | Array) -> tuple[Array, Array]:
         """Return output and in_range (N,) of inputs (C, N) whose steps are dt apart, one number or (N,)."""
@@ -74,15 +74,10 @@ class Compiled:
         answer = np.frombuffer(done.stdout).reshape(-1, 2)
         return answer[:, 0], answer[:, 1]
 
-    def __enter__(self) -> "Compiled":
-        return self
 
-    def __exit__(self, *_: object) -> None:
-        self.folder.cleanup()
-
-
-def compiled(files: Mapping[str, str], channels: int, options: Sequence[str] = ()) -> Compiled:
-    """Return a program of C files, by name, of which one has ``main``.
+@contextmanager
+def compiled(files: Mapping[str, str], channels: int, options: Sequence[str] = ()) -> Iterator[Compiled]:
+    """Give a program of C files, by name, of which one has ``main``.
 
     Raises
     ------
@@ -91,14 +86,9 @@ def compiled(files: Mapping[str, str], channels: int, options: Sequence[str] = (
     DataError
         If the code is refused.
     """
-    folder = TemporaryDirectory(prefix="mrfit-c-")
-    place = Path(folder.name)
-    try:
+    with temporary.folder("compiled") as place:
         for name, text in files.items():
             (place / name).write_text(text, encoding="ascii")
         sources = [place / name for name in files if name.endswith(".c")]
         run_compiler(["-std=c99", *options, *sources, "-lm", "-o", place / "program"], place, "--to c")
-    except BaseException:
-        folder.cleanup()
-        raise
-    return Compiled(folder, place / "program", channels)
+        yield Compiled(place / "program", channels)

@@ -12,10 +12,8 @@ import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
-from mrfit.core import children
+from mrfit.core import children, temporary
 from mrfit.errors import DataError
 from mrfit.export.c import compared, notes_of, rendered, user_inputs
 from mrfit.export.c_form import TEMPLATES, environment
@@ -141,8 +139,7 @@ def built_binaries(prefix: str, sources: Mapping[str, str], fmi: int) -> dict[tu
             f"--to fmu: no name in FMI for {platform.system()} {platform.machine()}; export on another system"
         )
     found = {}
-    with TemporaryDirectory(prefix="mrfit-fmu-") as folder:
-        place = Path(folder)
+    with temporary.folder("fmu") as place:
         for name, text in sources.items():
             (place / name).write_text(text, encoding="ascii")
         code = [str(place / f"{prefix}.c"), str(place / f"fmi{fmi}.c")]

@@ -2,13 +2,11 @@
 
 import re
 from dataclasses import replace
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
-from mrfit.core import children
+from mrfit.core import children, temporary
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 from mrfit.export.c import Difference, compared, named, notes_of, user_inputs
@@ -148,8 +146,7 @@ def run_octave(octave: str, parts: Parts, text: str, inputs: Array, dt: float) -
         If Octave refuses it.
     """
     prefix = parts.context.p
-    with TemporaryDirectory(prefix="mrfit-m-") as folder:
-        place = Path(folder)
+    with temporary.folder("matlab") as place:
         (place / f"{prefix}.m").write_text(text, encoding="ascii")
         simulate = environment(TEMPLATES / "matlab").get_template("simulate.m.j2").render(vars(parts.context))
         (place / "simulate.m").write_text(simulate, encoding="ascii")

@@ -1,5 +1,6 @@
 """Which reader reads a file, and which files are parts of one record."""
 
+import os
 import re
 from os import fsencode
 from pathlib import Path
@@ -110,7 +111,7 @@ def expand(paths: list[Path]) -> list[tuple[Path, Path]]:
         if path.is_dir():
             found = sorted(path.rglob("*"))
             made = {p.parent for p in found if p.name == "ingest.json" and (p.parent / "recordings").is_dir()}
-            inside = [p for p in found if made.isdisjoint(p.parents) and p.is_file() and _is_log(p, path)]
+            inside = [p for p in found if made.isdisjoint(p.parents) and _is_file(p) and _is_log(p, path)]
             if not inside:
                 raise Refusal(path, "no log in this folder", "name a folder with logs, or the logs themselves")
             for file in inside:
@@ -125,6 +126,11 @@ def _exists(path: Path) -> bool:
         return path.exists()
     except OSError:  # a name that is too long
         return False
+
+
+def _is_file(path: Path) -> bool:
+    """Return whether a path is a file, or a link that leads nowhere, which is named and not passed over."""
+    return path.is_file() or path.is_symlink() and not path.exists()
 
 
 def _is_log(path: Path, root: Path) -> bool:
@@ -153,6 +159,8 @@ def look(path: Path) -> tuple[Head, str]:
     if (length := len(fsencode(path.stem))) > LONGEST_STEM:
         text = f"its name is {length} bytes long, and recordings are named after logs"
         raise Refusal(path, text, f"rename it to {LONGEST_STEM} or fewer")
+    if path.is_symlink() and not path.exists():
+        raise Refusal(path, f"a symbolic link to {os.readlink(path)}, which is not there", "mend or remove the link")
     if path.exists() and not path.is_file():
         raise Refusal(path, "no plain file", "copy its content into one")
     head = open_head(path)

@@ -8,11 +8,10 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from mrfit.core import registry
+from mrfit.core import registry, temporary
 from mrfit.core.executors.order import executor, in_order_by, is_apart, is_elsewhere
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
@@ -73,9 +72,9 @@ def _sent(item: Item, apart: bool, block: int) -> Sent:
 
 def read_sent(sent: Sent, progress: Progress) -> Outcome:
     """Read a record in a worker; its recordings are in memory, its sources and refusals bear the paths it has here."""
-    with TemporaryDirectory(prefix="mrfit-") as place:
-        laid = _laid(sent, Path(place))
-        found = read_item(laid, Pieces(Path(place) / "numbers", sent.block))
+    with temporary.folder("ingest") as place:
+        laid = _laid(sent, place)
+        found = read_item(laid, Pieces(place / "numbers", sent.block))
         names = {str(there): str(here) for (there, _), (here, _) in zip(laid.files, sent.item.files, strict=True)}
 
         def here(text: str) -> str:

@@ -4,7 +4,7 @@ import errno
 from os import fsencode
 from pathlib import Path
 
-from mrfit.errors import DataError, MrfitError
+from mrfit.errors import DataError, Lacking, MrfitError
 from mrfit.io.escapes import visible
 
 LONGEST = 400
@@ -33,8 +33,8 @@ class Refusal(DataError):
         return type(self), (self.path, self.reason, self.remedy)
 
 
-class Passing(Refusal):
-    """A log that cannot be used here and now, and is looked at again the next time: it may be sound."""
+class Passing(Refusal, Lacking):
+    """A log that cannot be used here and now, and is looked at again the next time."""
 
 
 def damaged(path: Path, kind: str, error: Exception, remedy: str = "copy it again") -> Refusal:

@@ -6,10 +6,10 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from os import getpid
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from mrfit.core import temporary
 from mrfit.core.progress import Progress, silent
 from mrfit.core.recording import Recording
 from mrfit.core.workers import in_order
@@ -126,8 +126,8 @@ def preview(paths: Sequence[Path], settings: Settings) -> list[Preview]:
     """
     plan, refusals = plan_items(paths, settings, lambda _: "")
     rows = []
-    with TemporaryDirectory(prefix="mrfit-") as place:
-        pieces = Pieces(Path(place), settings.block)
+    with temporary.folder("ingest") as place:
+        pieces = Pieces(place, settings.block)
         looks = in_order(lambda item: look_into(item, pieces), [item for item, _ in plan], settings.jobs)
         for outcome, times_longer in looks:
             refusals += outcome.refusals
@@ -159,10 +159,10 @@ def read(paths: Sequence[Path], settings: Settings, progress: Progress = silent)
     plan, refusals = plan_items(paths, settings, lambda path: hash_of(path, progress))
     recordings: list[Recording] = []
     taken: set[str] = set()
-    with TemporaryDirectory(prefix="mrfit-") as place:
+    with temporary.folder("ingest") as place:
         # numbers of a log longer than eight blocks lie there meanwhile
-        pieces = Pieces(Path(place), settings.block, progress)
-        plan = part_copies(plan, Earlier(Workspace(Path(place))))[1]
+        pieces = Pieces(place, settings.block, progress)
+        plan = part_copies(plan, Earlier(Workspace(place)))[1]
         for number, outcome in enumerate(outcomes([item for item, _ in plan], pieces, settings.jobs), start=1):
             refusals += outcome.refusals
             recordings += [_in_memory(r) for r in _named(outcome, outcome.item.source, taken)]

@@ -3,11 +3,11 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from textwrap import wrap
 
 import numpy as np
 
+from mrfit.core import temporary
 from mrfit.core.channels import CHANNELS, unit_of
 from mrfit.errors import ConfigError, DataError
 from mrfit.ingest import series
@@ -68,11 +68,11 @@ def suggest(paths: Sequence[Path], settings: Settings) -> str:
     """
     items, refusals = plan_items(paths, settings, lambda _: "")
     layouts: dict[tuple[tuple[str, str | None], ...], list[tuple[Item, Table]]] = {}
-    with TemporaryDirectory(prefix="mrfit-") as place:
+    with temporary.folder("ingest") as place:
         for item, _ in items:
             bare = replace(item, rules=replace(BY_PLACE, pattern=item.rules.pattern))
             try:
-                table = first_tables(bare, Pieces(Path(place), settings.block))[0]
+                table = first_tables(bare, Pieces(place, settings.block))[0]
             except Refusal as refusal:
                 refusals.append(refusal)
                 continue

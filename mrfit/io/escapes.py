@@ -7,6 +7,8 @@ import re
 _OBEYED = re.compile("[\x00-\x1f\x7f-\x9f\u200b\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]")
 # The same but what JSON escapes by itself
 _OBEYED_IN_JSON = re.compile("[\x7f-\x9f\u200b\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff]")
+# The same but what ends lines and indents them
+_OBEYED_IN_PAGE = re.compile(r"(?![\t\n\r])" + _OBEYED.pattern)
 _SHORT = {"\n": r"\n", "\r": r"\r", "\t": r"\t"}
 
 
@@ -26,6 +28,11 @@ def encodable(text: str) -> str:
 def visible(text: str) -> str:
     r"""Return text for a terminal, on one line: control characters are shown, as in ``\x1b[31m``."""
     return _OBEYED.sub(lambda m: _SHORT.get(m[0]) or _escaped(m[0]), encodable(text))
+
+
+def visible_in_page(text: str) -> str:
+    r"""Return a page or a drawing for a file: its lines as they are, control characters in them shown."""
+    return _OBEYED_IN_PAGE.sub(lambda m: _escaped(m[0]), encodable(text))
 
 
 def visible_json(text: str) -> str:

@@ -11,17 +11,17 @@ import math
 import os
 import re
 import shutil
-import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import fields
 from pathlib import Path
 from typing import Any, cast
 
+from mrfit.core import temporary
 from mrfit.core.recording import Finding, Recording, Segment
-from mrfit.errors import ConfigError, DataError
-from mrfit.io.atomic import write_atomic
-from mrfit.io.escapes import encodable
+from mrfit.errors import ConfigError, DataError, Lacking
+from mrfit.io.atomic import refuse_link, write_atomic
+from mrfit.io.escapes import encodable, visible_in_page
 from mrfit.io.faults import plain_fault
 from mrfit.io.footer import key_value_metadata
 from mrfit.io.keys import content_of
@@ -40,6 +40,10 @@ LONGEST_NAME = 200
 """Characters of a fit's name; file systems take 255 bytes."""
 FOLDERS = ("recordings", "flux", "fits", "report", "discover", "compare", "advise", "apply", "export", "predict")
 """Folders of a workspace."""
+FILES = ("ingest.json", "flux.json", "segments.parquet")
+"""Files of a workspace beside its folders, without which it holds no fit."""
+NO_LINKS = ("channel-map.toml", "batch.jsonl")
+"""Files that are no links: what they lead to would be believed, or written into."""
 TEMPORARY = re.compile(r"\..+\.\d+\.tmp")
 """Names of files not yet written whole."""
 OWN = (".ingest.json.", ".flux.json.", ".segments.parquet.")
@@ -94,7 +98,8 @@ def check_name(name: str) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file atomically, in UTF-8 with plain line feeds."""
+    """Write a text file atomically, in UTF-8 with plain line feeds; a page shows control characters."""
+    text = visible_in_page(text) if path.suffix == ".html" else text
     write_atomic(path, lambda p: p.write_bytes(text.encode(errors="backslashreplace")))
 
 
@@ -183,19 +188,19 @@ class Workspace:
         lock = FileLock(self.root / ".lock", timeout=LOCK_SECONDS)
         try:
             self.root.mkdir(parents=True, exist_ok=True)
-            if (self.root / ".lock").is_symlink():
-                raise DataError(f"{self.root / '.lock'}: a symbolic link, which mrfit does not follow; remove it")
+            refuse_link(self.root / ".lock")
             if not os.access(self.root, os.W_OK):
                 raise PermissionError(13, "Permission denied")
             lock.acquire()
         except Timeout as error:
-            raise DataError(f"{self.root}: in use by another mrfit command; wait for it to end") from error
+            raise Lacking(f"{self.root}: in use by another mrfit command; wait for it to end") from error
         except OSError as error:
             text = error.strerror or error
             raise DataError(f"{self.root}: cannot write here ({text}); choose another --work folder") from error
         try:
             self._refuse_links()
             self._clean()
+            temporary.remove_left()
             yield
         finally:
             lock.release()
@@ -216,8 +221,8 @@ class Workspace:
         try:
             folder.mkdir()
         except OSError:
-            with tempfile.TemporaryDirectory(prefix="mrfit-predict-") as elsewhere:
-                yield Workspace(Path(elsewhere))
+            with temporary.folder("predict") as elsewhere:
+                yield Workspace(elsewhere)
             return
         try:
             with FileLock(folder / ".lock"):
@@ -229,7 +234,8 @@ class Workspace:
         from filelock import FileLock, Timeout
 
         for left in self.root.glob(".predict-*"):
-            if left.name.removeprefix(".predict-").isdecimal() and not left.is_symlink():
+            links = left.is_symlink() or (left / ".lock").is_symlink()
+            if left.name.removeprefix(".predict-").isdecimal() and not links:
                 with suppress(Timeout, OSError):  # in use, or another user's
                     with FileLock(left / ".lock", timeout=0):
                         pass
@@ -237,11 +243,10 @@ class Workspace:
 
     def _refuse_links(self) -> None:
         """Refuse a workspace with folders that lead elsewhere: what is written into them would land there."""
-        inside = [self.scratch, *(self.root / name for name in FOLDERS)]
+        inside = [self.scratch, *(self.root / name for name in (*FOLDERS, *NO_LINKS))]
         inside += [f for name in FOLDERS for f in (self.root / name).rglob("*") if not f.is_file()]
         for folder in inside:
-            if folder.is_symlink():
-                raise DataError(f"{folder}: a symbolic link, which mrfit does not follow to write; put a folder there")
+            refuse_link(folder)
 
     def _clean(self) -> None:
         """Remove what a killed command left half written; the caller holds the lock."""

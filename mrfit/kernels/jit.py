@@ -4,10 +4,8 @@ numba's own cache sees an edit in the file of the function it compiles, not in t
 the folder is a hash over all kernel sources, so that any edit starts afresh.
 """
 
-import atexit
 import hashlib
 import os
-import shutil
 import stat
 import tempfile
 import threading
@@ -16,6 +14,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+from mrfit.core import temporary
 from mrfit.core.current_folder import Hidden
 from mrfit.core.workers import interrupts_later
 
@@ -36,9 +35,7 @@ def _cache_folder() -> Path:
         if (parent in own or _is_private(parent)) and _is_private(folder):
             return folder
     # somebody else made folders of these names: compiled code from there would be theirs
-    folder = Path(tempfile.mkdtemp(prefix="mrfit-kernels-"))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    return folder
+    return temporary.kept("kernels")
 
 
 def _user() -> str:

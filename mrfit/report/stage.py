@@ -7,6 +7,7 @@ from pathlib import Path
 
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import DataError
+from mrfit.io.escapes import visible_in_page
 from mrfit.io.keys import code_version
 from mrfit.io.schemas.reading import reusable
 from mrfit.io.schemas.stages import ReportFile
@@ -137,7 +138,8 @@ def publish(folder: Path, files: Mapping[str, str], summary: ReportFile) -> None
             pending.append((temporary, path))
             temporary.unlink(missing_ok=True)  # a link of this name would be followed
             with temporary.open("xb") as handle:
-                handle.write(text.encode(errors="backslashreplace"))
+                shown = visible_in_page(text) if path.suffix == ".html" else text
+                handle.write(shown.encode(errors="backslashreplace"))
                 handle.flush()
                 os.fsync(handle.fileno())
         (folder / "report.json").unlink(missing_ok=True)

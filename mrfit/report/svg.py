@@ -8,6 +8,7 @@ from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 from mrfit.core.current_folder import Hidden, is_left_out
+from mrfit.io.escapes import visible_in_page
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -107,7 +108,7 @@ def to_svg(figure: "Figure", title: str) -> str:
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Title": title, "Creator": "mrfit", "Date": None})
     shorter = re.sub(r' d="([^"]*)"', lambda m: f' d="{_rounded(m[1])}"', text.getvalue())
-    return "\n".join(line.rstrip() for line in shorter.splitlines()) + "\n"
+    return "\n".join(line.rstrip() for line in visible_in_page(shorter).splitlines()) + "\n"
 
 
 def _rounded(path: str) -> str:

@@ -1,8 +1,9 @@
 """A batch is the fits of its logs one by one; only what changed is done again, and a kill loses what was at work."""
 
+import errno
 import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,9 +14,13 @@ import mrfit
 from mrfit.batch import stage
 from mrfit.batch.journal import NAME, read_journal
 from mrfit.batch.log import Job
+from mrfit.batch.parcel import put
 from mrfit.core.progress import Progress
 from mrfit.errors import DataError
+from mrfit.fit import stage as stage_of_fit
+from mrfit.ingest import stage as stage_of_ingest
 from mrfit.io.schemas.batch import BatchFile
+from mrfit.io.workspace import Workspace
 from mrfit.settings import fit, ingest
 from mrfit.settings.batch import Settings
 from tests.batch.logs import write_log
@@ -158,3 +163,93 @@ def test_what_cannot_be_done_is_said_in_one_line(logs: Path) -> None:
         run(logs, like="*.tdms")
     with pytest.raises(DataError, match="none of 1 logs can be fitted; .*note.csv"):
         run(logs, like="NOTE.*")
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        OSError(errno.ENOSPC, "No space left on device"),
+        PermissionError(errno.EACCES, "Permission denied"),
+        OSError(errno.EROFS, "Read-only file system"),
+        MemoryError(),
+    ],
+)
+@pytest.mark.parametrize("wrapped", [False, True])
+def test_a_fault_of_the_machine_is_tried_again(
+    fault: Exception, wrapped: bool, logs: Path, counted: list[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = run(logs, "whole")
+    counted.clear()
+    write = stage_of_ingest.run
+
+    def failing(files: Sequence[Path], *rest: object) -> object:
+        if files[0].name == "b.csv":
+            try:
+                raise fault
+            except Exception as error:
+                if not wrapped:
+                    raise
+                raise DataError(f"work: cannot write ({error})") from None
+        return write(files, *rest)  # type: ignore[arg-type]
+
+    with monkeypatch.context() as patched:
+        patched.setattr(stage_of_ingest, "run", failing)
+        assert [f.log for f in run(logs).failed] == ["logs/b.csv", "logs/note.csv"]
+    # as soon as there is room, the next batch does it, and nothing else
+    counted.clear()
+    again = run(logs)
+    assert counted == ["logs/b.csv"] and [f.log for f in again.failed] == ["logs/note.csv"]
+    assert Path(again.table).read_bytes() == Path(whole.table).read_bytes()
+
+
+def test_a_folder_that_cannot_be_written_is_tried_again(logs: Path, counted: list[str]) -> None:
+    Path("work/logs").mkdir(parents=True)
+    # no folder can be made where a file lies, whoever asks
+    (Path("work") / "logs" / "b.csv").write_text("in the way")
+    assert "cannot write" in [f.error for f in run(logs).failed if f.log == "logs/b.csv"][0]
+    (Path("work") / "logs" / "b.csv").unlink()
+    counted.clear()
+    assert [f.log for f in run(logs).failed] == ["logs/note.csv"] and counted == ["logs/b.csv"]
+
+
+def test_a_fit_by_hand_in_a_log_s_workspace_is_seen(logs: Path, counted: list[str]) -> None:
+    before = run(logs)
+    table = Path(before.table).read_bytes()
+    counted.clear()
+    workspace = Workspace(Path("work") / "logs" / "a.csv")
+    # another model's fit is no matter of the batch's
+    stage_of_fit.run(workspace, fit.Settings(model="tanh", optimizer="lsq"))
+    assert run(logs).unchanged == 4 and not counted
+    stage_of_fit.run(workspace, fit.Settings(model="bingham", optimizer="lsq", bounds=(("C_inf", 1.0, 2.0),)))
+    assert run(logs).done == 1 and counted == ["logs/a.csv"]
+    assert Path(before.table).read_bytes() == table
+    counted.clear()
+    assert run(logs).unchanged == 4 and not counted
+
+
+def test_a_link_that_leads_nowhere_is_named(logs: Path) -> None:
+    (logs / "gone.csv").symlink_to("nowhere.csv")
+    (logs / "round.csv").symlink_to("round.csv")
+    failed = {f.log: f.error for f in run(logs).failed}
+    assert failed.keys() == {"logs/gone.csv", "logs/note.csv", "logs/round.csv"}
+    assert "a symbolic link to nowhere.csv, which is not there; mend or remove the link" in failed["logs/gone.csv"]
+
+
+def test_a_journal_that_is_a_link_is_not_followed(logs: Path) -> None:
+    Path("elsewhere").write_text("mine\n")
+    Path("work").mkdir()
+    (Path("work") / NAME).symlink_to(Path("elsewhere").absolute())
+    with pytest.raises(DataError, match=f"{NAME}: a symbolic link, which mrfit does not follow; remove it"):
+        run(logs)
+    assert Path("elsewhere").read_text() == "mine\n"
+
+
+@pytest.mark.parametrize(
+    "name", ["../a", "fits/../../a", "/etc/a", "fits/..", "a.txt", "fits", "ingest.json/a", "fits/a\\b", "C:a", ".lock"]
+)
+def test_a_worker_s_file_lands_in_its_workspace_or_nowhere(name: str, tmp_path: Path) -> None:
+    with pytest.raises(DataError, match="which no workspace has"):
+        put(tmp_path / "w", [("fits/m/fit.json", b"1"), (name, b"2")])
+    assert not list(tmp_path.rglob("*"))
+    put(tmp_path / "w", [("fits/m.lsq/fit.json", b"1"), ("ingest.json", b"2"), ("recordings/a-1.parquet", b"3")])
+    assert len([p for p in tmp_path.rglob("*") if p.is_file()]) == 3

@@ -15,8 +15,12 @@ from mrfit.cli import console
 from mrfit.errors import ConfigError
 from mrfit.fit.stage import Settings, check
 from mrfit.io.csv_table import csv_table
-from mrfit.io.escapes import encodable, visible, visible_json
+from mrfit.io.escapes import encodable, visible, visible_in_page, visible_json
+from mrfit.io.schemas.stages import ReportFile
+from mrfit.io.workspace import write_text
 from mrfit.report.numbers import escape_latex, unit_latex
+from mrfit.report.stage import publish
+from mrfit.report.svg import style, to_svg
 from tests import commands
 
 NASTY = "\x1b]0;owned\x07\x1b[31mred\x9b2J\u202egnp.exe\nmrfit: all is well\r:warning: [bold]b[/bold]"
@@ -144,3 +148,32 @@ def test_units_and_texts_of_others_are_escaped_for_latex() -> None:
 
 def test_control_characters_in_tables_are_shown() -> None:
     assert csv_table(("a",), [{"a": "x\x1b[31m\r=1"}]) == "a\n" + r"x\x1b[31m\r=1" + "\n"
+
+
+@given(st.text(st.characters(exclude_categories=())))
+def test_no_page_holds_what_a_terminal_obeys(text: str) -> None:
+    shown = visible_in_page(text)
+    assert not re.search("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]", shown)
+    assert visible_in_page(shown) == shown
+    plain = re.fullmatch(r"[ -~äöüßµΩ·²€\n\t]*", text)
+    assert not plain or shown == text
+
+
+@pytest.mark.filterwarnings("ignore:Glyph")
+def test_pages_and_figures_show_control_characters(tmp_path: Path) -> None:
+    page = tmp_path / "page.html"
+    write_text(page, f"<p>{NASTY}</p>\n")
+    assert r"\x1b]0;owned\x07\x1b[31mred\x9b2J\u202egnp.exe" in page.read_text()
+    publish(
+        tmp_path / "report",
+        {"index.html": f"<p>{NASTY}</p>\n"},
+        ReportFile(key="k", fits=[], outdated=[], conditions=0, files=[]),
+    )
+    assert r"\x1b]0;owned\x07" in (tmp_path / "report" / "index.html").read_text()
+    with style():
+        from matplotlib.figure import Figure
+
+        canvas = Figure()
+        canvas.text(0.5, 0.5, "a\x07b\x1b[31m")
+        drawn = to_svg(canvas, "t\x1b[2J")
+    assert not re.search("[\x00-\x08\x0b-\x1f\x7f-\x9f]", drawn) and r"\x1b[31m" in drawn

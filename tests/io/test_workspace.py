@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from mrfit.core.recording import Finding, Recording, Segment
 from mrfit.errors import ConfigError, DataError
-from mrfit.io.atomic import write_atomic
+from mrfit.io.atomic import opened_to_append, write_atomic
 from mrfit.io.keys import fit_key
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.stages import About
@@ -240,6 +240,41 @@ def test_a_folder_that_is_a_link_is_not_written_into(place: str, tmp_path: Path)
     with pytest.raises(DataError, match=f"{place}: a symbolic link, which mrfit does not follow"), workspace.locked():
         raise AssertionError("the command began")
     assert [p.name for p in elsewhere.iterdir()] == [".a.json.7.tmp"]
+
+
+@pytest.mark.parametrize("name", ["channel-map.toml", "batch.jsonl"])
+def test_a_file_that_is_believed_or_added_to_is_no_link(name: str, tmp_path: Path) -> None:
+    workspace, mine = Workspace(tmp_path / "w"), tmp_path / "mine"
+    workspace.root.mkdir()
+    mine.write_text("mine")
+    (workspace.root / name).symlink_to(mine)
+    with pytest.raises(DataError, match=f"{name}: a symbolic link, which mrfit does not follow"), workspace.locked():
+        raise AssertionError("the command began")
+    assert mine.read_text() == "mine"
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+def test_only_plain_files_are_added_to(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "mine")
+    for name in ("pipe", "folder", "link"):
+        with pytest.raises(OSError):
+            opened_to_append(tmp_path / name)
+    for text in (b"a", b"b"):
+        with opened_to_append(tmp_path / "plain") as handle:
+            handle.write(text)
+    assert (tmp_path / "plain").read_bytes() == b"ab" and not (tmp_path / "mine").exists()
+
+
+def test_a_lock_left_aside_that_is_a_link_is_not_opened(tmp_path: Path) -> None:
+    left = tmp_path / "w" / ".predict-7"
+    left.mkdir(parents=True)
+    (tmp_path / "mine").write_text("mine")
+    (left / ".lock").symlink_to(tmp_path / "mine")
+    with Workspace(tmp_path / "w").locked():
+        pass
+    assert (tmp_path / "mine").read_text() == "mine"
 
 
 def test_a_lock_that_is_a_link_is_refused_and_its_target_stays(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from itertools import islice
 from multiprocessing.connection import Connection
 from typing import Any
 
-from mrfit.core import children
+from mrfit.core import children, temporary
 from mrfit.core.executors.items import Ended, Make, end_of, made_here, made_of, packed
 from mrfit.core.progress import Progress, silent
 from mrfit.errors import MrfitError
@@ -216,6 +216,7 @@ def _end_with(ending: Connection) -> None:
     """End this process, whatever it is at, as soon as the parent closes its end of a pipe, or is gone."""
     with suppress(EOFError, OSError):
         ending.recv()
+    temporary.remove_own()
     os._exit(1)
 
 

@@ -4,11 +4,12 @@ The inputs of a sample are set before the step that leads to it and held over th
 The output of sample 0 is read after initialisation.
 """
 
-import atexit
 import hashlib
 import math
 import os
 import shutil
+import tempfile
+import zipfile
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -17,11 +18,13 @@ from typing import Any
 
 import numpy as np
 
-from mrfit.core import plugins
+from mrfit.core import plugins, temporary
 from mrfit.core.foreign.c_function import constant_only
 from mrfit.core.specs import Array, ModelSpec
 from mrfit.errors import ConfigError
 
+# An FMU with its sources, its pages and libraries for five systems has some hundred megabytes
+MOST_BYTES, MOST_FILES = 10**9, 10_000
 CAUTION = "the model {} is an FMU stepped from sample to sample: far slower than a model of mrfit's own"
 
 
@@ -51,6 +54,21 @@ def register_fmu(spec: ModelSpec, file: Path, variables: Mapping[str, str], wher
     plugins.register(item, where, f"{spec!r} {sorted(variables.items())} {digest}")
 
 
+def check_size(file: Path) -> None:
+    """Refuse an archive that would unpack to more than an FMU has, or than there is room for."""
+    with zipfile.ZipFile(file) as archive:
+        members = archive.infolist()
+    size, free = sum(member.file_size for member in members), shutil.disk_usage(tempfile.gettempdir()).free
+    if size > MOST_BYTES or len(members) > MOST_FILES:
+        needs, most = f"{size / 1e9:.1f} GB in {len(members)} files", f"{MOST_BYTES / 1e9:.0f} GB in {MOST_FILES}"
+        raise ConfigError(f"{file}: unpacks to {needs}, more than the {most} that an FMU may have; export it again")
+    if size > free / 2:
+        raise ConfigError(
+            f"{file}: unpacks to {size / 1e6:.0f} MB, more than half of the {free / 1e6:.0f} MB free in "
+            f"{tempfile.gettempdir()}; make room there, or set TMPDIR"
+        )
+
+
 class _Slave:
     """An unpacked FMU, with one instance for each process that simulates it."""
 
@@ -60,13 +78,14 @@ class _Slave:
         except ImportError:
             raise ConfigError(f"{file}: an FMU needs FMPy; install it with: pip install 'mrfit[fmu]'") from None
         try:
+            check_size(file)
             self.description = fmpy.read_model_description(str(file), validate=False)
-            self.folder = fmpy.extract(str(file))
+            self.folder = fmpy.extract(str(file), unzipdir=str(temporary.kept("fmu")))
+        except ConfigError:
+            raise
         except Exception as error:
             text = " ".join(str(error).split())
             raise ConfigError(f"{file}: cannot be read as an FMU ({text}); export it again") from None
-        made_in = os.getpid()
-        atexit.register(lambda: shutil.rmtree(self.folder, ignore_errors=True) if os.getpid() == made_in else None)
         self.file, self.instances = file, dict[int, Any]()
         if self.description.coSimulation is None:
             raise ConfigError(f"{file}: is no FMU for co-simulation; export it as one")

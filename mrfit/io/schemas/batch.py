@@ -51,7 +51,10 @@ class LogRow(Document):
     log
         Its path as the command found it.
     key
-        Key of all that determines the result; empty for one that no reader knows.
+        Key of all that determines the result; empty where another try may give one: no reader knows it, or the
+        machine lacked memory, room or a permission.
+    made
+        Hash of what its workspace holds of it; empty where it has none.
     tests
         Its conditions; empty where it failed.
     error
@@ -62,6 +65,7 @@ class LogRow(Document):
     schema: str = BATCH
     log: str
     key: str = ""
+    made: str = ""
     tests: list[OfCondition] = field(default_factory=list)
     error: str = ""
 

@@ -2,14 +2,19 @@
 
 import json
 import os
+import subprocess
 import sys
+import tempfile
+import zipfile
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from mrfit.core import plugins, registry
 from mrfit.core.executors.order import in_processes
+from mrfit.core.foreign import fmu as of_fmu
 from mrfit.core.progress import silent
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
@@ -18,6 +23,21 @@ from tests.core.foreign.compiled import FUNCTION, HEAD, PARAMETERS, compiled, fm
 from tests.plugin_files import run_python
 
 DT = 1e-3
+UNPACKED_BY_WORKERS = """
+import tempfile
+from pathlib import Path
+from mrfit.core import plugins, registry
+from mrfit.core.executors.order import in_processes
+from mrfit.core.progress import silent
+
+def unpacked(item, told):
+    registry.load("model", "lagged")
+    return sorted(p.name for p in Path(tempfile.gettempdir()).glob("mrfit-fmu-*"))
+
+if __name__ == "__main__":
+    registry.load("model", "lagged")
+    print(*in_processes(unpacked, [1, 2, 3], 2, silent))
+"""
 V = 0.1 * np.sin(2 * np.pi * 3.0 * DT * np.arange(400))[None]
 THETA = np.array([[100.0, 1000.0, 0.01], [300.0, 50.0, 0.002], [9.5e3, 50.0, 0.002]])
 
@@ -156,3 +176,57 @@ def test_it_is_fitted_and_the_fit_says_in_one_line_that_it_is_slow(kind: str, tm
     values = [p["value"] for p in fit["results"][0]["parameters"]]
     assert values == pytest.approx(truth, rel=0.02)
     assert [w["kind"] for w in fit["warnings"]].count("slow-model") == 1
+
+
+def archive(path: Path, members: int, size: int) -> Path:
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as made:
+        for number in range(members):
+            made.writestr(f"resources/{number}", b"\0" * size)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("most", "free", "told"),
+    [
+        ((10**6, 100), 10**9, r"unpacks to 0.0 GB in 3 files, more than the 0 GB in 100 that an FMU may have"),
+        ((10**9, 2), 10**9, r"in 3 files, more than the 1 GB in 2 that"),
+        (
+            (10**9, 100),
+            10**6,
+            r"unpacks to 3 MB, more than half of the 1 MB free in .*; make room",
+        ),
+    ],
+)
+def test_an_fmu_that_unpacks_to_too_much_is_refused_before(
+    most: tuple[int, int], free: int, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bomb = archive(tmp_path / "bomb.fmu", 3, 10**6)
+    assert bomb.stat().st_size < 10_000
+    of_fmu.check_size(bomb)
+    monkeypatch.setattr(of_fmu, "MOST_BYTES", most[0])
+    monkeypatch.setattr(of_fmu, "MOST_FILES", most[1])
+    monkeypatch.setattr("shutil.disk_usage", lambda path: SimpleNamespace(free=free))
+    with pytest.raises(ConfigError, match=told):
+        of_fmu.check_size(bomb)
+
+
+def test_an_fmu_that_is_refused_is_not_unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("fmpy", reason="not run: needs the extra mrfit[fmu]")
+    path = fmu_model(tmp_path, False)
+    monkeypatch.setattr(of_fmu, "MOST_FILES", 1)
+    monkeypatch.setattr("fmpy.extract", lambda *_, **__: pytest.fail("it was unpacked"))
+    with pytest.raises(ConfigError, match="more than the 1 GB in 1 that an FMU may have"):
+        plugins.use(path)
+
+
+def test_an_unpacked_fmu_goes_with_its_process_and_those_of_its_workers(tmp_path: Path) -> None:
+    pytest.importorskip("fmpy", reason="not run: needs the extra mrfit[fmu]")
+    # a socket's path is short
+    path, common = fmu_model(tmp_path, False), Path(tempfile.mkdtemp(prefix="mrfit-test"))
+    program = tmp_path / "program.py"
+    program.write_text(UNPACKED_BY_WORKERS)
+    around = {**os.environ, "TMPDIR": str(common), "MRFIT_PLUGINS": str(path), "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run([sys.executable, program], env=around, capture_output=True, text=True, timeout=100)
+    assert done.returncode == 0 and "mrfit-fmu-" in done.stdout, done.stderr
+    # which fails where there is anything in it
+    common.rmdir()

@@ -1,0 +1,104 @@
+"""Temporary folders of mrfit: each goes with its process, or at the next start where that was killed.
+
+A folder holds a locked file for as long as its process lives; the system opens the lock of a process that is killed.
+"""
+
+import atexit
+import os
+import re
+import shutil
+import stat
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+try:
+    import fcntl
+except ImportError:  # Windows removes no folder of a file that is open, and has no common temporary folder
+    fcntl = None  # type: ignore[assignment]
+
+NAME = re.compile(r"mrfit-[a-z]+-[a-z0-9_]{8}")
+LOCK = ".mrfit-alive"
+# Seconds for which a folder without a locked file may be one that is just being made
+JUST_MADE = 60.0
+# Folders of this process, with the descriptor of each one's lock
+_mine: dict[Path, int] = {}
+_made_in = os.getpid()
+
+
+@contextmanager
+def folder(purpose: str) -> Iterator[Path]:
+    """Give a folder that is removed afterwards.
+
+    Parameters
+    ----------
+    purpose
+        A word in small letters, which its name says.
+    """
+    made = kept(purpose)
+    try:
+        yield made
+    finally:
+        _remove(made)
+
+
+def kept(purpose: str) -> Path:
+    """Return a new folder that is removed when this process ends."""
+    global _made_in
+    if _made_in != os.getpid():
+        # those of the process that this one is a fork of are not its own
+        _mine.clear()
+        _made_in = os.getpid()
+    made = Path(tempfile.mkdtemp(prefix=f"mrfit-{purpose}-"))
+    lock = os.open(made / LOCK, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600)
+    if fcntl:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+    if not _mine:
+        # not earlier: what is registered first is called last, and a command ends its process then
+        atexit.register(remove_own)
+    _mine[made] = lock
+    return made
+
+
+def remove_own() -> None:
+    """Remove the folders of this process, which ends."""
+    if _made_in == os.getpid():
+        for made in list(_mine):
+            _remove(made)
+
+
+def _remove(made: Path) -> None:
+    with suppress(OSError):
+        os.close(_mine.pop(made))
+    shutil.rmtree(made, ignore_errors=True)
+
+
+def remove_left() -> None:
+    """Remove the folders of this user's processes that were killed."""
+    if not fcntl:
+        return
+    with suppress(OSError), os.scandir(tempfile.gettempdir()) as entries:
+        for left in [Path(e.path) for e in entries if NAME.fullmatch(e.name)]:
+            with suppress(OSError):
+                if _is_left(left):
+                    shutil.rmtree(left, ignore_errors=True)
+
+
+def _is_left(left: Path) -> bool:
+    """Return whether a folder is this user's alone, and the process that made it is gone."""
+    found = left.lstat()
+    if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or stat.S_IMODE(found.st_mode) != 0o700:
+        return False
+    try:
+        lock = os.open(left / LOCK, os.O_RDWR | os.O_NOFOLLOW)
+    except FileNotFoundError:
+        return time.time() - found.st_mtime > JUST_MADE
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return time.time() - os.fstat(lock).st_mtime > JUST_MADE
+    except BlockingIOError:
+        return False
+    finally:
+        os.close(lock)

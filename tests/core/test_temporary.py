@@ -1,0 +1,152 @@
+"""Temporary folders go with their process, or at the next start; nobody else's are touched."""
+
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from mrfit.core import temporary
+from mrfit.core.executors.order import in_processes
+from mrfit.core.progress import Progress, silent
+from tests.conftest import ROOT
+
+unix = pytest.mark.skipif(sys.platform == "win32", reason="the system opens locks of a killed process on Unix")
+KEEPS = """
+import sys
+from mrfit.core import temporary
+made = temporary.kept("test")
+(made / "file").write_text("1")
+print(made, flush=True)
+sys.stdin.read()
+"""
+HAS_PROCESSES = """
+import sys
+from mrfit.core.executors.order import in_processes
+from mrfit.core.progress import silent
+from tests.core.test_temporary import kept_there
+
+if __name__ == "__main__":
+    made = in_processes(kept_there, ["a", "b", "c"], 2, silent)
+    print(next(made), flush=True)
+    sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def common(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A common temporary folder of this test alone."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    return tmp_path
+
+
+def kept_there(item: str, told: Progress) -> str:
+    return str(temporary.kept("test"))
+
+
+def started(program: str) -> tuple["subprocess.Popen[str]", Path]:
+    pipe = subprocess.PIPE
+    process = subprocess.Popen([sys.executable, "-c", program], stdin=pipe, stdout=pipe, text=True, cwd=ROOT)
+    assert process.stdout
+    return process, Path(process.stdout.readline().strip())
+
+
+def made_old(common: Path) -> list[Path]:
+    """Make all folders older than one that is just being made, and return them."""
+    folders = [p for p in common.iterdir() if p.is_dir() and not p.is_symlink()]
+    for path in [p for f in folders for p in (f / temporary.LOCK, f) if p.exists()]:
+        os.utime(path, (time.time() - 3600.0,) * 2)
+    return folders
+
+
+def test_a_folder_is_removed_after_its_use(common: Path) -> None:
+    with pytest.raises(ValueError, match="x"), temporary.folder("test") as made:
+        assert made.parent == common and made.is_dir()
+        (made / "deeper").mkdir()
+        raise ValueError("x")
+    assert not list(common.iterdir())
+
+
+@unix
+def test_a_folder_ends_with_its_process_and_one_of_a_killed_process_at_the_next_start(common: Path) -> None:
+    process, made = started(KEEPS)
+    assert (made / "file").is_file()
+    process.communicate("")
+    assert process.returncode == 0 and not made.exists()
+    process, made = started(KEEPS)
+    # it lives, however old the folder is
+    made_old(common)
+    temporary.remove_left()
+    assert (made / "file").is_file()
+    process.kill()
+    process.communicate()
+    temporary.remove_left()
+    assert not made.exists()
+
+
+@unix
+def test_one_that_was_just_made_is_left(common: Path) -> None:
+    process, made = started(KEEPS)
+    process.kill()
+    process.communicate()
+    temporary.remove_left()
+    assert made.exists()
+
+
+@unix
+def test_processes_leave_no_folder_when_they_end_or_their_parent_is_killed(common: Path) -> None:
+    process, _ = started(HAS_PROCESSES)
+    process.communicate("")
+    assert process.returncode == 0 and not list(common.iterdir())
+    process, _ = started(HAS_PROCESSES)
+    assert list(common.iterdir()) and not [p for p in common.iterdir() if p.name.startswith("pymp-")]
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    deadline = time.monotonic() + 20.0
+    while list(common.iterdir()) and time.monotonic() < deadline:
+        # its processes end as they notice
+        time.sleep(0.1)
+        made_old(common)
+        temporary.remove_left()
+    assert not list(common.iterdir())
+
+
+def _other_name(folder: Path) -> None:
+    folder.rename(folder.with_name("mrfit-mine"))
+
+
+def _open_to_others(folder: Path) -> None:
+    folder.chmod(0o755)
+
+
+def _link(folder: Path) -> None:
+    target = folder.with_name("target")
+    folder.rename(target)
+    folder.symlink_to(target)
+
+
+def _linked_lock(folder: Path) -> None:
+    (folder / temporary.LOCK).unlink()
+    (folder / temporary.LOCK).symlink_to(folder / "file")
+
+
+@unix
+@pytest.mark.parametrize("change", [_other_name, _open_to_others, _link, _linked_lock])
+def test_what_may_be_another_s_is_left(change: Callable[[Path], None], common: Path) -> None:
+    process, made = started(KEEPS)
+    process.kill()
+    process.communicate()
+    change(made)
+    made_old(common)
+    temporary.remove_left()
+    assert [p for p in common.rglob("file") if p.is_file()]
+
+
+def test_a_process_of_a_pool_leaves_none_behind(common: Path) -> None:
+    assert len(set(in_processes(kept_there, ["a", "b"], 2, silent))) == 2
