@@ -50,7 +50,8 @@ def outcomes(items: Sequence[Item], pieces: Pieces, jobs: int) -> Iterator[Outco
     sent = (_sent(item, apart, pieces.block) for item, is_kept in zip(items, kept, strict=True) if not is_kept)
     with closing(in_order_by(executor(jobs), read_sent, sent, silent)) as elsewhere:
         for item, is_kept in zip(items, kept, strict=True):
-            yield read_item(item, pieces) if is_kept else next(elsewhere)
+            # which item it was is known here
+            yield read_item(item, pieces) if is_kept else replace(next(elsewhere), item=item)
 
 
 def _size(item: Item) -> int:

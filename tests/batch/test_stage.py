@@ -13,15 +13,15 @@ import pytest
 import mrfit
 from mrfit.batch import stage
 from mrfit.batch.journal import NAME, read_journal
-from mrfit.batch.log import Job
+from mrfit.batch.log import Asked, Done, Job
 from mrfit.batch.parcel import put
 from mrfit.core.progress import Progress
 from mrfit.errors import DataError
 from mrfit.fit import stage as stage_of_fit
 from mrfit.ingest import stage as stage_of_ingest
-from mrfit.io.schemas.batch import BatchFile
+from mrfit.io.schemas.batch import BatchFile, LogRow
 from mrfit.io.workspace import Workspace
-from mrfit.settings import fit, ingest
+from mrfit.settings import fit, flux, ingest
 from mrfit.settings.batch import Settings
 from tests.batch.logs import write_log
 
@@ -253,3 +253,17 @@ def test_a_worker_s_file_lands_in_its_workspace_or_nowhere(name: str, tmp_path: 
     assert not list(tmp_path.rglob("*"))
     put(tmp_path / "w", [("fits/m.lsq/fit.json", b"1"), ("ingest.json", b"2"), ("recordings/a-1.parquet", b"3")])
     assert len([p for p in tmp_path.rglob("*") if p.is_file()]) == 3
+
+
+@pytest.mark.parametrize(("log", "key"), [("logs/other.csv", "k"), ("logs/a.csv", "another")])
+def test_an_answer_for_another_log_is_refused(log: str, key: str, tmp_path: Path) -> None:
+    asked = Asked(ingest.Settings(), flux.Settings(), FITTING, False)
+    job = Job("logs/a.csv", "k", (Path("logs/a.csv"),), None, tmp_path / "w", asked)
+    row = stage._received(job, Done(LogRow(log=log, key=key), (("ingest.json", b"1"),)), apart=True)
+    assert (row.log, row.key) == ("logs/a.csv", "") and "a worker has answered for" in row.error
+    assert not (tmp_path / "w").exists()
+    mine = LogRow(log="logs/a.csv", key="k")
+    assert stage._received(job, Done(mine, (("ingest.json", b"1"),)), apart=True) == mine
+    assert (tmp_path / "w" / "ingest.json").read_bytes() == b"1"
+    # what has failed for want of something there bears no key
+    assert stage._received(job, Done(LogRow(log="logs/a.csv", error="full")), apart=True).error == "full"
