@@ -16,6 +16,7 @@ from mrfit.ingest.low_pass import low_passed
 from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
 from mrfit.ingest.meaning.coil import with_coil
 from mrfit.ingest.meaning.conditions import conditions_of, wording
+from mrfit.ingest.meaning.factors import with_factors
 from mrfit.ingest.meaning.faults import fault_findings
 from mrfit.ingest.meaning.lever import levered
 from mrfit.ingest.meaning.marks import without_marks
@@ -97,10 +98,11 @@ def build(table: Table, origin: Origin) -> list[Recording]:
     Refusal
         If channels, units or times cannot be made out.
     """
+    columns, marked = without_marks(table.columns)
+    table = _factored(replace(table, columns=tuple(columns)), origin.rules)
     table = on_one_clock(table, origin.rules, origin.path)
     check_wrong_dimension(table.columns, origin.rules, origin.path)
-    columns, marked = without_marks(table.columns)
-    signals, findings = name_signals(columns, origin.rules, origin.path)
+    signals, findings = name_signals(table.columns, origin.rules, origin.path)
     signals, assumed = with_coil(signals, origin.rules.coil)
     findings += [*marked, *assumed]
     if not signals:
@@ -112,6 +114,15 @@ def build(table: Table, origin: Origin) -> list[Recording]:
     base = _base(rows, times, table, origin)
     findings = [*table.findings, *times.assumed, *findings, *rows.findings, *_refused_findings(rows), *base.findings]
     return _recordings(rows, base, findings, table, origin)
+
+
+def _factored(table: Table, rules: Rules) -> Table:
+    """Return a table with the factors that names and units give in its numbers."""
+    columns, said = with_factors(table.columns, rules)
+    clock = [table.time] if table.time is not None and rules.time is None else []
+    times, of_time = with_factors(clock, rules)
+    time = times[0] if times else table.time
+    return replace(table, columns=tuple(columns), time=time, findings=(*table.findings, *said, *of_time))
 
 
 def _times(table: Table, origin: Origin) -> Times:

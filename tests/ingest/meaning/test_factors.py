@@ -1,0 +1,77 @@
+"""Factors in names and units of columns."""
+
+import numpy as np
+import pytest
+
+from tests.ingest.conftest import ReadLog
+
+K = np.arange(200)
+FORCE = 987.0 * np.sin(K / 20.0)
+
+
+def log(cell: str, factor: float, unit_row: str = "") -> str:
+    rows = "".join(f"{k * 1e-3:.3f},{f / factor:.9g}\n" for k, f in zip(K, FORCE, strict=True))
+    return f"Time{'' if unit_row else ' (s)'},{cell}\n{unit_row}{rows}"
+
+
+@pytest.mark.parametrize(
+    ("cell", "factor"),
+    [
+        ("Force x1000 (N)", 1e3),
+        ("Force X1000 (N)".replace("X", "×"), 1e3),
+        ("Force *10^3 (N)", 1e3),
+        ("Force x 10 [N]", 10.0),
+        ("Force (x1000) [N]", 1e3),
+        ("Force x10³ (N)", 1e3),
+        ("Force x 1e3 (N)", 1e3),
+        ("Force_x1000_N", 1e3),
+        ("Force (N) x1000", 1e3),
+        ("Force x0.001 (N)", 1e-3),
+        ("Force x10^-2 (kN)", 10.0),
+        ("Force (N x 10)", 10.0),
+        ("Force (x1000 N)", 1e3),
+        ("Force (10^3 N)", 1e3),
+        ("Force [10³ N]", 1e3),
+        ("Force (N*10^3)", 1e3),
+        ("Force [100 N]", 1e2),
+    ],
+)
+def test_a_factor_multiplies(cell: str, factor: float, read_log: ReadLog) -> None:
+    (record,) = read_log(log(cell, factor))
+    np.testing.assert_allclose(record.channels["force"], FORCE, rtol=1e-7, atol=1e-5)
+    assert any(f.kind == "factor" for f in record.findings)
+
+
+def test_a_factor_above_a_row_of_units(read_log: ReadLog) -> None:
+    (record,) = read_log(log("Force x1000", 1e3, "s,N\n"))
+    np.testing.assert_allclose(record.channels["force"], FORCE, rtol=1e-7, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    "cell", ["Force /100 (N)", "Force / 10^3 (N)", "Force x1000", "Force (x1000)", "Force ÷10 [N]"]
+)
+def test_a_factor_that_says_two_things_makes_no_force(cell: str, read_log: ReadLog) -> None:
+    text = log(cell, 100.0)
+    (record,) = read_log(text)
+    assert "force" not in record.channels
+    assert any(f.kind == "unknown-unit" and "channel map" in f.text for f in record.findings)
+    (record,) = read_log(text, channel_map='[channels]\nforce = {column = 1, unit = "N", scale = 100}\n')
+    np.testing.assert_allclose(record.channels["force"], FORCE, rtol=1e-7, atol=1e-5)
+
+
+def test_a_map_without_unit_leaves_the_factor(read_log: ReadLog) -> None:
+    (record,) = read_log(log("Kraft A x1000 (N)", 1e3), channel_map='[channels]\nforce = {column = "Kraft A x1000"}\n')
+    np.testing.assert_allclose(record.channels["force"], FORCE, rtol=1e-7, atol=1e-5)
+
+
+@pytest.mark.parametrize("cell", ["Force x2 (N)", "Force 1000 (N)", "Force 10 (N)", "Force V2 (N)", "Force (N)"])
+def test_names_with_numbers_have_no_factor(cell: str, read_log: ReadLog) -> None:
+    (record,) = read_log(log(cell, 1.0))
+    np.testing.assert_allclose(record.channels["force"], FORCE, rtol=1e-7, atol=1e-5)
+    assert not any(f.kind == "factor" for f in record.findings)
+
+
+def test_a_factor_of_the_time(read_log: ReadLog) -> None:
+    rows = "".join(f"{k * 0.1:.1f},{f:.6f}\n" for k, f in zip(K, FORCE, strict=True))
+    (record,) = read_log("Time x0.01 (s),Force (N)\n" + rows)
+    assert record.dt == pytest.approx(1e-3)
