@@ -22,6 +22,8 @@ from mrfit.ingest.meaning.lever import levered
 from mrfit.ingest.meaning.marks import without_marks
 from mrfit.ingest.meaning.naming import Signal, all_missing, check_wrong_dimension, name_signals
 from mrfit.ingest.meaning.sanity import channel_findings, relation_findings, shortened, shortening
+from mrfit.ingest.meaning.statistics import KIND as STATISTICS
+from mrfit.ingest.meaning.statistics import without_statistics
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Lines, Lost, Table
 from mrfit.ingest.time.clocks import on_one_clock
@@ -35,7 +37,7 @@ OVERFLOW = 1e30
 LONGEST_INTERVAL = 600.0
 """Sample interval in s above which a unit of time is not believed, as ``Ms`` for ms."""
 
-NO_SAMPLE = ("repeated header", "empty row", "repeated time")
+NO_SAMPLE = ("repeated header", "empty row", "repeated time", STATISTICS)
 """Refused rows that stood for no sample."""
 
 
@@ -98,6 +100,8 @@ def build(table: Table, origin: Origin) -> list[Recording]:
     Refusal
         If channels, units or times cannot be made out.
     """
+    _check_first_row(table, origin)
+    table = without_statistics(table)
     columns, marked = without_marks(table.columns)
     table = _factored(replace(table, columns=tuple(columns)), origin.rules)
     table = on_one_clock(table, origin.rules, origin.path)
@@ -114,6 +118,19 @@ def build(table: Table, origin: Origin) -> list[Recording]:
     base = _base(rows, times, table, origin)
     findings = [*table.findings, *times.assumed, *findings, *rows.findings, *_refused_findings(rows), *base.findings]
     return _recordings(rows, base, findings, table, origin)
+
+
+def _check_first_row(table: Table, origin: Origin) -> None:
+    """Refuse a log whose first row is off the clock and holds powers of ten only: it may be a row of scale factors."""
+    if table.time is None or table.rows < 4 or not table.columns or origin.rules.channels:
+        return
+    steps = np.diff(table.time.values[:4])
+    row = np.array([c.values[0] for c in (table.time, *table.columns)])
+    off = abs(steps[0] - steps[1]) > 0.5 * abs(steps[1]) and abs(steps[1] - steps[2]) < 0.1 * abs(steps[1])
+    if off and np.all(row > 0.0) and np.all(np.log10(row) % 1.0 == 0.0):
+        what = f"line {table.lines[0]}, its first row, is off the clock and may hold scale factors"
+        remedy = f"delete the line, or write scale or unit of each channel in a channel map ({FILE_NAME} or --map)"
+        raise Refusal(origin.path, what, remedy)
 
 
 def _factored(table: Table, rules: Rules) -> Table:

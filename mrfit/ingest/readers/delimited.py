@@ -30,6 +30,7 @@ from mrfit.ingest.text.layout import (
     find_grid,
     find_header,
 )
+from mrfit.ingest.text.long_format import long_format, sorted_out
 from mrfit.ingest.text.spelling import plainly_written
 from mrfit.ingest.text.textlog import Field, body_of, positive, table_of
 from mrfit.ingest.time.rate import interval, with_rate
@@ -40,6 +41,10 @@ RATE_NAMES = ("fs", "rate", "sample rate", "samplerate", "sampling rate", "sampl
 AXIS = re.compile(r"x|x[ _-]?(?:axis|achse|value|wert)?", re.IGNORECASE)
 SCOPE_CHANNEL = re.compile(r"(?:ch|chan|channel|kanal|canal|voie|c|math|m)[ _.-]*[0-9a-d]", re.IGNORECASE)
 SPARSE = 0.05
+SCALES = re.compile(
+    r"(?:scal(?:e|ing)|gain|factor|multiplier|skalierung|faktor|sensitivity)s?(?: ?(?:factor|value)s?)?", re.IGNORECASE
+)
+"""What begins a row of factors."""
 COUNTED = 0.95
 """Least share of the first rows that a column must number to be no channel."""
 
@@ -64,6 +69,7 @@ def read(source: Source) -> list[Table]:
         said.append(Finding("decimal-comma", "", None, text))
     head = source.head
     grid = find_grid(head)
+    _check_factors(source, grid)
     header = find_header(head, grid)
     if header.short:
         header = _with_row_numbers(source, grid, header)
@@ -73,6 +79,20 @@ def read(source: Source) -> list[Table]:
         header = replace(header, names=("",) * grid.width, units=(None,) * grid.width)
     table = read_grid(source, grid, header, data)
     return [replace(table, findings=(*table.findings, *said))]
+
+
+def _check_factors(source: Source, grid: Grid) -> None:
+    """Refuse a log with a row of scale factors, unless a map says how its channels are scaled."""
+    if source.rules.channels or source.block and source.block.line > 1:
+        return
+    number = number_pattern(grid.decimal)
+    for place, line in enumerate(source.head.lines[: grid.first + 3]):
+        word, *cells = split(line.strip().lstrip(COMMENTS), grid.delimiter)
+        factors = [float(c.replace(",", ".")) for c in cells if number.fullmatch(c)]
+        if SCALES.fullmatch(word.strip(" :=")) and len(factors) > 1 and set(factors) != {1.0}:
+            what = f"line {place + 1} gives scale factors ('{excerpt(line)}'), which may be in the numbers already"
+            remedy = f"write scale or unit of each channel in a channel map ({FILE_NAME} or --map), or delete the line"
+            raise Refusal(source.head.path, what, remedy)
 
 
 def _with_row_numbers(source: Source, grid: Grid, header: Header) -> Header:
@@ -128,14 +148,24 @@ def read_grid(source: Source, grid: Grid, header: Header, data: Text | None = No
     head = source.head
     kinds = _kinds(head, grid)
     kinds[0] = "text" if header.short else kinds[0]
-    numeric = [k for k, kind in enumerate(kinds) if kind == "number"]
+    form = long_format(header, kinds)
+    sorting = form.texts if form else ()
+    numeric = [k for k, kind in enumerate(kinds) if kind == "number" and k not in sorting]
     stamps = [k for k, kind in enumerate(kinds) if kind == "stamp"]
     time = _time_column(source, header, numeric, stamps)
     blank = tuple(k for k, kind in enumerate(kinds) if kind == "empty" and not header.names[k])
     texts = (time,) if time is not None and time in stamps else ()
     comment = "" if head.lines[grid.first].strip()[:1] in COMMENTS else COMMENTS
     layout = Layout(
-        header.first, grid.delimiter, grid.decimal, grid.width, tuple(numeric), texts, (), blank, header.rows, comment
+        header.first,
+        grid.delimiter,
+        grid.decimal,
+        grid.width,
+        tuple(numeric),
+        (*texts, *sorting),
+        blank=blank,
+        header=header.rows,
+        comment=comment,
     )
     body = body_of(source, layout, data)
     fields = [Field(header.names[k], header.units[k], k) for k in numeric if k != time]
@@ -143,6 +173,8 @@ def read_grid(source: Source, grid: Grid, header: Header, data: Text | None = No
     table = table_of(body, fields, clock)
     if texts:
         table = _with_stamps(table, header.names[texts[0]], body.texts[texts[0]], texts[0], source)
+    if form:
+        table, kinds = sorted_out(table, form, body.texts, source), ["number"] * grid.width
     sparse, rate = _sparse(head, grid, header, kinds)
     shown = grid.decimal if grid.delimiter == "," or grid.decimal in head.lines[grid.first] else ""
     table = with_rate(table, head.lines[: grid.first], grid.delimiter, shown)

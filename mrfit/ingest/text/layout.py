@@ -108,7 +108,9 @@ def is_row(fields: list[str], number: re.Pattern[str]) -> bool:
     good = [f for f in fields if number.fullmatch(f) or STAMP.fullmatch(f) or f in NOT_A_NUMBER]
     dated = [f for f in fields if CLOCK.fullmatch(f) or DATE.fullmatch(f) and not number.fullmatch(f)]
     filled = [f for f in fields if f not in EMPTY]
-    return bool(good) and 2 * (len(good) + len(dated)) > len(filled)
+    sound = 2 * (len(good) + len(dated))
+    # a row of one channel may have a time, its name, its unit and a value
+    return bool(good) and (sound > len(filled) or sound == len(filled) == 4 and bool(number.fullmatch(filled[0])))
 
 
 def _first_row(lines: tuple[str, ...], delimiter: str, decimal: str, width: int) -> int:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mrfit.ingest.refusal import Refusal
 from tests.ingest.conftest import ReadLog
 
 K = np.arange(200)
@@ -75,3 +76,35 @@ def test_a_factor_of_the_time(read_log: ReadLog) -> None:
     rows = "".join(f"{k * 0.1:.1f},{f:.6f}\n" for k, f in zip(K, FORCE, strict=True))
     (record,) = read_log("Time x0.01 (s),Force (N)\n" + rows)
     assert record.dt == pytest.approx(1e-3)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Time,Force,Disp\nScale,1,1000,0.1\n",
+        "Name,Time,Force,Disp\nUnit,s,N,mm\nFactor,1,1000,0.1\n",
+        "# Gain: ,1,1000,0.1\nTime (s),Force (N),Disp (mm)\n",
+        "Time (s),Force (N),Disp (mm)\n1,1000,0.1\n",
+        "Time,Force,Disp\ns,N,mm\n1,0.001,10\n",
+    ],
+)
+def test_a_row_of_factors_is_refused_by_its_line(header: str, read_log: ReadLog) -> None:
+    lead = "," if header.startswith("Name") else ""
+    rows = "".join(f"{lead}{k * 1e-3:.3f},{f:.4f},{f / 90:.4f}\n" for k, f in zip(K, FORCE, strict=True))
+    with pytest.raises(Refusal, match=r"line [1-3].*scale factors"):
+        read_log(header + rows)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "Time (s),Force (N),Disp (mm)\n",
+        "Gain,10\nTime (s),Force (N),Disp (mm)\n",
+        "Scale,1,1,1\nTime (s),Force (N),Disp (mm)\n",
+        "Time (s),Force (N),Disp (mm)\n-0.001,100,1\n",
+    ],
+)
+def test_settings_are_no_row_of_factors(header: str, read_log: ReadLog) -> None:
+    rows = "".join(f"{k * 1e-3:.3f},{f:.4f},{f / 90:.4f}\n" for k, f in zip(K, FORCE, strict=True))
+    (record,) = read_log(header + rows)
+    np.testing.assert_allclose(record.channels["force"][-200:], FORCE, atol=1e-3)
