@@ -158,7 +158,9 @@ def _whole(module: Reader, reader: str, source: Source) -> list[Table]:
         tables = read_apart(reader, source)
     else:
         _check_memory(source)
-        tables = _by_headings(module, source) if source.head.encoding else list(module.read(source))
+        tables = (
+            _by_headings(module, source) if source.head.encoding and module.SPEC.blocks else list(module.read(source))
+        )
     return [with_end(t) for t in tables]
 
 
