@@ -49,7 +49,7 @@ def test_a_pattern_on_the_command_line_gives_conditions(answer: Answer, tmp_path
     assert (one["amplitude"], one["frequency"], one["current"]) == (pytest.approx(5e-3), 4.0, 0.75)
     assert found["9mm4Hz1A"]["measured_amplitude"] == pytest.approx(5e-3, rel=0.01)
     texts = [f["text"] for r in summary["recordings"] for f in r["findings"]]
-    assert any("the stated amplitude is 0.009 but the data say 0.005" in t for t in texts)
+    assert any("the stated amplitude is 9 mm but the data say 5" in t for t in texts)
     # the same log under another pattern is read again
     again = answer("ingest", "5mm4Hz0x75A.csv", "--pattern", "{amplitude:mm}mm*")
     assert set(conditions(again)["5mm4Hz0x75A"]) == {"amplitude", "measured_amplitude"}

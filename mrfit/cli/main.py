@@ -303,6 +303,8 @@ def remove(
         list[str],
         typer.Argument(help="Names of fits.", metavar="FIT...", show_default=False, autocompletion=names.fit),
     ],
+    *,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would be removed, and stop.")] = False,
     work: Work,
     as_json: Json,
 ) -> None:
@@ -312,7 +314,7 @@ def remove(
     """
     from mrfit.cli import output, pipeline
 
-    summary = pipeline.remove(work, fits)
+    summary = pipeline.remove(work, fits, dry_run)
     return console.print_json(summary) if as_json else output.remove(summary)
 
 

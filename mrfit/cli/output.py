@@ -21,7 +21,7 @@ NUMBER = re.compile(r"[-+]?\d[\d.,e+-]*")
 # Characters for the columns of a table beside its first
 ROOM = 110
 # What stands behind a column's name: y for the unit of the output
-METRIC_UNITS = {"rmse": "y", "nrmse": "1", "noise_floor": "y", "esr": "%", "fit_percent": "%"}
+METRIC_UNITS = {"rmse": "y", "nrmse": "%", "noise_floor": "y", "esr": "%", "fit_percent": "%"}
 
 
 def _state(summary: Summary) -> str:
@@ -81,8 +81,10 @@ def channels_text(recording: Summary) -> str:
 
 
 def condition_text(recording: Summary) -> str:
-    """Return what the file says of the test in one line."""
-    return ", ".join(f"{k} {v:g}" for k, v in recording.get("condition", {}).items())
+    """Return what is known of the test in one line."""
+    from mrfit.ingest.meaning.conditions import condition_words
+
+    return condition_words(recording.get("condition", {}), [c["name"] for c in recording["channels"]])
 
 
 def preview(rows: "Sequence[Preview]") -> None:
@@ -159,7 +161,8 @@ def fit(summary: Summary, work: Path) -> None:
 def _errors(title: str, summary: Summary) -> None:
     units = {n: unit_of(summary["output"]) if u == "y" else u for n, u in METRIC_UNITS.items()}
     columns = [f"{n.removesuffix('_percent')} ({units[n]})" if units.get(n) else n for n in METRIC_COLUMNS]
-    print_table(title, columns, [numbers(m, METRIC_COLUMNS) for m in summary["metrics"]])
+    rows = [{**m, "nrmse": _of_hundred(m.get("nrmse"))} for m in summary["metrics"]]
+    print_table(title, columns, [numbers(m, METRIC_COLUMNS) for m in rows])
 
 
 def warnings(summary: Summary) -> None:
@@ -222,20 +225,24 @@ def compare_models(summary: Summary, work: Path) -> None:
     from mrfit.io.schemas.compare import LeftOut, ModelCaution, ModelRow
 
     names = ("parameters", "holdout_nrmse", "holdout_fit_percent", "train_nrmse", "train_fit_percent")
-    columns = ("model", "parameters", "hold-out NRMSE", "hold-out fit (%)", "train NRMSE", "train fit (%)", "time (s)")
+    errors = [f"{role} {name} (%)" for role in ("hold-out", "train") for name in ("NRMSE", "fit")]
+    columns = ["model", "parameters", *errors, "time (s)"]
     found = {(m["fit"], m["role"], m["condition"]): m["nrmse"] for m in summary["metrics"]}
     called = labels([ModelRow(**m) for m in summary["models"]])
     for output in dict.fromkeys(m["output"] for m in summary["models"]):
         models = [m for m in summary["models"] if m["output"] == output]
-        rows = [[called[m["fit"]], *numbers(m, names), summary["seconds"].get(m["fit"])] for m in models]
+        shares = [{**m, **{n: _of_hundred(m.get(n)) for n in names if n.endswith("_nrmse")}} for m in models]
+        rows = [[called[m["fit"]], *numbers(m, names), summary["seconds"].get(m["fit"])] for m in shares]
         print_table(f"Models of {output} in {work}, best on held-out data first", columns, rows)
         shown = {m["fit"] for m in models}
         own = [m for m in summary["metrics"] if m["fit"] in shown]
         for role in dict.fromkeys(m["role"] for m in own):
             there = dict.fromkeys(m["condition"] for m in own if m["role"] == role and m["condition"] != "all")
             for some in _side_by_side(list(there)):
-                errors = [[called[m["fit"]], *(_percent(found.get((m["fit"], role, c))) for c in some)] for m in models]
-                print_table(f"NRMSE of {output} in percent, {role}", ("model", *some), errors)
+                per_condition = [
+                    [called[m["fit"]], *(_percent(found.get((m["fit"], role, c))) for c in some)] for m in models
+                ]
+                print_table(f"NRMSE of {output} in percent, {role}", ("model", *some), per_condition)
     _notes(summary)
     for which, text in together([ModelCaution(**row) for row in summary["warnings"]], "text"):
         say(f"  warning recordings-left-out: {which}: {text}")
@@ -259,6 +266,10 @@ def _side_by_side(names: Sequence[str]) -> list[list[str]]:
     return groups
 
 
+def _of_hundred(share: float | None) -> float | None:
+    return None if share is None else 100.0 * share
+
+
 def _percent(share: float | None) -> float | None:
     return None if share is None else round(100.0 * share, 2)
 
@@ -279,6 +290,7 @@ def discover(summary: Summary, work: Path) -> None:
     from mrfit.io.schemas.discovery import DiscoveryFile
     from mrfit.report.explain import headline, next_step, parameter_rows, sentences, takes_of
     from mrfit.report.law_words import other_law_sentences
+    from mrfit.report.numbers import percent
 
     found = DiscoveryFile.of(summary)
     conclude(f"{headline(found)}{_state(summary)}")
@@ -288,7 +300,7 @@ def discover(summary: Summary, work: Path) -> None:
     for line in found.where_text[1:]:
         say(f"  {line}")
     shown = [
-        [e.name, p.name, p.value, p.interval, e.holdout_nrmse_before, e.holdout_nrmse_after]
+        [e.name, p.name, p.value, p.interval, percent(e.holdout_nrmse_before), percent(e.holdout_nrmse_after)]
         for e in found.effects
         for p in parameter_rows(e)
     ]
@@ -363,7 +375,8 @@ def _setting(value: object) -> str:
 
 def remove(summary: Summary) -> None:
     """Print which fits were taken out, and which are left."""
-    say(f"Removed from {summary['work']}: {', '.join(summary['removed'])}")
+    done = "Would be removed from" if summary["dry_run"] else "Removed from"
+    say(f"{done} {summary['work']}: {', '.join(summary['removed'])}")
     say(f"Fits left: {', '.join(summary['left']) or 'none'}")
 
 
@@ -450,6 +463,13 @@ def item(name: str) -> Summary:
         spec = {k: v for k, v in asdict(own.spec).items() if not callable(v)}
         return {"kind": "optimizer", **spec, "text": inspect.getdoc(own.module) or ""}
     known = [n for kind in registry.KINDS for n in registry.names(kind)]
+    singular = name.removesuffix("s")
+    if singular in registry.KINDS:
+        raise ConfigError(f"'{name}' is a kind of item: `mrfit list {singular}s` lists them")
+    model = name.partition(".")[0].partition("+")[0]
+    if singular in ("fit", "report", "segment", "recording") or (model != name and model in known):
+        look = f"; `mrfit show {model}` says what its model is" if model in known else ""
+        raise ConfigError(f"'{name}' belongs to a workspace: `mrfit status` lists what is in one{look}")
     raise unknown_name("model", name, [*known, *strategies.STRATEGIES])
 
 

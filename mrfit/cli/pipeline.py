@@ -315,13 +315,15 @@ def status(work: Path, progress: Progress) -> Summary:
     return {"work": str(work), "steps": [asdict(step) for step in look(Workspace(work), progress)]}
 
 
-def remove(work: Path, fits: Sequence[str]) -> Summary:
-    """Take fits out of the workspace."""
-    from mrfit.io.removal import remove_fits
+def remove(work: Path, fits: Sequence[str], dry_run: bool = False) -> Summary:
+    """Take fits out of the workspace, or say which would be."""
+    from mrfit.io.removal import check_fits, remove_fits
 
     workspace = Workspace(work)
     with workspace.locked():
-        return {"work": str(work), "removed": remove_fits(workspace, fits), "left": workspace.fit_names()}
+        removed = check_fits(workspace, fits) if dry_run else remove_fits(workspace, fits)
+        left = [name for name in workspace.fit_names() if name not in removed]
+        return {"work": str(work), "removed": removed, "left": left, "dry_run": dry_run}
 
 
 def report(work: Path, settings: mrfit.settings.report.Settings, progress: Progress) -> Summary:

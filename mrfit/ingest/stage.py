@@ -21,7 +21,7 @@ from mrfit.ingest.elsewhere import outcomes
 from mrfit.ingest.hashes import hash_of
 from mrfit.ingest.low_pass import checked
 from mrfit.ingest.meaning.channel_map import FILE_NAME, MapFile, Rules, load_map, rules_for
-from mrfit.ingest.meaning.conditions import name_expression
+from mrfit.ingest.meaning.conditions import condition_words, name_expression
 from mrfit.ingest.reading import Item, Outcome, Pieces, look_into
 from mrfit.ingest.refusal import Passing, Refusal
 from mrfit.io.keys import code_version, key_of, plugins_used
@@ -194,7 +194,7 @@ def _preview_row(recording: Recording, times_longer: float) -> Preview:
         rows=rows,
         refused=recording.rows_refused,
         start=recording.start,
-        condition=", ".join(f"{k} {v:.4g}" for k, v in recording.condition.items()),
+        condition=condition_words(recording.condition, recording.channels),
         oddities="; ".join(oddities),
     )
 

@@ -7,6 +7,7 @@ import pytest
 
 from mrfit.cli import output
 from mrfit.cli.console import print_table
+from mrfit.errors import ConfigError
 from mrfit.ingest.stage import Settings, preview
 from tests.ingest.samples import WRITERS
 
@@ -69,7 +70,15 @@ def test_a_fit_tells_what_was_chosen_and_rejected_of_laws_of_current(
 
 
 def test_errors_carry_their_units(capsys: pytest.CaptureFixture[str]) -> None:
-    row = {"condition": "a", "role": "predict", "samples": 9, "rmse": 3.0, "noise_floor": 1.0, "esr": 2.0}
+    row = {
+        "condition": "a",
+        "role": "predict",
+        "samples": 9,
+        "rmse": 3.0,
+        "nrmse": 0.0213,
+        "noise_floor": 1.0,
+        "esr": 2.0,
+    }
     told = {
         "fit": "f",
         "output": "force",
@@ -81,7 +90,8 @@ def test_errors_carry_their_units(capsys: pytest.CaptureFixture[str]) -> None:
     told |= {"conditions": {"a#0": "sine-2A"}, "findings": ["a: 3 gaps"]}
     output.predict({**told, "warnings": []})
     printed = capsys.readouterr().out
-    assert all(head in printed for head in ("rmse (N)", "nrmse (1)", "noise_floor (N)", "esr (%)", "fit (%)"))
+    assert all(head in printed for head in ("rmse (N)", "nrmse (%)", "noise_floor (N)", "esr (%)", "fit (%)"))
+    assert "2.13" in printed and "0.0213" not in printed
     assert "a#0: parameters of sine-1A, the nearest to sine-2A that was fitted\n  a: 3 gaps" in printed
 
 
@@ -125,3 +135,18 @@ def test_a_fault_of_many_logs_is_told_once(capsys: pytest.CaptureFixture[str]) -
     )
     told = [line.strip() for line in capsys.readouterr().out.split("\n")]
     assert told[:4] == ["a and 1 more: off by 0.5 mm", "c: clipped", "whole remark", "another remark"]
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("fits", "mrfit status"),
+        ("models", "mrfit list models"),
+        ("bingham.auto.all", "mrfit show bingham"),
+        ("tanh+current-lag.auto", "mrfit show tanh"),
+        ("binghm", "did you mean bingham"),
+    ],
+)
+def test_what_is_no_item_leads_to_the_command_that_shows_it(name: str, told: str) -> None:
+    with pytest.raises(ConfigError, match=told.replace("+", r"\+")):
+        output.item(name)

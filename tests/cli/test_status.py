@@ -247,7 +247,12 @@ def test_settings_are_told_as_they_are_written() -> None:
 
 def test_a_removed_fit_is_gone_and_what_showed_it_says_so(study: Path) -> None:
     work = study / "w"
-    assert pipeline.remove(work, [NAME, NAME]) == {"work": str(work), "removed": [NAME], "left": ["bingham.lsq.all"]}
+    assert pipeline.remove(work, [NAME, NAME]) == {
+        "work": str(work),
+        "removed": [NAME],
+        "left": ["bingham.lsq.all"],
+        "dry_run": False,
+    }
     assert sorted(p.name for p in (work / "fits").iterdir()) == ["bingham.lsq.all"]
     assert not [p for p in work.iterdir() if "removed" in p.name]
     found = reasons(study)
@@ -310,6 +315,9 @@ def test_the_commands_print_json_alone(study: Path, mrfit: Run) -> None:
     work = study / "w"
     told = json.loads(mrfit("status", "--work", work, "--json").stdout)
     assert [s["outdated"] for s in told["steps"]] == [""] * 9
+    dry = mrfit("remove", "--dry-run", NAME, "--work", work)
+    assert dry.returncode == 0 and f"Would be removed from {work}: {NAME}" in dry.stdout.replace(os.linesep, "\n")
+    assert NAME in Workspace(work).fit_names()
     removed = mrfit("remove", NAME, "--work", work)
     assert removed.returncode == 0 and f"Removed from {work}: {NAME}" in removed.stdout.replace(os.linesep, "\n")
     unknown = mrfit("remove", NAME, "--work", work)

@@ -219,7 +219,7 @@ def test_another_file_of_that_name_gives_none(text: str, tmp_path: Path, monkeyp
 
 def test_a_table_of_errors_fits_80_columns(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setenv("MRFIT_COLUMNS", "80")
-    columns = ("condition", "role", "samples", "rmse (N)", "nrmse (1)", "noise_floor (N)", "esr (%)", "fit (%)")
+    columns = ("condition", "role", "samples", "rmse (N)", "nrmse (%)", "noise_floor (N)", "esr (%)", "fit (%)")
     row = ("sine-1Hz-10mm-0.5A", "holdout", 4500, 5.9674, 0.0070561, 5.9621, 0.027332, 98.351)
     console.print_table("Fit", columns, [row])
     lines = capsys.readouterr().out.splitlines()

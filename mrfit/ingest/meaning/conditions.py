@@ -1,7 +1,7 @@
 """Test conditions from header, channel map and file name, checked against what the data say."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +21,11 @@ DRIVES = ("displacement", "angle", "current", "velocity", "voltage", "flux")
 NAMING_UNITS = ("Hz", "m", "rad", "A", "m/s", "rad/s")
 DISAGREE = 0.1
 """Relative difference between the stated and the measured condition that is worth saying."""
+WORTH_SHOWING = 0.005
+"""Relative difference from which the measured condition is shown beside the stated one."""
+MEASURED = "measured_"
+SHOWN_UNITS = {"m": ("mm", 1e3), "degC": ("°C", 1.0), "ohm": ("Ω", 1.0)}
+"""What people write for an SI unit, and the factor."""
 
 
 def conditions_of(
@@ -43,11 +48,39 @@ def conditions_of(
         condition["resistance"] = rules.resistance
     measured = _measured(record, condition)
     for key, value in measured.items():
-        condition[f"measured_{key}"] = value
+        condition[MEASURED + key] = value
         if abs(value - condition[key]) > DISAGREE * max(abs(condition[key]), 1e-12):
-            text = f"the stated {key} is {condition[key]:.4g} but the data say {value:.4g}: both are kept"
+            stated_as, measured_as = (_with_unit(key, v, record.channels) for v in (condition[key], value))
+            text = f"the stated {key} is {stated_as} but the data say {measured_as}: both are kept"
             findings.append(Finding("condition-differs", _drive(record), None, text))
     return condition, findings
+
+
+def condition_words(condition: Mapping[str, float], channels: Collection[str]) -> str:
+    """Return a condition in one line with units; what the data say stands behind what is stated where they differ.
+
+    Parameters
+    ----------
+    condition
+        Values by key, SI.
+    channels
+        Names of the recording's channels, which say what an amplitude is.
+    """
+    said = []
+    for key, value in condition.items():
+        if not key.startswith(MEASURED):
+            found = condition.get(MEASURED + key, value)
+            differs = abs(found - value) > WORTH_SHOWING * abs(value)
+            more = f" (measured {_with_unit(key, found, channels)})" if differs else ""
+            said.append(f"{key} {_with_unit(key, value, channels)}{more}")
+    return ", ".join(said)
+
+
+def _with_unit(key: str, value: float, channels: Collection[str]) -> str:
+    quantity = next((d for d in DRIVES if d in channels), "") if key == "amplitude" else key
+    unit = "Hz" if key == "frequency" else unit_of(quantity)
+    shown, factor = SHOWN_UNITS.get(unit, (unit, 1.0))
+    return f"{factor * value:.4g} {shown}".strip()
 
 
 def name_expression(pattern: str) -> tuple[re.Pattern[str], dict[str, str]]:

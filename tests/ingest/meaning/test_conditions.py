@@ -6,7 +6,14 @@ import pytest
 from mrfit.core.recording import Recording
 from mrfit.errors import ConfigError
 from mrfit.ingest.meaning.channel_map import Rules
-from mrfit.ingest.meaning.conditions import conditions_of, from_name, main_frequency, name_expression, wording
+from mrfit.ingest.meaning.conditions import (
+    condition_words,
+    conditions_of,
+    from_name,
+    main_frequency,
+    name_expression,
+    wording,
+)
 from mrfit.ingest.refusal import Refusal
 
 PATTERN = "{amplitude:mm}mm{frequency:Hz}Hz{current:A}A"
@@ -124,3 +131,20 @@ def test_stated_current_is_checked_against_a_measured_one() -> None:
 def test_main_frequency_between_the_lines_of_the_spectrum(frequency: float) -> None:
     time = np.arange(900) * 5e-3
     assert main_frequency(3.0 + np.sin(2 * np.pi * frequency * time), 5e-3) == pytest.approx(frequency, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("condition", "channels", "words"),
+    [
+        ({"amplitude": 0.025, "measured_amplitude": 0.0244}, ["displacement"], "amplitude 25 mm (measured 24.4 mm)"),
+        (
+            {"amplitude": 2.0, "frequency": 5.0, "measured_frequency": 5.01},
+            ["current"],
+            "amplitude 2 A, frequency 5 Hz",
+        ),
+        ({"current": 0.5, "temperature": 40.0, "gap": 3.0}, ["force"], "current 0.5 A, temperature 40 °C, gap 3"),
+        ({}, ["force"], ""),
+    ],
+)
+def test_a_condition_is_said_with_units_and_what_the_data_say(condition, channels, words):
+    assert condition_words(condition, channels) == words
