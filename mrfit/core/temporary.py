@@ -1,4 +1,4 @@
-"""Temporary folders of mrfit: each goes with its process, or at the next start where that was killed.
+"""Temporary folders of mrfit: each is removed with its process, or at the next start where that was killed.
 
 A folder holds a locked file for as long as its process lives; the system opens the lock of a process that is killed.
 """
