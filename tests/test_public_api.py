@@ -27,6 +27,7 @@ import mrfit.discover.stage
 import mrfit.fit.stage
 import mrfit.ingest.stage
 from mrfit.api.options import canonical, settings_of
+from mrfit.api.recordings import several
 from mrfit.core import registry
 from mrfit.io import workspace as on_disk
 from mrfit.io.schemas.fit import Fit
@@ -447,6 +448,53 @@ def test_arrays_keep_their_values_in_si(values: list[float], unit: tuple[str, fl
     assert log.dt == dt and log.samples == len(values)
     np.testing.assert_allclose(log.channels["displacement"], given_values * unit[1], rtol=1e-12)
     np.testing.assert_array_equal(log.channels["force"], given_values)
+
+
+def test_columns_of_one_letter_are_channels_in_si_and_this_is_said() -> None:
+    time = np.arange(500) / 100
+    wave = np.sin(6.0 * time)
+    log = mrfit.Recording.from_frame(pd.DataFrame({"t": time, "x": wave, "v": 6.0 * wave, "F": 9.0 * wave}))
+    assert dict(log.units) == {"displacement": "m", "velocity": "m/s", "force": "N"}
+    np.testing.assert_array_equal(log.channels["velocity"], 6.0 * wave)
+    said = [f.text for f in log.findings if f.kind == "unit-assumed"]
+    assert any("'v' has no unit: taken as velocity in m/s" in text for text in said)
+    assert all(text.replace("'", "&#x27;") in log._repr_html_() for text in said)
+    # of a coil, v is the voltage; a unit that is given holds; a name of its own stays
+    coil = mrfit.Recording.from_frame(pd.DataFrame({"t": time, "i": wave, "v": wave, "q": wave}))
+    assert set(coil.channels) == {"current", "voltage", "q"}
+    given_unit = mrfit.Recording.from_frame(pd.DataFrame({"t": time, "x": wave, "F": wave}), units={"x": "mm"})
+    np.testing.assert_allclose(given_unit.channels["displacement"], wave / 1e3)
+    # a channel that is there by its name keeps it
+    both = mrfit.Recording.from_frame(pd.DataFrame({"t": time, "force": wave, "F": 2.0 * wave}))
+    np.testing.assert_array_equal(both.channels["force"], wave)
+
+
+def test_the_column_of_times_may_be_named() -> None:
+    table = pd.DataFrame({"clock": np.arange(50) / 10, "t": np.ones(50), "force": np.arange(50.0)})
+    log = mrfit.Recording.from_frame(table, time="clock")
+    assert log.dt == pytest.approx(0.1) and list(log.channels) == ["force"]
+    with pytest.raises(mrfit.ConfigError, match=r"time = 'when' is no column; there are clock, t, force$"):
+        mrfit.Recording.from_frame(table, time="when")
+
+
+def test_logs_without_a_name_are_told_apart() -> None:
+    table = pd.DataFrame({"time": np.arange(50) / 10, "force": np.arange(50.0)})
+    made = [mrfit.Recording.from_frame(table, condition={"current": k / 4}) for k in range(3)]
+    assert [log.id for log in made] == ["current-0", "current-0.25", "current-0.5"]
+    table.attrs["name"] = "press 7"
+    assert mrfit.Recording.from_frame(table).id == "press-7"
+    assert mrfit.Recording.from_frame(table, name="own").id == "own"
+    assert len({log.id for log in several([mrfit.Recording.from_frame(table)] * 10)}) == 10
+
+
+def test_a_result_is_shown_in_percent_with_units_and_plus_minus(fitted: mrfit.FitResult) -> None:
+    shown = fitted._repr_html_()
+    (whole,) = [m for m in fitted.content.metrics if m.condition == "all" and m.role == "train"]
+    assert f"{100.0 * (whole.nrmse or 0.0):.3g} %" in shown and "identifiable" not in shown
+    row = fitted.params.loc["fy"]
+    value, half = re.search(r"<td>fy</td>\s*<td>([\d.]+) ± ([\d.]+) N</td>\s*<td>well</td>", shown).groups()  # type: ignore[union-attr]
+    assert float(value) == pytest.approx(row.value, rel=1e-3)
+    assert float(half) == pytest.approx((row.high - row.low) / 2.0, rel=0.05)
 
 
 def frame(columns: dict[str, Any], index: Any = None) -> pd.DataFrame:

@@ -13,8 +13,7 @@ from mrfit.api.prediction import Prediction, predicted
 from mrfit.api.preparing import SETTINGS, Preparation, as_asked, prepared
 from mrfit.api.recordings import PathText
 from mrfit.api.threads import one_blas_thread
-from mrfit.api.words import METRICS, Caution, frame_of, html_page, html_table, text_table
-from mrfit.core.channels import unit_of
+from mrfit.api.words import Caution, errors_of, frame_of, html_page, html_table, parameters_of, text_table
 from mrfit.core.recording import Recording
 from mrfit.errors import DataError
 from mrfit.fit import stage as fit_stage
@@ -34,7 +33,6 @@ if TYPE_CHECKING:
     from mrfit.export.stage import Written
 
 COLUMNS = ("parameter", "condition", "value", "unit", "low", "high", "bound_low", "bound_high", "at_bound")
-SHOWN = ("value", "unit", "low", "high", "determined")
 # Sets of parameters that are printed in full
 FEW = 3
 
@@ -212,32 +210,25 @@ class FitResult:
         return exported(self, folder, to, settings, recordings=recordings, condition=condition, without=without)
 
     def __repr__(self) -> str:
-        sets = [text_table(self._parameters(r)) for r in self._few]
+        sets = [text_table(parameters_of(r)) for r in self._few]
         return "\n".join([self._title, text_table(self._errors), *sets, *self._said])
 
     def _repr_html_(self) -> str:
-        sets = [html_table(self._parameters(r)) for r in self._few]
+        sets = [html_table(parameters_of(r)) for r in self._few]
         return html_page(self._title, [html_table(self._errors), *sets], self._said)
 
     @property
     def _title(self) -> str:
-        unit = unit_of(self.output)
-        errors = f"errors of {self.output}" + (f" in {unit}" if unit else "")
-        return f"{self.model} by {self.content.optimizer}, seed {self.content.seed}; {errors}"
+        return f"{self.model} by {self.content.optimizer}, seed {self.content.seed}; errors of {self.output}"
 
     @property
     def _errors(self) -> "DataFrame":
-        return frame_of([asdict(m) for m in self.content.metrics if m.condition == "all"], METRICS)
+        return errors_of(self.content, [m for m in self.content.metrics if m.condition == "all"])
 
     @property
     def _few(self) -> list[Result]:
         results = self.content.results
         return results if len(results) <= FEW else results[:1]
-
-    def _parameters(self, result: Result) -> "DataFrame":
-        called = f"parameter, {result.condition}"
-        rows = [{called: p.name, **asdict(p)} for p in (*result.parameters, *result.derived)]
-        return frame_of(rows, (called, *SHOWN))
 
     @property
     def _said(self) -> list[str]:

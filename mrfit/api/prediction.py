@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 from mrfit.api import drawing
 from mrfit.api.preparing import Preparation, prepared
 from mrfit.api.threads import one_blas_thread
-from mrfit.api.words import METRICS, Caution, frame_of, html_page, html_table, text_table
-from mrfit.core.channels import unit_of
+from mrfit.api.words import Caution, errors_of, frame_of, html_page, html_table, text_table
 from mrfit.core.recording import Recording
 from mrfit.fit import predict as fit_predict
 from mrfit.io.bars import Heard, shown
@@ -97,12 +96,11 @@ class Prediction:
 
     @property
     def _title(self) -> str:
-        unit = unit_of(self.fit.output)
-        return f"Prediction of {self.fit.output} by {self.fit.name}" + (f", errors in {unit}" if unit else "")
+        return f"Prediction of {self.fit.output} by {self.fit.name}"
 
     @property
     def _shown(self) -> "DataFrame":
-        return frame_of([asdict(m) for m in self.found.metrics], METRICS)
+        return errors_of(replace(self.fit, metrics=self.found.metrics), self.found.metrics)
 
 
 def predicted(

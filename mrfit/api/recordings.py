@@ -16,7 +16,7 @@ import mrfit.ingest.stage
 from mrfit.api.frame_index import index_times, seconds_of
 from mrfit.api.options import check_names, settings_of, with_options
 from mrfit.core import recording as core
-from mrfit.core.channels import CHANNELS, unit_of
+from mrfit.core.channels import CHANNELS, MOTION, unit_of
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 from mrfit.ingest.build import Origin, build
@@ -95,30 +95,35 @@ class Recording(core.Recording):
         frame: "DataFrame",
         *,
         dt: float | None = None,
+        time: str | None = None,
         units: Mapping[str, str] | None = None,
         condition: Mapping[str, float] | None = None,
-        name: str = "recording",
+        name: str | None = None,
     ) -> Self:
         """Return a recording of a data frame, one column a channel.
 
         Parameters
         ----------
         frame
-            Columns are named as in a log: ``force``, ``Load (kN)``, ``x``. A column ``time`` gives the times in s.
+            Columns are named as in a log: ``force``, ``Load (kN)``, ``x``. A column ``time`` or ``t`` gives the
+            times in s.
         dt
             Sample interval in s; None where the frame has a column of times, or an index of times. An index of times
             or of sample numbers beside it must agree; what the numbers leave out is missing.
+        time
+            Name of the column of times; None finds it.
         units
-            Column -> unit of its numbers; default: that in the column's name, else SI.
+            Column -> unit of its numbers; default: that in the column's name, else SI. Columns of one letter without a
+            unit, as ``x``, ``v``, ``F``, are the channel of this symbol in SI; a finding says so.
         condition
             What is known of the test, in SI: ``current``, ``temperature``, ``resistance``, ``frequency`` …
         name
-            Name of the log.
+            Name of the log; default: ``frame.attrs["name"]``, else its condition, as ``current-0.5``.
 
         Raises
         ------
         ConfigError
-            If there is neither a sample interval nor a column of times, or a unit is given for no column.
+            If there is neither a sample interval nor a column of times, or a unit or ``time`` names no column.
         DataError
             If the frame does not make a log: no numbers, an unknown unit, or with gaps.
 
@@ -129,13 +134,21 @@ class Recording(core.Recording):
         >>> mrfit.Recording.from_frame(frame, units={"x": "mm"}).channels["force"][0]
         np.float64(1000.0)
         """
+        name = name or str(frame.attrs.get("name") or "") or _name_by(condition or {})
         named = {str(column): frame[column].to_numpy() for column in frame.columns}
         if len(named) < len(frame.columns):
             raise DataError(f"{name}: two columns have one name; rename one of them")
         columns = {n: (_values(name, n, v), unit) for n, v, unit in _with_units(named, units, name)}
-        if not any(_is_time(n) for n in columns) and (times := index_times(frame.index, dt, name)) is not None:
+        if time is not None:
+            if time not in columns:
+                raise ConfigError(f"{name}: time = '{time}' is no column; there are {', '.join(columns)}")
+            values, unit = columns.pop(time)
+            columns = {"time": (values, unit or "s"), **{n: c for n, c in columns.items() if not _is_time(n)}}
+        elif not any(_is_time(n) for n in columns) and (times := index_times(frame.index, dt, name)) is not None:
             columns = {"time": (times, "s"), **columns}
-        return cls._of_columns(columns, _Test(name, dt, condition or {}, "frame"))
+        columns, said = _by_symbol(columns)
+        made = cls._of_columns(columns, _Test(name, dt, condition or {}, "frame"))
+        return replace(made, findings=(*made.findings, *said))
 
     @classmethod
     def _of_columns(cls, columns: Mapping[str, tuple[Array, str | None]], test: "_Test") -> Self:
@@ -193,6 +206,42 @@ class _Test:
     dt: float | None
     condition: Mapping[str, float]
     reader: str
+
+
+def _name_by(condition: Mapping[str, float]) -> str:
+    """Return a name of a log that has none: its condition, in which the logs of a campaign differ."""
+    return "-".join(f"{n}-{float(v):g}" for n, v in condition.items()) or "recording"
+
+
+def _by_symbol(
+    columns: Mapping[str, tuple[Array, str | None]],
+) -> tuple[dict[str, tuple[Array, str | None]], list[core.Finding]]:
+    """Return columns of one letter without a unit as the channels of these symbols in SI, and what was taken so.
+
+    A letter of several channels is that of the motion where there is another channel of a motion.
+    """
+    meant = {
+        n: [c for c in CHANNELS.values() if n in (c.symbol, c.symbol.upper()) or n.lower() in c.aliases]
+        for n in columns
+    }
+    of_motion = {c for output, moved in MOTION.items() for c in (output, *moved)}
+    moving = any(c.name in of_motion for n, found in meant.items() if n != "v" for c in found) or bool(
+        of_motion & set(columns)
+    )
+    found: dict[str, tuple[Array, str | None]] = {}
+    said = []
+    for n, (values, unit) in columns.items():
+        among = [c for c in meant[n] if c.name not in columns and c.name not in found]
+        if len(among) > 1:
+            among = [c for c in among if (c.name in of_motion) == moving]
+        if unit is not None or len(n) > 1 or _is_time(n) or len(among) != 1:
+            found[n] = values, unit
+            continue
+        (channel,) = among
+        found[channel.name] = values, channel.unit
+        text = f"'{n}' has no unit: taken as {channel.name} in {channel.unit}; units={{'{n}': …}} says another"
+        said.append(core.Finding("unit-assumed", channel.name, None, text))
+    return found, said
 
 
 def _listed(lengths: Mapping[str, int]) -> str:

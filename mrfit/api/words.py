@@ -6,11 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from mrfit.io.escapes import visible
+from mrfit.io.schemas.fit import Fit, MetricRow, Result
+from mrfit.report.determined import measured
+from mrfit.report.numbers import percent
+from mrfit.report.output_unit import output_unit
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-METRICS = ("condition", "role", "samples", "rmse", "nrmse", "noise_floor", "fit_percent")
 NONE = "–"
 
 
@@ -46,6 +49,34 @@ def frame_of(rows: Sequence[Mapping[str, Any]], columns: Sequence[str], index: s
         if frame[name].dtype == object and all(v is None or type(v) in (int, float) for v in frame[name]):
             frame[name] = frame[name].astype(float)
     return frame.set_index(index) if index else frame
+
+
+def errors_of(fit: Fit, rows: Sequence[MetricRow]) -> "DataFrame":
+    """Return errors as people read them: in the output's unit, and in percent of the measured range."""
+    scale = output_unit(fit)
+    table = [
+        {
+            "condition": m.condition,
+            "role": m.role,
+            "samples": m.samples,
+            "error": scale.words(m.rmse),
+            "of the range": percent(m.nrmse),
+            "noise floor": scale.words(m.noise_floor),
+            "fit": percent(None if m.fit_percent is None else m.fit_percent / 100.0),
+        }
+        for m in rows
+    ]
+    return frame_of(table, ("condition", "role", "samples", "error", "of the range", "noise floor", "fit"))
+
+
+def parameters_of(result: Result) -> "DataFrame":
+    """Return parameters and derived quantities with their 95 % intervals and how well they are determined."""
+    called = f"parameter, {result.condition}"
+    rows = [
+        {called: q.name, "value": measured(q), "determined": str(q.determined)}
+        for q in (*result.parameters, *result.derived)
+    ]
+    return frame_of(rows, (called, "value", "determined"))
 
 
 def text_table(frame: "DataFrame") -> str:

@@ -4,8 +4,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from mrfit.io.schemas.determined import State
+from mrfit.io.schemas.discovery import EffectParameter
 from mrfit.io.schemas.fit import Fit, Quantity
-from mrfit.report.numbers import in_html, significant
+from mrfit.report.curves import prefixed
+from mrfit.report.numbers import in_html, significant, with_interval
 
 
 def words_of(q: Quantity) -> str:
@@ -20,6 +22,19 @@ def words_of(q: Quantity) -> str:
         return "poorly determined (its interval holds zero)"
     half = (q.high - q.low) / 2.0 / abs(q.value)
     return f"poorly determined (± {in_html(significant(100.0 * half, 2))} %)"
+
+
+def measured(p: EffectParameter | Quantity) -> str:
+    """Return a value with half its interval behind it, or both ends where it does not lie in the middle."""
+    factor, unit = prefixed(abs(p.value), p.unit)
+    value, low, high = with_interval(factor * p.value, *(None if e is None else factor * e for e in (p.low, p.high)))
+    if p.low is None or p.high is None or p.low == p.high:
+        return f"{in_html(value)} {unit}".strip()
+    half = 0.5 * factor * (p.high - p.low)
+    shown = f"{half:.2g}" if "e" in value else f"{half:.{len(value.partition('.')[2])}f}"
+    lopsided = abs(0.5 * (p.high + p.low) - p.value) > 0.1 * (p.high - p.low)
+    ends = f"({in_html(low)} to {in_html(high)})" if lopsided else f"± {in_html(shown)}"
+    return f"{in_html(value)} {ends} {unit}".strip()
 
 
 @dataclass(frozen=True)

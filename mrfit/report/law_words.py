@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from mrfit.core import registry
 from mrfit.io.schemas.discovery import DiscoveryFile, EffectParameter, InvariantEffect
 from mrfit.report.curves import prefixed
-from mrfit.report.numbers import in_html, percent, with_interval
+from mrfit.report.determined import measured
+from mrfit.report.numbers import percent
 
 # What a law has to keep for a name, by the tier of the effect
 TIERS = {
@@ -76,7 +77,7 @@ def _effect(found: DiscoveryFile, effect: InvariantEffect) -> str:
         words += f", or {listed(effect.one_of, 'or')}, which these data cannot tell from it"
     values = [_value(p) for p in effect.parameters if p.low is not None and p.high is not None][:2]
     if effect.force is not None:
-        values.append(f"at most {_interval(effect.force)}")
+        values.append(f"at most {measured(effect.force)}")
     examined = found.invariance
     assert examined is not None  # it names the effect
     factor, unit = prefixed(examined.travel, examined.travel_unit)
@@ -86,20 +87,7 @@ def _effect(found: DiscoveryFile, effect: InvariantEffect) -> str:
 
 
 def _value(p: EffectParameter) -> str:
-    return f"{p.name} = {_interval(p)}"
-
-
-def _interval(p: EffectParameter) -> str:
-    """Return a value with half its interval behind it, or both ends where it does not lie in the middle."""
-    factor, unit = prefixed(abs(p.value), p.unit)
-    value, low, high = with_interval(factor * p.value, *(None if e is None else factor * e for e in (p.low, p.high)))
-    if p.low is None or p.high is None:
-        return f"{in_html(value)} {unit}".strip()
-    half = 0.5 * factor * (p.high - p.low)
-    shown = f"{half:.2g}" if "e" in value else f"{half:.{len(value.partition('.')[2])}f}"
-    lopsided = abs(0.5 * (p.high + p.low) - p.value) > 0.1 * (p.high - p.low)
-    ends = f"({in_html(low)} to {in_html(high)})" if lopsided else f"± {in_html(shown)}"
-    return f"{in_html(value)} {ends} {unit}".strip()
+    return f"{p.name} = {measured(p)}"
 
 
 def _law(found: DiscoveryFile) -> list[str]:
