@@ -175,6 +175,10 @@ def _stated(table: Table, segment: Segment, head: Head) -> Table:
     start, delta = _number(segment, "x0", 1), _number(segment, "delta_x", 1)
     if delta is None or delta <= 0.0:
         raise Refusal(head.path, "neither X values nor Delta_X", "write rate = HZ in a channel map")
+    for key in ("delta_x", "x0"):
+        if len(set(filter(None, segment.meta.get(key, [])))) > 1:
+            what = f"its channels have no X values, and differ in {key.title()} ({', '.join(segment.meta[key])})"
+            raise Refusal(head.path, what, "export it with X values for each channel")
     digits = len(segment.meta["delta_x"][0].lower().partition("e")[0].replace(",", "").replace(".", "").strip("0"))
     if digits <= 3 and not _round_rate(delta):
         text = f"Delta_X = {delta:g} s has {digits} digits only: the rate of {1.0 / delta:.1f} Hz is that inexact"

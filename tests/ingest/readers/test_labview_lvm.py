@@ -63,3 +63,12 @@ def test_impossible_interval_is_no_interval(delta: str, read_log: ReadLog) -> No
     text = labview_lvm().data.decode().replace("Delta_X\t0,001000\t0,001000", f"Delta_X\t{delta}\t{delta}")
     with pytest.raises(Refusal, match="neither X values nor Delta_X"):
         read_log(text, "short.lvm")
+
+
+@pytest.mark.parametrize("key", ["Delta_X\t0,001000\t0,001000", "X0\t"])
+def test_channels_on_other_grids_without_times_are_refused(key: str, read_log: ReadLog) -> None:
+    text = labview_lvm().data.decode()
+    line = next(x for x in text.split("\n") if x.startswith(key))
+    name, first, *_ = line.split("\t")
+    with pytest.raises(Refusal, match=f"differ in {name.title()}"):
+        read_log(text.replace(line, f"{name}\t{first}\t7,5\t"), "two.lvm")
