@@ -3,11 +3,23 @@
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Self, TypeVar
+from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import AliasChoices, BaseModel, ConfigDict, Field, ValidationError, create_model, model_validator
+from pydantic import (
+    AliasChoices,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    ValidationError,
+    create_model,
+    model_validator,
+)
 
+import mrfit.settings.compare
 import mrfit.settings.discover
+import mrfit.settings.export
+import mrfit.settings.figure
 import mrfit.settings.fit
 import mrfit.settings.flux
 import mrfit.settings.ingest
@@ -24,7 +36,7 @@ class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-def table_of(kind: type[Any], **more: Any) -> type[_Table]:
+def table_of(kind: type[Any], /, **more: Any) -> type[_Table]:
     """Return the table of a pipeline file that holds settings of a kind, with more keys before those of its fields."""
     keys: dict[str, Any] = {**more, **{key_of(f): _key(f) for f in _written(kind)}}
     return create_model(kind.__module__.rpartition(".")[2], __base__=_Table, **keys)
@@ -56,15 +68,15 @@ def _loaded(field: Defined, value: object) -> object:
 
 
 class _File(_Table):
-    """The whole file; ``[ingest]`` and at least one of ``[[fit]]`` and ``[discover]`` must be there."""
+    """The whole file; ``[ingest]`` and one of ``[[fit]]``, ``[discover]`` and ``[compare]`` must be there."""
 
     work: str = "mrfit-work"
     plugins: list[str] = []
 
     @model_validator(mode="after")
     def _something_to_do(self) -> Self:
-        if not getattr(self, "fit", ()) and getattr(self, "discover", None) is None:
-            raise ValueError("add a [[fit]] or a [discover] table")
+        if not any(getattr(self, name, None) for name in ("fit", "discover", "compare")):
+            raise ValueError("add a [[fit]], a [discover] or a [compare] table")
         return self
 
 
@@ -72,15 +84,67 @@ _INGEST = table_of(mrfit.settings.ingest.Settings, logs=(list[str], Field(min_le
 _FLUX, _SEGMENT = table_of(mrfit.settings.flux.Settings), table_of(mrfit.settings.segment.Settings)
 _FIT, _DISCOVER = table_of(mrfit.settings.fit.Settings), table_of(mrfit.settings.discover.Settings)
 _REPORT = table_of(mrfit.settings.report.Settings)
+_COMPARE = table_of(mrfit.settings.compare.Asked)
+_PREDICT = table_of(
+    mrfit.settings.ingest.Settings, fit=(str, ...), logs=(list[str], Field(min_length=1)), save=(str, "")
+)
+_FIGURE = table_of(mrfit.settings.figure.Settings, kind=(Literal[mrfit.settings.figure.KINDS], ...))
+_EXPORT = table_of(
+    mrfit.settings.export.Settings,
+    fit=(str, ...),
+    to=(list[str], Field(min_length=1)),
+    condition=(str, ""),
+    without=(list[str], []),
+)
+
+
+def _several(kind: Any) -> Any:
+    """Return the type of tables of a kind; one alone may be written without the second brackets."""
+    return Annotated[list[kind], BeforeValidator(lambda value: [value] if isinstance(value, dict) else value)]
+
+
 _TABLES: dict[str, Any] = {
     "ingest": (_INGEST, ...),
     "flux": (_FLUX, _FLUX()),
     "segment": (_SEGMENT, _SEGMENT()),
     "fit": (list[_FIT], []),  # type: ignore[valid-type]
     "discover": (_DISCOVER | None, None),
+    "compare": (_COMPARE | None, None),
     "report": (_REPORT, _REPORT()),
+    "predict": (_several(_PREDICT), []),
+    "figure": (_several(_FIGURE), []),
+    "export": (_several(_EXPORT), []),
 }
 _WHOLE = create_model("pipeline", __base__=_File, **_TABLES)
+
+
+@dataclass(frozen=True)
+class PredictTable:
+    """A fit to simulate on other logs, given as patterns, how these are read, and the name to keep it under."""
+
+    fit: str
+    logs: tuple[str, ...]
+    save: str
+    settings: mrfit.settings.ingest.Settings
+
+
+@dataclass(frozen=True)
+class FigureTable:
+    """A figure to draw for print."""
+
+    kind: str
+    settings: mrfit.settings.figure.Settings
+
+
+@dataclass(frozen=True)
+class ExportTable:
+    """A fit to write in formats, with the parameters of a condition, and without some effects."""
+
+    fit: str
+    to: tuple[str, ...]
+    condition: str
+    without: tuple[str, ...]
+    settings: mrfit.settings.export.Settings
 
 
 @dataclass(frozen=True)
@@ -101,6 +165,8 @@ class PipelineFile:
         Settings of the fits.
     report
         Which of them the report shows; all where it names none.
+    compare, predict, figure, export
+        What is done with the fits.
     """
 
     work: str
@@ -112,6 +178,10 @@ class PipelineFile:
     fit: tuple[mrfit.settings.fit.Settings, ...]
     discover: mrfit.settings.discover.Settings | None
     report: mrfit.settings.report.Settings
+    compare: mrfit.settings.compare.Asked | None = None
+    predict: tuple[PredictTable, ...] = ()
+    figure: tuple[FigureTable, ...] = ()
+    export: tuple[ExportTable, ...] = ()
 
 
 def read_toml(path: Path, what: str = "a pipeline file") -> dict[str, Any]:
@@ -163,4 +233,13 @@ def read_pipeline(path: Path) -> PipelineFile:
         fit=fits,
         discover=made_of(mrfit.settings.discover.Settings, file.discover) if file.discover else None,
         report=shown,
+        compare=made_of(mrfit.settings.compare.Asked, file.compare) if file.compare else None,
+        predict=tuple(
+            PredictTable(t.fit, tuple(t.logs), t.save, made_of(mrfit.settings.ingest.Settings, t)) for t in file.predict
+        ),
+        figure=tuple(FigureTable(t.kind, made_of(mrfit.settings.figure.Settings, t)) for t in file.figure),
+        export=tuple(
+            ExportTable(t.fit, tuple(t.to), t.condition, tuple(t.without), made_of(mrfit.settings.export.Settings, t))
+            for t in file.export
+        ),
     )

@@ -11,6 +11,7 @@ import mrfit.settings.export
 from mrfit.cli import console, names
 from mrfit.cli.options import Json, Plugins, Work, options
 from mrfit.core.progress import Progress
+from mrfit.errors import DataError
 
 if TYPE_CHECKING:
     from mrfit.io.schemas.export import Exported
@@ -48,7 +49,8 @@ def export(
     with console.progress_bar() as progress:
         place = Place(out, condition, tuple(without or ()))
         summary = exported(work, fit_name, to, place, settings, progress)
-    return console.print_json(summary) if as_json else show(summary)
+    console.print_json(summary) if as_json else show(summary)
+    check_all_made(summary)
 
 
 @dataclass(frozen=True)
@@ -93,7 +95,14 @@ def exported(
     formats = [
         Format(format=f, files=written.files[f], said=written.said[f], error=written.errors[f]) for f in written.files
     ]
-    return Exported(fit=name, model=source.assembly.name, folder=str(folder), formats=formats)
+    return Exported(fit=name, model=source.assembly.name, folder=str(folder), formats=formats, failed=written.failed)
+
+
+def check_all_made(summary: "Exported") -> None:
+    """Raise the DataError of an export in which some formats could not be made, after the others were written."""
+    if summary.failed:
+        told = "; ".join(f"{name}: {text}" for name, text in summary.failed.items())
+        raise DataError(f"the other formats are written, but not {told}")
 
 
 def show(summary: "Exported") -> None:

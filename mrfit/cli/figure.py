@@ -24,20 +24,7 @@ def figure(
 
     Example: mrfit figure loops --overlay fits --width 84mm
     """
-    from dataclasses import asdict
+    from mrfit.cli import output, pipeline
 
-    from mrfit.io.workspace import Workspace
-    from mrfit.report import paper_stage
-
-    workspace = Workspace(work)
-    with workspace.locked():
-        written = paper_stage.run(workspace, kind, settings, out)
-    if as_json:
-        return console.print_json(asdict(written))
-    console.say(f"Figure of {written.kind}, {settings.width} wide: {', '.join(written.files)}")
-    if written.left_out:
-        total = written.conditions + len(written.left_out)
-        console.say(
-            f"{written.conditions} of {total} conditions are drawn, not {', '.join(written.left_out)}: "
-            "name them with --condition, or put conditions on shared axes with --overlay conditions"
-        )
+    summary = pipeline.figure(work, kind, settings, out)
+    return console.print_json(summary) if as_json else output.figure(summary)

@@ -17,7 +17,7 @@ import mrfit.settings.segment
 from mrfit.cli import apply, console, logbook, measure, names, project
 from mrfit.cli.advise import advise
 from mrfit.cli.batch import batch
-from mrfit.cli.export import export
+from mrfit.cli.export import check_all_made, export
 from mrfit.cli.figure import figure
 from mrfit.cli.options import (
     Catalog,
@@ -223,7 +223,9 @@ def run(
         summary = pipeline.run(config, file.parent, pipeline.Overrides(logs, work, jobs), progress)
     # the file names the workspace
     logbook.append(Path(summary["work"]), time.monotonic() - started)
-    return console.print_json(summary) if as_json else output.run(summary)
+    console.print_json(summary) if as_json else output.run(summary)
+    for made in summary.get("export", ()):
+        check_all_made(made)
 
 
 @app.command()

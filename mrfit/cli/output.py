@@ -6,6 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from mrfit.cli import export
 from mrfit.cli import summary as in_one_line
 from mrfit.cli.console import VERBOSITY, conclude, numbers, print_table, say
 from mrfit.core import registry
@@ -55,7 +56,11 @@ def _say_once(findings: Iterable[str]) -> None:
     for found in faults.values():
         log, colon, text = found[0].partition(": ")
         more = len({one.partition(": ")[0] for one in found}) - 1
-        say(f"  {log}{f' and {more} more' if more else ''}{colon}{text}")
+        if len({one.partition(": ")[2] for one in found}) == 1:
+            say(f"  {log}{f' and {more} more' if more else ''}{colon}{text}")
+        else:
+            others = f"in {more} more" if more else "once more" if len(found) == 2 else f"{len(found) - 1} times more"
+            say(f"  {log}{colon}{text} (and the like, with other numbers, {others})")
 
 
 def _say_unnamed(logs: Sequence[tuple[str, Sequence[str]]]) -> None:
@@ -388,8 +393,28 @@ def run(summary: Summary) -> None:
         discover(summary["discovery"], work)
     for done in summary["fits"]:
         fit(done, work)
+    if "compare" in summary:
+        shown = compare_models if "models" in summary["compare"] else compare_optimizers
+        shown(summary["compare"], work)
+    for done in summary.get("predict", ()):
+        predict(done)
     if "report" in summary:
-        report(summary["report"], work)
+        report({"notes": [], **summary["report"]}, work)
+    for done in summary.get("figure", ()):
+        figure(done)
+    for done in summary.get("export", ()):
+        export.show(done)
+
+
+def figure(summary: Summary) -> None:
+    """Print where a figure lies, and what it leaves out."""
+    say(f"Figure of {summary['kind']}, {summary['width']} wide: {', '.join(summary['files'])}")
+    if left_out := summary["left_out"]:
+        say(
+            f"{summary['conditions']} of {summary['conditions'] + len(left_out)} conditions are drawn, not "
+            f"{', '.join(left_out)}: name them with --condition, or put conditions on shared axes with "
+            "--overlay conditions"
+        )
 
 
 def datasets(rows: Sequence[Summary]) -> None:

@@ -19,6 +19,7 @@ from mrfit.io.workspace import Workspace, plain, to_json
 if TYPE_CHECKING:
     import mrfit.settings.compare
     import mrfit.settings.discover
+    import mrfit.settings.figure
     import mrfit.settings.fit
     import mrfit.settings.flux
     import mrfit.settings.ingest
@@ -351,7 +352,6 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
     """
     import mrfit.flux.stage
     import mrfit.ingest.stage
-    import mrfit.report.stage
     import mrfit.segment.stage
     from mrfit.core import plugins
     from mrfit.discover import stage as discover_stage
@@ -388,21 +388,55 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
         summary["notes"] = notes
         if discovery:
             summary["discovery"] = _discover(workspace, discovery, progress)
-        if fits:
-            shown = config.report.fits or tuple(s.fit_name for s in fits)
-            told = replace(config.report, fits=shown, jobs=overrides.jobs)
-            summary["report"] = to_json(mrfit.report.stage.run(workspace, told, progress))
-    return summary
+    return summary | _with_the_fits(config, folder, replace(overrides, work=work), progress)
 
 
-def _expand(patterns: Sequence[str], folder: Path) -> list[Path]:
+def _with_the_fits(config: PipelineFile, folder: Path, overrides: Overrides, progress: Progress) -> Summary:
+    """Do what a pipeline file asks for with its fits; each step has the lock of the workspace for itself."""
+    from mrfit.cli import export
+
+    assert overrides.work
+    work, done = overrides.work, Summary()
+    if config.compare:
+        asked = replace(config.compare, jobs=overrides.jobs)
+        if asked.models:
+            done["compare"] = compare_models(work, asked.of_models, progress)
+        else:
+            done["compare"] = compare_optimizers(work, asked.of_optimizers, progress)
+    for table in config.predict:
+        reading = replace(table.settings, map=folder / table.settings.map if table.settings.map else None)
+        logs = _expand(table.logs, folder, "[predict]")
+        predicted = predict(work, ToPredict(table.fit, table.save), logs, reading, progress)
+        done.setdefault("predict", []).append(predicted)
+    if config.fit:
+        shown = config.report.fits or tuple(s.fit_name for s in config.fit)
+        made = report(work, replace(config.report, fits=shown, jobs=overrides.jobs), progress)
+        done["report"] = {name: value for name, value in made.items() if name != "notes"}
+    for drawn in config.figure:
+        done.setdefault("figure", []).append(figure(work, drawn.kind, drawn.settings))
+    for one in config.export:
+        place = export.Place(None, one.condition, one.without)
+        done.setdefault("export", []).append(export.exported(work, one.fit, one.to, place, one.settings, progress))
+    return done
+
+
+def figure(work: Path, kind: str, settings: mrfit.settings.figure.Settings, out: Path | None = None) -> Summary:
+    """Draw a figure for print."""
+    from mrfit.report import paper_stage
+
+    workspace = Workspace(work)
+    with workspace.locked():
+        return {**asdict(paper_stage.run(workspace, kind, settings, out)), "width": settings.width}
+
+
+def _expand(patterns: Sequence[str], folder: Path, table: str = "[ingest]") -> list[Path]:
     logs: list[Path] = []
     for pattern in patterns:
         # the folder's own name may hold what means something to glob
         found = sorted(glob.glob(pattern, root_dir=folder, recursive=True))
         if not found:
             raise ConfigError(
-                f"[ingest] logs: '{pattern}' matches nothing under {folder}; paths start at the file's folder"
+                f"{table} logs: '{pattern}' matches nothing under {folder}; paths start at the file's folder"
             )
         logs += [folder / f for f in found]
     return logs

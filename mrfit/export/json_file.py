@@ -109,7 +109,7 @@ class ExportedFit(SavedFit):
 def files(source: Source, settings: Settings) -> Files:
     """Return one file."""
     difference = rebuilt(source, _text(source, ""))
-    name = f"{prefix_of(source.name)}.json"
+    name = f"{prefix_of(source.prefix or source.name)}.json"
     text = _text(source, difference.text)
     return Files({name: text.encode()}, (difference.text,), difference.largest)
 

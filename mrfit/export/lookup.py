@@ -117,7 +117,7 @@ def files(source: Source, settings: Settings) -> Files:
             f"{100.0 * off:.2g} % of the range RMS; of random outputs there, {100.0 * share:.3g} % can be had by some "
             "current, for others it is held at its end."
         )
-    prefix = prefix_of(source.name)
+    prefix = prefix_of(source.prefix or source.name)
     contents = {f"{prefix}_lookup.csv": _csv(source, table, told)}
     if inverse:
         contents[f"{prefix}_inverse.csv"] = _csv(source, inverse, told)
@@ -283,7 +283,7 @@ def _csv(source: Source, table: Table, told: list[str]) -> bytes:
 
 
 def _c(source: Source, table: Table, inverse: Table | None, told: list[str]) -> dict[str, bytes]:
-    prefix = prefix_of(source.name)
+    prefix = prefix_of(source.prefix or source.name)
     context = {
         "p": prefix,
         "output": in_comment(table.name),

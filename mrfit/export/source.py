@@ -88,6 +88,7 @@ class Source:
     theta: Array
     stretches: tuple[Stretch, ...] = ()
     without: tuple[str, ...] = ()
+    prefix: str = ""
 
     @property
     def name(self) -> str:

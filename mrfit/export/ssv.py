@@ -44,10 +44,10 @@ def files(source: Source, settings: Settings) -> Files:
             "Values are those of the fit, to the last digit: no difference from the simulation in Python.",
             NO_DRAWS,
         ]
-        prefix = prefix_of(source.name)
+        prefix = prefix_of(source.prefix or source.name)
         return Files({f"{prefix}.ssv": _set(source, source.theta, told, prefix)}, (NO_DRAWS,), 0.0)
     told = _told(source, sets, settings)
-    prefix = prefix_of(source.name)
+    prefix = prefix_of(source.prefix or source.name)
     digits = max(3, len(str(settings.draws)))
     contents = {f"{prefix}.ssv": _set(source, source.theta, told, prefix)}
     for k, theta in enumerate(sets, 1):

@@ -1,14 +1,17 @@
 """Write a fit in the formats asked for; files of an earlier export are replaced."""
 
 import importlib
+import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from mrfit.core.progress import Progress, silent
-from mrfit.errors import ConfigError, DataError
+from mrfit.errors import ConfigError, DataError, MrfitError
+from mrfit.export.c_parts import prefix_of
 from mrfit.export.source import Source
+from mrfit.export.text import LONGEST
 from mrfit.io.atomic import write_atomic
 from mrfit.settings.export import Settings
 
@@ -48,12 +51,13 @@ class Files:
 
 @dataclass(frozen=True)
 class Written:
-    """What was written: format -> its files, what is told, and the error."""
+    """What was written: format -> its files, what is told, and the error; and why others could not be."""
 
     folder: Path
     files: dict[str, list[str]] = field(default_factory=dict)
     said: dict[str, list[str]] = field(default_factory=dict)
     errors: dict[str, float | None] = field(default_factory=dict)
+    failed: dict[str, str] = field(default_factory=dict)
 
 
 def check(formats: Sequence[str]) -> None:
@@ -76,24 +80,30 @@ def run(
 ) -> Written:
     """Write a fit in formats.
 
-    Nothing is written before all formats are made.
+    Nothing is written before all formats are made. One that cannot be made does not take the others.
 
     Raises
     ------
     ConfigError
-        If a format does not exist, or needs a program that is not there.
+        If a format does not exist, the prefix is no name, or the only format needs a program that is not there.
     DataError
-        If the fit has no form in a format, or the folder cannot be written.
+        If the fit has no form in the only format, or in none of several; if the folder cannot be written.
     """
     asked = list(dict.fromkeys(formats))
     check(asked)
+    source = _prefixed(source, settings.prefix)
     made: dict[str, Files] = {}
+    written = Written(folder)
     for done, name in enumerate(asked):
         progress("exporting", done, len(asked))
         module: Any = importlib.import_module(f"mrfit.export.{FORMATS[name]}")
         write: Callable[[Source, Settings], Files] = module.files
-        made[name] = write(source, settings)
-    written = Written(folder)
+        try:
+            made[name] = write(source, settings)
+        except MrfitError as error:
+            written.failed[name] = str(error)
+            if len(written.failed) == len(asked):
+                raise
     for name, files in made.items():
         for left in folder.glob(files.earlier) if files.earlier else ():
             left.unlink(missing_ok=True)
@@ -104,6 +114,24 @@ def run(
         written.errors[name] = files.error
     progress("exporting", len(asked), len(asked))
     return written
+
+
+def _prefixed(source: Source, prefix: str) -> Source:
+    """Return a source whose files and functions have names that begin so.
+
+    Raises
+    ------
+    ConfigError
+        If C takes no such name.
+    """
+    if not prefix:
+        return source
+    if not re.fullmatch(rf"[A-Za-z][A-Za-z0-9_]{{0,{LONGEST - 1}}}", prefix) or prefix_of(prefix) != prefix:
+        raise ConfigError(
+            f"--prefix takes up to {LONGEST} letters, digits and underscores that no language or function of mrfit's "
+            f"has taken, such as front_damper, not '{prefix}'"
+        )
+    return replace(source, prefix=prefix)
 
 
 def _write(path: Path, content: bytes) -> None:

@@ -131,10 +131,11 @@ def test_options_of_an_optimizer_are_shown(
 
 def test_a_fault_of_many_logs_is_told_once(capsys: pytest.CaptureFixture[str]) -> None:
     output._say_once(
-        ["a: off by 0.5 mm", "b: off by 0.7 mm", "c: clipped", "b: off by 0.9 mm", "whole remark", "another remark"]
+        ["a: off by 0.5 mm", "b: off by 0.7 mm", "c: clipped", "b: off by 0.9 mm", "d: clipped", "whole remark", "x"]
     )
     told = [line.strip() for line in capsys.readouterr().out.split("\n")]
-    assert told[:4] == ["a and 1 more: off by 0.5 mm", "c: clipped", "whole remark", "another remark"]
+    like = "a: off by 0.5 mm (and the like, with other numbers, in 1 more)"
+    assert told[:4] == [like, "c and 1 more: clipped", "whole remark", "x"]
 
 
 @pytest.mark.parametrize(

@@ -40,7 +40,7 @@ def _write(path: Path, **columns: np.ndarray) -> None:
     )
 
 
-def _press(folder: Path, name: str, motion: tuple[float, float], current: float) -> None:
+def write_press_log(folder: Path, name: str, motion: tuple[float, float], current: float) -> None:
     """Write the log of a sine of a frequency (Hz) and an amplitude (m) at a constant current."""
     time, (frequency, amplitude) = np.arange(int(RATE * SECONDS)) / RATE, motion
     phase = 2.0 * np.pi * frequency * time
@@ -55,9 +55,9 @@ def damper(folder: Path) -> None:
     """Make a damper on a press, with joint and separate fits."""
     _shared(folder)
     for current in range(4):
-        _press(folder / "logs", f"sine_2Hz_10mm_{current}A", (2.0, 0.010), current)
-    _press(folder / "logs", "sine_1Hz_10mm_1A", (1.0, 0.010), 1.0)
-    _press(folder / "other", "sine_1Hz_5mm_2A", (1.0, 0.005), 2.0)
+        write_press_log(folder / "logs", f"sine_2Hz_10mm_{current}A", (2.0, 0.010), current)
+    write_press_log(folder / "logs", "sine_1Hz_10mm_1A", (1.0, 0.010), 1.0)
+    write_press_log(folder / "other", "sine_1Hz_5mm_2A", (1.0, 0.005), 2.0)
     (folder / "press.toml").write_text(RIG)
     for plugin, sign in (("my_damper.py", "@model"), ("my_spring.py", "EffectSpec")):
         (folder / plugin).write_text(next(b for b in blocks(ROOT / "docs/plugins.md", "python") if sign in b))

@@ -1,6 +1,6 @@
 """What ``mrfit export`` tells of what it wrote."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from mrfit.io.schemas.reading import Entry
 
@@ -17,9 +17,10 @@ class Format(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class Exported(Entry):
-    """What the command tells of an export."""
+    """What the command tells of an export; ``failed`` has the formats that could not be made, and why."""
 
     fit: str
     model: str
     folder: str
     formats: list[Format]
+    failed: dict[str, str] = field(default_factory=dict)
