@@ -131,8 +131,11 @@ def _unsaid(record: Recording) -> list[str]:
 
 def _uncounted(mutant: Mutant, recordings: list[Recording]) -> list[str]:
     comments = [f.text for r in recordings for f in r.findings if f.kind == "comments"]
+    # a header within a log is no row; from one that cannot be used on nothing is read, and its line is said
+    headers = {f.text for r in recordings for f in r.findings if f.kind == "another-header"}
     counted = sum(r.rows_kept + r.rows_refused for r in recordings) + sum(int(c.split()[0]) for c in comments)
-    if mutant.rows is None or counted == mutant.rows:
+    counted += len(headers)
+    if mutant.rows is None or counted == mutant.rows or any("nothing is read from there on" in h for h in headers):
         return []
     return [f"{mutant.rows} rows in, {counted} counted"]
 

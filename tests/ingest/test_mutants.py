@@ -76,3 +76,9 @@ def test_fifty_thousand_mutants(capsys: pytest.CaptureFixture[str]) -> None:
         )
     assert not [fault for tally in tallies.values() for fault in tally.faults][:20]
     assert max(tally.peak for tally in tallies.values()) < MEMORY
+
+
+def test_a_header_within_a_log_is_counted() -> None:
+    # its time has another unit than the first header's, so that it is read as a header of its own
+    tally = campaign("delimited", 300127, 1)
+    assert not tally.faults and tally.outcomes["read"] == 1
