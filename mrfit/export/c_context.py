@@ -61,10 +61,14 @@ class Piece:
 
 @dataclass(frozen=True)
 class Basis:
-    """Lagrange polynomials of one order: through how many nodes, and their pieces."""
+    """Lagrange polynomials of one order: through how many nodes, their pieces, and the knee of a current that saturates.
+
+    ``knee`` is empty where it does not.
+    """
 
     count: int
     pieces: list[Piece]
+    knee: str
 
 
 @dataclass(frozen=True)

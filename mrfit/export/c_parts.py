@@ -29,7 +29,16 @@ from mrfit.export.source import Link, Source, Stretch
 from mrfit.export.text import field, identifier, in_comment, number
 from mrfit.kernels.branch import curve_of, normal_form
 from mrfit.kernels.filters import level
-from mrfit.simulate.current_dependence import CurrentDependence, Order, at_current, count, logarithmic
+from mrfit.simulate.current_dependence import (
+    CurrentDependence,
+    Order,
+    at_current,
+    coordinate,
+    count,
+    knee_of,
+    logarithmic,
+)
+from mrfit.simulate.current_dependence import form_of as law_form
 
 # Steps a second at which late values are exact, and places beyond those
 FASTEST, SPARE = 10_000, 5
@@ -257,17 +266,21 @@ def _bases(dependence: CurrentDependence | None) -> list[Basis]:
         return []
     found = []
     for order in dict.fromkeys(o for _, o in dependence.orders if o):
-        pieces = []
+        pieces, ends = [], (dependence.low, dependence.high)
+        knee = knee_of(law_form(order), ends)
+        at = "s" if knee else "i"
         for piece in dependence.pieces(order):
             terms = []
             for k, place in enumerate(piece.columns.tolist()):
-                nodes = piece.nodes.tolist()
+                nodes = coordinate(piece.nodes, ends, law_form(order)).tolist()
                 factors = [
-                    f"((i - {number(nodes[j])}) / {number(nodes[k] - nodes[j])})" for j in range(len(nodes)) if j != k
+                    f"(({at} - {number(nodes[j])}) / {number(nodes[k] - nodes[j])})"
+                    for j in range(len(nodes))
+                    if j != k
                 ]
                 terms.append(Term(place, " * ".join(factors).replace("- -", "+ ") or "1.0"))
             pieces.append(Piece(number(piece.high), terms))
-        found.append(Basis(count(order), pieces))
+        found.append(Basis(count(order), pieces, number(knee) if knee else ""))
     return found
 
 

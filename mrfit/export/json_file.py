@@ -17,7 +17,7 @@ from mrfit.io.schemas.fit import Fit, SavedFit
 from mrfit.io.schemas.reading import Entry, of_json
 from mrfit.io.workspace import plain
 from mrfit.settings.export import Settings
-from mrfit.simulate.current_dependence import Order
+from mrfit.simulate.current_dependence import Order, form_of, knee_of
 from mrfit.simulate.current_levels import assembly_of
 
 # Samples of a segment from rest, with what the simulation makes of them, by which another program can be checked
@@ -46,7 +46,8 @@ class NodesOfPiece(Entry):
 class BaseParameter(Entry):
     """A parameter of the base: its value, or the pieces of a polynomial of current through its nodes.
 
-    ``ln`` says that it is the logarithm of the parameter that the polynomial gives.
+    ``ln`` says that it is the logarithm of the parameter that the polynomial gives; ``knee``, in A, that it is one of
+    knee·tanh(current/knee), at the nodes as at the current asked for, None where it is one of the current itself.
     """
 
     name: str
@@ -54,13 +55,14 @@ class BaseParameter(Entry):
     text: str
     value: float | None = None
     ln: bool = False
+    knee: float | None = None
     pieces: list[NodesOfPiece] = field(default_factory=list)
     bounds: list[float] | None = None
 
     @property
     def absent(self) -> Collection[str]:
         """Either way of the two."""
-        return ("value",) if self.pieces else ("ln", "pieces", "bounds")
+        return ("value",) if self.pieces else ("ln", "knee", "pieces", "bounds")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,7 +166,9 @@ def _parameters(source: Source) -> list[BaseParameter]:
             for piece in dependence.pieces(order)
         ]
         bounds = [p.low, p.high] if row.clip else None
-        found.append(BaseParameter(name=p.name, unit=p.unit, text=p.text, ln=row.log, pieces=pieces, bounds=bounds))
+        knee = knee_of(form_of(order), (dependence.low, dependence.high)) or None
+        of_law = {"ln": row.log, "knee": knee, "pieces": pieces, "bounds": bounds}
+        found.append(BaseParameter(name=p.name, unit=p.unit, text=p.text, **of_law))
     return found
 
 

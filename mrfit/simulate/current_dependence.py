@@ -7,7 +7,9 @@ A parameter p of order m is given by its values p_0 … p_m at m + 1 currents I_
 on a logarithmic scale where the parameter has one and does not enter linearly, so that a sharpness or an exponent
 stays positive. Forces and stiffnesses, which enter linearly, are polynomials of i as papers print them, and stay
 linear. Either form can be asked for: ``log2`` is the exponential of a polynomial of order 2, ``plain2`` the polynomial
-itself, held within the parameter's bounds where it does not enter linearly. Values at nodes have the unit, the bounds
+itself, held within the parameter's bounds where it does not enter linearly. ``sat1`` is a straight line of a current
+that saturates as an iron core does, s = i_k·tanh(i/i_k) with i_k half the greatest current tested: monotone and
+bounded; ``sat2`` a parabola of s. Values at nodes have the unit, the bounds
 and the start value of the parameter itself, which coefficients of powers of i have not. Outside the tested range the
 current is held at its end: a polynomial says nothing there.
 
@@ -17,6 +19,7 @@ there, those written with ``/`` may jump. The break itself belongs to the piece 
 """
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from itertools import pairwise
@@ -32,12 +35,16 @@ REMEMBERED, REMEMBERED_SAMPLES = 64, 10_000
 # Parameters that do not depend on the coil's field unless the user says so
 FIXED_ROLES = ("offset", "shape")
 MEETING, JUMPING = ":", "/"
-PLAIN, LOG = "plain", "log"
+PLAIN, LOG, SAT = "plain", "log", "sat"
+FORMS = (PLAIN, LOG, SAT)
+# Current of the knee of a law that saturates, as a share of the greatest current tested
+KNEE = 0.5
 
 Order = int | str
 """Order 0 to 4, or those of pieces with the breaks in A between them: ``1:0.2:2`` meet, ``1/0.2/2`` may jump.
 
-``plain`` or ``log`` before it says what is a polynomial: the parameter, or its logarithm.
+``plain``, ``log`` or ``sat`` before it says what is a polynomial: the parameter, its logarithm, or the parameter of a
+current that saturates.
 """
 
 
@@ -124,13 +131,27 @@ class CurrentDependence:
         return _remembered_basis(order, self.low, self.high, np.asarray(current, dtype=np.float64).tobytes())
 
 
+def coordinate(current: Array, ends: Sequence[float] | Array, form: str) -> Array:
+    """Return the variable in A of a form's polynomial at currents (N,): the current, or ``i_k tanh(i/i_k)``."""
+    knee = knee_of(form, ends)
+    coordinate: Array = knee * np.tanh(current / knee) if knee else current
+    return coordinate
+
+
+def knee_of(form: str, ends: Sequence[float] | Array) -> float:
+    """Return the current i_k in A at which a form bends, for ends of the range tested; 0 where it does not."""
+    return KNEE * max(abs(ends[0]), abs(ends[1])) if form == SAT else 0.0
+
+
 def _basis(order: Order, low: float, high: float, current: Array) -> Array:
     held = np.clip(current, low, high)
     rows = np.zeros((count(order), len(current)))
+    form, ends = form_of(order), (low, high)
     for piece in _pieces(order, low, high):
         # the first piece reaches down to the range's end, every other to above the break
         inside = (held <= piece.high) & ((held > piece.low) | (piece.low == low))
-        rows[np.ix_(piece.columns, np.flatnonzero(inside))] = _lagrange(piece.nodes, held[inside])
+        nodes, at = (coordinate(i, ends, form) for i in (piece.nodes, held[inside]))
+        rows[np.ix_(piece.columns, np.flatnonzero(inside))] = _lagrange(nodes, at)
     return rows
 
 
@@ -174,8 +195,8 @@ def node_of(name: str) -> Node | None:
 
 
 def form_of(order: Order) -> str:
-    """Return the form a written order asks for, ``plain`` or ``log``; empty for the parameter's own."""
-    return next((form for form in (PLAIN, LOG) if str(order).strip().startswith(form)), "")
+    """Return the form a written order asks for, of ``FORMS``; empty for the parameter's own."""
+    return next((form for form in FORMS if str(order).strip().startswith(form)), "")
 
 
 @cache
@@ -192,8 +213,8 @@ def _read(order: Order) -> tuple[tuple[int, ...], tuple[float, ...], tuple[bool,
     if len(tokens) % 4 != 1 or signs != tokens[3::4] or not set(written) <= {str(k) for k in range(HIGHEST + 1)}:
         raise ConfigError(
             f"--current-order takes 0 to {HIGHEST}, or in pieces 1:0.2:2 (order 1 to 0.2 A, 2 from there, meeting) or "
-            f"1/0.2/2 (they may jump), with 'plain' or 'log' before it for a polynomial or the exponential of one, for "
-            f"all or as NAME=ORDER pairs, not '{order}'"
+            f"1/0.2/2 (they may jump), with 'plain', 'log' or 'sat' before it for a polynomial, the exponential of "
+            f"one or a polynomial of a current that saturates, for all or as NAME=ORDER pairs, not '{order}'"
         )
     try:
         breaks = tuple(float(token) for token in tokens[2::4])
@@ -275,7 +296,7 @@ def expanded(spec: ModelSpec, dependence: CurrentDependence) -> ModelSpec:
     bent = {p.name for p in spec.params if logarithmic(spec, p, orders.get(p.name, 0)) and orders.get(p.name, 0)}
     linear = [q.name for q in params if base_name(q.name) in spec.linear and base_name(q.name) not in bent]
     coefficients = [
-        _coefficient(p, piece, power, whole=len(pieces) == 1, log=logarithmic(spec, p, orders[p.name]))
+        _coefficient(p, piece, power, pieces, LOG if logarithmic(spec, p, orders[p.name]) else form_of(orders[p.name]))
         for p in spec.params
         if orders.get(p.name, 0)
         for pieces in [dependence.pieces(orders[p.name])]
@@ -297,10 +318,12 @@ def logarithmic(spec: ModelSpec, param: Param, order: Order = 0) -> bool:
     return form == LOG if form else param.scale == "log" and param.name not in spec.linear
 
 
-def _coefficient(param: Param, piece: Piece, power: int, *, whole: bool, log: bool) -> Derived:
-    name, unit = (f"ln({param.name})", "1") if log and piece.order > 0 else (param.name, param.unit)
-    place = "" if whole else f"({piece.low:.4g}..{piece.high:.4g}A)"
-    text = f"coefficient of i^{power} of {name}" + (f" from {piece.low:.4g} to {piece.high:.4g} A" if place else "")
+def _coefficient(param: Param, piece: Piece, power: int, pieces: Sequence[Piece], form: str) -> Derived:
+    name, unit = (f"ln({param.name})", "1") if form == LOG and piece.order > 0 else (param.name, param.unit)
+    place = "" if len(pieces) == 1 else f"({piece.low:.4g}..{piece.high:.4g}A)"
+    knee = knee_of(form, (pieces[0].low, pieces[-1].high))
+    of = f"({knee:.4g} A*tanh(i/{knee:.4g} A))^{power}" if knee else f"i^{power}"
+    text = f"coefficient of {of} of {name}" + (f" from {piece.low:.4g} to {piece.high:.4g} A" if place else "")
     return Derived(f"{param.name}{place}.i{power}", f"{unit}/A^{power}" if power else unit, text)
 
 
@@ -383,7 +406,9 @@ def _nearest(dependence: CurrentDependence, order: Order, currents: Array, value
         # the basis gives a level at a break to the piece below; where that may jump, it counts above as well
         at_break = np.flatnonzero((currents == other.low) & (one.columns[-1] != other.columns[0]))
         above = np.zeros((len(at_break), count(order)))
-        above[:, other.columns] = _lagrange(other.nodes, currents[at_break]).T
+        ends, form = (dependence.low, dependence.high), form_of(order)
+        nodes, at = (coordinate(i, ends, form) for i in (other.nodes, currents[at_break]))
+        above[:, other.columns] = _lagrange(nodes, at).T
         rows.append(above)
         targets.append(values[at_break])
     found: Array = np.linalg.lstsq(np.vstack(rows), np.concatenate(targets), rcond=None)[0]
@@ -391,7 +416,10 @@ def _nearest(dependence: CurrentDependence, order: Order, currents: Array, value
 
 
 def coefficients(spec: ModelSpec, dependence: CurrentDependence, theta: Array) -> Array:
-    """Return the coefficients of powers of current, as papers print them, shape (P, D) for ``expanded``'s derived."""
+    """Return the coefficients of powers of current, as papers print them, shape (P, D) for ``expanded``'s derived.
+
+    Those of a law that saturates are of powers of ``coordinate``.
+    """
     orders = dict(dependence.orders)
     columns: list[Array] = []
     column = 0
@@ -400,7 +428,8 @@ def coefficients(spec: ModelSpec, dependence: CurrentDependence, theta: Array) -
         for piece in dependence.pieces(order) if order else ():
             nodes = theta[:, column + piece.columns]
             nodes = np.log(nodes) if logarithmic(spec, p, order) and piece.order else nodes
-            powers = np.linalg.inv(np.vander(piece.nodes, increasing=True))
+            at = coordinate(piece.nodes, (dependence.low, dependence.high), form_of(order))
+            powers = np.linalg.inv(np.vander(at, increasing=True))
             columns += list((nodes @ powers.T).T)
         column += count(order)
     return np.stack(columns, axis=1)

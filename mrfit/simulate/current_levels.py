@@ -11,7 +11,17 @@ from mrfit.errors import ConfigError, DataError
 from mrfit.io.columns import LONG, chunks, is_on_disk, part_of
 from mrfit.io.schemas.fit import Caution, Fit, FitDependence
 from mrfit.simulate.assembly import Assembly, assemble
-from mrfit.simulate.current_dependence import CurrentDependence, Order, at_current, count, expanded, orders_of
+from mrfit.simulate.current_dependence import (
+    LOG,
+    PLAIN,
+    CurrentDependence,
+    Order,
+    at_current,
+    count,
+    expanded,
+    logarithmic,
+    orders_of,
+)
 
 # Current levels closer than this, in A and as a share, are one
 SAME_LEVEL, SAME_SHARE = 0.02, 0.03
@@ -24,6 +34,8 @@ STAY = 0.05
 # conditions of a real damper at five currents best. Parameters that may be negative stay constant: they couple to
 # stroke or offset, and extrapolate badly.
 DEFAULT_ORDERS = {"yield": 2, "knee": 2, "viscous": 1, "stiffness": 1, "hysteresis": 1}
+# Roles whose laws papers print as polynomials of current; shapes and sharpnesses are exponentials of one
+POLYNOMIAL_ROLES = ("yield", "viscous", "stiffness")
 # Currents at which a polynomial is looked at
 GRID = 65
 # Coefficients without a role, as those of a polynomial in velocity, are forces
@@ -86,8 +98,18 @@ def default_orders(spec: ModelSpec, levels: int, fixed: Iterable[str] = ()) -> t
         Parameters the user holds, which stay constant.
     """
     held = set(fixed)  # of one held at a single current the others still vary
-    wanted = {p.name: _most(spec, p) for p in spec.params if p.name not in held}
-    return tuple((name, order) for name, most in wanted.items() if (order := min(most, levels - 1)) > 0)
+    wanted = {p: min(_most(spec, p), levels - 1) for p in spec.params if p.name not in held}
+    return tuple((p.name, written(spec, p, usual_form(spec, p), order)) for p, order in wanted.items() if order > 0)
+
+
+def usual_form(spec: ModelSpec, param: Param) -> str:
+    """Return the form of a parameter's law by its role: forces, stiffness and damping are polynomials of current."""
+    return PLAIN if param.role in POLYNOMIAL_ROLES or not logarithmic(spec, param) else LOG
+
+
+def written(spec: ModelSpec, param: Param, form: str, order: int) -> Order:
+    """Return a law as --current-order has it, without a form where it is the one that the order alone means."""
+    return order if form == (LOG if logarithmic(spec, param) else PLAIN) or not order else f"{form}{order}"
 
 
 def _most(spec: ModelSpec, param: Param) -> int:

@@ -10,12 +10,13 @@ def at_current(parameter, current, ends):
         return parameter["value"]
     held = min(max(current, ends[0]), ends[1])
     piece = next((p for p in parameter["pieces"] if held <= p["to"]), parameter["pieces"][-1])
-    total = 0.0
+    bent = lambda i: parameter["knee"] * math.tanh(i / parameter["knee"]) if parameter["knee"] else i  # noqa: E731
+    held, total = bent(held), 0.0
     for k, (node, value) in enumerate(zip(piece["currents"], piece["values"], strict=True)):
         weight = 1.0
         for j, other in enumerate(piece["currents"]):
             if j != k:
-                weight *= (held - other) / (node - other)
+                weight *= (held - bent(other)) / (bent(node) - bent(other))
         total += weight * (math.log(value) if parameter["ln"] else value)
     total = math.exp(total) if parameter["ln"] else total
     if parameter["bounds"]:

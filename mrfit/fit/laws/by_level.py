@@ -10,7 +10,7 @@ Left out of the sum, a level is predicted from its neighbours; the error there i
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -23,7 +23,8 @@ from mrfit.search.cube import Cube
 from mrfit.search.limits import Limits
 from mrfit.search.problem import LeastSquares, Posed
 from mrfit.search.starts import OTHER_LEVELS, Level
-from mrfit.simulate.current_dependence import LOG
+from mrfit.simulate.current_dependence import LOG, coordinate
+from mrfit.simulate.current_levels import POLYNOMIAL_ROLES
 
 # Gauss-Newton steps to the coefficients of a law, and the share of its own curvature that damps each
 STEPS, DAMPING = 3, 1e-9
@@ -32,6 +33,9 @@ SHARES = (1.0, 0.25)
 # Bounds in the cube of a parameter's spread over levels, and how many times levels are drawn together
 NARROWEST, WIDEST = 0.003, 0.1
 PASSES = 5
+# Share of that spread for parameters that are no force, stiffness or damping: where a change of scale stands for theirs,
+# it is theirs that changes
+STIFF = 0.3
 # Samples that what the model itself leaves of one condition is worth: the branches of a cycle, on each of which it errs
 # in its own way
 STROKE = 4.0
@@ -109,10 +113,14 @@ class Tests:
         what differs by chance. The last are those of the penalty that draws levels together.
     squares
         Sum of squares left under each condition (U,).
+    unseen
+        What is to be added for strokes that no fit has seen (U,): the model errs under one stroke as under several.
     worth
         Independent samples that the residuals under each are worth (U,).
     excess
         Median over conditions of the error left, as a multiple of the noise floor.
+    bases, maps
+        What ``basis`` and ``through`` remember.
     """
 
     spec: ModelSpec
@@ -124,8 +132,11 @@ class Tests:
     factors: Array
     targets: Array
     squares: Array
+    unseen: Array
     worth: Array
     excess: float
+    bases: dict[tuple[Law, bytes], Array] = field(default_factory=dict)
+    maps: dict[tuple[Law, bytes], Array] = field(default_factory=dict)
 
     @property
     def free(self) -> Index:
@@ -135,18 +146,39 @@ class Tests:
     @property
     def bent(self) -> Mask:
         """Which free parameters (F,) have their logarithm as coordinate."""
-        return _bent(self.spec, self.cube)
+        return _curved(self.spec, self.cube)
+
+    def basis(self, law: Law, currents: bytes) -> Array:
+        """Return the Chebyshev polynomials (A, m + 1) of a law at currents as bytes, remembered: many laws share them."""
+        key = (law, currents)
+        if key not in self.bases:
+            (low, high), at = (
+                coordinate(i, self.currents[[0, -1]], law.form)
+                for i in (self.currents[[0, -1]], np.frombuffer(currents))
+            )
+            x = (2.0 * at - low - high) / (high - low)
+            self.bases[key] = np.polynomial.chebyshev.chebvander(x, law.order)
+        return self.bases[key]
+
+    def through(self, law: Law, currents: bytes) -> Array:
+        """Return the map from values at currents as bytes to the coefficients (m + 1, A) of the nearest law."""
+        key = (law, currents)
+        if key not in self.maps:
+            self.maps[key] = np.linalg.pinv(self.basis(law, currents))
+        return self.maps[key]
 
     def deviance(self, test: int, theta: Array) -> Array:
         """Return n·ln(S/S_0) (P,), S the sum of squares at parameters (P, K), S_0 the optimum's, n its worth."""
         with np.errstate(all="ignore"):
             rows = self.posed[test].of_theta(theta)[:, :-1]
             squares = np.einsum("pm,pm->p", rows, rows)
-            deviance = self.worth[test] * np.log(np.maximum(squares, ROUNDING) / self.squares[test])
+            least = self.squares[test]
+            more = self.unseen[test]
+            deviance = self.worth[test] * np.log((np.maximum(squares, ROUNDING) + more) / (least + more))
         return np.where(np.isfinite(squares), deviance, np.inf)
 
 
-def _bent(spec: ModelSpec, cube: Cube) -> Mask:
+def _curved(spec: ModelSpec, cube: Cube) -> Mask:
     params = [cube.params[k] for k in cube.free]
     return np.array([p.scale == "log" and p.name not in spec.linear for p in params])
 
@@ -165,11 +197,11 @@ def tests_about(spec: ModelSpec, cube: Cube, fits: Sequence[Level], posed: Seque
     posed
         The problem at each.
     """
-    theta, bent = np.array([f.theta for f in fits]), _bent(spec, cube)
+    theta, bent = np.array([f.theta for f in fits]), _curved(spec, cube)
     points = cube.to_points(theta)
     centre, spread = np.median(points, axis=0), _spread(points)
     alone = [(k, one) for k, own in enumerate(posed) for one in own.by_condition()]
-    factors, targets, squares, worths, excesses = [], [], [], [], []
+    factors, targets, squares, powers, worths, excesses = [], [], [], [], [], []
     for k, one in alone:
         own, (point, coordinates, slopes) = one.posed, _about(cube, theta[k], bent)
         rows = own.residuals(point[None, :])[0, :-1]
@@ -182,6 +214,9 @@ def tests_about(spec: ModelSpec, cube: Cube, fits: Sequence[Level], posed: Seque
         factors.append(r)
         targets.append(r @ coordinates - scale * (q[: len(rows)].T @ rows))
         squares.append(left)
+        powers.append(
+            float(sum(w**2 * np.var(b.target) * len(b.target) for b, w in zip(own.blocks, own.weights, strict=True)))
+        )
         worths.append(worth)
         excesses.append(one.excess(rows))
     for at in theta:
@@ -198,9 +233,20 @@ def tests_about(spec: ModelSpec, cube: Cube, fits: Sequence[Level], posed: Seque
         np.array(factors),
         np.array(targets),
         np.array(squares),
+        _unseen(np.array([k for k, _ in alone]), np.array(squares), np.array(powers)),
         np.array(worths),
         float(np.median(excesses)),
     )
+
+
+def _unseen(places: Index, squares: Array, powers: Array) -> Array:
+    """Return the squares by which what is left under a condition falls short of the share left at levels with several.
+
+    A fit to one stroke alone takes up what the model errs under it, and leaves less than a model of all strokes can.
+    """
+    several = np.bincount(places)[places] > 1
+    share = float(np.median((squares / powers)[several])) if several.any() else 0.0
+    return np.maximum(share * powers - squares, 0.0)
 
 
 def _about(cube: Cube, theta: Array, bent: Mask) -> tuple[Array, Array, Array]:
@@ -219,10 +265,12 @@ def drawn_together(cube: Cube, fits: Sequence[Level], posed: Sequence[Posing], r
     penalty on the way from the levels' median, in units of the parameter's own spread: what varies anyway may do so at
     little cost, and what does not need to vary stops.
     """
-    fits = list(fits)
+    fits, roles = list(fits), [cube.params[k].role for k in cube.free]
+    ease = np.array([1.0 if role in POLYNOMIAL_ROLES or not role else STIFF for role in roles])
     for turn in range(PASSES):
         points = cube.to_points(np.array([f.theta for f in fits]))
         centre, spread = np.median(points, axis=0), np.full(points.shape[1], WIDEST) if not turn else _spread(points)
+        spread = spread * ease
         for k, (at, point) in enumerate(zip(posed, points, strict=True)):
             own = at.posed
             rows = own.residuals(point[None, :])[0, :-1]
@@ -272,16 +320,14 @@ class Laws:
         self.levels = levels
         ends = np.cumsum([0, *(law.order + 1 for law in laws)])
         self.parts = [slice(int(a), int(b)) for a, b in zip(ends, ends[1:], strict=False)]
+        self.currents = tests.currents[levels].tobytes()
         self.bases = self._bases(tests.currents[levels])
         params = [tests.cube.params[k] for k in tests.free]
         self.low, self.high = (np.array(e) for e in zip(*((p.low, p.high) for p in params), strict=True))
         self.coefficients = self._fitted()
 
     def _bases(self, currents: Array) -> list[Array]:
-        low, high = self.tests.currents[0], self.tests.currents[-1]
-        x = (2.0 * currents - low - high) / (high - low)
-        whole = np.polynomial.chebyshev.chebvander(x, max(law.order for law in self.laws))
-        return [whole[:, : law.order + 1] for law in self.laws]
+        return [self.tests.basis(law, currents.tobytes()) for law in self.laws]
 
     def _fitted(self) -> Array:
         """Return the coefficients of all laws, one after the other: Gauss-Newton from those through the optima."""
@@ -289,7 +335,7 @@ class Laws:
         start = []
         for k, (law, basis) in enumerate(zip(self.laws, self.bases, strict=True)):
             values = np.log(theta[:, k]) if law.form == LOG else theta[:, k]
-            start.append(np.linalg.lstsq(basis, values, rcond=None)[0])
+            start.append(self.tests.through(law, self.currents) @ values)
         found = np.concatenate(start)
         misfit, rows, jacobian = self._model(found)
         for _ in range(STEPS):

@@ -1,8 +1,6 @@
 """Choose form and order of every parameter's dependence on current by what predicts currents left out, and say so.
 
-See ``law_search``. Where the fits at single currents leave much more than noise, samples are no independent evidence:
-the orders of the parameters' roles are changed only where the error left out falls by a third, and by three standard
-errors over conditions.
+See ``law_search``.
 """
 
 import time
@@ -24,13 +22,14 @@ from mrfit.simulate.current_dependence import (
     HIGHEST,
     LOG,
     PLAIN,
+    SAT,
     CurrentDependence,
     Order,
+    count,
     form_of,
-    logarithmic,
     through,
 )
-from mrfit.simulate.current_levels import default_orders, level_of, levels_of
+from mrfit.simulate.current_levels import default_orders, level_of, levels_of, usual_form, written
 
 # Error that the fits at single currents leave, as a multiple of the noise floor, above which it is the model's own
 OWN_ERROR = 1.5
@@ -90,7 +89,7 @@ class Choice:
     fits: list[Level]
     theta: Array
     by_role: bool
-    usual: dict[str, int]
+    usual: dict[str, Order]
     met: bool
 
     def start(self, base: Assembly, dependence: CurrentDependence) -> dict[str, float]:
@@ -107,7 +106,7 @@ class Choice:
         """
         if self.met or self.dependence is None:
             return self.dependence
-        lower = {n: self.usual.get(n, HIGHEST) for n, _ in self.dependence.orders}
+        lower = {n: count(self.usual[n]) - 1 if n in self.usual else HIGHEST for n, _ in self.dependence.orders}
         orders = [(n, _capped(o, lower[n])) for n, o in self.dependence.orders]
         return replace(self.dependence, orders=tuple(orders))
 
@@ -159,23 +158,23 @@ def choose(tests: Tests, fits: list[Level], kept: dict[str, Order], ends: tuple[
         Ends in A of the range tested.
     """
     params = [tests.cube.params[k] for k in tests.free]
-    chosen = [k for k, p in enumerate(params) if p.name not in kept]
-    groups, forms = _groups(params, chosen), [LOG if logarithmic(tests.spec, p) else PLAIN for p in params]
-    others = {k: Law(forms[k], int(kept[p.name])) for k, p in enumerate(params) if p.name in kept}
-    search = LawSearch(tests, groups, [forms[g[0]] for g in groups], others)
-    usual = {n: int(order) for n, order in default_orders(tests.spec, len(tests.currents))}
-    usual = {p.name: usual[p.name] for p in params if p.name in usual}
-    noisy = tests.excess <= OWN_ERROR
-    state = search.simplest(search.best()) if noisy else search.near(usual)
+    groups = _groups(params, [k for k, p in enumerate(params) if p.name not in kept])
+    forms = [usual_form(tests.spec, p) for p in params]
+    others = {k: Law(forms[k], count(kept[p.name]) - 1) for k, p in enumerate(params) if p.name in kept}
+    search = LawSearch(tests, groups, tuple(Law(forms[g[0]], 0) for g in groups), others)
+    by_role = dict(default_orders(tests.spec, search.highest + 1))
+    usual = {p.name: by_role[p.name] for p in params if p.name in by_role}
+    constant = search.reference
+    roles = tuple(Law(forms[g[0]], count(usual.get(params[g[0]].name, 0)) - 1) for g in groups)
+    search.reference = roles if tests.excess > OWN_ERROR else constant
+    state = search.nearest(search.best([roles, constant]))
     orders: dict[str, Order] = dict(kept)
-    for members, law, own in zip(search.groups, state, search.own, strict=True):
-        for member in members:
-            written: Order = law.order if law.form == own else f"{law.form}{law.order}"
-            orders |= {params[member].name: written} if law.order else {}
+    for members, law in zip(search.groups, state, strict=True):
+        for param in (params[m] for m in members):
+            orders |= {param.name: written(tests.spec, param, law.form, law.order)} if law.order else {}
     named = tuple((p.name, orders[p.name]) for p in tests.spec.params if orders.get(p.name))
     theta = search.fitted(state).parameters(tests.currents)
     about, warnings = _about(search, state, params)
-    usual = {n: min(order, search.highest) for n, order in usual.items()}
     dependence, met = CurrentDependence(named, *ends) if named else None, _unmet(search, search.errors(state)) is None
     return Choice(dependence, about, warnings, fits, theta, dict(named) == usual, usual, met)
 
@@ -202,19 +201,21 @@ def _about(search: LawSearch, state: State, params: Sequence[Param]) -> tuple[Cu
     text = [f"law of current by the error at currents {how}, as a multiple of what a fit to one current alone leaves"]
     if search.tests.excess > OWN_ERROR:
         text[0] += (
-            f"; these leave {search.tests.excess:.3g} times the noise, the model's own error: orders are those of the "
-            "parameters' roles but where another clearly predicts better"
+            f"; these leave {search.tests.excess:.3g} times the noise, the model's own error: parameters keep the laws "
+            "of their roles where no other is clearly nearer"
         )
+    error = _mean(errors)
     for group, law in enumerate(state):
-        others = sorted(search.neighbours(state, group), key=lambda s: search.scores[s].total)
-        tried = [(s[group], _mean(search.errors(s))) for s in others]
-        rejected = [LawTried(form=_form(one), order=one.order, error=error) for one, error in tried]
+        others = sorted(search.neighbours(state, group), key=lambda s: _mean(search.errors(s)))
+        tried = [
+            LawTried(form=_form(s[group]), order=s[group].order, error=own, why=why)
+            for s in others
+            for own in [_mean(search.errors(s))]
+            for why in [search.objection(s, state) if own < error else ""]
+        ]
         names = [params[m].name for m in search.groups[group]]
-        own = LawChosen(names=names, form=_form(law), order=law.order, error=_mean(errors), rejected=rejected)
-        rows.append(own)
-        shown = ", ".join(f"{_short(one)} {_shown(error)}" for one, error in tried[:TOLD])
-        told = f"{_span(names)}: {_words(law)}, {_shown(_mean(errors))}"
-        text.append(f"{told}; rejected {shown}" if shown else told)
+        rows.append(LawChosen(names=names, form=_form(law), order=law.order, error=error, rejected=tried))
+        text.append(f"{_span(names)}: {_words(law.form, law.order)}, {_shown(error)}{_rejected(tried, error)}")
     about = CurrentChoice(
         judged_by="held-out currents" if search.held_out else "fitted currents",
         currents=currents.tolist(),
@@ -233,9 +234,11 @@ def _form(law: Law) -> str:
     return law.form if law.order else "constant"
 
 
-def _short(law: Law) -> str:
-    """Return a law as it is written after --current-order."""
-    return f"{law.form}{law.order}" if law.order else "constant"
+def _rejected(tried: Sequence[LawTried], error: float) -> str:
+    """Return the nearest laws that were not taken, in words, and why where they look nearer than the one that was."""
+    near = [t for t in tried if _shown(t.error) != _shown(error)]
+    told = [f"{_words(t.form, t.order)} {_shown(t.error)}{f' ({t.why})' if t.why else ''}" for t in near[:TOLD]]
+    return f"; not taken: {', '.join(told)}" if told else ""
 
 
 def _warnings(search: LawSearch, state: State, errors: Array) -> list[Caution]:
@@ -275,10 +278,11 @@ def _shown(error: float) -> str:
     return f"{error:.2f}" if error < 9.995 else f"{error:.3g}"
 
 
-def _words(law: Law) -> str:
-    if not law.order:
+def _words(form: str, order: int) -> str:
+    if not order:
         return "constant"
-    return f"{'exponential of a polynomial' if law.form == LOG else 'polynomial'} of order {law.order}"
+    line = {1: "straight line", 2: "parabola", 3: "cubic", 4: "quartic"}[order]
+    return {PLAIN: line, LOG: f"exponential of a {line}", SAT: f"{line} of a saturating current"}[form]
 
 
 def _span(names: Sequence[str]) -> str:

@@ -1,12 +1,16 @@
 """Search for the laws of current that predict what is left out best.
 
 Each level of current between the ends is left out in turn and predicted from the others' fits, see ``by_level``, and so
-are conditions of all levels. A law costs its deviance there plus, as in Schwarz's criterion, ln n for each coefficient,
-n independent samples; a form that is not the parameter's own counts as one more. Starting from constants, single
-parameters' orders and forms are changed as long as that lowers the cost. Of laws whose error is within one standard
-error of the best one's the simplest is taken (Breiman and others 1984).
+are conditions of all levels. A law costs its deviance there plus, as in Schwarz's criterion, ln n for each order by
+which it differs from the reference, n independent samples; a form that is not the parameter's own counts as one more.
+The reference are the laws of the parameters' roles where the model errs, and constants where it leaves only noise.
 
-Where three levels or fewer leave no level to hold out, each coefficient has twice the cost.
+The laws of all parameters together are changed, one at a time, as long as that lowers the cost, from the reference,
+from the roles' laws and from constants. Of laws whose error is within one standard error of the best one's the nearest
+to the reference is taken (Breiman and others 1984).
+
+Where three levels or fewer leave no level to hold out, each order has twice the cost. A law of as many coefficients as
+there are levels goes through all, whatever its form: it keeps the parameter's own.
 """
 
 from collections.abc import Iterable
@@ -18,18 +22,15 @@ import numpy as np
 
 from mrfit.core.specs import Array, Index
 from mrfit.fit.laws.by_level import Law, Laws, Tests
-from mrfit.kernels.cube import Mask
-from mrfit.simulate.current_dependence import HIGHEST, LOG, PLAIN
-from mrfit.simulate.current_levels import GRID
+from mrfit.simulate.current_dependence import FORMS, HIGHEST, PLAIN
+from mrfit.simulate.current_levels import GRID, POLYNOMIAL_ROLES
 
 # Fewest levels at which those between the ends are held out
 FEWEST_LEVELS = 4
 # Cost of a coefficient in ln n, where held-out levels judge and where the fitted ones do
 HELD_OUT_COST, FITTED_COST = 1.0, 2.0
-# Standard errors by which another order has to be better there, and the ratio of errors: of many tried one is by chance
-CLEAR, MUCH = 3.0, 1.5
-# Share of the conditions of the level tested under most that another level has to have to say so
-SEEN = 0.5
+# Cost of one that no force, stiffness or damping has: a change of scale of the state of a loop can stand for theirs
+UNUSUAL = 2.0
 # Most folds in which conditions are left out
 MOST_ROUNDS = 4
 # Error at a level, as a multiple of what its own fit leaves, up to which a simpler law may be worse than the best
@@ -102,8 +103,8 @@ class LawSearch:
         What is known under each condition.
     groups
         Places among the free parameters of those that vary alike, for all that are chosen.
-    own
-        Form that each group has by itself.
+    reference
+        Law of each group that it keeps where no other is better: its form is the group's own.
     kept
         Laws of the other parameters, by place.
     scores
@@ -112,7 +113,7 @@ class LawSearch:
 
     tests: Tests
     groups: list[list[int]]
-    own: list[str]
+    reference: State
     kept: dict[int, Law]
     scores: dict[State, Score] = field(default_factory=dict)
 
@@ -125,7 +126,7 @@ class LawSearch:
 
     @property
     def held_out(self) -> bool:
-        """Whether levels are left out."""
+        """Whether levels are left out that the laws of the others have to reach."""
         return len(self.tests.currents) >= FEWEST_LEVELS
 
     @property
@@ -162,96 +163,76 @@ class LawSearch:
                 for row, found in zip(deviances, self.tests.deviance(int(test), theta), strict=True):
                     row.append(found)
         for state, row in zip(new, deviances, strict=True):
-            self.scores[state] = Score(np.array(row), self._price(state) + self._outside(state))
+            self.scores[state] = Score(np.array(row), self._price(state))
 
     def _price(self, state: State) -> float:
-        coefficients = 0
-        for members, law, own in zip(self.groups, state, self.own, strict=True):
-            coefficients += len(members) * (law.order + 1) + int(law.order > 0 and law.form != own)
-        return self.price * coefficients
+        changes = 0.0
+        for members, law, usual in zip(self.groups, state, self.reference, strict=True):
+            own = abs(law.order - usual.order) + int(law.order > 0 and law.form != usual.form)
+            role = self.tests.cube.params[self.tests.free[members[0]]].role
+            changes += len(members) * own * (1.0 if role in POLYNOMIAL_ROLES or not role else UNUSUAL)
+        return self.price * changes
 
-    def _outside(self, state: State) -> float:
-        if not any(law.form == PLAIN and law.order for law in state):
-            return 0.0
+    def _first_inside(self, states: Iterable[State]) -> State | None:
+        """Return the first state none of whose positive parameters falls below its bound within the range tested."""
         grid = np.linspace(self.tests.currents[0], self.tests.currents[-1], GRID)
-        return np.inf if self.fitted(state).leaves_bounds(grid) else 0.0
+        return next((s for s in states if not self.fitted(s).leaves_bounds(grid)), None)
 
     def fitted(self, state: State) -> Laws:
         """Return the laws that fit all conditions best."""
         return Laws(self.tests, self.laws(state), np.arange(len(self.tests.places)))
 
     def neighbours(self, state: State, group: int) -> list[State]:
-        """Return the states in which the law of one group is another one, by no more than two orders."""
+        """Return the states in which the law of one group is of another form, or of another order by two at most."""
         law, found = state[group], []
         for order, form in product(range(self.highest + 1), self.forms(group)):
-            other = Law(form, order) if order else Law(self.own[group], 0)
-            if other != law and abs(order - law.order) <= 2:
+            if order == len(self.tests.currents) - 1 and form != self.reference[group].form:
+                continue  # of as many coefficients as levels nothing tells the form
+            other = Law(form, order) if order else self._constant(group)
+            turned = other.form != law.form and law.order > 0 and order > 0
+            if other != law and abs(order - law.order) <= (0 if turned else 2):
                 found.append((*state[:group], other, *state[group + 1 :]))
         return list(dict.fromkeys(found))
+
+    def _constant(self, group: int) -> Law:
+        return Law(self.reference[group].form, 0)
 
     def forms(self, group: int) -> tuple[str, ...]:
         """Return the forms a group may have; two points do not tell them apart."""
         params = [self.tests.cube.params[self.tests.free[m]] for m in self.groups[group]]
-        both = all(p.low > 0.0 for p in params) and len(self.tests.currents) > 2
-        return (self.own[group], PLAIN if self.own[group] == LOG else LOG) if both else (self.own[group],)
+        several = all(p.low > 0.0 for p in params) and len(self.tests.currents) > 2
+        own = self.reference[group].form
+        return (own, *(form for form in FORMS if form != own)) if several else (own,)
 
-    def best(self) -> State:
-        """Return the state that single changes do not improve, from constants on."""
-        return self._improved(tuple(Law(own, 0) for own in self.own), clearly=False)
+    def best(self, starts: Iterable[State]) -> State:
+        """Return the state of least cost that single changes lead to from any of some states, and do not improve."""
+        return min((self._improved(s) for s in starts), key=lambda s: self.scores[s].total)
 
-    def near(self, usual: dict[str, int]) -> State:
-        """Return the usual orders by name, with those changes that clearly lower the error left out."""
-        params = [self.tests.cube.params[k] for k in self.tests.free]
-        orders = [min(usual.get(params[g[0]].name, 0), self.highest) for g in self.groups]
-        start = tuple(Law(own, order) for own, order in zip(self.own, orders, strict=True))
-        return self._improved(start, clearly=True)
-
-    def _improved(self, state: State, *, clearly: bool) -> State:
+    def _improved(self, state: State) -> State:
         self.score([state])
         for _ in range(MOST_CHANGES):
             others = [s for g in range(len(state)) for s in self.neighbours(state, g)]
             self.score(others)
             lower = [s for s in others if self.scores[s].total < self.scores[state].total]
-            lower = [s for s in lower if not clearly or self._clearly(s, state)]
-            if not lower:
+            least = self._first_inside(sorted(lower, key=lambda s: self.scores[s].total))
+            if least is None:
                 break
-            state = min(lower, key=lambda s: self.scores[s].total)
+            state = least
         return state
 
-    def _clearly(self, state: State, than: State) -> bool:
-        """Return whether a state's error is much lower than another's, by several standard errors over conditions."""
-        gain = (self.scores[than].deviances - self.scores[state].deviances)[self._speaks]
-        if len(gain) < 2 or not np.all(np.isfinite(gain)):
-            return False
-        spread = np.sqrt(len(gain)) * float(np.std(gain, ddof=1))
-        ratio = float(np.mean(0.5 * gain / self._worth[self._speaks]))
-        return bool(gain.sum() > CLEAR * spread and ratio > np.log(MUCH))
-
-    @cached_property
-    def _speaks(self) -> Mask:
-        """Which deviances are of levels tested under no fewer than half as many conditions as any other.
-
-        Of a wrong model a level's one stroke gives parameters that are right for this stroke alone.
-        """
-        conditions = np.bincount(self.tests.places)
-        speaks: Mask = conditions[self.tests.places[self._judged]] >= SEEN * conditions.max()
-        return speaks
-
-    def simplest(self, best: State) -> State:
-        """Return the simplest state found by lowering orders whose error is within a standard error of the best."""
+    def nearest(self, best: State) -> State:
+        """Return the state nearest to the reference whose error is within a standard error of the best."""
         state = best
         while True:
-            lower = [
-                s
-                for g in range(len(state))
-                for s in self.neighbours(state, g)
-                if self._price(s) < self._price(state) and s[g].order <= state[g].order
+            nearer = [
+                s for g in range(len(state)) for s in self.neighbours(state, g) if self._price(s) < self._price(state)
             ]
-            self.score(lower)
-            alike = [s for s in lower if self._alike(s, best)]
-            if not alike:
+            self.score(nearer)
+            alike = [s for s in nearer if self._alike(s, best)]
+            found = self._first_inside(sorted(alike, key=lambda s: (self._price(s), self.scores[s].total)))
+            if found is None:
                 return state
-            state = min(alike, key=lambda s: (self._price(s), self.scores[s].total))
+            state = found
 
     def _alike(self, state: State, best: State) -> bool:
         found, least = self.scores[state], self.scores[best]
@@ -271,6 +252,17 @@ class LawSearch:
     def _worth(self) -> Array:
         return self.tests.worth[self._judged]
 
+    def objection(self, state: State, chosen: State) -> str:
+        """Return why a state was not taken though the error at the levels left out is smaller than the chosen one's."""
+        found, taken = self.scores[state], self.scores[chosen]
+        if self._first_inside([state]) is None:
+            return "it falls below the parameter's bound between the currents"
+        if found.deviances.sum() >= taken.deviances.sum():
+            return "it is worse where single conditions are left out"
+        if found.total >= taken.total:
+            return "the gain does not pay for the change"
+        return "the gain is within one standard error over conditions"
+
     def errors(self, state: State) -> Array:
         """Return the RMS error at each level judged, as a multiple of what the level's own fit leaves, nan elsewhere.
 
@@ -279,7 +271,7 @@ class LawSearch:
         whole = sum(len(f.judged) for f in self.folds[: len(self.tests.currents) - 2]) if self.held_out else None
         deviances, judged = self.scores[state].deviances[:whole], self._judged[:whole]
         levels = self.tests.places[judged]
-        squares = self.tests.squares[judged]
+        squares = self.tests.squares[judged] + self.tests.unseen[judged]
         with np.errstate(over="ignore", invalid="ignore"):
             left = squares * np.exp(deviances / self.tests.worth[judged])
             count = len(self.tests.currents)

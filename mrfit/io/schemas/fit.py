@@ -370,11 +370,15 @@ class LevelError(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class LawTried(Entry):
-    """A law of current and its mean error; ``form`` is ``constant``, or what stands before the order."""
+    """A law of current and its mean error; ``form`` is ``constant``, or what stands before the order.
+
+    ``why`` says why a law that looks nearer than the chosen one was not taken.
+    """
 
     form: str
     order: int
     error: float | None
+    why: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)
