@@ -36,9 +36,12 @@ from mrfit.settings.discover import Settings as Settings
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence, base_name, orders_of
 from mrfit.simulate.current_levels import (
+    OUTPUTS,
     base_of,
     default_orders,
     dependence_on_current,
+    level_of,
+    levels_of,
     recorded_range,
     takes_current,
     tested,
@@ -111,9 +114,14 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     if lacking:
         told = Told(insufficient(asked, lacking))
     else:
+        judged, moved = segments, ""
+        if by_law_of_current(settings.model):
+            judged, moved = with_their_currents_trained(segments)
         told = _discovered(
-            _Job(workspace, settings, Dataset(segments, load_recordings(workspace, segments)), asked, progress)
+            _Job(workspace, settings, Dataset(judged, load_recordings(workspace, judged)), asked, progress)
         )
+        advice = (*told.found.advice, moved) if moved else told.found.advice
+        told = replace(told, found=told.found.model_copy(update={"advice": advice}))
     own = {k: v for k, v in asdict(settings).items() if k != "jobs"}
     found = told.found.model_copy(update={"code": code_version("discover"), "settings": own})
     # a kill from here on must not leave the files of one discovery beside the key of another
@@ -148,6 +156,35 @@ def too_little(segments: Sequence[Segment], policy: Policy) -> str:
             "only one periodic training condition: a missing effect cannot be told from the base; log more conditions"
         )
     return ""
+
+
+def by_law_of_current(model: str) -> bool:
+    """Return whether parameters of a written model reach a current that no test was trained at by a law alone."""
+    spec = base_of(model).spec
+    return spec.output in OUTPUTS and not takes_current(spec)
+
+
+def with_their_currents_trained(segments: Sequence[Segment]) -> tuple[list[Segment], str]:
+    """Return segments with roles by which the current of every held-out condition is also trained, and a word on it.
+
+    At a current that no training condition has, the held-out error is that of the law of current, which hides what an
+    effect takes. Of several held-out conditions at such a current all but the last are trained; a single one is, where
+    others stay held out.
+    """
+    levels = levels_of(replace(s, role="train") for s in segments)
+    seen = {level_of(s, levels) for s in segments if s.role == "train"}
+    unseen: dict[float, list[str]] = {}
+    for s in segments:
+        level = level_of(s, levels)
+        if s.role == "holdout" and np.isfinite(level) and level not in seen:
+            unseen.setdefault(level, []).append(s.condition)
+    groups = [sorted(set(own)) for own in unseen.values()]
+    moved = {c for own in groups for c in own[:-1]}
+    alone = {own[0] for own in groups if len(own) == 1}
+    held = {s.condition for s in segments if s.role == "holdout"}
+    moved |= alone if held - moved - alone else set()
+    word = f"no other test is at their current, so {', '.join(sorted(moved))} were fitted here and not held out"
+    return [replace(s, role="train") if s.condition in moved else s for s in segments], word if moved else ""
 
 
 def insufficient(asked: Asked, lacking: str) -> DiscoveryFile:

@@ -61,9 +61,9 @@ class Piece:
 
 @dataclass(frozen=True)
 class Basis:
-    """Lagrange polynomials of one order: through how many nodes, their pieces, and the knee of a current that saturates.
+    """Lagrange polynomials of one order: through how many nodes, and their pieces.
 
-    ``knee`` is empty where it does not.
+    ``knee`` is that of a current that saturates, empty where they are of the current itself.
     """
 
     count: int

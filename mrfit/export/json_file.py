@@ -167,8 +167,8 @@ def _parameters(source: Source) -> list[BaseParameter]:
         ]
         bounds = [p.low, p.high] if row.clip else None
         knee = knee_of(form_of(order), (dependence.low, dependence.high)) or None
-        of_law = {"ln": row.log, "knee": knee, "pieces": pieces, "bounds": bounds}
-        found.append(BaseParameter(name=p.name, unit=p.unit, text=p.text, **of_law))
+        own = BaseParameter(name=p.name, unit=p.unit, text=p.text, ln=row.log, knee=knee, pieces=pieces, bounds=bounds)
+        found.append(own)
     return found
 
 

@@ -12,7 +12,7 @@ import pytest
 
 import mrfit.segment.stage
 from mrfit.core.progress import silent
-from mrfit.core.recording import Recording
+from mrfit.core.recording import Recording, Segment
 from mrfit.discover import stage
 from mrfit.discover.account import Asked
 from mrfit.discover.policy import STANDARD
@@ -216,6 +216,36 @@ def test_another_law_is_taken_as_exact_only_near_the_floor_and_within_the_time(
     assert tried == ["guo"] * asked and (found is told) == (not asked)
     if asked:
         assert (found.settings.current_order, found.asked.model, found.asked.key) == ("auto", "guo", "k guo")
+
+
+SEGMENT = Segment("s", "c", "r", 0, 100, 0, "sine", "displacement", 1.0, 0.01, 0.0, 2, 0.0, float("nan"), "train")
+
+
+@pytest.mark.parametrize(
+    ("trained", "held", "moved"),
+    [
+        # every current is trained: as it was
+        ("1a 2a", "1b 2b", ""),
+        # of two at a current that is not trained the first is
+        ("1a 3a", "2a 2b", "2a"),
+        # one alone is trained where another stays held out, not where it is all there is to judge by
+        ("1a 3a", "2a 3b", "2a"),
+        ("1a 3a", "2a", ""),
+        ("1a 3a", "2a 4a", ""),
+        # a current that moves or is not known is at no level
+        ("1a 3a", "na nb", ""),
+    ],
+)
+def test_what_is_held_out_is_at_currents_that_are_trained_where_it_can_be(trained: str, held: str, moved: str) -> None:
+    def segment(word: str, role: str) -> Segment:
+        current = float("nan") if word[0] == "n" else float(word[0])
+        return replace(SEGMENT, id=word, condition=word, current=current, role=role)
+
+    segments = [*(segment(w, "train") for w in trained.split()), *(segment(w, "holdout") for w in held.split())]
+    found, word = stage.with_their_currents_trained(segments)
+    changed = [s.condition for s, was in zip(found, segments, strict=True) if s.role != was.role]
+    assert changed == moved.split() and all(s.role == "train" for s in found if s.condition in changed)
+    assert bool(word) == bool(moved) and moved in word
 
 
 @pytest.mark.parametrize(

@@ -45,6 +45,7 @@ SELECTION = (
 RECORD = ("integrator-offset", "probe-skew", "resistance-error", "resistance-heating")
 DEPENDING = (
     ("tanh", "fy=2,c=1,a1=log1:0.5:2"),
+    ("tanh", "fy=sat1,c=sat1:0.5:2,a1=1"),
     ("boucwen+asymmetry+temperature", "alpha=plain2,kappa=log1/0.7/1,n=plain1:0.5:2"),
     pytest.param("spencer", "2", marks=pytest.mark.slow),
 )

@@ -59,7 +59,9 @@ def fit(logs: Path) -> mrfit.FitResult:
     return mrfit.fit(mrfit.read(logs), model="tanh", per="all", name="damper")
 
 
-def test_json_is_read_by_mrfit_and_by_a_script_without_it(fit: mrfit.FitResult, tmp_path: Path) -> None:
+@pytest.mark.parametrize("order", ["auto", "fy=sat1,c=1"])
+def test_json_is_read_by_mrfit_and_by_a_script_without_it(order: str, logs: Path, tmp_path: Path) -> None:
+    fit = mrfit.fit(mrfit.read(logs), model="tanh", per="all", current_order=order, name="damper")
     written = fit.export(tmp_path, to="json")
     assert written.errors == {"json": 0.0}
     again = mrfit.load(tmp_path / "damper.json")

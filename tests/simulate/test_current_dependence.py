@@ -256,6 +256,26 @@ def test_either_form_can_be_asked_for_and_keeps_a_parameter_inside_its_bounds() 
     assert coefficients(tanh.SPEC, forms, theta)[0, :3] == pytest.approx([np.log(100.0), np.log(4.0), 0.0], abs=1e-12)
 
 
+def test_a_law_of_a_saturating_current_is_monotone_bounded_and_a_polynomial_of_tanh() -> None:
+    current = np.linspace(-1.0, 5.0, 61)
+    forms = CurrentDependence((("fy", "sat1"), ("c", "sat2")), 0.0, 2.0)
+    theta = np.array([[100.0, 900.0, 50.0, 0.0, 600.0, 900.0, 1000.0, 0.0, 0.0]])
+    found = at_current(tanh.SPEC, forms, theta, current)[0]
+    # the knee is at half the greatest current, 1 A; beyond the range tested the current is held
+    bent = np.tanh(np.clip(current, 0.0, 2.0))
+    assert found[0] == pytest.approx(100.0 + 800.0 * bent / np.tanh(2.0))
+    assert np.all(np.diff(found[0]) >= 0.0) and found[0].min() == 100.0 and found[0].max() == pytest.approx(900.0)
+    fitted = np.polyfit(bent, found[3], 2)
+    assert np.polyval(fitted, bent) == pytest.approx(found[3])
+    assert [found[3][np.argmin(abs(current - i))] for i in (0.0, 1.0, 2.0)] == pytest.approx([600.0, 900.0, 1000.0])
+    assert expanded(tanh.SPEC, forms).linear == ("fy@0A", "fy@2A", "c@0A", "c@1A", "c@2A", "k", "f0")
+    assert through(tanh.SPEC, forms, current, found.T)[:2] == pytest.approx([100.0, 900.0])
+    slope = coefficients(tanh.SPEC, forms, theta)[0, 1]
+    assert slope == pytest.approx(800.0 / np.tanh(2.0))
+    [text] = [d.text for d in expanded(tanh.SPEC, forms).derived if d.name == "fy.i1"]
+    assert text == "coefficient of (1 A*tanh(i/1 A))^1 of fy"
+
+
 def test_forms_are_written_before_the_order() -> None:
     assert orders_of(tanh.SPEC, "fy=log2,c=plain1:0.5:2,k=plain1") == (
         ("fy", "log2"),
@@ -266,7 +286,7 @@ def test_forms_are_written_before_the_order() -> None:
     assert orders_of(tanh.SPEC, "fy=log0") == ()
     with pytest.raises(ConfigError, match="k may be negative, so it has no logarithm"):
         orders_of(tanh.SPEC, "k=log1")
-    with pytest.raises(ConfigError, match="'plain' or 'log' before it"):
+    with pytest.raises(ConfigError, match="'plain', 'log' or 'sat' before it"):
         orders_of(tanh.SPEC, "fy=exp2")
 
 

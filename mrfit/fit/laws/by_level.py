@@ -33,8 +33,8 @@ SHARES = (1.0, 0.25)
 # Bounds in the cube of a parameter's spread over levels, and how many times levels are drawn together
 NARROWEST, WIDEST = 0.003, 0.1
 PASSES = 5
-# Share of that spread for parameters that are no force, stiffness or damping: where a change of scale stands for theirs,
-# it is theirs that changes
+# Share of that spread for parameters that are no force, stiffness or damping: of two that may stand for each other, as
+# a loop's scale for its force, the other then changes
 STIFF = 0.3
 # Samples that what the model itself leaves of one condition is worth: the branches of a cycle, on each of which it errs
 # in its own way
@@ -149,7 +149,7 @@ class Tests:
         return _curved(self.spec, self.cube)
 
     def basis(self, law: Law, currents: bytes) -> Array:
-        """Return the Chebyshev polynomials (A, m + 1) of a law at currents as bytes, remembered: many laws share them."""
+        """Return the Chebyshev polynomials (A, m + 1) of a law at currents as bytes; many laws share them."""
         key = (law, currents)
         if key not in self.bases:
             (low, high), at = (
@@ -164,7 +164,7 @@ class Tests:
         """Return the map from values at currents as bytes to the coefficients (m + 1, A) of the nearest law."""
         key = (law, currents)
         if key not in self.maps:
-            self.maps[key] = np.linalg.pinv(self.basis(law, currents))
+            self.maps[key] = np.linalg.pinv(self.basis(law, currents)).astype(np.float64)
         return self.maps[key]
 
     def deviance(self, test: int, theta: Array) -> Array:
@@ -333,7 +333,7 @@ class Laws:
         """Return the coefficients of all laws, one after the other: Gauss-Newton from those through the optima."""
         theta = self.tests.theta[self.levels][:, self.tests.free]
         start = []
-        for k, (law, basis) in enumerate(zip(self.laws, self.bases, strict=True)):
+        for k, law in enumerate(self.laws):
             values = np.log(theta[:, k]) if law.form == LOG else theta[:, k]
             start.append(self.tests.through(law, self.currents) @ values)
         found = np.concatenate(start)

@@ -102,12 +102,12 @@ class Choice:
         """Return the dependence of a model that may lack an effect.
 
         Where no polynomial reaches the currents left out, one of an order above that of its parameter's role only
-        bends after what an effect of current may explain.
+        bends after what an effect of current may explain; and so does a law of a current that saturates.
         """
-        if self.met or self.dependence is None:
-            return self.dependence
+        if self.dependence is None:
+            return None
         lower = {n: count(self.usual[n]) - 1 if n in self.usual else HIGHEST for n, _ in self.dependence.orders}
-        orders = [(n, _capped(o, lower[n])) for n, o in self.dependence.orders]
+        orders = [(n, o if self.met and form_of(o) != SAT else _capped(o, lower[n])) for n, o in self.dependence.orders]
         return replace(self.dependence, orders=tuple(orders))
 
 
@@ -180,9 +180,9 @@ def choose(tests: Tests, fits: list[Level], kept: dict[str, Order], ends: tuple[
 
 
 def _capped(order: Order, highest: int) -> Order:
-    """Return an order of the same form that is no higher."""
-    form = form_of(order)
-    lower = min(int(str(order).removeprefix(form)), highest)
+    """Return an order that is no higher, of the same form but for one that saturates, a polynomial."""
+    form, lower = form_of(order), min(count(order) - 1, highest)
+    form = PLAIN if form == SAT else form
     return f"{form}{lower}" if form else lower
 
 
@@ -238,7 +238,9 @@ def _rejected(tried: Sequence[LawTried], error: float) -> str:
     """Return the nearest laws that were not taken, in words, and why where they look nearer than the one that was."""
     near = [t for t in tried if _shown(t.error) != _shown(error)]
     told = [f"{_words(t.form, t.order)} {_shown(t.error)}{f' ({t.why})' if t.why else ''}" for t in near[:TOLD]]
-    return f"; not taken: {', '.join(told)}" if told else ""
+    if not told:
+        return "; other laws come as near" if tried else ""
+    return f"; not taken: {', '.join(told)}"
 
 
 def _warnings(search: LawSearch, state: State, errors: Array) -> list[Caution]:
@@ -274,7 +276,9 @@ def _mean(errors: Array) -> float:
         return float(np.exp(np.nanmean(np.log(errors))))
 
 
-def _shown(error: float) -> str:
+def _shown(error: float | None) -> str:
+    if error is None or not np.isfinite(error):
+        return "diverges"
     return f"{error:.2f}" if error < 9.995 else f"{error:.3g}"
 
 
