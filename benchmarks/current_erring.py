@@ -2,8 +2,8 @@
 
 Every planted damper has a hidden effect, or is fitted by a model of another family. Sines at two to five currents are
 trained on; the default joint fit is judged at currents between them. Beside it stands the best of all candidates: the
-law of the strength of every form and order, the other parameters' laws by role or as planted. It is sought at the
-held-out data themselves, with laws fitted about the optima of single currents, and then fitted like the default.
+law of the strength of every form and order, the other parameters' laws by role or as planted. It is known from the
+held-out data themselves. Both are fitted about the optima of single currents, as the choice does it.
 Seeds below 1000 are those the choice was made on.
 """
 
@@ -22,11 +22,12 @@ import numpy as np  # noqa: E402
 import mrfit.fit.stage as stage  # noqa: E402
 from mrfit.core.recording import Recording, Segment  # noqa: E402
 from mrfit.core.specs import Array  # noqa: E402
-from mrfit.fit.identify import build_group  # noqa: E402
+from mrfit.fit.identify import Group, build_group  # noqa: E402
 from mrfit.fit.laws.by_level import Law, Laws, Posing, drawn_together, tests_about  # noqa: E402
+from mrfit.fit.laws.choice import choose  # noqa: E402
 from mrfit.fit.laws.laws_of_current import base_cube  # noqa: E402
 from mrfit.io.dataset import Dataset  # noqa: E402
-from mrfit.search.problem import Block, Posed  # noqa: E402
+from mrfit.search.problem import Posed  # noqa: E402
 from mrfit.search.starts import level_fits  # noqa: E402
 from mrfit.simulate.assembly import Assembly, assemble  # noqa: E402
 from mrfit.simulate.current_dependence import FORMS, LOG, PLAIN, form_of, logarithmic, orders_of  # noqa: E402
@@ -45,8 +46,6 @@ MODELS: dict[str, tuple[tuple[str, float], ...]] = {
     "spencer": (("alpha", 500.0), ("C_inf", 2000.0), ("K0", 3e3), ("C0", 2e4)),
 }
 SHARES = (0.17, 0.17, 0.17, 0.17, 0.14, 0.14, 0.04)
-# Candidates that are fitted jointly, the nearest of all about the optima of single currents
-REFITTED = 2
 Curve = Callable[[float], float]
 
 
@@ -163,35 +162,43 @@ def candidates(case: Case) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def nearest(case: Case, orders: list[str], count: int) -> list[str]:
-    """Return the candidates of least error at the held-out data, with laws fitted about optima of single currents."""
-    base, asked = assemble(case.model), stage.Settings(case.model, per="all")
-    cube, rng = base_cube(asked), np.random.default_rng(0)
-    blocks, held = (_blocks(case, base, role) for role in ("train", "holdout"))
+def judged(case: Case) -> tuple[str, dict[str, float]]:
+    """Return the laws that the default chooses, and the held-out error of these and of every candidate.
+
+    Laws are fitted about the optima of single currents, as the choice does it, not by a joint fit.
+    """
+    base = assemble(case.model)
+    cube, rng = base_cube(stage.Settings(case.model, per="all")), np.random.default_rng(0)
+    group, held = (_group(case, base, role) for role in ("train", "holdout"))
+    blocks, floors = group.search, np.array(group.training_floors)
     fits = level_fits(blocks, base, cube, np.ones(len(blocks)), rng)
-    posed = [
-        Posing(Posed(own, np.ones(len(own)), base, cube), np.ones(len(own)))
-        for f in fits
-        for own in [[b for b in blocks if abs(b.segment.current - f.current) < 1e-6]]
-    ]
+    posed = []
+    for fit in fits:
+        own = [k for k, b in enumerate(blocks) if abs(b.segment.current - fit.current) < 1e-6]
+        posed.append(Posing(Posed([blocks[k] for k in own], np.ones(len(own)), base, cube), floors[own]))
     tests = tests_about(base.spec, cube, drawn_together(cube, fits, posed, rng), posed)
-    at, judged = np.array([b.segment.current for b in held]), [Posed([b], np.ones(1), base, cube) for b in held]
-    errors = []
-    for order in orders:
-        given, laws = dict(orders_of(base.spec, order)), []
+    currents = np.array([b.segment.current for b in held.search])
+    beside = [Posed([b], np.ones(1), base, cube) for b in held.search]
+
+    def error(order: str) -> float:
+        given, laws = dict(orders_of(base.spec, order)) if order else {}, []
         for p in (base.spec.params[k] for k in cube.free):
             one = given.get(p.name, 0)
             form = form_of(one) or (LOG if logarithmic(base.spec, p, one) else PLAIN)
             laws.append(Law(form, count_of(one) - 1))
-        theta = Laws(tests, laws, np.arange(len(tests.places))).parameters(at)
-        errors.append(sum(float(np.sum(q.of_theta(t[None, :])[0] ** 2)) for q, t in zip(judged, theta, strict=True)))
-    return [orders[k] for k in np.argsort(errors)[:count]]
+        theta = Laws(tests, laws, np.arange(len(tests.places))).parameters(currents)
+        squares = [float(np.mean(q.of_theta(t[None, :])[0] ** 2)) for q, t in zip(beside, theta, strict=True)]
+        return float(np.sqrt(np.mean(squares)))
+
+    dependence = choose(tests, fits, {}, (fits[0].current, fits[-1].current)).dependence
+    chosen = ",".join(f"{n}={o}" for n, o in dependence.orders) if dependence else ""
+    return chosen, {order: error(order) for order in [chosen, *candidates(case)]}
 
 
-def _blocks(case: Case, base: Assembly, role: str) -> list[Block]:
-    """Return the search blocks of the segments of a role."""
+def _group(case: Case, base: Assembly, role: str) -> Group:
+    """Return the blocks of the segments of a role."""
     segments = [replace(s, role="train") for s in case.data.segments if s.role == role]
-    return build_group("all", segments, dict(case.data.recordings), base, split=False).search
+    return build_group("all", segments, dict(case.data.recordings), base, split=False)
 
 
 def main(count: int, first: int, out: Path | None) -> None:
@@ -201,14 +208,13 @@ def main(count: int, first: int, out: Path | None) -> None:
     ratios, levels = [], []
     for seed in range(first, first + count):
         case = case_of(seed)
-        found, laws = error(case, "auto")
-        others = {order: error(case, order)[0] for order in nearest(case, candidates(case), REFITTED)}
-        best = min(others, key=lambda order: others[order])
-        ratios.append(found / min(found, others[best]))
+        laws, errors = judged(case)
+        best = min(errors, key=lambda order: errors[order])
+        ratios.append(errors[laws] / errors[best])
         levels.append(case.levels)
-        cells = [str(seed), case.model, case.planted, str(case.levels), f"{found / others[best]:.3g}", laws, best]
+        cells = [str(seed), case.model, case.planted, str(case.levels), f"{ratios[-1]:.3g}", laws or "0", best]
         lines.append("| " + " | ".join(cells) + " |")
-        print(lines[-1], f"{found!r}", flush=True)
+        print(lines[-1], f"{errors[laws]!r} {errors[best]!r}", flush=True)
     for name, own in (
         ("all", np.array(ratios)),
         *((f"{k} currents", np.array(ratios)[np.array(levels) == k]) for k in (2, 3, 4, 5)),
@@ -223,15 +229,6 @@ def main(count: int, first: int, out: Path | None) -> None:
     if out:
         title = "# Dependence on current of models that err: held-out error over the best candidate's\n\n"
         out.write_text(title + "\n".join(lines) + "\n", encoding="utf-8")
-
-
-def error(case: Case, order: str) -> tuple[float, str]:
-    """Return the held-out RMS error of a joint fit, and the laws it has."""
-    settings = stage.Settings(case.model, per="all", current_order=order)
-    fit = stage.identify(case.data, settings, stage.Origin("", "")).content
-    found = next(m.rmse for m in fit.metrics if (m.condition, m.role) == ("all", "holdout"))
-    orders = fit.current_dependence.orders if fit.current_dependence else {}
-    return float(found if found is not None else np.inf), ",".join(f"{n}={o}" for n, o in orders.items()) or "0"
 
 
 if __name__ == "__main__":

@@ -79,7 +79,7 @@ class Settings:
         Values of parameters, by name, at which they are held.
     current_order
         How parameters depend on current in a joint fit: ``auto``, an order 0 to 4 for all, or ``NAME=ORDER,…``; an
-        order may be in pieces, ``1:0.2:2``.
+        order may be in pieces, ``1:0.2:2``, and have ``plain``, ``log`` or ``sat`` before it.
     only
         Segments that take part: ``LMH`` or ``MH`` by peak velocity, patterns on conditions, or both as ``MH,*-1A``;
         empty for all.

