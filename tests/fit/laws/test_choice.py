@@ -212,7 +212,7 @@ def test_a_law_far_nearer_is_taken_from_two_inner_currents_though_a_mass_is_miss
     assert "the model's own error" in fit.current_choice.text[0]
     told = fitted(workspace, "hysteretic-biviscous", "fy=plain2,C_inf=plain1,C0=plain1")
     far = fitted(workspace, "hysteretic-biviscous", "fy=log2,C_inf=log1,C0=log1")
-    assert held_out(fit, noise) < 1.05 * held_out(told, noise) < 0.75 * held_out(far, noise)
+    assert held_out(fit, noise) < 1.1 * held_out(told, noise) < 0.75 * held_out(far, noise)
     assert orders(fit)["fy"] == "plain2"
 
 
