@@ -9,6 +9,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
+from mrfit.core.recording import Segment
 from mrfit.errors import ConfigError
 from mrfit.ingest.meaning.channel_map import FILE_NAME
 from mrfit.ingest.meaning.units import compatible, quantity, to_unit
@@ -18,6 +19,8 @@ from mrfit.io.faults import plain_fault
 LEAST_PER_CYCLE = 25
 # Where no highest frequency is given: the one at which speed and acceleration leave this share of the stroke
 LEAST_STROKE = 0.02
+LEAST_SECONDS = 10.0
+"""Length of a test that is proposed where those there are were shorter."""
 
 
 def _in(*units: str) -> BeforeValidator:
@@ -216,6 +219,27 @@ def rig_of(table: object, where: str = "rig") -> Rig:
             text = f"key '{key}' takes {said}, not {own['input']!r}" if key else said
             raise ConfigError(f"{where}: [rig] {text}") from None
         raise ConfigError(f"{where}: [rig] {plain_fault(error, Rig)}") from None
+
+
+def rig_lines(segments: Sequence[Segment]) -> list[str]:
+    """Return a table ``[rig]`` to copy: what the tests of a workspace took, to be replaced by what the rig can do."""
+    motions = [s for s in segments if s.drive in ("displacement", "angle") and s.amplitude > 0.0]
+    currents = [s for s in segments if s.drive == "current" and s.amplitude > 0.0]
+    longest = max((s.cycles / s.frequency for s in segments if s.frequency > 0.0), default=0.0)
+    lines = ["[rig]", f"seconds = {math.ceil(max(longest, LEAST_SECONDS)):d}  # the longest test"]
+    if motions:
+        turned = motions[0].drive == "angle"
+        factor, unit = (1.0, "rad") if turned else (1e3, "mm")
+        stroke = factor * 2.0 * max(s.amplitude for s in motions)
+        lines.append(f'stroke = "{stroke:.3g} {unit}"  # from end to end')
+        if speeds := [2.0 * math.pi * s.frequency * s.amplitude for s in motions if s.frequency > 0.0]:
+            lines.append(f'speed = "{factor * max(speeds):.3g} {unit}/s"')
+    if currents and (fastest := max(s.frequency for s in currents)) > 0.0:
+        lines.append(f"frequency = {fastest:.3g}  # the highest, in Hz")
+    levels = [s.current for s in segments if math.isfinite(s.current)] + [s.amplitude for s in currents]
+    if levels and max(levels) > 0.0:
+        lines.append(f"current = [{min(0.0, *levels):.3g}, {max(levels):.3g}]  # lowest and highest, in A")
+    return lines
 
 
 def rig_beside(sources: Sequence[str]) -> Path | None:

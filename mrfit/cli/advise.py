@@ -15,7 +15,10 @@ if TYPE_CHECKING:
     from mrfit.io.schemas.advice import AdviceFile, AdvisedTest
 
 # What follows a discovery's own advice where no rig is stated
-NO_RIG = "State the rig's limits in a table [rig] of mrfit.toml to have this test computed."
+NO_RIG = (
+    "The test that tells most in the least time is computed from what the rig can do. Copy these lines into a file, "
+    "put the rig's numbers in place of those of the logs, and run"
+)
 
 
 @options
@@ -35,8 +38,10 @@ def advise(settings: Settings, work: Work, plugins: Plugins, as_json: Json) -> N
     if as_json:
         return console.print_json(words)
     output.advise(words)
-    if words["verdict"] == "ambiguous":
-        console.say(NO_RIG)
+    if words["advice"] and words["verdict"] != "insufficient-data":
+        console.say(f"{NO_RIG} mrfit advise --rig FILE --work {work}")
+        for line in pipeline.rig_lines(work):
+            console.say(f"  {line}")
     return None
 
 

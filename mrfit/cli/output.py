@@ -300,6 +300,8 @@ def discover(summary: Summary, work: Path) -> None:
     found = DiscoveryFile.of(summary)
     conclude(f"{headline(found)}{_state(summary)}")
     _notes(summary)
+    for line in other_law_sentences(found):
+        say(f"  Nearer: {line} --work {work}" if "mrfit discover" in line else f"  {line}")
     for line in sentences(found):
         say(f"  {line}")
     for line in found.where_text[1:]:
@@ -315,12 +317,8 @@ def discover(summary: Summary, work: Path) -> None:
         )
     if summary["candidates"]:
         columns = ("candidate", "takes (%)", "judged", "accepted", "reason")
-        rows = [[c.name, *takes_of(c), c.accepted, c.reason] for c in found.candidates]
+        rows = [[c.name, *takes_of(found, c)[1:], c.accepted, c.reason] for c in found.candidates]
         print_table("Candidates", columns, rows)
-    if found.other_laws:
-        say("Other laws:")
-        for line in other_law_sentences(found):
-            say(f"  {line} --work {work}" if "mrfit discover" in line else f"  {line}")
     if summary["verdict"] == "ambiguous":
         advise(summary)
     if next_step(found):

@@ -166,6 +166,13 @@ def advise(work: Path) -> Summary:
     return asdict(mrfit.report.discovery.advice(Workspace(work)))
 
 
+def rig_lines(work: Path) -> list[str]:
+    """Return a table ``[rig]`` with what the tests of a workspace took."""
+    from mrfit.advise.rig import rig_lines as of_segments
+
+    return of_segments(Workspace(work).read_segments()[0])
+
+
 def compare_models(work: Path, settings: mrfit.settings.compare.Settings, progress: Progress) -> Summary:
     """Fit several models and put them into one table."""
     from mrfit.compare import stage as compare_stage

@@ -213,12 +213,13 @@ def _where(places: tuple[Place, ...], policy: Policy) -> list[str]:
     for over in dict.fromkeys(p.over for p in places):
         most = max((p for p in places if p.over == over), key=lambda p: p.share - p.samples)
         if most.share - most.samples > policy.region_told:
-            said.append(f"{most.share:.0%} of it in the {most.samples:.0%} of the samples {_bin(most)}")
+            shares = f"{100.0 * most.share:.0f} % of it in {100.0 * most.samples:.0f} % of the samples"
+            said.append(f"{_bin(most)} ({shares})")
     return said
 
 
 def _bin(p: Place) -> str:
-    factor, unit = (1e3, "mm") if p.unit == "m" else (1.0, p.unit)
+    factor, unit = (1e3, f"m{p.unit}") if p.unit in ("m", "m/s") else (1.0, p.unit)
     low, high = f"{factor * p.low:.2g}", f"{factor * p.high:.2g} {unit}"
     if p.over == "travel":
         return f"within {high} of a reversal" if p.low == 0.0 else f"{low} to {high} after a reversal"

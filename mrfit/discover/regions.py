@@ -163,7 +163,11 @@ def _ends(bench: Bench, name: str) -> tuple[float, float]:
 def in_words(regions: Sequence[Region], policy: Policy) -> list[str]:
     """Return the regions that hold more of the error than their samples, as sentences."""
     worth = [r for r in regions if r.excess > policy.region_told][: policy.most_said]
-    return [f"{r.share_of_error:.0%} of the error in {r.share_of_samples:.0%} of the samples: {r.name}" for r in worth]
+    return [
+        f"{r.name}: {100.0 * r.share_of_error:.0f} % of the squared error in {100.0 * r.share_of_samples:.0f} % of "
+        "the samples"
+        for r in worth
+    ]
 
 
 def beyond_training(bench: Bench, policy: Policy) -> list[str]:

@@ -19,8 +19,6 @@ step takes the evidence so far and the policy, and returns what then stands.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from mrfit.discover.duels import Inquiry, duel, judge
 from mrfit.discover.evidence import (
     Candidate,
@@ -322,11 +320,12 @@ def take_back(chosen: Selection, noise: float, policy: Policy) -> Selection:
     if not chosen.final.effects or not leaves_too_much(chosen.base, chosen.final, noise, policy):
         return chosen
     proven = chosen.proven
-    before, after = chosen.base.holdout**2, proven.holdout**2
-    closed = (before - after) / (before - 1.0)
-    together = f"{' and '.join(proven.effects)} would take {closed:.0%} of the gap"
-    left = f"leave {np.sqrt(after):.3g} times the noise: too little to be all that is missing"
-    reasons = {**chosen.reasons, **dict.fromkeys(proven.effects, f"{together} and {left}")}
+    # how much is said once, with the effect as it is refitted to the end
+    together = (
+        f"{' and '.join(proven.effects)}{' together' if len(proven.effects) > 1 else ''} would take part of the gap"
+    )
+    left = "too little to be all that is missing"
+    reasons = {**chosen.reasons, **dict.fromkeys(proven.effects, f"{together}, {left}")}
     return replace(chosen, final=chosen.base, ambiguous=(), taken_back=True, reasons=reasons)
 
 

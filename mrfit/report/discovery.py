@@ -36,7 +36,7 @@ from mrfit.report.explain import (
     takes_of,
 )
 from mrfit.report.key import STYLE
-from mrfit.report.law_words import law_sentences, other_base_sentences
+from mrfit.report.law_words import law_sentences, nearer_law, other_base_sentences
 from mrfit.report.numbers import in_html, percent, significant
 from mrfit.report.page import template_of
 from mrfit.report.svg import inline
@@ -123,10 +123,11 @@ def render(discovery: Discovery, key: str) -> str:
         suspected=[_suspect(found, row) for row in found.suspects],
         advice=found.advice,
         figures=drawn,
-        candidates=[_candidate(c) for c in found.candidates],
+        candidates=[_candidate(found, c) for c in found.candidates],
         matrix=confusion(found.cosines, found.candidates),
         facts=_facts(discovery),
         law=_law(found),
+        nearer=nearer_law(found),
         command=next_step(found),
         version=version("mrfit"),
     )
@@ -184,7 +185,8 @@ def _effect(effect: FoundEffect) -> EffectRow:
 
 def _suspect(found: DiscoveryFile, row: Suspect) -> SuspectRow:
     name = f"{row.name} instead of {row.instead_of}" if row.instead_of else row.name
-    takes = taken_by(found, row.name)
+    # effects that were taken back would take their share together
+    takes = taken_by(found, row.name) if found.ambiguous_set else None
     return SuspectRow(name, parameter_rows(row), _taken(row.closed if takes is None else takes))
 
 
@@ -192,10 +194,9 @@ def _taken(share: float | None) -> Number:
     return _percentage(share, "" if share is None else closed_share(share))
 
 
-def _candidate(row: Candidate) -> CandidateRow:
-    shown, judged = takes_of(row)
-    share = row.screen if row.holdout_gain is None else row.holdout_gain
-    exact = None if row.reason.startswith(UNJUDGED) else repr(share)
+def _candidate(found: DiscoveryFile, row: Candidate) -> CandidateRow:
+    share, shown, judged = takes_of(found, row)
+    exact = None if share is None else repr(share)
     return CandidateRow(row, registry.load("effect", row.name).SPEC.title, Number(exact, shown), judged)
 
 
@@ -318,6 +319,7 @@ def _facts(discovery: Discovery) -> list[tuple[str, str]]:
         ("Data", f"{parts} segments, {samples} samples; {held} held-out conditions" if parts else ""),
         ("Output's range", _physical(discovery.span, discovery) if parts else ""),
         ("Noise floor", _physical(floor * discovery.span, discovery) if parts and floor else ""),
+        ("Errors", "RMS over the output's range in all conditions; `mrfit compare` divides by that of held-out ones"),
         ("Seed", str(found.seed)),
         ("Data hash", f"SHA-256 {found.data_sha256[:16]}…" if found.data_sha256 else ""),
         ("Program", f"mrfit {version('mrfit')}"),

@@ -55,7 +55,9 @@ def _figures(discovery: Discovery) -> Iterator[Figure]:
         yield region_figure(discovery.found.where, "where", "Where the base model errs")
     if not discovery.parts:
         return
-    for name in dict.fromkeys(s.name for s in discovery.found.suspects):
+    # under a verdict that it is not the cause, curves that agree would say the contrary
+    possible = discovery.found.ambiguous_set
+    for name in dict.fromkeys(s.name for s in discovery.found.suspects if s.name in possible):
         if all(name in part.contributions for part in discovery.parts):
             yield suspect_figure(discovery, name)
     for channel in discovery.loops[:1]:

@@ -72,13 +72,19 @@ def sentences(found: DiscoveryFile, law: bool = True) -> list[str]:
     return said + drift + unjudged(found)
 
 
-def takes_of(row: Candidate) -> tuple[str, str]:
-    """Return the share of the squared error that a candidate takes, in percent, and how that was found."""
+def takes_of(found: DiscoveryFile, row: Candidate) -> tuple[float | None, str, str]:
+    """Return the share that a candidate takes, the same in percent, and how that was found.
+
+    Of the one effect that was taken back it is the share that the verdict names: that of its last refit.
+    """
     if row.reason.startswith(UNJUDGED):
-        return MISSING, "not judged"
+        return None, MISSING, "not judged"
+    together = [s for s in found.suspects if not s.instead_of and not found.ambiguous_set]
+    if [s.name for s in together] == [row.name] and together[0].closed is not None:
+        return together[0].closed, closed_share(together[0].closed), "refitted, held-out"
     if row.holdout_gain is None:
-        return closed_share(row.screen), "screened, training"
-    return closed_share(row.holdout_gain), "refitted, held-out"
+        return row.screen, closed_share(row.screen), "screened, training"
+    return row.holdout_gain, closed_share(row.holdout_gain), "refitted, held-out"
 
 
 def unjudged(found: DiscoveryFile) -> list[str]:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from mrfit.core import registry
-from mrfit.io.schemas.discovery import DiscoveryFile, EffectParameter, InvariantEffect
+from mrfit.io.schemas.discovery import DiscoveryFile, EffectParameter, InvariantEffect, OtherLaw
 from mrfit.report.curves import prefixed
 from mrfit.report.determined import measured
 from mrfit.report.numbers import percent
@@ -47,13 +47,23 @@ def law_sentences(found: DiscoveryFile) -> list[str]:
     return said
 
 
+def nearer_law(found: DiscoveryFile) -> OtherLaw | None:
+    """Return the other law to go on from: where nothing is named with certainty, that which takes most of the gap."""
+    return found.other_laws[0] if found.other_laws and found.verdict in ("unexplained", "ambiguous") else None
+
+
 def other_law_sentences(found: DiscoveryFile) -> list[str]:
     """Return which other base takes how much of the gap, with the command that goes on from it."""
     said = []
     for law in found.other_laws:
-        beside = "" if law.takes_beside is None else f", {law.takes_beside:.0%} with the effects held at their values"
+        beside = (
+            ""
+            if law.takes_beside is None
+            else f", {100.0 * law.takes_beside:.0f} % with the effects held at their values"
+        )
         near = f" and leaves {law.floors:.2g} times the noise" if law.near_the_floor and law.floors else ""
-        said.append(f"{law.model} takes {law.takes:.0%} of the gap on held-out conditions{beside}{near}: {law.command}")
+        taken = f"{law.model} takes {100.0 * law.takes:.0f} % of the gap on held-out conditions{beside}{near}"
+        said.append(f"{taken}: {law.command}")
     return [*said, *other_base_sentences(found)]
 
 
@@ -94,8 +104,11 @@ def _law(found: DiscoveryFile) -> list[str]:
     gap = found.law_gap
     if gap is None or (gap.share < LAW_TOLD and not found.held):
         return []
-    place = f": {'; '.join(gap.text)}" if gap.text else ""
-    said = [f"{found.base_model} itself errs by {percent(gap.error)} of the range, {gap.share:.0%} of its gap{place}."]
+    place = f", most of all {listed(gap.text)}" if gap.text else ""
+    said = [
+        f"{found.base_model} itself errs by {percent(gap.error)} of the range, {100.0 * gap.share:.0f} % of its gap"
+        f"{place}."
+    ]
     names = [e.name for e in found.invariance.named] if found.invariance else []
     if names:
         take = "takes" if len(names) == 1 else "take"

@@ -130,6 +130,12 @@ def test_no_rivals_and_no_fit_are_one_line(work, run, capsys) -> None:
 def test_without_a_rig_it_is_the_discoverys_own_advice(work, run, capsys) -> None:
     assert run("advise", "--work", "w") == 0
     told = capsys.readouterr().out
-    assert told.startswith("To tell gas-spring, inertia apart:") and "[rig]" in told
+    assert told.startswith("To tell gas-spring, inertia apart:") and "mrfit advise --rig FILE --work w" in told
+    assert "`mrfit advise` computes" not in told
+    # the lines that it prints, copied into a file, are taken
+    lines = [line.strip() for line in told[told.index("  [rig]") :].splitlines()]
+    assert {line.partition(" ")[0] for line in lines} == {"[rig]", "seconds", "stroke", "speed"}
+    assert run("advise", "--work", "w", "--rig", rig(work, "\n".join(lines))) == 0
+    assert capsys.readouterr().out.startswith("Run a ")
     assert run("advise", "--work", "w", "--goal", "parameters", "--fit", "f") == 2
     assert "no rig" in capsys.readouterr().err

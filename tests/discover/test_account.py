@@ -73,7 +73,7 @@ def test_accepted_candidates_stand_first_and_then_those_that_could_take_most() -
 def test_of_the_rest_is_told_only_where_more_than_a_tenth_of_the_gap_is_left() -> None:
     little, much = (account(ASKED, selection(), found(c), STANDARD).unexplained for c in (0.95, 0.85))
     assert little.where == () and little.text == ()
-    assert len(much.where) == 2 and "90% of the error in 10% of the samples: region 0" in much.text
+    assert len(much.where) == 2 and "region 0: 90 % of the squared error in 10 % of the samples" in much.text
     unknown = replace(found(0.95), share_left=None)
     assert account(ASKED, selection(), unknown, STANDARD).unexplained.where
 

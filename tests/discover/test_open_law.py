@@ -86,7 +86,7 @@ def test_shares_of_law_effects_and_rest_make_the_whole_gap() -> None:
     assert gap is not None
     assert (gap.share, gap.effects, gap.rest) == pytest.approx((9 / 25, 7 / 25, 9 / 25))
     assert gap.taken == pytest.approx(7 / 16) and (gap.error, gap.left) == (0.03, 0.04)
-    assert gap.text == ("75% of it in the 20% of the samples within 1.6 mm of a reversal",)
+    assert gap.text == ("within 1.6 mm of a reversal (75 % of it in 20 % of the samples)",)
 
 
 def test_an_effect_beside_an_open_law_is_named_with_its_value_held_and_the_law_is_told_apart() -> None:
@@ -106,7 +106,7 @@ def test_an_effect_beside_an_open_law_is_named_with_its_value_held_and_the_law_i
         "k_g = 9.030 ± 0.090 kN/m, at most 135.0 ± 5.0 N: whatever the law is, as long as it forgets within 3 mm of "
         "travel."
     )
-    assert said[1].startswith("bingham itself errs by 3.00 % of the range, 36% of its gap: 75% of it in")
+    assert said[1].startswith("bingham itself errs by 3.00 % of the range, 36 % of its gap, most of all within")
     assert said[2] == "No law of this kind makes the rest (4.00 % of the range), of which gas-spring takes 44%."
     assert said[3] == "Stribeck cannot be told from the law here."
 
@@ -220,7 +220,7 @@ def test_other_laws_are_told_by_what_they_take_beside_the_effects() -> None:
     assert [law.model for law in laws] == ["tanh", "guo"]
     first, second = other_law_sentences(with_laws(told(FOUND), laws))
     assert first == (
-        "tanh takes 40% of the gap on held-out conditions, 95% with the effects held at their values and leaves 1.4 "
+        "tanh takes 40 % of the gap on held-out conditions, 95 % with the effects held at their values and leaves 1.4 "
         "times the noise: mrfit discover --model tanh"
     )
     assert "times the noise" not in second

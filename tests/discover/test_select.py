@@ -128,7 +128,7 @@ def test_what_was_put_in_one_by_one_and_leaves_too_much_gives_way_to_a_pair() ->
 def test_effects_that_leave_too_much_together_are_taken_back_and_said_to_take_part() -> None:
     found = chosen(World({(): 10.0, ("a",): 6.0}))
     assert (found.verdict, found.final.effects, found.proven.effects) == ("unexplained", (), ("a",))
-    assert found.reasons["a"].startswith("a would take 65% of the gap and leave 6 times the noise")
+    assert found.reasons["a"].startswith("a would take part of the gap, too little")
     assert chosen(World({(): 10.0, ("a",): 1.9})).verdict == "named"
 
 
@@ -137,7 +137,7 @@ def test_all_effects_with_proof_are_taken_back_though_one_was_dropped_before() -
     before = Selection(base, one, both, World({(): 10.0}).ask_screening())
     after = take_back(before, 1.0, STANDARD)
     assert after.taken_back and after.final == base and after.proven == both
-    assert set(after.reasons) == {"a", "b"} and after.reasons["b"].startswith("a and b would take 6")
+    assert set(after.reasons) == {"a", "b"} and after.reasons["b"].startswith("a and b together would take part")
     assert not before.taken_back and before.final == one and before.reasons == {}
     little = replace(before, final=fit(1.1, "a", "b"), proven=fit(1.1, "a", "b"))
     assert take_back(little, 1.0, STANDARD) is little

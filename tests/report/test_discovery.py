@@ -39,7 +39,7 @@ FOUND = {
         {"region": "frequency 10 Hz <peak>", "share_of_error": 0.62, "share_of_samples": 0.33},
         {"region": "near reversal of the current", "share_of_error": 0.3, "share_of_samples": 0.2},
     ],
-    "where_text": ["62% of the error in 33% of the samples: frequency 10 Hz <peak>"],
+    "where_text": ["frequency 10 Hz <peak>: 62 % of the squared error in 33 % of the samples"],
     "gap": {"noise_floor": 0.01, "before": 0.031, "after": 0.0101, "closed": 0.9976},
     "candidates": [
         {
@@ -310,7 +310,7 @@ def test_residuals_share_one_scale_and_loops_show_measured_before_and_after(draw
     ("found", "words", "also"),
     [
         (AMBIGUOUS, "cannot tell whether it is eddy-current or probe-skew", "swap the probes"),
-        (UNEXPLAINED, "no effect of the library explains it", "62% of the error"),
+        (UNEXPLAINED, "no effect of the library explains it", "62 % of the squared error"),
         (NONE, "Nothing that these data can show is missing from boucwen-flux", "1.01 times the noise floor"),
         (INSUFFICIENT, "These data are too few", "No held-out condition: there is 1"),
     ],
@@ -402,7 +402,7 @@ OPEN = FOUND | {
         {"name": "k_g", "unit": "N/m", "value": 9030.0, "low": 8940.0, "high": 9120.0}]}],
     "law_gap": {
         "error": 0.054, "share": 0.96, "effects": 0.03, "rest": 0.01, "left": 0.006, "taken": 0.99,
-        "text": ["75% of it in the 20% of the samples within 1.6 mm of a reversal"],
+        "text": ["within 1.6 mm of a reversal (75 % of it in 20 % of the samples)"],
     },
     "confounded": [{"name": "stribeck", "reason": "any law may have it <b>", "test": "slow strokes"}],
     "invariance": {
@@ -424,7 +424,7 @@ def test_the_page_tells_effects_the_law_and_other_laws_apart(tmp_path):
     assert {"tested", "laws", "confounded"} <= set(parsed.captions) == set(parsed.tables)
     for said in (
         "bingham lacks stiffness of the gas accumulator (gas-spring), and its law itself is off.",
-        "bingham itself errs by 5.40 % of the range, 96% of its gap: 75% of it in the 20%",
+        "bingham itself errs by 5.40 % of the range, 96 % of its gap, most of all within",
         "of which gas-spring takes 99%",
         "any law may have it &lt;b&gt;",
         "mrfit discover --model guo",
@@ -462,11 +462,23 @@ def test_residuals_are_measured_minus_simulated_as_on_the_report(drawn, named):
     assert y[0] == pytest.approx(-scale * part.before[0])
 
 
+def test_of_an_effect_that_is_not_the_cause_one_number_is_said_and_nothing_is_drawn_that_agrees(tmp_path):
+    suspects = [
+        {"name": "eddy-current", "parameters": EFFECT["parameters"], "holdout_nrmse_after": 0.02, "closed": 0.4}
+    ]
+    found = UNEXPLAINED | {"suspects": suspects, "other_laws": OPEN["other_laws"]}
+    text = discovery.render(replace(read_discovery(study(tmp_path, found)), found=typed(found)), "k")
+    assert "would take 40.0 % of the gap" in text and text.count('<data value="0.4">40.0</data>') == 2
+    assert "89.0" not in text and "would do" not in text
+    # what to do stands before what is known
+    assert text.index("guo is nearer") < text.index("mrfit discover --model guo") < text.index("would take 40.0 %")
+
+
 def test_a_suspect_is_drawn_as_its_force_beside_what_is_left_without_it(tmp_path):
     suspects = [
         {"name": "eddy-current", "parameters": EFFECT["parameters"], "holdout_nrmse_after": 0.02, "closed": 0.4}
     ]
-    workspace = study(tmp_path, UNEXPLAINED | {"suspects": suspects})
+    workspace = study(tmp_path, AMBIGUOUS | {"suspects": suspects})
     table = tmp_path / "discover" / "residuals.parquet"
     columns, _ = read_table(table)
     own = np.sin(np.arange(len(columns["before"])) / 9.0) * 1e-3
