@@ -63,7 +63,7 @@ def save(workspace: Workspace, name: str, kept: Kept, found: Prediction, assembl
     ending = next((e for e in FORMATS if name.endswith(e)), "")
     stem = name.removesuffix(ending)
     check_name(stem)
-    folder, series = workspace.root / "predict", predicted_series(found, assembly)
+    folder, series = workspace.root / "predict", predicted_series(kept.fit, found, assembly)
     data = folder / f"{stem}{ending or '.parquet'}"
     write_atomic(data, lambda path: _write_series(path, data.suffix, series))
     with style():
@@ -98,7 +98,7 @@ def _write_series(path: Path, suffix: str, series: Sequence[Series]) -> None:
     made = []
     for one in series:
         words = {"condition": one.condition, "segment": one.segment}
-        columns = {"time": one.time, "measured": one.measured, "simulated": one.simulated, **one.inputs}
+        columns = {"time": one.time, "measured": one.measured, "simulated": one.simulated, **one.inputs, **one.bands}
         same = {name: repeated(text, len(one.time)) for name, text in words.items()}
         scored = {"scored": pa.array(one.scored)}
         made.append(table(same | {name: numbers(values) for name, values in columns.items()} | scored))

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from mrfit.api import drawing
@@ -12,6 +13,7 @@ from mrfit.core.recording import Recording
 from mrfit.fit import predict as fit_predict
 from mrfit.io.bars import Heard, shown
 from mrfit.io.schemas.fit import Fit, MetricRow
+from mrfit.report.source import Series
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_levels import assembly_of
 
@@ -76,16 +78,37 @@ class Prediction:
         frames = [
             DataFrame(
                 {"segment": s.segment, "time": s.time, "measured": s.measured, "simulated": s.simulated, **s.inputs}
+                | s.bands
                 | {"scored": s.scored}
             )
-            for s in drawing.predicted_series(self.found, self.assembly)
+            for s in self._series
         ]
         return concat(frames, ignore_index=True)
 
+    @property
+    def band(self) -> "DataFrame":
+        """Ends of the 95 % bands of every sample, SI: ``low`` and ``high`` of a measured output.
+
+        ``low_parameters`` and ``high_parameters`` hold the model's own output, for what the parameters leave open.
+        """
+        names = ("segment", "time", "simulated", "low", "high", "low_parameters", "high_parameters")
+        whole = self.to_frame()
+        return whole[[n for n in names if n in whole]]
+
+    @property
+    def coverage(self) -> float:
+        """Share of the measured samples that lie within the band, nan where nothing was measured."""
+        whole = self.to_frame()
+        known = whole[whole["scored"] & whole["measured"].notna()]
+        return float(known["measured"].between(known["low"], known["high"]).mean()) if "low" in known else float("nan")
+
+    @cached_property
+    def _series(self) -> list[Series]:
+        return drawing.predicted_series(self.fit, self.found, self.assembly)
+
     def plot(self, kind: drawing.Kind = "loop", page: int = 0) -> "Figure":
-        """Return a figure: ``loop``, ``time-history`` or ``residual``; ``page`` where there are over 12 conditions."""
-        series = drawing.predicted_series(self.found, self.assembly)
-        return drawing.plot(replace(self.fit, metrics=self.found.metrics), series, kind, page)
+        """Return a figure: ``loop``, ``time-history`` with its band, or ``residual``; ``page`` where it has several."""
+        return drawing.plot(replace(self.fit, metrics=self.found.metrics), self._series, kind, page)
 
     def __repr__(self) -> str:
         lines = [self._title, text_table(self._shown), *self.findings, *map(str, self.warnings)]

@@ -162,10 +162,23 @@ def history_figures(fit: Fit, series: Sequence[Series]) -> list["Grid"]:
             at = decimate(values, points)
             axes.plot(seconds * one.time[window][at], factor * values[at], **look)
         _show_measured(axes, one, factor)
+        draw_band(axes, one, seconds, factor)
 
     labels = axis_label("t", time_unit, "Time"), axis_label(symbol_of(fit.output), unit, fit.output)
     caption = f"Measured and simulated {fit.output} over two cycles (the whole record where the test is not periodic)."
     return _grids(fit, series, draw, ("time-history", "Time history", caption + _WORST, labels))
+
+
+def draw_band(axes: "Axes", one: Series, seconds: float, factor: float) -> None:
+    """Shade the 95 % band of a predicted series, if it has one, and within it that of its parameters."""
+    if one.width is None:
+        return
+    window, ends = shown_cycles(one), one.bands
+    at = decimate(one.simulated[window], CURVE_POINTS)
+    across = seconds * one.time[window][at]
+    for name, shade, label in (("", 0.16, "95 % band"), ("_parameters", 0.4, "95 % band of the parameters")):
+        low, high = (factor * ends[f"{side}{name}"][window][at] for side in ("low", "high"))
+        axes.fill_between(across, low, high, color=SIMULATED, alpha=shade, lw=0, label=label, zorder=0.5)
 
 
 def loop_figures(fit: Fit, series: Sequence[Series], channel: str) -> list["Grid"]:

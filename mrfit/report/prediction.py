@@ -9,6 +9,7 @@ import numpy as np
 
 from mrfit.core.channels import symbol_of
 from mrfit.errors import DataError
+from mrfit.fit.band import Width
 from mrfit.io.arrow import floats
 from mrfit.io.memory import check_room
 from mrfit.io.schemas.fit import Fit
@@ -16,7 +17,7 @@ from mrfit.io.schemas.prediction import PredictionFile
 from mrfit.io.schemas.reading import load
 from mrfit.io.workspace import Workspace
 from mrfit.report.curves import decimate, prefixed, sheets, shown_cycles
-from mrfit.report.figures import WIDTH, axis_label
+from mrfit.report.figures import WIDTH, axis_label, draw_band
 from mrfit.report.key import FORMATS, prediction_files
 from mrfit.report.numbers import percent
 from mrfit.report.output_unit import output_unit
@@ -26,6 +27,7 @@ from mrfit.report.svg import inline, style, to_svg
 
 # Columns of its table: where a row belongs, and what is drawn
 WORDS, NUMBERS = ("segment", "condition"), ("time", "measured", "simulated")
+BAND = ("high_parameters", "high")
 AGAIN = "delete it and run `mrfit predict` again"
 
 
@@ -45,12 +47,13 @@ def figure_of(fit: Fit, series: Sequence[Series], errors: Mapping[str, float | N
             panel.plot(
                 seconds * one.time[window][at], scale.factor * values[window][at], color=colour, lw=width, label=label
             )
+        draw_band(panel, one, seconds, scale.factor)
         said = percent(errors.get(one.condition)) if known else "not measured"
         panel.set_title(f"{one.condition} · {said}")
         panel.locator_params(axis="x", nbins=5)
     canvas.supxlabel(axis_label("t", time_unit, "Time"))
     canvas.supylabel(axis_label(symbol_of(fit.output), scale.unit, fit.output))
-    canvas.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
+    canvas.legend(*axes[0].get_legend_handles_labels(), loc="outside upper right", ncols=4)
     return to_svg(canvas, f"Prediction of {fit.output}")
 
 
@@ -94,7 +97,7 @@ def _read_series(folder: Path, about: PredictionFile) -> list[Series]:
     try:
         whole = _read_table(path)
         words = [whole.column(name).unify_dictionaries().combine_chunks() for name in WORDS]
-        columns = {name: floats(whole.column(name)) for name in NUMBERS}
+        columns = {name: floats(whole.column(name)) for name in (*NUMBERS, *BAND) if name in whole.column_names}
     except (OSError, ValueError, KeyError) as error:
         raise DataError(f"{path}: cannot be read ({str(error).splitlines()[0]}); {AGAIN}") from error
     codes = np.stack([w.indices.to_numpy(zero_copy_only=False) for w in words])
@@ -104,7 +107,9 @@ def _read_series(folder: Path, about: PredictionFile) -> list[Series]:
         segment, condition = (str(w.dictionary[int(c[at[0]])].as_py()) for w, c in zip(words, codes, strict=True))
         time, measured, simulated = (columns[name][at] for name in NUMBERS)
         frequency = about.frequencies.get(segment, 0.0)
-        found.append(Series(condition, segment, "predict", time, measured, simulated, {}, frequency))
+        wide = [columns[name][at] - simulated for name in BAND if name in columns]
+        width = Width(*wide) if len(wide) == len(BAND) else None
+        found.append(Series(condition, segment, "predict", time, measured, simulated, {}, frequency, width=width))
     return found
 
 
@@ -117,9 +122,13 @@ def _read_table(path: Path) -> Any:
     if path.suffix == ".csv":
         check_room(f"{path}: its samples", float(path.stat().st_size))
         types = {name: pa.dictionary(pa.int32(), pa.string()) for name in WORDS}
-        options = pyarrow.csv.ConvertOptions(include_columns=[*WORDS, *NUMBERS], column_types=types)
+        with path.open(encoding="utf-8") as lines:
+            header = lines.readline()
+        drawn = [*WORDS, *NUMBERS, *(name for name in BAND if f'"{name}"' in header)]
+        options = pyarrow.csv.ConvertOptions(include_columns=drawn, column_types=types)
         return pyarrow.csv.read_csv(path, convert_options=options)
     with pyarrow.parquet.ParquetFile(path, read_dictionary=list(WORDS)) as file:
         rows = file.metadata.num_rows
-        check_room(f"{path}: its {rows} samples", 8.0 * rows * len(NUMBERS))
-        return file.read([*WORDS, *NUMBERS])
+        drawn = [*WORDS, *NUMBERS, *(name for name in BAND if name in file.schema_arrow.names)]
+        check_room(f"{path}: its {rows} samples", 8.0 * rows * len(drawn))
+        return file.read(drawn)

@@ -13,6 +13,7 @@ from mrfit.core.channels import INTEGRALS
 from mrfit.core.recording import Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
+from mrfit.fit.band import Width
 from mrfit.io.arrow import floats
 from mrfit.io.memory import check_room
 from mrfit.io.schemas.fit import Fit
@@ -44,6 +45,8 @@ class Series:
         Fundamental frequency in Hz, 0 where there is none.
     lead
         Samples at its start that are simulated and not judged, while the model settles.
+    width
+        Half-widths of the bands of a prediction.
     """
 
     condition: str
@@ -55,11 +58,24 @@ class Series:
     inputs: dict[str, Array]
     frequency: float = 0.0
     lead: int = 0
+    width: Width | None = None
 
     @cached_property
     def error(self) -> float:
         """RMS residual of what is judged."""
         return float(np.sqrt(np.mean((self.measured[self.lead :] - self.simulated[self.lead :]) ** 2)))
+
+    @property
+    def bands(self) -> dict[str, Array]:
+        """Ends of the 95 % bands, of a measured output and for what the parameters leave open; none without."""
+        if self.width is None:
+            return {}
+        ends = {"": self.width.whole, "_parameters": self.width.parameters}
+        return {
+            f"{side}{name}": self.simulated + sign * half
+            for name, half in ends.items()
+            for side, sign in (("low", -1.0), ("high", 1.0))
+        }
 
     @property
     def scored(self) -> NDArray[np.bool_]:

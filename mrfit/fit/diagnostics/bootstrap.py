@@ -13,7 +13,6 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.fit.diagnostics.uncertainty import (
-    Uncertainty,
     differing,
     effective_samples,
     mirror_factor,
@@ -37,9 +36,7 @@ class Interval(NamedTuple):
     high: float | None
 
 
-def bootstrap_intervals(
-    posed: Posed, point: Array, uncertainty: Uncertainty, errors: Sequence[Array], rng: np.random.Generator
-) -> dict[str, Interval]:
+def bootstrap_intervals(posed: Posed, points: Array) -> dict[str, Interval]:
     """Return percentile intervals of the parameters and derived quantities the data determine, by name.
 
     An end at which the refits were held by a bound is open.
@@ -48,16 +45,9 @@ def bootstrap_intervals(
     ----------
     posed
         Folded blocks that were fitted.
-    point
-        Optimum in the cube, shape (F,).
-    uncertainty
-        At this optimum: refits move along the directions that the data determine.
-    errors
-        Measured − simulated of every sample of each block, (N_s,).
-    rng
-        Source of the blocks drawn.
+    points
+        Where refits to redrawn outputs end, in the cube, shape (R, F).
     """
-    points = replicated(posed, point, uncertainty.directions[:, ~uncertainty.open], errors, rng)
     values = posed.cube.to_theta(points)
     spec = posed.assembly.spec
     ends = np.quantile(np.hstack([values, posed.assembly.derived(values)]), ENDS, axis=0)
@@ -77,7 +67,10 @@ def replicated(
     rng: np.random.Generator,
     replicates: int = REPLICATES,
 ) -> Array:
-    """Return where refits to redrawn outputs end, (R, F): chord steps with the optimum's Jacobian, side by side."""
+    """Return where refits to redrawn outputs end, (R, F): chord steps with the optimum's Jacobian, side by side.
+
+    They move along ``directions`` (F, D), those that the data determine.
+    """
     residuals, scales = posed.residuals, row_scales(posed.blocks, posed.weights)
     base = residuals(point[None, :])[0]
     pull = np.linalg.pinv(sensitivities(residuals, point) @ directions)

@@ -258,6 +258,56 @@ class Band(Entry):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Covariance(Entry):
+    """Covariance of the parameters that were fitted, over the combinations that the data determine.
+
+    Attributes
+    ----------
+    version
+        Of this table.
+    names
+        The parameters, in the order of rows and columns.
+    low, high, logarithmic
+        A parameter's coordinate is 0 at ``low`` and 1 at ``high``, even in the parameter or in its logarithm.
+    rows
+        Covariance of the coordinates; along what the data leave open it is zero.
+    degrees
+        Degrees of freedom of Student's t.
+    """
+
+    version: int = 1
+    names: list[str]
+    low: list[float]
+    high: list[float]
+    logarithmic: list[bool]
+    rows: list[list[float]]
+    degrees: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Remainder(Entry):
+    """What a fit leaves of one condition: noise and the error of the model together.
+
+    Attributes
+    ----------
+    condition, role
+        Of which data.
+    quantile
+        Magnitude that 95 of 100 residuals do not exceed, in the output's unit.
+    reach
+        Range of the simulated output.
+    independent
+        How many independent samples the residuals are worth, by their colour.
+    """
+
+    condition: str
+    role: str
+    quantile: float
+    reach: float
+    independent: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class Trust(Entry):
     """Everything of a result that says how far to trust it.
 
@@ -275,6 +325,8 @@ class Trust(Entry):
         Where intervals are those of the profile likelihood.
     bands
         Of the parameters that depend on current.
+    covariance, remainders
+        Of which the band of a prediction is made.
     """
 
     intervals: str = "hac"
@@ -288,11 +340,13 @@ class Trust(Entry):
     residual_tests: list[ResidualTest] = field(default_factory=list)
     profiles: list[Profile] = field(default_factory=list)
     bands: list[Band] = field(default_factory=list)
+    covariance: Covariance | None = None
+    remainders: list[Remainder] = field(default_factory=list)
 
     @property
     def absent(self) -> Collection[str]:
-        """Profiles and bands where there are none."""
-        return [name for name in ("profiles", "bands") if not getattr(self, name)]
+        """Profiles, bands, covariance and remainders where there are none."""
+        return [name for name in ("profiles", "bands", "covariance", "remainders") if not getattr(self, name)]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mrfit.fit.diagnostics.bootstrap import block_length, bootstrap_intervals, resampled
+from mrfit.fit.diagnostics.bootstrap import block_length, bootstrap_intervals, replicated, resampled
 from mrfit.fit.diagnostics.uncertainty import analyse
 from mrfit.search.problem import Posed
 from tests.fit.toy import block, coloured, linear_model
@@ -44,7 +44,8 @@ def test_intervals_of_a_linear_model_have_the_width_of_generalised_least_squares
     errors = measured - estimate @ drive
     uncertainty = analyse([2 * drive.T], [errors], [SAMPLES / CYCLES])
     posed = Posed([block(drive, measured, CYCLES)], np.ones(1), assembly, cube)
-    found = bootstrap_intervals(posed, point, uncertainty, [errors], rng)
+    points = replicated(posed, point, uncertainty.directions[:, ~uncertainty.open], [errors], rng)
+    found = bootstrap_intervals(posed, points)
     # slow sensitivities see the noise's spectrum at zero
     width = 1.96 * 0.1 * np.sqrt((1 + rho) / (1 - rho) / (SAMPLES / 2))
     for name, value in zip(("p0", "p1"), estimate, strict=True):
@@ -63,6 +64,7 @@ def test_an_end_beyond_a_bound_is_open() -> None:
     point, errors = cube.to_points(estimate[None, :])[0], measured - estimate @ drive
     uncertainty = analyse([2 * drive.T], [errors], [SAMPLES / CYCLES])
     posed = Posed([block(drive, measured, CYCLES)], np.ones(1), assembly, cube)
-    found = bootstrap_intervals(posed, point, uncertainty, [errors], rng)
+    points = replicated(posed, point, uncertainty.directions[:, ~uncertainty.open], [errors], rng)
+    found = bootstrap_intervals(posed, points)
     assert found["p0"].high is None and found["p0"].low < top
     assert None not in found["p1"]
