@@ -8,11 +8,11 @@ error of a model does. Their squares are added.
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from mrfit.core.specs import Array
+from mrfit.core.width import Width
 from mrfit.fit.diagnostics.bootstrap import Interval
 from mrfit.fit.diagnostics.uncertainty import effective_samples, quantile_95
 from mrfit.fit.predict import Prediction, closest_result, theta_of
@@ -27,22 +27,6 @@ DRAWS = 50
 NORMAL = 1.96
 FEWEST = 4.0
 """Independent samples below which the quantile of a residual is not made wider."""
-
-
-@dataclass(frozen=True)
-class Width:
-    """Half-widths of the 95 % bands of one segment, shape (N,).
-
-    Attributes
-    ----------
-    parameters
-        Of the model's output, for what the parameters leave open.
-    whole
-        Of a measured output.
-    """
-
-    parameters: Array
-    whole: Array
 
 
 def covariance_of(cube: Cube, rows: Array, degrees: float) -> Covariance:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from mrfit.core.channels import symbol_of
+from mrfit.core.width import Width
 from mrfit.errors import DataError
-from mrfit.fit.band import Width
 from mrfit.io.arrow import floats
 from mrfit.io.memory import check_room
 from mrfit.io.schemas.fit import Fit

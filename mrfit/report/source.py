@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from mrfit.core.channels import INTEGRALS
 from mrfit.core.recording import Segment
 from mrfit.core.specs import Array
+from mrfit.core.width import Width
 from mrfit.errors import DataError
-from mrfit.fit.band import Width
 from mrfit.io.arrow import floats
 from mrfit.io.memory import check_room
 from mrfit.io.schemas.fit import Fit
