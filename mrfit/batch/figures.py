@@ -18,6 +18,8 @@ BINS = 40
 PLACES = 200
 # Quantiles between which values are drawn; what lies beyond would leave no room for the rest
 SHOWN = (0.005, 0.995)
+# Panels side by side
+COLUMNS = 3
 # Outliers drawn of one parameter
 POINTS = 100
 
@@ -47,6 +49,33 @@ def overview(fleet: Fleet) -> str:
             _marked(right, fleet, own, order, (low - room, high + room))
         panels[-1][1].set_xlabel("Logs by date" if fleet.dated else "Logs by name")
         return to_svg(figure, "Parameters of all logs")
+
+
+def over_current(fleet: Fleet) -> str:
+    """Return an SVG with a panel for every parameter: its values over the current, or where none is held by log."""
+    import_matplotlib()
+    from matplotlib.figure import Figure
+
+    names = list(dict.fromkeys(g.parameter for g in fleet.groups))
+    held = all(np.isfinite(g.current) for g in fleet.groups) and len({g.current for g in fleet.groups}) > 1
+    across = min(COLUMNS, len(names))
+    down = -(-len(names) // across)
+    with style():
+        figure = Figure(figsize=(WIDTH, 0.4 + 2.3 * down), layout="constrained")
+        panels = figure.subplots(down, across, squeeze=False).ravel()
+        for axes, name in zip(panels, names, strict=False):
+            own = [g for g in fleet.groups if g.parameter == name]
+            places = [g.current if held else k for k, g in enumerate(own)]
+            values, widths = (
+                np.array([v[0] for v in each]) for each in ([g.values for g in own], [g.widths for g in own])
+            )
+            bars = np.where(np.isfinite(widths), widths, 0.0)
+            axes.errorbar(places, values, bars, fmt="o", markersize=3.5, color=PALETTE[0], ecolor=QUIET, capsize=2.0)
+            axes.set(title=f"{name} ({own[0].unit})" if own[0].unit else name)
+        for axes in panels[len(names) :]:
+            axes.set_visible(False)
+        figure.supxlabel("Current (A)" if held else "Logs by name", fontsize=9.0)
+        return to_svg(figure, "Parameters of every log")
 
 
 def _values(groups: Sequence[Group], order: dict[str, int]) -> tuple[Array, Array, str]:

@@ -45,6 +45,8 @@ class Group:
         The values (N,).
     widths
         Half of their 95 % intervals (N,), nan where one is open.
+    current
+        Coil current of the condition in A, nan where none is held.
     """
 
     parameter: str
@@ -53,6 +55,7 @@ class Group:
     logs: tuple[str, ...]
     values: Array
     widths: Array
+    current: float = math.nan
 
     @property
     def median(self) -> float:
@@ -110,6 +113,11 @@ class Fleet:
     drifts: tuple[Drift, ...]
     dated: bool
 
+    @property
+    def is_apart(self) -> bool:
+        """Whether no two logs have a condition in common, so that none can be compared with another."""
+        return bool(self.groups) and max(len(g.values) for g in self.groups) == 1
+
 
 def fleet_of(rows: Sequence[LogRow]) -> Fleet:
     """Return what stands out among logs that were fitted."""
@@ -163,10 +171,12 @@ def _groups(rows: Sequence[LogRow]) -> Iterator[Group]:
             error = test.nrmse if test.nrmse_holdout is None else test.nrmse_holdout
             if error is not None:
                 residuals.setdefault((RESIDUAL, test.condition), []).append((row.log, float(error), 0.0))
+    currents = {t.condition: math.nan if t.current is None else t.current for row in rows for t in row.tests}
     everything: Mapping[tuple[str, str], list[tuple[str, float, float]]] = kinds | residuals
     for (parameter, condition), found in everything.items():
         logs, values, widths = zip(*found, strict=True)
-        yield Group(parameter, condition, units[parameter], logs, np.array(values), np.array(widths))
+        made = np.array(values), np.array(widths)
+        yield Group(parameter, condition, units[parameter], logs, *made, currents[condition])
 
 
 def _outliers(group: Group, limit: float) -> Iterator[Outlier]:

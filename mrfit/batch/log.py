@@ -135,6 +135,7 @@ def _tests(fit: Fit) -> Sequence[OfCondition]:
     return [
         OfCondition(
             condition=result.condition,
+            current=result.at.current,
             nrmse=errors.get((result.condition, "train")),
             nrmse_holdout=errors.get((result.condition, "holdout")),
             warnings=sorted({w.kind for w in (*fit.warnings, *result.warnings)}),

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from mrfit.batch.figures import overview
+from mrfit.batch.figures import over_current, overview
 from mrfit.batch.fleet import FEWEST, FEWEST_FOR_DRIFT, RESIDUAL, Drift, Fleet, Group, Outlier
 from mrfit.compare.page import Drawn, Table, whole_page
 from mrfit.io.schemas.batch import LogRow
@@ -36,7 +36,17 @@ def render(rows: Sequence[LogRow], fleet: Fleet) -> str:
         _shortened("Warnings", ("Warning", "Logs"), _warnings(rows)),
     ]
     figures = []
-    if fleet.groups:
+    if fleet.is_apart:
+        svg = inline(over_current(fleet), "b", "Every parameter of every log over the current of its test")
+        figures.append(
+            Drawn(
+                svg,
+                "Every log is a condition of its own, so none can be compared with another: values over the current "
+                "of the test, or by log where none is held; bars are 95 % intervals.",
+                wide=True,
+            )
+        )
+    elif fleet.groups:
         svg = inline(overview(fleet), "b", "Histogram and course of every parameter over all logs")
         order = "the date in their names" if fleet.dated else "their names, in which no date was found"
         figures.append(

@@ -50,7 +50,9 @@ def show(summary: "BatchFile") -> None:
     """Print the result of a batch."""
     failed = len(summary.failed)
     console.say(
-        f"{summary.logs} logs: {summary.done} processed, {summary.unchanged} unchanged; {failed} failed, "
+        f"{summary.logs} logs: {summary.logs - failed} fitted, {failed} failed "
+        f"({summary.done} processed now, {summary.unchanged} unchanged, "
+        f"{summary.logs - summary.done - summary.unchanged} refused unread); "
         f"{summary.outliers} outliers, {summary.drifts} drifts"
     )
     for row in summary.failed[:LISTED]:

@@ -1,8 +1,11 @@
 """The page of many logs: what comes first stands open, the rest is there to unfold."""
 
+import pytest
+
 from mrfit.batch.fleet import fleet_of
 from mrfit.batch.page import FIRST, ROWS, render
-from mrfit.io.schemas.batch import LogRow
+from mrfit.cli.batch import show
+from mrfit.io.schemas.batch import BatchFile, Fitted, LogRow, OfCondition
 
 
 def failed(count: int) -> str:
@@ -22,3 +25,33 @@ def test_the_first_rows_stand_open_and_the_others_unfold() -> None:
 def test_few_rows_need_no_unfolding_and_too_many_stay_in_the_table_of_all() -> None:
     assert "<details>" not in failed(FIRST)
     assert f"Logs that failed ({ROWS} of {ROWS + 1})" in failed(ROWS + 1)
+
+
+def fitted(k: int, condition: str, current: float | None) -> LogRow:
+    value = Fitted(parameter="fy", value=100.0 + 50.0 * k, unit="N", low=90.0 + 50.0 * k, high=110.0 + 50.0 * k)
+    return LogRow(
+        log=f"{k}.csv", tests=[OfCondition(condition=condition, current=current, nrmse=0.02, parameters=[value])]
+    )
+
+
+@pytest.mark.parametrize(
+    ("currents", "across"), [((0.0, 0.5, 1.0), "Current (A)"), ((None, None, None), "Logs by name")]
+)
+def test_logs_that_share_no_condition_are_drawn_over_the_current(currents, across) -> None:
+    rows = [fitted(k, f"sine-{k}A", current) for k, current in enumerate(currents)]
+    page = render(rows, fleet_of(rows))
+    assert f">{across}<" in page and ">fy (N)<" in page and "over the median" not in page
+    # the values themselves are on the axis, not multiples of their own median
+    assert all(f">{n}<" in page for n in (100, 200))
+
+
+def test_logs_of_one_condition_are_compared() -> None:
+    rows = [fitted(k, "sine", 0.5) for k in range(3)]
+    assert not fleet_of(rows).is_apart and "Histogram and course" in render(rows, fleet_of(rows))
+
+
+def test_the_counts_of_a_batch_add_up(capsys: pytest.CaptureFixture[str]) -> None:
+    bad = [LogRow(log=f"{k}.csv", error="bad") for k in range(5)]
+    show(BatchFile(logs=15, done=12, unchanged=0, failed=bad))
+    said = capsys.readouterr().out
+    assert said.startswith("15 logs: 10 fitted, 5 failed (12 processed now, 0 unchanged, 3 refused unread); 0 outliers")

@@ -27,6 +27,8 @@ class OfCondition(Entry):
     ----------
     condition
         Its name.
+    current
+        Coil current in A that the test held; None where it held none.
     nrmse, nrmse_holdout
         RMS error over the measured range, in training and on held-out data; None where there is none.
     warnings
@@ -36,6 +38,7 @@ class OfCondition(Entry):
     """
 
     condition: str
+    current: Number | None = None
     nrmse: Number | None = None
     nrmse_holdout: Number | None = None
     warnings: list[str] = field(default_factory=list)
