@@ -5,9 +5,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mrfit.batch.fleet import Fleet, Group
+from mrfit.batch.fleet import RESIDUAL, Fleet, Group
 from mrfit.core.specs import Array
+from mrfit.report.curves import limits
 from mrfit.report.figures import MEASURED, PALETTE, QUIET, SIMULATED, WIDTH
+from mrfit.report.numbers import unit_html
 from mrfit.report.svg import import_matplotlib, style, to_svg
 
 if TYPE_CHECKING:
@@ -66,12 +68,14 @@ def over_current(fleet: Fleet) -> str:
         for axes, name in zip(panels, names, strict=False):
             own = [g for g in fleet.groups if g.parameter == name]
             places = [g.current if held else k for k, g in enumerate(own)]
-            values, widths = (
-                np.array([v[0] for v in each]) for each in ([g.values for g in own], [g.widths for g in own])
-            )
+            factor, unit = (100.0, "%") if name == RESIDUAL else (1.0, unit_html(own[0].unit))
+            values, widths = (factor * np.array([getattr(g, of)[0] for g in own]) for of in ("values", "widths"))
             bars = np.where(np.isfinite(widths), widths, 0.0)
             axes.errorbar(places, values, bars, fmt="o", markersize=3.5, color=PALETTE[0], ecolor=QUIET, capsize=2.0)
-            axes.set(title=f"{name} ({own[0].unit})" if own[0].unit else name)
+            # a value that the data leave open would hide all others
+            if ends := limits(values, np.concatenate([values - bars, values + bars])):
+                axes.set_ylim(*ends)
+            axes.set(title=f"{name} ({unit})" if unit else name)
         for axes in panels[len(names) :]:
             axes.set_visible(False)
         figure.supxlabel("Current (A)" if held else "Logs by name", fontsize=9.0)
