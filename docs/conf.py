@@ -27,7 +27,7 @@ html_show_copyright = False
 # the table of thresholds is part of another page
 exclude_patterns = ["reference", "**/__pycache__", "build", "generated/policy.md"]
 # pages without code of their own are Markdown, not notebooks, by their heads
-source_suffix = {".md": "myst-nb"}
+source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb"}
 
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist"]
 myst_heading_anchors = 3
