@@ -68,3 +68,8 @@ class Hidden:
 
     def __exit__(self, *_: object) -> None:
         os.path.exists = self.there
+
+
+def without_matplotlibrc() -> Hidden:
+    """Return what hides matplotlib's settings beside logs from a command's import of it, or of what imports it."""
+    return Hidden("matplotlibrc" if is_left_out() else "")

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from mrfit.core.current_folder import without_matplotlibrc
 from mrfit.core.specs import Array, OptimizerSpec, Options
 from mrfit.search.objective import Ended, Objective
 
@@ -38,7 +39,8 @@ def minimise(objective: Objective, rng: np.random.Generator, options: Options) -
 
 
 def _evolve(objective: Objective, start: Array, population: int, rng: np.random.Generator) -> None:
-    from cma import CMAEvolutionStrategy
+    with without_matplotlibrc():  # which it imports
+        from cma import CMAEvolutionStrategy
 
     options = {
         "bounds": [0.0, 1.0],

@@ -4,10 +4,10 @@ import io
 import os
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from mrfit.core.current_folder import Hidden, is_left_out
+from mrfit.core.current_folder import without_matplotlibrc
 from mrfit.io.escapes import visible_in_page
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ def import_matplotlib() -> None:
     """
     chosen = os.environ.pop("MPLBACKEND", None)
     try:
-        with Hidden("matplotlibrc") if is_left_out() else nullcontext():
+        with without_matplotlibrc():
             import matplotlib  # noqa: F401
     finally:
         if chosen is not None:
