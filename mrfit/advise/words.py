@@ -14,6 +14,8 @@ from mrfit.io.schemas.advice import AdvisedTest, Pair, Width
 # Units in which motions are said, and their factors
 SAID = {"m": ("mm", 1e3)}
 DIGITS = 9
+MOST_PAIRS = 4
+"""Pairs of rivals that are named in a sentence."""
 
 
 def number(value: float) -> str:
@@ -81,7 +83,9 @@ def of_rivals(pairs: Sequence[Pair], tests: Sequence[AdvisedTest], companion: Ad
         said.append(f"Then run {companion.text}, {_length(companion)}, so that a test of this kind can be held out.")
     never = [p.names for p in pairs if not p.separable]
     if never:
-        said.append(f"No test within these limits tells {listed([' from '.join(n) for n in never], 'or')}.")
+        shown = [" from ".join(n) for n in never[:MOST_PAIRS]]
+        more = [f"{len(never) - len(shown)} more pairs, which advise.json names"] * (len(never) > len(shown))
+        said.append(f"No test within these limits tells {listed([*shown, *more], 'or')}.")
     return said
 
 

@@ -1,0 +1,19 @@
+"""An advice in words: as many pairs as a sentence takes are named."""
+
+import pytest
+
+from mrfit.advise.words import MOST_PAIRS, of_rivals
+from mrfit.io.schemas.advice import AdvisedTest, Pair
+
+
+@pytest.mark.parametrize(("never", "more"), [(0, ""), (MOST_PAIRS, ""), (MOST_PAIRS + 3, "3 more pairs")])
+def test_pairs_that_no_test_tells_apart_are_named_up_to_a_few(never: int, more: str) -> None:
+    pairs = [Pair(names=("a", "b"), before=0.5, separable=True)]
+    pairs += [Pair(names=(f"c{k}", f"d{k}"), before=0.1, separable=False) for k in range(never)]
+    own = {"kind": "sine", "numbers": {}, "distances": (4.0,) * len(pairs)}
+    test = AdvisedTest(text="a sine", seconds=10.0, waiting=0.0, worth=1.0, drive="test-1.csv", **own)
+    said = " ".join(of_rivals(pairs, [test], None))
+    assert "it puts a and b at least 4 standard errors apart" in said
+    assert sum(f"c{k} from d{k}" in said for k in range(never)) == min(never, MOST_PAIRS)
+    assert ("more pairs, which advise.json names" in said) == bool(more) and more in said
+    assert ("No test within these limits" in said) == bool(never)
