@@ -1,8 +1,8 @@
-"""Damaged binary logs by number: the same number damages the same sample in the same way, always.
+"""Damaged logs of formats without lines by number: the same number damages the same sample in the same way, always.
 
     python -m tests.ingest.binary_mutants [--count 2000] [--first 0] [--out FILE.md]
 
-reads so many mutants of every binary format and prints a table: how many were read, refused, or broke a promise, the
+reads so many mutants of every such format and prints a table: how many were read, refused, or broke a promise, the
 longest time and the most memory that one took.
 """
 
@@ -23,7 +23,7 @@ from mrfit.ingest.containers import apart
 from mrfit.ingest.reading import OWN_FAULT
 from mrfit.ingest.stage import Settings
 from tests.ingest.examining import examine
-from tests.ingest.samples import Sample, hdf5, matlab, matlab_seven_three, mdf, parquet, signals, tdms
+from tests.ingest.samples import Sample, hdf5, json_log, matlab, matlab_seven_three, mdf, parquet, signals, tdms
 
 LONGEST = 30.0
 """Seconds of computing that one file may take."""
@@ -111,6 +111,7 @@ SAMPLES: dict[str, Callable[[], Sample]] = {
     "mdf": mdf,
     "mdf-packed": mdf_packed,
     "mdf-3": mdf_three,
+    "json-log": json_log,
 }
 
 

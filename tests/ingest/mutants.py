@@ -25,7 +25,7 @@ from mrfit.core.recording import Recording
 from mrfit.errors import DataError
 from mrfit.ingest.stage import Settings
 from tests.ingest.examining import examine
-from tests.ingest.samples import DT, ROWS, RS_SETTINGS, START, WRITERS, Sample, signals, table
+from tests.ingest.samples import DT, NO_LINES, ROWS, RS_SETTINGS, START, WRITERS, Sample, signals, table
 
 HANG = 30
 """Seconds of computing that one mutant may take, and a tenth of those that it may take on a busy machine."""
@@ -245,7 +245,7 @@ def _blanks() -> Sample:
 
 
 TEXT_WRITERS: dict[str, Callable[[], Sample]] = {
-    **{name: write for name, write in WRITERS.items() if name not in ("parquet", "matlab", "hdf5", "tdms", "mdf")},
+    **{name: write for name, write in WRITERS.items() if name not in NO_LINES},
     **{"delimited-ns": _nanoseconds, "delimited-semicolon": _semicolons, "delimited-blanks": _blanks},
 }
 NUMBERS = {mark: re.compile(rf"[+-]?\d+(?:\{mark}\d+)?(?:[eE][+-]?\d+)?") for mark in ".,"}

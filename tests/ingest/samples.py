@@ -340,6 +340,9 @@ WRITERS: dict[str, Callable[[], Sample]] = {
     "mdf": mdf,
 }
 
+NO_LINES = ("parquet", "matlab", "hdf5", "tdms", "mdf", "json-log")
+"""Formats in which a sample has no line of its own: damage to rows, laid line by line, cannot be laid into them."""
+
 
 def sample(reader: str, folder: Path, name: str = "") -> tuple[Sample, Path]:
     """Write the sample of a reader, and what must lie beside it, into a folder."""

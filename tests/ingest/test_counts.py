@@ -7,10 +7,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from mrfit.core import registry
-from tests.ingest.samples import ROWS, WRITERS
+from tests.ingest.samples import NO_LINES, ROWS, WRITERS
 from tests.ingest.test_fuzz import read_damaged
 
-TEXT_READERS = sorted(set(registry.names("reader")) - {"parquet", "matlab", "hdf5", "tdms", "mdf"})
+TEXT_READERS = sorted(set(registry.names("reader")) - set(NO_LINES))
 LINES = {
     name: re.sub("\r\r?\n|\r", "\n", WRITERS[name]().data.decode("utf-8-sig")).rstrip("\n").split("\n")
     for name in TEXT_READERS
