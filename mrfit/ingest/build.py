@@ -27,7 +27,7 @@ from mrfit.ingest.meaning.statistics import without_statistics
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Lines, Lost, Table
 from mrfit.ingest.time.clocks import on_one_clock
-from mrfit.ingest.time.counter import counter_of
+from mrfit.ingest.time.counter import counter_of, numbers_rows
 from mrfit.ingest.time.epoch import in_seconds
 from mrfit.ingest.time.timebase import TimeBase, TimeFault, coarse, on_grid, repeated, time_base
 
@@ -106,7 +106,7 @@ def build(table: Table, origin: Origin) -> list[Recording]:
     table = _factored(replace(table, columns=tuple(columns)), origin.rules)
     table = on_one_clock(table, origin.rules, origin.path)
     check_wrong_dimension(table.columns, origin.rules, origin.path)
-    signals, findings = name_signals(table.columns, origin.rules, origin.path)
+    signals, findings = _named(table, origin)
     signals, assumed = with_coil(signals, origin.rules.coil)
     findings += [*marked, *assumed]
     if not signals:
@@ -118,6 +118,18 @@ def build(table: Table, origin: Origin) -> list[Recording]:
     base = _base(rows, times, table, origin)
     findings = [*table.findings, *times.assumed, *findings, *rows.findings, *_refused_findings(rows), *base.findings]
     return _recordings(rows, base, findings, table, origin)
+
+
+def _named(table: Table, origin: Origin) -> tuple[list[Signal], list[Finding]]:
+    """Return the signals of all columns but those that number the rows, and what is said of them."""
+    mapped = {r.column for r in origin.rules.channels.values() if isinstance(r.column, (str, int))}
+    counts = [c for c in table.columns if {c.name, c.index}.isdisjoint(mapped) and numbers_rows(c)]
+    if len(counts) == len(table.columns):
+        counts = []
+    others = [c for c in table.columns if all(c is not other for other in counts)]
+    signals, findings = name_signals(others, origin.rules, origin.path)
+    text = "column {} has no name and numbers the rows: it is no channel"
+    return signals, [*(Finding("no-channel", "", None, text.format(c.index)) for c in counts), *findings]
 
 
 def _check_first_row(table: Table, origin: Origin) -> None:

@@ -72,8 +72,7 @@ def read(source: Source) -> list[Table]:
     _check_factors(source, grid)
     header = find_header(head, grid)
     if header.short:
-        header = _with_row_numbers(source, grid, header)
-        said.append(Finding("no-channel", "", None, "column 0 has no name and numbers the rows: it is no channel"))
+        header = _with_row_names(source, grid, header)
     if not header.names:
         _need_map(source, grid)
         header = replace(header, names=("",) * grid.width, units=(None,) * grid.width)
@@ -95,17 +94,18 @@ def _check_factors(source: Source, grid: Grid) -> None:
             raise Refusal(source.head.path, what, remedy)
 
 
-def _with_row_numbers(source: Source, grid: Grid, header: Header) -> Header:
+def _with_row_names(source: Source, grid: Grid, header: Header) -> Header:
     """Return a header that lacks one name with the names of all columns but the first, as R's write.table means it.
 
     Raises
     ------
     Refusal
-        If the first column does not number the rows.
+        If the first column neither names nor numbers the rows.
     """
     texts = [r[0] for r in _sample_rows(source.head, grid)]
     counts = np.array([int(t) for t in texts if re.fullmatch(r"\d{1,15}", t)])
-    numbered = len(counts) > max(1, COUNTED * len(texts)) and np.mean(np.diff(counts[:SAMPLE]) == 1) > COUNTED
+    steps = np.diff(counts[:SAMPLE])
+    numbered = len(counts) > max(1, COUNTED * len(texts)) and np.median(steps) == 1 and np.mean(steps > 0) > COUNTED
     number = number_pattern(grid.decimal)
     if not numbered and sum(bool(number.fullmatch(t)) for t in texts) > 0.5 * len(texts):
         raise Refusal(
@@ -147,7 +147,6 @@ def read_grid(source: Source, grid: Grid, header: Header, data: Text | None = No
     """Return the table of a text log whose layout and header are known; ``data`` is its text where it was rewritten."""
     head = source.head
     kinds = _kinds(head, grid)
-    kinds[0] = "text" if header.short else kinds[0]
     form = long_format(header, kinds)
     sorting = form.texts if form else ()
     numeric = [k for k, kind in enumerate(kinds) if kind == "number" and k not in sorting]

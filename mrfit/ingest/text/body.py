@@ -262,7 +262,8 @@ def number_pattern(decimal: str) -> re.Pattern[str]:
 def split(line: str, delimiter: str) -> list[str]:
     """Return the fields of a line, stripped of blanks and quotes."""
     if not delimiter:
-        return re.split(r"[ \t]+", line.strip(" \t\r\n"))
+        fields = re.split(r"[ \t]+", line.strip(" \t\r\n"))
+        return [f[1:-1] if len(f) > 1 and f[0] == f[-1] == '"' else f for f in fields]
     if '"' in line:
         try:
             fields = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])

@@ -11,9 +11,14 @@ from mrfit.ingest.time.timebase import TimeFault
 
 NAMES = re.compile(
     r"(?:sample|scan|point|row|record|data ?point|reading|line)s?(?: ?(?:number|no\.?|nr\.?|num|index|idx|id|#))?"
-    r"|index|idx|no\.?|nr\.?|n|k|#|num|number|count|counter|nummer|messpunkt|messwert ?nr\.?|abtastwert|lfd\.? ?nr\.?",
+    r"|index|idx|no\.?|nr\.?|n|k|#|num|number|count|counter|nummer|messpunkt|messwert ?nr\.?|abtastwert|lfd\.? ?nr\.?"
+    r"|index level \d+",
     re.IGNORECASE,
 )
+UNNAMED = re.compile(r"(?:unnamed: ?\d+)?", re.IGNORECASE)
+"""Names of columns without one; pandas makes up one."""
+MOSTLY = 0.95
+"""Share of the steps of a numbering that rise."""
 WRAPS = (2.0**8, 2.0**16, 2.0**32)
 
 
@@ -26,19 +31,30 @@ def counter_of(columns: Sequence[Column]) -> tuple[series.Values, float] | None:
         If a column counts, but repeats or turns back too often to be a clock.
     """
     for column in columns:
-        name = re.sub(r"[\s_]+", " ", column.name.strip())
-        if (
-            (NAMES.fullmatch(name) or not name and column.index == 0)
-            and column.unit in (None, "", "-", "1")
-            and (found := _counted(column))
-        ):
+        name = re.sub(r"[\s_]+", " ", column.name.rpartition(".")[2]).strip() or column.name.strip()
+        called = (NAMES.fullmatch(name) or not name and column.index == 0) and column.unit in (None, "", "-", "1")
+        if (called or numbers_rows(column)) and (found := _counted(column)):
             return found
     return None
 
 
+def numbers_rows(column: Column) -> bool:
+    """Whether a column without a name numbers the rows: whole numbers that rise, mostly by one, from anywhere."""
+    if not UNNAMED.fullmatch(column.name.strip()) or column.unit is not None or len(column.values) < 3:
+        return False
+    steps = [step[np.isfinite(step)] for _, step in series.steps(column.values)]
+    rows = sum(map(len, steps))
+    rising, by_one = (sum(int(np.count_nonzero(test(s))) for s in steps) for test in (_rises, lambda s: s == 1.0))
+    return 2 * by_one > rows and rising >= MOSTLY * rows and not series.count(_is_broken, column.values)
+
+
+def _is_broken(values: series.Values) -> series.Values:
+    return np.asarray(np.isfinite(values) & (values != np.round(values)))
+
+
 def _counted(column: Column) -> tuple[series.Values, float] | None:
     values = column.values
-    if len(values) < 3 or series.count(lambda v: np.isfinite(v) & (v != np.round(v)), values):
+    if len(values) < 3 or series.count(_is_broken, values):
         return None
     every = [step[np.isfinite(step)] for _, step in series.steps(values)]
     rows = sum(map(len, every))

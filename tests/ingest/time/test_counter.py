@@ -87,3 +87,36 @@ def test_counts_are_the_numbers_of_samples(lost: list[int], begin: int) -> None:
     else:
         np.testing.assert_array_equal(found[0], kept)
         assert found[1] == 1.0
+
+
+@pytest.mark.parametrize("begin", [0, 1, 10000])
+@pytest.mark.parametrize(
+    ("header", "row"),
+    [
+        (",Disp (mm),Load (N)", "{n},{x},{f}"),
+        ("Disp (mm),Load (N)", "{n},{x},{f}"),
+        ("Unnamed: 0,Disp (mm),Load (N)", "{n},{x},{f}"),
+        ("Disp (mm),,Load (N)", "{x},{n},{f}"),
+        ("Disp (mm),Load (N),", "{x},{f},{n}"),
+        (",Disp,Load\n,mm,N", "{n},{x},{f}"),
+        ("Disp_mm Load_N", "{n} {x} {f}"),
+        ('"Disp_mm" "Load_N"', '"{n}" {x} {f}'),
+    ],
+)
+def test_a_column_without_a_name_that_counts(header: str, row: str, begin: int, read_log: ReadLog) -> None:
+    kept = np.delete(K, slice(100, 140))
+    body = "".join(row.format(n=k + begin, x=f"{k / 100:.4f}", f=f"{FORCE[k]:.4f}") + "\n" for k in kept)
+    first, second = read_log(f"Sample rate: 500 Hz\n{header}\n{body}")
+    assert (first.samples, second.samples) == (100, 260)
+    assert second.start - first.start == pytest.approx(0.28)
+    assert set(first.channels) == {"displacement", "force"}
+    assert_true([first, second])
+
+
+def test_columns_without_a_name_that_do_not_count(read_log: ReadLog) -> None:
+    cycles = "".join(f"{k // 100},{f:.4f},{k % 7}\n" for k, f in zip(K, FORCE, strict=True))
+    (record,) = read_log(f"Sample rate: 500 Hz\n,Load (N),\n{cycles}")
+    assert record.samples == 400 and set(record.channels) == {"column0", "force", "column2"}
+    mapped = '[channels]\nangle = {column = 0, unit = "deg"}\n'
+    (record,) = read_log("Sample rate: 500 Hz\n,Load (N)\n" + log(K).split("\n", 2)[2], channel_map=mapped)
+    assert set(record.channels) == {"angle", "force"}
