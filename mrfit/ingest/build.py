@@ -126,7 +126,7 @@ def _named(table: Table, origin: Origin) -> tuple[list[Signal], list[Finding]]:
     counts = [c for c in table.columns if {c.name, c.index}.isdisjoint(mapped) and numbers_rows(c)]
     if len(counts) == len(table.columns):
         counts = []
-    others = [c for c in table.columns if all(c is not other for other in counts)]
+    others = tuple(c for c in table.columns if all(c is not other for other in counts))
     signals, findings = name_signals(others, origin.rules, origin.path)
     text = "column {} has no name and numbers the rows: it is no channel"
     return signals, [*(Finding("no-channel", "", None, text.format(c.index)) for c in counts), *findings]

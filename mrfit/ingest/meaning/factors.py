@@ -9,13 +9,24 @@ from mrfit.ingest import series
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.table import Column
-from mrfit.ingest.text.layout import name_and_unit
+from mrfit.ingest.text.layout import aliases_of, name_and_unit
 
 SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 POWER = r"10[⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+|10(?:\^|\*\*)\(?[+-]?\d+\)?|10?[eE][+-]?\d+|10+(?:[.,]0+)?|0[.,]0*1"
-IN_NAME = re.compile(rf"(?:(?<=[\s_)\]])|^|(?<=\())([x×*·⋅/÷])\s*({POWER})(?=$|[\s_(\[)])")
-BEHIND = re.compile(rf"(.*\S)\s*[x×*·⋅]\s*({POWER})")
-BEFORE = re.compile(rf"[x×*·⋅]?\s*({POWER}|[1-9]\d*)\s*[x×*·⋅]?\s*([^\W\d].*)")
+NUMBER = r"\d+(?:[.,]\d+)?"
+ROUND = r"[1-9]\d*[05]|0[.,]\d+"
+"""Numbers that a channel is hardly called by, behind an x."""
+_END = r"(?=$|[\s_(\[)])"
+IN_NAME = (
+    re.compile(rf"(?:(?<=[\s_)\]])|^|(?<=\())([xX×*·⋅/÷])\s*({POWER}|{ROUND}){_END}"),
+    re.compile(rf"(?<=[\w)\]])\s*([×*·⋅/÷])\s*({POWER}|{NUMBER}){_END}"),
+    re.compile(rf"^()({POWER}|{NUMBER})\s*[×*·⋅]\s*(?=[^\W\d])|^()({POWER})\s*[xX]\s+(?=[^\W\d])"),
+    re.compile(rf"(?<=[\s_(])()({POWER})\s?[xX×]{_END}"),
+)
+"""An operator and a number behind a name, or before it."""
+TIGHT = re.compile(rf"(.*[^\W\d_])x({POWER}){_END}(.*)")
+BEHIND = re.compile(rf"(.*\S)\s*[xX×*·⋅]\s*({POWER})")
+BEFORE = re.compile(rf"[xX×*·⋅]?\s*({POWER}|[1-9]\d*)\s*[xX×*·⋅]?\s*([^\W\d].*)")
 
 
 def with_factors(columns: Sequence[Column], rules: Rules) -> tuple[list[Column], list[Finding]]:
@@ -24,7 +35,7 @@ def with_factors(columns: Sequence[Column], rules: Rules) -> tuple[list[Column],
     A division in a name can mean either way, and a factor may leave no unit: such a column gets a unit that nothing
     knows, so that it is no channel until a map says what it holds. A column whose unit or scale a map gives stays.
     """
-    given = {c for r in rules.channels.values() if r.unit is not None or r.scale != 1.0 for c in _wanted(r.column)}
+    given = settled(rules)
     asked = {c for r in rules.channels.values() for c in _wanted(r.column)}
     made, said = [], []
     for column in columns:
@@ -47,34 +58,54 @@ def with_factors(columns: Sequence[Column], rules: Rules) -> tuple[list[Column],
     return made, said
 
 
+def settled(rules: Rules) -> set[str | int]:
+    """Return the columns, by place or name in lower-case letters, whose unit or scale a map gives."""
+    return {c for r in rules.channels.values() if r.unit is not None or r.scale != 1.0 for c in _wanted(r.column)}
+
+
 def _wanted(column: str | int | list[str]) -> list[str | int]:
     return [c.lower() if isinstance(c, str) else c for c in (column if isinstance(column, list) else [column])]
 
 
 def _factored(column: Column) -> tuple[Column, float | None] | None:
     """Return a column with its numbers multiplied, and the factor; None if it has none."""
-    if match := IN_NAME.search(column.name):
-        bare = re.sub(r"[(\[]\s*[)\]]", "", column.name[: match.start()] + column.name[match.end() :]).strip(" _")
+    if found := _in_name(column.name):
+        bare, sign, number = found
+        bare = re.sub(r"[(\[]\s*[)\]]", "", bare).strip(" _")
         name, unit = name_and_unit(bare) if column.unit is None else (bare, column.unit)
-        if not unit or match[1] in "/÷":
-            return replace(column, unit=f"{unit or ''} {match[1]}{match[2]}".strip()), None
-        return _multiplied(column, name, unit, match[2])
+        if not unit or sign in ("/", "÷"):
+            return replace(column, unit=f"{unit or ''} {sign or 'x'}{number}".strip()), None
+        return replace(multiplied(column, value_of(number)), name=name, unit=unit), value_of(number)
     if column.unit is None or units.known(column.unit):
         return None
-    for form, number, unit_group in ((BEHIND, 2, 1), (BEFORE, 1, 2)):
+    for form, number_group, unit_group in ((BEHIND, 2, 1), (BEFORE, 1, 2)):
         match = form.fullmatch(column.unit.strip())
         if match and units.known(match[unit_group]):
-            return _multiplied(column, column.name, match[unit_group], match[number])
+            factor = value_of(match[number_group])
+            return replace(multiplied(column, factor), unit=match[unit_group]), factor
     return None
 
 
-def _multiplied(column: Column, name: str, unit: str, text: str) -> tuple[Column, float]:
-    factor = _value(text)
-    values = series.mapped(lambda v: factor * v, column.values)
-    return replace(column, name=name, unit=unit, values=values, digits=None), factor
+def _in_name(text: str) -> tuple[str, str, str] | None:
+    """Return a name without its factor, the operator and the number of that; None if it has none."""
+    for form in IN_NAME:
+        if match := form.search(text):
+            sign, number = (g for g in match.groups() if g is not None)
+            return text[: match.start()] + text[match.end() :], sign, number
+    if (match := TIGHT.fullmatch(text)) and aliases_of(match[1]):
+        return match[1] + match[3], "x", match[2]
+    return None
 
 
-def _value(text: str) -> float:
+def multiplied(column: Column, factor: float) -> Column:
+    """Return a column multiplied by a factor."""
+    if factor == 1.0:
+        return column
+    return replace(column, values=series.mapped(lambda v: factor * v, column.values), digits=None)
+
+
+def value_of(text: str) -> float:
+    """Return a factor as a number: ``1000``, ``0,5``, ``10^3``, ``10³``."""
     plain = re.sub(r"^10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)$", lambda m: f"1e{m[1].translate(SUPERSCRIPTS)}", text)
     plain = re.sub(r"^10(?:\^|\*\*)\(?([+-]?\d+)\)?$", r"1e\1", plain)
     return float(plain.replace(",", "."))

@@ -27,12 +27,20 @@ SMOOTH = 20.0
 """Range of a channel in its greatest ordinary steps from which it moves on smoothly."""
 JUMP = 5.0
 """Least step into a mark and out of it, in greatest ordinary steps of a smooth channel."""
-NEAREST = 2.0
-"""Least distance from zero of the values beside a drop-out, in greatest ordinary steps for each row of it."""
 LEVELS = 10
 """A channel of fewer values is a switch or a code."""
-LONGEST_DROPOUT, FEWEST_DROPOUTS, MOST_ZEROS = 5, 3, 0.05
-"""Rows of a run of zeros, number of such runs, and share of rows, that are drop-outs."""
+AROUND = 7
+"""Rows on either side of a run of zeros by which it is seen how the channel goes there."""
+APART = 3.0
+"""Least distance from zero of the rows beside a drop-out, in the greatest step around it."""
+FEWEST_DROPOUTS, MOST_ZEROS, SCATTERED = 3, 0.25, 0.05
+"""Least number of zeros, and greatest share of rows, that are drop-outs; above the last share not evenly apart."""
+SHORT = 5
+"""Rows of a run of zeros over which a channel goes on as before."""
+MOVES = 2.0
+"""Least way on one side of a longer run, over as many rows, in the greatest step there: a held level does not move."""
+EVEN = 0.1
+"""Relative scatter from which distances between runs, or values beside them, are not all one."""
 
 
 def without_marks(columns: Sequence[Column]) -> tuple[tuple[Column, ...], list[Finding]]:
@@ -170,15 +178,54 @@ def _alone(values: Values, rows: Values, mark: float, others: _Others) -> Values
 
 
 def _dropouts(values: Values, zeros: Values, others: _Others) -> Values:
-    """Return the rows of zeros to which a smooth channel jumps, and from which it goes on as before."""
+    """Return the rows of zeros to which a channel jumps and from which it jumps away, by what it does around them.
+
+    Over a short run it goes on as before. Beside a longer one it moves, as no level does that is switched off.
+    A channel that hops over zero from level to level, or is chopped evenly, has no drop-outs.
+    """
     none = np.empty(0, dtype=np.int64)
-    if not others.smooth or not FEWEST_DROPOUTS <= len(zeros) <= MOST_ZEROS * len(values):
+    if not FEWEST_DROPOUTS <= len(zeros) <= MOST_ZEROS * len(values):
         return none
     runs = _runs(values, zeros)
     length = runs.last - runs.first + 1
-    near = np.minimum(np.abs(runs.before), np.abs(runs.behind))
-    goes_on = np.abs(runs.behind - runs.before) <= 1.5 * (length + 1) * others.step
-    alone = (length <= LONGEST_DROPOUT) & goes_on & (near > NEAREST * others.step * (length + 1)) & (near > 0.0)
-    if np.count_nonzero(alone) < FEWEST_DROPOUTS:
-        return none
-    return runs.rows(alone)
+    before, behind = (_beside(values, start, way) for start, way in ((runs.first, -1), (runs.last, 1)))
+    steps = np.nan_to_num(np.abs(np.concatenate([np.diff(before, axis=0), np.diff(behind, axis=0)])), nan=-1.0)
+    step = np.where(steps.max(axis=0) < 0.0, others.step, steps.max(axis=0))
+    jumps = np.minimum(np.abs(runs.before), np.abs(runs.behind)) > np.maximum(APART * step, 0.0)
+    same = np.sign(runs.before) == np.sign(runs.behind)
+    goes_on = same & (np.abs(runs.behind - runs.before) <= 1.5 * (length + 1) * step)
+    stride = np.maximum(1, length // (AROUND - 1))
+    moves = (
+        np.maximum(*(_way(_beside(values, s, w * stride)) for s, w in ((runs.first, -1), (runs.last, 1))))
+        > MOVES * step
+    )
+    found = jumps & np.where(length <= SHORT, goes_on, moves)
+    hops = found & ~same
+    if np.count_nonzero(hops) > 2 and _is_even(np.abs(np.concatenate([runs.before[hops], runs.behind[hops]]))):
+        found &= same
+    rows = runs.rows(found) if found.any() else none
+    chopped = len(rows) > SCATTERED * len(values) and _is_even(np.diff(runs.first[found]))
+    return none if len(rows) < FEWEST_DROPOUTS or chopped else rows
+
+
+def _beside(values: Values, edge: Values, way: Values | int) -> Values:
+    """Return the values of some rows beside each edge, going a way of rows each time; nan for zeros and none."""
+    found = []
+    for k in range(1, AROUND + 1):
+        rows = edge + k * way
+        order = np.argsort(rows, kind="stable")
+        inside = order[(rows[order] >= 0) & (rows[order] < len(values))]
+        some = np.full(len(rows), np.nan)
+        some[inside] = series.at(values, rows[inside])
+        found.append(np.where(some == 0.0, np.nan, some))
+    return np.array(found)
+
+
+def _way(beside: Values) -> Values:
+    """Return the range of each column; 0 where it has no number."""
+    top, bottom = (np.max(np.nan_to_num(sign * beside, nan=-np.inf), axis=0) for sign in (1.0, -1.0))
+    return np.asarray(np.where(np.isfinite(top), top + bottom, 0.0))
+
+
+def _is_even(distances: Values) -> bool:
+    return len(distances) > 2 and float(np.std(distances)) < EVEN * float(np.mean(distances))

@@ -13,6 +13,7 @@ from mrfit.core.recording import Finding
 from mrfit.core.specs import ReaderSpec
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import FILE_NAME
+from mrfit.ingest.meaning.factor_rows import factor_row
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.body import EMPTY, NOT_A_NUMBER, Layout, number_pattern, split
@@ -41,10 +42,6 @@ RATE_NAMES = ("fs", "rate", "sample rate", "samplerate", "sampling rate", "sampl
 AXIS = re.compile(r"x|x[ _-]?(?:axis|achse|value|wert)?", re.IGNORECASE)
 SCOPE_CHANNEL = re.compile(r"(?:ch|chan|channel|kanal|canal|voie|c|math|m)[ _.-]*[0-9a-d]", re.IGNORECASE)
 SPARSE = 0.05
-SCALES = re.compile(
-    r"(?:scal(?:e|ing)|gain|factor|multiplier|skalierung|faktor|sensitivity)s?(?: ?(?:factor|value)s?)?", re.IGNORECASE
-)
-"""What begins a row of factors."""
 COUNTED = 0.95
 """Least share of the first rows that a column must number to be no channel."""
 
@@ -67,9 +64,12 @@ def read(source: Source) -> list[Table]:
         source, data = with_points(source, width, data)
         text = "commas part the fields and stand for the decimal point: every second field is read as decimals"
         said.append(Finding("decimal-comma", "", None, text))
+    grid = find_grid(source.head)
+    factors = factor_row(source, grid)
+    if factors is not None:
+        source = factors.left_out(source)
+        grid = find_grid(source.head)
     head = source.head
-    grid = find_grid(head)
-    _check_factors(source, grid)
     header = find_header(head, grid)
     if header.short:
         header = _with_row_names(source, grid, header)
@@ -77,21 +77,8 @@ def read(source: Source) -> list[Table]:
         _need_map(source, grid)
         header = replace(header, names=("",) * grid.width, units=(None,) * grid.width)
     table = read_grid(source, grid, header, data)
+    table = table if factors is None else factors.applied(table, source.rules)
     return [replace(table, findings=(*table.findings, *said))]
-
-
-def _check_factors(source: Source, grid: Grid) -> None:
-    """Refuse a log with a row of scale factors, unless a map says how its channels are scaled."""
-    if source.rules.channels or source.block and source.block.line > 1:
-        return
-    number = number_pattern(grid.decimal)
-    for place, line in enumerate(source.head.lines[: grid.first + 3]):
-        word, *cells = split(line.strip().lstrip(COMMENTS), grid.delimiter)
-        factors = [float(c.replace(",", ".")) for c in cells if number.fullmatch(c)]
-        if SCALES.fullmatch(word.strip(" :=")) and len(factors) > 1 and set(factors) != {1.0}:
-            what = f"line {place + 1} gives scale factors ('{excerpt(line)}'), which may be in the numbers already"
-            remedy = f"write scale or unit of each channel in a channel map ({FILE_NAME} or --map), or delete the line"
-            raise Refusal(source.head.path, what, remedy)
 
 
 def _with_row_names(source: Source, grid: Grid, header: Header) -> Header:

@@ -35,6 +35,18 @@ def log(cell: str, factor: float, unit_row: str = "") -> str:
         ("Force [10³ N]", 1e3),
         ("Force (N*10^3)", 1e3),
         ("Force [100 N]", 1e2),
+        ("Force X10 (N)", 10.0),
+        ("Force*1000 (N)", 1e3),
+        ("Force(N)*1000", 1e3),
+        ("Force*0.5 (N)", 0.5),
+        ("Force·200 (N)", 200.0),
+        ("Force X200 (N)", 200.0),
+        ("Forcex1000 (N)", 1e3),
+        ("Force 10X (N)", 10.0),
+        ("10*Force (N)", 10.0),
+        ("Force (N X10)", 10.0),
+        ("Force [X10 N]", 10.0),
+        ("Force (x10 N)", 10.0),
     ],
 )
 def test_a_factor_multiplies(cell: str, factor: float, read_log: ReadLog) -> None:
@@ -49,7 +61,16 @@ def test_a_factor_above_a_row_of_units(read_log: ReadLog) -> None:
 
 
 @pytest.mark.parametrize(
-    "cell", ["Force /100 (N)", "Force / 10^3 (N)", "Force x1000", "Force (x1000)", "Force ÷10 [N]"]
+    "cell",
+    [
+        "Force /100 (N)",
+        "Force / 10^3 (N)",
+        "Force x1000",
+        "Force (x1000)",
+        "Force ÷10 [N]",
+        "Force/10 (N)",
+        "Force X10",
+    ],
 )
 def test_a_factor_that_says_two_things_makes_no_force(cell: str, read_log: ReadLog) -> None:
     text = log(cell, 100.0)
@@ -84,6 +105,11 @@ def test_a_factor_of_the_time(read_log: ReadLog) -> None:
         "Time,Force,Disp\nScale,1,1000,0.1\n",
         "Name,Time,Force,Disp\nUnit,s,N,mm\nFactor,1,1000,0.1\n",
         "# Gain: ,1,1000,0.1\nTime (s),Force (N),Disp (mm)\n",
+        "Multiplier,1,1000,0.1\nTime (s),Force (N),Disp (mm)\n",
+        "Time (s),Force (N),Disp (mm)\nFaktor,1000,0.1\n",
+        "Time (s),Force (N),Disp (mm)\nmultiplied by,1000,0.1\n",
+        "Umrechnungsfaktor: 1,1000,0.1\nTime (s),Force (N),Disp (mm)\n",
+        "Time (s),Force (N),Disp (mm)\n/1,/1000,/0.1\n",
         "Time (s),Force (N),Disp (mm)\n1,1000,0.1\n",
         "Time,Force,Disp\ns,N,mm\n1,0.001,10\n",
     ],
@@ -108,3 +134,45 @@ def test_settings_are_no_row_of_factors(header: str, read_log: ReadLog) -> None:
     rows = "".join(f"{k * 1e-3:.3f},{f:.4f},{f / 90:.4f}\n" for k, f in zip(K, FORCE, strict=True))
     (record,) = read_log(header + rows)
     np.testing.assert_allclose(record.channels["force"][-200:], FORCE, atol=1e-3)
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "multiply by,1,1000,0.1\n{names}",
+        "Multiply by: 1,1000,0.1\n{names}",
+        "{names}multiply by,1000,0.1\n",
+        "{names}x1,x1000,x0.1\n",
+        "x1,x1000,x0.1\n{names}",
+        "{names}*1,*1000,*0.1\n",
+        "{names},×10³,×10⁻¹\n",
+        "{names}-,1000x,0.1x\n",
+        "{names}(x1),(x1000),(x0.1)\n",
+        "Time,Force,Disp\nx1,x1000,x0.1\ns,N,mm\n",
+        "Time,Force,Disp\ns,N,mm\n*1,*1000,*0.1\n",
+    ],
+)
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+def test_a_row_that_says_to_multiply_is_applied(header: str, delimiter: str, read_log: ReadLog) -> None:
+    top = header.format(names="Time (s),Force (N),Disp (mm)\n").replace(",", delimiter)
+    rows = "".join(f"{k * 1e-3:.3f},{f / 1e3:.9f},{f / 9:.6f}\n" for k, f in zip(K, FORCE, strict=True))
+    text = top + rows.replace(",", delimiter)
+    (record,) = read_log(text)
+    np.testing.assert_allclose(record.channels["force"], FORCE, atol=1e-5)
+    np.testing.assert_allclose(record.channels["displacement"], FORCE / 9e4, atol=1e-9)
+    assert record.dt == pytest.approx(1e-3)
+    (said,) = [f.text for f in record.findings if f.kind == "factor"]
+    assert said.startswith("line ") and "multiplied by 1, 1000, 0.1" in said
+    mapped = '[channels]\nforce = {column = 1, unit = "N", scale = 1000}\ndisplacement = {column = 2}\n'
+    (record,) = read_log(text, channel_map=mapped)
+    np.testing.assert_allclose(record.channels["force"], FORCE, atol=1e-5)
+    np.testing.assert_allclose(record.channels["displacement"], FORCE / 9e4, atol=1e-9)
+
+
+@pytest.mark.parametrize("names", ["x1,x2,x3", "x,1,2", "t,x10,x100"])
+def test_names_that_look_like_factors(names: str, read_log: ReadLog) -> None:
+    rows = "".join(f"{k * 1e-3:.3f},{f:.4f},{f / 90:.4f}\n" for k, f in zip(K, FORCE, strict=True))
+    mapped = 'time = 0\n[channels]\nforce = {column = 1, unit = "N"}\n'
+    (record,) = read_log(f"{names}\n{rows}", channel_map=mapped)
+    np.testing.assert_allclose(record.channels["force"], FORCE, atol=1e-3)
+    assert not any(f.kind == "factor" for f in record.findings)

@@ -1,5 +1,8 @@
 """Marks of missing values are found where they were laid, and nothing is taken for one in sound channels."""
 
+import io
+
+import h5py
 import numpy as np
 import pytest
 
@@ -66,7 +69,48 @@ def test_zeros_of_a_sensor_that_drops_out(length: int) -> None:
     assert _missing(_laid(WARM, 0.0, rows)) == rows
 
 
+SHARP = np.round(600.0 * np.tanh(6.0 * np.cos(2 * np.pi * 2 * T)) + 300.0 * np.cos(2 * np.pi * 2 * T) + 5.0 * NOISE, 1)
+SCATTERED = sorted(np.random.default_rng(3).choice(3000, 200, replace=False).tolist())
+MOVING = {"steep": SHARP, "smooth": MOTION, "coarse": np.round(MOTION, 1), "off zero": MOTION + 25.0}
+
+
+@pytest.mark.parametrize("rows", [[100, 703, 1405], SCATTERED[::3], SCATTERED, [*range(80, 120)], [*range(800, 1100)]])
+@pytest.mark.parametrize("name", MOVING)
+def test_zeros_laid_into_a_moving_channel(name: str, rows: list[int]) -> None:
+    values = MOVING[name]
+    far = {k for k in rows if abs(values[k]) > 0.3 * np.max(np.abs(values))}
+    found = set(_missing(_laid(values, 0.0, rows)))
+    own = set(np.flatnonzero(values == 0.0).tolist())
+    assert len(found & far) >= 0.95 * len(far) > 0
+    assert found <= set(rows) | own
+
+
+def test_zeros_in_several_channels_at_once_in_hdf5(read_log: ReadLog) -> None:
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w") as file:
+        file["time"] = T
+        file["force (N)"] = _laid(SHARP, 0.0, [*range(80, 120), 1400, 2201])
+        file["displacement (mm)"] = _laid(MOTION + 0.0003, 0.0, [*range(80, 120), 1400, 2201])
+    records = read_log(buffer.getvalue(), "run.h5")
+    said = [f.text for f in records[0].findings if f.kind == "missing-values"]
+    assert len(said) == 2 and all("0 in 42 rows" in text for text in said)
+    assert sum(r.rows_refused for r in records) == 42
+    for record in records:
+        at = round((record.start - T[0]) / 2e-3) + np.arange(record.samples)
+        np.testing.assert_allclose(record.channels["displacement"], 1e-3 * (MOTION[at] + 0.0003), atol=1e-5)
+
+
 SOUND = {
+    "a half wave": np.maximum(SHARP, 0.0),
+    "a dead band": np.where(np.abs(MOTION) < 3.0, 0.0, MOTION),
+    "a current that is switched off and rises again": np.where(
+        K % 1500 < 900, 2.0 - 2.0 * np.exp(-(K % 1500) / 90.0), 0.0
+    ),
+    "levels with noise, off in between": np.where(K // 350 % 3 == 1, 0.0, 1.0 + K // 700 * 0.5 + 0.003 * NOISE),
+    "a current chopped one time in ten": np.where(K % 10 == 0, 0.0, 1.5 + 0.2 * SINE),
+    "whole numbers through zero": np.round(3.0 * SINE) * 10.0 + np.round(9.0 * SINE),
+    "a test with rests": np.where(K // 500 % 2 == 1, 0.0, MOTION),
+    "small steps": np.round(0.5 * np.cumsum(NOISE)),
     "a sine through zero": MOTION,
     "a force in whole newtons, which is -999 at times": np.round(FORCE),
     "a slow ramp through -999 and 999": np.round(np.linspace(-1500.0, 1500.0, 3000)),
