@@ -405,7 +405,7 @@ def run(summary: Summary) -> None:
 
 
 def figure(summary: Summary) -> None:
-    """Print where a figure lies, and what it leaves out."""
+    """Print the place of a figure and the conditions that are not in it."""
     say(f"Figure of {summary['kind']}, {summary['width']} wide: {', '.join(summary['files'])}")
     if left_out := summary["left_out"]:
         say(

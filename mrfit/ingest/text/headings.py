@@ -54,7 +54,7 @@ class Heading:
     export: tuple[str, ...] = ()
 
     def same(self, before: "Heading") -> bool:
-        """Whether rows below it are read as those of the header before; what it leaves out it repeats."""
+        """Whether rows below it are read as those of the header before; absent names or units are repeated."""
         marks = not self.decimal or not before.decimal or self.decimal == before.decimal
         rates = self.interval is None or self.interval == before.interval
         bare = not any(self.units)
@@ -67,7 +67,7 @@ class Heading:
         )
 
     def completed(self, before: "Heading") -> "Heading | None":
-        """Return it with what it leaves out, names or units, taken from the header before; None if that is unclear."""
+        """Return it with absent names or units taken from the header before; None if these are unclear."""
         if self.row < 0:
             return self
         if all(n and units.known(n) and not is_name(n) for n in self.names) and not any(self.units):
