@@ -14,6 +14,7 @@ from mrfit.ingest.containers.shelf import Shelf
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, name_and_unit
+from mrfit.ingest.time.clocks import is_clock
 
 INTERVALS = ("ts", "dt", "delta_t", "sample_time", "sampletime", "sample_interval", "wf_increment")
 RATES = ("fs", "rate", "sample_rate", "samplerate", "sampling_rate", "samplingrate")
@@ -169,7 +170,7 @@ def _time(names: list[str], arrays: Arrays, wanted: str | int | None, order: Map
         called = [n for n in names if name_and_unit(n.rpartition(".")[2])[0].lower() in known]
         if rising := [n for n in called if _rises(arrays.signals[n])]:
             return rising
-    return []
+    return [n for n in names if is_clock(_column(n, arrays, order[n]))]
 
 
 def _rises(values: Array) -> bool:

@@ -108,7 +108,7 @@ def _need_map(source: Source, grid: Grid) -> None:
     if source.rules.channels:
         return
     row = excerpt(source.head.lines[grid.first])
-    timed = _rises_evenly(source.head, grid)
+    timed = _rises_evenly(source.head, grid, 0)
     hint = "; column 0 rises evenly and may be the time" if timed else ""
     what = f"no header says what its {grid.width} columns are (first row, line {grid.first + 1}: '{row}'{hint})"
     if source.rules.where:
@@ -120,9 +120,9 @@ def _need_map(source: Source, grid: Grid) -> None:
     raise Refusal(source.head.path, what, f"{remedy}; it holds, or a file given by --map does, {example}")
 
 
-def _rises_evenly(head: Head, grid: Grid) -> bool:
+def _rises_evenly(head: Head, grid: Grid, column: int) -> bool:
     number = number_pattern(grid.decimal)
-    texts = [r[0] for r in _sample_rows(head, grid)[:SAMPLE]]
+    texts = [r[column] for r in _sample_rows(head, grid)[:SAMPLE]]
     if len(texts) < 4 or not all(number.fullmatch(t) for t in texts):
         return False
     values = np.array([float(t.replace(grid.decimal, ".").replace("∞", "inf")) for t in texts])
@@ -138,7 +138,7 @@ def read_grid(source: Source, grid: Grid, header: Header, data: Text | None = No
     sorting = form.texts if form else ()
     numeric = [k for k, kind in enumerate(kinds) if kind == "number" and k not in sorting]
     stamps = [k for k, kind in enumerate(kinds) if kind == "stamp"]
-    time = _time_column(source, header, numeric, stamps)
+    time = _time_column(source, grid, header, numeric, stamps)
     blank = tuple(k for k, kind in enumerate(kinds) if kind == "empty" and not header.names[k])
     texts = (time,) if time is not None and time in stamps else ()
     comment = "" if head.lines[grid.first].strip()[:1] in COMMENTS else COMMENTS
@@ -195,7 +195,9 @@ def _kinds(head: Head, grid: Grid) -> list[str]:
     return kinds
 
 
-def _time_column(source: Source, header: Header, numeric: Sequence[int], stamps: Sequence[int]) -> int | None:
+def _time_column(
+    source: Source, grid: Grid, header: Header, numeric: Sequence[int], stamps: Sequence[int]
+) -> int | None:
     rule = source.rules.time
     if rule is not None:
         wanted = rule.column
@@ -212,8 +214,10 @@ def _time_column(source: Source, header: Header, numeric: Sequence[int], stamps:
     if not named and not timed and not stamps and (axis := _scope_axis(source.head, header, numeric)) is not None:
         return axis
     dated = [k for k in numeric if header.names[k].strip().lower() in DATE_NAMES]
-    worded = [k for k in timed if re.split(r"[\s_.\d]+", header.names[k].strip().lower())[0] in TIME_NAMES]
-    for choice in (named, worded, timed, stamps, dated):
+    begins = [k for k in numeric if re.split(r"[\s_.\d]+", header.names[k].strip().lower())[0] in TIME_NAMES]
+    worded = [k for k in begins if k in timed]
+    rising = [k for k in begins if header.units[k] is None and _rises_evenly(source.head, grid, k)]
+    for choice in (named, worded, timed, stamps, dated, rising):
         if len(choice) == 1 or (choice and choice is not timed):
             return choice[0]
     return None

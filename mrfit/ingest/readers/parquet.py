@@ -18,7 +18,8 @@ from mrfit.ingest.meaning.channel_map import TimeRule
 from mrfit.ingest.refusal import Refusal, damaged, excerpt
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.head import Head
-from mrfit.ingest.text.layout import TIME_NAMES, name_and_unit
+from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, name_and_unit
+from mrfit.ingest.time.clocks import is_clock
 from mrfit.ingest.time.epoch import unit_since_1970
 from mrfit.io.arrow import floats
 
@@ -156,7 +157,7 @@ def _content(table: Any, places: list[int], source: Source) -> tuple[list[Column
 
 
 def _tells_time(name: str, unit: str | None) -> bool:
-    return units.compatible(unit, "s") if unit else name.lower() in TIME_NAMES
+    return units.compatible(unit, "s") if unit else name.lower() in {*TIME_NAMES, *DATE_NAMES}
 
 
 def _counted_time(column: Any, unit: str | None, carry: dict[str, Any], place: int) -> tuple[Array, str | None]:
@@ -241,7 +242,10 @@ def log_time(columns: list[Column], rule: TimeRule | None) -> Column | None:
         return next((c for c in columns if rule.column in (c.name, c.index)), None)
     timed = [c for c in columns if c.unit is not None and units.compatible(c.unit, "s")]
     named = [c for c in columns if c.name.lower() in TIME_NAMES]
-    return named[0] if named else timed[0] if len(timed) == 1 else None
+    if named or len(timed) == 1:
+        return (named or timed)[0]
+    dated = (c for c in columns if c.name.lower() in DATE_NAMES)
+    return next((c for c in columns if is_clock(c)), None) or next(dated, None)
 
 
 def _table(columns: list[Column], rows: int, about: dict[str, Any], rule: TimeRule | None) -> Table:

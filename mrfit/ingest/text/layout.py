@@ -395,11 +395,11 @@ def _of_programs(text: str) -> tuple[str, str] | None:
 
 
 def _is_alias(name: str) -> bool:
-    return name.lower() in TIME_NAMES or bool(aliases_of(name))
+    return name.lower() in {*TIME_NAMES, *DATE_NAMES} or bool(aliases_of(name))
 
 
 def _belongs(name: str, unit: str) -> bool:
-    wanted = ["s"] if name.lower() in TIME_NAMES else [CHANNELS[n].unit for n in aliases_of(name)]
+    wanted = ["s"] if name.lower() in {*TIME_NAMES, *DATE_NAMES} else [CHANNELS[n].unit for n in aliases_of(name)]
     return any(units.compatible(unit, w) for w in wanted)
 
 

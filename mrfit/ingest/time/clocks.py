@@ -13,7 +13,7 @@ from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import FILE_NAME, Rules
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column, Table
-from mrfit.ingest.text.layout import TIME_NAMES
+from mrfit.ingest.text.layout import TIME_NAMES, aliases_of, words_of
 from mrfit.ingest.time.timebase import FILL_AT_MOST
 
 OFF = 0.05
@@ -35,7 +35,7 @@ def on_one_clock(table: Table, rules: Rules, path: str) -> Table:
     if table.time is None or rules.time is not None:
         return table
     mapped = {r.column for r in rules.channels.values() if isinstance(r.column, (str, int))} | set(rules.ignore)
-    clocks = [c for c in table.columns if c.name not in mapped and c.index not in mapped and _is_clock(c)]
+    clocks = [c for c in table.columns if c.name not in mapped and c.index not in mapped and is_clock(c)]
     every = sorted([table.time, *clocks], key=lambda c: c.index)
     owned = _owned([c for c in table.columns if c not in clocks], every)
     others = [c for c in clocks if _differs(table.time, c, owned is not None)]
@@ -58,7 +58,11 @@ def on_one_clock(table: Table, rules: Rules, path: str) -> Table:
     for k, (times, channels) in enumerate(own):
         for c in channels:
             columns.append(replace(c, values=(c.values if k == quickest else _at(grid, times, c, path))[within]))
-    text = f"{shown} are times that differ: each channel has the one before it, all are brought on column "
+    owners = "; ".join(
+        f"column {clock.index} is that of {' and '.join(repr(c.name) for c in channels)}"
+        for clock, channels in zip(every, owned, strict=True)
+    )
+    text = f"{shown} are times that differ: {owners}; all are brought on column "
     text += f"{every[quickest].index} by linear interpolation"
     time = Column(every[quickest].name, "s", grid[within], every[quickest].index)
     return replace(
@@ -72,10 +76,11 @@ def on_one_clock(table: Table, rules: Rules, path: str) -> Table:
     )
 
 
-def _is_clock(column: Column) -> bool:
+def is_clock(column: Column) -> bool:
     """Whether a column is named or measured as a time, and rises."""
-    word = re.sub(r"\d+$", "", re.split(r"[\s_.]+", column.name.strip().lower())[0])
-    whole = re.sub(r"[\s_.]*\d+$", "", column.name.strip().lower())
+    called = column.name.rpartition(".")[2].strip().lower() or column.name.lower()
+    word = re.sub(r"\d+$", "", re.split(r"[\s_.]+", called)[0])
+    whole = re.sub(r"[\s_.]*\d+$", "", called)
     named = column.unit is None and bool({word, whole} & TIME_NAMES)
     timed = column.unit is not None and units.known(column.unit) and units.compatible(column.unit, "s")
     if not (named or timed):
@@ -86,10 +91,39 @@ def _is_clock(column: Column) -> bool:
 
 
 def _owned(channels: Sequence[Column], clocks: Sequence[Column]) -> list[list[Column]] | None:
-    """Return the channels behind each clock and before the next; None if one has none, or some stand before all."""
+    """Return the channels that each clock is named after, or those behind it and before the next.
+
+    None if a clock has none, or some channels have no clock.
+    """
+    if (owned := _named_after(channels, clocks)) is not None:
+        return owned
     edges = [*(c.index for c in clocks), np.inf]
     owned = [[c for c in channels if a < c.index < b] for a, b in zip(edges, edges[1:], strict=False)]
     return owned if all(owned) and sum(map(len, owned)) == len(channels) else None
+
+
+def _named_after(channels: Sequence[Column], clocks: Sequence[Column]) -> list[list[Column]] | None:
+    """Return the channels of ``time_force``, ``Time disp``; a clock with no such word has what is left.
+
+    None if a clock has none, or a channel none or several.
+    """
+    words = [words_of(c.name.rpartition(".")[2])[1:] for c in clocks]
+    rest = [k for k, w in enumerate(words) if not w]
+    if len(rest) > 1 or len(rest) == len(clocks):
+        return None
+    owned: list[list[Column]] = [[] for _ in clocks]
+    for channel in channels:
+        name = channel.name.rpartition(".")[2]
+        own = [k for k, w in enumerate(words) if w and _is_called(name, " ".join(w))] or rest
+        if len(own) != 1:
+            return None
+        owned[own[0]].append(channel)
+    return owned if all(owned) else None
+
+
+def _is_called(name: str, word: str) -> bool:
+    """Whether a channel has a name, or means the same quantity."""
+    return " ".join(words_of(name)) == word or bool({*aliases_of(name)} & {*aliases_of(word)})
 
 
 def _seconds(clock: Column) -> Array:

@@ -1,6 +1,11 @@
 """Tables with several time columns: each channel by its own clock, on one of them, or refused."""
 
+import io
+
+import h5py
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from mrfit.ingest.refusal import Refusal
@@ -104,3 +109,51 @@ def test_a_clock_that_starts_again_with_every_step_is_the_same_clock(read_log: R
 def test_clocks_without_a_common_stretch_are_refused(read_log: ReadLog) -> None:
     with pytest.raises(Refusal, match="no stretch in common"):
         read_log(log("Time (s),disp (mm),Time (s),force (N)", 0.002 * K, 0.01 * K + 3.0))
+
+
+def contained(form: str, named: dict[str, np.ndarray]) -> bytes:
+    buffer = io.BytesIO()
+    if form == "run.parquet":
+        pq.write_table(pa.table(named), buffer)
+    else:
+        with h5py.File(buffer, "w") as file:
+            for name, values in named.items():
+                file[name] = values
+    return buffer.getvalue()
+
+
+@pytest.mark.parametrize("form", ["run.h5", "run.parquet"])
+@pytest.mark.parametrize("two", [0.01 * K, 0.002 * K * 1.01 + 0.0005])
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("time_displacement", "displacement (mm)", "time_force", "force (N)"),
+        ("Time disp", "Disp (mm)", "Time force", "Force (N)"),
+        ("Time disp (s)", "Disp (mm)", "Time force (s)", "Force (N)"),
+        ("t_disp", "Disp (mm)", "t_load", "Force (N)"),
+        ("time", "displacement (mm)", "time_force", "force (N)"),
+    ],
+)
+def test_clocks_named_after_their_channels(
+    names: tuple[str, ...], two: np.ndarray, form: str, read_log: ReadLog
+) -> None:
+    one = 0.002 * K
+    (record,) = read_log(contained(form, dict(zip(names, (one, disp(one), two, force(two)), strict=True))), form)
+    time = record.start + record.dt * np.arange(record.samples)
+    assert record.dt == pytest.approx(0.002) and set(record.channels) == {"displacement", "force"}
+    np.testing.assert_allclose(record.channels["displacement"], 1e-3 * disp(time), atol=1e-5)
+    np.testing.assert_allclose(record.channels["force"], force(time), atol=1.0)
+
+
+@pytest.mark.parametrize("form", ["run.h5", "run.parquet"])
+def test_clocks_of_unknown_channels_are_refused_by_name(form: str, read_log: ReadLog) -> None:
+    named = {"ch_a": disp(0.002 * K), "ch_b": force(0.01 * K), "time_one": 0.002 * K, "time_two": 0.01 * K}
+    with pytest.raises(Refusal, match=r"'time_one'.*'time_two'.*write time = COLUMN"):
+        read_log(contained(form, named), form)
+
+
+@pytest.mark.parametrize("form", ["run.h5", "run.parquet"])
+def test_a_slow_channel_that_begins_with_t_is_no_clock(form: str, read_log: ReadLog) -> None:
+    named = {"time": 0.002 * K, "force (N)": force(0.002 * K), "t_coil": 24.0 + np.sin(K)}
+    (record,) = read_log(contained(form, named), form)
+    assert record.dt == 0.002 and "two-clocks" not in {f.kind for f in record.findings}

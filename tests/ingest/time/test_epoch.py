@@ -4,6 +4,8 @@ import io
 
 import h5py
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from mrfit.ingest.refusal import Refusal
@@ -77,3 +79,24 @@ def test_counts_since_1970_as_whole_numbers_of_hdf5(scale: float, read_log: Read
         file["force"] = FORCE
     (record,) = read_log(buffer.getvalue(), "run.h5")
     assert record.dt == pytest.approx(2e-3 if scale > 1.0 else 1.0, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "scale"), [("epoch_us", 1e6), ("epoch_ms", 1e3), ("timestamp_ns", 1e9), ("unix_ms", 1e3)]
+)
+def test_names_that_give_the_unit_of_a_count_since_1970(name: str, scale: float, read_log: ReadLog) -> None:
+    times = [int(NOW) * int(scale) + round(2e-3 * scale) * int(k) for k in K]
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w") as file:
+        file[name], file["force (N)"] = np.array(times), FORCE
+    table = io.BytesIO()
+    pq.write_table(pa.table({name: times, "force (N)": FORCE}), table)
+    logs = {
+        "run.csv": _log(name, [str(t) for t in times]),
+        "run.h5": buffer.getvalue(),
+        "run.parquet": table.getvalue(),
+    }
+    for file_name, content in logs.items():
+        (record,) = read_log(content, file_name)
+        assert record.dt == pytest.approx(2e-3, rel=1e-6)
+        np.testing.assert_allclose(record.channels["force"], FORCE)
