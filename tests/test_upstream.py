@@ -78,7 +78,7 @@ class Study:
         return Fit(**made, key=key, settings={"model": "bingham"})
 
     def outdated(self, key: str) -> list[str]:
-        return Workspace(self.work).outdated([self.fit(key)])
+        return list(Workspace(self.work).outdated([self.fit(key)]))
 
 
 HELD = mrfit.segment.stage.Settings(holdout="none")

@@ -18,8 +18,8 @@ from mrfit.fit.diagnostics.uncertainty import sensitivities
 from mrfit.io.schemas.advice import Width
 from mrfit.io.schemas.fit import Fit
 from mrfit.search.cube import Cube, cube_of
-from mrfit.simulate.assembly import Assembly, assemble
-from mrfit.simulate.current_dependence import CurrentDependence
+from mrfit.simulate.assembly import Assembly
+from mrfit.simulate.current_levels import assembly_of
 
 
 @dataclass(frozen=True)
@@ -59,14 +59,6 @@ class Known:
         if self.assembly.spec.free_offset:
             columns = without(columns, np.ones((len(columns), 1)))
         return columns
-
-
-def assembly_of(fit: Fit) -> Assembly:
-    """Return the assembly that a fit was made with."""
-    stored = fit.current_dependence
-    if stored is None:
-        return assemble(fit.model)
-    return assemble(fit.model, CurrentDependence(tuple(stored.orders.items()), stored.low, stored.high))
 
 
 def known_of(bench: Bench, fit: Fit) -> Known:

@@ -14,6 +14,7 @@ from mrfit.advise.specimen import Specimen, rigged_of
 from mrfit.core.progress import Progress, silent
 from mrfit.discover.bench import Bench, build_bench, effects_for
 from mrfit.errors import ConfigError, DataError
+from mrfit.fit.predict import read_fit
 from mrfit.fit.select import read_dataset
 from mrfit.io.atomic import write_atomic
 from mrfit.io.dataset import Dataset
@@ -115,7 +116,9 @@ def advised(workspace: Workspace, rig: Rig, settings: Settings, progress: Progre
     """Return the advice on a workspace for a rig, nothing written."""
     data = read_dataset(workspace)
     if settings.goal == "parameters":
-        fit = _read_fit(workspace, settings.fit)
+        if not settings.fit:
+            raise ConfigError("--goal parameters needs --fit NAME, the fit whose intervals are to be narrower")
+        fit = read_fit(workspace, settings.fit)
         return of_fit(bench_of(data, fit.model), fit, rig, settings.seed, progress)
     if settings.fit:
         raise ConfigError("--fit needs --goal parameters")
@@ -138,17 +141,6 @@ def read_found(workspace: Workspace) -> DiscoveryFile:
             f"{workspace.root}: no discovery here; run `mrfit discover --model NAME --work {workspace.root}` first"
         )
     return found
-
-
-def _read_fit(workspace: Workspace, name: str) -> Fit:
-    if not name:
-        raise ConfigError("--goal parameters needs --fit NAME, the fit whose intervals are to be narrower")
-    path = workspace.fit_folder(name) / "fit.json"
-    fit = load(path, Fit, f"run `mrfit fit --name {name}` again")
-    if fit is None:
-        there = ", ".join(workspace.fit_names()) or "none yet; run `mrfit fit` first"
-        raise DataError(f"{workspace.root}: no fit named '{name}' (there are: {there})")
-    return fit
 
 
 def bench_of(data: Dataset, model: str) -> Bench:
@@ -230,5 +222,7 @@ def of_fit(bench: Bench, fit: Fit, rig: Rig, seed: int, progress: Progress = sil
         noise=known.noise,
         seed=seed,
         code=code_version("advise"),
+        outdated=bool(fit.outdated),
+        reason="; ".join(fit.outdated),
     )
     return Made(content, drives)

@@ -12,7 +12,6 @@ from mrfit.export import stage
 from mrfit.export.source import OWN, Source, Stretch, runs, source_of
 from mrfit.report.source import Series
 from mrfit.settings.export import Settings
-from mrfit.simulate.current_levels import assembly_of
 
 if TYPE_CHECKING:
     from mrfit.api.fitting import FitResult
@@ -42,7 +41,7 @@ def _source(
     condition: str,
     without: Sequence[str],
 ) -> Source:
-    assembly = assembly_of(result.content)
+    assembly = result.assembly
     if recordings is not None:
         logs = list(several(recordings))
         found = result.predict(logs).found

@@ -20,11 +20,15 @@ from mrfit.fit import stage as fit_stage
 from mrfit.fit.extrapolation import together
 from mrfit.fit.files import Fitted, read_fit_json
 from mrfit.fit.predict import stretch_of
+from mrfit.fit.proof import check_simulated
 from mrfit.io.bars import Heard, shown
+from mrfit.io.outdated import law_reason
 from mrfit.io.schemas.fit import Fit, FitPreparation, Result, SavedFit
 from mrfit.io.schemas.stages import FluxSettings, SegmentSettings
 from mrfit.io.workspace import plain, write_json
 from mrfit.settings.export import Settings as ExportSettings
+from mrfit.simulate.assembly import Assembly
+from mrfit.simulate.current_levels import assembly_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -109,6 +113,9 @@ class FitResult:
     def warnings(self) -> tuple[Caution, ...]:
         """Reasons to distrust the fit."""
         whole = [Caution(w.kind, w.text) for w in self.content.warnings]
+        unstated = "" if self.content.law else "an older mrfit's, which does not state the code of its law"
+        if why := law_reason(self.content) or unstated:
+            whole.append(Caution("outdated", f"{why}: fit again"))
         own = [Caution(w.kind, w.text, r.condition) for r in self.content.results for w in r.warnings]
         return (*whole, *own)
 
@@ -121,7 +128,15 @@ class FitResult:
     ) -> Prediction:
         """Simulate the model on other recordings, as ``mrfit predict`` does; see ``mrfit.predict``."""
         how = self.preparation.to_predict(resistance)
-        return predicted(self.content, recordings, how, progress, self.extents)
+        return predicted(self.content, self.assembly, recordings, how, progress, self.extents)
+
+    @property
+    def assembly(self) -> Assembly:
+        """The model as it was fitted; a DataError where the code of its law has changed since."""
+        model = assembly_of(self.content)
+        if self.fitted:
+            check_simulated(self.content, model, self.fitted.blocks.parts, self.fitted.simulated)
+        return model
 
     @property
     def extents(self) -> dict[str, tuple[float, float]]:

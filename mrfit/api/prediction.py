@@ -15,7 +15,6 @@ from mrfit.io.bars import Heard, shown
 from mrfit.io.schemas.fit import Fit, MetricRow
 from mrfit.report.source import Series
 from mrfit.simulate.assembly import Assembly
-from mrfit.simulate.current_levels import assembly_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -128,16 +127,17 @@ class Prediction:
 
 def predicted(
     fit: Fit,
+    assembly: Assembly,
     recordings: Recording | Iterable[Recording],
     how: Preparation,
     progress: Heard = True,
     trained: Mapping[str, tuple[float, float]] | None = None,
 ) -> Prediction:
-    """Return the prediction of recordings by a fit, made where its channels were within ``trained``."""
+    """Return the prediction of recordings by a fit and its model, made where its channels were within ``trained``."""
     with one_blas_thread(), shown(progress) as told:
         made = prepared(recordings, how, told)
         found = fit_predict.predict(fit, made.dataset, trained)
-    return Prediction(fit, assembly_of(fit), found, made.findings)
+    return Prediction(fit, assembly, found, made.findings)
 
 
 def predict(

@@ -11,7 +11,6 @@ from mrfit.core import registry
 from mrfit.errors import ConfigError, DataError
 from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence, Order
-from mrfit.simulate.current_levels import assembly_of
 
 if TYPE_CHECKING:
     from mrfit.api.fitting import FitResult
@@ -159,7 +158,7 @@ def damper_of(
         )
     stored = content.current_dependence
     values = {p.name: p.value for p in content.results[0].parameters}
-    spec = assembly_of(content).spec
+    spec = fit.assembly.spec
     parameters = tuple(zip(spec.names, spec.theta(values).tolist(), strict=True))
     orders: tuple[tuple[str, Order], ...] = ()
     if stored:

@@ -52,18 +52,18 @@ def computed(work: Path, settings: Settings, progress: Progress) -> AdviceFile |
     from mrfit.io.workspace import Workspace
 
     workspace, on_rivals = Workspace(work), settings.goal == "rivals"
-    outdated = on_rivals and bool(pipeline.advise(work)["outdated"])
+    reason = pipeline.advise(work)["reason"] if on_rivals else ""
     if on_rivals and not stage.has_rig(workspace, settings):
         return None
     with workspace.locked():
-        return replace(stage.run(workspace, settings, progress), outdated=outdated)
+        made = stage.run(workspace, settings, progress)
+    return replace(made, outdated=True, reason=reason) if reason else made
 
 
 def _say(made: AdviceFile, work: Path) -> None:
-    from mrfit.cli.output import OUTDATED
-
     if made.outdated:
-        console.say(f"  warning outdated: {OUTDATED}: discover again")
+        again = "fit again" if made.goal == "parameters" else "discover again"
+        console.say(f"  warning outdated: {made.reason}: {again}")
     for line in made.text:
         console.say(line)
     apart = [k for k, pair in enumerate(made.pairs) if pair.separable]

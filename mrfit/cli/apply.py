@@ -42,7 +42,9 @@ def damper_named(work: Path, name: str) -> "Damper":
     from mrfit.io.workspace import Workspace
 
     workspace = Workspace(work)
-    fit = read_fit(workspace, name)
+    fit = read_fit(workspace, name, compare=True)
+    for reason in fit.outdated:
+        console.note(f"warning outdated: {fit.name}: {reason}: fit again")
     known = (workspace.fit_folder(name) / "residuals.parquet").is_file() and workspace.segments_file.is_file()
     return damper_of(FitResult(fit), tested=together(trained_on(workspace, fit)) if known else {})
 

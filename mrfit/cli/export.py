@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import mrfit.settings.export
-from mrfit.cli import console, names
+from mrfit.cli import console, names, output
 from mrfit.cli.options import Json, Plugins, Work, options
 from mrfit.core.progress import Progress
 from mrfit.errors import DataError
@@ -95,7 +95,14 @@ def exported(
     formats = [
         Format(format=f, files=written.files[f], said=written.said[f], error=written.errors[f]) for f in written.files
     ]
-    return Exported(fit=name, model=source.assembly.name, folder=str(folder), formats=formats, failed=written.failed)
+    return Exported(
+        fit=name,
+        model=source.assembly.name,
+        folder=str(folder),
+        formats=formats,
+        failed=written.failed,
+        outdated=found.content.outdated,
+    )
 
 
 def check_all_made(summary: "Exported") -> None:
@@ -113,6 +120,7 @@ def show(summary: "Exported") -> None:
     for row in summary.formats:
         for text in row.said:
             console.say(f"{row.format}: {text}")
+    output.outdated({summary.fit: "; ".join(summary.outdated)})
 
 
 def _few(names: Sequence[str]) -> str:

@@ -1,7 +1,7 @@
 """What each command prints for a person."""
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -206,7 +206,7 @@ def predict(summary: Summary) -> None:
         nearest = "" if condition in ("all", own) else f", the nearest to {own} that was fitted"
         say(f"  {segment_id}: parameters of {condition}{nearest}")
     _say_once(summary["findings"])
-    outdated([summary["fit"]] if summary["outdated"] else [])
+    outdated({summary["fit"]: "; ".join(summary["reasons"])})
     _whole_warnings(summary)
     if summary.get("files"):
         say(f"Files: {', '.join(summary['files'])}")
@@ -215,13 +215,11 @@ def predict(summary: Summary) -> None:
     conclude(in_one_line.predict(summary))
 
 
-OUTDATED = "made from older data, or by another mrfit or plug-in, than are here now"
-
-
-def outdated(fits: Sequence[str]) -> None:
-    """Print which fits were made from other data than those now in the workspace."""
-    for name in fits:
-        say(f"  warning outdated: {name}: {OUTDATED}: fit again")
+def outdated(reasons: Mapping[str, str]) -> None:
+    """Print why fits are out of date, by name; of those that are not the reason is empty."""
+    for name, reason in reasons.items():
+        if reason:
+            say(f"  warning outdated: {name}: {reason}: fit again")
 
 
 def compare_models(summary: Summary, work: Path) -> None:
@@ -329,7 +327,7 @@ def discover(summary: Summary, work: Path) -> None:
 def advise(summary: Summary) -> None:
     """Print which tests would settle what a discovery left open."""
     if summary.get("outdated"):
-        say(f"  warning outdated: {OUTDATED}: discover again")
+        say(f"  warning outdated: {summary['reason']}: discover again")
     if not summary["advice"]:
         say(f"Nothing to settle: the last discovery on {summary['base_model']} ended with '{summary['verdict']}'.")
         return
@@ -344,7 +342,7 @@ def advise(summary: Summary) -> None:
 
 def report(summary: Summary, work: Path) -> None:
     """Print where the report lies, and which of its fits are older than the data."""
-    outdated(summary["outdated"])
+    outdated(summary["reasons"])
     _notes(summary)
     conclude(f"Report{_state(summary)}: {summary['index']}")
 
@@ -405,7 +403,8 @@ def run(summary: Summary) -> None:
 
 
 def figure(summary: Summary) -> None:
-    """Print the place of a figure and the conditions that are not in it."""
+    """Print the place of a figure, the conditions not in it, and why its fits are out of date."""
+    outdated(summary["outdated"])
     say(f"Figure of {summary['kind']}, {summary['width']} wide: {', '.join(summary['files'])}")
     if left_out := summary["left_out"]:
         say(

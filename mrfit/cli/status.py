@@ -11,7 +11,6 @@ from mrfit.core.progress import Progress, silent
 from mrfit.errors import DataError
 from mrfit.io.keys import code_version, discovery_key
 from mrfit.io.outdated import Inputs, flux_reason, other_code, segment_reason
-from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.reading import load
 from mrfit.io.schemas.stages import About, ReportFile
 from mrfit.io.workspace import Workspace
@@ -82,7 +81,7 @@ def status(workspace: Workspace, progress: Progress = silent) -> list[Step]:
         ("discovery", "", lambda: _discovery(workspace, inputs)),
         ("models compared", "", lambda: _models(workspace, inputs)),
         ("optimizers compared", "", lambda: _optimizers(workspace, inputs)),
-        ("report", "", lambda: _report(workspace)),
+        ("report", "", lambda: _report(workspace, inputs)),
     ]
     found = [step for what, name, look in looks if (step := _looked(what, name, look))]
     if not found:
@@ -107,8 +106,9 @@ def _recordings(workspace: Workspace, progress: Progress) -> Step | None:
     code = summary.code
     reasons = []
     if changed := list(_changed_logs(workspace, rows, progress)):
-        more = f" and {len(changed) - SHOWN} more" if len(changed) > SHOWN else ""
-        reasons.append(f"changed since read: {', '.join(changed[:SHOWN])}{more}")
+        reasons.append(f"changed since read: {_few(changed)}")
+    if edited := [r.id for r in rows if not workspace.is_whole(r.id)]:
+        reasons.append(f"no longer what was read of the logs: {_few(edited)}")
     if code == "":
         reasons.append("read by more than one version of the code")
     elif code is not None and code != code_version("ingest"):
@@ -116,6 +116,10 @@ def _recordings(workspace: Workspace, progress: Progress) -> Step | None:
     why = "; ".join(reasons)
     told = holds + f", {refused} refused" * bool(refused)
     return Step("recordings", "", told, [r.id for r in rows], {}, code or "", why)
+
+
+def _few(names: Sequence[str]) -> str:
+    return ", ".join(names[:SHOWN]) + (f" and {len(names) - SHOWN} more" if len(names) > SHOWN else "")
 
 
 def _changed_logs(workspace: Workspace, rows: Sequence[About], progress: Progress) -> Iterator[str]:
@@ -168,18 +172,16 @@ def _segments(workspace: Workspace) -> Step | None:
 
 
 def _fit(workspace: Workspace, name: str, inputs: Inputs) -> Step | None:
-    folder = workspace.fit_folder(name)
-    fit = load(folder / "fit.json", Fit, "delete it and run `mrfit fit` again")
+    fit = workspace.stored_fit(name)
     if fit is None:
-        kept = len(list(folder.glob(".partial/*.json")))
+        kept = len(list(workspace.fit_folder(name).glob(".partial/*.json")))
         return Step("fit", name, f"unfinished, {_count(kept, 'search', 'searches')} kept") if kept else None
     error = fit.pooled("holdout") or fit.pooled("train")
     holds = f"{fit.model} by {fit.optimizer}: {_count(len(fit.results), 'set')} of parameters"
     if error and error.nrmse is not None:
         holds += f", NRMSE {100.0 * error.nrmse:.3g} % {'held out' if error.role == 'holdout' else 'in training'}"
-    # one without a key does not say what it was made from
-    why = inputs.reason(fit) if fit.key else ""
-    return Step("fit", name, holds, [r.condition for r in fit.results], fit.settings, fit.code, why)
+    why = inputs.of_fits([fit])
+    return Step("fit", name, holds, [r.condition for r in fit.results], fit.settings, fit.code, why.get(fit.name, ""))
 
 
 def _discovery(workspace: Workspace, inputs: Inputs) -> Step | None:
@@ -218,7 +220,7 @@ def _fit_reason(workspace: Workspace, name: str, rows: Sequence["ModelErrors"], 
     """Return why what a comparison says of a fit, its ``rows`` of errors, does no longer hold."""
     if name not in workspace.fit_names():
         return f"the fit {name} is gone"
-    fit = load(workspace.fit_folder(name) / "fit.json", Fit, "delete it and run `mrfit fit` again")
+    fit = workspace.stored_fit(name)
     then = {(m.condition, m.role): m.rmse for m in rows}
     if fit and then != {(m.condition, m.role): m.rmse for m in fit.metrics}:
         return f"the fit {name} has been made again since"
@@ -243,24 +245,25 @@ def _optimizers(workspace: Workspace, inputs: Inputs) -> Step | None:
     return Step("optimizers compared", "", holds, names, found.settings, found.code, why)
 
 
-def _report(workspace: Workspace) -> Step | None:
+def _report(workspace: Workspace, inputs: Inputs) -> Step | None:
     found = load(workspace.report_folder / "report.json", ReportFile, "run `mrfit report` again")
     if not found:
         return None
     holds = f"{_count(len(found.fits), 'fit')} on report/index.html"
-    return Step("report", "", holds, found.fits, {"fits": found.fits}, found.code, _old(workspace, found))
+    return Step("report", "", holds, found.fits, {"fits": found.fits}, found.code, _old(workspace, found, inputs))
 
 
-def _old(workspace: Workspace, report: ReportFile) -> str:
+def _old(workspace: Workspace, report: ReportFile, inputs: Inputs) -> str:
     """Return why a report is out of date."""
     names = report.fits
     if gone := [n for n in names if n not in workspace.fit_names()]:
         return f"a fit it shows is gone: {', '.join(gone)}"
     if lost := [f for f in report.files if not (workspace.report_folder / f).is_file()]:
         return f"of its files one is gone: {lost[0]}"
-    if report.key == report_key(workspace, names):
+    outdated = inputs.of_fits(filter(None, map(workspace.stored_fit, names)))
+    if report.key == report_key(workspace, names, outdated):
         return ""
-    if report.code and report.key == report_key(workspace, names, report.code):
+    if report.code and report.key == report_key(workspace, names, outdated, report.code):
         return other_code(report.code, "")
     return "the fits it shows, or the recordings, flux linkage or segments, have changed since"
 

@@ -19,7 +19,7 @@ from mrfit.fit.identify import Group, build_group, weights_of
 from mrfit.fit.select import read_dataset
 from mrfit.io.csv_table import csv_table
 from mrfit.io.dataset import Dataset
-from mrfit.io.keys import code_version, digest_of, fit_key
+from mrfit.io.keys import code_version, digest_of, fit_key, segments_digest
 from mrfit.io.schemas.compare import Curve, OptimizerRow, OptimizersFile
 from mrfit.io.schemas.reading import reusable
 from mrfit.io.workspace import Workspace, checked, write_json, write_text
@@ -144,6 +144,7 @@ def compared(dataset: Dataset, settings: Settings, progress: Progress = silent) 
         key=fit_key(used, contents, cut),
         code=code_version("fit"),
         data_sha256=digest_of(contents),
+        segments_sha256=segments_digest(cut),
     )
     return checked(summary)
 

@@ -27,7 +27,7 @@ from mrfit.fit.laws.choice import Choice
 from mrfit.fit.laws.laws_of_current import dependence_of
 from mrfit.fit.select import load_recordings, usable
 from mrfit.io.dataset import Dataset
-from mrfit.io.keys import code_version, digest_of, discovery_key
+from mrfit.io.keys import code_version, digest_of, discovery_key, segments_digest
 from mrfit.io.schemas.discovery import DiscoveryDependence, DiscoveryFile, Gap, PartialDiscovery, Unexplained
 from mrfit.io.schemas.reading import reusable
 from mrfit.io.tables import write_table
@@ -123,7 +123,8 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         advice = (*told.found.advice, moved) if moved else told.found.advice
         told = replace(told, found=told.found.model_copy(update={"advice": advice}))
     own = {k: v for k, v in asdict(settings).items() if k != "jobs"}
-    found = told.found.model_copy(update={"code": code_version("discover"), "settings": own})
+    made = {"code": code_version("discover"), "segments_sha256": segments_digest(rows), "settings": own}
+    found = told.found.model_copy(update=made)
     # a kill from here on must not leave the files of one discovery beside the key of another
     for name in ("discovery.json", "residuals.parquet"):
         (folder / name).unlink(missing_ok=True)

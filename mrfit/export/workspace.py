@@ -34,7 +34,7 @@ def read_fit_and_logs(workspace: Workspace, name: str) -> FitAndLogs:
     DataError
         If there is no such fit, or a file of it is damaged.
     """
-    content = read_fit(workspace, name)
+    content = read_fit(workspace, name, compare=True)
     assembly = assembly_of(content)
     return FitAndLogs(content, assembly, _stretches(workspace, name, assembly))
 

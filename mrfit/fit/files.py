@@ -12,13 +12,14 @@ from mrfit.errors import DataError
 from mrfit.io.arrow import numbers, repeated, table
 from mrfit.io.atomic import write_atomic
 from mrfit.io.csv_table import csv_table
+from mrfit.io.outdated import check_law
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.schemas.reading import load
 from mrfit.io.tables import ROW_GROUP
 from mrfit.io.workspace import write_json, write_text
 from mrfit.search.parts import Blocks, Part
 from mrfit.simulate.assembly import Assembly
-from mrfit.simulate.current_levels import assembly_of
+from mrfit.simulate.current_levels import as_written
 
 # Folder of finished searches, in that of their fit
 PARTIAL = ".partial"
@@ -60,8 +61,9 @@ def read_fit_json(path: Path, kind: type[AnyFit]) -> AnyFit | None:
     """
     fit = load(path, kind, AGAIN)
     if fit is not None:
-        names = set(assembly_of(fit).spec.names)
+        names = set(as_written(fit).spec.names)
         if not fit.results or any(names - {p.name for p in r.parameters} for r in fit.results):
+            check_law(fit)
             raise DataError(f"{path}: damaged, or another mrfit's: not all parameters are in it; {AGAIN}")
     return fit
 

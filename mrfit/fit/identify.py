@@ -136,16 +136,21 @@ def build_group(
     found = output_floors(segments, recordings, over)
     for segment, output, floor in zip(segments, outputs, found, strict=True):
         recording = recordings[segment.recording]
-        for own in split_cycles(segment, recording.dt) if split else [segment]:
-            for part in parts_of(own, recording, assembly.spec.inputs, output):
-                full.append(part)
-                floors.append(floor)
+        parts = split_parts(segment, recording, assembly, output, split)
+        full += parts
+        floors += [floor] * len(parts)
     if not any(p.segment.role == "train" for p in full):
         raise DataError(f"{name}: no training segment; run `mrfit segment --holdout none` or ingest more conditions")
     most = [FOLDED_PIECES if p.folds else OTHER_PIECES for p in full]
     ahead = AHEAD_CYCLES if "+" in assembly.name else 0
     group = Group(name, [], Blocks(full), floors, spread_over([p.segment for p in full], most), ahead)
     return replace(group, search=[p.folded(ahead) for p in group.training.parts])
+
+
+def split_parts(segment: Segment, recording: Recording, assembly: Assembly, output: Array, split: bool) -> list[Part]:
+    """Return the parts of a segment, the last third of its cycles held out if ``split``; output is the recording's."""
+    own = split_cycles(segment, recording.dt) if split else [segment]
+    return [part for one in own for part in parts_of(one, recording, assembly.spec.inputs, output)]
 
 
 def measured_output(recording: Recording, assembly: Assembly) -> Array:

@@ -12,6 +12,7 @@ from mrfit.errors import DataError, near
 from mrfit.fit.extrapolation import Stretch, extrapolations
 from mrfit.fit.files import read_fit_json
 from mrfit.fit.identify import measured_output
+from mrfit.fit.proof import lawful
 from mrfit.fit.result import metric_rows, simulate_block
 from mrfit.fit.select import left_out_warnings, usable
 from mrfit.io.columns import part_of
@@ -60,20 +61,20 @@ class Prediction:
     clock: Mapping[str, float] = field(default_factory=dict)
 
 
-def read_fit(workspace: Workspace, name: str) -> Fit:
-    """Return fit.json of a named fit.
+def read_fit(workspace: Workspace, name: str, compare: bool = False) -> Fit:
+    """Return fit.json of a named fit, with what is out of date about it; ``compare`` as ``lawful`` has it.
 
     Raises
     ------
     DataError
-        If there is no such fit, when the message lists those there are, or its file is damaged.
+        If there is no such fit, when the message lists those there are, its file is damaged, or its law has changed.
     """
     fit = read_fit_json(workspace.fit_folder(name) / "fit.json", Fit)
     if fit is None:
         there = ", ".join(workspace.fit_names()) or "none yet; run `mrfit fit` first"
         hint = near(name, workspace.fit_names())
         raise DataError(f"{workspace.root}: no fit named '{name}' (there are: {there}){hint}")
-    return fit
+    return lawful(workspace, replace(fit, name=name), compare)
 
 
 def predict(fit: Fit, dataset: Dataset, trained: Mapping[str, tuple[float, float]] | None = None) -> Prediction:

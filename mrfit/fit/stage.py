@@ -24,7 +24,7 @@ from mrfit.fit.result import metric_rows, simulate_block, warnings_of
 from mrfit.fit.select import doubtful_channels, left_out_warnings, named, read_dataset, select, usable
 from mrfit.io.columns import Loaded, laid_beside
 from mrfit.io.dataset import Dataset
-from mrfit.io.keys import code_version, digest_of, fit_key
+from mrfit.io.keys import code_version, digest_of, fit_key, law_code, segments_digest
 from mrfit.io.schemas.fit import Caution, Fit, FoundPoint, Level, MetricRow, PartialFit, Result, SegmentUse
 from mrfit.io.schemas.reading import reusable
 from mrfit.io.workspace import Workspace, check_name, checked, write_json
@@ -82,7 +82,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         # a kill between the writing of fit.json and the end leaves them
         drop_partial(folder)
         return replace(existing, skipped=True)
-    origin = Origin(key, digest_of(contents), folder)
+    origin = Origin(key, digest_of(contents), segments_digest(cut), folder)
     with workspace.scratching():
         # where other files are seen, recordings are sent whole
         fitted = identify(read_dataset(workspace, streamed=not is_apart()), settings, origin, progress)
@@ -92,20 +92,21 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
 
 @dataclass(frozen=True)
 class Origin:
-    """What a fit is made from: its key, the hash of its data, and where finished searches are kept meanwhile.
+    """What a fit is made from: its key, hashes of recordings and segments, where finished searches are kept meanwhile.
 
     A kill then loses little; in memory, without a folder, nothing is kept.
     """
 
     key: str
     data_sha256: str
+    segments_sha256: str
     folder: Path | None = None
 
 
 def origin_of(dataset: Dataset, settings: Settings) -> Origin:
     """Return the origin of a fit in memory: the key and hash that the same data in a workspace have."""
     contents, cut = dataset.made_from()
-    return Origin(fit_key(asdict(settings), contents, cut), digest_of(contents))
+    return Origin(fit_key(asdict(settings), contents, cut), digest_of(contents), segments_digest(cut))
 
 
 def identify(dataset: Dataset, settings: Settings, origin: Origin, progress: Progress = silent) -> Fitted:
@@ -137,7 +138,7 @@ def identify(dataset: Dataset, settings: Settings, origin: Origin, progress: Pro
     metrics = pieces[0].metrics
     if len(pieces) > 1:
         metrics = metric_rows(blocks, [f for p in pieces for f in p.group.floors], simulated, prepared.assembly)
-    content = checked(_summary(runner, origin.data_sha256, pieces, metrics))
+    content = checked(_summary(runner, pieces, metrics))
     return Fitted(content, blocks, simulated, prepared.assembly)
 
 
@@ -450,7 +451,7 @@ def segment_use(part: Part, offset: float, floor: NoiseFloor) -> SegmentUse:
     )
 
 
-def _summary(runner: _Runner, data_key: str, pieces: Sequence[_Piece], metrics: list[MetricRow]) -> Fit:
+def _summary(runner: _Runner, pieces: Sequence[_Piece], metrics: list[MetricRow]) -> Fit:
     settings, spec = runner.settings, runner.assembly.spec
     return Fit(
         name=settings.fit_name,
@@ -460,7 +461,9 @@ def _summary(runner: _Runner, data_key: str, pieces: Sequence[_Piece], metrics: 
         seed=settings.seed,
         key=runner.key,
         code=code_version("fit"),
-        data_sha256=data_key,
+        data_sha256=runner.origin.data_sha256,
+        segments_sha256=runner.origin.segments_sha256,
+        law=law_code(settings.model),
         versions={p: version(p) for p in ("mrfit", "numpy", "scipy", "numba")},
         settings={k: v for k, v in asdict(settings).items() if k != "jobs"},
         current_dependence=kept(runner.prepared.dependence),

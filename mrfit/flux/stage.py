@@ -23,7 +23,7 @@ from mrfit.flux.integral import Drift, drift_removed, integral_on_disk, integrat
 from mrfit.flux.losses import Loop, Separation, estimate_resistance, loop_of, separate
 from mrfit.flux.plateau import resistance_of_plateaus, steady_blocks
 from mrfit.io.columns import extent, is_on_disk, part_of
-from mrfit.io.keys import code_version, flux_key
+from mrfit.io.keys import code_version, file_digest, flux_key
 from mrfit.io.schemas.reading import reusable
 from mrfit.io.schemas.stages import FluxFile, FluxRow, FluxSettings, LoopRow, SeparationRow
 from mrfit.io.workspace import Workspace, checked, write_json
@@ -88,7 +88,8 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         for done, found in enumerate(analysed):
             rows.append(_write(workspace, staging, found, resistances.get(found.identifier), settings))
             progress("flux", done + 1, len(analysed))
-        summary = checked(_summary(settings, key, rows, analysed, resistances))
+        files = {r.id: file_digest(workspace.recording_file(r.id, staging)) for r in rows if r.action == INTEGRATED}
+        summary = checked(replace(_summary(settings, key, rows, analysed, resistances), files=files))
     write_json(workspace.flux_json, summary)
     return summary
 
@@ -96,7 +97,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
 def _complete(workspace: Workspace, existing: FluxFile) -> bool:
     """Return whether every recording that was changed is there."""
     changed = [r.id for r in existing.recordings if r.action == INTEGRATED]
-    return all(workspace.recording_file(i, STAGE).is_file() for i in changed)
+    return all(workspace.is_whole(i, STAGE) for i in changed)
 
 
 def reconstruct(recordings: Sequence[Recording], settings: Settings) -> tuple[list[Recording], float | None]:

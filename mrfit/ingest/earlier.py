@@ -7,7 +7,6 @@ from os import getcwd
 from os import path as os_path
 from typing import TYPE_CHECKING
 
-from mrfit.errors import DataError
 from mrfit.ingest.refusal import Refusal
 from mrfit.io.escapes import encodable
 from mrfit.io.schemas.stages import IngestFile
@@ -75,22 +74,14 @@ class Earlier:
         source = self.source(item)
         if self.keys.get(source) != key:
             return False
-        return all(self._is_whole(i) for i in self.ids(source))
-
-    def _is_whole(self, identifier: str) -> bool:
-        """Tell whether a recording is there to its end, where Parquet keeps its directory and the content's hash."""
-        try:
-            self.workspace.content(identifier)
-        except DataError:
-            return False
-        return True
+        return all(self.workspace.is_whole(i) for i in self.ids(source))
 
     def reason(self, source: str, sha256: str, key: str) -> str:
         """Return why a source with recordings has been read again."""
         if any(r.sha256 != sha256 for r in self.summary.recordings if r.source == source):
             return "has changed since it was last read"
         if self.keys.get(source) == key:
-            return "read again, since its recordings were damaged or missing"
+            return "read again, since its recordings were damaged, changed or missing"
         return "read again, since its channel map, the options, its reader or mrfit itself has changed"
 
     def refusals(self, source: str) -> list[Refusal]:

@@ -24,7 +24,7 @@ from mrfit.ingest.meaning.channel_map import FILE_NAME, MapFile, Rules, load_map
 from mrfit.ingest.meaning.conditions import condition_words, name_expression
 from mrfit.ingest.reading import Item, Outcome, Pieces, look_into
 from mrfit.ingest.refusal import Passing, Refusal
-from mrfit.io.keys import code_version, key_of, plugins_used
+from mrfit.io.keys import code_version, file_digest, key_of, plugins_used
 from mrfit.io.schemas.stages import About, Copy, IngestFile, Refused
 from mrfit.io.workspace import Workspace, recording_id, write_json
 from mrfit.settings.ingest import Settings as Settings
@@ -388,11 +388,15 @@ def _commit(
     keys = {s: k for s, k in before.keys.items() if s not in unheld | dropped} | staged.keys
     read = [s for s, rows in staged.recordings.items() if rows]
     replaced = [s for s in read if before.ids(s)]
+    recordings = sorted([*old, *new], key=lambda r: r.id)
+    files = {r.id: before.summary.files[r.id] for r in old if r.id in before.summary.files}
+    files |= {r.id: file_digest(workspace.recording_file(r.id)) for r in new}
     summary = IngestFile(
-        recordings=sorted([*old, *new], key=lambda r: r.id),
+        recordings=recordings,
         refused=sorted(refused, key=lambda r: r.source),
         copies=copies,
         sources=dict(sorted(keys.items())),
+        files=dict(sorted(files.items())),
         key=key_of(sorted(keys.items()), stage="ingest"),
         code=_code(before, bool(old)),
         base=before.base_of([*keys, *(r.source for r in refused), *(c.source for c in copies)]),

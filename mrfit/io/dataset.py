@@ -30,7 +30,7 @@ class Dataset:
     def made_from(self) -> tuple[dict[str, str], list[Segment]]:
         """Return what results depend on, as ``Workspace.made_from`` does of the same data on disk."""
         used = sorted({s.recording for s in self.segments})
-        return {i: _content(self.recordings[i]) for i in used}, [_plain(s) for s in self.segments]
+        return {i: content(self.recordings[i]) for i in used}, [_plain(s) for s in self.segments]
 
 
 def _plain(segment: Segment) -> Segment:
@@ -38,7 +38,8 @@ def _plain(segment: Segment) -> Segment:
     return replace(segment, **{k: v.item() for k, v in asdict(segment).items() if isinstance(v, np.generic)})
 
 
-def _content(recording: Recording) -> str:
+def content(recording: Recording) -> str:
+    """Return the hash of a recording's content, computed of its samples (see ``content_of``)."""
     # as a workspace keeps it: a condition that is not finite is none
     condition = {name: value for name, value in plain(recording.condition).items() if value is not None}
     digests = {name: hashlib.sha256(_bytes(values)).hexdigest() for name, values in recording.channels.items()}

@@ -22,6 +22,8 @@ from mrfit.core.built_in import Kind
 from mrfit.core.recording import Recording, Segment
 
 PACKAGE = Path(__file__).parents[1]
+PLUGIN = "plug-in "
+"""Beginning of what a plug-in is called among the code of a law."""
 # Where each stage begins, and the rooms of which the registry loads files by name; these import all else that it uses
 _FITTING = ("fit/stage.py", "models/*.py", "effects/*.py", "optimizers/*.py")
 STARTS: dict[str, tuple[str, ...]] = {
@@ -38,6 +40,8 @@ _IMPORT = re.compile(
     re.MULTILINE,
 )
 _WORD = re.compile(rb"\w+")
+# Rooms whose code decides what a model gives for its parameters, and where they meet
+_LAW, _SIMULATION = ("models/", "effects/", "kernels/", "simulate/"), "simulate/assembly.py"
 
 
 def sources(stage: str = "") -> list[Path]:
@@ -50,7 +54,12 @@ def _names(stage: str) -> list[str]:
     """Return the same as paths inside of the package."""
     if not stage:
         return sorted(_files())
-    found, left = set[str](), [name for name in _files() if any(_is_like(name, start) for start in STARTS[stage])]
+    return _reached([name for name in _files() if any(_is_like(name, start) for start in STARTS[stage])])
+
+
+def _reached(starts: Iterable[str]) -> list[str]:
+    """Return files and all that they import, directly or through others, sorted."""
+    found, left = set[str](), list(starts)
     while left:
         name = left.pop()
         if name not in found:
@@ -95,6 +104,60 @@ def code_version(stage: str = "") -> str:
     return digest.hexdigest()[:16]
 
 
+@cache
+def _file_digest(name: str) -> str:
+    return hashlib.sha256(_source(name)).hexdigest()[:16]
+
+
+def law_code(model: str) -> dict[str, str]:
+    """Return a hash of every file, and of every plug-in, that decides what a written model gives for its parameters.
+
+    They are the model's and its effects' own files, the kernels that these call, and what puts them together. Of a
+    plug-in, which may call any of them, all kernels are one.
+    """
+    items = _items_of(model)
+    outside = plugins_used(items)
+    own = {f"{kind}s/{name.replace('-', '_')}.py" for kind, name in items} & _files()
+    reached = _reached([_SIMULATION, *own])
+    files = [name for name in reached if name.startswith(_LAW) and not name.endswith("__init__.py")]
+    found = {f"mrfit/{name}": _file_digest(name) for name in files}
+    if outside:
+        found["mrfit/kernels"] = digest_of([_file_digest(n) for n in sorted(_files()) if n.startswith("kernels/")])[:16]
+    return found | {f"{PLUGIN}{kind} {name}": digest[:16] for kind, name, digest in outside}
+
+
+def _items_of(model: str) -> list[tuple[Kind, str]]:
+    """Return the model and the effects of a written model."""
+    base, *effects = model.split("+")
+    return [("model", base), *(("effect", e) for e in effects)]
+
+
+def stamp(path: Path) -> tuple[int, ...]:
+    """Return what tells within a process whether a file has been written again; nothing where there is none."""
+    try:
+        found = path.stat()
+    except OSError:
+        return ()
+    return found.st_mtime_ns, found.st_size, found.st_ino
+
+
+def file_digest(path: Path) -> str:
+    """Return the SHA-256 of a file's bytes, read once by a process as long as it is not written again.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read.
+    """
+    return _digest_since(path, stamp(path))
+
+
+@cache
+def _digest_since(path: Path, _: tuple[int, ...]) -> str:
+    with path.open("rb") as handle:
+        return hashlib.file_digest(handle, "sha256").hexdigest()
+
+
 def digest_of(*parts: object) -> str:
     """Return a hash of JSON-able values alone."""
     return hashlib.sha256(json.dumps(parts, sort_keys=True, default=str).encode()).hexdigest()
@@ -135,6 +198,11 @@ def segment_key(settings: Mapping[str, Any], contents: Mapping[str, str], code: 
     return key_of(settings, contents, stage="segment", code=code)
 
 
+def segments_digest(segments: Sequence[Segment]) -> str:
+    """Return a hash of segments."""
+    return digest_of([*map(asdict, segments)])
+
+
 def fit_key(
     settings: Mapping[str, Any], contents: Mapping[str, str], segments: Sequence[Segment], code: str = ""
 ) -> str:
@@ -164,7 +232,6 @@ def plugins_used(items: Iterable[tuple[Kind, str]]) -> list[tuple[str, str, str]
 
 def _plugins_of(settings: Mapping[str, Any], more: Iterable[tuple[Kind, str]] = ()) -> list[tuple[str, str, str]]:
     """Return the plug-ins that a fit's or a discovery's settings name, and those among ``more``."""
-    base, *effects = str(settings.get("model", "")).split("+")
-    optimizers = str(settings.get("optimizer", "")).split("-")
-    written: list[tuple[Kind, str]] = [("model", base), *(("effect", e) for e in effects)]
-    return plugins_used(dict.fromkeys([*written, *(("optimizer", o) for o in optimizers), *more]))
+    written = _items_of(str(settings.get("model", "")))
+    optimizers: list[tuple[Kind, str]] = [("optimizer", o) for o in str(settings.get("optimizer", "")).split("-")]
+    return plugins_used(dict.fromkeys([*written, *optimizers, *more]))

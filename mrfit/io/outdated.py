@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, cast
 
+from mrfit.core import registry
+from mrfit.core.built_in import Kind
 from mrfit.core.recording import Segment
 from mrfit.errors import DataError
-from mrfit.io.keys import code_version, digest_of, fit_key, flux_key, segment_key
+from mrfit.io.keys import PLUGIN, code_version, digest_of, fit_key, flux_key, law_code, segment_key, segments_digest
+from mrfit.io.schemas.fit import Fit
 
 if TYPE_CHECKING:
     from mrfit.io.workspace import Workspace
@@ -57,7 +61,7 @@ def segment_reason(workspace: Workspace) -> str:
 
 
 class Stamped(Protocol):
-    """A result that says what it was made from; ``code`` and ``data_sha256`` are empty where it does not say."""
+    """A result that says what it was made from; ``code`` and the hashes are empty where it does not say."""
 
     @property
     def key(self) -> str:
@@ -74,6 +78,10 @@ class Stamped(Protocol):
     @property
     def data_sha256(self) -> str:
         """Hash of the recordings."""
+
+    @property
+    def segments_sha256(self) -> str:
+        """Hash of the segments."""
 
 
 class Inputs:
@@ -94,7 +102,13 @@ class Inputs:
             elif why := segment_reason(workspace):
                 self.fault = f"the segments are out of date: {why}"
         except DataError as error:
-            self.fault = str(error)
+            # pages say it too, which are the same bytes wherever the workspace is
+            root = str(workspace.root)
+            self.fault = str(error).replace(f"{root}{os.sep}", "").replace(root, "WORK")
+
+    def of_fits(self, fits: Iterable[Fit]) -> dict[str, str]:
+        """Return why fits are out of date, by the names of those that are; one without a key does not say."""
+        return {fit.name: why for fit in fits if fit.key and (why := self.reason(fit))}
 
     def reason(self, result: Stamped, key: Callable[..., str] = fit_key, stage: str = "fit") -> str:
         """Return why a result is out of date; empty where it is not.
@@ -108,17 +122,58 @@ class Inputs:
         stage
             What made it, as in ``code_version``.
         """
+        law = law_reason(result) if isinstance(result, Fit) else ""
         if self.fault:
-            return self.fault
+            return "; ".join(filter(None, (self.fault, law)))
         if result.key == key(result.settings, self.contents, self.segments):
             return ""
         if not result.code:
             return UNKNOWN
-        if result.key == key(result.settings, self.contents, self.segments, result.code):
+        if not law and result.key == key(result.settings, self.contents, self.segments, result.code):
             return other_code(result.code, stage)
-        if result.data_sha256 == digest_of(self.contents):
-            return "the segments have changed since"
-        return "its recordings, or their flux linkage, have changed since"
+        if result.data_sha256 != digest_of(self.contents):
+            data = "its recordings, or their flux linkage, have changed since"
+        elif not result.segments_sha256 and not law:
+            data = "the segments, or a plug-in that it was made with, have changed since"
+        else:
+            same = result.segments_sha256 in ("", segments_digest(self.segments))
+            data = "" if same else "the segments have changed since"
+        return "; ".join(filter(None, (data, law))) or "a plug-in that it was made with has changed since"
+
+
+def law_reason(fit: Fit) -> str:
+    """Return which code of a fit's law is not what it was fitted with; empty where all is, or the fit does not say."""
+    now = law_code(fit.model) if fit.law else {}
+    if gone := [name for name in sorted(fit.law) if name.startswith(PLUGIN) and name not in now]:
+        return f"the {' and the '.join(gone)} {'is' if len(gone) == 1 else 'are'} not here, which --plugin names"
+    changed = [_called(name) for name in sorted({*fit.law, *now}) if fit.law.get(name) != now.get(name)]
+    return f"{', '.join(changed)} {'has' if len(changed) == 1 else 'have'} changed since" if changed else ""
+
+
+def _called(name: str) -> str:
+    """Return the name of a file of a law, of a plug-in with the file or package that it comes from."""
+    if not name.startswith(PLUGIN):
+        return name
+    kind, _, item = name.removeprefix(PLUGIN).partition(" ")
+    return f"the {name} ({os.path.basename(registry.where(cast(Kind, kind), item))})"
+
+
+def check_law(fit: Fit) -> None:
+    """Refuse a fit whose parameters are those of another law than the code here has.
+
+    Raises
+    ------
+    DataError
+        If a file or a plug-in of its law has changed.
+    """
+    if why := law_reason(fit):
+        raise refusal(fit, f"{why}: its parameters are not those of this law")
+
+
+def refusal(fit: Fit, why: str) -> DataError:
+    """Return the error on a fit that must not be used, with the command that makes it right."""
+    command = f"mrfit fit --model {fit.model} --opt {fit.optimizer}{' --per all' * (fit.per == 'all')}"
+    return DataError(f"the fit {fit.name}: {why}; fit again: `{command}`")
 
 
 def other_code(code: str, stage: str) -> str:

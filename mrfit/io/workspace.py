@@ -24,7 +24,7 @@ from mrfit.io.atomic import refuse_link, write_atomic
 from mrfit.io.escapes import encodable, visible_in_page
 from mrfit.io.faults import plain_fault
 from mrfit.io.footer import key_value_metadata
-from mrfit.io.keys import content_of
+from mrfit.io.keys import content_of, file_digest, stamp
 from mrfit.io.memory import check_room
 from mrfit.io.outdated import Inputs
 from mrfit.io.schemas.fit import Fit
@@ -127,6 +127,7 @@ class Workspace:
 
     def __init__(self, root: Path) -> None:
         self.root = root
+        self._hashes: tuple[object, Mapping[Path, str]] | None = None
 
     @property
     def ingest_json(self) -> Path:
@@ -318,19 +319,47 @@ class Workspace:
         )
 
     def content(self, identifier: str, stage: str = "recordings") -> str:
-        """Return the hash of a recording's content, written with it (see ``content_of``).
+        """Return the hash of a recording's content (see ``content_of``).
+
+        It is the one written with it as long as its file is what was written, and computed of its samples otherwise.
 
         Raises
         ------
         DataError
             If its file is missing or damaged, or of an mrfit that wrote none.
         """
+        path, written = self._file_left_by(stage, identifier), self._written(identifier, stage)
+        if file_digest(path) == self._files().get(path):
+            return written
+        # which reads tables, by numpy and pyarrow
+        from mrfit.io.dataset import content
+
+        return content(self.read_recording(identifier, stage))
+
+    def is_whole(self, identifier: str, stage: str = "recordings") -> bool:
+        """Return whether a recording is there to its end, and holds what was written."""
+        try:
+            return self.content(identifier, stage) == self._written(identifier, stage)
+        except DataError:
+            return False
+
+    def _written(self, identifier: str, stage: str) -> str:
+        """Return the hash of its content that was written with a recording."""
         path = self._file_left_by(stage, identifier)
         with reading(path, "run `mrfit ingest` on its log again"):
             metadata = key_value_metadata(path)
             if CONTENT not in metadata:
                 raise ValueError("an older mrfit's, without a hash of its content")
         return metadata[CONTENT]
+
+    def _files(self) -> Mapping[Path, str]:
+        """Return the hashes of the recordings' files as they were written, read again where the summaries were."""
+        stamps = stamp(self.ingest_json), stamp(self.flux_json)
+        if self._hashes is None or self._hashes[0] != stamps:
+            found = {"recordings": self.ingest_file(), "flux": self.flux_file()}
+            files = {self.recording_file(i, s): h for s, made in found.items() if made for i, h in made.files.items()}
+            self._hashes = stamps, files
+        return self._hashes[1]
 
     def contents(self, identifiers: Iterable[str], stage: str = "recordings") -> dict[str, str]:
         """Return the hashes of recordings' contents by id."""
@@ -470,10 +499,19 @@ class Workspace:
         """Return what results depend on: the content of the segments' recordings by id, and the segments."""
         return self.contents((s.recording for s in segments), self.latest), list(segments)
 
-    def outdated(self, fits: Sequence[Fit]) -> list[str]:
-        """Return the names of fits that other data than are here now, or another mrfit, made."""
-        inputs = Inputs(self)
-        return [fit.name for fit in fits if inputs.reason(fit)]
+    def outdated(self, fits: Iterable[Fit]) -> dict[str, str]:
+        """Return why fits are out of date, by the names of those that are."""
+        return Inputs(self).of_fits(fits)
+
+    def stored_fit(self, name: str) -> Fit | None:
+        """Return the content of a named fit's fit.json, to show it: whether its law is the one here is not asked.
+
+        Raises
+        ------
+        DataError
+            If it is damaged.
+        """
+        return load(self.fit_folder(name) / "fit.json", Fit, "delete it and run `mrfit fit` again")
 
     def fit_names(self) -> list[str]:
         """Return the names of all finished fits, sorted; folders that no fit could be named by are none."""

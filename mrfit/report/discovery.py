@@ -55,13 +55,14 @@ class Page:
 
 @dataclass(frozen=True)
 class Advice:
-    """Which tests would settle what a discovery left open, and whether the discovery is older than its data."""
+    """Which tests would settle what a discovery left open, whether it is out of date, and why."""
 
     base_model: str
     verdict: str
     ambiguous_set: tuple[str, ...]
     advice: tuple[str, ...]
     outdated: bool
+    reason: str
 
 
 def run(workspace: Workspace, progress: Progress = silent) -> Page:
@@ -99,8 +100,8 @@ def advice(workspace: Workspace) -> Advice:
         If there is no discovery.
     """
     found = read_found(workspace)
-    outdated = bool(Inputs(workspace).reason(found, discovery_key)) if found.settings else False
-    return Advice(found.base_model, found.verdict, found.ambiguous_set, found.advice, outdated)
+    reason = Inputs(workspace).reason(found, discovery_key, "discover") if found.settings else ""
+    return Advice(found.base_model, found.verdict, found.ambiguous_set, found.advice, bool(reason), reason)
 
 
 def _key(workspace: Workspace) -> str:

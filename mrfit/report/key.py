@@ -1,6 +1,7 @@
 """The key of a report: a hash of all that goes into it, computed without what draws it."""
 
 import hashlib
+from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 
@@ -18,14 +19,16 @@ FORMATS = (".parquet", ".csv")
 """Of the series of a saved prediction."""
 
 
-def report_key(workspace: Workspace, names: list[str], code: str = "") -> str:
+def report_key(workspace: Workspace, names: list[str], outdated: Mapping[str, str], code: str = "") -> str:
     """Return the key of all that goes into a report of these fits; the page's template is none of the hashed sources.
 
-    ``code`` is the version of the code that makes it; default: this one.
+    ``outdated`` says why some of them are out of date. ``code`` is the version of the code that makes it; default: this
+    one.
     """
     inputs = [*PARTS, *input_files(workspace, names), *prediction_files(workspace)]
     hashes = [(p.name, hashlib.sha256(p.read_bytes()).hexdigest()) for p in inputs]
-    return key_of(names, hashes, version("matplotlib"), version("jinja2"), code=code)
+    old = [dict(outdated)] if outdated else []
+    return key_of(names, hashes, version("matplotlib"), version("jinja2"), *old, code=code)
 
 
 def input_files(workspace: Workspace, names: list[str]) -> list[Path]:

@@ -48,13 +48,14 @@ def width_of(text: str) -> float:
 
 @dataclass(frozen=True)
 class Written:
-    """A figure that was written: its files, the fits in it, how many conditions, and which of them it leaves out."""
+    """A figure: its files and fits, how many conditions, which of them it leaves out, why fits are out of date."""
 
     kind: str
     files: list[str]
     fits: list[str]
     conditions: int
     left_out: list[str] = field(default_factory=list)
+    outdated: dict[str, str] = field(default_factory=dict)
 
 
 def run(workspace: Workspace, kind: str, settings: Settings, out: Path | None = None) -> Written:
@@ -103,7 +104,9 @@ def run(workspace: Workspace, kind: str, settings: Settings, out: Path | None = 
         files = [_write(canvas, folder / f"{stem}.{form}", form) for form in settings.formats]
     shown = {s.condition for d in drawn for s in d.series}
     left_out = [c for c in everything if c not in shown] if kind in ("loops", "correlation") else []
-    return Written(kind, [str(f) for f in files], [d.fit.name for d in drawn], len(shown), left_out)
+    outdated = {d.fit.name: why for d in drawn if (why := source.outdated.get(d.fit.name))}
+    fits = [d.fit.name for d in drawn]
+    return Written(kind, [str(f) for f in files], fits, len(shown), left_out, outdated)
 
 
 def _chosen(series: Sequence[Series], patterns: Sequence[str]) -> list[Series]:

@@ -1,10 +1,10 @@
 """What the earlier stages left in the workspace, checked as it is read: fits, series, logs, flux, segments."""
 
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,17 +14,12 @@ from mrfit.core.recording import Segment
 from mrfit.core.specs import Array
 from mrfit.core.width import Width
 from mrfit.errors import DataError
-from mrfit.io.arrow import floats
 from mrfit.io.memory import check_room
+from mrfit.io.residuals import KEYS, Key, read_residuals, unreadable
 from mrfit.io.schemas.fit import Fit
-from mrfit.io.schemas.reading import load
 from mrfit.io.schemas.stages import FluxFile, IngestFile
 from mrfit.io.workspace import Workspace
 from mrfit.report.numbers import natural
-
-# Columns of residuals.parquet that say where a row belongs
-KEYS = ("condition", "segment", "role")
-Key = tuple[str, str, str]
 
 
 @dataclass(frozen=True)
@@ -85,14 +80,14 @@ class Series:
 
 @dataclass(frozen=True)
 class Source:
-    """All that a report is made of; ``outdated`` names the fits that were made from other data than are here now."""
+    """All that a report is made of; ``outdated`` says why fits are out of date, by the names of those that are."""
 
     fits: list[Fit]
     series: dict[str, list[Series]]
     ingest: IngestFile | None
     flux: FluxFile | None
     segments: list[Segment]
-    outdated: list[str] = field(default_factory=list)
+    outdated: Mapping[str, str] = field(default_factory=dict)
 
 
 def read_source(workspace: Workspace, names: tuple[str, ...]) -> Source:
@@ -103,14 +98,12 @@ def read_source(workspace: Workspace, names: tuple[str, ...]) -> Source:
     DataError
         If there is no fit, none of that name, or a file is damaged.
     """
-    fits = [_read_fit(workspace, n) for n in fit_names(workspace, names)]
+    fits = read_fits(workspace, fit_names(workspace, names))
     segments = _segments(workspace)
     frequencies = {s.id: s.frequency for s in segments}
     _check_room(workspace, fits)
     series = {f.name: _read_series(workspace.fit_folder(f.name) / "residuals.parquet", frequencies) for f in fits}
-    # a fit.json without a key does not say what it was made from
-    outdated = workspace.outdated([f for f in fits if f.key])
-    return Source(fits, series, workspace.ingest_file(), workspace.flux_file(), segments, outdated)
+    return Source(fits, series, workspace.ingest_file(), workspace.flux_file(), segments, workspace.outdated(fits))
 
 
 def _check_room(workspace: Workspace, fits: list[Fit]) -> None:
@@ -144,11 +137,22 @@ def fit_names(workspace: Workspace, names: tuple[str, ...]) -> list[str]:
     return list(dict.fromkeys(names)) or there
 
 
+def read_fits(workspace: Workspace, names: Iterable[str]) -> list[Fit]:
+    """Return named fits, whether their law and data are those that are here.
+
+    Raises
+    ------
+    DataError
+        If one is damaged, or holds no result.
+    """
+    return [_read_fit(workspace, name) for name in names]
+
+
 def _read_fit(workspace: Workspace, name: str) -> Fit:
-    path, remedy = workspace.fit_folder(name) / "fit.json", "delete it and run `mrfit fit` again"
-    fit = load(path, Fit, remedy)
+    fit = workspace.stored_fit(name)
     if fit is None or not fit.results or not fit.metrics:
-        raise DataError(f"{path}: holds no result; {remedy}")
+        path = workspace.fit_folder(name) / "fit.json"
+        raise DataError(f"{path}: holds no result; delete it and run `mrfit fit` again")
     return in_order(replace(fit, name=name))
 
 
@@ -161,31 +165,15 @@ def in_order(fit: Fit) -> Fit:
 
 
 def _read_series(path: Path, frequencies: dict[str, float]) -> list[Series]:
-    import pyarrow.parquet as pq
-
     parts: dict[Key, dict[str, list[Array]]] = {}
-    try:
-        # words as numbers, and one row group after the other: an hour at 10 kHz has 36 million rows
-        with pq.ParquetFile(path, read_dictionary=list(KEYS)) as file:
-            for group in range(file.num_row_groups):
-                _gather(file.read_row_group(group), parts)
-        return [_one_series(key, columns, frequencies) for key, columns in parts.items()]
-    except (OSError, ValueError, KeyError) as error:
-        reason = str(error).splitlines()[0]
-        raise DataError(f"{path}: cannot be read ({reason}); delete its folder and run `mrfit fit` again") from error
-
-
-def _gather(rows: Any, parts: dict[Key, dict[str, list[Array]]]) -> None:
-    """Add the rows of a table to the columns of the condition, segment and role they belong to."""
-    words = [rows.column(k).combine_chunks() for k in KEYS]
-    codes = np.stack([w.indices.to_numpy(zero_copy_only=False) for w in words])
-    edges = np.flatnonzero(np.any(np.diff(codes, axis=1) != 0, axis=0)) + 1
-    columns = {n: floats(rows.column(n)) for n in rows.column_names if n not in KEYS}
-    for begin, end in zip([0, *edges.tolist()], [*edges.tolist(), len(rows)], strict=True):
-        found = (str(w.dictionary[int(code)].as_py()) for w, code in zip(words, codes[:, begin], strict=True))
-        own = parts.setdefault(cast(Key, tuple(found)), {n: [] for n in columns})
+    for key, columns in read_residuals(path):
+        own = parts.setdefault(key, {n: [] for n in columns})
         for name, values in columns.items():
-            own[name].append(values[begin:end])
+            own[name].append(values)
+    try:
+        return [_one_series(key, found, frequencies) for key, found in parts.items()]
+    except (ValueError, KeyError) as error:
+        raise unreadable(path, error) from error
 
 
 def _one_series(key: Key, parts: dict[str, list[Array]], frequencies: dict[str, float]) -> Series:

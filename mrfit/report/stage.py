@@ -17,7 +17,7 @@ from mrfit.report.key import report_key
 from mrfit.report.page_figures import brief_drawings, more_drawings
 from mrfit.report.prediction import PredictionRow, prediction_rows
 from mrfit.report.ranking import BEST, best, ranked
-from mrfit.report.source import Source, fit_names, read_source
+from mrfit.report.source import Source, fit_names, read_fits, read_source
 from mrfit.settings.report import Settings as Settings
 
 EARLIER = ("parameters.tex", "metrics.tex")
@@ -53,12 +53,13 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     names = fit_names(workspace, settings.fits)
     if settings.short:
         return _run_short(workspace, names)
-    key = report_key(workspace, names)
+    outdated = workspace.outdated(read_fits(workspace, names))
+    key = report_key(workspace, names, outdated)
     folder = workspace.report_folder
     index = str(folder / "index.html")
     existing = reusable(folder / "report.json", ReportFile)
     if existing and existing.key == key and all((folder / f).is_file() for f in existing.files):
-        return replace(existing, index=index, skipped=True)
+        return replace(existing, index=index, skipped=True, reasons=outdated)
     source = read_source(workspace, tuple(names))
     source = replace(source, fits=[r.fit for r in ranked(source.fits)])
     in_full = names if len(names) <= BEST else best(source.fits, BEST)
@@ -67,10 +68,11 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         key=key,
         code=code_version(),
         fits=names,
-        outdated=source.outdated,
+        outdated=list(source.outdated),
         conditions=len({m.condition for f in source.fits for m in f.metrics if m.condition != "all"}),
         files=sorted(files),
         index=index,
+        reasons=outdated,
     )
     publish(folder, files, summary)
     return summary
@@ -82,7 +84,13 @@ def _run_short(workspace: Workspace, names: Sequence[str]) -> ReportFile:
     path = workspace.report_folder / "short.html"
     write_text(path, short.render(source))
     return ReportFile(
-        key="", fits=list(names), outdated=source.outdated, conditions=0, files=[path.name], index=str(path)
+        key="",
+        fits=list(names),
+        outdated=list(source.outdated),
+        conditions=0,
+        files=[path.name],
+        index=str(path),
+        reasons=dict(source.outdated),
     )
 
 

@@ -9,6 +9,7 @@ from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array, ModelSpec, Param
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.columns import LONG, chunks, is_on_disk, part_of
+from mrfit.io.outdated import check_law
 from mrfit.io.schemas.fit import Caution, Fit, FitDependence
 from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import (
@@ -289,7 +290,19 @@ def kept(dependence: CurrentDependence | None) -> FitDependence | None:
 
 
 def assembly_of(fit: Fit) -> Assembly:
-    """Return the assembly a fit was made with, its dependence on current included."""
+    """Return the assembly a fit was made with: the one way from a fit to what its parameters give.
+
+    Raises
+    ------
+    DataError
+        If the code of its law has changed since.
+    """
+    check_law(fit)
+    return as_written(fit)
+
+
+def as_written(fit: Fit) -> Assembly:
+    """Return the assembly of a fit's written model, its dependence on current included, whether its law is the same."""
     stored = fit.current_dependence
     if not stored:
         return assemble(fit.model)

@@ -85,6 +85,7 @@ def test_errors_carry_their_units(capsys: pytest.CaptureFixture[str]) -> None:
         "metrics": [row],
         "used": {"a#0": "sine-1A"},
         "outdated": False,
+        "reasons": [],
         "refused": [],
     }
     told |= {"conditions": {"a#0": "sine-2A"}, "findings": ["a: 3 gaps"]}

@@ -141,7 +141,7 @@ def test_why_a_log_is_read_again_is_said_truly(logs: Path, workspace: Workspace)
     source = str(path)
     assert "options" in run([path], Settings(resistance=3.0), workspace).reasons[source]
     workspace.recording_file("log").unlink()
-    assert "damaged or missing" in run([path], Settings(resistance=3.0), workspace).reasons[source]
+    assert "damaged, changed or missing" in run([path], Settings(resistance=3.0), workspace).reasons[source]
     path.write_bytes(path.read_bytes() + path.read_bytes()[-30:])
     assert run([path], Settings(), workspace).reasons == {source: "has changed since it was last read"}
     assert run([path], Settings(), workspace).reasons == {}

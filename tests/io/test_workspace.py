@@ -159,17 +159,17 @@ def test_a_fit_is_outdated_once_its_data_or_segments_change(tmp_path: Path) -> N
     fit = Fit(
         name="x", model="bingham", optimizer="auto", output="force", results=[], metrics=[], settings=settings, key=key
     )
-    assert workspace.outdated([fit]) == []
+    assert list(workspace.outdated([fit])) == []
     assert fit_key({**settings, "jobs": 3}, *made_from) == key
     workspace.write_segments([replace(row, role="holdout")], {})
-    assert workspace.outdated([fit]) == ["x"]
+    assert list(workspace.outdated([fit])) == ["x"]
     workspace.write_segments([row], {})
     workspace.write_recording(replace(recording, history=("read again",), source="elsewhere.csv", findings=()))
-    assert workspace.outdated([fit]) == []
+    assert list(workspace.outdated([fit])) == []
     workspace.write_recording(replace(recording, channels={**recording.channels, "current": np.zeros(7)}))
-    assert workspace.outdated([fit]) == ["x"]
+    assert list(workspace.outdated([fit])) == ["x"]
     workspace.recording_file("log-1").unlink()
-    assert workspace.outdated([fit]) == ["x"]
+    assert list(workspace.outdated([fit])) == ["x"]
 
 
 def test_non_finite_numbers_become_null(tmp_path: Path) -> None:

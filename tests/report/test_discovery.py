@@ -391,7 +391,7 @@ def test_no_discovery_and_changed_segments_are_errors_with_a_remedy(tmp_path):
 def test_advice_is_the_last_discoverys(tmp_path):
     workspace = study(tmp_path, AMBIGUOUS)
     told = {k: AMBIGUOUS[k] for k in ("base_model", "verdict", "ambiguous_set", "advice")}
-    assert json.loads(json.dumps(asdict(discovery.advice(workspace)))) == told | {"outdated": False}
+    assert json.loads(json.dumps(asdict(discovery.advice(workspace)))) == told | {"outdated": False, "reason": ""}
 
 
 OPEN = FOUND | {

@@ -148,7 +148,7 @@ def test_fit_made_from_other_data_is_said_to_be(small):
     for recording in {s.recording for s in small.read_segments()[0]}:
         small.write_recording(Recording(recording, "", "a", "none", 1e-3, 0.0, {"force": np.zeros(3)}, {}))
     write_json(path, {**fit, "key": fit_key(fit["settings"], *small.made_from(small.read_segments()[0]))})
-    said = "Made from older data: fit again"
+    said = "Out of date: fit again"
     assert run(small, Settings()).outdated == []
     assert said not in (small.report_folder / "index.html").read_text(encoding="utf-8")
     segments = small.read_segments()[0]

@@ -86,8 +86,8 @@ class AdviceFile(Document):
         Tests simulated, and those among them that the rig cannot run after all.
     noise
         Standard error of one sample of the output, SI.
-    outdated
-        Whether the discovery was made from other data than are there now.
+    outdated, reason
+        Whether the discovery or the fit is out of date, and why.
     """
 
     known: ClassVar = (SCHEMA,)
@@ -107,3 +107,4 @@ class AdviceFile(Document):
     seed: int
     code: str = ""
     outdated: bool = told(False)
+    reason: str = told("")

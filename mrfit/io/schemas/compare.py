@@ -135,4 +135,5 @@ class OptimizersFile(Document):
     key: str = ""
     code: str = ""
     data_sha256: str = ""
+    segments_sha256: str = ""
     kept: list[str] = told(list)

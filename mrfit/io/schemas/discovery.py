@@ -351,6 +351,7 @@ class DiscoveryFile(Stored):
     current_choice: dict[str, Any] | None = None
     key: str
     code: str = ""
+    segments_sha256: str = ""
     settings: dict[str, Any] = {}
 
     @model_validator(mode="after")

@@ -17,10 +17,14 @@ class Format(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class Exported(Entry):
-    """What the command tells of an export; ``failed`` has the formats that could not be made, and why."""
+    """What the command tells of an export.
+
+    ``failed`` has the formats that could not be made, and why; ``outdated`` what is no longer as it was fitted.
+    """
 
     fit: str
     model: str
     folder: str
     formats: list[Format]
     failed: dict[str, str] = field(default_factory=dict)
+    outdated: list[str] = field(default_factory=list)

@@ -502,7 +502,15 @@ class FitDependence(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class Fit(Document):
-    """Result of a fit, the content of fit.json; ``skipped``: whether it was there already."""
+    """Result of a fit, the content of fit.json.
+
+    Attributes
+    ----------
+    law
+        Hash of every file, and of every plug-in, by which the parameters are a law; a fit of an older mrfit has none.
+    skipped, outdated
+        Of the run: whether it was there already; what is no longer as it was fitted.
+    """
 
     known: ClassVar = (FIT,)
     schema: str = FIT
@@ -514,6 +522,8 @@ class Fit(Document):
     key: str = ""
     code: str = ""
     data_sha256: str = ""
+    segments_sha256: str = ""
+    law: dict[str, str] = field(default_factory=dict)
     versions: dict[str, str] = field(default_factory=dict)
     settings: dict[str, Any] = field(default_factory=dict)
     current_dependence: FitDependence | None = None
@@ -527,6 +537,12 @@ class Fit(Document):
     metrics: list[MetricRow]
     warnings: list[Caution] = field(default_factory=list)
     skipped: bool = told(False)
+    outdated: list[str] = told(list)
+
+    @property
+    def absent(self) -> Collection[str]:
+        """Hashes of an older fit, which it does not state."""
+        return [name for name in ("segments_sha256", "law") if not getattr(self, name)]
 
     @field_validator("settings")
     @classmethod

@@ -112,6 +112,8 @@ class IngestFile(Document):
     ----------
     sources
         Source -> key of all that determined its recordings.
+    files
+        Id of a recording -> hash of its file; of what an older mrfit wrote there is none.
     base
         Folder in which relative sources are meant, as seen from the workspace; None where all are absolute.
     code
@@ -126,6 +128,7 @@ class IngestFile(Document):
     refused: list[Refused]
     copies: list[Copy] = field(default_factory=list)
     sources: dict[str, str] = field(default_factory=dict)
+    files: dict[str, str] = field(default_factory=dict)
     key: str = ""
     code: str | None = None
     base: str | None = None
@@ -202,7 +205,11 @@ class SeparationRow(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class FluxFile(Document):
-    """Result of the flux stage, the content of flux.json; ``skipped``: whether it was there already."""
+    """Result of the flux stage, the content of flux.json.
+
+    ``files`` has the hash of the file of every recording that it changed, by id; ``skipped``: whether it was there
+    already.
+    """
 
     known: ClassVar = (FLUX,)
     schema: str = FLUX
@@ -214,6 +221,7 @@ class FluxFile(Document):
     findings: list[str] = field(default_factory=list)
     separation: list[SeparationRow] = field(default_factory=list)
     separation_text: list[str] = field(default_factory=list)
+    files: dict[str, str] = field(default_factory=dict)
     skipped: bool = told(False)
 
 
@@ -301,8 +309,8 @@ class ReportFile(Document):
         How many conditions they have.
     files
         What the report consists of.
-    index, skipped
-        Of the run: path of the page; whether nothing had changed since the last.
+    index, skipped, reasons
+        Of the run: path of the page; whether nothing had changed since the last; why fits are out of date, by name.
     """
 
     known: ClassVar = (REPORT,)
@@ -315,3 +323,4 @@ class ReportFile(Document):
     files: list[str]
     index: str = told("")
     skipped: bool = told(False)
+    reasons: dict[str, str] = told(dict)
