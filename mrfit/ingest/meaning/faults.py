@@ -6,7 +6,7 @@ import numpy as np
 
 from mrfit.core.recording import Finding, Recording
 from mrfit.core.specs import Array
-from mrfit.ingest.meaning.sanity import away_from_the_ends, longest_run, rectangular
+from mrfit.ingest.meaning.sanity import Flanks, away_from_the_ends, longest_run, rectangular
 
 FEWEST = 100
 """A shorter channel is not judged."""
@@ -20,6 +20,8 @@ CORNER, HOP = 0.2, 0.2
 """A rail is met at this share of the usual speed or more, and not by a hop over this share of the range."""
 STUCK, LONGER = 20, 5.0
 """Samples of a run of one number, and how many times longer than other runs it is."""
+EXACT = 0.01
+"""Largest departure of a value from whole codes, in codes."""
 MOVING = 0.7
 """Least share of steps that are not zero elsewhere in a channel that is stuck."""
 OTHERS_MOVE = 0.3
@@ -52,7 +54,8 @@ def _faults(record: Recording, name: str) -> Iterator[Finding]:
 
 def _at_rail(height: Array) -> int | None:
     """Return the sample at which a channel meets its rail first; ``height`` is 1 there; None if it has none."""
-    if rectangular(height, (0.0, 1.0)):
+    flanks = Flanks.of(height, (0.0, 1.0))
+    if not flanks.curved if rectangular(height, (0.0, 1.0)) else flanks.straight:
         return None
     speed = np.abs(height[3:] - height[:-3]) / 3.0
     usual = float(np.percentile(speed, 95.0))
@@ -79,7 +82,31 @@ def _edges(mask: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _stuck(record: Recording, name: str) -> Iterator[Finding]:
     values = record.channels[name]
-    still = np.diff(values) == 0.0
+    for still, code in _still(values):
+        if (rows := _stuck_rows(record, name, still, code)) is not None:
+            level, within = float(np.median(values[rows])), f"within {code:.2g} of" if code else "at exactly"
+            text = (
+                f"{name} stands {within} {level:.6g} for {rows.stop - rows.start} samples while the test goes on: stuck"
+            )
+            yield Finding("stuck", name, rows.start * record.dt, text)
+            return
+
+
+def _still(values: Array) -> Iterator[tuple[np.ndarray, float]]:
+    """Yield where a channel stands from sample to sample: exactly, then within one code of its converter, and that."""
+    steps = np.abs(np.diff(values))
+    yield steps == 0.0, 0.0
+    code = float(steps[steps > 0.0].min())
+    codes = (values - values.min()) / code
+    if codes.max() < FEWEST or np.max(np.abs(codes - np.round(codes))) > EXACT:
+        return
+    for shift in range(3):
+        yield np.diff((np.round(codes) + shift) // 3) == 0.0, code
+
+
+def _stuck_rows(record: Recording, name: str, still: np.ndarray, code: float) -> slice | None:
+    """Return the first rows over which a channel stands far longer than elsewhere; ``code`` is by how much it moves."""
+    values = record.channels[name]
     first, last = _edges(still)
     lengths = last - first + 1
     long = np.flatnonzero(lengths >= STUCK)
@@ -87,20 +114,20 @@ def _stuck(record: Recording, name: str) -> Iterator[Finding]:
     usual = float(np.percentile(others, 90.0)) if len(others) else 1.0
     elsewhere = len(still) - int(lengths[long].sum())
     if not len(long) or elsewhere < STUCK or len(still) - int(lengths.sum()) < MOVING * elsewhere:
-        return
+        return None
     steps = np.abs(np.diff(values))
-    step = float(np.percentile(steps[steps > 0.0], 99.5))
+    step = float(np.percentile(steps[~still], 99.5))
     for k in long[lengths[long] >= LONGER * usual]:
         begin, end = int(first[k]), int(last[k]) + 2
-        level = float(values[begin])
-        off = level == 0.0 and name in ("current", "voltage")
-        if begin == 0 or off or level in (float(values.min()), float(values.max())):
+        level = float(np.median(values[begin:end]))
+        off = abs(level) <= code and name in ("current", "voltage")
+        at_end = min(level - float(values.min()), float(values.max()) - level) <= 2.0 * code
+        if begin == 0 or off or at_end:
             continue
         jumps = end < len(values) and abs(float(values[end] - level)) > 3.0 * step
         if jumps or _another_moves(record, name, slice(begin, end)):
-            text = f"{name} stands at exactly {level:.6g} for {end - begin} samples while the test goes on: stuck"
-            yield Finding("stuck", name, begin * record.dt, text)
-            return
+            return slice(begin, end)
+    return None
 
 
 def _another_moves(record: Recording, name: str, rows: slice) -> bool:

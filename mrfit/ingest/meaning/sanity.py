@@ -1,7 +1,7 @@
 """What looks wrong with a recording: constant, dead or clipped channels, offsets, signs, exchanged columns, skew."""
 
 from collections.abc import Callable, Iterator, Set
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,8 @@ CLIPPED_SHARE = 0.005
 OFFSET_SHARE = 0.25
 RIPPLE = 0.02
 """A swing of less than this share of its mean is ripple on a held level."""
+FLANK, FLANKS, STRAIGHT = 8, 20, 1e-3
+"""Least samples of a way between two ends, so many of them, and a bend in their height that is none."""
 OUTLIER = 1000.0
 """So many times as far from the median as all others lie no samples of a switching spike, but garbled numbers do."""
 FEW_OUTLIERS = 3
@@ -148,7 +150,43 @@ def _stands(values: Array, at_end: np.ndarray, end: float, ends: tuple[float, fl
     _, counts = np.unique(near, return_counts=True)
     others = counts[:-1] if end == ends[1] else counts[1:]
     # a rounded sine stands on its last level 2.4 times as long as on the next
-    return count > 6 * int(others.max(initial=1)) and longest_run(at_end) >= 5 and not rectangular(values, ends)
+    if count <= 6 * int(others.max(initial=1)) or longest_run(at_end) < 5:
+        return False
+    flanks = Flanks.of(values, ends)
+    return flanks.curved if rectangular(values, ends) else not flanks.straight
+
+
+@dataclass(frozen=True, slots=True)
+class Flanks:
+    """Ways between the ends of a signal: how much they bend before both, in their height, and its standard error."""
+
+    bend: float = np.nan
+    error: float = 0.0
+
+    @classmethod
+    def of(cls, values: Array, ends: tuple[float, float]) -> "Flanks":
+        """Measure the first ways from one end of a signal to the other that take several samples."""
+        part = (values - ends[0]) / (ends[1] - ends[0])
+        between = np.diff(np.concatenate([[0], ((part > 0.1) & (part < 0.9)).astype(np.int8), [0]]))
+        found: list[float] = []
+        for first, end in zip(np.flatnonzero(between > 0), np.flatnonzero(between < 0), strict=True):
+            way = part[end] - part[first - 1] if 0 < first and end < len(part) else 0.0
+            if abs(way) > 0.7 and end - first >= FLANK:
+                cubic = np.polyfit(np.linspace(-1.0, 1.0, end - first), part[first:end], 3)[0]
+                found.append(-float(np.sign(way) * cubic))
+            if len(found) == FLANKS:
+                break
+        return cls(float(np.mean(found)), float(np.std(found, ddof=1)) / len(found) ** 0.5) if len(found) > 2 else cls()
+
+    @property
+    def straight(self) -> bool:
+        """Whether they are ramps from hold to hold, as a trapezoid has and a clipped wave has not."""
+        return self.bend <= max(3.0 * self.error, STRAIGHT)
+
+    @property
+    def curved(self) -> bool:
+        """Whether they are seen to bend, as those of a wave clipped far down do and those of a square wave cannot."""
+        return self.bend > max(3.0 * self.error, STRAIGHT)
 
 
 def away_from_the_ends(mask: np.ndarray) -> np.ndarray:

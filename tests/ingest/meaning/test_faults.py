@@ -6,6 +6,7 @@ import pytest
 from mrfit.core.recording import Recording
 from mrfit.core.specs import Array
 from mrfit.ingest.meaning.faults import fault_findings
+from mrfit.ingest.meaning.sanity import channel_findings
 
 DT = 2e-3
 T = DT * np.arange(3000)
@@ -37,6 +38,31 @@ def test_a_stuck_channel(length: int, begin: int) -> None:
     assert _faults(displacement=SINE + 1e-4 * NOISE, force=values) == [("stuck", "force")]
     if length > 40:
         assert _faults(force=np.round(values, 1)) == [("stuck", "force")]
+
+
+@pytest.mark.parametrize("begin", [700, 1033])
+@pytest.mark.parametrize("codes", [[0, 1], [0, 0, 0, 0, 0, -1], [-1, 0, 1]])
+@pytest.mark.parametrize("code", [0.1, 0.25, 1.0])
+def test_a_channel_that_is_stuck_but_for_one_code(begin: int, codes: list[int], code: float) -> None:
+    values = np.round(FORCE / code)
+    values[begin : begin + 800] = values[begin] + RNG.choice(codes, 800)
+    found = _faults(displacement=SINE + 1e-4 * NOISE, force=code * values)
+    assert found == [("stuck", "force")]
+    assert _faults(displacement=SINE + 1e-4 * NOISE, force=code * np.round(FORCE / code)) == []
+
+
+@pytest.mark.parametrize("rail", [0.3, 0.5, 0.8, 0.95])
+@pytest.mark.parametrize("noise", [0.0, 3e-4])
+def test_a_wave_at_both_rails_and_a_trapezoid(rail: float, noise: float) -> None:
+    def kinds(values: Array) -> set[str]:
+        channels = {"displacement": np.round(values + noise * NOISE, 5)}
+        record = Recording("a", "a.csv", "", "delimited", DT, 0.0, channels, {"displacement": "m"})
+        found = [f.kind for f in (*fault_findings(record), *channel_findings(record))]
+        assert len(found) in (0, 2)
+        return set(found)
+
+    assert kinds(np.clip(SINE, -rail, rail)) == {"saturated" if noise else "clipped"}
+    assert kinds(np.clip(2.0 / np.pi * np.arcsin(SINE), -rail, rail)) == set()
 
 
 def test_a_channel_that_is_stuck_until_the_end() -> None:
