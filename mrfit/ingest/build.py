@@ -25,9 +25,9 @@ from mrfit.ingest.meaning.sanity import channel_findings, relation_findings, sho
 from mrfit.ingest.meaning.statistics import KIND as STATISTICS
 from mrfit.ingest.meaning.statistics import without_statistics
 from mrfit.ingest.refusal import Refusal
-from mrfit.ingest.table import Column, Lines, Lost, Table
+from mrfit.ingest.table import Column, Lines, Lost, Refused, Table
 from mrfit.ingest.time.clocks import on_one_clock
-from mrfit.ingest.time.counter import counter_of, numbers_rows
+from mrfit.ingest.time.counter import counter_of, is_counter, numbers_rows
 from mrfit.ingest.time.epoch import in_seconds
 from mrfit.ingest.time.timebase import TimeBase, TimeFault, coarse, on_grid, repeated, time_base
 
@@ -37,7 +37,8 @@ OVERFLOW = 1e30
 LONGEST_INTERVAL = 600.0
 """Sample interval in s above which a unit of time is not believed, as ``Ms`` for ms."""
 
-NO_SAMPLE = ("repeated header", "empty row", "repeated time", STATISTICS)
+REPEATED = "repeated header"
+NO_SAMPLE = (REPEATED, "empty row", "repeated time", STATISTICS)
 """Refused rows that stood for no sample."""
 
 
@@ -104,7 +105,7 @@ def build(table: Table, origin: Origin) -> list[Recording]:
     table = without_statistics(table)
     columns, marked = without_marks(table.columns)
     table = _factored(replace(table, columns=tuple(columns)), origin.rules)
-    table = on_one_clock(table, origin.rules, origin.path)
+    table = _split_at_headers(on_one_clock(table, origin.rules, origin.path))
     check_wrong_dimension(table.columns, origin.rules, origin.path)
     signals, findings = _named(table, origin)
     signals, assumed = with_coil(signals, origin.rules.coil)
@@ -130,6 +131,26 @@ def _named(table: Table, origin: Origin) -> tuple[list[Signal], list[Finding]]:
     signals, findings = name_signals(others, origin.rules, origin.path)
     text = "column {} has no name and numbers the rows: it is no channel"
     return signals, [*(Finding("no-channel", "", None, text.format(c.index)) for c in counts), *findings]
+
+
+def _split_at_headers(table: Table) -> Table:
+    """Return a table without a clock with a break at each repeated header: how long it lasted nothing says."""
+    if table.time is not None or any(map(is_counter, table.columns)):
+        return table
+    lost = Lost(table.refused)
+    headers = {r.line for r in lost if r.kind == REPEATED}
+    if not headers:
+        return table
+    lines = np.sort(lost.lines)  # what stands directly above or below it belongs to it
+    groups = [g.tolist() for g in np.split(lines, 1 + np.flatnonzero(np.diff(lines) > 1))]
+    groups = [g for g in groups if not headers.isdisjoint(g)]
+    headers.update(line for g in groups for line in g)
+    begins = [g[0] for g in groups]
+    shown = ", ".join(map(str, begins[:3])) + (f" and {len(begins) - 3} more" if len(begins) > 3 else "")
+    text = f"the header stands again in line {shown}: a new run begins there"
+    kept = [Refused(REPEATED if r.line in headers else r.kind, r.line) for r in lost]
+    found = (*table.findings, Finding("repeated-header", "", None, text))
+    return replace(table, refused=kept, breaks=(*table.breaks, *begins), findings=found)
 
 
 def _check_first_row(table: Table, origin: Origin) -> None:
@@ -178,7 +199,7 @@ def _numbers(table: Table, origin: Origin) -> tuple[series.Values, tuple[Finding
         remedy = "write time = COLUMN in a channel map, or ignore = [COLUMN] if it counts something else"
         raise Refusal(origin.path, f"{fault} (line {table.lines[fault.row]})", remedy) from None
     if found is None:
-        return _counted(table.lines, Lost(table.refused)), ()
+        return _counted(table.lines, Lost(table.refused).without(NO_SAMPLE)), ()
     numbers, usual = found
     if usual != 1.0 and not origin.rules.dt:
         what = (

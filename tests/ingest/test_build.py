@@ -171,3 +171,29 @@ def test_an_interval_of_hours_asks_for_the_unit_of_time(unit: str, dt: float | N
             read_log(text)
     (record,) = read_log(text, channel_map="time = {column = 0, unit = 'ms'}\n")
     assert record.dt == pytest.approx(2e-5)
+
+
+@pytest.mark.parametrize(
+    ("top", "again"),
+    [
+        ("Disp (mm),Force (N)\n", "Disp (mm),Force (N)\n"),
+        ("Disp,Force\nmm,N\n", "Disp,Force\nmm,N\n"),
+        ("Disp (mm),Force (N)\n", "Sample rate: 500 Hz\nDisp (mm),Force (N)\n"),
+        ("Disp (mm),Force (N)\n", "\nDisp (mm),Force (N)\n"),
+    ],
+)
+def test_a_header_again_begins_a_run_where_nothing_tells_the_time(top: str, again: str, read_log: ReadLog) -> None:
+    rows = [f"{np.sin(k / 9):.4f},{90 * np.cos(k / 9):.3f}\n" for k in range(600)]
+    parts = ["".join(rows[a:b]) for a, b in ((0, 300), (300, 500), (500, 600))]
+    records = read_log("Sample rate: 500 Hz\n" + top + again.join(parts))
+    assert [r.samples for r in records] == [300, 200, 100]
+    assert [f.kind for r in records for f in r.findings].count("repeated-header") == 1
+    np.testing.assert_allclose(records[2].channels["force"], [90 * np.cos(k / 9) for k in range(500, 600)], atol=1e-3)
+
+
+def test_a_header_again_is_left_out_where_a_count_or_a_time_goes_on(read_log: ReadLog) -> None:
+    for name, step in (("Sample", 1), ("Time (ms)", 2)):
+        rows = [f"{step * k},{90 * np.cos(k / 9):.3f}\n" for k in range(600)]
+        top = f"{name},Force (N)\n"
+        (record,) = read_log("Sample rate: 500 Hz\n" + top + "".join(rows[:300]) + top + "".join(rows[300:]))
+        assert record.samples == 600

@@ -13,9 +13,11 @@ import numpy as np
 from mrfit.core.specs import Array
 
 UNIT_KEYS = ("unit", "units", "unit_string", "ni_unitdescription")
-SCALES, OFFSETS = ("scale_factor", "gain", "conversion"), ("add_offset", "offset")
+SCALES, OFFSETS = ("scale_factor", "gain", "conversion"), ("add_offset", "intercept", "offset")
 COUNTED_SCALES = ("scale", "slope")
 """Words for the factor of whole numbers; beside measured ones they may mean anything."""
+OTHERS = ("multiplier", "factor", "scaling", "zero", "bias")
+"""More words of that kind, which are said and never applied."""
 MARKS = ("_fillvalue", "missing_value")
 
 
@@ -74,6 +76,8 @@ class Packing:
         Marks that cannot be stored as the array is, and are meant as values.
     low, high
         Least and greatest valid stored number.
+    keys
+        Attributes that give scale and offset.
     """
 
     scale: Any = 1.0
@@ -82,6 +86,7 @@ class Packing:
     marked_values: tuple[float, ...] = ()
     low: float = -np.inf
     high: float = np.inf
+    keys: tuple[str, ...] = ()
 
     @property
     def scales(self) -> bool:
@@ -148,9 +153,32 @@ def packing_of(
         tuple(m for m in marks if m not in exact and np.isfinite(m)),
         float(_each(named, "valid_min" if "valid_min" in named else None, (), valid[0])),
         float(_each(named, "valid_max" if "valid_max" in named else None, (), valid[1])),
+        tuple(key for key in (factor, shift) if key),
     )
     plain = not found.scales and not marks and not np.isfinite([found.low, found.high]).any()
     return None if plain else found
+
+
+def doubt_of(about: Mapping[Any, Any], packing: Packing | None) -> str:
+    """Return what attributes leave open about a packing: factors not applied, or the order of two; else nothing."""
+    named = _Named(about)
+    used = packing.keys if packing else ()
+    left = [k for k in (*SCALES, *COUNTED_SCALES, *OFFSETS, *OTHERS) if k in named and k not in used]
+    told = [f"'{k}' = {named[k]}" for k in left if _changes(named, k, k in (*OFFSETS, "zero", "bias"))]
+    if told:
+        return f"{' and '.join(told)} not applied, since the numbers may hold it already"
+    both = packing and np.any(np.asarray(packing.scale) != 1.0) and np.any(np.asarray(packing.offset) != 0.0)
+    if both and used[1] == "offset":
+        other = f"(stored + offset) × {used[0]}"
+        return f"taken as stored × {used[0]} + offset; the names do not say that it is not {other}"
+    return ""
+
+
+def _changes(named: Mapping[str, Any], key: str, added: bool) -> bool:
+    try:
+        return bool(np.any(_numbers(named, key) != (0.0 if added else 1.0)))
+    except UnclearPacking:
+        return False
 
 
 def _is_storable(mark: float, kind: np.dtype[Any]) -> bool:

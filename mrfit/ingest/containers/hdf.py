@@ -11,7 +11,7 @@ import numpy as np
 
 from mrfit.core.recording import Finding
 from mrfit.ingest.containers.arrays import WIDEST, Arrays, Packed
-from mrfit.ingest.containers.attributes import UnclearPacking, Unpacked, packing_of, units_in
+from mrfit.ingest.containers.attributes import UnclearPacking, Unpacked, doubt_of, packing_of, units_in
 from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.refusal import Passing, Refusal, damaged
 
@@ -234,9 +234,14 @@ def _add(arrays: Arrays, name: str, item: Any, units: list[str]) -> None:
         arrays.findings.append(Finding("not-read", "", None, f"'{name}' cannot be unpacked, since {unclear}: left out"))
         return
     arrays.add(name, _values(item if packing is None else Unpacked(item, packing), arrays.shelf), units)
-    if packing and packing.scales and name not in arrays.scalars:
+    if name in arrays.scalars or not _may_be_signals(item):
+        return
+    if packing and packing.scales:
         text = f"'{name}': stored numbers × {packing.scale} + {packing.offset}, as its attributes say"
         arrays.findings.append(Finding("unpacked", "", None, text))
+    if doubt := doubt_of(item.attrs, packing):
+        text = f"'{name}': {doubt}; a channel map can say another scale and offset"
+        arrays.findings.append(Finding("packing-unclear", "", None, text))
 
 
 def _unwritten(item: Any) -> float:

@@ -31,11 +31,16 @@ def counter_of(columns: Sequence[Column]) -> tuple[series.Values, float] | None:
         If a column counts, but repeats or turns back too often to be a clock.
     """
     for column in columns:
-        name = re.sub(r"[\s_]+", " ", column.name.rpartition(".")[2]).strip() or column.name.strip()
-        called = (NAMES.fullmatch(name) or not name and column.index == 0) and column.unit in (None, "", "-", "1")
-        if (called or numbers_rows(column)) and (found := _counted(column)):
+        if is_counter(column) and (found := _counted(column)):
             return found
     return None
+
+
+def is_counter(column: Column) -> bool:
+    """Whether a column is named as a count of samples, or numbers the rows without a name."""
+    name = re.sub(r"[\s_]+", " ", column.name.rpartition(".")[2]).strip() or column.name.strip()
+    called = (NAMES.fullmatch(name) or not name and column.index == 0) and column.unit in (None, "", "-", "1")
+    return bool(called) or numbers_rows(column)
 
 
 def numbers_rows(column: Column) -> bool:

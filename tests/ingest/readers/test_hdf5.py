@@ -41,3 +41,33 @@ def test_a_table_of_named_columns(read_log: ReadLog) -> None:
 def test_damaged_file_is_refused(data: bytes, read_log: ReadLog) -> None:
     with pytest.raises(Refusal, match="damaged HDF5"):
         read_log(data, "run.h5")
+
+
+@pytest.mark.parametrize("kind", [np.int16, np.float64])
+@pytest.mark.parametrize(
+    ("about", "said"),
+    [
+        ({"scale_factor": 2.0, "add_offset": 5.0}, ""),
+        ({"gain": 2.0, "offset": 0.0}, ""),
+        ({"Gain": 2.0, "Offset": 5.0}, "taken as stored × gain + offset"),
+        ({"scale_factor": 2.0, "offset": 5.0}, "taken as stored × scale_factor + offset"),
+        ({"scale": 2.0, "offset": 5.0}, "scale"),
+        ({"slope": 2.0, "offset": 5.0}, "slope"),
+        ({"multiplier": 2.0}, "not applied"),
+        ({"multiplier": 1.0, "zero": 0.0}, ""),
+    ],
+)
+def test_pairs_whose_order_is_not_stated_are_said(
+    about: dict[str, float], said: str, kind: type, read_log: ReadLog
+) -> None:
+    stored = np.round(400.0 * np.sin(np.arange(300) / 20.0)).astype(kind)
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w") as file:
+        file.attrs["sample_rate"] = 500.0
+        file.create_dataset("force (N)", data=stored).attrs.update(about)
+    (record,) = read_log(buffer.getvalue(), "run.h5")
+    found = [f.text for f in record.findings if f.kind == "packing-unclear"]
+    assert len(found) == bool(said) and all(said in text for text in found)
+    applied = "multiplier" not in about and not (kind is np.float64 and {"scale", "slope"} & about.keys())
+    low, high = (float(v) for v in list(about.values())[:2]) if applied else (1.0, 0.0)
+    np.testing.assert_allclose(record.channels["force"], low * stored + high)
