@@ -1,10 +1,13 @@
 """Rows of statistics above or below the samples."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from mrfit.core.specs import Array
 from mrfit.ingest.meaning.statistics import without_statistics
 from mrfit.ingest.table import Column, Table
 from tests.ingest.conftest import ReadLog
@@ -57,3 +60,12 @@ def test_samples_are_no_statistics(seed: int, kind: str) -> None:
     columns = tuple(Column(n, None, v.copy(), k) for k, (n, v) in enumerate(zip("ab", values[kind].T, strict=True)))
     table = Table(columns, np.arange(1, 201))
     assert without_statistics(table).rows == 200
+
+
+@pytest.mark.parametrize("samples", [500, 5000, 200_000])
+@pytest.mark.parametrize("shape", [np.zeros_like, np.ones_like, np.sign])
+def test_rows_at_a_steady_end_are_samples(samples: int, shape: Callable[[Array], Array]) -> None:
+    time = 1e-3 * np.arange(samples)
+    columns = (Column("force", "N", shape(np.maximum(time, 1e-9)), 0),)
+    table = Table(columns, np.arange(1, samples + 1), time=Column("time", "s", time, 1))
+    assert without_statistics(table).rows == samples
