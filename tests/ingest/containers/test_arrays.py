@@ -50,12 +50,12 @@ def test_every_length_is_a_run_where_none_has_a_time() -> None:
 
 def test_rate_scalar_and_time_from_the_map() -> None:
     arrays = Arrays()
-    arrays.add("clock", TIME)
+    arrays.add("ticks", TIME)
     arrays.add("force", TIME)
     arrays.add("fs", 100.0)
     assert tables_of(arrays, _source())[0].dt == pytest.approx(0.01)
-    (table,) = tables_of(arrays, _source(TimeRule(column="clock")))
-    assert table.time is not None and table.time.name == "clock"
+    (table,) = tables_of(arrays, _source(TimeRule(column="ticks")))
+    assert table.time is not None and table.time.name == "ticks"
 
 
 @pytest.mark.parametrize("at", [20, 0])
