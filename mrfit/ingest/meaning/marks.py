@@ -29,6 +29,8 @@ JUMP = 5.0
 """Least step into a mark and out of it, in greatest ordinary steps of a smooth channel."""
 LEVELS = 10
 """A channel of fewer values is a switch or a code."""
+CODES = 300
+"""A channel of fewer values is printed coarsely."""
 AROUND = 7
 """Rows on either side of a run of zeros by which it is seen how the channel goes there."""
 APART = 3.0
@@ -186,6 +188,8 @@ def _dropouts(values: Values, zeros: Values, others: _Others) -> Values:
     none = np.empty(0, dtype=np.int64)
     if not FEWEST_DROPOUTS <= len(zeros) <= MOST_ZEROS * len(values):
         return none
+    if len(np.unique(values[0 : series.CHUNK])) < CODES and not others.smooth:
+        return none  # a converter of 8 bits is at zero by itself, steep as its signal is
     runs = _runs(values, zeros)
     length = runs.last - runs.first + 1
     before, behind = (_beside(values, start, way) for start, way in ((runs.first, -1), (runs.last, 1)))
