@@ -188,14 +188,16 @@ def _dropouts(values: Values, zeros: Values, others: _Others) -> Values:
     none = np.empty(0, dtype=np.int64)
     if not FEWEST_DROPOUTS <= len(zeros) <= MOST_ZEROS * len(values):
         return none
-    if len(np.unique(values[0 : series.CHUNK])) < CODES and not others.smooth:
+    coarse = len(np.unique(values[0 : series.CHUNK])) < CODES
+    if coarse and (not others.smooth or len(zeros) > SCATTERED * len(values)):
         return none  # a converter of 8 bits is at zero by itself, steep as its signal is
     runs = _runs(values, zeros)
     length = runs.last - runs.first + 1
     before, behind = (_beside(values, start, way) for start, way in ((runs.first, -1), (runs.last, 1)))
     steps = np.nan_to_num(np.abs(np.concatenate([np.diff(before, axis=0), np.diff(behind, axis=0)])), nan=-1.0)
     step = np.where(steps.max(axis=0) < 0.0, others.step, steps.max(axis=0))
-    jumps = np.minimum(np.abs(runs.before), np.abs(runs.behind)) > np.maximum(APART * step, 0.0)
+    least = 2.0 * others.step * (length + 1) if coarse else APART * step
+    jumps = np.minimum(np.abs(runs.before), np.abs(runs.behind)) > np.maximum(APART * step, least)
     same = np.sign(runs.before) == np.sign(runs.behind)
     goes_on = same & (np.abs(runs.behind - runs.before) <= 1.5 * (length + 1) * step)
     stride = np.maximum(1, length // (AROUND - 1))
