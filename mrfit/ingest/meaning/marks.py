@@ -30,7 +30,7 @@ JUMP = 5.0
 LEVELS = 10
 """A channel of fewer values is a switch or a code."""
 CODES = 300
-"""A channel of fewer values is printed coarsely."""
+"""A channel of fewer steps from end to end is printed coarsely."""
 AROUND = 7
 """Rows on either side of a run of zeros by which it is seen how the channel goes there."""
 APART = 3.0
@@ -188,7 +188,8 @@ def _dropouts(values: Values, zeros: Values, others: _Others) -> Values:
     none = np.empty(0, dtype=np.int64)
     if not FEWEST_DROPOUTS <= len(zeros) <= MOST_ZEROS * len(values):
         return none
-    coarse = len(np.unique(values[0 : series.CHUNK])) < CODES
+    some = np.unique(values[0 : series.CHUNK])
+    coarse = others.spread < CODES * float(np.min(np.diff(some[np.isfinite(some)])))
     if coarse and (not others.smooth or len(zeros) > SCATTERED * len(values)):
         return none  # a converter of 8 bits is at zero by itself, steep as its signal is
     runs = _runs(values, zeros)
