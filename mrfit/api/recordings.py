@@ -5,6 +5,7 @@ import html
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from numbers import Real
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
@@ -210,7 +211,7 @@ class _Test:
 
 def _name_by(condition: Mapping[str, float]) -> str:
     """Return a name of a log that has none: its condition, in which the logs of a campaign differ."""
-    return "-".join(f"{n}-{float(v):g}" for n, v in condition.items()) or "recording"
+    return "-".join(f"{n}-{v:g}" for n, v in condition.items() if isinstance(v, Real)) or "recording"
 
 
 def _by_symbol(
