@@ -20,6 +20,8 @@ CORNER, HOP = 0.2, 0.2
 """A rail is met at this share of the usual speed or more, and not by a hop over this share of the range."""
 STUCK, LONGER = 20, 5.0
 """Samples of a run of one number, and how many times longer than other runs it is."""
+MOST_CODES = 2.0**32
+"""Codes over which no converter steps."""
 EXACT = 0.01
 """Largest departure of a value from whole codes, in codes."""
 MOVING = 0.7
@@ -97,6 +99,8 @@ def _still(values: Array) -> Iterator[tuple[np.ndarray, float]]:
     steps = np.abs(np.diff(values))
     yield steps == 0.0, 0.0
     code = float(steps[steps > 0.0].min())
+    if float(steps.max()) > MOST_CODES * code:
+        return
     codes = (values - values.min()) / code
     if codes.max() < FEWEST or np.max(np.abs(codes - np.round(codes))) > EXACT:
         return

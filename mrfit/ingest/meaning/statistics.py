@@ -25,7 +25,8 @@ def without_statistics(table: Table) -> Table:
     They are refused. One column alone shows them only where there are several such rows.
     """
     for at_end in (True, False):
-        number = _rows(table, at_end)
+        with np.errstate(over="ignore", invalid="ignore"):  # a garbled number may be 1e300
+            number = _rows(table, at_end)
         if not number:
             continue
         rows = np.arange(number) + (len(table.lines) - number if at_end else 0)
