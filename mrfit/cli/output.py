@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 from mrfit.cli import export
 from mrfit.cli import summary as in_one_line
 from mrfit.cli.console import VERBOSITY, conclude, numbers, print_table, say
-from mrfit.core import registry
 from mrfit.core.channels import CHANNELS, unit_of
 from mrfit.errors import ConfigError, near, unknown_name
 
@@ -444,6 +443,8 @@ def registry_rows(kind: str) -> list[dict[str, str]]:
     ConfigError
         If there is no such kind.
     """
+    from mrfit.core import registry
+
     singular = kind.removesuffix("s")
     if singular not in registry.KINDS:
         known = [f"{k}s" for k in registry.KINDS]
@@ -474,6 +475,7 @@ def item(name: str) -> Summary:
     import inspect
     from dataclasses import asdict
 
+    from mrfit.core import registry
     from mrfit.search import strategies
 
     for kind in registry.KINDS:

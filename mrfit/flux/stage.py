@@ -97,7 +97,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
 def _complete(workspace: Workspace, existing: FluxFile) -> bool:
     """Return whether every recording that was changed is there."""
     changed = [r.id for r in existing.recordings if r.action == INTEGRATED]
-    return all(workspace.is_whole(i, STAGE) for i in changed)
+    return all(workspace.recording_file(i, STAGE).is_file() and workspace.is_whole(i, STAGE) for i in changed)
 
 
 def reconstruct(recordings: Sequence[Recording], settings: Settings) -> tuple[list[Recording], float | None]:

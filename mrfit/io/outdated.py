@@ -172,7 +172,8 @@ def check_law(fit: Fit) -> None:
 
 def refusal(fit: Fit, why: str) -> DataError:
     """Return the error on a fit that must not be used, with the command that makes it right."""
-    command = f"mrfit fit --model {fit.model} --opt {fit.optimizer}{' --per all' * (fit.per == 'all')}"
+    per = "all" if fit.per == "all" else "condition"
+    command = f"mrfit fit --model {fit.model} --opt {fit.optimizer} --per {per}"
     return DataError(f"the fit {fit.name}: {why}; fit again: `{command}`")
 
 

@@ -356,8 +356,12 @@ class Workspace:
         """Return the hashes of the recordings' files as they were written, read again where the summaries were."""
         stamps = stamp(self.ingest_json), stamp(self.flux_json)
         if self._hashes is None or self._hashes[0] != stamps:
-            found = {"recordings": self.ingest_file(), "flux": self.flux_file()}
-            files = {self.recording_file(i, s): h for s, made in found.items() if made for i, h in made.files.items()}
+            files: dict[Path, str] = {}
+            for stage, summary in (("recordings", self.ingest_file), ("flux", self.flux_file)):
+                # of a damaged summary no hash is believed; the stage that needs it says what is wrong
+                with suppress(DataError):
+                    made = summary()
+                    files |= {self.recording_file(i, stage): h for i, h in (made.files if made else {}).items()}
             self._hashes = stamps, files
         return self._hashes[1]
 

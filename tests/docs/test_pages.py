@@ -120,9 +120,11 @@ def test_every_page_is_in_a_table_of_contents() -> None:
     for page in PAGES:
         for entries in blocks(page, "{toctree}"):
             for entry in filter(None, entries.split("\n")):
-                found = page.parent.glob("*.md") if entry == "*" else [page.parent / f"{entry}.md"]
+                one = [p for kind in (".md", ".ipynb") if (p := page.parent / f"{entry}{kind}").is_file()]
+                found = page.parent.glob("*.md") if entry == "*" else one or [page.parent / f"{entry}.md"]
                 listed |= {p.resolve() for p in found}
-    own = {p for p in PAGES if docs in p.parents} | {p for p in GENERATED if p.name != "policy.md"}
+    written = [*PAGES, *docs.glob("tutorials/*.ipynb")]
+    own = {p for p in written if docs in p.parents} | {p for p in GENERATED if p.name != "policy.md"}
     assert own - listed == {docs / "index.md"}
     assert listed - own == set()
 

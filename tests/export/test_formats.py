@@ -289,13 +289,16 @@ def test_options_out_of_their_limits(
     assert not (tmp_path / "out").exists()
 
 
-def test_nothing_is_written_if_one_format_fails(tmp_path: Path) -> None:
+def test_a_format_that_fails_does_not_take_the_others(tmp_path: Path) -> None:
     source = rig("boucwen-flux")
     assembly = assemble("boucwen-flux+integrator-offset")
     broken = replace(source, assembly=assembly, theta=np.append(source.theta, 0.01))
+    written = run(broken, ["json", "c"], tmp_path / "out", Settings())
+    assert list(written.files) == ["json"] and (tmp_path / "out" / written.files["json"][0]).is_file()
+    assert written.failed["c"].startswith("the effect integrator-offset has no C form")
     with pytest.raises(DataError, match="^the effect integrator-offset has no C form"):
-        run(broken, ["json", "c"], tmp_path / "out", Settings())
-    assert not (tmp_path / "out").exists()
+        run(broken, ["c"], tmp_path / "alone", Settings())
+    assert not (tmp_path / "alone").exists()
 
 
 @pytest.mark.slow

@@ -56,7 +56,7 @@ def plainly_written(source: Source) -> tuple[Source, Text | None, list[Finding]]
         changes.append(lambda text: FORTRAN.sub(r"\1e\2", text))
     for thousands in _thousands(sample):
         changes.append(thousands.without)
-        shown = {".": "points", ",": "commas", "'": "apostrophes", "\u2019": "apostrophes"}.get(
+        shown = {".": "full stops", ",": "commas", "'": "apostrophes", "\u2019": "apostrophes"}.get(
             thousands.mark, "blanks"
         )
         said.append(Finding("thousands", "", None, f"{shown} part the thousands of numbers"))
