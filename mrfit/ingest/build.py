@@ -29,6 +29,7 @@ from mrfit.ingest.table import Column, Lines, Lost, Refused, Table
 from mrfit.ingest.time.clocks import on_one_clock
 from mrfit.ingest.time.counter import counter_of, is_counter, numbers_rows
 from mrfit.ingest.time.epoch import in_seconds
+from mrfit.ingest.time.rate import rate_missing
 from mrfit.ingest.time.timebase import TimeBase, TimeFault, coarse, on_grid, repeated, time_base
 
 OVERFLOW = 1e30
@@ -182,11 +183,7 @@ def _times(table: Table, origin: Origin) -> Times:
         return Times(values, stated, _last_digit(table.time, scale), tuple(assumed))
     if stated is None:
         unclear = "".join(f"; {f.text}" for f in table.findings if f.kind == "rate-unclear")
-        raise Refusal(
-            origin.path,
-            f"no time column and no sample rate (columns: {_shown(table)}{unclear})",
-            f"write rate = HZ, or time = COLUMN, in a channel map ({FILE_NAME} beside the log, or --map)",
-        )
+        raise rate_missing(origin.path, [c.name or str(c.index) for c in table.columns], unclear)
     number, said = _numbers(table, origin)
     return Times(series.mapped(lambda n: table.start + n * stated, number), stated, None, said)
 
@@ -224,10 +221,6 @@ def _counted(lines: Lines, refused: Lost) -> Array:
     lost, place = np.sort(refused.lines), series.ordinals(len(lines))
     own = place[:] if series.in_memory(lines) else place
     return series.mapped(lambda place, lines: place + np.searchsorted(lost, lines), own, lines)
-
-
-def _shown(table: Table) -> str:
-    return ", ".join(f"'{c.name}'" if c.name else str(c.index) for c in table.columns)
 
 
 def _refuse_missing(rows: Rows, origin: Origin) -> None:

@@ -1,5 +1,6 @@
 """From named arrays, as MAT, HDF5 and TDMS files hold them, to tables."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,16 +12,19 @@ from mrfit.core.specs import Array
 from mrfit.ingest import series
 from mrfit.ingest.containers.memory import Room
 from mrfit.ingest.containers.shelf import Shelf
-from mrfit.ingest.refusal import Refusal
+from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, name_and_unit
 from mrfit.ingest.time.clocks import is_clock
+from mrfit.ingest.time.rate import rate_missing
 
 INTERVALS = ("ts", "dt", "delta_t", "sample_time", "sampletime", "sample_interval", "wf_increment")
 RATES = ("fs", "rate", "sample_rate", "samplerate", "sampling_rate", "samplingrate")
 DECIMATIONS = ("decimation", "decimation_factor", "decimate", "downsampling", "downsample")
 ALIKE = 1e-3
 """Relative difference of intervals that are one, printed or computed differently."""
+MANY, SHOWN = 1e6, 20
+"""Numbers that are not unpacked without need, and names shown of those that hold them."""
 WIDEST = 64
 """A matrix with more columns than this is no set of channels."""
 
@@ -122,6 +126,28 @@ class Packed:
     def __getitem__(self, rows: slice) -> Array:
         part = self.dataset[:, rows].T if self.flipped and len(self.dataset.shape) > 1 else self.dataset[rows]
         return np.asarray(part).reshape(-1, self.shape[1])
+
+
+def check_times(source: Source, names: Sequence[str], numbers: float) -> None:
+    """Refuse a file whose many numbers would be unpacked for nothing: no name is that of times, nor of a rate.
+
+    Parameters
+    ----------
+    names
+        Of all arrays, scalars and attributes.
+    numbers
+        How many there are in it.
+
+    Raises
+    ------
+    Refusal
+        If there is no such name, and the channel map says neither times nor a rate.
+    """
+    if numbers < MANY or source.rules.dt or source.rules.time:
+        return
+    words = {name_and_unit(re.split(r"[./]", name)[-1])[0].lower() for name in names}
+    if words.isdisjoint({*TIME_NAMES, *DATE_NAMES, *INTERVALS, *RATES}):
+        raise rate_missing(source.head.path, [excerpt(name) for name in names[:SHOWN]])
 
 
 def tables_of(arrays: Arrays, source: Source) -> list[Table]:

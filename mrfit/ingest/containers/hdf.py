@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from mrfit.core.recording import Finding
-from mrfit.ingest.containers.arrays import WIDEST, Arrays, Packed
+from mrfit.ingest.containers.arrays import WIDEST, Arrays, Packed, check_times
 from mrfit.ingest.containers.attributes import UnclearPacking, Unpacked, doubt_of, packing_of, units_in
 from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.refusal import Passing, Refusal, damaged
+from mrfit.ingest.table import Source
 
 DEEPEST = 6
 """Structs in structs that are followed."""
@@ -21,7 +22,7 @@ MOST_VALUES = 20_000
 """References that are followed: those of a few arrays, each to the next, may be more than there is time for."""
 
 
-def hdf_arrays(path: Path, arrays: Arrays) -> Arrays:
+def hdf_arrays(source: Source, arrays: Arrays) -> Arrays:
     """Return ``arrays`` with the numeric datasets of a file, by their path with dots, and its attributes as scalars.
 
     Nothing outside the file is opened: neither links nor datasets that lead there.
@@ -29,13 +30,20 @@ def hdf_arrays(path: Path, arrays: Arrays) -> Arrays:
     Raises
     ------
     Refusal
-        If h5py is not installed, the file is damaged, or its datasets need more memory or disk than there is.
+        If h5py is not installed, the file is damaged, its datasets need more memory or disk than there is, or there are
+        many numbers and neither times nor a rate.
     """
+    path = source.head.path
     with _opened(path) as file:
         found: list[tuple[str, Any]] = []
         file.visititems(lambda name, item: found.append((name, item)))
         arrays.outside = _links_outside(file, [file, *(item for _, item in found)])
         _expect(path, arrays, [item for name, item in found if not _is_matlabs(name)])
+        sets = [(n, item) for n, item in found if _is_set(item)]
+        columns = [c for _, item in sets for c in item.dtype.names or ()]
+        attributes = [key for item in (file, *(item for _, item in found)) for key in item.attrs]
+        numbers = sum(math.prod(item.shape) for _, item in sets)
+        check_times(source, [*(n for n, _ in sets), *columns, *attributes], numbers)
         _attributes(arrays, "", file.attrs)
         for name, item in found:
             if not _is_matlabs(name):
@@ -44,7 +52,7 @@ def hdf_arrays(path: Path, arrays: Arrays) -> Arrays:
 
 
 @contextmanager
-def matlab_variables(path: Path, arrays: Arrays) -> Iterator[dict[str, Any]]:
+def matlab_variables(source: Source, arrays: Arrays) -> Iterator[dict[str, Any]]:
     """Give the variables of a MATLAB 7.3 file while it is open; say in ``arrays`` which lie in other files.
 
     Variables are arrays, texts, structs, and object arrays for cells and struct arrays. MATLAB keeps the elements of
@@ -57,10 +65,16 @@ def matlab_variables(path: Path, arrays: Arrays) -> Iterator[dict[str, Any]]:
         If h5py is not installed, the file is damaged, its arrays need more memory or disk than there is, or it holds
         too many references to follow.
     """
+    path = source.head.path
     with _opened(path) as file:
-        items: list[Any] = []
-        file.visititems(lambda _, item: items.append(item))
+        inside: list[tuple[str, Any]] = []
+        file.visititems(lambda name, item: inside.append((name, item)))
+        items = [item for _, item in inside]
         _expect(path, arrays, items)
+        sets = [i for i in items if _is_set(i)]
+        # axes of dSPACE's captures, and signals in cells, have names that are not seen from here
+        if not any(n.endswith("/X") for n, _ in inside) and not any(i.dtype.kind == "O" for i in sets):
+            check_times(source, [n for n, _ in inside], sum(math.prod(i.shape) for i in sets))
         arrays.outside = _links_outside(file, [file, *items])
         walk = _Walk(file, path, arrays)
         names = [n for n in file if not n.startswith("#") and _is_inside(file, n)]
@@ -121,7 +135,7 @@ def _may_be_signals(item: Any) -> bool:
 
 def _expect(path: Path, arrays: Arrays, items: list[Any]) -> None:
     """Check that there is room for the numbers of these objects, and to unpack each of their chunks."""
-    sets = [item for item in items if hasattr(item, "shape") and _may_be_signals(item)]
+    sets = [item for item in items if _is_set(item)]
     long = [item for item in sets if _is_long(item, arrays.shelf)]
     if arrays.shelf:
         check_disk(path, sum(math.prod(item.shape) for item in long), arrays.shelf.folder)
@@ -131,6 +145,10 @@ def _expect(path: Path, arrays: Arrays, items: list[Any]) -> None:
         for item in sets:
             chunk = 2.0 * math.prod(item.chunks or (0,)) * item.dtype.itemsize
             room.hold(f"'{item.name.strip('/')}' is packed in pieces", chunk)
+
+
+def _is_set(item: Any) -> bool:
+    return hasattr(item, "shape") and _may_be_signals(item)
 
 
 def _is_long(item: Any, shelf: Shelf | None) -> bool:

@@ -22,4 +22,4 @@ def read(source: Source) -> list[Table]:
     Refusal
         If h5py is missing, the file is damaged, or it holds no vectors.
     """
-    return tables_of(hdf_arrays(source.head.path, Arrays(room=source.room(), shelf=source.shelf)), source)
+    return tables_of(hdf_arrays(source, Arrays(room=source.room(), shelf=source.shelf)), source)

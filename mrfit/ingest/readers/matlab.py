@@ -14,7 +14,7 @@ import numpy as np
 
 from mrfit.core.recording import Finding
 from mrfit.core.specs import ReaderSpec
-from mrfit.ingest.containers.arrays import WIDEST, Arrays, tables_of
+from mrfit.ingest.containers.arrays import WIDEST, Arrays, check_times, tables_of
 from mrfit.ingest.containers.dspace import captures_of
 from mrfit.ingest.containers.hdf import matlab_variables
 from mrfit.ingest.containers.shelf import Shelf, check_disk
@@ -51,7 +51,7 @@ def read(source: Source) -> list[Table]:
     path = source.head.path
     found = _Found(Arrays(room=source.room(), shelf=source.shelf), [])
     if source.head.raw.startswith(b"MATLAB 7.3"):
-        with matlab_variables(path, found.arrays) as variables:
+        with matlab_variables(source, found.arrays) as variables:
             for name, value in variables.items():
                 _take(found, name, value, DEEPEST)
     else:
@@ -83,6 +83,9 @@ def _variables(path: Path, source: Source) -> Iterator[dict[str, Any]]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # a variable that stands twice, an unknown opaque class
+            about = whosmat(path)
+            if all(kind in (*NUMERIC, "char") for _, _, kind in about):  # what is in structs is not seen from here
+                check_times(source, [n for n, _, _ in about], sum(math.prod(shape) for _, shape, _ in about))
             sizes = unpacked_sizes(path, 4.0 * room.limit)
             long = _long_ones(path, source.shelf, sizes)
             together = sum(sizes) - sum(long.values())

@@ -12,6 +12,7 @@ import numpy as np
 
 from mrfit.core.recording import Finding
 from mrfit.core.specs import Array, ReaderSpec
+from mrfit.ingest.containers.arrays import check_times
 from mrfit.ingest.containers.attributes import units_in
 from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import TimeRule
@@ -70,6 +71,7 @@ def read_blocks(source: Source, size: int) -> Iterator[list[Table]]:
         If the file is damaged or holds no numbers.
     """
     path, done = source.head.path, 0
+    _check_times(source)
     for columns, rows, about in _parts(source, size):
         if not columns:
             raise Refusal(path, NOTHING[0], NOTHING[1])
@@ -90,6 +92,19 @@ def extent(source: Source) -> tuple[int, int]:
     """
     with _opened(source) as (file, names):
         return int(file.metadata.num_rows), len(names)
+
+
+def _check_times(source: Source) -> None:
+    """Refuse a table of many numbers without times before it is unpacked."""
+    import pyarrow as pa
+
+    with _opened(source) as (file, names):
+        fields = [f for f in file.schema_arrow if f.name in names]
+        stamped = any(pa.types.is_timestamp(f.type) or pa.types.is_duration(f.type) for f in fields)
+        stated = ["".join(units_in(f.metadata or {})) or name_and_unit(f.name)[1] or "1" for f in fields]
+        timed = any(units.compatible(u, "s") for u in stated)
+        if not (stamped or timed or b"mrfit" in (file.schema_arrow.metadata or {})):
+            check_times(source, [f.name for f in fields], file.metadata.num_rows * len(fields))
 
 
 @contextmanager

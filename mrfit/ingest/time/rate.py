@@ -3,10 +3,12 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from mrfit.core.recording import Finding
 from mrfit.ingest.meaning import units
-from mrfit.ingest.refusal import excerpt
+from mrfit.ingest.meaning.channel_map import FILE_NAME
+from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Table
 from mrfit.ingest.text.layout import name_and_unit
 
@@ -145,6 +147,13 @@ def _is_decimation(line: str) -> bool:
     """Whether a line says that not every sample was kept."""
     label = DECIMATION.search(line)
     return bool(THINNED.search(line)) or label is not None and not NONE.fullmatch(line[label.end() :])
+
+
+def rate_missing(path: Path | str, names: Sequence[str], unclear: str = "") -> Refusal:
+    """Return the refusal of a log with columns of these names that has neither times nor a rate."""
+    shown = ", ".join(f"'{n}'" for n in names)
+    remedy = f"write rate = HZ, or time = COLUMN, in a channel map ({FILE_NAME} beside the log, or --map)"
+    return Refusal(path, f"no time column and no sample rate (columns: {shown}{unclear})", remedy)
 
 
 def with_rate(table: Table, lines: Sequence[str], delimiter: str = ",", decimal: str = ".") -> Table:

@@ -5,6 +5,9 @@ import numpy as np
 
 from mrfit.ingest.containers.arrays import Arrays
 from mrfit.ingest.containers.hdf import hdf_arrays
+from mrfit.ingest.meaning.channel_map import Rules
+from mrfit.ingest.table import Source
+from mrfit.ingest.text.head import open_head
 
 
 def test_datasets_attributes_and_what_is_left_out(tmp_path: Path) -> None:
@@ -15,7 +18,7 @@ def test_datasets_attributes_and_what_is_left_out(tmp_path: Path) -> None:
         file["rig/force"].attrs["unit"] = b"kN"
         file["#refs#/x"] = np.arange(5.0)
         file["names"] = np.array([b"a", b"b"])
-    arrays = hdf_arrays(path, Arrays())
+    arrays = hdf_arrays(Source(open_head(path), Rules()), Arrays())
     assert list(arrays.signals) == ["rig.force"]
     assert arrays.units == {"rig.force": "kN"}
     assert arrays.scalars == {".fs": 100.0}
