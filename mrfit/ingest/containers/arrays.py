@@ -15,7 +15,7 @@ from mrfit.ingest.containers.shelf import Shelf
 from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Column, Source, Table
 from mrfit.ingest.text.layout import DATE_NAMES, TIME_NAMES, name_and_unit
-from mrfit.ingest.time.clocks import is_clock
+from mrfit.ingest.time.clocks import is_called_clock, is_clock
 from mrfit.ingest.time.rate import rate_missing
 
 INTERVALS = ("ts", "dt", "delta_t", "sample_time", "sampletime", "sample_interval", "wf_increment")
@@ -128,26 +128,32 @@ class Packed:
         return np.asarray(part).reshape(-1, self.shape[1])
 
 
-def check_times(source: Source, names: Sequence[str], numbers: float) -> None:
-    """Refuse a file whose many numbers would be unpacked for nothing: no name is that of times, nor of a rate.
+def check_times(source: Source, arrays: Sequence[tuple[str, str]], stated: Sequence[str], numbers: float) -> None:
+    """Refuse a file whose many numbers would be unpacked for nothing: nothing is named as times, nor as a rate.
 
     Parameters
     ----------
-    names
-        Of all arrays, scalars and attributes.
+    arrays
+        Names and units of all arrays and scalars; a unit is empty where none is stated.
+    stated
+        Names of attributes.
     numbers
         How many there are in it.
 
     Raises
     ------
     Refusal
-        If there is no such name, and the channel map says neither times nor a rate.
+        If there is no such name or unit, and the channel map says neither times nor a rate.
     """
     if numbers < MANY or source.rules.dt or source.rules.time:
         return
-    words = {name_and_unit(re.split(r"[./]", name)[-1])[0].lower() for name in names}
-    if words.isdisjoint({*TIME_NAMES, *DATE_NAMES, *INTERVALS, *RATES}):
-        raise rate_missing(source.head.path, [excerpt(name) for name in names[:SHOWN]])
+    for whole, unit in arrays:
+        name, bracketed = name_and_unit(re.split(r"[./]", whole)[-1])
+        timed = is_called_clock(name, unit or bracketed) or is_called_clock(name, None)
+        if timed or name.lower() in {*DATE_NAMES, *INTERVALS, *RATES}:
+            return
+    if {name.lower() for name in stated}.isdisjoint({*INTERVALS, *RATES}):
+        raise rate_missing(source.head.path, [excerpt(name) for name, _ in arrays[:SHOWN]])
 
 
 def tables_of(arrays: Arrays, source: Source) -> list[Table]:

@@ -40,10 +40,10 @@ def hdf_arrays(source: Source, arrays: Arrays) -> Arrays:
         arrays.outside = _links_outside(file, [file, *(item for _, item in found)])
         _expect(path, arrays, [item for name, item in found if not _is_matlabs(name)])
         sets = [(n, item) for n, item in found if _is_set(item)]
-        columns = [c for _, item in sets for c in item.dtype.names or ()]
+        described = [(n, unit) for n, item in sets for unit in units_in(item.attrs) or [""]]
+        described += [(column, "") for _, item in sets for column in item.dtype.names or ()]
         attributes = [key for item in (file, *(item for _, item in found)) for key in item.attrs]
-        numbers = sum(math.prod(item.shape) for _, item in sets)
-        check_times(source, [*(n for n, _ in sets), *columns, *attributes], numbers)
+        check_times(source, described, attributes, sum(math.prod(item.shape) for _, item in sets))
         _attributes(arrays, "", file.attrs)
         for name, item in found:
             if not _is_matlabs(name):
@@ -74,7 +74,7 @@ def matlab_variables(source: Source, arrays: Arrays) -> Iterator[dict[str, Any]]
         sets = [i for i in items if _is_set(i)]
         # axes of dSPACE's captures, and signals in cells, have names that are not seen from here
         if not any(n.endswith("/X") for n, _ in inside) and not any(i.dtype.kind == "O" for i in sets):
-            check_times(source, [n for n, _ in inside], sum(math.prod(i.shape) for i in sets))
+            check_times(source, [(n, "") for n, _ in inside], [], sum(math.prod(i.shape) for i in sets))
         arrays.outside = _links_outside(file, [file, *items])
         walk = _Walk(file, path, arrays)
         names = [n for n in file if not n.startswith("#") and _is_inside(file, n)]

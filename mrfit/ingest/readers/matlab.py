@@ -85,7 +85,7 @@ def _variables(path: Path, source: Source) -> Iterator[dict[str, Any]]:
             warnings.simplefilter("ignore")  # a variable that stands twice, an unknown opaque class
             about = whosmat(path)
             if all(kind in (*NUMERIC, "char") for _, _, kind in about):  # what is in structs is not seen from here
-                check_times(source, [n for n, _, _ in about], sum(math.prod(shape) for _, shape, _ in about))
+                check_times(source, [(n, "") for n, _, _ in about], [], sum(math.prod(shape) for _, shape, _ in about))
             sizes = unpacked_sizes(path, 4.0 * room.limit)
             long = _long_ones(path, source.shelf, sizes)
             together = sum(sizes) - sum(long.values())

@@ -101,10 +101,9 @@ def _check_times(source: Source) -> None:
     with _opened(source) as (file, names):
         fields = [f for f in file.schema_arrow if f.name in names]
         stamped = any(pa.types.is_timestamp(f.type) or pa.types.is_duration(f.type) for f in fields)
-        stated = ["".join(units_in(f.metadata or {})) or name_and_unit(f.name)[1] or "1" for f in fields]
-        timed = any(units.compatible(u, "s") for u in stated)
-        if not (stamped or timed or b"mrfit" in (file.schema_arrow.metadata or {})):
-            check_times(source, [f.name for f in fields], file.metadata.num_rows * len(fields))
+        described = [(f.name, "".join(units_in(f.metadata or {}))) for f in fields]
+        if not (stamped or b"mrfit" in (file.schema_arrow.metadata or {})):
+            check_times(source, described, [], file.metadata.num_rows * len(fields))
 
 
 @contextmanager

@@ -78,16 +78,20 @@ def on_one_clock(table: Table, rules: Rules, path: str) -> Table:
 
 def is_clock(column: Column) -> bool:
     """Whether a column is named or measured as a time, and rises."""
-    called = column.name.rpartition(".")[2].strip().lower() or column.name.lower()
-    word = re.sub(r"\d+$", "", re.split(r"[\s_.]+", called)[0])
-    whole = re.sub(r"[\s_.]*\d+$", "", called)
-    named = column.unit is None and bool({word, whole} & TIME_NAMES)
-    timed = column.unit is not None and units.known(column.unit) and units.compatible(column.unit, "s")
-    if not (named or timed):
+    if not is_called_clock(column.name, column.unit):
         return False
     steps = [step[np.isfinite(step)] for _, step in series.steps(column.values)]
     rising = sum(int(np.count_nonzero(s > 0.0)) for s in steps)
     return rising > 0.9 * max(sum(map(len, steps)), 1)
+
+
+def is_called_clock(name: str, unit: str | None) -> bool:
+    """Whether a column is named or measured as a time."""
+    if unit is not None:
+        return units.known(unit) and units.compatible(unit, "s")
+    called = name.rpartition(".")[2].strip().lower() or name.lower()
+    word = re.sub(r"\d+$", "", re.split(r"[\s_.]+", called)[0])
+    return bool({word, re.sub(r"[\s_.]*\d+$", "", called)} & TIME_NAMES)
 
 
 def _owned(channels: Sequence[Column], clocks: Sequence[Column]) -> list[list[Column]] | None:

@@ -12,11 +12,11 @@ import pytest
 from scipy.io import savemat
 
 from mrfit.core import registry
-from mrfit.ingest.containers.arrays import Arrays
+from mrfit.ingest.containers.arrays import Arrays, check_times
 from mrfit.ingest.meaning.channel_map import Rules, TimeRule
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Source
-from mrfit.ingest.text.head import open_head
+from mrfit.ingest.text.head import Head, open_head
 
 ROWS = 1_200_000
 
@@ -86,3 +86,23 @@ def test_others_are_read(way: str, name: str, tmp_path: Path, unpacked: list[str
     rules = {"map": Rules(dt=1e-3), "map of times": Rules(time=TimeRule(column="count"))}.get(way, Rules())
     (table,) = registry.load("reader", reader).read(Source(open_head(tmp_path / name), rules))
     assert table.rows == rows and unpacked
+
+
+@pytest.mark.parametrize("name", ["time_force", "Time2", "rig.time", "epoch", "Zeit (ms)", "fs"])
+def test_names_that_may_be_times_or_rates_are_looked_into(name: str) -> None:
+    check_times(_source(), [("force", "N"), (name, "")], [], 1e9)
+    check_times(_source(), [("force", "N"), ("clocked", "s")], [], 1e9)
+    check_times(_source(), [("force", "N")], ["Sample_Rate"], 1e9)
+    check_times(_source(), [("force", "N")], [], 1e3)
+
+
+@pytest.mark.parametrize("name", ["position", "timer_setting", "rated"])
+def test_names_that_are_neither_times_nor_rates_are_refused(name: str) -> None:
+    with pytest.raises(Refusal, match="no time column and no sample rate"):
+        check_times(_source(), [("force", "N"), (name, "mm")], ["units"], 1e9)
+    with pytest.raises(Refusal, match="no time column and no sample rate"):
+        check_times(_source(), [(name, "")], [], 1e9)
+
+
+def _source() -> Source:
+    return Source(Head(Path("run.h5"), 0, b"", "", ()), Rules())
