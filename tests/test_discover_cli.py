@@ -72,7 +72,12 @@ def test_the_terminal_says_verdict_place_effect_candidates_and_how_to_go_on(stud
     assert done.returncode == 0 and done.stderr == ""
     first_line = done.stdout.splitlines()[0]
     assert effect in first_line and first_line.endswith("(nothing had changed)")
-    for said in ("of the error in", "On held-out conditions the error falls from", "standard errors", "Go on with"):
+    for said in (
+        "of the squared error in",
+        "On held-out conditions the error falls from",
+        "standard errors",
+        "Go on with",
+    ):
         assert said in done.stdout, said
     assert all(c["name"] in done.stdout for c in first["discovery"]["candidates"])
 

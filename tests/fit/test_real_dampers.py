@@ -37,10 +37,10 @@ def compared(mrfit: Run, models: tuple[str, ...]) -> dict[str, dict[str, Any]]:
 def test_one_set_of_parameters_for_five_currents_predicts_held_out_conditions(mrfit: Run, press: Path) -> None:
     models = compared(mrfit, ("hysteretic-biviscous", "tanh", "bingham"))
     # the authors of the data reach 5.1 % of the range with twelve parameters
-    assert models["hysteretic-biviscous"]["holdout_nrmse"] <= 0.030
-    assert models["tanh"]["holdout_nrmse"] <= 0.045
+    assert models["hysteretic-biviscous"]["holdout_nrmse"] <= 0.020
+    assert models["tanh"]["holdout_nrmse"] <= 0.040
     assert models["bingham"]["holdout_nrmse"] > models["tanh"]["holdout_nrmse"]
-    assert models["tanh"]["current_orders"] == {"fy": 2, "a1": 2, "c": 1}
+    assert models["tanh"]["current_orders"] == {"fy": "log2", "a1": 2, "c": 1}
 
 
 @pytest.mark.slow
