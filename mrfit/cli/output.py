@@ -273,7 +273,8 @@ def _of_hundred(share: float | None) -> float | None:
 
 
 def _percent(share: float | None) -> float | None:
-    return None if share is None else round(100.0 * share, 2)
+    value = _of_hundred(share)
+    return None if value is None else round(value, 2)
 
 
 def compare_optimizers(summary: Summary, work: Path) -> None:

@@ -13,7 +13,7 @@ from mrfit.io.arrow import numbers, repeated, table
 from mrfit.io.atomic import write_atomic
 from mrfit.io.csv_table import csv_table
 from mrfit.io.outdated import check_law
-from mrfit.io.schemas.fit import Fit
+from mrfit.io.schemas.fit import PARAMETER_COLUMNS, Fit
 from mrfit.io.schemas.reading import load
 from mrfit.io.tables import ROW_GROUP
 from mrfit.io.workspace import write_json, write_text
@@ -23,7 +23,6 @@ from mrfit.simulate.current_levels import as_written
 
 # Folder of finished searches, in that of their fit
 PARTIAL = ".partial"
-PARAMETER_COLUMNS = ("condition", "parameter", "value", "unit", "low", "high", "at_bound", "identifiable", "determined")
 
 
 # What a reader of a damaged fit.json is to do

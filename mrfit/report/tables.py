@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from mrfit.io.csv_table import csv_table
 from mrfit.io.schemas.determined import State
-from mrfit.io.schemas.fit import Fit, Quantity, Result
+from mrfit.io.schemas.fit import PARAMETER_COLUMNS, Fit, Quantity, Result
 from mrfit.report.latex import EMPTY, HEAD, Cell, Table, number, tables_tex, with_uncertainty, words
 from mrfit.report.numbers import escape_latex, in_html, unit_html, unit_latex
 from mrfit.report.output_unit import output_unit
@@ -14,7 +14,6 @@ from mrfit.report.symbols import derived_symbol, symbols_of
 from mrfit.signal.metrics import METRICS
 from mrfit.simulate.current_dependence import Node, base_name, node_of
 
-PARAMETER_COLUMNS = ("condition", "parameter", "value", "unit", "low", "high", "at_bound", "identifiable", "determined")
 METRIC_COLUMNS = ("condition", "role", "samples", *(m.name for m in METRICS), "noise_floor")
 ROLES = {"train": "training", "holdout": "hold-out"}
 COMPARISON_COLUMNS = (

@@ -13,6 +13,8 @@ from mrfit.io.schemas.reading import Document, Entry, Number, of_json, told
 from mrfit.io.schemas.stages import FluxSettings, SegmentSettings
 
 FIT = "mrfit/fit/1"
+PARAMETER_COLUMNS = ("condition", "parameter", "value", "unit", "low", "high", "at_bound", "identifiable", "determined")
+"""Columns of the tables of parameters, of a fit's folder and of a report."""
 
 
 @dataclass(frozen=True, kw_only=True)
