@@ -64,7 +64,7 @@ with Hidden(SETTINGS):
 from numba.core import config, event  # noqa: E402
 
 config._config_fname = os.devnull
-from numba.extending import intrinsic  # noqa: E402
+from numba.extending import intrinsic, overload  # noqa: E402
 
 
 class _Interrupts(event.Listener):
@@ -90,6 +90,36 @@ class _Interrupts(event.Listener):
 
 
 event.register("numba:compiler_lock", _Interrupts())  # type: ignore[no-untyped-call]
+
+
+def _misfit(source: Any, target: Any) -> None:
+    """Stand for what numba calls in a kernel where an array does not fit the slice that it is assigned to."""
+
+
+def _refusal(source: Any, target: Any) -> Callable[[Any, Any], None]:
+    def refuse(source: Any, target: Any) -> None:
+        raise ValueError("an array does not fit the slice that it is assigned to")
+
+    return refuse
+
+
+overload(_misfit)(_refusal)
+
+
+class _Brief(event.Listener):
+    """Puts ``_misfit`` in place of numba's own, whose text of both shapes takes each such kernel 2 s to compile."""
+
+    def on_start(self, event: Any) -> None:
+        """Do so where a kernel is compiled, not read from the cache: the module that has it takes 0.1 s to import."""
+        from numba.np import arrayobj
+
+        arrayobj.raise_with_shape_context = _misfit
+
+    def on_end(self, event: Any) -> None:
+        """Do nothing."""
+
+
+event.register("numba:compile", _Brief())  # type: ignore[no-untyped-call]
 
 
 def is_cold() -> bool:

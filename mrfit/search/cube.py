@@ -61,7 +61,7 @@ class Cube:
         bounds = np.array([(self.params[k].low, self.params[k].high) for k in self.free]).reshape(-1, 2).T
         logarithmic = np.array([self.params[k].scale == "log" for k in self.free], dtype=np.bool_)
         start = np.array([p.start for p in self.params])
-        return self.free, start, np.concatenate([ends, bounds]), logarithmic
+        return self.free, start, np.ascontiguousarray(np.concatenate([ends, bounds])), logarithmic
 
     def to_points(self, theta: Array) -> Array:
         """Map parameter vectors (P, K) to points (P, F); values outside the bounds go to the nearest bound."""

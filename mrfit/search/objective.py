@@ -310,7 +310,8 @@ class Objective:
         around, steps = stencils(points, STEP)
         rows, flat = self._evaluate(around.reshape(-1, self.dimension))
         costs = flat.reshape(around.shape[:2])
-        return costs[:, 0], *_products(rows.reshape(*costs.shape, self._width), costs, steps)
+        # contiguous, as those of one point are: kernels are compiled for each layout
+        return costs[:, 0].copy(), *_products(rows.reshape(*costs.shape, self._width), costs, steps)
 
     def _require(self, evaluations: int) -> None:
         if self.remaining < evaluations:

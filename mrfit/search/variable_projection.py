@@ -161,7 +161,8 @@ class Projection:
             solved = self.solve(points)
             rows = self.posed.sensitivities(solved.theta, self.cube.free)
             parts = np.zeros_like(solved.residuals), solved.residuals, solved.basis, solved.free
-            return solved.costs, *reduced_model(rows, 1.0 / self.cube.slopes(solved.theta), parts)
+            steps = np.ascontiguousarray(1.0 / self.cube.slopes(solved.theta))
+            return solved.costs, *reduced_model(rows, steps, parts)
         (count, dimension), around = points.shape, stencils(points, STEP)
         if self.at_once:
             theta = varied_stencils(around[0].reshape(-1, dimension), self.cube.map, *self._moved)

@@ -11,7 +11,7 @@ import pyarrow.parquet as pq
 import pytest
 
 import mrfit
-from mrfit.batch import stage
+from mrfit.batch import page, stage
 from mrfit.batch.journal import NAME, read_journal
 from mrfit.batch.log import Asked, Done, Job
 from mrfit.batch.parcel import put
@@ -29,12 +29,25 @@ FITTING = fit.Settings(model="bingham", optimizer="lsq")
 
 
 @pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Write pages without their figures, which take four times as long as the fits; ``test_page.py`` has them."""
+    for figure in ("overview", "over_current"):
+        monkeypatch.setattr(page, figure, lambda fleet: "<svg></svg>")
+
+
+@pytest.fixture
 def logs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Four logs, of which one is no log at all, and one folder deeper."""
     monkeypatch.chdir(tmp_path)
-    for seed, name in enumerate(("a.csv", "b.csv", "sub/c 1.csv")):
-        write_log(tmp_path / "logs" / name, seed, fy=500.0 + 50.0 * seed)
-    (tmp_path / "logs" / "note.csv").write_text("no numbers\nin here\n")
+    write_log(tmp_path / "logs" / "sub" / "c 1.csv", 2, fy=600.0)
+    return two_logs(tmp_path)
+
+
+def two_logs(folder: Path) -> Path:
+    """Write two logs and one that is none."""
+    for seed, name in enumerate(("a.csv", "b.csv")):
+        write_log(folder / "logs" / name, seed, fy=500.0 + 50.0 * seed)
+    (folder / "logs" / "note.csv").write_text("no numbers\nin here\n")
     return Path("logs")
 
 
@@ -85,6 +98,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return names
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_only_what_changed_is_done_again(logs: Path, counted: list[str]) -> None:
     run(logs)
     before = files_of("work")
@@ -108,6 +122,7 @@ def test_only_what_changed_is_done_again(logs: Path, counted: list[str]) -> None
     assert run(logs).done == 1 and counted == ["logs/b.csv"]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_kill_loses_what_was_at_work_alone(logs: Path, counted: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
     run(logs, "whole")
     counted.clear()
@@ -132,6 +147,7 @@ def test_a_kill_loses_what_was_at_work_alone(logs: Path, counted: list[str], mon
     assert len(same) == 3 and all(files_of("work")[n] == files_of("whole")[n] for n in same)
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_log_that_fails_ends_no_other_and_is_not_tried_again(logs: Path, counted: list[str]) -> None:
     (logs / "aa.csv").write_text("time (s),temperature (degC)\n" + "".join(f"{k},{20 + k}\n" for k in range(50)))
     summary = run(logs)
@@ -141,6 +157,7 @@ def test_a_log_that_fails_ends_no_other_and_is_not_tried_again(logs: Path, count
     assert counted == [] and [f.error for f in again.failed] == [f.error for f in summary.failed]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_log_that_is_gone_is_in_the_table_no_longer(logs: Path) -> None:
     run(logs)
     (logs / "a.csv").unlink()
@@ -149,6 +166,7 @@ def test_a_log_that_is_gone_is_in_the_table_no_longer(logs: Path) -> None:
     assert set(read_journal(Path("work") / NAME)) == {"logs/b.csv", "logs/note.csv", "logs/sub/c 1.csv"}
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_two_processes_write_what_one_does(logs: Path) -> None:
     run(logs)
     run(logs, "two", fit.Settings(model="bingham", optimizer="lsq", jobs=2))
@@ -165,6 +183,16 @@ def test_what_cannot_be_done_is_said_in_one_line(logs: Path) -> None:
         run(logs, like="NOTE.*")
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """The table of two logs and one that is none, done without a fault."""
+    folder = tmp_path_factory.mktemp("whole")
+    with pytest.MonkeyPatch.context() as patched:
+        patched.chdir(folder)
+        return Path(run(two_logs(folder)).table).read_bytes()
+
+
+@pytest.mark.usefixtures("undrawn")
 @pytest.mark.parametrize(
     "fault",
     [
@@ -176,10 +204,10 @@ def test_what_cannot_be_done_is_said_in_one_line(logs: Path) -> None:
 )
 @pytest.mark.parametrize("wrapped", [False, True])
 def test_a_fault_of_the_machine_is_tried_again(
-    fault: Exception, wrapped: bool, logs: Path, counted: list[str], monkeypatch: pytest.MonkeyPatch
+    fault: Exception, wrapped: bool, whole: bytes, tmp_path: Path, counted: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    whole = run(logs, "whole")
-    counted.clear()
+    monkeypatch.chdir(tmp_path)
+    logs = two_logs(tmp_path)
     write = stage_of_ingest.run
 
     def failing(files: Sequence[Path], *rest: object) -> object:
@@ -199,9 +227,10 @@ def test_a_fault_of_the_machine_is_tried_again(
     counted.clear()
     again = run(logs)
     assert counted == ["logs/b.csv"] and [f.log for f in again.failed] == ["logs/note.csv"]
-    assert Path(again.table).read_bytes() == Path(whole.table).read_bytes()
+    assert Path(again.table).read_bytes() == whole
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_folder_that_cannot_be_written_is_tried_again(logs: Path, counted: list[str]) -> None:
     Path("work/logs").mkdir(parents=True)
     # no folder can be made where a file lies, whoever asks
@@ -212,6 +241,7 @@ def test_a_folder_that_cannot_be_written_is_tried_again(logs: Path, counted: lis
     assert [f.log for f in run(logs).failed] == ["logs/note.csv"] and counted == ["logs/b.csv"]
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_fit_by_hand_in_a_log_s_workspace_is_seen(logs: Path, counted: list[str]) -> None:
     before = run(logs)
     table = Path(before.table).read_bytes()
@@ -227,6 +257,7 @@ def test_a_fit_by_hand_in_a_log_s_workspace_is_seen(logs: Path, counted: list[st
     assert run(logs).unchanged == 4 and not counted
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_a_link_that_leads_nowhere_is_named(logs: Path) -> None:
     (logs / "gone.csv").symlink_to("nowhere.csv")
     (logs / "round.csv").symlink_to("round.csv")

@@ -6,12 +6,13 @@ import pytest
 from mrfit.core.specs import Array
 from mrfit.kernels import descent
 from mrfit.kernels.descent import FIRST_RAISE, LONGEST_STEP, keep_better
+from mrfit.search.objective import NormalEquations
 
 
 def damped_steps(points: Array, gradients: Array, curvatures: Array, dampings: Array) -> tuple[Array, Array, Array]:
     """Return steps of descents of which none failed before."""
     count = len(points)
-    model = np.ones(count), gradients, curvatures
+    model = NormalEquations(np.ones(count), gradients, curvatures)
     return descent.damped_steps(points, model, dampings, np.full(count, LONGEST_STEP), np.arange(count), False)
 
 
@@ -64,9 +65,9 @@ def test_a_step_that_follows_a_failed_one_is_shorter_whatever_the_damping_was(da
     gradient, curvature = problem(3)
     dampings, reaches = np.array([damping]), np.array([LONGEST_STEP])
     point = np.full((1, 3), 0.5)
-    model, one = (np.array([1.0]), gradient, curvature), np.array([0])
+    model, one = NormalEquations(np.array([1.0]), gradient, curvature), np.array([0])
     first, promised, _ = descent.damped_steps(point, model, dampings, reaches, one, False)
-    failed = np.array([2.0]), gradient, curvature
+    failed = NormalEquations(np.array([2.0]), gradient, curvature)
     descents = point, dampings, np.full(1, FIRST_RAISE), reaches, np.zeros(1, dtype=bool)
     keep_better(descents, model, one, (first, promised), failed)
     second, promised, _ = descent.damped_steps(point, model, dampings, reaches, one, False)
@@ -78,7 +79,7 @@ def test_a_step_that_follows_a_failed_one_is_shorter_whatever_the_damping_was(da
 
 def test_descents_that_have_ended_take_no_step() -> None:
     gradient, curvature = (np.repeat(part, 3, axis=0) for part in problem(1))
-    points, model = np.full((3, 3), 0.5), (np.ones(3), gradient, curvature)
+    points, model = np.full((3, 3), 0.5), NormalEquations(np.ones(3), gradient, curvature)
     parts = np.full(3, 1e-2), np.full(3, LONGEST_STEP)
     trials, predicted, attainable = descent.damped_steps(points, model, *parts, np.array([1]), False)
     assert (trials[[0, 2]] == 0.5).all() and (trials[1] != 0.5).all()
@@ -110,8 +111,8 @@ def test_a_step_that_is_far_too_long_gives_way_to_one_that_promises_most_of_what
 def test_steps_that_lower_the_cost_are_taken_and_the_others_damp_more() -> None:
     points, dampings, raises = np.full((3, 2), 0.5), np.full(3, 1e-2), np.full(3, FIRST_RAISE)
     stuck, reaches = np.zeros(3, dtype=bool), np.full(3, LONGEST_STEP)
-    model = np.array([2.0, 2.0, 2.0]), np.zeros((3, 2)), np.zeros((3, 2, 2))
-    gained = np.array([1.0, 3.0]), np.ones((2, 2)), np.ones((2, 2, 2))
+    model = NormalEquations(np.array([2.0, 2.0, 2.0]), np.zeros((3, 2)), np.zeros((3, 2, 2)))
+    gained = NormalEquations(np.array([1.0, 3.0]), np.ones((2, 2)), np.ones((2, 2, 2)))
     trials = points + np.array([[0.1, 0.0], [0.0, 0.1], [0.05, 0.05]])
     active = np.array([0, 2])
     for _ in range(2):
@@ -129,8 +130,8 @@ def test_steps_that_lower_the_cost_are_taken_and_the_others_damp_more() -> None:
 @pytest.mark.parametrize(("share", "factor"), [(0.0, 2.0), (0.25, 1.125), (0.5, 1.0), (0.75, 0.875), (3.0, 1 / 3)])
 def test_the_damping_follows_the_share_of_its_promise_that_a_step_keeps(share: float, factor: float) -> None:
     points, dampings, raises = np.full((1, 2), 0.5), np.ones(1), np.full(1, 64.0)
-    model = np.array([2.0]), np.zeros((1, 2)), np.zeros((1, 2, 2))
-    gained = np.array([1.0]), np.ones((1, 2)), np.ones((1, 2, 2))
+    model = NormalEquations(np.array([2.0]), np.zeros((1, 2)), np.zeros((1, 2, 2)))
+    gained = NormalEquations(np.array([1.0]), np.ones((1, 2)), np.ones((1, 2, 2)))
     promised = np.array([3.0 / share if share else 1e9])
     descents = points, dampings, raises, np.full(1, LONGEST_STEP), np.zeros(1, dtype=bool)
     keep_better(descents, model, np.array([0]), (points + 0.1, promised), gained)
@@ -144,7 +145,10 @@ def test_steps_by_factors_are_those_by_eigenvectors(seed: int, damping: float) -
     gradient, curvature = problem(seed, 8)
     rng, count = np.random.default_rng(seed), 1
     point = rng.choice([0.0, 0.01, 0.5, 1.0], (1, 8))
-    model, parts = (np.ones(count), 30.0 * gradient, curvature), (np.full(count, LONGEST_STEP), np.arange(count), False)
+    model, parts = (
+        NormalEquations(np.ones(count), 30.0 * gradient, curvature),
+        (np.full(count, LONGEST_STEP), np.arange(count), False),
+    )
     for reach in (LONGEST_STEP, 1e-3):
         parts = np.full(count, reach), np.arange(count)
         noisy = descent.damped_steps(point, model, np.full(count, damping), *parts, False)
@@ -157,7 +161,7 @@ def test_exact_derivatives_lead_along_a_direction_that_differences_would_lose() 
     # along the last axis the cost hardly curves, but it falls: in noise of differences there is nothing to be seen
     curvature = np.array([[1.0, 1.0 - 1e-10], [1.0 - 1e-10, 1.0]])
     gradient = -curvature @ np.array([0.05, -0.04])
-    model, point = (np.ones(1), gradient[None], curvature[None]), np.full((1, 2), 0.5)
+    model, point = NormalEquations(np.ones(1), gradient[None], curvature[None]), np.full((1, 2), 0.5)
     parts = np.full(1, 1e-14), np.full(1, LONGEST_STEP), np.arange(1)
     exact, _, _ = descent.damped_steps(point, model, *parts, True)
     lost, _, _ = descent.damped_steps(point, model, *parts, False)
@@ -167,7 +171,7 @@ def test_exact_derivatives_lead_along_a_direction_that_differences_would_lose() 
 
 def test_a_fan_of_steps_is_one_at_every_damping() -> None:
     gradient, curvature = (np.repeat(part, 3, axis=0) for part in problem(4, 5))
-    points, model = np.full((3, 5), 0.5), (np.ones(3), gradient, curvature)
+    points, model = np.full((3, 5), 0.5), NormalEquations(np.ones(3), gradient, curvature)
     dampings, active = np.array([[1e-3, 0.1, 10.0], [1e-6, 1.0, 1e4]]), np.array([2, 0])
     trials, promised = descent.fanned_steps(points, model, dampings, active)
     for a in range(2):
@@ -182,7 +186,7 @@ def test_a_fan_of_steps_is_one_at_every_damping() -> None:
 @pytest.mark.parametrize("short", [1e-15, 1e-9, 1e-6])
 def test_a_model_that_rounding_left_short_of_semidefinite_gives_a_step(short: float) -> None:
     curvature = np.array([[1.0, 1.0 + short], [1.0 + short, 1.0]])
-    model, point = (np.ones(1), np.array([[0.02, -0.01]]), curvature[None]), np.full((1, 2), 0.5)
+    model, point = NormalEquations(np.ones(1), np.array([[0.02, -0.01]]), curvature[None]), np.full((1, 2), 0.5)
     parts = np.full(1, 1e-12), np.full(1, LONGEST_STEP), np.arange(1)
     trials, promised, attainable = descent.damped_steps(point, model, *parts, True)
     assert np.isfinite([*trials[0], promised[0], attainable[0]]).all() and promised[0] > 0.0

@@ -144,3 +144,18 @@ def test_an_interrupt_during_compilation_is_kept_until_its_end(tmp_path: Path) -
         [sys.executable, str(tmp_path / "script.py")], capture_output=True, text=True, env=environment, timeout=120
     )
     assert ran.stdout.split() == ["kept", "2.0"], ran.stderr
+
+
+@kernel
+def assigned(rows: np.ndarray, row: np.ndarray) -> None:
+    rows[1] = row
+
+
+def test_an_array_that_does_not_fit_a_slice_is_refused_by_code_that_compiles_quickly() -> None:
+    rows = np.zeros((2, 3))
+    assigned(rows, np.arange(3.0))
+    assert rows.tolist() == [[0.0, 0.0, 0.0], [0.0, 1.0, 2.0]]
+    with pytest.raises(ValueError, match="an array does not fit the slice that it is assigned to"):
+        assigned(rows, np.zeros(2))
+    # numba's own would put shapes into a text
+    assert not [name for name in assigned.inspect_llvm(assigned.signatures[0]).split() if "unicode" in name]
