@@ -1,25 +1,31 @@
-"""Default laws of current of models that err: ``python -m benchmarks.current_erring COUNT [FIRST] [--out FILE.md]``.
+"""Default laws of current of models that err: ``python -m benchmarks.current_erring COUNT [FIRST]``.
 
 Every planted damper has a hidden effect, or is fitted by a model of another family. Sines at two to five currents are
-trained on; the default joint fit is judged at currents between them. Beside it stands the best of all candidates: the
+trained on; the default laws are judged at currents between them. Beside them stands the best of all candidates: the
 law of the strength of every form and order, the other parameters' laws by role or as planted. It is known from the
 held-out data themselves. Both are fitted about the optima of single currents, as the choice does it.
 Seeds below 1000 are those the choice was made on.
+
+``--rows FILE.jsonl`` gets a row for every seed; what it has already is not judged again. ``--old FILE.jsonl`` has those
+of an older rule. ``--out FILE.md`` is the page.
 """
 
 import os
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+import json  # noqa: E402
 import sys  # noqa: E402
-from collections.abc import Callable  # noqa: E402
+from collections.abc import Callable, Sequence  # noqa: E402
 from dataclasses import dataclass, replace  # noqa: E402
-from itertools import product  # noqa: E402
+from itertools import pairwise, product  # noqa: E402
 from pathlib import Path  # noqa: E402
+from typing import Any  # noqa: E402
 
 import numpy as np  # noqa: E402
 
 import mrfit.fit.stage as stage  # noqa: E402
+from benchmarks.current_laws import currents_of, law_of, oracle  # noqa: E402
 from mrfit.core.recording import Recording, Segment  # noqa: E402
 from mrfit.core.specs import Array  # noqa: E402
 from mrfit.fit.identify import Group, build_group  # noqa: E402
@@ -47,22 +53,11 @@ MODELS: dict[str, tuple[tuple[str, float], ...]] = {
 }
 SHARES = (0.17, 0.17, 0.17, 0.17, 0.14, 0.14, 0.04)
 Curve = Callable[[float], float]
-
-
-def law_of(rng: np.random.Generator) -> tuple[str, Curve]:
-    """Return the law of a strength over a share of the range of current, with its name."""
-    low, rise, bend = rng.uniform(0.1, 0.4), rng.uniform(1.0, 2.2), rng.uniform(0.0, 1.0)
-    laws: dict[str, Curve] = {
-        "line": lambda u: low + rise * u,
-        "parabola": lambda u: low + rise * (u + (0.25 + 0.25 * bend) * u * (1.0 - u)),
-        "exponential": lambda u: low * float(np.exp((1.2 + 1.2 * bend) * u)),
-        "saturation": lambda u: low + rise * (1.0 - float(np.exp(-u / (0.2 + 0.4 * bend)))),
-        "tanh": lambda u: low + rise * float(np.tanh((1.2 + 1.8 * bend) * u)),
-        "rational": lambda u: low + rise * u * (1.2 + 0.6 * bend) / (u + 0.2 + 0.6 * bend),
-        "power": lambda u: low + rise * u ** (0.6 + bend),
-    }
-    name = str(rng.choice(list(laws)))
-    return name, laws[name]
+# Deviance by which a law fits worse than the best within chance (95 % of chi-squared of one degree of freedom)
+ALIKE = 3.84
+# Quotient of the target's 95th percentile; rows and seed of the oracle
+BEYOND, ORACLE = 1.5, 500
+TITLE = "# Default laws of current of models that err\n\n"
 
 
 HIDDEN: dict[str, Callable[[dict[str, Array]], Array]] = {
@@ -104,10 +99,8 @@ def case_of(seed: int) -> Case:
     ]
     levels = int(rng.integers(2, 6))
     top = float(rng.choice([0.8, 1.0, 1.5, 2.0]))
-    trained = np.linspace(0.0 if rng.random() < 0.8 else 0.2 * top, top, levels)
-    if rng.random() < 0.4:
-        trained[1:-1] += rng.uniform(-0.25, 0.25, levels - 2) * (trained[1] - trained[0])
-    between = (trained[1:] + trained[:-1]) / 2.0 + rng.uniform(-0.15, 0.15, levels - 1) * np.diff(trained)
+    low = 0.0 if rng.random() < 0.8 else 0.2
+    trained, between = (top * u for u in currents_of(levels, low, rng))
     sines = [SINES[k] for k in sorted(rng.choice(len(SINES), int(rng.integers(2, 5)), replace=False))]
     size, noise = np.exp(rng.uniform(np.log(0.01), np.log(0.12))), np.exp(rng.uniform(np.log(1e-3), np.log(6e-3)))
     logs = []
@@ -162,11 +155,13 @@ def candidates(case: Case) -> list[str]:
     return list(dict.fromkeys(found))
 
 
-def judged(case: Case) -> tuple[str, dict[str, float]]:
-    """Return the laws that the default chooses, and the held-out error of these and of every candidate.
+def judged(seed: int) -> dict[str, Any]:
+    """Return the row of a seed: the laws that the default chooses and the best candidate, each with its held-out error.
 
+    ``alike`` is the greatest held-out error over the least among laws that the trained data do not tell apart.
     Laws are fitted about the optima of single currents, as the choice does it, not by a joint fit.
     """
+    case = case_of(seed)
     base = assemble(case.model)
     cube, rng = base_cube(stage.Settings(case.model, per="all")), np.random.default_rng(0)
     group, held = (_group(case, base, role) for role in ("train", "holdout"))
@@ -180,19 +175,35 @@ def judged(case: Case) -> tuple[str, dict[str, float]]:
     currents = np.array([b.segment.current for b in held.search])
     beside = [Posed([b], np.ones(1), base, cube) for b in held.search]
 
-    def error(order: str) -> float:
+    def errors(order: str) -> tuple[float, float]:
+        """Return the RMS error held out, and the deviance under the trained conditions."""
         given, laws = dict(orders_of(base.spec, order)) if order else {}, []
         for p in (base.spec.params[k] for k in cube.free):
             one = given.get(p.name, 0)
             form = form_of(one) or (LOG if logarithmic(base.spec, p, one) else PLAIN)
             laws.append(Law(form, count_of(one) - 1))
-        theta = Laws(tests, laws, np.arange(len(tests.places))).parameters(currents)
+        fitted = Laws(tests, laws, np.arange(len(tests.places)))
+        theta, known = fitted.parameters(currents), fitted.parameters(tests.currents[tests.places])
         squares = [float(np.mean(q.of_theta(t[None, :])[0] ** 2)) for q, t in zip(beside, theta, strict=True)]
-        return float(np.sqrt(np.mean(squares)))
+        deviances = [float(tests.deviance(k, t[None, :])[0]) for k, t in enumerate(known)]
+        return float(np.sqrt(np.mean(squares))), sum(deviances)
 
     dependence = choose(tests, fits, {}, (fits[0].current, fits[-1].current)).dependence
     chosen = ",".join(f"{n}={o}" for n, o in dependence.orders) if dependence else ""
-    return chosen, {order: error(order) for order in [chosen, *candidates(case)]}
+    found = {order: errors(order) for order in [chosen, *candidates(case)]}
+    best, least = min(found, key=lambda order: found[order][0]), min(deviance for _, deviance in found.values())
+    alike = [error for error, deviance in found.values() if deviance <= least + ALIKE]
+    return {
+        "seed": seed,
+        "model": case.model,
+        "planted": case.planted,
+        "currents": case.levels,
+        "laws": chosen,
+        "error": found[chosen][0],
+        "best": best,
+        "least": found[best][0],
+        "alike": max(alike) / min(alike),
+    }
 
 
 def _group(case: Case, base: Assembly, role: str) -> Group:
@@ -201,38 +212,72 @@ def _group(case: Case, base: Assembly, role: str) -> Group:
     return build_group("all", segments, dict(case.data.recordings), base, split=False)
 
 
-def main(count: int, first: int, out: Path | None) -> None:
-    """Print a row for every seed, and the percentiles of the error over the best candidate's."""
-    head = ["seed", "model", "planted", "currents", "chosen / best", "laws chosen", "best candidate"]
-    lines = ["| " + " | ".join(head) + " |", "|" + " --- |" * len(head)]
-    ratios, levels = [], []
-    for seed in range(first, first + count):
-        case = case_of(seed)
-        laws, errors = judged(case)
-        best = min(errors, key=lambda order: errors[order])
-        ratios.append(errors[laws] / errors[best])
-        levels.append(case.levels)
-        cells = [str(seed), case.model, case.planted, str(case.levels), f"{ratios[-1]:.3g}", laws or "0", best]
-        lines.append("| " + " | ".join(cells) + " |")
-        print(lines[-1], f"{errors[laws]!r} {errors[best]!r}", flush=True)
-    for name, own in (
-        ("all", np.array(ratios)),
-        *((f"{k} currents", np.array(ratios)[np.array(levels) == k]) for k in (2, 3, 4, 5)),
-    ):
-        if len(own):
-            median, most = np.percentile(own, (50, 95))
-            lines += [
-                "",
-                f"{name}, {len(own)} rows: median {median:.3g}, 95th percentile {most:.3g}, worst {own.max():.3g}",
-            ]
-            print(lines[-1])
-    if out:
-        title = "# Dependence on current of models that err: held-out error over the best candidate's\n\n"
-        out.write_text(title + "\n".join(lines) + "\n", encoding="utf-8")
+def read(path: Path | None) -> dict[int, dict[str, Any]]:
+    """Return the rows of a file by seed."""
+    lines = path.read_text(encoding="utf-8").splitlines() if path and path.exists() else []
+    return {row["seed"]: row for row in map(json.loads, lines)}
+
+
+def page(rows: Sequence[dict[str, Any]], old: dict[int, dict[str, Any]]) -> str:
+    """Return the tables: percentiles by number of currents, and a line for every seed."""
+    heads = "rows", "old rule", "beyond", "default", "beyond", "alike differ", "oracle", "beyond"
+    lines = [f"| currents | {' | '.join(heads)} |", "|" + " --- |" * (1 + len(heads))]
+    for name in (2, 3, 4, 5, "4 and 5", "all"):
+        own = [r for r in rows if name == "all" or str(r["currents"]) in str(name).split(" and ")]
+        known = oracle(name, ORACLE, ORACLE) if isinstance(name, int) else np.array([])
+        if own:
+            before = np.array([old[r["seed"]]["error"] / r["least"] for r in own if r["seed"] in old])
+            now = np.array([r["error"] / r["least"] for r in own])
+            differ = f"{np.mean([r['alike'] > BEYOND for r in own]):.0%}"
+            cells = [str(len(own)), *_told(before), *_told(now), differ, *_told(known)]
+            lines.append(f"| {name} | {' | '.join(cells)} |")
+    heads = (
+        "seed",
+        "model",
+        "planted",
+        "currents",
+        "old / best",
+        "default / best",
+        "alike",
+        "laws chosen",
+        "best candidate",
+    )
+    lines += ["", f"| {' | '.join(heads)} |", "|" + " --- |" * len(heads)]
+    for r in rows:
+        first = f"{old[r['seed']]['error'] / r['least']:.3g}" if r["seed"] in old else ""
+        numbers = first, f"{r['error'] / r['least']:.3g}", f"{r['alike']:.3g}"
+        cells = str(r["seed"]), r["model"], r["planted"], str(r["currents"]), *numbers, r["laws"] or "0", r["best"]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def _told(quotients: Array) -> tuple[str, str]:
+    """Return median and 95th percentile, and the share beyond the target."""
+    if not len(quotients):
+        return "", ""
+    median, most = np.percentile(quotients, (50, 95))
+    return f"{median:.3f}, {most:.2f}", f"{np.mean(quotients > BEYOND):.0%}"
+
+
+def main(words: Sequence[str]) -> None:
+    """Judge the seeds that the file of rows lacks, and write the page."""
+    named = {name: Path(path) for name, path in pairwise(words) if name in ("--rows", "--old", "--out")}
+    numbers = [int(w) for w in words if w.isdecimal()]
+    count, first = (*numbers, *(300, 5000)[len(numbers) :])
+    target = named.get("--rows")
+    rows = read(target)
+    for seed in (s for s in range(first, first + count) if s not in rows):
+        rows[seed] = judged(seed)
+        if target:
+            with target.open("a", encoding="utf-8") as stream:
+                stream.write(json.dumps(rows[seed]) + "\n")
+        print(seed, f"{rows[seed]['error'] / rows[seed]['least']:.3g}", rows[seed]["laws"], flush=True)
+    text = page([rows[s] for s in range(first, first + count)], read(named.get("--old")))
+    if "--out" in named:
+        named["--out"].write_text(TITLE + text, encoding="utf-8")
+    else:
+        print(text)
 
 
 if __name__ == "__main__":
-    words = sys.argv[1:]
-    target = Path(words[words.index("--out") + 1]) if "--out" in words else None
-    numbers = [int(w) for w in words if w.isdecimal()]
-    main(numbers[0] if numbers else 300, numbers[1] if len(numbers) > 1 else 5000, target)
+    main(sys.argv[1:])

@@ -165,7 +165,8 @@ def choose(tests: Tests, fits: list[Level], kept: dict[str, Order], ends: tuple[
     by_role = dict(default_orders(tests.spec, search.highest + 1))
     usual = {p.name: by_role[p.name] for p in params if p.name in by_role}
     constant = search.reference
-    roles = tuple(Law(forms[g[0]], count(usual.get(params[g[0]].name, 0)) - 1) for g in groups)
+    most = [count(usual.get(params[g[0]].name, 0)) - 1 for g in groups]
+    roles = tuple(Law(search.own_form(k, order), order) for k, order in enumerate(most))
     search.reference = roles if tests.excess > OWN_ERROR else constant
     state = search.nearest(search.best([roles, constant]))
     orders: dict[str, Order] = dict(kept)
