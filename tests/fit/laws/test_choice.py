@@ -186,6 +186,22 @@ def test_three_currents_carry_a_parabola(tmp_path: Path) -> None:
     assert [w.kind for w in fit.warnings] == ["current-levels"]
 
 
+@pytest.mark.parametrize(
+    ("law", "expected"),
+    [
+        (lambda i: 100 + 900 * float(np.tanh(2.5 * i)), "sat2"),
+        (lambda i: 80 * float(np.exp(1.7 * i + 0.7 * i**2)), "log2"),
+    ],
+)
+def test_a_law_through_three_currents_has_the_form_that_comes_nearest_without_its_last_coefficient(
+    tmp_path: Path, law: Callable[[float], float], expected: str
+) -> None:
+    workspace, noise = planted(tmp_path, "bingham", lambda i: {"fy": law(i)}, ((0.0, 0.5, 1.0), (0.25, 0.75)))
+    fit, usual = fitted(workspace, "bingham"), fitted(workspace, "bingham", "fy=plain2")
+    assert orders(fit) == {"fy": expected}
+    assert held_out(fit, noise) < 0.5 * held_out(usual, noise)
+
+
 def test_a_base_that_lacks_something_keeps_the_orders_of_its_roles_but_for_what_it_clearly_predicts_better(
     tmp_path: Path,
 ) -> None:
