@@ -182,8 +182,8 @@ def judged(seed: int) -> dict[str, Any]:
             one = given.get(p.name, 0)
             form = form_of(one) or (LOG if logarithmic(base.spec, p, one) else PLAIN)
             laws.append(Law(form, count_of(one) - 1))
-        fitted = Laws(tests, laws, np.arange(len(tests.places)))
-        theta, known = fitted.parameters(currents), fitted.parameters(tests.currents[tests.places])
+        fitted = Laws(tests, [laws], np.arange(len(tests.places)))
+        theta, known = fitted.parameters(currents)[0], fitted.parameters(tests.currents[tests.places])[0]
         squares = [float(np.mean(q.of_theta(t[None, :])[0] ** 2)) for q, t in zip(beside, theta, strict=True)]
         deviances = [float(tests.deviance(k, t[None, :])[0]) for k, t in enumerate(known)]
         return float(np.sqrt(np.mean(squares))), sum(deviances)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mrfit.core.remembered import remembered
 from mrfit.core.specs import Array
 from mrfit.io.columns import chunks, is_on_disk
 
@@ -67,6 +68,7 @@ class HarmonicFit:
         return replace(self, coefficients=self.coefficients * turns)
 
 
+@remembered
 def harmonic_fit(values: Array, dt: float, frequency_guess: float, refine: bool = True) -> HarmonicFit:
     """Return the least-squares Fourier series of a signal, with as many harmonics as the data tell from noise.
 
@@ -99,6 +101,7 @@ def harmonic_fit(values: Array, dt: float, frequency_guess: float, refine: bool 
         coefficients = _select(signal, omega, most)
     residual = signal - synthesis(coefficients, omega, len(values))
     coefficients[0] += mean
+    coefficients.flags.writeable = False
     return HarmonicFit(omega / (2 * np.pi * dt), coefficients, float(np.sqrt(np.mean(residual**2))))
 
 

@@ -4,6 +4,7 @@ from math import comb, sqrt
 
 import numpy as np
 
+from mrfit.core.remembered import remembered
 from mrfit.core.specs import Array
 from mrfit.signal.harmonics import harmonic_fit
 
@@ -87,6 +88,7 @@ def quantisation(values: Array) -> float:
     return step if np.max(off_grid) < 0.05 else 0.0
 
 
+@remembered
 def noise_floor(values: Array, dt: float, frequency: float, cycles: int, trending: bool = False) -> float:
     """Return the rms of what does not repeat from cycle to cycle: no model driven by the same cycles can explain it.
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from mrfit.core.channels import ANTIDERIVATIVES, FAST_INPUTS, LEVELS
 from mrfit.core.recording import FLUX_RESISTANCE, Recording, Segment
+from mrfit.core.remembered import remembered
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.signal.harmonics import HarmonicFit, harmonic_fit, synthesis
@@ -244,7 +245,7 @@ def _smoother(
         raise DataError(f"segment {segment.id} has {len(values)} samples, too few to smooth; use a longer log")
     if isinstance(series, HarmonicFit) and series.harmonics < RINGING:
         return series
-    local = Smoother(values)
+    local = _local(values)
     if series is None:
         return local
     near = local.near_corners()
@@ -257,6 +258,11 @@ def _smoother(
     left = np.stack([(values - found) ** 2 for found in (by_series, local.smoothed(0).values)])
     nearer = all(part[1] < part[0] for part in (left[:, near].sum(axis=1), left.sum(axis=1)))
     return local if nearer else series
+
+
+@remembered
+def _local(values: Array) -> Smoother:
+    return Smoother(values)
 
 
 def _smoothed(

@@ -119,8 +119,8 @@ class Tests:
         Independent samples that the residuals under each are worth (U,).
     excess
         Median over conditions of the error left, as a multiple of the noise floor.
-    bases, maps
-        What ``basis`` and ``through`` remember.
+    bases, maps, reduced
+        What ``basis``, ``through`` and ``by_level`` remember.
     """
 
     spec: ModelSpec
@@ -137,6 +137,7 @@ class Tests:
     excess: float
     bases: dict[tuple[Law, bytes], Array] = field(default_factory=dict)
     maps: dict[tuple[Law, bytes], Array] = field(default_factory=dict)
+    reduced: dict[bytes, tuple[Index, Array, Array]] = field(default_factory=dict)
 
     @property
     def free(self) -> Index:
@@ -166,6 +167,19 @@ class Tests:
         if key not in self.maps:
             self.maps[key] = np.linalg.pinv(self.basis(law, currents)).astype(np.float64)
         return self.maps[key]
+
+    def by_level(self, known: Index) -> tuple[Index, Array, Array]:
+        """Return the levels (A,) of conditions, and R (A, F, F) and t (A, F) of the misfit |R·w − t|² at each."""
+        key = known.tobytes()
+        if key not in self.reduced:
+            levels, factors, targets = np.unique(self.places[known]), [], []
+            for level in levels:
+                used = [*known[self.places[known] == level], len(self.posed) + level]
+                q, r = np.linalg.qr(np.concatenate(self.factors[used]))
+                factors.append(r)
+                targets.append(q.T @ np.concatenate(self.targets[used]))
+            self.reduced[key] = levels, np.array(factors), np.array(targets)
+        return self.reduced[key]
 
     def deviance(self, test: int, theta: Array) -> Array:
         """Return n·ln(S/S_0) (P,), S the sum of squares at parameters (P, K), S_0 the optimum's, n its worth."""
@@ -300,95 +314,123 @@ def _rows(posed: Posed) -> Callable[[Array], Array]:
 
 
 class Laws:
-    """The laws of all free parameters that fit some conditions best.
+    """The laws of all free parameters that fit some conditions best, for P choices of these laws at once.
 
     Parameters
     ----------
     tests
         What is known under each condition.
     laws
-        Of each free parameter.
+        Of each free parameter, P times.
     known
         Conditions used (V,).
     """
 
-    def __init__(self, tests: Tests, laws: Sequence[Law], known: Index) -> None:
-        self.tests, self.laws, self.bent = tests, laws, tests.bent
-        levels, places = np.unique(tests.places[known], return_inverse=True)
-        self.used = np.concatenate([known, len(tests.posed) + levels])
-        self.rows = np.concatenate([places, np.arange(len(levels))])
-        self.levels = levels
-        ends = np.cumsum([0, *(law.order + 1 for law in laws)])
-        self.parts = [slice(int(a), int(b)) for a, b in zip(ends, ends[1:], strict=False)]
-        self.currents = tests.currents[levels].tobytes()
-        self.bases = self._bases(tests.currents[levels])
+    def __init__(self, tests: Tests, laws: Sequence[Sequence[Law]], known: Index) -> None:
+        self.tests, self.laws = tests, laws
+        self.levels, self.factors, self.targets = tests.by_level(known)
+        log = np.array([[law.form == LOG for law in own] for own in laws])
+        self.log, self.exp, self.ln = log, log & ~tests.bent, ~log & tests.bent
         params = [tests.cube.params[k] for k in tests.free]
         self.low, self.high = (np.array(e) for e in zip(*((p.low, p.high) for p in params), strict=True))
+        # the parameter that each of C coefficients belongs to; choices of fewer have some of none
+        owners = [np.repeat(np.arange(len(own)), [law.order + 1 for law in own]) for own in laws]
+        self.most = max(map(len, owners))
+        self.owners = np.array([np.concatenate([own, np.zeros(self.most - len(own), int)]) for own in owners])
+        self.basis = self._basis(tests.currents[self.levels])
+        # of each choice P, the parameter F that a coefficient C counts for
+        self.counts = (self.owners[:, None, :] == np.arange(len(params))[:, None]).astype(np.float64)
         self.coefficients = self._fitted()
 
-    def _bases(self, currents: Array) -> list[Array]:
-        return [self.tests.basis(law, currents.tobytes()) for law in self.laws]
-
-    def _fitted(self) -> Array:
-        """Return the coefficients of all laws, one after the other: Gauss-Newton from those through the optima."""
-        theta = self.tests.theta[self.levels][:, self.tests.free]
-        start = []
-        for k, law in enumerate(self.laws):
-            values = np.log(theta[:, k]) if law.form == LOG else theta[:, k]
-            start.append(self.tests.through(law, self.currents) @ values)
-        found = np.concatenate(start)
-        misfit, rows, jacobian = self._model(found)
-        for _ in range(STEPS):
-            curvature = jacobian.T @ jacobian
-            curvature[np.diag_indices_from(curvature)] *= 1.0 + DAMPING
-            step = np.linalg.lstsq(curvature, -jacobian.T @ rows, rcond=1e-13)[0]
-            for share in SHARES:
-                tried = self._model(found + share * step)
-                if tried[0] < misfit:
-                    break
-            else:
-                break
-            found = found + share * step
-            misfit, rows, jacobian = tried
+    def _basis(self, currents: Array) -> Array:
+        """Return each coefficient's polynomial at currents (A,), shape (P, A, C)."""
+        at, found = currents.tobytes(), np.zeros((len(self.laws), len(currents), self.most))
+        for row, own in zip(found, self.laws, strict=True):
+            joined = np.concatenate([self.tests.basis(law, at) for law in own], axis=1)
+            row[:, : joined.shape[1]] = joined
         return found
 
-    def _model(self, coefficients: Array) -> tuple[float, Array, Array]:
-        """Return the misfit, its rows (M,) and their derivatives (M, C)."""
-        count, free = len(self.levels), len(self.laws)
-        coordinates, slopes = np.empty((count, free)), np.zeros((count, free, len(coefficients)))
+    def _through(self) -> Array:
+        """Return the coefficients (P, C) of the laws nearest to the optima."""
+        theta, at = self.tests.theta[self.levels][:, self.tests.free], self.tests.currents[self.levels].tobytes()
+        logarithms = np.log(np.where(self.log.any(axis=0), theta, 1.0))
+        found = np.zeros((len(self.laws), self.most))
+        for row, own in zip(found, self.laws, strict=True):
+            values = (logarithms if law.form == LOG else theta for law in own)
+            joined = [self.tests.through(law, at) @ v[:, k] for k, (law, v) in enumerate(zip(own, values, strict=True))]
+            row[: sum(map(len, joined))] = np.concatenate(joined)
+        return found
+
+    def _fitted(self) -> Array:
+        """Return the coefficients (P, C) of all laws: Gauss-Newton from those through the optima."""
+        found = self._through()
+        misfit, rows, jacobian = self._model(found)
+        searched = np.ones(len(found), dtype=bool)
+        for _ in range(STEPS):
+            step = _damped_step(jacobian, rows)
+            better = np.zeros(len(found), dtype=bool)
+            for share in SHARES:
+                tried = found + share * step
+                nearer, *others = self._model(tried)
+                lower = (nearer < misfit) & searched & ~better
+                found, misfit = np.where(lower[:, None], tried, found), np.where(lower, nearer, misfit)
+                rows, jacobian = (
+                    np.where(lower.reshape(-1, *[1] * (old.ndim - 1)), new, old)
+                    for old, new in zip((rows, jacobian), others, strict=True)
+                )
+                better |= lower
+                if (better | ~searched).all():
+                    break
+            searched &= better
+            if not searched.any():
+                break
+        return found
+
+    def _model(self, coefficients: Array) -> tuple[Array, Array, Array]:
+        """Return the misfits (P,), their rows (P, M) and the derivatives of these (P, M, C)."""
         with np.errstate(all="ignore"):
-            for k, (law, basis) in enumerate(zip(self.laws, self.bases, strict=True)):
-                values = basis @ coefficients[self.parts[k]]
-                if law.form == LOG and not self.bent[k]:
-                    coordinates[:, k] = np.exp(values)
-                    slopes[:, k, self.parts[k]] = coordinates[:, k, None] * basis
-                elif law.form != LOG and self.bent[k]:
-                    held = np.maximum(values, self.low[k])
-                    coordinates[:, k] = np.log(held)
-                    slopes[:, k, self.parts[k]] = basis / held[:, None]
-                else:
-                    coordinates[:, k] = values
-                    slopes[:, k, self.parts[k]] = basis
-            factors = self.tests.factors[self.used]
-            rows = np.einsum("uij,uj->ui", factors, coordinates[self.rows]) - self.tests.targets[self.used]
-            jacobian = np.matmul(factors, slopes[self.rows]).reshape(-1, len(coefficients))
-            misfit = float(np.sum(rows**2))
-        return (misfit if np.isfinite(misfit) else np.inf), rows.reshape(-1), np.nan_to_num(jacobian)
+            values = np.matmul(self.basis * coefficients[:, None, :], self.counts.transpose(0, 2, 1))
+            exp, ln = self.exp[:, None, :], self.ln[:, None, :]
+            held = np.maximum(values, self.low)
+            raised = np.exp(np.where(exp, values, 0.0))
+            coordinates = np.where(exp, raised, np.where(ln, np.log(np.where(ln, held, 1.0)), values))
+            gains = np.where(exp, raised, np.where(ln, 1.0 / np.where(ln, held, 1.0), 1.0))
+            slopes = np.matmul(gains, self.counts) * self.basis
+            rows = np.matmul(self.factors, coordinates[..., None])[..., 0] - self.targets
+            jacobian = np.matmul(self.factors, self.counts[:, None] * slopes[:, :, None, :])
+            misfits = np.sum(rows**2, axis=(1, 2))
+        count = len(coefficients)
+        misfits = np.where(np.isfinite(misfits), misfits, np.inf)
+        return misfits, np.nan_to_num(rows.reshape(count, -1)), np.nan_to_num(jacobian.reshape(count, -1, self.most))
 
     def parameters(self, currents: Array) -> Array:
-        """Return the parameters (A, K) at currents (A,), inside their bounds."""
-        theta = np.tile(self.tests.theta[0], (len(currents), 1))
-        for k, (law, basis) in enumerate(zip(self.laws, self._bases(currents), strict=True)):
-            values = basis @ self.coefficients[self.parts[k]]
-            if law.form == LOG:
-                with np.errstate(over="ignore"):
-                    values = np.exp(values)
-            theta[:, self.tests.free[k]] = np.clip(values, self.low[k], self.high[k])
+        """Return the parameters (P, A, K) at currents (A,), inside their bounds."""
+        values = self._values(currents)
+        with np.errstate(over="ignore"):
+            values = np.where(self.log[:, None, :], np.exp(np.where(self.log[:, None, :], values, 0.0)), values)
+        theta = np.tile(self.tests.theta[0], (len(self.laws), len(currents), 1))
+        theta[:, :, self.tests.free] = np.clip(values, self.low, self.high)
         return theta
 
-    def leaves_bounds(self, currents: Array) -> bool:
-        """Return whether a positive parameter's polynomial falls below its bound somewhere among currents (A,)."""
-        return any(
-            law.form != LOG and low > 0.0 and law.order and float((basis @ self.coefficients[part]).min()) < low
-            for law, low, basis, part in zip(self.laws, self.low, self._bases(currents), self.parts, strict=True)
-        )
+    def _values(self, currents: Array) -> Array:
+        """Return the polynomials (P, A, F) at currents (A,)."""
+        values: Array = np.matmul(self._basis(currents) * self.coefficients[:, None, :], self.counts.transpose(0, 2, 1))
+        return values
+
+    def leaves_bounds(self, currents: Array) -> Mask:
+        """Return which choices (P,) let a positive parameter fall below its bound somewhere among currents (A,)."""
+        checked = np.array([[law.form != LOG and law.order > 0 for law in own] for own in self.laws]) & (self.low > 0.0)
+        below: Mask = (checked & (self._values(currents).min(axis=1) < self.low)).any(axis=1)
+        return below
+
+
+def _damped_step(jacobian: Array, rows: Array) -> Array:
+    """Return the damped Gauss-Newton steps (P, C) of P problems, in units in which all curvatures are alike."""
+    curvature = np.matmul(jacobian.transpose(0, 2, 1), jacobian)
+    gradient = np.matmul(jacobian.transpose(0, 2, 1), rows[:, :, None])
+    diagonal = np.einsum("pcc->pc", curvature)
+    unit = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    scaled = curvature * unit[:, :, None] * unit[:, None, :]
+    scaled[:, np.arange(scaled.shape[1]), np.arange(scaled.shape[1])] = 1.0 + DAMPING
+    steps: Array = -unit * np.linalg.solve(scaled, unit[:, :, None] * gradient)[:, :, 0]
+    return steps

@@ -174,7 +174,7 @@ def choose(tests: Tests, fits: list[Level], kept: dict[str, Order], ends: tuple[
         for param in (params[m] for m in members):
             orders |= {param.name: written(tests.spec, param, law.form, law.order)} if law.order else {}
     named = tuple((p.name, orders[p.name]) for p in tests.spec.params if orders.get(p.name))
-    theta = search.fitted(state).parameters(tests.currents)
+    theta = search.fitted(state).parameters(tests.currents)[0]
     about, warnings = _about(search, state, params)
     dependence, met = CurrentDependence(named, *ends) if named else None, _unmet(search, search.errors(state)) is None
     return Choice(dependence, about, warnings, fits, theta, dict(named) == usual, usual, met)

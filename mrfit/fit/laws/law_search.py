@@ -163,11 +163,11 @@ class LawSearch:
             return
         deviances: list[list[Array]] = [[] for _ in new]
         for fold in self.folds:
-            fitted = [Laws(self.tests, self.laws(s), fold.known) for s in new]
+            fitted = Laws(self.tests, [self.laws(s) for s in new], fold.known)
+            theta = fitted.parameters(self.tests.currents)
             for test in fold.judged:
-                current = self.tests.currents[self.tests.places[test]]
-                theta = np.array([laws.parameters(np.array([current]))[0] for laws in fitted])
-                for row, found in zip(deviances, self.tests.deviance(int(test), theta), strict=True):
+                found_at = np.ascontiguousarray(theta[:, self.tests.places[test]])
+                for row, found in zip(deviances, self.tests.deviance(int(test), found_at), strict=True):
                     row.append(found)
         for state, row in zip(new, deviances, strict=True):
             self.scores[state] = Score(np.array(row), self._price(state))
@@ -183,11 +183,11 @@ class LawSearch:
     def _first_inside(self, states: Iterable[State]) -> State | None:
         """Return the first state none of whose positive parameters falls below its bound within the range tested."""
         grid = np.linspace(self.tests.currents[0], self.tests.currents[-1], GRID)
-        return next((s for s in states if not self.fitted(s).leaves_bounds(grid)), None)
+        return next((s for s in states if not self.fitted(s).leaves_bounds(grid)[0]), None)
 
     def fitted(self, state: State) -> Laws:
         """Return the laws that fit all conditions best."""
-        return Laws(self.tests, self.laws(state), np.arange(len(self.tests.places)))
+        return Laws(self.tests, [self.laws(state)], np.arange(len(self.tests.places)))
 
     def neighbours(self, state: State, group: int) -> list[State]:
         """Return the states in which the law of one group is of another form, or of another order by two at most."""

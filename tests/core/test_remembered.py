@@ -1,0 +1,36 @@
+"""Results remembered by the content of an array, against the function itself."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mrfit.core.remembered import LONGEST, remembered
+from mrfit.core.specs import Array
+
+
+@given(st.lists(st.floats(-1e6, 1e6), max_size=30), st.floats(-3.0, 3.0), st.booleans())
+def test_what_is_remembered_is_what_the_function_returns(values: list[float], factor: float, ends: bool) -> None:
+    def scaled(array: Array, by: float, last: bool = False) -> list[float]:
+        return [*(by * array).tolist(), by] if last else (by * array).tolist()
+
+    array, kept = np.array(values), remembered(scaled)
+    for _ in range(2):
+        assert kept(array, factor, last=ends) == scaled(array, factor, last=ends)
+
+
+@pytest.mark.parametrize(("samples", "calls"), [(LONGEST, 1), (LONGEST + 1, 3)])
+def test_only_results_of_short_arrays_are_remembered_and_by_content(samples: int, calls: int) -> None:
+    seen = []
+
+    @remembered
+    def total(array: Array) -> float:
+        seen.append(len(array))
+        return float(array.sum())
+
+    values = np.arange(samples, dtype=np.float64)
+    assert total(values) == total(values.copy()) == total(values)
+    assert len(seen) == calls
+    changed = values.copy()
+    changed[-1] += 1.0
+    assert total(changed) == total(values) + 1.0
