@@ -1,15 +1,18 @@
 """The command line as a user runs it, each command in a process of its own.
 
-A command takes 0.6 s of processor time to import libraries, and the tests run hundreds. Where a process can be forked,
-one that has imported the libraries, and nothing of mrfit's but what compiles kernels, is forked for every command. Each
-imports mrfit itself anew, so what a command forgets to import is missed. What a start from nothing loads is the
+A command takes 0.6 s of processor time to import libraries and 0.2 s for mrfit itself, and the tests run hundreds.
+Where a process can be forked, one that has imported both is forked for every command. A fresh command is forked from
+one that has imported the libraries, and nothing of mrfit's but what compiles kernels: what it forgets to import is
+missed. So is every command run somewhere, as the documented command lines are. What a start from nothing loads is the
 matter of ``cli/test_start.py``.
 """
 
 import atexit
 import gc
+import importlib
 import json
 import os
+import pkgutil
 import runpy
 import signal
 import subprocess
@@ -19,6 +22,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parent.parent
 Done = subprocess.CompletedProcess[bytes]
@@ -35,8 +39,14 @@ AROUND: dict[str, str] = {}
 """Environment in which the process that is forked starts: that of all tests, which no single one has changed."""
 
 
-def run(folder: Path, *arguments: object, env: Mapping[str, str] | None = None, timeout: float = 300.0) -> Done:
-    """Run mrfit in a folder and return its exit code and what it printed.
+def run(
+    folder: Path,
+    *arguments: object,
+    env: Mapping[str, str] | None = None,
+    timeout: float = 300.0,
+    fresh: bool = False,
+) -> Done:
+    """Run mrfit in a folder and return its exit code and what it printed; a fresh one imports mrfit itself.
 
     Raises
     ------
@@ -48,14 +58,12 @@ def run(folder: Path, *arguments: object, env: Mapping[str, str] | None = None, 
     if sys.platform != "linux" or _read_at_start(given) != _read_at_start(AROUND):
         command = [sys.executable, "-m", "mrfit.cli", *words]
         return subprocess.run(command, cwd=folder, capture_output=True, timeout=timeout, env=given)
-    return _server().run(words, folder, given, timeout)
+    return _server(fresh).run(words, folder, given, timeout)
 
 
-def text(
-    folder: Path, *arguments: object, env: Mapping[str, str] | None = None, timeout: float = 300.0
-) -> "subprocess.CompletedProcess[str]":
+def text(folder: Path, *arguments: object, **how: Any) -> "subprocess.CompletedProcess[str]":
     """Return the same with what was printed as text."""
-    done = run(folder, *arguments, env=env, timeout=timeout)
+    done = run(folder, *arguments, **how)
     output, errors = (printed.decode().replace("\r\n", "\n") for printed in (done.stdout, done.stderr))
     return subprocess.CompletedProcess(done.args, done.returncode, output, errors)
 
@@ -65,15 +73,15 @@ def _read_at_start(environment: Mapping[str, str]) -> dict[str, str]:
 
 
 @cache
-def _server() -> "_Server":
-    return _Server()
+def _server(fresh: bool) -> "_Server":
+    return _Server(fresh)
 
 
 class _Server:
     """The process that is forked; it ends where its standard input does."""
 
-    def __init__(self) -> None:
-        command, pipe = [sys.executable, "-m", "tests.commands"], subprocess.PIPE
+    def __init__(self, fresh: bool) -> None:
+        command, pipe = [sys.executable, "-m", "tests.commands", *(["fresh"] if fresh else [])], subprocess.PIPE
         self.process = subprocess.Popen(command, cwd=ROOT, stdin=pipe, stdout=pipe, text=True, env=AROUND)
         atexit.register(self.process.communicate)
 
@@ -106,6 +114,8 @@ class _Request:
 def _serve() -> None:
     """Fork for every request of standard input; print the exit code of each command, or that it was late."""
     _import_libraries()
+    if "fresh" not in sys.argv:
+        _import_mrfit()
     # the collector of a fork leaves alone what it shares
     gc.freeze()
     for line in sys.stdin:
@@ -129,6 +139,14 @@ def _import_libraries() -> None:
     # as at the call of a first kernel
     cpu_target.typing_context.refresh()
     cpu_target.target_context.refresh()
+
+
+def _import_mrfit() -> None:
+    import mrfit
+
+    for module in pkgutil.walk_packages(mrfit.__path__, "mrfit."):
+        if not module.name.endswith("__main__"):
+            importlib.import_module(module.name)
 
 
 def _become(request: _Request) -> None:

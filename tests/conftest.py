@@ -6,6 +6,7 @@ import subprocess
 import threading
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -55,7 +56,7 @@ def real_logs() -> Path:
 def mrfit(tmp_path: Path) -> Run:
     """Run the mrfit command in an empty folder, as a user would, and return what it printed and its exit code."""
 
-    def run(*arguments: object, timeout: float = 300.0) -> "subprocess.CompletedProcess[str]":
-        return commands.text(tmp_path, *arguments, timeout=timeout)
+    def run(*arguments: object, **how: Any) -> "subprocess.CompletedProcess[str]":
+        return commands.text(tmp_path, *arguments, **how)
 
     return run

@@ -1,4 +1,4 @@
-"""A fork of a process that has imported the libraries does what a command that starts from nothing does."""
+"""A fork of a process that has imported libraries, or mrfit too, does what a command that starts from nothing does."""
 
 import os
 import subprocess
@@ -10,11 +10,12 @@ import pytest
 from tests import commands
 
 
+@pytest.mark.parametrize("fresh", [False, True])
 @pytest.mark.parametrize("words", [["status", "--json"], ["fit", "--modl", "tanh"]])
-def test_it_prints_and_ends_the_same(words: list[str], tmp_path: Path) -> None:
+def test_it_prints_and_ends_the_same(words: list[str], fresh: bool, tmp_path: Path) -> None:
     command = [sys.executable, "-m", "mrfit.cli", *words]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
-    forked = commands.text(tmp_path, *words)
+    forked = commands.text(tmp_path, *words, fresh=fresh)
     assert (forked.returncode, forked.stdout, forked.stderr) == (done.returncode, done.stdout, done.stderr)
     assert forked.returncode in (1, 2)
 

@@ -46,7 +46,7 @@ def logs(folder: Path) -> None:
 def test_every_table_is_done(tmp_path: Path, mrfit: Run) -> None:
     logs(tmp_path)
     (tmp_path / "p.toml").write_text(FILE)
-    done = mrfit("run", "p.toml", "--json")
+    done = mrfit("run", "p.toml", "--json", fresh=True)
     assert done.returncode == 0, done.stderr
     told, work = json.loads(done.stdout), tmp_path / "mrfit-work"
     assert [row["model"] for row in told["compare"]["models"]] == ["bingham"]

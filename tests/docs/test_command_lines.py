@@ -58,7 +58,8 @@ def lab(made: Lab, tmp_path: Path) -> Lab:
 
 def ended_well(line: CommandLine, folder: Path, timeout: float) -> None:
     words = [found for word in shlex.split(line.text) for found in expanded(word, folder)]
-    done = commands.text(folder, *words, timeout=timeout)
+    # what a command forgets to import is missed here
+    done = commands.text(folder, *words, timeout=timeout, fresh=True)
     assert done.returncode == 0, f"mrfit {line.text}, shown in {', '.join(line.places)}:\n{done.stderr}"
     # a line that stands on a page of its own words is no command
     for told in map(filled, printed_lines(done.stdout + done.stderr)):

@@ -87,6 +87,6 @@ def test_the_command_line_prints_it(tmp_path: object, mrfit: Run) -> None:
     np.savetxt(log, table, "%.8g", ",", header="time (s),current (A),wanted (A)", comments="")
     with open(f"{tmp_path}/mrfit.toml", "w") as file:
         file.write('[channels]\ncurrent_command = {column = "wanted", unit = "A"}\n')
-    run = mrfit("measure", "lag", log, "--command", "current_command", "--actual", "current", "--json")
+    run = mrfit("measure", "lag", log, "--command", "current_command", "--actual", "current", "--json", fresh=True)
     [row] = json.loads(run.stdout)
     assert row["time_constant"] == pytest.approx(0.02, rel=0.02) and row["lag"] == pytest.approx(0.02, rel=0.03)
