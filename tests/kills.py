@@ -1,9 +1,12 @@
 """Kills at random moments of every stage: the same command must then succeed and give what it gives undisturbed.
 
-python -m tests.kills [--count 200] [--seed 0] [--stages batch,discover,…] [--out FILE.md]
+python -m tests.kills [--count 200] [--seed 0] [--stages batch,discover,…] [--record FILE.jsonl] [--out FILE.md]
+
+Standard error tells of every kill. With ``--record`` the same command goes on after an interruption.
 """
 
 import argparse
+import json
 import random
 import shutil
 import signal
@@ -13,7 +16,7 @@ import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from tests.beside_logs import write_log
@@ -57,15 +60,75 @@ PREPARING = {
 """Workspace -> the stages that others in it need."""
 
 
-@dataclass
-class Stage:
-    """What became of the kills of one stage: how many came in time, and which of them left something else."""
+MOST_TRIES = 3
+"""Tries for each kill that is wanted: a moment may come after a command's end."""
 
-    name: str
-    seconds: float
-    tried: int = 0
-    killed: int = 0
-    broken: list[str] = field(default_factory=list)
+
+@dataclass(frozen=True)
+class Kill:
+    """One try: the stage, the moments in s, how many came before the command's end, and what was other afterwards."""
+
+    stage: str
+    moments: tuple[float, ...]
+    in_time: int
+    broken: str = ""
+
+    def line(self) -> str:
+        """Return one line on this try."""
+        shown = ", ".join(f"{m:.2f} s" for m in self.moments)
+        came = f"{self.in_time} of {len(self.moments)} before its end"
+        return f"{self.stage} killed after {shown}: {came}, {self.broken or 'same bytes'}"
+
+
+@dataclass
+class Campaign:
+    """Kills in turn over some stages, ``count`` of them in time; ``record`` keeps them over interruptions."""
+
+    count: int
+    seed: int
+    stages: Sequence[str] = tuple(STAGES)
+    record: Path | None = None
+    kills: list[Kill] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        if self.record and self.record.exists():
+            lines = self.record.read_text().splitlines()
+            self.kills = [Kill(**{**line, "moments": tuple(line["moments"])}) for line in map(json.loads, lines)]
+            turns = [self.stages[number % len(self.stages)] for number in range(len(self.kills))]
+            assert [k.stage for k in self.kills] == turns, f"{self.record} is of other stages"
+
+    @property
+    def killed(self) -> int:
+        """Number of tries of which a kill came before the command's end."""
+        return sum(k.in_time > 0 for k in self.kills)
+
+    @property
+    def broken(self) -> list[str]:
+        """Return the tries after which the result was another."""
+        return [k.line() for k in self.kills if k.broken]
+
+    def run(self) -> None:
+        """Kill until ``count`` tries came in time, or so many as are allowed are made."""
+        with undisturbed(self.stages) as (folder, seconds):
+            while self.killed < self.count and len(self.kills) < MOST_TRIES * self.count:
+                number = len(self.kills)
+                name = self.stages[number % len(self.stages)]
+                kill = disturb(folder, name, seconds[name], random.Random(f"{self.seed} {number}"))
+                self.kills.append(kill)
+                if self.record:
+                    with self.record.open("a") as file:
+                        file.write(json.dumps(asdict(kill)) + "\n")
+                print(f"{self.killed}/{self.count} {kill.line()}", file=sys.stderr, flush=True)
+
+    def table(self) -> str:
+        """Return a row for each stage, as Markdown."""
+        rows = ["| stage | tries | killed before its end | other result afterwards |", "|---" * 4 + "|"]
+        for name in self.stages:
+            own = [k for k in self.kills if k.stage == name]
+            rows.append(
+                f"| {name} | {len(own)} | {sum(k.in_time > 0 for k in own)} | {sum(bool(k.broken) for k in own)} |"
+            )
+        return "\n".join(rows) + "\n"
 
 
 def command(stage: str) -> list[str]:
@@ -93,7 +156,7 @@ def finished(stage: str, folder: Path) -> None:
 
 
 def killed(stage: str, folder: Path, after: float) -> bool:
-    """Kill a stage and all its processes after so many seconds; return whether it had not ended by then."""
+    """Kill the process of a stage after so many seconds; return whether it had not ended by then."""
     process = subprocess.Popen(command(stage), cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     time.sleep(after)
     process.send_signal(signal.SIGKILL)
@@ -101,11 +164,11 @@ def killed(stage: str, folder: Path, after: float) -> bool:
 
 
 @contextmanager
-def undisturbed(wanted: Sequence[str]) -> Iterator[tuple[Path, dict[str, Stage]]]:
-    """Give a folder with the workspaces as they are before and after each wanted stage, and how long each takes."""
+def undisturbed(wanted: Sequence[str]) -> Iterator[tuple[Path, dict[str, float]]]:
+    """Give a folder with the workspaces as they are before and after each wanted stage, and the seconds each takes."""
     needed = {name for stage in wanted for name in (*PREPARING[STAGES[stage][0]], stage)}
     with tempfile.TemporaryDirectory() as place:
-        folder, stages = Path(place) / "logs", {}
+        folder, seconds = Path(place) / "logs", {}
         folder.mkdir()
         for name, current in zip(DAMPER, (0.0, 0.5, 1.0, 2.0), strict=True):
             write_log(folder / name, current)
@@ -116,39 +179,29 @@ def undisturbed(wanted: Sequence[str]) -> Iterator[tuple[Path, dict[str, Stage]]
                 shutil.copytree(work, folder.parent / "before" / name)
             begin = time.perf_counter()
             finished(name, folder)
-            stages[name] = Stage(name, time.perf_counter() - begin)
+            seconds[name] = time.perf_counter() - begin
             shutil.copytree(work, folder.parent / "after" / name)
-        yield folder, {name: stages[name] for name in wanted}
+        yield folder, seconds
 
 
-def disturb(folder: Path, stage: Stage, rng: random.Random) -> None:
+def disturb(folder: Path, stage: str, seconds: float, rng: random.Random) -> Kill:
     """Kill a stage once or a few times, run it to its end, and compare."""
-    work, before = folder / STAGES[stage.name][0], folder.parent / "before" / stage.name
+    work, before = folder / STAGES[stage][0], folder.parent / "before" / stage
     shutil.rmtree(work, ignore_errors=True)
     if before.exists():
         shutil.copytree(before, work)
     # most of a short command is the start of Python: moments are even over all of it but its first tenth
-    moments = [rng.uniform(0.1, 1.0) * stage.seconds for _ in range(rng.choice([1, 1, 1, 2, 3]))]
-    stage.tried += 1
-    stage.killed += any([killed(stage.name, folder, moment) for moment in moments])
+    moments = tuple(rng.uniform(0.1, 1.0) * seconds for _ in range(rng.choice([1, 1, 1, 2, 3])))
+    in_time, broken = sum([killed(stage, folder, moment) for moment in moments]), ""
     try:
-        finished(stage.name, folder)
-        now, then = content(work), content(folder.parent / "after" / stage.name)
+        finished(stage, folder)
+        now, then = content(work), content(folder.parent / "after" / stage)
         assert sorted(now) == sorted(then), f"other files: {sorted(set(now) ^ set(then))}"
         differing = [name for name in now if now[name] != then[name]]
         assert not differing, f"other bytes: {differing}"
     except AssertionError as error:
-        shown = ", ".join(f"{m:.2f} s" for m in moments)
-        stage.broken.append(f"{stage.name} killed after {shown}: {error}")
-
-
-def campaign(count: int, seed: int, wanted: Sequence[str] = tuple(STAGES)) -> list[Stage]:
-    """Kill the wanted stages in turn, ``count`` times together."""
-    rng = random.Random(seed)
-    with undisturbed(wanted) as (folder, stages):
-        for number in range(count):
-            disturb(folder, stages[wanted[number % len(wanted)]], rng)
-    return list(stages.values())
+        broken = str(error)
+    return Kill(stage, moments, in_time, broken)
 
 
 def main() -> None:
@@ -157,16 +210,15 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--stages", default=",".join(STAGES))
+    parser.add_argument("--record", type=Path)
     parser.add_argument("--out", type=Path)
     arguments = parser.parse_args()
-    stages = campaign(arguments.count, arguments.seed, arguments.stages.split(","))
-    rows = ["| stage | tries | killed before its end | other result afterwards |", "|---" * 4 + "|"]
-    rows += [f"| {s.name} | {s.tried} | {s.killed} | {len(s.broken)} |" for s in stages]
-    text = "\n".join(rows) + "\n"
-    print(text, *(b for s in stages for b in s.broken), sep="\n")
+    campaign = Campaign(arguments.count, arguments.seed, arguments.stages.split(","), arguments.record)
+    campaign.run()
+    print(campaign.table(), *campaign.broken, sep="\n")
     if arguments.out:
-        arguments.out.write_text(text)
-    raise SystemExit(1 if any(s.broken for s in stages) else 0)
+        arguments.out.write_text(campaign.table())
+    raise SystemExit(1 if campaign.broken or campaign.killed < campaign.count else 0)
 
 
 if __name__ == "__main__":
