@@ -20,10 +20,21 @@ from mrfit.ingest.containers.shelf import Shelf, check_disk
 from mrfit.ingest.dispatch import FALLBACK
 from mrfit.ingest.hashes import BLOCKS_IN_MEMORY, Watch, watched
 from mrfit.ingest.meaning.channel_map import Rules
-from mrfit.ingest.refusal import Refusal
-from mrfit.ingest.table import Source, Table, with_end
+from mrfit.ingest.refusal import Refusal, excerpt
+from mrfit.ingest.table import Lost, Refused, Source, Table, with_end
 from mrfit.ingest.text.head import Head, open_head
-from mrfit.ingest.text.headings import Heading, Part, Teller, cut_at_headings, exported, heading
+from mrfit.ingest.text.headings import (
+    FEW_ROWS,
+    NAMING,
+    Heading,
+    Part,
+    Teller,
+    cut_at_headings,
+    exported,
+    heading,
+    resembles,
+    rows_above,
+)
 from mrfit.ingest.text.textlog import check_rows
 from mrfit.settings.ingest import BLOCK
 
@@ -167,7 +178,9 @@ def _whole(module: Reader, reader: str, source: Source) -> list[Table]:
 def _by_headings(module: Reader, source: Source) -> list[Table]:
     """Return the tables of a text log, each part read by the header above it, up to a header that cannot be used."""
     first, *others = cut_at_headings(source, _teller(module))
-    tables: list[Table] = module.read(first.source)
+    tables = _first_read(module, first.source)
+    if others and sum(t.rows for t in tables) < 2:
+        raise Refusal(source.head.path, f"{others[0].told()} and no two rows stand above it", "delete what does")
     for part in others:
         try:
             if odd := part.odd or (_by_place(source.rules) and "the channel map names columns by place"):
@@ -180,6 +193,34 @@ def _by_headings(module: Reader, source: Source) -> list[Table]:
         text = f"{part.told()}: its rows are read by it"
         tables += [_with_finding(part.placed(t), "another-header", text) for t in found]
     return tables
+
+
+def _first_read(module: Reader, source: Source) -> list[Table]:
+    """Return the tables of the beginning of a log, every row above the header that holds counted as refused."""
+    tables: list[Table] = module.read(source)
+    kept = [t for t in tables if len(t.lines)]
+    first = min((n for t in kept for n in (int(t.lines[0]), *t.comments, *(r.line for r in t.refused))), default=1)
+    lost = [Refused("row above the header", line) for line in rows_above(source.head, first)]
+    _check_one_header(source.head, tables)
+    return [replace(t, refused=Lost([*lost, *t.refused])) if lost and t is kept[0] else t for t in tables]
+
+
+def _check_one_header(head: Head, tables: Sequence[Table]) -> None:
+    """Refuse a log in which another header follows on the first, a few rows below at most: which one holds is unclear.
+
+    Raises
+    ------
+    Refusal
+        If a line that was read as a damaged row differs from the header in some cells.
+    """
+    refused = {r.line for t in tables for r in t.refused}
+    begins = [min((*t.lines[:1], *t.comments, *refused), default=1) for t in tables]
+    rows = max((int(t.lines[:FEW_ROWS][-1]) for t in tables if len(t.lines)), default=0)
+    header = [line.strip() for line in head.lines[: min(begins, default=1) - 1] if line.strip()][-NAMING:]
+    for line in sorted(refused):
+        if line < min(rows, len(head.lines)) and resembles(head.lines[line - 1], header):
+            what = f"line {line} is another header right below the first ('{excerpt(head.lines[line - 1])}')"
+            raise Refusal(head.path, what, "delete the one that does not hold")
 
 
 def _teller(module: Reader) -> Teller:
@@ -237,7 +278,7 @@ def _blocks(module: Reader, source: Source, size: int, watch: Watch) -> Iterator
             raise Refusal(
                 source.head.path, parts[1].told(), "cut the log there: one so long is read by one header only"
             )
-        yield part, module.read(part)
+        yield part, _first_read(module, part) if block.line == 1 else module.read(part)
 
 
 def _in_blocks(module: Reader, source: Source, digest: str, pieces: Pieces) -> list[Table]:

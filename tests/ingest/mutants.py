@@ -23,6 +23,7 @@ import numpy as np
 
 from mrfit.core.recording import Recording
 from mrfit.errors import DataError
+from mrfit.ingest.reading import OWN_FAULT
 from mrfit.ingest.stage import Settings
 from tests.ingest.examining import examine
 from tests.ingest.samples import DT, NO_LINES, ROWS, RS_SETTINGS, START, WRITERS, Sample, signals, table
@@ -58,6 +59,8 @@ class Mutant:
         Time of sample 0, and the interval, in s.
     relative
         Whether the log counts its time from its first readable row.
+    header_lines
+        Lines of a second header, which are no rows: they may be refused as a repeated header is.
     """
 
     label: str
@@ -72,6 +75,7 @@ class Mutant:
     dt: float = DT
     beside: dict[str, bytes] = field(default_factory=dict)
     relative: bool = False
+    header_lines: int = 0
 
 
 SUBJECTS: dict[str, Callable[[random.Random], Mutant]] = {}
@@ -103,6 +107,7 @@ def read(mutant: Mutant) -> tuple[list[Recording], list[str]]:
 def judge(mutant: Mutant, recordings: list[Recording], refusals: list[str]) -> list[str]:
     """Return what is wrong with what was read: silent changes, and rows that are not counted."""
     faults = [f"refusal of several lines: {r!r}" for r in refusals if "\n" in r]
+    faults += [r for r in refusals if OWN_FAULT in r]
     if not recordings:
         return faults + ([] if refusals else ["neither read nor refused"])
     kinds = {f.kind for r in recordings for f in r.findings}
@@ -134,8 +139,9 @@ def _uncounted(mutant: Mutant, recordings: list[Recording]) -> list[str]:
     # a header within a log is no row; from one that cannot be used on nothing is read, and its line is said
     headers = {f.text for r in recordings for f in r.findings if f.kind == "another-header"}
     counted = sum(r.rows_kept + r.rows_refused for r in recordings) + sum(int(c.split()[0]) for c in comments)
-    counted += len(headers)
-    if mutant.rows is None or counted == mutant.rows or any("nothing is read from there on" in h for h in headers):
+    counted += 0 if mutant.header_lines else len(headers)
+    stopped = any("nothing is read from there on" in h for h in headers)
+    if mutant.rows is None or stopped or counted - mutant.rows in (0, mutant.header_lines):
         return []
     return [f"{mutant.rows} rows in, {counted} counted"]
 
@@ -195,6 +201,7 @@ class Row:
     """A line of a draft: its sample number, what it allows and prints, and what became of it.
 
     ``counts`` says that it is a row, ``sample`` that it stands for a sample, ``spoilt`` that a number is unreadable.
+    ``larger`` is of a header: channel -> how much larger the unit of the rows below is than that of the sample.
     """
 
     text: str
@@ -204,6 +211,7 @@ class Row:
     counts: bool = True
     sample: bool = True
     spoilt: bool = False
+    larger: dict[str, float] | None = None
 
 
 @dataclass
@@ -373,7 +381,7 @@ def first_field(draft: Draft, rng: random.Random) -> None:
 def overload_first(draft: Draft, rng: random.Random) -> None:
     whole = rng.random() < 0.5 and draft.reader != "tektronix-tds"  # its settings stand beside the first rows
     for row in draft.rows[: rng.randint(1, 30)]:
-        numbers = numbers_in(draft, row)
+        numbers = numbers_in(draft, row) if row.larger is None else []
         for match in reversed(numbers if whole else numbers[-2:]):
             row.text = row.text[: match.start()] + "OL" + row.text[match.end() :]
 
@@ -414,7 +422,7 @@ def swap_one_mark(draft: Draft, rng: random.Random) -> None:
 def cut_end(draft: Draft, rng: random.Random) -> None:
     row = draft.rows[-1]
     row.text = row.text[: rng.randint(1, max(len(row.text), 1))].rstrip()
-    row.counts = bool(row.text)
+    row.counts = row.counts and bool(row.text)
     draft.closed = False
 
 
@@ -476,6 +484,30 @@ def huge_number(draft: Draft, rng: random.Random) -> None:
         row.printed = (*row.printed[:-1], 1e12)
 
 
+OTHER_UNITS = {"V": ("mV", 1e-3), "mV": ("V", 1e3), "A": ("mA", 1e-3), "mWb": ("Wb", 1e3), "kN": ("N", 1e-3)}
+OTHER_UNITS |= {"N": ("kN", 1e3), "mm": ("cm", 10.0), "m": ("mm", 1e-3), "Volt": ("mV", 1e-3)}
+"""Unit -> another one for the same channel, and how much larger it is."""
+
+
+def second_header(draft: Draft, rng: random.Random) -> None:
+    """Let the whole header, or what of it names the columns, stand among the rows once more, maybe with other units."""
+    lines = [line for line in draft.head.removeprefix("\ufeff").split(draft.end) if line.strip()]
+    if draft.reader in HEADERS_AMID_ROWS or not lines:
+        return
+    named = list(re.finditer(UNITS_IN_HEAD.get(draft.reader, "(?!)"), lines[-1]))
+    named = [match for match in named if match[1] in OTHER_UNITS]
+    larger = {}
+    names = list(draft.rows[0].allowed)
+    if named and len(named) == len(names) and rng.random() < 0.7:
+        place = rng.randrange(len(named))
+        match = named[place]
+        unit, larger[names[place]] = OTHER_UNITS[match[1]]
+        lines[-1] = lines[-1][: match.start(1)] + unit + lines[-1][match.end(1) :]
+    at = rng.choice([rng.randrange(4), rng.randrange(len(draft.rows) + 1), len(draft.rows) - rng.randrange(3)])
+    text = draft.end.join(lines[-rng.choice([1, 1, 2, len(lines)]) :])
+    draft.rows.insert(max(0, min(at, len(draft.rows))), Row(text, counts=False, sample=False, larger=larger))
+
+
 MUTATIONS: list[Callable[[Draft, random.Random], None]] = [
     *(drop_rows, drop_block, drop_every, garble_cell, replace_cell, first_field, overload_first, unknown_unit),
     *(blank_lines, nul_bytes, swap_marks, swap_one_mark, cut_end, double_rows, repeated_header, comment, long_rows),
@@ -493,11 +525,13 @@ def text_mutant(reader: str, rng: random.Random, mutations: list[Callable[[Draft
     allowed: dict[int, dict[str, float]] = {}
     printed: dict[int, tuple[float, ...]] = {}
     counted = [row for row in draft.rows if row.counts]
+    larger: dict[str, float] = {}
     for place, row in enumerate([row for row in counted if row.sample] if untimed else draft.rows):
         number = place if untimed else row.number
+        larger = larger if row.larger is None else row.larger
         if number is None or row.number is None:
             continue
-        allowed[number] = row.allowed
+        allowed[number] = {name: value * larger.get(name, 1.0) for name, value in row.allowed.items()}
         printed[number] = row.printed
     body = draft.end.join(row.text for row in draft.rows) + (draft.end if draft.closed else "")
     sample = TEXT_WRITERS[reader]()
@@ -514,6 +548,7 @@ def text_mutant(reader: str, rng: random.Random, mutations: list[Callable[[Draft
         dt=sample.dt,
         beside={"RefCurve.csv": RS_SETTINGS.encode()} if reader == "rohde-schwarz" else {},
         relative=reader == "daq-text",
+        header_lines=sum(len(row.text.split(draft.end)) for row in draft.rows if row.larger is not None),
     )
 
 
@@ -524,8 +559,20 @@ def _random_text_mutant(reader: str) -> Callable[[random.Random], Mutant]:
     return make
 
 
+def _mutant_of_two_headers(reader: str) -> Callable[[random.Random], Mutant]:
+    others = [m for m in MUTATIONS if m not in (repeated_header, double_rows)]  # a sample is of one block
+
+    def make(rng: random.Random) -> Mutant:
+        mutations = [second_header, *(rng.choice(others) for _ in range(rng.randint(0, 2)))]
+        return text_mutant(reader, rng, rng.sample(mutations, len(mutations)))
+
+    return make
+
+
 for _reader in TEXT_WRITERS:
     register(_reader, _random_text_mutant(_reader))
+    if _reader not in HEADERS_AMID_ROWS:
+        register(f"{_reader}-two-headers", _mutant_of_two_headers(_reader))
 
 
 # --- the campaign -------------------------------------------------------------------------------------------------

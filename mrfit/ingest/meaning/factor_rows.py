@@ -95,7 +95,9 @@ def _operated(cells: list[str], grid: Grid, named: bool) -> Factors | None:
     filled = [c for c in cells if c not in ("", "-", "--")]
     found = [OPERATED.fullmatch(c) for c in filled]
     plain = number_pattern(grid.decimal)
-    if not any(found) or not all(m or plain.fullmatch(c) for m, c in zip(found, filled, strict=True)):
+    # beside them 1 stands plain; other numbers are those of a row of which a cell is garbled
+    ones = [bool(plain.fullmatch(c)) and _factor(c) == 1.0 for c in filled]
+    if not any(found) or not all(m or one for m, one in zip(found, ones, strict=True)):
         return None
     factors = [_factor(c) for c in cells]
     if sorted(factors) in ([float(k + first) for k in range(len(factors))] for first in (0, 1)) and len(factors) > 1:

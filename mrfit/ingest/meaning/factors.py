@@ -108,4 +108,4 @@ def value_of(text: str) -> float:
     """Return a factor as a number: ``1000``, ``0,5``, ``10^3``, ``10³``."""
     plain = re.sub(r"^10([⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)$", lambda m: f"1e{m[1].translate(SUPERSCRIPTS)}", text)
     plain = re.sub(r"^10(?:\^|\*\*)\(?([+-]?\d+)\)?$", r"1e\1", plain)
-    return float(plain.replace(",", "."))
+    return float(plain.replace(",", ".").replace("∞", "inf"))

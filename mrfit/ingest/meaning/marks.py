@@ -197,15 +197,14 @@ def _dropouts(values: Values, zeros: Values, others: _Others) -> Values:
     before, behind = (_beside(values, start, way) for start, way in ((runs.first, -1), (runs.last, 1)))
     steps = np.nan_to_num(np.abs(np.concatenate([np.diff(before, axis=0), np.diff(behind, axis=0)])), nan=-1.0)
     step = np.where(steps.max(axis=0) < 0.0, others.step, steps.max(axis=0))
-    least = 2.0 * others.step * (length + 1) if coarse else APART * step
-    jumps = np.minimum(np.abs(runs.before), np.abs(runs.behind)) > np.maximum(APART * step, least)
     same = np.sign(runs.before) == np.sign(runs.behind)
-    goes_on = same & (np.abs(runs.behind - runs.before) <= 1.5 * (length + 1) * step)
     stride = np.maximum(1, length // (AROUND - 1))
-    moves = (
-        np.maximum(*(_way(_beside(values, s, w * stride)) for s, w in ((runs.first, -1), (runs.last, 1))))
-        > MOVES * step
-    )
+    ways = (_way(_beside(values, s, w * stride)) for s, w in ((runs.first, -1), (runs.last, 1)))
+    with np.errstate(over="ignore"):  # a garbled number may be 1e308
+        least = 2.0 * others.step * (length + 1) if coarse else APART * step
+        jumps = np.minimum(np.abs(runs.before), np.abs(runs.behind)) > np.maximum(APART * step, least)
+        goes_on = same & (np.abs(runs.behind - runs.before) <= 1.5 * (length + 1) * step)
+        moves = np.maximum(*ways) > MOVES * step
     found = jumps & np.where(length <= SHORT, goes_on, moves)
     hops = found & ~same
     if np.count_nonzero(hops) > 2 and _is_even(np.abs(np.concatenate([runs.before[hops], runs.behind[hops]]))):

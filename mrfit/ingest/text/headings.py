@@ -1,8 +1,9 @@
 """Another header inside a text log: where it begins, and the log cut there so that each block is read by its own."""
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,16 @@ from mrfit.ingest.refusal import Refusal, excerpt
 from mrfit.ingest.table import Block, Lines, Lost, Source, Table
 from mrfit.ingest.text.body import ROW, split
 from mrfit.ingest.text.head import FEED, HEAD_BYTES, Head, Text, decode
-from mrfit.ingest.text.layout import COMMENTS, DELIMITERS, find_grid, find_header, is_name, is_name_row
+from mrfit.ingest.text.layout import (
+    COMMENTS,
+    DELIMITERS,
+    OVERLOAD,
+    are_units,
+    find_grid,
+    find_header,
+    is_name,
+    is_name_row,
+)
 from mrfit.ingest.text.textlog import text_of
 from mrfit.ingest.time.rate import stated_interval
 
@@ -21,6 +31,9 @@ SKIPPED = b" \t\r\f\v\"',;|+-.\0"
 ROWS_SEEN = 8192
 """Bytes below a header by which its columns are told."""
 MOST_PARTS = 200
+NAMING = 2
+"""Lines at the end of a header that name columns and units."""
+NUMBER = re.compile(r"[+-]?\d[\d.,]*(?:[eE][+-]?\d+)?")
 FEW_ROWS = 5
 """So many rows above the first names are a part of the log without a header."""
 
@@ -32,7 +45,7 @@ class Heading:
     Attributes
     ----------
     names, units
-        Of the columns.
+        Of the columns; names are empty where only units stand there.
     delimiter
         Of the rows.
     decimal
@@ -57,9 +70,9 @@ class Heading:
         """Whether rows below it are read as those of the header before; absent names or units are repeated."""
         marks = not self.decimal or not before.decimal or self.decimal == before.decimal
         rates = self.interval is None or self.interval == before.interval
-        bare = not any(self.units)
+        bare, unnamed = not any(self.units), not any(self.names)
         return (not self.export or self.export == before.export) and (
-            [n.lower() for n in self.names] == [n.lower() for n in before.names]
+            (unnamed or [n.lower() for n in self.names] == [n.lower() for n in before.names])
             and self.delimiter == before.delimiter
             and (bare or self.units == before.units)
             and marks
@@ -70,8 +83,9 @@ class Heading:
         """Return it with absent names or units taken from the header before; None if these are unclear."""
         if self.row < 0:
             return self
-        if all(n and units.known(n) and not is_name(n) for n in self.names) and not any(self.units):
-            return replace(self, names=before.names, units=self.names) if len(self.names) == len(before.names) else None
+        if not any(self.names):
+            named = any(before.names) and len(self.names) == len(before.names)
+            return replace(self, names=before.names) if named else None
         if any(self.units) or not any(before.units):
             return self
         known = {n.lower(): u for n, u in zip(before.names, before.units, strict=True)}
@@ -135,7 +149,11 @@ def heading(head: Head) -> Heading | None:
         return None
     shown = grid.decimal if any(grid.decimal in line for line in head.lines[grid.first : grid.first + 50]) else ""
     interval, _ = stated_interval(head.lines[: grid.first], grid.delimiter, shown)
-    return Heading(found.names, found.units, grid.delimiter, shown, interval, found.row)
+    names, written = found.names, found.units
+    cells = [c.strip("[](){}") for c in (*split(head.lines[found.row], grid.delimiter), *("",) * grid.width)]
+    if are_units(cells[: grid.width]):
+        names, written = ("",) * grid.width, tuple(c or None for c in cells[: grid.width])
+    return Heading(names, written, grid.delimiter, shown, interval, found.row)
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,8 +166,9 @@ class _Stretch:
 
 
 def exported(head: Head) -> tuple[str, ...]:
-    """Return the lines above the first row of numbers."""
-    first = next((k for k, line in enumerate(head.lines) if ROW.match(line.encode())), len(head.lines))
+    """Return the lines above the first row of numbers, or of marks of overload."""
+    rows = (k for k, line in enumerate(head.lines) if ROW.match(line.encode()) or _is_of_numbers(line))
+    first = next(rows, len(head.lines))
     return tuple(line.strip() for line in head.lines[:first] if line.strip())
 
 
@@ -168,22 +187,23 @@ def cut_at_headings(source: Source, tell: Teller) -> list[Part]:
         lines = _part(head, data[stretch.begin : stretch.end], True).lines
         if {line.strip() for line in lines} <= {*above, ""}:
             continue
+        unclear = any(resembles(line, above) for line in lines)
         limit = named[place + 1].begin if place + 1 < len(named) else len(data)
         below = min(stretch.end + ROWS_SEEN, limit)
         here = tell(_part(head, data[stretch.begin : below], below == limit))
-        if here is None:
+        if here is None and not unclear:
             continue
         if current is None:
             before = replace(head, lines=head.lines[: stretch.line - 1])
-            current = tell(before)
+            current = tell(before) if _names_rows(before) else None
             if current is None and base == 1 and not _has_rows(before):
                 above |= {line.strip() for line in lines}
                 current = tell(_part(head, data[:below], below == limit))  # it is the first header itself
                 continue
-        if current is not None and here.same(current):
+        if here is not None and current is not None and here.same(current):
             continue
-        whole = here if current is None else here.completed(current)
-        found.append((stretch, here, whole))
+        whole = here if current is None or here is None else here.completed(current)
+        found.append((stretch, here or Heading((), ()), whole))
         if whole is None or len(found) == MOST_PARTS:
             break
         current, above = whole, {line.strip() for line in lines}
@@ -207,6 +227,42 @@ def _block(source: Source, data: Text, begin: int, end: int, line: int) -> Block
     return Block(bytes(data[begin:end]), line, last)
 
 
+def resembles(line: str, headers: Iterable[str]) -> bool:
+    """Whether half of the cells of a line, and not all, are those of a line of a header."""
+    for header in headers:
+        delimiter = next((d for d in DELIMITERS if d and d in header), "")
+        pairs = list(zip(split(line, delimiter), split(header, delimiter), strict=False))
+        same = sum(a == b != "" for a, b in pairs)
+        if line.strip() != header and line.count(delimiter or " ") == header.count(delimiter or " "):
+            filled = sum(b != "" for _, b in pairs)
+            if filled > 1 and 2 * same >= filled:
+                return True
+    return False
+
+
+def rows_above(head: Head, first: int) -> list[int]:
+    """Return the numbers of the lines of numbers that stand between names and the names above line ``first``."""
+    naming = [k for k, line in enumerate(head.lines[: first - 1]) if _may_name(line)]
+    between = range(naming[0], naming[-1]) if naming else range(0)
+    return [k + 1 for k in between if _is_of_numbers(head.lines[k])]
+
+
+def _is_of_numbers(line: str) -> bool:
+    """Whether a line has two numbers or marks of overload, and begins with no word."""
+    cells = [c for c in re.split(r"[,;\t| ]+", line.strip()) if c]
+    found = [bool(NUMBER.fullmatch(c) or OVERLOAD.fullmatch(c)) for c in cells]
+    return sum(found) > 1 and (found[0] or not re.search(r"[^\W\d_]", cells[0]))
+
+
+def _names_rows(head: Head) -> bool:
+    """Whether lines are a log with a header: two rows follow on each other, or known names stand above a row."""
+    rows = [bool(ROW.match(line.encode())) for line in head.lines]
+    if any(a and b for a, b in pairwise(rows)):
+        return True
+    told = heading(head)
+    return told is not None and len(told.names) > 1 and _may_name(head.lines[told.row])
+
+
 def _has_rows(head: Head) -> bool:
     return sum(bool(ROW.match(line.encode())) for line in head.lines[-FEW_ROWS:]) == FEW_ROWS
 
@@ -215,17 +271,18 @@ def _named(head: Head, data: Text, base: int) -> list[_Stretch]:
     """Return the stretches between rows in which a line may name columns."""
     seen: dict[bytes, bool] = {}
     found = []
+    headers = exported(head)[-NAMING:]
     for stretch in _between_rows(data, base):
         text = data[stretch.begin : stretch.end]
         if text not in seen:
-            seen[text] = any(_may_name(line) for line in _part(head, text, True).lines)
+            seen[text] = any(_may_name(line) or resembles(line, headers) for line in _part(head, text, True).lines)
         if seen[text]:
             found.append(stretch)
     return found
 
 
 def _between_rows(data: Text, base: int) -> Iterator[_Stretch]:
-    """Yield every stretch of lines, below the first two rows, that begin with no number."""
+    """Yield every stretch of lines, below the first row, that begin with no number."""
     whole = np.frombuffer(data, np.uint8)
     starts = np.concatenate([[0], np.flatnonzero(whole == FEED) + 1])
     starts = starts[starts < len(whole)]
@@ -241,9 +298,8 @@ def _between_rows(data: Text, base: int) -> Iterator[_Stretch]:
     if 2 * np.count_nonzero(numbers) < np.count_nonzero(~blank):
         numbers |= _worded_rows(data, starts, numbers | blank)
     rows = np.flatnonzero(numbers)
-    pairs = np.flatnonzero(np.diff(rows) == 1)
     odd = np.flatnonzero(~numbers & ~blank)
-    odd = odd[odd > (rows[pairs[0]] if base == 1 and len(pairs) else -1 if base > 1 else len(starts))]
+    odd = odd[odd > (-1 if base > 1 else rows[0] if len(rows) else len(starts))]
     above = np.searchsorted(rows, odd)
     for lines in np.split(odd, 1 + np.flatnonzero(np.diff(above))) if len(odd) else ():
         after = np.searchsorted(rows, lines[0])

@@ -186,7 +186,7 @@ def find_header(head: Head, grid: Grid, start: int = 0) -> Header:
         unit_row = None  # whose units they are cannot be told
     if unit_row is None and len(fitting) > 1 and not any(name_and_unit(n)[1] for n in names):
         place_above, above = fitting[-2]
-        if _are_units(above):
+        if are_units(above):
             unit_row = above
             rows.append(head.lines[place_above].strip())
     return _header(names, unit_row, grid.width, Header((), (), frozenset(rows), first, short, place))
@@ -275,21 +275,22 @@ def two_rows(head: Head, delimiter: str = "\t") -> TwoRows | None:
     Blank lines may stand between. What the words are does not matter.
     """
     above: list[tuple[int, list[str]]] = []
-    first: int | None = None
+    found: TwoRows | None = None
     for place, line in enumerate(head.lines):
         cells = _trimmed(split(line, delimiter))
         if not cells:
             continue
-        complete = len(above) == 2 and all(len(c) == len(cells) > 1 and is_name_row(c) for _, c in above)
         numbers = [_is_number(c) for c in cells]
         marked = any(map(OVERLOAD.fullmatch, cells)) or all(map(MARK.fullmatch, cells))
-        if complete and (any(numbers) or marked):
-            first = place if first is None else first  # it may be damaged
-            if all(n or c in NO_VALUE for n, c in zip(numbers, cells, strict=True)) and any(numbers):
-                (_, names), (unit_row, written) = above
-                return TwoRows(names, written, unit_row, first)
-            continue
-        above, first = [*above[-1:], (place, cells)], None
+        row = any(numbers) or marked
+        if row and len(above) == 2 and all(len(c) == len(cells) > 1 and is_name_row(c) for _, c in above):
+            (_, names), (unit_row, written) = above
+            if found is None or not are_units(names):  # units that are given twice are no names
+                found = TwoRows(names, written, unit_row, place)
+        fits = found is not None and row and len(cells) == len(found.names)
+        if fits and any(numbers) and all(n or c in NO_VALUE for n, c in zip(numbers, cells, strict=True)):
+            return found
+        above = [] if fits else [*above[-1:], (place, cells)]
     return None
 
 
@@ -341,7 +342,7 @@ def _is_unit_row(rows: list[list[str]]) -> bool:
     return 2 * sum(known) >= len(filled) or any(known) and any(_is_recognised(c) for c in above)
 
 
-def _are_units(cells: list[str]) -> bool:
+def are_units(cells: list[str]) -> bool:
     """Whether cells are units, and can stand above names: half of them known, none a name."""
     filled = [c for c in cells if c]
     known = [units.known(c) for c in filled]

@@ -176,3 +176,11 @@ def test_names_that_look_like_factors(names: str, read_log: ReadLog) -> None:
     (record,) = read_log(f"{names}\n{rows}", channel_map=mapped)
     np.testing.assert_allclose(record.channels["force"], FORCE, atol=1e-3)
     assert not any(f.kind == "factor" for f in record.findings)
+
+
+@pytest.mark.parametrize("row", ["0.1,x0.5,2", "0.1,0.5,x2", "0.1,∞,x2"])
+def test_a_garbled_cell_makes_no_row_of_factors(row: str, read_log: ReadLog) -> None:
+    rows = "".join(f"{0.1 * k:.1f},{k % 7},{k % 5}\n" for k in range(2, 40))
+    (record,) = read_log(f"time (s),force (N),displacement (mm)\n{row}\n{rows}")
+    assert record.rows_refused == 1 and not [f for f in record.findings if f.kind == "factor"]
+    assert record.channels["force"][:3].tolist() == [2.0, 3.0, 4.0]

@@ -14,6 +14,7 @@ from mrfit.core.recording import Recording
 from mrfit.ingest.hashes import hash_of
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.reading import Item, Pieces, read_item
+from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.stage import Settings
 from tests.ingest.conftest import ReadLog
 from tests.ingest.examining import examine
@@ -119,6 +120,41 @@ def test_a_row_of_units_alone_changes_the_units(read_log: ReadLog) -> None:
     second = Form(columns(time="s", displacement="mm", force="kN"), unit_row=True)
     later = second.text(slice(140, None)).partition("\n")[2]
     assert_true(read_log(first.text(slice(0, 140)) + later), 140)
+
+
+def test_bracketed_units_alone_keep_the_names_above(read_log: ReadLog) -> None:
+    rows = FIRST.text(slice(0, None)).splitlines(keepends=True)[1:]
+    first, second = "Time,Disp,Load\n(s),(mm),(deg_Q)\n", "(s),(mm),(N)\n"
+    one, two = read_log(first + "".join(rows[:140]) + second + "".join(rows[140:]))
+    assert list(one.channels) == ["displacement", "load"] and list(two.channels) == ["displacement", "force"]
+    np.testing.assert_allclose(two.channels["force"], FORCE[140:], atol=1e-4)
+
+
+@pytest.mark.parametrize("row", [0, 1, 2])
+def test_a_header_of_other_units_after_few_rows_is_not_passed_over(row: int, read_log: ReadLog) -> None:
+    sample = WRITERS["siglent"]()
+    lines = sample.data.decode().splitlines(keepends=True)
+    lines.insert(5 + row, "Second,mV,Volt\n")
+    if row < 2:
+        with pytest.raises(Refusal, match=rf"line {6 + row} (is|begins) another header"):
+            read_log("".join(lines), sample.name)
+    else:
+        assert read_log("".join(lines), sample.name)[-1].channels["ch1"][5] == sample.channels["ch1"][row + 5] / 1e3
+
+
+def test_a_damaged_row_below_the_header_is_no_header(read_log: ReadLog) -> None:
+    lines = FIRST.text(slice(0, None)).splitlines(keepends=True)
+    lines[1:3] = ["OL,OL,OL\n", "? ,0.1,900\n"]
+    (record,) = read_log("".join(lines))
+    assert (record.rows_kept, record.rows_refused) == (len(K) - 2, 2)
+
+
+def test_rows_above_the_header_that_holds_are_counted(read_log: ReadLog) -> None:
+    lines = Form(FIRST.columns, unit_row=True).text(slice(0, None)).splitlines(keepends=True)
+    lines[2:3] = ["OL,OL,OL\n", lines[1]]
+    (record,) = read_log("".join(lines))
+    assert (record.rows_kept, record.rows_refused) == (len(K) - 1, 1)
+    assert "row above the header" in next(f.text for f in record.findings if f.kind == "refused-rows")
 
 
 def test_names_in_another_order_keep_their_units(read_log: ReadLog) -> None:
