@@ -17,11 +17,10 @@ import numpy as np
 from mrfit.core.specs import Array, Index, ModelSpec
 from mrfit.fit.diagnostics.uncertainty import effective_samples, sensitivities
 from mrfit.kernels.cube import Mask
-from mrfit.search import run as search
-from mrfit.search.chain import Chain
+from mrfit.optimizers import multistart
 from mrfit.search.cube import Cube
-from mrfit.search.limits import Limits
-from mrfit.search.problem import LeastSquares, Posed
+from mrfit.search.objective import Objective
+from mrfit.search.problem import Posed
 from mrfit.search.starts import OTHER_LEVELS, Level
 from mrfit.simulate.current_dependence import LOG, coordinate
 from mrfit.simulate.current_levels import POLYNOMIAL_ROLES
@@ -33,6 +32,8 @@ SHARES = (1.0, 0.25)
 # Bounds in the cube of a parameter's spread over levels, and how many times levels are drawn together
 NARROWEST, WIDEST = 0.003, 0.1
 PASSES = 5
+# Share of the squared cost that each of these fits may leave
+SETTLED = 1e-6
 # Share of that spread for parameters that are no force, stiffness or damping: of two that may stand for each other, as
 # a loop's scale for its force, the other then changes
 STIFF = 0.3
@@ -289,10 +290,12 @@ def drawn_together(cube: Cube, fits: Sequence[Level], posed: Sequence[Posing], r
             own = at.posed
             rows = own.residuals(point[None, :])[0, :-1]
             weight = np.sqrt(float(rows @ rows) / at.worth(rows)) / spread
-            problem, limits = LeastSquares(_drawn(own, centre, weight)), Limits(1 + OTHER_LEVELS * (len(point) + 1))
-            found = search.run(problem, point[None, :], limits, rng, Chain("lsq", scored=True))
-            theta = cube.to_theta(found.point[None, :])[0]
-            cost = float(np.sqrt(np.mean(own.residuals(found.point[None, :])[0] ** 2)))
+            allowed = 1 + OTHER_LEVELS * (len(point) + 1)
+            objective = Objective(_drawn(own, centre, weight), point, allowed, starts=point[None, :])
+            multistart.refine(objective, point[None, :], SETTLED)
+            found = objective.best_point[None, :]
+            theta = cube.to_theta(found)[0]
+            cost = float(np.sqrt(np.mean(own.residuals(found)[0] ** 2)))
             fits[k] = Level(fits[k].current, cost, theta)
     return fits
 
