@@ -16,14 +16,17 @@ from mrfit.errors import ConfigError
 from mrfit.search import run as search
 from mrfit.search.chain import Chain
 from mrfit.search.cube import Cube
+from mrfit.search.descent import Descent
 from mrfit.search.limits import Limits, seconds_left
-from mrfit.search.problem import Block, LeastSquares, residual_function
+from mrfit.search.problem import Block, Posed
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_dependence import CurrentDependence, base_name, expanded, through
 from mrfit.simulate.current_levels import level_of, levels_of
 
 # Evaluations of the first phase: at the first current, and at each of the others, which start from their neighbour
 FIRST_LEVEL, OTHER_LEVELS = 200, 60
+# Share of the squared cost that the fit at one of the others may leave
+SETTLED = 1e-6
 # Parameters that a message names
 NAMED = 6
 
@@ -193,11 +196,12 @@ def level_fits(
     for level in reversed(levels):
         members = [k for k, b in enumerate(blocks) if level_of(b.segment, levels) == level]
         own = [replace(blocks[k], drive=np.ascontiguousarray(blocks[k].drive[:inputs])) for k in members]
-        problem = LeastSquares(residual_function(own, base, cube.to_theta, weights[members]))
+        problem = Posed(own, weights[members], base, cube)
         points = np.array([cube.start, *([cube.to_points(fits[-1].theta[None, :])[0]] if fits else [])])
-        name, evaluations = ("lsq", OTHER_LEVELS) if fits else ("multistart", FIRST_LEVEL)
+        strategy = Descent(OTHER_LEVELS, SETTLED, 0.0) if fits else Chain("multistart", scored=True)
+        evaluations = OTHER_LEVELS if fits else FIRST_LEVEL
         limits = Limits(evaluations * (len(cube.free) + 1) + len(points), seconds_left(deadline))
-        found = search.run(problem, points, limits, rng, Chain(name, scored=True))
+        found = search.run(problem, points, limits, rng, strategy)
         fits.append(Level(level, found.cost, cube.to_theta(found.point[None, :])[0]))
     return fits[::-1]
 

@@ -21,7 +21,7 @@ from mrfit.optimizers import multistart
 from mrfit.search.cube import Cube
 from mrfit.search.objective import Objective
 from mrfit.search.problem import Posed
-from mrfit.search.starts import OTHER_LEVELS, Level
+from mrfit.search.starts import OTHER_LEVELS, SETTLED, Level
 from mrfit.simulate.current_dependence import LOG, coordinate
 from mrfit.simulate.current_levels import POLYNOMIAL_ROLES
 
@@ -32,8 +32,6 @@ SHARES = (1.0, 0.25)
 # Bounds in the cube of a parameter's spread over levels, and how many times levels are drawn together
 NARROWEST, WIDEST = 0.003, 0.1
 PASSES = 5
-# Share of the squared cost that each of these fits may leave
-SETTLED = 1e-6
 # Share of that spread for parameters that are no force, stiffness or damping: of two that may stand for each other, as
 # a loop's scale for its force, the other then changes
 STIFF = 0.3
