@@ -117,7 +117,8 @@ class EffectCode:
     """An effect: what its template gives, and how its function is declared and called.
 
     ``before`` is the body of a second function, empty without one: it changes the inputs, behind effects of them;
-    ``middles`` whether it needs the output in the middle between steps too.
+    ``middles`` whether it needs the output in the middle between steps too. ``functions`` has all of them where they
+    are printed, ``rest_call`` calls the one of those that prepares its state before the first step.
     """
 
     name: str
@@ -133,6 +134,8 @@ class EffectCode:
     returns: str
     arguments: str
     call: str
+    functions: str = ""
+    rest_call: str = ""
 
 
 @dataclass(frozen=True)
@@ -176,6 +179,8 @@ class Context:
         Channels, effects, and polynomials of current between ``low`` and ``high``.
     base, base_title, base_state, base_code, base_body, base_arguments, base_call
         The base: its parameters, what its template gives, how its function is declared and called.
+    base_functions, base_rest, helpers
+        The base's functions where they are printed, the call of that which prepares its state, and what they all call.
     block_names, blocks
         Shared code.
     ring, fastest
@@ -204,6 +209,9 @@ class Context:
     base_body: str
     base_arguments: str
     base_call: str
+    base_functions: str
+    base_rest: str
+    helpers: str
     effects: list[EffectCode]
     block_names: list[str]
     blocks: list[Block]

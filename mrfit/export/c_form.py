@@ -1,20 +1,22 @@
-"""C templates of models, effects and what they share, by name: in ``templates/c``, or beside a plug-in's file."""
+"""C forms of models and effects: printed from their functions, or templates by name with what these share."""
 
-import inspect
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from mrfit.core import registry
-from mrfit.core.protocols import SLOT_FUNCTIONS
 from mrfit.errors import DataError
+from mrfit.export.printer.elements import Element
 
 if TYPE_CHECKING:
     from jinja2 import Environment
 
 TEMPLATES = Path(__file__).with_name("templates")
+# Where a form that knows a stroke's middle cannot be the simulation
+MIDDLE = "the middle of the stroke is that of the fit's logs, where the simulation takes that of each record"
 NAMED = re.compile(r"\bb->(\w+)")
 
 
@@ -33,25 +35,8 @@ def environment(folder: Path) -> "Environment":
 
 def own_form(kind: Literal["model", "effect"], name: str) -> Path | None:
     """Return the file of an item's C form, ``NAME.c.j2``; None if it has none."""
-    item = registry.load(kind, name)
     shipped = TEMPLATES / "c" / f"{kind}s" / f"{name}.c.j2"
-    if not registry.where(kind, name):
-        return shipped if shipped.is_file() else None
-    file = getattr(item, "__file__", None) or _file_of(item)
-    beside = Path(file).with_name(f"{name}.c.j2") if file else None
-    return beside if beside and beside.is_file() else None
-
-
-def _file_of(item: object) -> str | None:
-    """Return the file in which an object's function stands."""
-    for name in ("response", *SLOT_FUNCTIONS.values()):
-        function = getattr(item, name, None)
-        if callable(function):
-            try:
-                return inspect.getsourcefile(inspect.unwrap(function))
-            except TypeError:
-                return None
-    return None
+    return shipped if shipped.is_file() and not registry.where(kind, name) else None
 
 
 class Form:
@@ -88,6 +73,24 @@ class Form:
         return set(NAMED.findall(self.text("shape")))
 
 
+@dataclass(frozen=True)
+class PrintedForm:
+    """A model or an effect that is printed from its ``law`` or its ``step``, in place of a template."""
+
+    element: Element
+    uses: tuple[str, ...] = ()
+    shape_names: frozenset[str] = frozenset()
+
+    def text(self, macro: str) -> str:
+        """Return what it remembers, as the fields of a struct; all else is printed."""
+        return self.element.fields if macro == "state" else ""
+
+    def setting(self, name: str, default: Any) -> Any:
+        """Return what the element says of itself; a function has no other settings."""
+        own = {"constants": ["x_middle"], "stated": MIDDLE} if self.element.centred else {}
+        return own.get(name, default)
+
+
 def form_of(kind: Literal["model", "effect"], name: str, given: Mapping[str, object]) -> Form:
     """Return the C form of a model or effect.
 
@@ -103,9 +106,7 @@ def form_of(kind: Literal["model", "effect"], name: str, given: Mapping[str, obj
             f"out with --without {name}"
         )
     if file is None:
-        raise DataError(
-            f"the model {name} has no C form: put its body into {name}.c.j2 beside its file, as docs/export.md shows"
-        )
+        raise DataError(f"the model {name} has no C form: give it a step, as docs/export.md shows")
     return Form(file, given)
 
 

@@ -4,6 +4,7 @@ import math
 import re
 from dataclasses import dataclass, replace
 from functools import cache
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -24,7 +25,11 @@ from mrfit.export.c_context import (
     Piece,
     Term,
 )
-from mrfit.export.c_form import TEMPLATES, Form, blocks_for, form_of
+from mrfit.export.c_form import TEMPLATES, Form, PrintedForm, blocks_for, form_of, own_form
+from mrfit.export.printer.c_text import constants, function_text, small_functions
+from mrfit.export.printer.elements import Sight, element
+from mrfit.export.printer.reading import Reader
+from mrfit.export.printer.tree import Function, Program
 from mrfit.export.source import Link, Source, Stretch
 from mrfit.export.text import field, identifier, in_comment, number
 from mrfit.kernels.branch import curve_of, normal_form
@@ -61,12 +66,18 @@ ARGUMENTS = (
 )
 
 
+# Functions of the frame
+FRAME = ("values_at", "inner", "changed", "shown", "both", "is_number", "within", "late_of", "factors", "driven")
+AnyForm: TypeAlias = Form | PrintedForm
+
+
 @dataclass(frozen=True)
 class Parts:
-    """What the templates are rendered with, and the C form it came from."""
+    """What the templates are rendered with, the C form it came from, and the functions that are printed."""
 
     context: Context
-    base: Form
+    base: "AnyForm"
+    program: Program
 
 
 def parts_of(source: Source, tunable: bool = False) -> Parts:
@@ -85,9 +96,12 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
         If the model or an effect has no C form.
     """
     dependence = source.dependence
-    form, forms, given = _forms(source, tunable)
+    form, forms, given, reader = _forms(source, tunable)
     blocks = blocks_for([name for one in (form, *forms) for name in one.uses], vars(given))
-    roles = sorted({r for one in forms for r in re.findall(r"f->role_(\w+)", one.text("body"))})
+    roles = sorted({r for link, one in zip(source.links, forms, strict=True) for r in _roles(link, one)})
+    printed, program = [one.element for one in (form, *forms) if isinstance(one, PrintedForm)], reader.settled()
+    own = {f.name for e in printed for f in e.functions}
+    helpers = [f for n, f in program.functions.items() if n not in own]
     base = base_fields(source, roles)
     state = form.text("state")
     arguments = _arguments(form.text("body"), bool(state))
@@ -111,7 +125,14 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
         base_code=form.text("code") + ("\n\n" if form.text("code") else ""),
         base_body=form.text("body"),
         base_arguments=", ".join(a for _, a, _ in arguments),
-        base_call=f"base_step({', '.join(c for _, _, c in arguments)})",
+        base_call=call_of(form.element.step, "base")
+        if isinstance(form, PrintedForm)
+        else f"base_step({', '.join(c for _, _, c in arguments)})",
+        base_functions=written(form),
+        base_rest=call_of(form.element.rest, "base") if isinstance(form, PrintedForm) and form.element.rest else "",
+        helpers="\n\n".join(
+            filter(None, [small_functions(program, _known(blocks)), constants(program), *map(function_text, helpers)])
+        ),
         effects=effects,
         block_names=list(blocks),
         blocks=[Block(b.text("types"), b.text("code")) for b in blocks.values()],
@@ -127,14 +148,21 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
         scales=scales,
         count=len(source.theta),
         fine=fine,
-        unused_inner=_unused([*(c for _, _, c in arguments), *(e.call for e in effects if e.slot in inner)]),
-        unused_shown=_unused([e.call for e in effects if e.slot == "output"]),
+        unused_inner=_unused(
+            [
+                *(c for _, _, c in arguments),
+                *_calls(form, "base"),
+                *(e.rest_call for e in effects if e.slot in inner),
+                *(e.call for e in effects if e.slot in inner),
+            ]
+        ),
+        unused_shown=_unused([e.call + e.rest_call for e in effects if e.slot == "output"]),
     )
-    return Parts(context, form)
+    return Parts(context, form, program)
 
 
-def _forms(source: Source, tunable: bool) -> tuple[Form, list[Form], Given]:
-    """Return the forms of the base and of its effects, and what they were given."""
+def _forms(source: Source, tunable: bool) -> tuple[AnyForm, list[AnyForm], Given, Reader]:
+    """Return the forms of base and effects, what they were given, and what has read those that are printed."""
     given = Given(
         tunable=tunable,
         shape_varies=False,
@@ -142,11 +170,24 @@ def _forms(source: Source, tunable: bool) -> tuple[Form, list[Form], Given]:
         inputs=tuple(Input(field(n), n in LEVELS) for n in source.channels),
         middles=_needs_middles(source, tunable),
     )
-    form = form_of("model", source.base.name, vars(given))
+    name, reader = source.base.name, Reader(own_functions(), f"{prefix_of(source.prefix or source.name)}_")
     varying = {name for name, _ in source.dependence.orders} if source.dependence else set()
-    given = replace(given, shape_varies=bool(form.shape_names & set(map(field, varying))))
-    form = form_of("model", source.base.name, vars(given))
-    return form, [form_of("effect", link.spec.name, vars(given)) for link in source.links], given
+    if own_form("model", name):
+        form = form_of("model", name, vars(given))
+        given = replace(given, shape_varies=bool(form.shape_names & set(map(field, varying))))
+    forms: list[AnyForm] = []
+    for link in source.links:
+        ident = field(link.spec.name.replace("-", "_"))
+        made = None
+        if not own_form("effect", link.spec.name):
+            effect = registry.load("effect", link.spec.name)
+            made = element(reader, effect, link.spec, Sight(ident, "e", ident, source.channels))
+        forms.append(PrintedForm(made) if made else form_of("effect", link.spec.name, vars(given)))
+    moves, made = bool(varying or any(k.spec.slot == "theta" for k in source.links)), None
+    model = registry.load("model", name)
+    if given.shape_varies and hasattr(model, "step") or not own_form("model", name):
+        made = element(reader, model, source.base, Sight("base", "b", "base", source.channels, moves))
+    return PrintedForm(made) if made else form_of("model", name, vars(given)), forms, given, reader
 
 
 def _needs_middles(source: Source, tunable: bool) -> bool:
@@ -157,9 +198,36 @@ def _needs_middles(source: Source, tunable: bool) -> bool:
     return any(isinstance(m, MovesDrive) and (tunable or m.needs_middles(theta)) for m, theta in modules)
 
 
+def written(form: "AnyForm") -> str:
+    """Return the functions of an element that is printed."""
+    return "\n\n".join(map(function_text, form.element.functions)) if isinstance(form, PrintedForm) else ""
+
+
+def call_of(function: Function, ident: str, changes: bool = False) -> str:
+    """Return the call of a printed function in the frame; ``changes`` where the inputs are a copy there."""
+    given = {"b": "&b", "e": f"&p->{ident}", "s": f"&s->{ident}", "f": "&f", "in": "&u" if changes else "u"}
+    return f"{function.name}({', '.join(given.get(a.name, a.name) for a in function.arguments)})"
+
+
+def _calls(form: "AnyForm", ident: str) -> list[str]:
+    return [call_of(f, ident) for f in form.element.functions] if isinstance(form, PrintedForm) else []
+
+
+def _roles(link: Link, form: "AnyForm") -> list[str]:
+    """Return the roles whose parameters an effect scales."""
+    if isinstance(form, PrintedForm):
+        return list(getattr(registry.load("effect", link.spec.name), "ROLES", ())) if link.spec.slot == "theta" else []
+    return re.findall(r"f->role_(\w+)", form.text("body"))
+
+
+def _known(blocks: dict[str, Form]) -> list[str]:
+    """Return the small functions that blocks have."""
+    return [function for block, function in (("clamp", "clamp"), ("sign", "sign_of")) if block in blocks]
+
+
 def stated(source: Source) -> list[str]:
     """Return where a causal form cannot be the simulation in Python, as the templates say."""
-    form, forms, _ = _forms(source, False)
+    form, forms, _, _ = _forms(source, False)
     names = [source.base.name, *(link.spec.name for link in source.links)]
     said = [one.setting("stated", "") for one in (form, *forms)]
     return [f"{name}: {text}" for name, text in zip(names, said, strict=True) if text]
@@ -180,8 +248,8 @@ def own_functions() -> frozenset[str]:
     """Return the names of all functions in the templates."""
     texts = [p.read_text(encoding="ascii") for p in (TEMPLATES / "c").rglob("*.c.j2")]
     found = {n for text in texts for n in re.findall(r"static [\w@ ]*?(\w+)\(", text)}
-    effects = {p.name.removesuffix(".c.j2").replace("-", "_") for p in (TEMPLATES / "c" / "effects").iterdir()}
-    return frozenset(found | {f"{e}_step" for e in effects})
+    elements = ["base", *(field(e.replace("-", "_")) for e in registry.names("effect"))]
+    return frozenset(found | {*FRAME, *(f"{e}_{word}" for e in elements for word in ("step", "rest"))})
 
 
 def _unused(calls: list[str]) -> str:
@@ -284,7 +352,7 @@ def _bases(dependence: CurrentDependence | None) -> list[Basis]:
     return found
 
 
-def _effect(link: Link, form: Form, source: Source, middles: bool) -> EffectCode:
+def _effect(link: Link, form: AnyForm, source: Source, middles: bool) -> EffectCode:
     spec, ident = link.spec, field(link.spec.name.replace("-", "_"))
     body, slot = form.text("body"), link.spec.slot
     whole = [n for n, _, _ in ARGUMENTS if _named_in(n, body)]
@@ -308,9 +376,9 @@ def _effect(link: Link, form: Form, source: Source, middles: bool) -> EffectCode
     ]
     rows += [
         EffectField(name, in_comment(text), number(value), None)
-        for name, (text, value) in constants(form, source).items()
+        for name, (text, value) in own_constants(form, source).items()
     ]
-    return EffectCode(
+    code = EffectCode(
         name=spec.name,
         ident=ident,
         title=in_comment(spec.title),
@@ -325,9 +393,13 @@ def _effect(link: Link, form: Form, source: Source, middles: bool) -> EffectCode
         arguments=", ".join(arguments),
         call=f"{ident}_step({', '.join(calls)})",
     )
+    if not isinstance(form, PrintedForm):
+        return code
+    rest = call_of(form.element.rest, ident, changes) if form.element.rest else ""
+    return replace(code, functions=written(form), call=call_of(form.element.step, ident, changes), rest_call=rest)
 
 
-def constants(form: Form, source: Source) -> dict[str, tuple[str, float]]:
+def own_constants(form: AnyForm, source: Source) -> dict[str, tuple[str, float]]:
     """Return what an effect's form takes from the logs, by name: what it is and its value."""
     known = {"x_middle": ("middle of the stroke in the fit's logs, m", "displacement")}
     found = {}
@@ -342,17 +414,27 @@ def constants(form: Form, source: Source) -> dict[str, tuple[str, float]]:
 def checkable(source: Source) -> list[Stretch]:
     """Return the logs whose own values are the constants that effects take from all of them."""
     forms = _forms(source, False)[1]
-    wanted = {text: value for form in forms for text, value in constants(form, source).values()}
+    wanted = {text: value for form in forms for text, value in own_constants(form, source).values()}
     return [s for s in source.stretches if not wanted or level(s.inputs["displacement"]) in wanted.values()]
 
 
-def _ring(source: Source, form: Form, forms: list[Form], tunable: bool) -> int:
+def _ring(source: Source, form: AnyForm, forms: list[AnyForm], tunable: bool) -> int:
     """Return the number of late values that are kept, 0 if none are."""
     params = [source.base.params, *(k.spec.params for k in source.links)]
     values = [source.base_theta, *(k.theta for k in source.links)]
     longest = [0.0]
     rings = False
-    for own, theta, one in zip(params, values, (form, *forms), strict=True):
+    items: list[Any] = [
+        registry.load("model", source.base.name),
+        *(registry.load("effect", k.spec.name) for k in source.links),
+    ]
+    for item, own, theta, one in zip(items, params, values, (form, *forms), strict=True):
+        if isinstance(one, PrintedForm):
+            if one.element.late:
+                rings = True
+                known = len(theta) == len(own) and not tunable
+                longest.append(float(item.longest(tuple(theta if known else [p.high for p in own]))))
+            continue
         wanted = one.setting("longest", None)
         rings = rings or wanted is not None
         if isinstance(wanted, float):

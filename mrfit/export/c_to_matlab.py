@@ -72,7 +72,7 @@ def kind_of(node: Any) -> Kind:
     extents: list[int] = []
     while type(node).__name__ in ("PtrDecl", "ArrayDecl"):
         if type(node).__name__ == "ArrayDecl":
-            extents.append(int(node.dim.value))
+            extents.append(extent_of(node.dim))
         elif type(node.type).__name__ == "ArrayDecl":
             # a pointer to rows
             extents.append(0)
@@ -80,6 +80,14 @@ def kind_of(node: Any) -> Kind:
     names = node.type.names if hasattr(node.type, "names") else ["struct"]
     name = names[-1]
     return Kind("real" if name.endswith("_real") or name == "double" else name, tuple(extents))
+
+
+def extent_of(node: Any) -> int:
+    """Return a whole number that is written as sums and products of others."""
+    if type(node).__name__ == "BinaryOp":
+        left, right = extent_of(node.left), extent_of(node.right)
+        return left + right if node.op == "+" else left * right
+    return int(node.value)
 
 
 def is_changed(declaration: Any) -> bool:
@@ -110,6 +118,10 @@ class Translator:
             if type(node).__name__ == "Typedef" and type(node.type.type).__name__ == "Struct":
                 fields = {d.name: kind_of(d.type) for d in node.type.type.decls}
                 self.structs.fields[node.name] = fields
+        declared = [n for n in tree.ext if type(n).__name__ == "Decl" and type(n.type).__name__ == "FuncDecl"]
+        for decl in declared:
+            changes = [is_changed(a) for a in decl.type.args.params]
+            self.functions[decl.name] = Function(decl.type.type.type.names[-1], changes)
         for node in self.bodies:
             arguments = node.decl.type.args.params
             result = node.decl.type.type.type.names[-1]

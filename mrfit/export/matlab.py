@@ -1,6 +1,7 @@
 """MATLAB: one function file, which Octave runs too; the exported C, translated."""
 
 import re
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -16,6 +17,9 @@ from mrfit.export.c_parts import Parts, parts_of
 from mrfit.export.c_to_matlab import Kind, Translator, Value, struct_of
 from mrfit.export.compiler import fault
 from mrfit.export.head import CAUSALITY, head_lines
+from mrfit.export.printer.c_text import function_text
+from mrfit.export.printer.matlab_text import matlab_text
+from mrfit.export.printer.tree import Function
 from mrfit.export.source import Source
 from mrfit.export.stage import Files
 from mrfit.export.text import ascii_line, in_comment, number, wrapped
@@ -51,6 +55,7 @@ def function_file(source: Source, parts: Parts, told: list[str]) -> str:
     context, prefix = parts.context, parts.context.p
     translator = Translator(_parsed(_c_text(source, parts)), (f"{prefix}_init", f"{prefix}_step"))
     structs = translator.structs
+    printed = matlab_text(parts.program).replace("@RING", str(context.ring))
     head = "\n".join(f"%   {ascii_line(line)}".rstrip() for line in wrapped(head_lines(source, told)))
     return (
         environment(TEMPLATES / "matlab")
@@ -61,7 +66,7 @@ def function_file(source: Source, parts: Parts, told: list[str]) -> str:
             head=head,
             zero=structs.zero(Kind(f"{prefix}_state")),
             fitted=struct_of(structs, Kind(f"{prefix}_parameters"), _values(context)),
-            functions=translator.text(),
+            functions=f"{translator.text()}\n{printed}",
         )
     )
 
@@ -89,7 +94,10 @@ def _values(context: Context) -> dict[str, Value]:
 
 def _c_text(source: Source, parts: Parts) -> str:
     """Return header and source of the C form as one text without comments and preprocessor, in double."""
-    context, prefix = parts.context, parts.context.p
+    prefix = parts.context.p
+    elements = {f.name: f for f in parts.program.functions.values()}
+    effects = [replace(e, functions=_declared(elements, f"{e.ident}_")) for e in parts.context.effects]
+    context = replace(parts.context, helpers="", base_functions=_declared(elements, "base_"), effects=effects)
     jinja = environment(TEMPLATES / "c")
     absent: dict[str, None | tuple[str, ...]] = {"motion": None, "two": (), "functions": (), "limits": ()}
     both = "".join(
@@ -106,6 +114,12 @@ def _c_text(source: Source, parts: Parts) -> str:
     # the parameters are written by themselves
     text = re.sub(rf"const {prefix}_parameters {prefix}_fitted = \{{.*?\n\}};", "", text, flags=re.DOTALL)
     return f"typedef double {prefix}_real;\n{text}"
+
+
+def _declared(functions: Mapping[str, Function], first: str) -> str:
+    """Return the declarations of those functions of an element that the frame calls."""
+    found = [functions[n] for n in (f"{first}rest", f"{first}step") if n in functions]
+    return "\n".join(f"{function_text(f).partition(chr(10) + '{')[0]};" for f in found)
 
 
 def _parsed(text: str) -> Any:

@@ -12,7 +12,7 @@ from mrfit.simulate.assembly import SLOTS, assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 
 # Effects' parameters away from neutral: what a damper or coil may have
-STRENGTH: Mapping[str, tuple[float, ...]] = {
+STRENGTH: dict[str, tuple[float, ...]] = {
     "asymmetry": (0.3, -0.2, 0.02),
     "coulomb-friction": (60.0, 5e-4, 3e-4),
     "current-filter": (0.02, 0.15, 0.3, 0.0053),

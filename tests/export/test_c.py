@@ -342,27 +342,98 @@ def arctangent(drive, theta, dt):
     fy, v0, c = columns(theta)
     return fy * (2 / np.pi) * np.arctan(drive[0] / v0) + c * drive[0]
 """
-PLUGIN_FORM = """{% macro body() %}
-    return ((b->fy * 2.0 * atan(u->velocity / b->v0)) / 3.141592653589793) + (b->c * u->velocity);
-{% endmacro %}
+WITH_STATE = """
+import math
+import numpy as np
+from mrfit.core.specs import ModelSpec, Param
+
+SPEC = ModelSpec(
+    name="my-dahl", title="Dahl friction", equation="F = c*v + fy*w", reference="none",
+    inputs=("displacement", "velocity"), output="force",
+    params=(
+        Param("c", "N*s/m", 1.0, 1e6, 1000.0, "log", "viscous", "damping"),
+        Param("fy", "N", 1.0, 1e6, 300.0, "log", "yield", "friction"),
+        Param("rho", "1/m", 10.0, 1e6, 2000.0, "log", text="inverse of the travel"),
+    ),
+)
+
+def rest(now, theta):
+    return (0.0,)
+
+def turned(w, travel, rho):
+    # towards the side to which it moves
+    side = math.copysign(1.0, travel)
+    return side + math.exp(-rho * abs(travel)) * (w - side)
+
+def step(state, before, now, theta, dt):
+    (w,) = state
+    then, (c, fy, rho) = theta
+    w = turned(w, now[0] - before[0], 0.5 * (then[2] + rho))
+    return c * now[1] + fy * w, (w,)
+
+def response(drive, theta, dt):
+    out = np.empty((len(theta), drive.shape[1]))
+    for p, row in enumerate(theta):
+        values = row if row.ndim == 2 else np.repeat(row[:, None], drive.shape[1], 1)
+        then, now = tuple(values[:, 0]), tuple(drive[:, 0])
+        state = rest(now, then)
+        for j in range(drive.shape[1]):
+            before, now, here = now, tuple(drive[:, j]), tuple(values[:, j])
+            out[p, j], state = step(state, before, now, (then, here), 0.0 if j == 0 else dt)
+            then = here
+    return out
+"""
+SPRING = """
+from mrfit.core.specs import EffectSpec, Param
+
+SPEC = EffectSpec(
+    name="my-spring", title="Spring that hardens", equation="F = F_base + k3*x^3", reference="none", slot="add",
+    outputs=("force",), inputs=("displacement",),
+    params=(Param("k3", "N/m^3", -1e9, 1e9, 0.0, text="cubic stiffness"),), neutral=(0.0,), aliases=(),
+    experiment="none",
+)
+
+def term(channels, theta, dt):
+    return theta[:, :1] * channels["displacement"] ** 3
 """
 
 
-def test_a_plug_in_brings_its_form_beside_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def used(folder: Path, monkeypatch: pytest.MonkeyPatch, **files: str) -> None:
     monkeypatch.setattr(plugins, "_store", plugins.Store())
     monkeypatch.setenv(plugins.VARIABLE, "")
-    (tmp_path / "mine.py").write_text(PLUGIN)
-    plugins.use(tmp_path / "mine.py")
-    source = rig("my-damper+asymmetry+gas-spring")
-    with pytest.raises(DataError, match=r"^the model my-damper has no C form: put its body into my-damper.c.j2"):
-        parts_of(source)
-    (tmp_path / "my-damper.c.j2").write_text(PLUGIN_FORM)
-    agrees(source, jitter=False)
-    # what a plug-in makes of steps of their own length is not known
-    with pytest.raises(DataError, match="^the model my-damper is not simulated at uneven times"):
-        source.simulate(at_times(source, jittered(1)), jittered(1))
+    for name, text in files.items():
+        (folder / f"{name}.py").write_text(text)
+        plugins.use(folder / f"{name}.py")
+
+
+def test_plug_ins_are_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(STRENGTH, "my-spring", (4e8,))
+    used(tmp_path, monkeypatch, mine=PLUGIN, dahl=WITH_STATE, spring=SPRING)
+    depending = CurrentDependence((("rho", 1), ("fy", 1)), 0.2, 1.4)
+    for source in (
+        rig("my-damper+asymmetry+gas-spring+my-spring"),
+        rig("my-dahl+asymmetry"),
+        rig("my-dahl", depending),
+    ):
+        agrees(source, jitter=False)
+    # comments of the functions stay
     parts = parts_of(source)
+    text = rendered(source, parts, [], NO_COST)["my_dahl.c"]
+    assert "/* towards the side to which it moves */" in text and "F = c*v + fy*w" in text
+    # what a plug-in makes of steps of their own length is not known
+    with pytest.raises(DataError, match="^the model my-dahl is not simulated at uneven times"):
+        source.simulate(at_times(source, jittered(1)), jittered(1))
     assert differs(source, parts, rendered(source, parts, [], NO_COST)).uneven is None
+
+
+def test_a_plug_in_outside_of_the_subset_is_one_line_with_its_place(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with_sum = PLUGIN.replace("c * drive[0]\n", "c * np.cumsum(drive[0])\n")
+    used(tmp_path, monkeypatch, mine=with_sum)
+    line = 1 + with_sum.splitlines().index(next(k for k in with_sum.splitlines() if "cumsum" in k))
+    with pytest.raises(DataError, match=rf"^mine.py:{line}: 'np.cumsum\(drive\[0\]\)' has no form in C: [^\n]*$"):
+        parts_of(rig("my-damper"))
 
 
 def test_the_differentiator_is_the_one_whose_cost_is_stated(tmp_path: Path) -> None:

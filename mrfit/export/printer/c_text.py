@@ -1,0 +1,312 @@
+"""A typed tree as C99: explicit parentheses and conversions, conditions that are comparisons, one exit."""
+
+import re
+from collections.abc import Iterator, Sequence
+
+from mrfit.export.printer.tree import (
+    BOOL,
+    NOTHING,
+    REAL,
+    Argument,
+    Assign,
+    Binary,
+    Block,
+    Call,
+    Cast,
+    Choice,
+    Declare,
+    Expression,
+    For,
+    Function,
+    Group,
+    If,
+    Item,
+    Kind,
+    Leave,
+    Member,
+    Name,
+    Number,
+    Program,
+    Remark,
+    Run,
+    Statement,
+    Unary,
+    While,
+    parts,
+)
+from mrfit.export.text import in_comment
+
+WIDTH = 116
+INDENT = "    "
+OPERATORS = {"and": "&&", "or": "||", "//": "/"}
+# Functions that C99 has not, or not as conditions without a call
+SMALL = {
+    "smaller": (
+        "The smaller of two numbers",
+        "static @real smaller(@real a, @real b)\n{\n    return (b < a) ? b : a;\n}",
+    ),
+    "larger": (
+        "The larger of two numbers",
+        "static @real larger(@real a, @real b)\n{\n    return (b > a) ? b : a;\n}",
+    ),
+    "clamp": (
+        "x within low and high",
+        "static @real clamp(@real x, @real low, @real high)\n{\n"
+        "    return (x < low) ? low : ((x > high) ? high : x);\n}",
+    ),
+    "sign_of": (
+        "Sign of x: 0 at 0",
+        "static @real sign_of(@real x)\n{\n    return (x > 0.0) ? 1.0 : ((x < 0.0) ? -1.0 : 0.0);\n}",
+    ),
+    "square": ("Square of x", "static @real square(@real x)\n{\n    return x * x;\n}"),
+}
+
+
+# Letters of a first word that is no variable's name, and begins its sentence with a capital
+LONG = 3
+
+
+def comment(lines: Sequence[str], indent: str = "") -> str:
+    """Return a comment of one or several lines."""
+    written = [in_comment(line) for line in lines]
+    return f"{indent}/* " + f"\n{indent} * ".join(written) + " */"
+
+
+def headline(lines: Sequence[str]) -> list[str]:
+    """Return a docstring as a comment: without ``Return``, and without a full stop where it is one sentence."""
+    first, *others = lines
+    if first.startswith("Return "):
+        first = first[7:]
+        first = first[:1].upper() + first[1:] if re.match(rf"[a-z]{{{LONG},}} ", first) else first
+    return [first, *others] if others else [first.removesuffix(".")]
+
+
+def small_functions(program: Program, besides: Sequence[str] = ()) -> str:
+    """Return those small functions that a program calls."""
+    called = {p.name for f in program.functions.values() for p in parts(f.body) if isinstance(p, Call) and not p.own}
+    return "\n\n".join(
+        f"{comment([title])}\n{code}" for name, (title, code) in SMALL.items() if name in called and name not in besides
+    )
+
+
+def constants(program: Program) -> str:
+    """Return the program's constants."""
+    lines, last = list[str](), tuple[str, ...]()
+    for constant in program.constants.values():
+        if constant.remark and constant.remark != last:
+            lines.append(comment(constant.remark))
+        kind = "int" if constant.kind != REAL else "@real"
+        lines.append(f"static const {kind} {constant.name} = {Printer(None).value(constant.value)};")
+        last = constant.remark
+    return "\n".join(lines)
+
+
+def function_text(function: Function) -> str:
+    """Return a function's definition, its comment above it."""
+    return Printer(function).whole()
+
+
+def kind_text(kind: Kind) -> str:
+    """Return a kind as a type."""
+    if kind.name == "struct":
+        return kind.tag
+    return {"real": "@real", "array": "@real", "nothing": "void"}.get(kind.name, "int")
+
+
+class Printer:
+    """Prints one function, or an expression outside of any."""
+
+    def __init__(self, function: Function | None) -> None:
+        self.function = function
+        self.outputs = {a.name for a in function.outputs} if function else set()
+
+    def whole(self) -> str:
+        """Return the definition."""
+        assert self.function is not None
+        f = self.function
+        arguments = ", ".join(map(self.argument, (*f.arguments, *f.outputs))) or "void"
+        head = broken(f"static {kind_text(f.result)} {f.name}({arguments})")
+        body = "\n".join(self.block(f.body, INDENT))
+        title = f"{comment(headline(f.title))}\n" if any(f.title) else ""
+        return f"{title}{head}\n{{\n{body}\n}}"
+
+    def argument(self, given: Argument) -> str:
+        """Return an argument's declaration."""
+        if given.kind.name == "array" and len(given.kind.extents) > 1:
+            return f"@real (*{given.name})[{given.kind.extents[1]}]"
+        if given.kind.name in ("array", "struct") or given.name in self.outputs:
+            return f"{'' if given.changed else 'const '}{kind_text(given.kind)} *{given.name}"
+        return f"{kind_text(given.kind)} {given.name}"
+
+    # statements
+
+    def block(self, block: Block, indent: str) -> Iterator[str]:
+        """Yield the lines of a block."""
+        for statement in block:
+            yield from self.statement(statement, indent)
+
+    def statement(self, statement: Statement, indent: str) -> Iterator[str]:
+        """Yield the lines of a statement."""
+        if isinstance(statement, Remark):
+            yield comment(statement.lines, indent)
+        elif isinstance(statement, Declare):
+            yield broken(f"{indent}{self.declared(statement)};")
+        elif isinstance(statement, Assign):
+            yield broken(f"{indent}{self.assigned(statement)};")
+        elif isinstance(statement, Run):
+            targets = [t.name if t.name in self.outputs else f"&{t.name}" for t in statement.targets]
+            call = ", ".join([*map(self.passed, statement.call.values), *targets])
+            void = "(void)" if statement.call.kind != NOTHING else ""
+            yield broken(f"{indent}{void}{statement.call.name}({call});")
+        elif isinstance(statement, If):
+            yield from self.chosen(statement, indent, False)
+        elif isinstance(statement, For):
+            yield from self.loop(statement, indent)
+        elif isinstance(statement, While):
+            yield broken(f"{indent}while ({self.condition(statement.condition)}) {{")
+            yield from (*self.block(statement.body, indent + INDENT), f"{indent}}}")
+        elif isinstance(statement, Leave):
+            yield f"{indent}{statement.word};"
+        else:
+            yield broken(f"{indent}return {self.value(statement.value)};")
+
+    def declared(self, statement: Declare) -> str:
+        """Return a declaration."""
+        extents = "".join(f"[{n}]" for n in statement.kind.extents)
+        head = f"{'const ' if statement.constant else ''}{kind_text(statement.kind)} {statement.name}{extents}"
+        if statement.value is None:
+            return head
+        if statement.kind.name == "array":
+            assert isinstance(statement.value, Group)
+            inside = ", ".join(map(self.value, statement.value.values)) or "0.0"
+            deeper = len(statement.kind.extents) - 1
+            return f"{head} = {'{ ' * deeper}{{ {inside} }}{' }' * deeper}"
+        return f"{head} = {self.value(statement.value)}"
+
+    def assigned(self, statement: Assign) -> str:
+        """Return an assignment, with an operator where one can do it."""
+        target, value = self.value(statement.target), statement.value
+        if isinstance(value, Binary) and value.left == statement.target and value.sign in ("+", "-", "*", "/"):
+            return f"{target} {value.sign}= {self.value(value.right)}"
+        return f"{target} = {self.value(value)}"
+
+    def chosen(self, statement: If, indent: str, inside: bool) -> Iterator[str]:
+        """Yield a choice; one that goes on with ``else if`` ends with ``else``, as MISRA wants it."""
+        head = f"{'} else ' if inside else ''}if ({self.condition(statement.condition)}) {{"
+        yield broken(indent + head)
+        yield from self.block(statement.then, indent + INDENT)
+        if len(statement.other) == 1 and isinstance(statement.other[0], If):
+            yield from self.chosen(statement.other[0], indent, True)
+            return
+        if statement.other or inside:
+            yield f"{indent}}} else {{"
+            yield from self.block(statement.other, indent + INDENT)
+            if not any(not isinstance(s, Remark) for s in statement.other):
+                yield f"{indent}{INDENT}/* as it is */"
+        yield f"{indent}}}"
+
+    def loop(self, statement: For, indent: str) -> Iterator[str]:
+        """Yield a loop that counts."""
+        name, start, stop = statement.name, self.value(statement.start), self.value(statement.stop)
+        sign, step = (">", "--") if statement.down else ("<", "++")
+        yield broken(f"{indent}for (int {name} = {start}; {name} {sign} {stop}; {name}{step}) {{")
+        yield from (*self.block(statement.body, indent + INDENT), f"{indent}}}")
+
+    # expressions
+
+    def condition(self, value: Expression) -> str:
+        """Return an expression that is true or false."""
+        if isinstance(value, Number):
+            return f"{value.text} != 0"
+        if isinstance(value, Unary):
+            return (
+                f"{self.place(value.value)} == 0" if self.is_flag(value.value) else f"!({self.condition(value.value)})"
+            )
+        if isinstance(value, Binary):
+            if value.sign in ("and", "or"):
+                left = self.joined(value.left, value.sign)
+                return f"{left} {OPERATORS[value.sign]} {self.joined(value.right, '')}"
+            return f"{self.operand(value.left)} {value.sign} {self.operand(value.right)}"
+        return f"{self.place(value)} != 0"
+
+    @staticmethod
+    def is_flag(value: Expression) -> bool:
+        """Return whether something that is true or false is stored as a number."""
+        return isinstance(value, Name | Member | Item | Call)
+
+    def joined(self, value: Expression, sign: str) -> str:
+        """Return a condition among others."""
+        text = self.condition(value)
+        return text if isinstance(value, Binary) and value.sign == sign else f"({text})"
+
+    def place(self, value: Expression) -> str:
+        """Return what is stored or called."""
+        if isinstance(value, Name):
+            return f"*{value.name}" if value.name in self.outputs else value.name
+        if isinstance(value, Member):
+            arrow = "->" if isinstance(value.value, Name) else "."
+            return f"{self.place(value.value)}{arrow}{value.name}"
+        if isinstance(value, Item):
+            return f"{self.place(value.value)}[{self.value(value.index)}]"
+        assert isinstance(value, Call)
+        return f"{value.name}({', '.join(map(self.passed, value.values))})"
+
+    def passed(self, value: Expression) -> str:
+        """Return what is given to a function; a struct inside another by its address."""
+        if value.kind.name == "struct" and not isinstance(value, Name):
+            return f"&{self.place(value)}"
+        return self.value(value)
+
+    def value(self, value: Expression) -> str:
+        """Return an expression."""
+        if isinstance(value, Number):
+            return "K(HUGE_VAL)" if value.text == "inf" else value.text
+        if isinstance(value, Choice):
+            return f"({self.condition(value.condition)}) ? {self.operand(value.then)} : {self.operand(value.other)}"
+        if value.kind == BOOL and not self.is_flag(value):
+            return f"({self.condition(value)}) ? 1 : 0"
+        if isinstance(value, Unary):
+            return f"-{self.operand(value.value)}"
+        if isinstance(value, Cast):
+            return f"({kind_text(value.kind)}){self.operand(value.value)}"
+        if isinstance(value, Binary):
+            left = self.operand(value.left, value.sign)
+            return f"{left} {OPERATORS.get(value.sign, value.sign)} {self.operand(value.right, right=True)}"
+        assert not isinstance(value, Group)
+        return self.place(value)
+
+    def operand(self, value: Expression, sign: str = "", right: bool = False) -> str:
+        """Return an expression inside another: in parentheses, but for sums in sums and products in products."""
+        text = self.value(value)
+        if isinstance(value, Unary) and isinstance(value.value, Number | Name | Member | Item | Call):
+            return f"({text})" if right else text
+        if isinstance(value, Binary) and value.sign == sign and sign in ("+", "*"):
+            return text
+        if isinstance(value, Unary) and not right:
+            return text
+        return f"({text})" if isinstance(value, Binary | Choice | Unary) else text
+
+
+def broken(line: str, column: int | None = None) -> str:
+    """Return a line of code, cut before operators and behind commas where it is too long."""
+    if len(line) <= WIDTH:
+        return line
+    indent = len(line) - len(line.lstrip())
+    opened, places, columns = list[int](), list[tuple[int, int]](), dict[int, int | None]()
+    for k, sign in enumerate(line[:WIDTH]):
+        if sign in "([{":
+            opened.append(k + 1)
+        elif sign in ")]}":
+            opened = opened[:-1]
+        elif sign == " " and k > indent + 8 and (line[k - 1] == "," or line[k + 1 : k + 3].strip() in SIGNS):
+            # what goes on stands behind the bracket that is still open
+            places.append((len(opened), -k))
+            columns[k] = opened[-1] if opened else None
+    if not places:
+        return line
+    at = -min(places)[1]
+    following = columns[at] or column or indent + 4
+    return f"{line[:at]}\n{broken(' ' * following + line[at + 1 :], following)}"
+
+
+SIGNS = ("+", "-", "*", "/", "&&", "||", "?", ":")

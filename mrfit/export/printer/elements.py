@@ -1,0 +1,332 @@
+"""A model's or an effect's ``law``, or its ``rest`` and ``step``, as functions of the exported model.
+
+In what is printed ``b`` and ``e`` hold the parameters of the base and of an effect, ``in`` the inputs, ``s`` what the
+element remembers, ``f`` the factors on parameters, ``y`` the output so far, and ``dt`` is the step.
+"""
+
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from importlib import import_module
+from typing import Any, cast
+
+from mrfit.core.specs import EffectSpec, ModelSpec
+from mrfit.export.printer.functions import python_of, unpacked
+from mrfit.export.printer.reading import Entry, Reader
+from mrfit.export.printer.tree import (
+    INT,
+    NOTHING,
+    REAL,
+    Argument,
+    Assign,
+    Binary,
+    Block,
+    Call,
+    Cast,
+    Declare,
+    Expression,
+    Function,
+    Group,
+    If,
+    Item,
+    Kind,
+    Member,
+    Name,
+    Number,
+    Place,
+    Return,
+    Run,
+    Statement,
+)
+from mrfit.export.printer.values import group
+from mrfit.export.text import field as field_name
+from mrfit.export.text import number
+
+# Temperature in degrees Celsius where a log has none, as effects that need it take it
+ROOM = 25.0
+# Functions of whole arrays that are read as formulas, by slot
+FORMULAS = {"base": "response", "add": "term", "output": "shape"}
+# Numbers at the head of an array of the past, see kernels.past
+RESERVED = 3
+
+
+@dataclass
+class Element:
+    """An element as it is printed.
+
+    Attributes
+    ----------
+    step
+        The function that is called at every step.
+    rest
+        The function that is called before the first; None of an element without memory.
+    state
+        Fields of what it remembers, numbers all.
+    late
+        Number of its signals that are needed late, 0 if none is.
+    centred
+        Whether it has a constant ``x_middle``, the middle of the stroke.
+    """
+
+    step: Function
+    rest: Function | None = None
+    state: list[str] = field(default_factory=list)
+    late: int = 0
+    centred: bool = False
+
+    @property
+    def fields(self) -> str:
+        """Fields of the struct of what it remembers, in C."""
+        lines = [f"    @real {name};" for name in self.state]
+        past = [f"    @real past[{RESERVED} + (@RING * {self.late + 1})];"] if self.late else []
+        return "\n".join([*lines, *past])
+
+    @property
+    def functions(self) -> list[Function]:
+        """Its functions."""
+        return [self.step] if self.rest is None else [self.rest, self.step]
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What an element of the exported model sees.
+
+    Attributes
+    ----------
+    ident
+        Its name there.
+    values
+        Name, in what is printed, of its parameters: ``b`` or ``e``.
+    tag
+        What its structs are called, behind the export's prefix.
+    channels
+        The inputs that the user sets.
+    varying
+        Whether its parameters move.
+    centred
+        Inputs that it sees less their middle.
+    """
+
+    ident: str
+    values: str
+    tag: str
+    channels: tuple[str, ...]
+    varying: bool = False
+    centred: tuple[str, ...] = ()
+
+    def parameter(self, name: str) -> Member:
+        """Return a parameter at the step's end."""
+        return Member(Name(self.values, Kind("struct", tag=f"@{self.tag}_values")), field_name(name), REAL)
+
+    def remembered(self, name: str) -> Member:
+        """Return what the element remembers under a name."""
+        return Member(Name("s", Kind("struct", tag=self.state_tag)), name, REAL)
+
+    @property
+    def state_tag(self) -> str:
+        """Type of what it remembers."""
+        return "@state_base" if self.values == "b" else f"@{self.tag}_state"
+
+    def channel(self, name: str) -> Expression:
+        """Return an input now."""
+        if name == "time":
+            return Binary("+", self.remembered("time"), Name("dt", REAL), REAL)
+        if name not in self.channels:
+            return Number(number(ROOM), REAL)
+        value = Member(Name("in", Kind("struct", tag="@inputs")), field_name(name), REAL)
+        return Binary("-", value, self.parameter("x_middle"), REAL) if name in self.centred else value
+
+
+def element(reader: Reader, item: Any, spec: ModelSpec | EffectSpec, sight: Sight) -> Element | None:
+    """Return an element as it is printed, None of one that has neither ``law`` nor ``step``."""
+    centred = tuple(getattr(item, "CENTRED", ()))
+    writer = _Writer(reader, item, spec, replace(sight, centred=centred))
+    if callable(getattr(item, "step", None)):
+        return writer.stepped()
+    if callable(getattr(item, "law", None)):
+        return writer.lawful()
+    formula = FORMULAS.get(writer.slot)
+    return writer.vectorised(formula) if formula and callable(getattr(item, formula, None)) else None
+
+
+class _Writer:
+    """Prepares the functions of one element."""
+
+    def __init__(self, reader: Reader, item: Any, spec: ModelSpec | EffectSpec, sight: Sight) -> None:
+        self.reader, self.item, self.spec, self.sight = reader, item, spec, sight
+        self.slot = spec.slot if isinstance(spec, EffectSpec) else "base"
+        needed = [p.needs for p in spec.params if p.needs and p.needs not in spec.inputs]
+        self.inputs = [*spec.inputs, *dict.fromkeys(needed)]
+        self.here = group([sight.parameter(p.name) for p in spec.params])
+
+    def now(self) -> list[Expression]:
+        """Return the inputs at the step's end, behind the output where the element changes that."""
+        own: list[Expression] = [Name("y", REAL)] if self.slot == "output" else []
+        return [*own, *map(self.sight.channel, self.inputs)]
+
+    def before(self) -> list[Place]:
+        """Return where the inputs at the step's beginning are remembered."""
+        names = [*(["output"] if self.slot == "output" else []), *map(field_name, self.inputs)]
+        return [self.sight.remembered("time" if n == "time" else f"before_{n}") for n in names]
+
+    def arguments(self) -> list[Argument]:
+        """Return all that an element may be given."""
+        sight = self.sight
+        return [
+            Argument(sight.values, Kind("struct", tag=f"@{sight.tag}_values")),
+            Argument("s", Kind("struct", tag=sight.state_tag), changed=True),
+            Argument("f", Kind("struct", tag="factors"), changed=True),
+            Argument("in", Kind("struct", tag="@inputs"), changed=self.slot == "input"),
+            Argument("y", REAL),
+            Argument("dt", REAL),
+        ]
+
+    def destinations(self) -> list[Place | None]:
+        """Return where the element's output goes, None if the function returns it."""
+        if self.slot == "input":
+            return [self.sight.channel(self.inputs[-1])]  # type: ignore[list-item]
+        if self.slot == "theta":
+            factors = Name("f", Kind("struct", tag="factors"))
+            return [Member(factors, f"role_{role}", REAL) for role in self.item.ROLES]
+        return [None]
+
+    def lawful(self) -> Element:
+        """Return an element without memory, but for the time."""
+        given: list[Expression] = [*self.now(), *self.here.values]
+        bound = dict[str, Expression]()
+        for name, parameter in inspect.signature(self.item.law).parameters.items():
+            others = parameter.kind == inspect.Parameter.VAR_POSITIONAL
+            bound[name] = group(given[len(bound) :]) if others else given[len(bound)]
+        entry = Entry(self.arguments(), bound, self.destinations(), self.title(), factors=self.slot == "theta")
+        timed = "time" in self.inputs
+        if timed:
+            entry.after, entry.always = [(self.sight.remembered("time"), self.sight.channel("time"))], True
+        step = self.reader.entry(self.item.law, f"{self.sight.ident}_step", entry)
+        if not timed:
+            return Element(step)
+        place = self.sight.remembered("time")
+        body: Block = (Assign(place, Number("0.0", REAL)),)
+        rest = Function(f"{self.sight.ident}_rest", [self.arguments()[1]], NOTHING, body, title=self.rest_title())
+        self.reader.program.functions[rest.name] = rest
+        return Element(step, rest, ["time"])
+
+    def vectorised(self, formula: str) -> Element:
+        """Return an element that is a formula of whole arrays, in which no sample knows of another."""
+        function = inspect.unwrap(getattr(self.item, formula))
+        names = list(inspect.signature(function).parameters)
+        channels = dict(zip(self.spec.inputs, map(self.sight.channel, self.spec.inputs), strict=True))
+        tables: dict[str, Mapping[str, Expression] | Group] = {names[-2]: self.here}
+        bound: dict[str, Expression] = {}
+        if self.slot == "base":
+            bound[names[0]] = group(list(channels.values()))
+        else:
+            tables[names[-3]] = channels
+        if self.slot == "output":
+            bound[names[0]] = Name("y", REAL)
+        entry = Entry(self.arguments(), bound, [None], self.title(), tables=tables)
+        return Element(self.reader.entry(function, f"{self.sight.ident}_step", entry))
+
+    def stepped(self) -> Element:
+        """Return an element with memory."""
+        sight, item = self.sight, self.item
+        late = int(getattr(item, "LATE", 0))
+        names = self.state_names()
+        state = group([sight.remembered(n) for n in names])
+        now, before = group(self.now()), group(list(self.before()))
+        then = group([sight.remembered(f"then_{field_name(p.name)}") for p in self.spec.params])
+        then = then if sight.varying else self.here
+        past = Member(sight.remembered("past").value, "past", Kind("array", (), (0,)))
+        kept: list[tuple[Place, Expression]] = [*zip(self.before(), self.now(), strict=True)]
+        if sight.varying:
+            kept += [(p, v) for p, v in zip(then.values, self.here.values, strict=True)]  # type: ignore[misc]
+        given = {"state": state, "before": before, "now": now, "theta": group([then, self.here])}
+        bound = self.bound(item.step, [*given.values(), Name("dt", REAL), past])
+        own = self.destinations()
+        entry = Entry(self.arguments(), bound, [*own, *state.values], self.title(), kept)  # type: ignore[list-item]
+        step = self.reader.entry(item.step, f"{sight.ident}_step", entry)
+        wanted = [(p, v) for p, v in kept if p in step.kept]
+        bound = self.bound(item.rest, [now, self.here])
+        arguments = [a for a in self.arguments() if a.name not in ("dt", "f")]
+        for argument in arguments:
+            argument.changed = argument.name == "s"
+        entry = Entry(arguments, bound, [*state.values], self.rest_title(), wanted, True)  # type: ignore[list-item]
+        rest = self.reader.entry(item.rest, f"{sight.ident}_rest", entry)
+        if late:
+            self.remember(step, rest, past, state.values[:late])
+        fields = [*names, *(p.name for p, _ in wanted)]  # type: ignore[union-attr]
+        return Element(step, rest, list(dict.fromkeys(fields)), late, bool(sight.centred))
+
+    def remember(self, step: Function, rest: Function, past: Member, signals: Sequence[Expression]) -> None:
+        """Let an element push what it needs late: at rest its first sample, and one behind every step."""
+        function = python_of(import_module("mrfit.kernels.past").pushed)
+        assert function is not None
+        kind = Kind("array", (), (len(signals),))
+        kinds = dict(zip(inspect.signature(function).parameters, (past.kind, kind, REAL, REAL), strict=True))
+        name = self.reader.function(function, kinds).function.name
+        rebase = python_of(rebased)
+        assert rebase is not None
+        again = Call(self.reader.function(rebase, {"past": past.kind}).function.name, (past,), NOTHING, True)
+        bound = self.bound(self.item.longest, [self.here])
+        own = Entry(self.arguments()[:1], bound, [None], ("How far back signals are needed, s",))
+        longest = self.reader.entry(self.item.longest, f"{self.sight.ident}_longest", own)
+        given = tuple(Name(a.name, a.kind) for a in longest.arguments)
+        # nearer samples share a place, so that there are enough of them at any rate
+        places = Binary("-", Number("@RING", INT), Number("4", INT), INT)
+        least = Binary("/", Call(longest.name, given, REAL, True), Cast(places, REAL), REAL)
+
+        def push(dt: Expression, least: Expression) -> tuple[Statement, ...]:
+            call = Call(name, (past, Name("signals", kind), dt, least), NOTHING, True)
+            return (Declare("signals", kind, Group(tuple(signals), kind), True), Run(call, ()))
+
+        sizes = (Number("0.0", REAL), Cast(Number("@RING", INT), REAL), Number(number(len(signals)), REAL))
+        heads: list[Statement] = [Assign(_at(past, k), cast(Expression, v)) for k, v in enumerate(sizes)]
+        rest.body = (*rest.body, *heads, *push(Number("0.0", REAL), Number("0.0", REAL)))
+        moved = If(
+            Binary(">", Name("dt", REAL), Number("0.0", REAL), Kind("bool")),
+            (*push(Name("dt", REAL), least), Run(again, ())),
+        )
+        body, last = list(step.body), list[Statement]()
+        if isinstance(body[-1], Return):
+            # the output may be read from the past, which moves on now
+            value = body.pop().value  # type: ignore[union-attr]
+            body.append(Declare("output", REAL, value, True))
+            last = [Return(Name("output", REAL))]
+        step.body = (*body, moved, *last)
+
+    def state_names(self) -> list[str]:
+        """Return the names of what is remembered: those into which ``step`` takes its state apart."""
+        function = python_of(self.item.step)
+        assert function is not None
+        names = unpacked(function, next(iter(inspect.signature(function).parameters)))
+        if names:
+            return [field_name(n) for n in names]
+        at_rest = self.item.rest((1.0,) * len(self.now()), tuple(p.start for p in self.spec.params))
+        return [f"state_{k}" for k in range(len(at_rest))]
+
+    @staticmethod
+    def bound(function: Callable[..., Any], values: Sequence[Expression]) -> dict[str, Expression]:
+        """Return what stands for every argument of a function."""
+        names = list(inspect.signature(function).parameters)
+        return dict(zip(names, values, strict=False))
+
+    def title(self) -> tuple[str, ...]:
+        """Return the element's title and equation."""
+        return (self.spec.title, *([f"    {self.spec.equation}"] if self.spec.equation else []))
+
+    def rest_title(self) -> tuple[str, ...]:
+        """Return what stands above the function of the rest."""
+        return (f"{self.spec.title}: what it remembers at rest",)
+
+
+def rebased(past: Any) -> None:
+    """Count samples and time anew, once in a while, so that neither grows beyond the digits of a float."""
+    places, width = int(past[1]), int(past[2]) + 1
+    if past[0] >= 2.0 * past[1]:
+        past[0] -= past[1]
+        newest = past[RESERVED + (int(past[0]) - 1) % places * width]
+        for k in range(places):
+            past[RESERVED + k * width] -= newest
+
+
+def _at(past: Member, k: int) -> Any:
+    return Item(past, Number(str(k), INT), REAL)

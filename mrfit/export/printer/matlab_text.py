@@ -1,0 +1,241 @@
+"""A typed tree as MATLAB: what a function changes of its arguments, or fills in, becomes an output of it."""
+
+from collections.abc import Sequence
+
+from mrfit.export.printer.tree import (
+    BOOL,
+    INT,
+    NOTHING,
+    Assign,
+    Binary,
+    Block,
+    Call,
+    Cast,
+    Choice,
+    Declare,
+    Expression,
+    For,
+    Function,
+    Group,
+    If,
+    Item,
+    Leave,
+    Member,
+    Name,
+    Number,
+    Program,
+    Remark,
+    Run,
+    Statement,
+    Unary,
+    While,
+)
+from mrfit.export.text import ascii_line
+
+INDENT = "    "
+# Functions that are called otherwise than in C
+CALLED = {
+    **{"fabs": "abs", "copysign": "copy_sign", "pow": "power", "fmod": "rem", "trunc": "fix", "exp2": "pow2"},
+    **{"smaller": "min", "larger": "max", "sign_of": "sign"},
+}
+# Names that no variable may have: words of the language, and functions that are called
+TAKEN = frozenset(
+    "break case catch classdef continue else elseif end for function global if otherwise parfor persistent return spmd "
+    "switch try while abs max min power sign exp log sqrt floor fix mod rem tanh zeros".split()
+)
+SIGNS = {"and": "&&", "or": "||", "!=": "~="}
+
+
+def matlab_text(program: Program) -> str:
+    """Return all functions of a program."""
+    return "\n".join(Printer(program, function).whole() for function in program.functions.values())
+
+
+def named(name: str) -> str:
+    """Return a variable's name."""
+    return f"{name}_" if name in TAKEN else name
+
+
+def results(function: Function) -> list[str]:
+    """Return the names of a function's outputs behind what it returns."""
+    return [named(a.name) for a in (*function.arguments, *function.outputs) if a.changed]
+
+
+class Printer:
+    """Prints one function."""
+
+    def __init__(self, program: Program, function: Function) -> None:
+        self.program, self.function = program, function
+        self.lines: list[str] = []
+        self.depth, self.temporaries = 0, 0
+
+    def whole(self) -> str:
+        """Return the definition."""
+        f = self.function
+        outputs = [*(["value_"] if f.result != NOTHING else []), *results(f)]
+        arguments = ", ".join(named(a.name) for a in f.arguments)
+        self.lines = [f"function [{', '.join(outputs)}] = {f.name}({arguments})"]
+        self.remark(f.title)
+        self.depth = 1
+        self.block(f.body)
+        return "\n".join([*self.lines, "end", ""])
+
+    def say(self, text: str) -> None:
+        """Add a line."""
+        self.lines.append(INDENT * self.depth + text)
+
+    def remark(self, lines: Sequence[str]) -> None:
+        """Add a comment."""
+        for line in lines:
+            self.say(f"% {ascii_line(line)}".rstrip())
+
+    # statements
+
+    def block(self, block: Block, deeper: int = 0) -> None:
+        """Add the lines of a block."""
+        self.depth += deeper
+        for statement in block:
+            self.statement(statement)
+        self.depth -= deeper
+
+    def statement(self, statement: Statement) -> None:
+        """Add the lines of a statement."""
+        if isinstance(statement, Remark):
+            self.remark(statement.lines)
+        elif isinstance(statement, Declare):
+            self.declared(statement)
+        elif isinstance(statement, Assign):
+            self.set(self.value(statement.target), statement.value)
+        elif isinstance(statement, Run):
+            self.run(statement.call, [named(t.name) for t in statement.targets], "")
+        elif isinstance(statement, If):
+            self.say(f"if {self.condition(statement.condition)}")
+            self.block(statement.then, 1)
+            if statement.other:
+                self.say("else")
+                self.block(statement.other, 1)
+            self.say("end")
+        elif isinstance(statement, For):
+            first, last = self.value(statement.start), self.value(statement.stop)
+            ends = f"{first}:-1:{last} + 1" if statement.down else f"{first}:{last} - 1"
+            self.say(f"for {named(statement.name)} = {ends}")
+            self.block(statement.body, 1)
+            self.say("end")
+        elif isinstance(statement, While):
+            self.say("while true")
+            self.depth += 1
+            self.say(f"if ~({self.condition(statement.condition)})")
+            self.say(f"{INDENT}break;")
+            self.say("end")
+            self.block(statement.body)
+            self.depth -= 1
+            self.say("end")
+        elif isinstance(statement, Leave):
+            self.say(f"{statement.word};")
+        else:
+            self.set("value_", statement.value)
+
+    def declared(self, statement: Declare) -> None:
+        """Add a declaration, which is an assignment where there is a value."""
+        name, kind = named(statement.name), statement.kind
+        if kind.name == "array":
+            assert isinstance(statement.value, Group)
+            rows, columns = (1, *kind.extents) if len(kind.extents) == 1 else kind.extents
+            inside = ", ".join(map(self.value, statement.value.values))
+            self.say(f"{name} = {f'[{inside}]' if inside else f'zeros({rows}, {columns})'};")
+        elif statement.value is not None:
+            self.set(name, statement.value)
+
+    def set(self, target: str, value: Expression) -> None:
+        """Add an assignment; a choice is one between two of them."""
+        if isinstance(value, Choice):
+            self.say(f"if {self.condition(value.condition)}")
+            self.depth += 1
+            self.set(target, value.then)
+            self.depth -= 1
+            self.say("else")
+            self.depth += 1
+            self.set(target, value.other)
+            self.depth -= 1
+            self.say("end")
+        elif isinstance(value, Call) and value.own and results(self.program.functions[value.name]):
+            self.run(value, [], target)
+        else:
+            self.say(f"{target} = {self.value(value)};")
+
+    def run(self, call: Call, targets: Sequence[str], target: str) -> None:
+        """Add a call that changes arguments, or fills in variables."""
+        function = self.program.functions[call.name]
+        values = [self.value(v) for v in call.values]
+        changed = [v for a, v in zip(function.arguments, values, strict=True) if a.changed]
+        outputs = [*([target or "~"] if function.result != NOTHING else []), *changed, *targets]
+        self.say(f"[{', '.join(outputs)}] = {call.name}({', '.join(values)});")
+
+    # expressions
+
+    def condition(self, value: Expression) -> str:
+        """Return an expression that is true or false."""
+        if isinstance(value, Unary):
+            return f"~({self.condition(value.value)})"
+        if isinstance(value, Binary) and value.sign in ("and", "or"):
+            return f"({self.condition(value.left)}) {SIGNS[value.sign]} ({self.condition(value.right)})"
+        if isinstance(value, Binary):
+            return f"{self.operand(value.left)} {SIGNS.get(value.sign, value.sign)} {self.operand(value.right)}"
+        return f"{self.value(value)} ~= 0"
+
+    def value(self, value: Expression) -> str:
+        """Return an expression; what has to be done before it is said first."""
+        if isinstance(value, Number):
+            return "Inf" if value.text == "inf" else value.text
+        if isinstance(value, Name):
+            constant = self.program.constants.get(value.name)
+            return self.operand(constant.value) if constant else named(value.name)
+        if isinstance(value, Member):
+            return f"{self.value(value.value)}.{value.name}"
+        if isinstance(value, Item):
+            return self.item(value)
+        if isinstance(value, Choice):
+            self.temporaries += 1
+            name = f"chosen_{self.temporaries}"
+            self.set(name, value)
+            return name
+        if isinstance(value, Call):
+            return self.called(value)
+        if isinstance(value, Cast):
+            return f"fix({self.value(value.value)})" if value.kind == INT else self.operand(value.value)
+        if value.kind == BOOL:
+            return f"double({self.condition(value)})"
+        if isinstance(value, Unary):
+            return f"-{self.operand(value.value)}"
+        assert isinstance(value, Binary)
+        if value.sign in ("//", "%"):
+            left, right = self.value(value.left), self.value(value.right)
+            return f"mod({left}, {right})" if value.sign == "%" else f"floor(({left}) / ({right}))"
+        return f"{self.operand(value.left)} {value.sign} {self.operand(value.right)}"
+
+    def item(self, value: Item) -> str:
+        """Return an element of an array."""
+        indices, array = [value.index], value.value
+        while isinstance(array, Item):
+            indices.insert(0, array.index)
+            array = array.value
+        places = ", ".join(f"{self.value(i)} + 1" for i in indices)
+        return f"{self.value(array)}({places})"
+
+    def called(self, value: Call) -> str:
+        """Return a call."""
+        values = [self.value(v) for v in value.values]
+        if value.name == "square" and not value.own:
+            return f"power({values[0]}, 2)"
+        if value.name == "clamp" and not value.own:
+            return f"min(max({values[0]}, {values[1]}), {values[2]})"
+        if value.name == "cbrt" and not value.own:
+            return f"nthroot({values[0]}, 3)"
+        assert not value.own or not results(self.program.functions[value.name])
+        name = value.name if value.own else CALLED.get(value.name, value.name)
+        return f"{name}({', '.join(values)})"
+
+    def operand(self, value: Expression) -> str:
+        """Return an expression inside another."""
+        text = self.value(value)
+        return f"({text})" if isinstance(value, Binary | Unary) and value.kind != BOOL else text

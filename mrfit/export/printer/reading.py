@@ -1,0 +1,414 @@
+"""Functions of Python as a typed tree: what is read is the subset that docs/plugins.md names, and no more."""
+
+import ast
+import inspect
+import types
+import typing
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mrfit.errors import DataError
+from mrfit.export.printer import shaping
+from mrfit.export.printer.functions import python_of, set_by, unpacked
+from mrfit.export.printer.tree import (
+    INT,
+    NOTHING,
+    REAL,
+    Argument,
+    Assign,
+    Binary,
+    Block,
+    Call,
+    Expression,
+    For,
+    Function,
+    Group,
+    If,
+    Kind,
+    Leave,
+    Member,
+    Name,
+    Number,
+    Place,
+    Program,
+    Remark,
+    Return,
+    Run,
+    Statement,
+    While,
+    names_in,
+    parts,
+    renamed,
+)
+from mrfit.export.printer.values import Signature, ValueReader, flat_kinds, group, kind_of, real_kind
+from mrfit.export.text import field as field_name
+
+
+@dataclass
+class Entry:
+    """A function that the program begins with: how its arguments in Python are found in those that are printed.
+
+    Attributes
+    ----------
+    arguments
+        Those that are printed; those that are not needed are left out.
+    bound
+        What stands for every argument in Python.
+    destinations
+        Where the values go that it returns, None for the one that is the function's own.
+    title
+        Lines of comment above it.
+    after
+        What else is remembered as it ends, where its body mentions the place, or ``always``.
+    tables
+        What stands for arrays of all channels or parameters, of a function of whole arrays.
+    factors
+        Whether the destinations are multiplied by the values.
+    """
+
+    arguments: list[Argument]
+    bound: dict[str, Expression]
+    destinations: list[Place | None]
+    title: tuple[str, ...]
+    after: list[tuple[Place, Expression]] = field(default_factory=list)
+    always: bool = False
+    tables: Mapping[str, Mapping[str, Expression] | Group] = field(default_factory=dict)
+    factors: bool = False
+
+
+class Reader:
+    """Reads functions, and those that they call, into one program.
+
+    Parameters
+    ----------
+    reserved
+        Names that no function and no constant may have.
+    prefix
+        What those begin with that others see, so that no function may.
+    """
+
+    def __init__(self, reserved: Iterable[str] = (), prefix: str = " ") -> None:
+        self.prefix = prefix
+        self.program = Program()
+        self.signatures: dict[object, Signature] = {}
+        self.taken: dict[str, object] = dict.fromkeys(reserved)
+
+    def entry(self, given: Any, name: str, entry: Entry) -> Function:
+        """Return a function that the program begins with."""
+        function = python_of(given)
+        if function is None:
+            raise DataError(f"{given!r} is no function of Python")
+        found = FunctionReader(self, function, name, {}, entry).read().function
+        self.program.functions[name] = found
+        return found
+
+    def function(self, function: types.FunctionType, given: Mapping[str, Kind]) -> Signature:
+        """Return a function that is called with values of these kinds, by the names of its arguments."""
+        hints = typing.get_type_hints(function)
+        known = {name: kind_of(hints.get(name)) for name in given}
+        kinds = {name: given[name] if kind == NOTHING else kind for name, kind in known.items()}
+        key = (function, tuple(kinds.values()))
+        if key not in self.signatures:
+            name = self.name_for(function.__name__, function, key)
+            self.signatures[key] = FunctionReader(self, function, name, kinds, None).read()
+            self.program.functions[name] = self.signatures[key].function
+        return self.signatures[key]
+
+    def settled(self) -> Program:
+        """Return the program, in which no function has the name of a variable where it is called."""
+        new = dict[str, str]()
+        for function in self.program.functions.values():
+            variables = {*names_in(function.body), *(a.name for a in (*function.arguments, *function.outputs))}
+            called = {p.name for p in parts(function.body) if isinstance(p, Call) and p.own}
+            new.update((n, f"{n}_of") for n in variables & called)
+        for function in self.program.functions.values():
+            function.name = new.get(function.name, function.name)
+            function.body = renamed(function.body, new)
+        self.program.functions = {f.name: f for f in self.program.functions.values()}
+        return self.program
+
+    def name_for(self, wanted: str, what: Any, key: object = None) -> str:
+        """Return a name in the program for what stands in a module, with the module's if another has the name."""
+        key = what if key is None else key
+        name = field_name(wanted.lstrip("_"))
+        module = getattr(what, "__module__", "") or ""
+        if name.startswith(self.prefix) or self.taken.setdefault(name, key) != key:
+            name = f"{field_name(module.rpartition('.')[2])}_{name}"
+            while name.startswith(self.prefix) or self.taken.setdefault(name, key) != key:
+                name = f"own_{name}"
+        return name
+
+
+class FunctionReader(ValueReader):
+    """Reads one function, statement by statement."""
+
+    def read(self) -> Signature:
+        """Return the function."""
+        arguments, start = self.entered() if self.entry else self.given()
+        known, aliases = dict(self.known), dict(self.aliases)
+        body: Block = ()
+        for _ in range(8):
+            # a variable that is whole at first and a real number later is the latter: read again
+            before, self.pending, self.aliases = dict(self.known), [], dict(aliases)
+            self.taken = {*map(self.named, self.stored), *(a.name for a in arguments), *map(self.named, known)}
+            body = (*start, *self.block(self.source.tree.body))
+            if self.known == before:
+                break
+            self.known = {**self.known, **known}
+        function = Function(self.name, arguments, NOTHING, body, title=self.entry.title if self.entry else self.title())
+        after = list[tuple[Place, Expression]]()
+        if self.entry:
+            mentioned = list(parts(body))
+            after = [(place, v) for place, v in self.entry.after if self.entry.always or place in mentioned]
+        function.kept = [place for place, _ in after]
+        kinds = self.returned.items if self.returned.name == "tuple" else (self.returned,)
+        destinations = self.entry.destinations if self.entry else ()
+        shaping.shape(function, flat_kinds(kinds), destinations, after, self.reader.program)
+        if self.entry:
+            used = set(names_in(function.body))
+            function.arguments = [a for a in arguments if a.name in used]
+        return Signature(function, self.returned)
+
+    def entered(self) -> tuple[list[Argument], list[Statement]]:
+        """Return an entry's arguments, and what it begins with."""
+        assert self.entry is not None
+        self.aliases = dict(self.entry.bound)
+        start = list[Statement]()
+        for name, value in self.entry.bound.items():
+            if isinstance(value, Group) and name in self.indexed:
+                start += self.listed(name, value)
+            elif not isinstance(value, Group) and name in self.stored:
+                del self.aliases[name]
+                start.append(Assign(self.place(ast.Name(name), value.kind), value))
+        return list(self.entry.arguments), start
+
+    def given(self) -> tuple[list[Argument], list[Statement]]:
+        """Return the arguments of any other function."""
+        tree, found = self.source.tree, list[Argument]()
+        if tree.args.vararg or tree.args.kwarg or tree.args.kwonlyargs:
+            self.fail(tree, "a function has a fixed number of arguments")
+        for one in tree.args.args:
+            found += self.argument(one.arg, self.kinds[one.arg])
+        return found, []
+
+    def argument(self, name: str, kind: Kind) -> list[Argument]:
+        """Return an argument, or those that a tuple's values become."""
+        if kind.name == "tuple" and name in self.indexed:
+            kind = Kind("array", (), (len(kind.items),))
+        self.known[name] = kind
+        if kind.name != "tuple":
+            return [Argument(self.named(name), kind)]
+        names = unpacked(self.python, name) or [f"{name}_{k}" for k in range(len(kind.items))]
+        inside = [self.argument(n, k) for n, k in zip(names, kind.items, strict=True)]
+        values = tuple(self.aliases.get(n, Name(self.named(n), k)) for n, k in zip(names, kind.items, strict=True))
+        self.aliases[name] = Group(values, kind)
+        return [a for made in inside for a in made]
+
+    def title(self) -> tuple[str, ...]:
+        """Return the docstring to where its sections begin."""
+        lines = inspect.cleandoc(self.python.__doc__ or "").split("\n")
+        ends = [k for k in range(len(lines) - 1) if lines[k + 1] and set(lines[k + 1]) == {"-"}]
+        return tuple("\n".join(lines[: ends[0]] if ends else lines).rstrip().split("\n"))
+
+    # statements
+
+    def block(self, body: Sequence[ast.stmt]) -> Block:
+        """Return statements, with the comments that stand above and behind them."""
+        found = list[Statement]()
+        for node in body:
+            remarks = tuple(self.remarks(node))
+            made = list(self.statement(node))
+            before, self.pending = self.pending, []
+            found += [*([Remark(remarks)] if remarks and (made or before) else []), *before, *made]
+        return tuple(found)
+
+    def looped(self, body: Sequence[ast.stmt]) -> Block:
+        """Return the statements of a loop."""
+        self.loops += 1
+        found = self.block(body)
+        self.loops -= 1
+        return found
+
+    def flushed(self, made: Iterator[Statement]) -> Block:
+        """Return statements behind what has to be done before them."""
+        found = tuple(made)
+        before, self.pending = self.pending, []
+        return (*before, *found)
+
+    def remarks(self, node: ast.stmt) -> Iterator[str]:
+        """Yield the comment lines that belong to a statement: those above it, and those behind its code."""
+        first = line = node.lineno - 1
+        while line in self.source.alone:
+            line -= 1
+        last = node.lineno if hasattr(node, "body") else node.end_lineno or node.lineno
+        for one in (*range(line + 1, first + 1), *range(node.lineno, last + 1)):
+            if text := self.source.alone.get(one) or self.source.behind.get(one):
+                yield text
+
+    def statement(self, node: ast.stmt) -> Iterator[Statement]:
+        """Yield what a statement becomes."""
+        if isinstance(node, ast.Pass) or isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            return
+        if isinstance(node, ast.Assign) and len(node.targets) == 1:
+            yield from self.assigned(node, node.targets[0], node.value)
+        elif isinstance(node, ast.AnnAssign) and node.value is not None:
+            yield from self.assigned(node, node.target, node.value)
+        elif isinstance(node, ast.AugAssign):
+            read = ast.copy_location(ast.parse(ast.unparse(node.target), mode="eval").body, node)
+            sum_ = ast.copy_location(ast.BinOp(read, node.op, node.value), node)
+            yield from self.assigned(node, node.target, ast.fix_missing_locations(sum_))
+        elif isinstance(node, ast.If):
+            condition = self.condition(node.test)
+            before, self.pending = self.pending, []
+            yield from (*before, If(condition, self.block(node.body), self.block(node.orelse)))
+        elif isinstance(node, ast.While) and not node.orelse:
+            yield While(self.in_place(node.test, self.condition), self.looped(node.body))
+        elif isinstance(node, ast.For) and not node.orelse:
+            yield from self.counted(node)
+        elif isinstance(node, ast.Break | ast.Continue):
+            yield Leave("break" if isinstance(node, ast.Break) else "continue")
+        elif isinstance(node, ast.Return) and node.value is not None:
+            yield from self.ended(node.value)
+        elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
+            value = self.value(node.value)
+            if not isinstance(value, Call):
+                self.fail(node, "its value is not used")
+            yield Run(value, ())
+        else:
+            self.fail(node, "there is no such statement")
+
+    def ended(self, node: ast.expr) -> Iterator[Statement]:
+        """Yield the end of the function; a choice between tuples is one between statements."""
+        if isinstance(node, ast.IfExp) and any(isinstance(n, ast.Tuple) for n in (node.body, node.orelse)):
+            condition = self.condition(node.test)
+            before, self.pending = self.pending, []
+            yield from before
+            yield If(condition, self.flushed(self.ended(node.body)), self.flushed(self.ended(node.orelse)))
+            return
+        value = self.value(node)
+        values = self.flat(value)
+        if self.returned == NOTHING:
+            self.returned = real_kind(value.kind)
+        wanted = flat_kinds(self.returned.items if self.returned.name == "tuple" else (self.returned,))
+        if len(values) != len(wanted):
+            self.fail(node, f"{len(wanted)} values are returned elsewhere")
+        made = tuple(self.as_kind(v, k, node) for v, k in zip(values, wanted, strict=True))
+        if self.entry and self.entry.factors:
+            places = zip(typing.cast(list[Place], self.entry.destinations), made, strict=True)
+            made = tuple(Binary("*", place, value, REAL) for place, value in places)
+        yield Return(Group(made, self.returned) if len(made) > 1 else made[0])
+
+    def counted(self, node: ast.For) -> Iterator[Statement]:
+        """Yield a loop over a range."""
+        call = node.iter
+        if not (isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "range"):
+            self.fail(node, "a loop runs over range(...)")
+        step = ast.unparse(call.args[2]) if len(call.args) == 3 else "1"
+        if not isinstance(node.target, ast.Name) or step not in ("1", "-1"):
+            self.fail(node, "a loop has one variable, which counts by 1 or -1")
+        start = self.value(call.args[0]) if len(call.args) > 1 else Number("0", INT)
+        stop = self.value(call.args[1 if len(call.args) > 1 else 0])
+        name = node.target.id
+        if name.strip("_") == "":
+            name = next(n for n in ("k", "j", "round_") if n not in self.stored and n not in self.known)
+        self.known[node.target.id] = INT
+        yield For(self.named(name), start, stop, step == "-1", self.looped(node.body))
+
+    def assigned(self, node: ast.stmt, target: ast.expr, given: ast.expr) -> Iterator[Statement]:
+        """Yield an assignment of one or several values."""
+        if isinstance(given, ast.IfExp) and any(isinstance(n, ast.Tuple) for n in (target, given.body, given.orelse)):
+            condition = self.condition(given.test)
+            before, self.pending = self.pending, []
+            yield from before
+            branches = [self.flushed(self.assigned(node, target, n)) for n in (given.body, given.orelse)]
+            yield If(condition, branches[0], branches[1])
+        elif isinstance(target, ast.Tuple) and isinstance(given, ast.Tuple) and any(map(self.is_zeros, given.elts)):
+            for one, made in zip(target.elts, given.elts, strict=True):
+                yield from self.assigned(node, one, made)
+        elif isinstance(target, ast.Name) and isinstance(given, ast.Call) and (kind := self.zeros(given)):
+            self.known[target.id] = kind
+            yield Assign(Name(self.named(target.id), kind), Group((), kind))
+        elif isinstance(target, ast.Name) and isinstance(given, ast.Call) and self.target_of(given) is np.array:
+            yield from self.listed(target.id, group(self.items_of(self.value(given.args[0]))))
+        elif isinstance(given, ast.Call) and (call := self.several(given, target)):
+            # what a call fills in is what its values are assigned to, where those are variables
+            names, wanted = self.flat(call[1]), set_by(target)
+            if wanted and len(wanted) == len(names):
+                filled = [
+                    typing.cast(Name, self.place(t, n.kind) if t else n) for t, n in zip(wanted, names, strict=True)
+                ]
+                yield Run(call[0], tuple(filled))
+            else:
+                yield Run(call[0], tuple(typing.cast(Name, n) for n in names))
+                yield from shaping.at_once(list(self.matched(node, target, call[1])), self.temporary)
+        else:
+            value = self.value(given)
+            if isinstance(target, ast.Name) and target.id in self.indexed and isinstance(value, Group):
+                yield from self.listed(target.id, value)
+            else:
+                yield from shaping.at_once(list(self.matched(node, target, value)), self.temporary)
+
+    def matched(self, node: ast.stmt, target: ast.expr, value: Expression) -> Iterator[tuple[Place, Expression]]:
+        """Yield the places and the values of an assignment; a name for what does not change is that itself."""
+        if isinstance(target, ast.Name) and target.id.strip("_") == "":
+            return
+        if isinstance(target, ast.Tuple):
+            values = self.items_of(value)
+            if len(values) != len(target.elts):
+                self.fail(node, f"there are {len(values)} values")
+            for one, item in zip(target.elts, values, strict=True):
+                yield from self.matched(node, one, item)
+        elif isinstance(target, ast.Name) and value.kind.name == "tuple":
+            if self.stored[target.id] == 1 and all(self.fixed(v) or self.single(v) for v in self.flat(value)):
+                self.aliases[target.id], self.known[target.id] = value, value.kind
+                return
+            names = tuple(Name(f"{self.named(target.id)}_{k}", v.kind) for k, v in enumerate(self.items_of(value)))
+            self.known.update({n.name: n.kind for n in names})
+            self.taken |= {n.name for n in names}
+            self.known[target.id], self.aliases[target.id] = value.kind, Group(names, value.kind)
+            yield from zip(names, self.items_of(value), strict=True)
+        elif isinstance(target, ast.Name) and self.stored[target.id] == 1 and self.fixed(value):
+            self.aliases[target.id], self.known[target.id] = value, value.kind
+        else:
+            place = self.place(target, value.kind)
+            yield place, self.real(value) if place.kind == REAL else value
+
+    def fixed(self, value: Expression) -> bool:
+        """Return whether a value is a field or an argument that stays as it is until the function ends, or a count."""
+        if isinstance(value, Member) or isinstance(value, Number) and value.kind == INT:
+            return True
+        return isinstance(value, Name) and value.name not in map(self.named, self.stored) and value.name in self.known
+
+    def single(self, value: Expression) -> bool:
+        """Return whether a value is a variable that is set once, outside of loops."""
+        once = {self.named(n) for n, count in self.stored.items() if count == 1}
+        return not self.loops and isinstance(value, Name) and value.name in once
+
+    def listed(self, name: str, value: Group) -> Iterator[Statement]:
+        """Yield a tuple as an array, of which items are read whose places are not constant."""
+        kind = Kind("array", (), (len(value.values),))
+        self.known[name] = kind
+        self.aliases.pop(name, None)
+        yield Assign(Name(self.named(name), kind), Group(tuple(map(self.real, value.values)), kind))
+
+    def is_zeros(self, node: ast.expr) -> bool:
+        """Return whether an expression makes an array."""
+        return isinstance(node, ast.Call) and self.target_of(node) in (np.zeros, np.empty)
+
+    def zeros(self, node: ast.Call) -> Kind | None:
+        """Return the kind of a new array, None of any other call."""
+        if not self.is_zeros(node):
+            return None
+        sizes = node.args[0].elts if isinstance(node.args[0], ast.Tuple) else [node.args[0]]
+        found = [
+            self.reader.program.constants[v.name].value
+            if isinstance(v, Name) and v.name in self.reader.program.constants
+            else v
+            for v in map(self.value, sizes)
+        ]
+        if not all(isinstance(v, Number) and v.kind == INT for v in found):
+            self.fail(node, "an array has constant extents")
+        return Kind("array", (), tuple(int(typing.cast(Number, v).text) for v in found))

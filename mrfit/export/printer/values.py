@@ -1,0 +1,586 @@
+"""Expressions of Python as those of a typed tree: numbers, tuples, operations, choices and calls."""
+
+import ast
+import builtins
+import inspect
+import math
+import operator
+import types
+import typing
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+
+from mrfit.errors import DataError
+from mrfit.export.printer import shaping
+from mrfit.export.printer.tree import (
+    BOOL,
+    INT,
+    NOTHING,
+    REAL,
+    Assign,
+    Binary,
+    Call,
+    Cast,
+    Choice,
+    Constant,
+    Expression,
+    Function,
+    Group,
+    If,
+    Item,
+    Kind,
+    Member,
+    Name,
+    Number,
+    Place,
+    Run,
+    Statement,
+    Unary,
+)
+from mrfit.export.text import field as field_name
+from mrfit.export.text import number
+from mrfit.kernels import jit
+from mrfit.kernels.powers import power, tanh
+from mrfit.kernels.theta import columns
+
+if typing.TYPE_CHECKING:
+    from mrfit.export.printer.reading import Entry, Reader
+
+from mrfit.export.printer.functions import Source, constant_of, place_of, python_of
+
+OPERATORS: Mapping[type, str] = {
+    ast.Add: "+",
+    ast.Sub: "-",
+    ast.Mult: "*",
+    ast.Div: "/",
+    ast.FloorDiv: "//",
+    ast.Mod: "%",
+    ast.Lt: "<",
+    ast.LtE: "<=",
+    ast.Gt: ">",
+    ast.GtE: ">=",
+    ast.Eq: "==",
+    ast.NotEq: "!=",
+    ast.And: "and",
+    ast.Or: "or",
+}
+# Operations of whole numbers, which constants are put through as they are read
+FOLDED = {"+": operator.add, "-": operator.sub, "*": operator.mul, "//": operator.floordiv, "%": operator.mod}
+# Functions of math and numpy of one number by their names in math.h; those of two
+ONE = {
+    **{
+        name: name
+        for name in (
+            *(
+                "exp",
+                "exp2",
+                "expm1",
+                "log",
+                "log2",
+                "log10",
+                "log1p",
+                "sqrt",
+                "cbrt",
+                "fabs",
+                "floor",
+                "ceil",
+                "trunc",
+            ),
+            *("erf", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"),
+        )
+    },
+    **{"arcsin": "asin", "arccos": "acos", "arctan": "atan", "abs": "fabs", "absolute": "fabs"},
+}
+TWO = {
+    **{name: name for name in ("pow", "hypot", "copysign", "atan2", "fmod")},
+    **{"power": "pow", "arctan2": "atan2"},
+}
+# Small functions that every language writes out for itself
+SMALL = {
+    **{"min": "smaller", "minimum": "smaller", "max": "larger", "maximum": "larger"},
+    **{"sign": "sign_of", "clip": "clamp"},
+}
+
+
+KNOWN = frozenset((*ONE, *TWO, *SMALL, "where", "row"))
+
+
+@dataclass
+class Signature:
+    """A function as it is printed, and the kind of what it returns in Python."""
+
+    function: Function
+    returned: Kind
+
+
+class ValueReader:
+    """Reads the expressions of one function.
+
+    Parameters
+    ----------
+    reader
+        What reads those that it calls.
+    function
+        As it was written.
+    name
+        What it is called where it is printed.
+    kinds
+        Kinds of the values that it is called with, by the names of its arguments.
+    entry
+        How its arguments are found, of a function with which the program begins.
+    """
+
+    def __init__(
+        self,
+        reader: "Reader",
+        function: types.FunctionType,
+        name: str,
+        kinds: Mapping[str, Kind],
+        entry: "Entry | None",
+    ) -> None:
+        self.reader, self.python, self.name, self.kinds, self.entry = reader, function, name, kinds, entry
+        self.source = Source.of(function)
+        self.hints = typing.get_type_hints(function)
+        self.returned = NOTHING if entry else kind_of(self.hints.get("return"))
+        self.known: dict[str, Kind] = {}
+        self.aliases: dict[str, Expression] = {}
+        self.pending: list[Statement] = []
+        self.taken: set[str] = set()
+        self.hoists = True
+        self.loops = 0
+        nodes = list(ast.walk(self.source.tree))
+        stored = [n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)]
+        self.stored = {n: stored.count(n) for n in stored}
+        # tuples of which an item is read whose place is not constant
+        self.indexed = {
+            n.value.id
+            for n in nodes
+            if isinstance(n, ast.Subscript) and isinstance(n.value, ast.Name) and place_of(n.slice) is None
+        }
+
+    def fail(self, node: ast.AST, why: str) -> NoReturn:
+        """Raise the one line that says which statement has no form, and why."""
+        line = self.source.first + getattr(node, "lineno", 1) - 1
+        text = ast.unparse(node).splitlines()[0]
+        raise DataError(
+            f"{Path(self.source.file).name}:{line}: '{text}' has no form in C: {why}; docs/export.md lists what has"
+        )
+
+    def named(self, name: str) -> str:
+        """Return a variable's name where it is printed."""
+        taken = [a.name for a in self.entry.arguments] if self.entry else []
+        return f"{field_name(name)}_" if name in taken else field_name(name)
+
+    def items_of(self, value: Expression) -> tuple[Expression, ...]:
+        """Return the values of a tuple."""
+        if isinstance(value, Group):
+            return value.values
+        if value.kind.name == "array":
+            return tuple(Item(value, Number(str(k), INT), value.kind.element) for k in range(value.kind.extents[0]))
+        return (value,)
+
+    def flat(self, value: Expression) -> list[Expression]:
+        """Return the values of tuples inside one another."""
+        return shaping.flat(Group(self.items_of(value), value.kind)) if value.kind.name == "tuple" else [value]
+
+    def place(self, node: ast.expr, kind: Kind) -> Place:
+        """Return what is assigned to."""
+        if not isinstance(node, ast.Name):
+            found = self.value(node)
+            if not isinstance(found, Item):
+                self.fail(node, "a variable or an element of an array is assigned to")
+            return found
+        known = self.known.get(node.id, kind)
+        if known != kind and {known, kind} == {REAL, INT}:
+            known = REAL
+        elif known != kind:
+            self.fail(node, "a variable keeps one kind")
+        self.known[node.id] = known
+        return Name(self.named(node.id), known)
+
+    def temporary(self, kind: Kind, name: str = "kept") -> Name:
+        """Return a new variable."""
+        made, count = name, 1
+        while made in self.taken:
+            made, count = f"{name}_{count}", count + 1
+        self.taken.add(made)
+        self.known[made] = kind
+        return Name(made, kind)
+
+    # expressions
+
+    def condition(self, node: ast.expr) -> Expression:
+        """Return what is true or false."""
+        value = self.value(node)
+        if value.kind != BOOL:
+            self.fail(node, "a condition is a comparison")
+        return value
+
+    def in_place(self, node: ast.expr, read: Callable[[ast.expr], Expression]) -> Expression:
+        """Return an expression before which nothing can be done: that of a while, or one that may not be evaluated."""
+        hoisted, self.hoists = self.hoists, False
+        try:
+            return read(node)
+        finally:
+            self.hoists = hoisted
+
+    def number(self, node: ast.expr) -> Expression:
+        """Return a number."""
+        value = self.value(node)
+        if value.kind not in (REAL, INT):
+            self.fail(node, "a number is wanted")
+        return value
+
+    @staticmethod
+    def real(value: Expression) -> Expression:
+        """Return a number as a real one."""
+        if value.kind != INT:
+            return value
+        return Number(number(float(value.text)), REAL) if isinstance(value, Number) else Cast(value, REAL)
+
+    def as_kind(self, value: Expression, kind: Kind, node: ast.expr) -> Expression:
+        """Return a value as one of a kind."""
+        value = self.real(value) if kind == REAL else value
+        if value.kind != kind:
+            self.fail(node, f"it is of the kind {value.kind.name}, where {kind.name} is wanted")
+        return value
+
+    def value(self, node: ast.expr) -> Expression:
+        """Return an expression; what has to be done before it is pending."""
+        read = getattr(self, f"of_{type(node).__name__.lower()}", None)
+        if read is None:
+            self.fail(node, "there is no such expression")
+        return typing.cast(Expression, read(node))
+
+    def of_constant(self, node: ast.Constant) -> Expression:
+        """Return a constant."""
+        return self.literal(node.value, node)
+
+    def literal(self, value: object, node: ast.AST) -> Expression:
+        """Return a value of Python as a constant."""
+        if isinstance(value, tuple):
+            return group([self.literal(v, node) for v in value])
+        if isinstance(value, bool):
+            return Number("1" if value else "0", BOOL)
+        if not isinstance(value, int | float):
+            self.fail(node, "a constant is a number")
+        kind = REAL if isinstance(value, float) else INT
+        text = str(abs(value)) if kind == INT else "inf" if math.isinf(value) else number(abs(value))
+        return Unary("-", Number(text, kind), kind) if value < 0 else Number(text, kind)
+
+    def of_name(self, node: ast.Name) -> Expression:
+        """Return a variable, or a constant of the module."""
+        if node.id in self.aliases:
+            return self.aliases[node.id]
+        if node.id in self.known:
+            return Name(self.named(node.id), self.known[node.id])
+        if node.id not in self.python.__globals__:
+            self.fail(node, f"{node.id} has no value before it is used")
+        given = self.python.__globals__[node.id]
+        found = self.literal(given, node)
+        if isinstance(found, Group):
+            return found
+        module, written = constant_of(self.python, node.id)
+        name = self.reader.name_for(node.id, module, (node.id, given))
+        self.reader.program.constants[name] = Constant(name, found.kind, found, written)
+        return Name(name, found.kind)
+
+    def of_attribute(self, node: ast.Attribute) -> Expression:
+        """Return a constant of math."""
+        module = self.python.__globals__.get(node.value.id) if isinstance(node.value, ast.Name) else None
+        if not isinstance(module, types.ModuleType):
+            self.fail(node, "only modules have attributes")
+        return self.literal(getattr(module, node.attr, None), node)
+
+    def of_subscript(self, node: ast.Subscript) -> Expression:
+        """Return an item of a tuple, or an element of an array."""
+        if isinstance(node.value, ast.Name) and self.entry and node.value.id in self.entry.tables:
+            return self.column(node, self.entry.tables[node.value.id])
+        value = self.value(node.value)
+        for one in node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]:
+            known = place_of(one)
+            if value.kind.name == "array" and (known is None or known >= 0):
+                index = self.value(one)
+                if index.kind != INT:
+                    self.fail(node, "the place in an array is a whole number")
+                value = Item(value, index, value.kind.element)
+                continue
+            items = self.items_of(value)
+            if known is not None and not -len(items) <= known < len(items):
+                self.fail(node, f"there are {len(items)} items")
+            if known is None:
+                self.fail(node, "the place in a tuple is constant, unless a variable has the tuple")
+            value = items[known]
+        return value
+
+    def column(self, node: ast.Subscript, table: "Mapping[str, Expression] | Group") -> Expression:
+        """Return a channel by its name, or a parameter by its column, of a function of whole arrays."""
+        place = node.slice
+        if not isinstance(table, Group) and isinstance(place, ast.Constant) and str(place.value) in table:
+            return table[str(place.value)]
+        if isinstance(table, Group) and isinstance(place, ast.Tuple) and ast.unparse(place.elts[0]) == ":":
+            one, count = place.elts[1], len(table.values)
+            if isinstance(one, ast.Slice):
+                first = place_of(one.lower) if one.lower else 0
+                last = place_of(one.upper) if one.upper else count
+                known = (
+                    first if first is not None and last is not None and first % count == (last - 1) % count else None
+                )
+            else:
+                known = place_of(one)
+            if known is not None and -count <= known < count:
+                return table.values[known]
+        self.fail(node, "of arrays, a channel is read by its name and a parameter by its column")
+
+    def of_tuple(self, node: ast.Tuple) -> Expression:
+        """Return several values."""
+        return group(self.listed_values(node.elts))
+
+    def listed_values(self, nodes: Sequence[ast.expr]) -> list[Expression]:
+        """Return several expressions, tuples with a star taken apart."""
+        found = list[Expression]()
+        for one in nodes:
+            found += self.items_of(self.value(one.value)) if isinstance(one, ast.Starred) else [self.value(one)]
+        return found
+
+    def of_unaryop(self, node: ast.UnaryOp) -> Expression:
+        """Return a negative, or a negation."""
+        if isinstance(node.op, ast.Not | ast.Invert):
+            return Unary("not", self.condition(node.operand), BOOL)
+        value = self.number(node.operand)
+        return value if isinstance(node.op, ast.UAdd) else Unary("-", value, value.kind)
+
+    def of_binop(self, node: ast.BinOp) -> Expression:
+        """Return an operation."""
+        if isinstance(node.op, ast.BitAnd | ast.BitOr):
+            left, right = self.condition(node.left), self.in_place(node.right, self.condition)
+            return Binary("and" if isinstance(node.op, ast.BitAnd) else "or", left, right, BOOL)
+        left, right = self.number(node.left), self.number(node.right)
+        if isinstance(node.op, ast.Pow):
+            return self.raised(left, right)
+        sign = OPERATORS.get(type(node.op))
+        if sign is None or sign in ("//", "%") and (left.kind, right.kind) != (INT, INT):
+            self.fail(node, "// and % are those of whole numbers" if sign else "there is no such operation")
+        if isinstance(left, Number) and isinstance(right, Number) and left.kind == right.kind == INT and sign != "/":
+            return self.literal(FOLDED[sign](int(left.text), int(right.text)), node)
+        if sign == "/" or REAL in (left.kind, right.kind):
+            left, right = self.real(left), self.real(right)
+        return Binary(sign, left, right, left.kind)
+
+    def raised(self, base: Expression, exponent: Expression) -> Expression:
+        """Return a power: a square is written out, by a function where its base is no plain name."""
+        if isinstance(exponent, Number) and float(exponent.text) == 2.0:
+            base = self.real(base)
+            return Binary("*", base, base, REAL) if isinstance(base, Name | Member) else Call("square", (base,), REAL)
+        return Call("pow", (self.real(base), self.real(exponent)), REAL)
+
+    def of_compare(self, node: ast.Compare) -> Expression:
+        """Return a comparison, or several in a row."""
+        operands = [self.value(n) for n in (node.left, *node.comparators)]
+        found: Expression | None = None
+        for op, left, right in zip(node.ops, operands, operands[1:], strict=False):
+            sign = OPERATORS.get(type(op))
+            if sign is None or not {left.kind, right.kind} <= {REAL, INT, BOOL}:
+                self.fail(node, "there is no such comparison")
+            if REAL in (left.kind, right.kind):
+                left, right = self.real(left), self.real(right)
+            one = Binary(sign, left, right, BOOL)
+            found = one if found is None else Binary("and", found, one, BOOL)
+        assert found is not None
+        return found
+
+    def of_boolop(self, node: ast.BoolOp) -> Expression:
+        """Return a conjunction or a disjunction."""
+        found = self.condition(node.values[0])
+        for other in node.values[1:]:
+            found = Binary(OPERATORS[type(node.op)], found, self.in_place(other, self.condition), BOOL)
+        return found
+
+    def of_ifexp(self, node: ast.IfExp) -> Expression:
+        """Return a choice."""
+        return self.choice(node.test, node.body, node.orelse)
+
+    def choice(self, test: ast.expr, one: ast.expr, another: ast.expr) -> Expression:
+        """Return one of two numbers."""
+        condition = self.condition(test)
+        then, other = (self.in_place(n, self.value) for n in (one, another))
+        if REAL in (then.kind, other.kind):
+            then, other = self.real(then), self.real(other)
+        if then.kind.name == "tuple" and len(self.flat(then)) == len(self.flat(other)) and self.hoists:
+            # variables that are set by one of two statements
+            made = [self.temporary(real_kind(v.kind), "chosen") for v in self.flat(then)]
+            branches = [
+                tuple(Assign(n, self.real(v)) for n, v in zip(made, self.flat(values), strict=True))
+                for values in (then, other)
+            ]
+            self.pending.append(If(condition, branches[0], branches[1]))
+            return self.gathered(real_kind(then.kind), iter(made))
+        if then.kind != other.kind or then.kind.name == "tuple":
+            self.fail(test, "a choice is one between numbers")
+        return Choice(condition, then, other, then.kind)
+
+    def gathered(self, kind: Kind, names: Iterator[Name]) -> Expression:
+        """Return variables as the tuple that they are the values of."""
+        if kind.name != "tuple":
+            return next(names)
+        return Group(tuple(self.gathered(k, names) for k in kind.items), kind)
+
+    # calls
+
+    def target_of(self, node: ast.Call) -> Any:
+        """Return what is called."""
+        if node.keywords:
+            self.fail(node, "arguments are given by their places")
+        if isinstance(node.func, ast.Attribute) and isinstance(node.func.value, ast.Name):
+            return getattr(self.python.__globals__.get(node.func.value.id), node.func.attr, None)
+        if isinstance(node.func, ast.Name):
+            return self.python.__globals__.get(node.func.id, getattr(builtins, node.func.id, None))
+        self.fail(node, "what is called has a name")
+
+    def of_call(self, node: ast.Call) -> Expression:
+        """Return a call's value."""
+        if self.target_of(node) is columns and self.entry and isinstance(node.args[0], ast.Name):
+            return typing.cast(Group, self.entry.tables[node.args[0].id])
+        small = self.small(node, self.target_of(node))
+        if small is not None:
+            return small
+        call, value = self.own_call(node)
+        if value is None:
+            return call
+        if not self.hoists:
+            self.fail(node, "a function of several values is not called where it may not be evaluated")
+        self.pending.append(Run(call, tuple(typing.cast(Name, v) for v in self.flat(value))))
+        return value
+
+    def several(self, node: ast.Call, place: ast.expr) -> tuple[Call, Expression] | None:
+        """Return the call of a function of several values, with names of these; None of any other call."""
+        target = self.target_of(node)
+        if self.small_name(target) or python_of(target) is None or target is columns:
+            return None
+        pending, taken = list(self.pending), set(self.taken)
+        call, value = self.own_call(node, place.id if isinstance(place, ast.Name) else "")
+        if value is None:
+            # it is read again, as an expression
+            self.pending, self.taken = pending, taken
+        return None if value is None else (call, value)
+
+    @staticmethod
+    def small_name(target: Any) -> str:
+        """Return the name of a function of math or numpy, or of a built-in one; empty of another."""
+        name = getattr(target, "__name__", "")
+        if target in (power, tanh):
+            return "power" if target is power else "tanh"
+        own = target in (abs, min, max, len, float, int)
+        known = own or name in KNOWN and any(vars(module).get(name) is target for module in (math, np, jit))
+        return str(name) if known else ""
+
+    def small(self, node: ast.Call, target: Any) -> Expression | None:
+        """Return a call of a function of math or numpy, or of a built-in one; None of another."""
+        name = self.small_name(target)
+        if not name:
+            return None
+        if name == "where":
+            return self.choice(node.args[0], node.args[1], node.args[2])
+        if name == "len":
+            return Number(str(len(self.items_of(self.value(node.args[0])))), INT)
+        if name == "row":
+            first, width = self.value(node.args[1]), len(self.items_of(self.value(node.args[2])))
+            assert isinstance(first, Number)
+            places = [Number(str(int(first.text) + k), INT) for k in range(width)]
+            return group([Item(self.value(node.args[0]), place, REAL) for place in places])
+        values = [self.number(n) for n in node.args]
+        if name == "int":
+            return values[0] if values[0].kind == INT else Cast(values[0], INT)
+        if all(v.kind == INT for v in values) and name in ("abs", "min", "max"):
+            return self.whole(name, values)
+        reals = tuple(map(self.real, values))
+        if name == "float":
+            return reals[0]
+        for known, count in ((ONE, 1), (TWO, 2), (SMALL, 1 if name == "sign" else 3 if name == "clip" else 2)):
+            if name in known and len(reals) == count:
+                return Call(known[name], reals, REAL)
+        if name in ("min", "max") and len(reals) > 2:
+            return Call(SMALL[name], (Call(SMALL[name], reals[:2], REAL), *reals[2:]), REAL)
+        self.fail(node, "there is no such function in math.h")
+
+    @staticmethod
+    def whole(name: str, values: list[Expression]) -> Expression:
+        """Return the size of a whole number, or the smaller or larger of several."""
+        if name == "abs":
+            return Choice(Binary("<", values[0], Number("0", INT), BOOL), Unary("-", values[0], INT), values[0], INT)
+        found = values[0]
+        for other in values[1:]:
+            found = Choice(Binary("<" if name == "min" else ">", other, found, BOOL), other, found, INT)
+        return found
+
+    def own_call(self, node: ast.Call, shown: str = "") -> tuple[Call, Expression | None]:
+        """Return the call of a function of Python, and variables for its values if there are several."""
+        target = python_of(self.target_of(node))
+        if target is None:
+            self.fail(node, "a function is one of math, or one of Python that is in the subset itself")
+        values = self.listed_values(node.args)
+        parameters = inspect.signature(target).parameters
+        names = list(parameters)
+        values += [
+            self.literal(p.default, node) for p in list(parameters.values())[len(values) :] if p.default is not p.empty
+        ]
+        if len(values) != len(names):
+            self.fail(node, f"{target.__name__} has {len(names)} arguments")
+        signature = self.reader.function(target, {n: v.kind for n, v in zip(names, values, strict=True)})
+        wanted, passed = iter(signature.function.arguments), list[Expression]()
+        for value in values:
+            left = self.flat(value)
+            while left:
+                argument = next(wanted, None)
+                if argument is None:
+                    self.fail(node, f"{target.__name__} wants fewer values")
+                if left[0].kind.name == "array" and argument.kind.name != "array":
+                    left[:1] = self.items_of(left[0])
+                if argument.kind.name == "array" and left[0].kind.name != "array":
+                    name = self.temporary(argument.kind, argument.name)
+                    row, left = left[: argument.kind.extents[0]], left[argument.kind.extents[0] :]
+                    self.pending.append(Assign(name, Group(tuple(map(self.real, row)), argument.kind)))
+                    passed.append(name)
+                else:
+                    passed.append(self.as_kind(left.pop(0), argument.kind, node))
+        call = Call(signature.function.name, tuple(passed), signature.function.result, True)
+        if signature.returned.name != "tuple":
+            return call, None
+        shown_names = (a.name.removesuffix("_out") for a in signature.function.outputs)
+        own = shown or signature.function.name
+        kinds = flat_kinds([signature.returned])
+        made = [self.temporary(k, own if n.startswith("out_") else n) for k, n in zip(kinds, shown_names, strict=True)]
+        return call, self.gathered(signature.returned, iter(made))
+
+
+def kind_of(annotation: Any) -> Kind:
+    """Return the kind that an annotation names, NOTHING if it names none or leaves a length open."""
+    simple = {float: REAL, int: INT, bool: BOOL}
+    if annotation in simple:
+        return simple[annotation]
+    inside = typing.get_args(annotation)
+    if typing.get_origin(annotation) is tuple and Ellipsis not in inside:
+        kinds = tuple(kind_of(a) for a in inside)
+        return NOTHING if NOTHING in kinds else Kind("tuple", kinds)
+    return NOTHING
+
+
+def group(values: Sequence[Expression]) -> Group:
+    """Return several values as a tuple."""
+    return Group(tuple(values), Kind("tuple", tuple(v.kind for v in values)))
+
+
+def real_kind(kind: Kind) -> Kind:
+    """Return a kind with real numbers in place of whole ones."""
+    if kind.name == "tuple":
+        return Kind("tuple", tuple(map(real_kind, kind.items)))
+    return REAL if kind == INT else kind
+
+
+def flat_kinds(kinds: Sequence[Kind]) -> list[Kind]:
+    """Return the kinds inside tuples."""
+    return [one for kind in kinds for one in (flat_kinds(kind.items) if kind.name == "tuple" else [kind])]

@@ -1,0 +1,207 @@
+"""Functions in the subset that the printer reads, one for each part of it; and functions outside of it."""
+
+import math
+
+import numpy as np
+
+# How fast it fades
+FADING = 0.3
+_MANY, _FEW = 12, 3
+
+
+def choice(x: float, y: float) -> float:
+    return x * y if x > y else x - y / 3.0
+
+
+def chain(x: float, y: float) -> float:
+    """Return one of four, by comparisons in a row."""
+    if -0.5 < x < 0.5 and not (y > 1.0 or y < -1.0):
+        value = x
+    elif x >= 0.5:
+        value = 2.0 * y
+    elif x == y:
+        value = 0.0
+    else:
+        # what is left
+        value = -x
+    return value + FADING
+
+
+def early(x: float, y: float) -> float:
+    """Return before the end, in a branch of a branch."""
+    if x < 0.0:
+        if y < 0.0:
+            return x * y
+        x = -x
+    y += x
+    if y > 1.0:
+        return y
+    return x - y
+
+
+def from_loop(x: float, y: float) -> float:
+    """Return out of a loop."""
+    total = x
+    for k in range(_MANY):
+        total += y / (k + 1)
+        if total > 2.0:
+            return total - k
+        if total < -5.0:
+            break
+    return total
+
+
+def counted(x: float, y: float) -> float:
+    """Return a sum that counts down, and one that ends by itself."""
+    total = 0.0
+    for k in range(_FEW, -1, -1):
+        if k % 2 == 1:
+            continue
+        total += x**k + k // 2
+    left = abs(y)
+    while left > 0.25:
+        left *= 0.5
+    return total + left
+
+
+def swapped(x: float, y: float) -> tuple[float, float]:
+    """Return the two numbers, the smaller one first."""
+    if x > y:
+        x, y = y, x
+    return x, y
+
+
+def both(x: float, y: float) -> float:
+    """Return what calls of functions of several values give."""
+    low, high = swapped(x, y)
+    (a, b), c = nested(low, high)
+    return low * swapped(a, b)[1] + c
+
+
+def nested(x: float, y: float) -> tuple[tuple[float, float], float]:
+    return (x + y, x - y) if x + y > 0.0 else (y, x), min(x, y, 0.5)
+
+
+def listed(x: float, y: float) -> float:
+    """Return a sum over tuples and arrays whose places vary."""
+    weights = (0.5, x, y, 2.0)
+    held, rows = np.zeros(4), np.zeros((2, 3))
+    for k in range(len(weights)):
+        held[k] = weights[k] * (k + 1.0)
+    fill(rows, x)
+    total = 0.0
+    for i in range(2):
+        for j in range(3):
+            total += rows[i, j] * held[i + j // 2]
+    return total + summed(weights) + held[-1]
+
+
+def fill(rows: np.ndarray, x: float) -> None:
+    for i in range(2):
+        for j in range(3):
+            rows[i, j] = x * i - j
+
+
+def summed(values: tuple[float, float, float, float]) -> float:
+    found = 0.0
+    for k in range(4):
+        found += values[k]
+    return found
+
+
+def flags(x: float, y: float) -> float:
+    """Return a sum of what is true."""
+    inside = abs(x) <= 1.0
+    rising = y > x
+    both_hold = inside and rising
+    count = 1 if both_hold else 0
+    return float(count) + (0.25 if not inside else 0.125) + max(count, 2 - count)
+
+
+def functions(x: float, y: float) -> float:
+    """Return functions of math, at arguments where all have a value."""
+    u = abs(x) + 0.1
+    found = math.exp(-u) + math.expm1(x) + math.log(u) + math.log1p(u) + math.sqrt(u) + math.tanh(y) + math.hypot(x, y)
+    found += math.copysign(u, y) + math.floor(x) + math.sin(x) * math.cos(y) + math.atan(x) + math.erf(y)
+    return found + int(u) + (u**1.5) ** 2 + np.sign(y) + np.minimum(x, y) - np.clip(y, -0.5, 0.5)
+
+
+def kept_names(x: float, y: float) -> float:
+    """Return what variables give whose names are words of C, or those of functions that are called."""
+    int_, double, swapped_, struct = x, y, x * y, 1.0
+    early_ = early(double, int_)
+    return early_ + swapped_ * struct
+
+
+def late_whole(x: float, y: float) -> float:
+    """Return a number that is whole at first."""
+    total = 0
+    for k in range(3):
+        total = total + x * k
+    last = math.inf if y > 1e9 else y
+    return total + last
+
+
+CASES = (
+    choice,
+    chain,
+    early,
+    from_loop,
+    counted,
+    swapped,
+    both,
+    nested,
+    listed,
+    flags,
+    functions,
+    kept_names,
+    late_whole,
+)
+
+
+def with_list(x: float) -> float:
+    values = [x, 2.0]
+    return values[0]
+
+
+def with_keyword(x: float, y: float) -> float:
+    return choice(x, y=y)
+
+
+def with_string(x: float) -> float:
+    return x if str(x) else 0.0
+
+
+def without_value(x: float) -> float:
+    if unknown > 0.0:  # type: ignore[name-defined]  # noqa: F821
+        x = 0.0
+    return x
+
+
+def of_two_kinds(x: float) -> float:
+    flag = x > 0.0
+    flag = x
+    return flag
+
+
+def over_list(x: float) -> float:
+    total = 0.0
+    for value in (x, 1.0):
+        total += value
+    return total
+
+
+def with_slice(x: float) -> float:
+    values = np.zeros(3)
+    return values[:2][0] + x
+
+
+OUTSIDE = {
+    with_list: "values = [x, 2.0]|'[x, 2.0]'",
+    with_keyword: "by their places",
+    with_string: "str(x)",
+    without_value: "unknown has no value",
+    of_two_kinds: "keeps one kind",
+    over_list: "range(...)",
+    with_slice: "':2'",
+}
