@@ -78,6 +78,16 @@ def _risen(y: float, travel: float, n1: float, n2: float, b: float, g: float) ->
 
 
 @kernel
+def two_exponents_step(y: float, travel: float, rate: float, n1: float, n2: float, rho: float) -> float:
+    """Return y after a travel of the drive, y, rho, n1 and n2 as above, of a rate kappa/z_m."""
+    if travel == 0.0:
+        return y
+    way = min(rate * abs(travel), 2.0 + 32.0 / min(n1, n2))
+    sign = math.copysign(1.0, travel)
+    return sign * _risen(sign * y, way, n1, n2, 0.5 * (1.0 + rho), 0.5 * (1.0 - rho))
+
+
+@kernel
 def _simulated(x: Array, forms: Array) -> Array:
     out = np.empty((len(forms), len(x)))
     for p in range(len(forms)):
@@ -85,16 +95,13 @@ def _simulated(x: Array, forms: Array) -> Array:
         if not (math.isfinite(np.sum(forms[p])) and rate >= 0.0 and n1 > 0.0 and n2 > 0.0 and abs(rho) <= 1.0):
             out[p] = np.nan
             continue
-        b, g, most = 0.5 * (1.0 + rho), 0.5 * (1.0 - rho), 2.0 + 32.0 / min(n1, n2)
         y = 0.0
         for j in range(len(x)):
             if not math.isfinite(x[j]):
                 out[p, j:] = np.nan
                 break
-            if j > 0 and x[j] != x[j - 1]:
-                step = rate * (x[j] - x[j - 1])
-                sign = math.copysign(1.0, step)
-                y = sign * _risen(sign * y, min(abs(step), most), n1, n2, b, g)
+            if j > 0:
+                y = two_exponents_step(y, x[j] - x[j - 1], rate, n1, n2, rho)
             out[p, j] = slope * x[j] + gain * y
     return out
 
@@ -121,7 +128,7 @@ def driven_by_two(drive: Array, forms: Array, dt: float) -> Array:
 
 
 @kernel
-def _bound(kappa: float, beta: float, gamma: float, n1: float, n2: float) -> float:
+def saturation(kappa: float, beta: float, gamma: float, n1: float, n2: float) -> float:
     """Return ln z_m, the root of beta*exp(n1*w) + gamma*exp(n2*w) = kappa, by Newton's method on its logarithm."""
     w = min(math.log(kappa / beta) / n1, math.log(kappa / gamma) / n2)
     for _ in range(_ITERATIONS):
@@ -138,7 +145,7 @@ def _bounds(kappa: Array, beta: Array, gamma: Array, n1: Array, n2: Array) -> Ar
     out = np.empty(len(kappa))
     for p in range(len(kappa)):
         sound = kappa[p] > 0.0 and beta[p] > 0.0 and gamma[p] > 0.0 and n1[p] > 0.0 and n2[p] > 0.0
-        out[p] = math.exp(_bound(kappa[p], beta[p], gamma[p], n1[p], n2[p])) if sound else np.nan
+        out[p] = math.exp(saturation(kappa[p], beta[p], gamma[p], n1[p], n2[p])) if sound else np.nan
     return out
 
 

@@ -13,12 +13,13 @@ Source: Tang et al. eq. 5 (Bouc-Wen flux model of a dual-coil damper), as printe
 beta -> s^(1-n1)*beta, gamma -> s^(1-n2)*gamma leave the flux as it is. ``derived`` gives what remains.
 """
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
 from mrfit.core.specs import Array, Derived, Param, Reduced
-from mrfit.kernels.two_exponents import driven_by_two, normal_form_of_two
+from mrfit.kernels.two_exponents import driven_by_two, normal_form_of_two, saturation, two_exponents_step
 from mrfit.models import boucwen_flux
 from mrfit.models.boucwen_flux import restored
 
@@ -44,6 +45,27 @@ SPEC = replace(
         Derived("rho", "1", "(beta*z_max^n1-gamma*z_max^n2)/kappa: ratio that shapes the loop"),
     ),
 )
+
+
+def rest(now: tuple[float, ...], theta: tuple[float, ...]) -> tuple[float, ...]:
+    """Return the state of a coil that has known no current, over its greatest."""
+    return (0.0,)
+
+
+def step(
+    state: tuple[float, ...],
+    before: tuple[float, ...],
+    now: tuple[float, ...],
+    theta: tuple[tuple[float, ...], tuple[float, ...]],
+    dt: float,
+) -> tuple[float, tuple[float, ...]]:
+    """Return the flux in Wb at the end of a step, and the state over its greatest value."""
+    (y,) = state
+    share, inductance, kappa, beta, gamma, n1, n2, divisor = theta[1]
+    z_max = math.exp(saturation(kappa, beta, gamma, n1, n2))
+    rho = (beta * z_max**n1 - gamma * z_max**n2) / kappa
+    y = two_exponents_step(y, now[0] - before[0], kappa / z_max, n1, n2, min(max(rho, -1.0), 1.0))
+    return share * inductance * now[0] + (1.0 - share) * inductance * z_max / divisor * y, (y,)
 
 
 def response(drive: Array, theta: Array, dt: float) -> Array:
