@@ -1,9 +1,9 @@
 """Search for the laws of current that predict what is left out best.
 
-Each level of current between the ends is left out in turn and predicted from the others' fits, see ``by_level``, and so
-are conditions of all levels. A law costs its deviance there plus ln n + ln p for each order by which it differs from
-the reference, n independent samples and p single changes to choose from (Chen and Chen 2008); a form that is not the
-parameter's own counts as one more.
+Each level of current between the ends is left out in turn and predicted from the others' fits, see ``by_level``. So are
+conditions of all levels, where one has three or more. A law costs its deviance there plus ln n + ln p for each order by
+which it differs from the reference, n independent samples and p single changes to choose from (Chen and Chen 2008); a
+form that is not the parameter's own counts as one more.
 The reference are the laws of the parameters' roles where the model errs, and constants where it leaves only noise.
 
 The laws of all parameters together are changed, one at a time, as long as that lowers the cost, from the reference,
@@ -33,7 +33,8 @@ FEWEST_LEVELS = 4
 HELD_OUT_COST, FITTED_COST = 1.0, 2.0
 # Cost of one that no force, stiffness or damping has: a change of scale of the state of a loop can stand for theirs
 UNUSUAL = 2.0
-# Most folds in which conditions are left out
+# Fewest conditions at a current of which one is left out: of two, the other says too little of it. Most such folds
+FEWEST_STROKES = 3
 MOST_ROUNDS = 4
 # Error at a level, as a multiple of what its own fit leaves, up to which a simpler law may be worse than the best
 MOST_WORSE = 1.1
@@ -82,8 +83,9 @@ def folds_of(places: Index, levels: int) -> tuple[list[Fold], list[Fold]]:
     Returns
     -------
     tuple
-        One fold for each of these levels; and folds in each of which one condition of every level that has several is
-        left out, at one level the first while it is the second at the next.
+        One fold for each of these levels. Where a level has three conditions or more, also folds in each of which one
+        condition of every level that has several is left out, at one level the first while it is the second at the
+        next.
     """
     every = np.arange(len(places))
     inner = range(1, levels - 1) if levels >= FEWEST_LEVELS else range(0)
@@ -91,7 +93,7 @@ def folds_of(places: Index, levels: int) -> tuple[list[Fold], list[Fold]]:
     members = [every[places == k] for k in range(levels)]
     rounds = min(max(len(m) for m in members), MOST_ROUNDS)
     by_test = []
-    for turn in range(rounds if rounds > 1 else 0):
+    for turn in range(rounds if rounds >= FEWEST_STROKES else 0):
         left = [m[(np.arange(len(m)) + k) % max(min(len(m), rounds), 1) == turn] for k, m in enumerate(members)]
         left = [part for part, m in zip(left, members, strict=True) if len(part) < len(m)]
         judged = np.concatenate(left)
