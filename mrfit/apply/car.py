@@ -12,14 +12,14 @@ Runge-Kutta method of order 4. At every stage the damper takes a trial step from
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import RK45
 
 from mrfit.apply.inverse import Inverter, prompt
 from mrfit.apply.roads import Road
-from mrfit.apply.stepper import State, Step, Stepper, take
+from mrfit.apply.stepper import Stepper
+from mrfit.apply.walk import ACCELERATION, KEPT, Setup, Way, adapted, begun, driven, wanted
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
@@ -27,11 +27,6 @@ from mrfit.settings.apply import Amplifier
 
 CONTROLS = ("passive-low", "passive-high", "skyhook-on-off", "skyhook", "groundhook", "hybrid")
 ON_OFF = "skyhook-on-off"
-_WITH_INVERSE = ("skyhook", "groundhook", "hybrid")
-_REPORT = 100
-# Tolerance of the adaptive simulation, and how many steps it may take in a sample interval
-TOLERANCE, MOST_STEPS = 1e-6, 30
-_SCALES, _SHORTEST = np.array([1e-7, 1e-6, 1e-7, 1e-6]), 0.01
 
 
 @dataclass(frozen=True)
@@ -148,38 +143,8 @@ def rms(values: Array) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
-@dataclass
-class _Lanes:
-    """Cars side by side: what each has at the end of a step."""
-
-    car: Car
-    stepper: Stepper
-    soft: float
-    rest: Array
-    names: tuple[str, str, str]
-    accelerations: Array = field(default_factory=lambda: np.zeros((2, 0)))
-
-    def channels(self, y: Array, road: tuple[Array, Array], a: Array, current: Array) -> dict[str, Array]:
-        """Return the damper's channels of heights and velocities (4, B)."""
-        zu, vu = (y[2], y[3]) if self.car.unsprung else road
-        values = dict(zip(self.names, (y[0] - zu, y[1] - vu, a[0] - a[1]), strict=True))
-        return {**values, "current": current}
-
-    def softened(self, force: Array, v: Array) -> Array:
-        """Return the force without what it is at rest, faded out about standstill in a soft damper."""
-        moved = force - self.rest
-        return moved if self.soft == 0.0 else moved * -np.expm1(-((v / self.soft) ** 2))
-
-    def slope(self, y: Array, road: tuple[Array, Array], force: Array) -> Array:
-        """Return the rates of heights and velocities (4, B) under a force beyond rest."""
-        car = self.car
-        zu, vu = (y[2], y[3]) if car.unsprung else road
-        spring = car.spring * (y[0] - zu) + force
-        body = -spring / car.sprung
-        if not car.unsprung:
-            return np.stack([y[1], body, np.zeros_like(body), np.zeros_like(body)])
-        wheel = (spring - car.tyre * (zu - road[0]) - car.tyre_damping * (vu - road[1])) / car.unsprung
-        return np.stack([y[1], body, vu, wheel])
+# Samples between two reports of progress
+_BLOCK = 1000
 
 
 def drive(
@@ -197,153 +162,23 @@ def drive(
     DataError
         If a lane leaves all bounds: the steps are too long for the damper's stiffest part.
     """
-    walk = _Walk(stepper, car, pairs, timing, amplifier)
-    total = walk.samples
-    for k in range(total):
-        walk.record(k)
-        if k + 1 < total:
-            walk.advance(k)
-        if k % _REPORT == 0 or k + 1 == total:
-            progress(f"ride of {stepper.damper.name}", k + 1, total)
-    return walk.rides()
-
-
-class _Walk:
-    """A simulation on its way."""
-
-    def __init__(
-        self,
-        stepper: Stepper,
-        car: Car,
-        pairs: Sequence[tuple[Control, Road]],
-        timing: Timing,
-        amplifier: Amplifier | None,
-    ) -> None:
-        self.pairs, self.timing, self.stepper = pairs, timing, stepper
-        count, damper = len(pairs), stepper.damper
-        self.samples = 1 + max(round(min(road.duration, timing.until) / timing.sample) for _, road in pairs)
-        self.h = timing.sample / timing.steps
-        times = np.arange(2 * timing.steps * (self.samples - 1) + 1, dtype=np.float64) * np.float64(self.h / 2.0)
-        by_road = {road: road.height(times) for road in dict.fromkeys(road for _, road in pairs)}
-        # height and its rate at whole and half steps, (2, 2*N + 1, B)
-        self.road = np.stack([np.stack([by_road[road][k] for _, road in pairs], axis=-1) for k in (0, 1)])
-        self.inverter = Inverter(stepper, amplifier)
-        # a dead time cannot be made up for where the motion is not known in advance: the rest of the coil is inverted
-        self.coil = Inverter(Stepper(prompt(damper)[0]), amplifier)
-        self.current = np.full(count, damper.low)
-        still = {n: np.zeros(count) for n in damper.motion}
-        self.state = stepper.rest({**still, "current": self.current})
-        self.coil_state = self.coil.stepper.rest({**still, "current": self.current})
-        at_rest = stepper.step(self.state, {**still, "current": self.current}, 0.0)
-        self.lanes = _Lanes(car, stepper, timing.soft, at_rest.force, damper.motion)
-        self.y, self.force, self.field = np.zeros((4, count)), at_rest.force, at_rest.field
-        self.rates = np.zeros((4, count))
-        names = ("acceleration", "tyre", "travel", "speed", "body", "wheel", "force", "current", "field")
-        self.kept = {n: np.zeros((len(times), count)) for n in names}
-
-    def record(self, k: int) -> None:
-        """Choose the command of a sample, and keep what is there."""
-        at = 2 * k * self.timing.steps
-        road = (self.road[0, at], self.road[1, at])
-        self.rates = self.slope(self.y, road, self.force)
-        wheel = self.y[2:] if self.lanes.car.unsprung else np.stack(road)
-        self.current = self._command(self.y[:2] - wheel, wheel)
-        self._keep(at, self.y, self.rates, self.force, self.field)
-
-    def _keep(self, at: int, y: Array, rates: Array, force: Array, field: Array) -> None:
-        road, car = self.road[:, at], self.lanes.car
-        wheel = y[2:] if car.unsprung else road
-        tyre = car.tyre * (y[2] - road[0]) if car.unsprung else np.zeros_like(force)
-        travel = y[:2] - wheel
-        acting = self.lanes.softened(force, travel[1]) + self.lanes.rest
-        values = (rates[1], tyre, *travel, y[1], wheel[1], acting, self.current, field)
-        for name, value in zip(self.kept, values, strict=True):
-            self.kept[name][at] = value
-
-    def slope(self, y: Array, road: Sequence[Array], force: Array) -> Array:
-        """Return the rates of heights and velocities under a damper's force."""
-        v = y[1] - (y[3] if self.lanes.car.unsprung else road[1])
-        return self.lanes.slope(y, (road[0], road[1]), self.lanes.softened(force, v))
-
-    def take_over(self, done: Step, y: Array, road: tuple[Array, Array]) -> None:
-        """Go on from the end of a step."""
-        self.state, self.force, self.field, self.y = done.state, done.force, done.field, y
-        self.rates = self.slope(y, road, done.force)
-
-    def _trial(self, y: Array, at: int, before: Array, dt: float) -> tuple[Array, Array, Array, State]:
-        """Return slope, force and field where a step of dt ends in y, and the damper's state there."""
-        road = (self.road[0, at], self.road[1, at])
-        # the acceleration that a model branches by is the last stage's: its own follows from the force sought
-        channels = self.lanes.channels(y, road, before[[1, 3]], self.current)
-        done = self.stepper.step(self.state, channels, dt)
-        return self.slope(y, road, done.force), done.force, done.field, done.state
-
-    def advance(self, k: int) -> None:
-        """Go on to the next sample.
-
-        Raises
-        ------
-        DataError
-            If a lane leaves all bounds.
-        """
-        h, y = self.h, self.y
-        with np.errstate(all="ignore"):
-            for step in range(self.timing.steps):
-                at = 2 * (k * self.timing.steps + step)
-                one = self.rates if step == 0 else self.slope(y, tuple(self.road[:, at]), self.force)
-                if step:
-                    self._keep(at, y, one, self.force, self.field)
-                middle = y + 0.5 * h * one
-                two, force, field, _ = self._trial(middle, at + 1, one, 0.5 * h)
-                # of the two stages there the first, which shows a force that flips from one to the next
-                self._keep(at + 1, middle, two, force, field)
-                three = self._trial(y + 0.5 * h * two, at + 1, two, 0.5 * h)[0]
-                four = self._trial(y + h * three, at + 2, three, h)[0]
-                y = y + h / 6.0 * (one + 2.0 * two + 2.0 * three + four)
-                _, self.force, self.field, self.state = self._trial(y, at + 2, four, h)
-        self.y = y
-        if not np.isfinite(y).all() or np.abs(y).max() > 1e3:
-            raise DataError(
-                f"'{self.stepper.damper.name}': the simulation leaves all bounds at {k * self.timing.sample:.3g} s "
-                f"with steps of {h:g} s: take shorter ones (--steps)"
-            )
-
-    def _command(self, travel: Array, wheel: Array) -> Array:
-        """Return the commands (B,) of the controls."""
-        damper, v = self.stepper.damper, travel[1]
-        current, body = self.current.copy(), self.y[1]
-        wanted = np.zeros_like(v)
-        for lane, (control, _) in enumerate(self.pairs):
-            if control.name == ON_OFF:
-                current[lane] = damper.high if body[lane] * v[lane] >= 0.0 else damper.low
-            elif control.name == "passive-high":
-                current[lane] = damper.high
-            wanted[lane] = desired(control, v[lane], body[lane], wheel[1, lane])
-        lanes = np.array([k for k, (c, _) in enumerate(self.pairs) if c.name in _WITH_INVERSE], dtype=np.int64)
-        if len(lanes):
-            state = take(self.state, lanes)
-            rates = (
-                self.rates[[1, 3]][:, lanes] if self.lanes.car.unsprung else self.rates[[1, 1]][:, lanes] * [[1], [0]]
-            )
-            values = (*travel[:, lanes], rates[0] - rates[1])
-            channels = {**dict(zip(damper.motion, values, strict=True)), "current": current[lanes]}
-            # as if the motion stayed for a sample: what comes is not known
-            dt = self.timing.sample
-            field = self.inverter.solve(state, channels, dt, wanted[lanes] + self.lanes.rest[lanes]).field
-            current[lanes] = self.coil.command(take(self.coil_state, lanes), channels, dt, field)
-            if self.coil.stepper.lagging:
-                given = {**dict(zip(damper.motion, (*travel, np.zeros_like(v)), strict=True)), "current": current}
-                self.coil_state = self.coil.stepper.coil(self.coil_state, given, dt)
-        return current
-
-    def rides(self) -> list[Ride]:
-        """Return every lane, as long as its road."""
-        found = []
-        for lane, (control, road) in enumerate(self.pairs):
-            count = 1 + 2 * self.timing.steps * round(min(road.duration, self.timing.until) / self.timing.sample)
-            values = [v[:count, lane].copy() for v in self.kept.values()]
-            found.append(Ride(control, road, np.arange(count, dtype=np.float64) * np.float64(0.5 * self.h), *values))
-        return found
+    steps = [1 + max(round(min(road.duration, timing.until) / timing.sample), 0) for _, road in pairs]
+    total, done, rides = sum(steps), 0, []
+    for pair, samples in zip(pairs, steps, strict=True):
+        kept = np.zeros((KEPT, 2 * timing.steps * (samples - 1) + 1))
+        setup, way = setup_of(stepper, car, pair, timing, amplifier, kept.shape[1])
+        for first in range(0, samples, _BLOCK):
+            left = driven(setup, way, kept, first, min(first + _BLOCK, samples), samples)
+            if left >= 0:
+                raise DataError(
+                    f"'{stepper.damper.name}': the simulation leaves all bounds at {left * timing.sample:.3g} s "
+                    f"with steps of {timing.sample / timing.steps:g} s: take shorter ones (--steps)"
+                )
+            progress(f"ride of {stepper.damper.name}", done + min(first + _BLOCK, samples), total)
+        done += samples
+        time = np.arange(kept.shape[1], dtype=np.float64) * np.float64(0.5 * timing.sample / timing.steps)
+        rides.append(Ride(*pair, time, *kept))
+    return rides
 
 
 def desired(control: Control, v: float, body: float, wheel: float) -> float:
@@ -352,11 +187,32 @@ def desired(control: Control, v: float, body: float, wheel: float) -> float:
     Source: skyhook, D. Karnopp, M. Crosby, R. Harwood, J. Eng. Ind. 96 (1974) 619; groundhook, M. Valasek et al.,
     Vehicle System Dynamics 27 (1997) 5.
     """
-    sky = control.damping * body if body * v > 0.0 else 0.0
-    ground = -control.damping * wheel if -wheel * v > 0.0 else 0.0
-    if control.name == "hybrid":
-        return control.share * sky + (1.0 - control.share) * ground
-    return sky if control.name == "skyhook" else ground
+    return wanted(_numbers(control, Timing(), 0.0, 0.0), v, body, wheel)
+
+
+def _numbers(control: Control, timing: Timing, low: float, high: float) -> Array:
+    name = CONTROLS.index(control.name)
+    return np.array([name, control.damping, control.share, timing.sample, timing.steps, low, high], dtype=np.float64)
+
+
+def setup_of(  # noqa: PLR0913
+    stepper: Stepper, car: Car, pair: tuple[Control, Road], timing: Timing, amplifier: Amplifier | None, points: int
+) -> tuple[Setup, Way]:
+    """Return what a ride of so many points of the road needs, and where it begins."""
+    damper, (control, road) = stepper.damper, pair
+    # a dead time cannot be made up for where the motion is not known in advance: the rest of the coil is inverted
+    coil = Inverter(Stepper(prompt(damper)[0], shortest=stepper.shortest), amplifier)
+    times = np.arange(points, dtype=np.float64) * np.float64(0.5 * timing.sample / timing.steps)
+    still = {n: np.zeros(1) for n in damper.motion} | {"current": np.full(1, damper.low)}
+    masses = (car.sprung, car.unsprung, car.spring, car.tyre, car.tyre_damping, timing.soft)
+    rest = stepper.step(stepper.rest(still), still, 0.0).force[0]
+    setup = Setup(
+        stepper.chain, Inverter(stepper, amplifier).inverse, coil.stepper.chain, coil.inverse,
+        np.array([stepper.inputs.index(n) if n in stepper.inputs else -1 for n in damper.motion]),
+        stepper.complete(still)[0], np.array([*masses, rest], dtype=np.float64),
+        _numbers(control, timing, damper.low, damper.high), np.ascontiguousarray(np.stack(road.height(times))),
+    )  # fmt: skip
+    return setup, begun(setup, damper.low)
 
 
 @dataclass(frozen=True)
@@ -382,62 +238,14 @@ class Check:
 def adaptive(
     stepper: Stepper, car: Car, pair: tuple[Control, Road], timing: Timing, amplifier: Amplifier | None = None
 ) -> Check:
-    """Simulate one car by scipy's RK45, which chooses its steps, from sample to sample of the control."""
-    walk = _Walk(stepper, car, [pair], timing, amplifier)
-    chosen = _Adaptive(walk, pair[1])
-    seen = np.empty(walk.samples)
-    for k in range(walk.samples):
-        walk.record(k)
-        seen[k] = walk.rates[1, 0]
-        if k + 1 < walk.samples and not chosen.advance(k):
-            return Check(float("nan"), chosen.evaluations, k * timing.sample, pair[1].duration)
-    settled = np.arange(walk.samples) * timing.sample >= pair[1].settled
-    return Check(rms(seen[settled]), chosen.evaluations, pair[1].duration, pair[1].duration)
-
-
-class _Adaptive:
-    """Steps of RK45 instead of a walk's; the damper's trial steps begin where the last accepted one ended."""
-
-    def __init__(self, walk: _Walk, road: Road) -> None:
-        self.walk, self.road, self.since, self.size, self.evaluations = walk, road, 0.0, walk.timing.sample, 0
-
-    def advance(self, k: int) -> bool:
-        """Go on to the next sample; return whether that took a bounded number of steps."""
-        walk, sample = self.walk, self.walk.timing.sample
-        self.since = k * sample
-        solver = RK45(
-            self._slope,
-            self.since,
-            walk.y[:, 0],
-            self.since + sample,
-            rtol=TOLERANCE,
-            atol=_SCALES,  # type: ignore[arg-type]
-            first_step=min(self.size, sample) * (1.0 - 1e-9),
-        )
-        for _ in range(MOST_STEPS):
-            solver.step()
-            if solver.status == "failed":
-                break
-            self._commit(solver.t, solver.y)
-            # the next sample may begin with a step that was good here, but for the last, which is cut
-            self.size = max(self.size if solver.status == "finished" else solver.h_abs, _SHORTEST * sample)
-            if solver.status == "finished":
-                break
-        self.evaluations += solver.nfev
-        return bool(solver.status == "finished")
-
-    def _at(self, t: float, y: Array) -> tuple[Array, tuple[Array, Array], dict[str, Array]]:
-        at, column = self.road.height(np.array([t])), y[:, None]
-        return column, at, self.walk.lanes.channels(column, at, self.walk.rates[[1, 3]], self.walk.current)
-
-    def _slope(self, t: float, y: Array) -> Array:
-        column, at, channels = self._at(t, y)
-        dt = t - self.since
-        force = self.walk.stepper.step(self.walk.state, channels, dt).force if dt > 0.0 else self.walk.force
-        return np.asarray(self.walk.slope(column, at, force)[:, 0])
-
-    def _commit(self, t: float, y: Array) -> None:
-        column, at, channels = self._at(t, y)
-        done = self.walk.stepper.step(self.walk.state, channels, t - self.since)
-        self.walk.take_over(done, column, at)
-        self.since = t
+    """Simulate one car from sample to sample by Dormand's and Prince's method, which chooses its steps."""
+    samples = 1 + round(min(pair[1].duration, timing.until) / timing.sample)
+    kept = np.zeros((KEPT, 2 * timing.steps * (samples - 1) + 1))
+    setup, way = setup_of(stepper, car, pair, timing, amplifier, kept.shape[1])
+    left = adapted(setup, way, kept, 0, samples, samples)
+    evaluations = int(way.now[4])
+    if left >= 0:
+        return Check(float("nan"), evaluations, left * timing.sample, pair[1].duration)
+    seen = kept[ACCELERATION, :: 2 * timing.steps]
+    settled = np.arange(samples) * timing.sample >= pair[1].settled
+    return Check(rms(seen[settled]), evaluations, pair[1].duration, pair[1].duration)

@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from mrfit.apply.chain import followed
 from mrfit.apply.damper import Damper
-from mrfit.apply.inverse import FLAGS, REACHED, Inverter, prompt
+from mrfit.apply.following import INVERTED, inverted
+from mrfit.apply.inverse import FLAGS, Inverter, prompt
+from mrfit.apply.solving import REACHED
 from mrfit.apply.stepper import Stepper
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
@@ -19,7 +22,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 # Samples between two reports of progress
-_REPORT = 200
+_BLOCK = 1000
 
 
 @dataclass(frozen=True)
@@ -145,87 +148,37 @@ def inversion(
     """
     amplifier = amplifier or Amplifier()
     bare, dead = prompt(damper)
-    inverter = Inverter(Stepper(bare), amplifier)
-    walk = _together if inverter.stepper.static_behind_field else _one_by_one
-    behind = inverter.stepper.behind
-    asked = inverter.stepper.undone(np.asarray(desired, dtype=np.float64)[None], dt)[0] if behind else desired
-    found = walk(inverter, motion, asked, dt, progress)
+    # what a delay shows late was made by the motion and the current of before: it is undone in the force desired
+    inverter, whole = Inverter(Stepper(bare.without("delay"), shortest=dt), amplifier), Stepper(bare, shortest=dt)
+    stepper, behind = inverter.stepper, whole.behind
+    desired = np.asarray(desired, dtype=np.float64)
+    asked = whole.undone(desired[None], dt)[0] if behind else desired
+    start = min(max(damper.low, 0.0), damper.high)
+    given = stepper.complete({**motion, "current": np.full(len(desired), start)})
+    state, found = stepper.rest(_first(motion, start))[0], np.empty((len(desired), INVERTED))
+    for first in range(0, len(desired), _BLOCK):
+        block = slice(first, first + _BLOCK)
+        found[block] = inverted(stepper.chain, inverter.inverse, state, given[block], asked[block], dt)
+        progress("currents", min(first + _BLOCK, len(desired)), len(desired))
+    command, wanted, field, inner, low, high, flag = found.T.copy()
     late = round(dead / dt)
-    current = np.concatenate([found["current"][late:], np.full(min(late, len(desired)), found["current"][-1])])
+    current = np.concatenate([command[late:], np.full(min(late, len(desired)), command[-1])])
     time = np.arange(len(desired), dtype=np.float64) * np.float64(dt)
-    limited = np.abs(found["field"] - found["wanted"]) > 1e-9 * max(1.0, damper.high)
+    limited = np.abs(field - wanted) > 1e-9 * max(1.0, damper.high)
     limited[:late] = True
-    kept = {n: found[n] for n in ("wanted", "field", "inner", "low", "high")}
-    force = _given(damper, motion, current, dt, progress) if behind or dead > 0.0 else found["inner"]
+    force = _given(damper, motion, current, dt) if behind or dead > 0.0 else inner
     return Inversion(
-        damper, amplifier, dt, time, desired, current, **kept, force=force, asked=asked,
-        flag=found["flag"].astype(np.int64), limited=limited, explicit=inverter.explicit, dead_time=dead,
-        behind=behind, lasting=inverter.stepper.lasting,
+        damper, amplifier, dt, time, desired, current, wanted, field, force, asked, inner, low, high,
+        flag.astype(np.int64), limited, inverter.explicit, dead, behind, whole.lasting,
     )  # fmt: skip
 
 
-def _given(damper: Damper, motion: Mapping[str, Array], current: Array, dt: float, progress: Progress) -> Array:
+def _first(motion: Mapping[str, Array], current: float) -> dict[str, Array]:
+    return {**{n: c[:1] for n, c in motion.items()}, "current": np.full(1, current)}
+
+
+def _given(damper: Damper, motion: Mapping[str, Array], current: Array, dt: float) -> Array:
     """Return the force (N,) of the whole model under commands; the first has had an interval to act."""
-    stepper, force = Stepper(damper), np.empty(len(current))
-    given = {**motion, "current": current}
-    state = stepper.rest({n: c[:1] for n, c in given.items()})
-    for k in range(len(force)):
-        done = stepper.step(state, {n: c[k : k + 1] for n, c in given.items()}, dt)
-        force[k], state = done.force[0], done.state
-        if k % _REPORT == 0 or k + 1 == len(force):
-            progress("forces", k + 1, len(force))
-    return force
-
-
-def _together(
-    inverter: Inverter, motion: Mapping[str, Array], desired: Array, dt: float, progress: Progress
-) -> dict[str, Array]:
-    """Return the inverse of a damper whose force has no memory: of all samples at once, then the coil's one by one."""
-    stepper, damper = inverter.stepper, inverter.damper
-    channels = {**motion, "current": np.full(len(desired), damper.low)}
-    rest = stepper.rest(channels)
-    one = inverter.solve(rest, channels, dt, desired)
-    field, current = one.field, np.empty(len(desired))
-    if stepper.lagging or not inverter.amplifier.unlimited:
-        field = np.empty(len(desired))
-        state = stepper.rest({n: c[:1] for n, c in channels.items()})
-        for k in range(len(desired)):
-            now = {n: c[k : k + 1] for n, c in channels.items()}
-            now["current"] = inverter.command(state, now, dt, one.field[k : k + 1])
-            state = stepper.coil(state, now, dt)
-            current[k], field[k] = now["current"][0], state.seen["current"][0]
-            if k % _REPORT == 0:
-                progress("currents", k, len(desired))
-    else:
-        current = field
-    progress("currents", len(desired), len(desired))
-    return {
-        "current": current, "wanted": one.field, "field": field, "inner": stepper.inner(rest, channels, dt, field),
-        "low": one.low, "high": one.high, "flag": one.flag.astype(np.float64),
-    }  # fmt: skip
-
-
-def _one_by_one(
-    inverter: Inverter, motion: Mapping[str, Array], desired: Array, dt: float, progress: Progress
-) -> dict[str, Array]:
-    names = ("current", "wanted", "field", "inner", "low", "high", "flag")
-    found = {n: np.empty(len(desired)) for n in names}
-    stepper = inverter.stepper
-
-    def channels(k: int, current: Array) -> dict[str, Array]:
-        return {**{n: c[k : k + 1] for n, c in motion.items()}, "current": current}
-
-    current = np.array([min(max(inverter.damper.low, 0.0), inverter.damper.high)])
-    state = stepper.rest(channels(0, current))
-    for k in range(len(desired)):
-        # the first sample has had an interval to get there
-        one = inverter.solve(state, channels(k, current), dt, desired[k : k + 1])
-        current = inverter.command(state, channels(k, current), dt, one.field)
-        done = stepper.step(state, channels(k, current), dt)
-        state = done.state
-        values = current, one.field, done.field, done.inner, one.low, one.high, one.flag
-        for name, value in zip(names, values, strict=True):
-            found[name][k] = value[0]
-        if k % _REPORT == 0 or k + 1 == len(desired):
-            progress("currents", k + 1, len(desired))
-    return found
+    stepper = Stepper(damper, shortest=dt)
+    given, state = stepper.complete({**motion, "current": current}), stepper.rest(_first(motion, current[0]))[0]
+    return np.asarray(followed(stepper.chain, state, given, np.full(len(given), dt))[:, 0].copy())

@@ -8,12 +8,13 @@ from typing import Any, TypeVar
 import numpy as np
 
 from mrfit.apply.figures import MEASURED, PALETTE, SIMULATED, Curve, Panel, figure
-from mrfit.apply.inverse import FLAGS, REACHED
+from mrfit.apply.inverse import FLAGS
 from mrfit.apply.motion import Motion
 from mrfit.apply.page import Drawn, Section, Table, facts_of, render
 from mrfit.apply.ride import QuarterCar
 from mrfit.apply.roads import RandomRoad
 from mrfit.apply.series import Inversion
+from mrfit.apply.solving import REACHED
 from mrfit.apply.tested import Moved, beyond_tests
 from mrfit.apply.tracking import TrackingStudy
 from mrfit.core.specs import Array

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrfit.apply.damper import Damper
-from mrfit.apply.inverse import ABOVE, BELOW, Inverter, commands, prompt
+from mrfit.apply.following import TRACKED, Lane, tracked
+from mrfit.apply.inverse import Inverter, prompt
 from mrfit.apply.laws import Law
 from mrfit.apply.motion import Motion
 from mrfit.apply.stepper import Stepper
@@ -36,7 +37,6 @@ SCHEMES = ("feedforward", "feedback", "both", "uninverted")
 LAGS = ("current-lag", "current-filter", "residual-magnetism", "slow-release")
 # Region III ends when the force has come this near to what it steps to, as a share
 SETTLED = 0.05
-_REPORT = 200
 
 
 @dataclass(frozen=True)
@@ -271,11 +271,11 @@ def tracking(  # noqa: PLR0913
         for motion, demands in tasks:
             lanes = [(d, s) for d in demands for s in schemes]
             loop = _Loop(pair, motion, lanes, amplifier, gains, lag)
-            for k in range(motion.samples):
-                loop.sample(k)
-                if k % _REPORT == 0 or k + 1 == motion.samples:
-                    progress(f"tracking on {motion.name}" + ("" if lag else ", no lag"), k + 1, motion.samples)
-            cases += loop.cases()
+            for number, (demand, scheme) in enumerate(lanes):
+                loop.follow(demand, scheme)
+                what = f"tracking on {motion.name}" + ("" if lag else ", no lag")
+                progress(what, (number + 1) * motion.samples, len(lanes) * motion.samples)
+            cases += loop.cases
             found = found if any(found) else loop.gains
     x, v, _ = damper.motion
     limits = beyond_tests(damper, [Moved(m.name, m.channels[x], m.channels[v]) for m, _ in tasks])
@@ -294,27 +294,41 @@ class _Loop:
         gains: Gains,
         lag: bool,
     ) -> None:
-        self.motion, self.lanes, self.lag, self.damper = motion, lanes, lag, pair[0]
+        self.motion, self.lag, self.damper = motion, lag, pair[0]
         model, dead = prompt(pair[0])
         self.ahead = round(dead / motion.dt)
-        self.plant, self.inverter = Stepper(pair[1]), Inverter(Stepper(model), amplifier)
-        self.desired = np.stack([d.force for d, _ in lanes])
-        behind = self.inverter.stepper.behind
+        self.plant = Stepper(pair[1], shortest=motion.dt)
+        self.inverter = Inverter(Stepper(model.without("delay"), shortest=motion.dt), amplifier)
+        whole, desired = Stepper(model, shortest=motion.dt), np.stack([d.force for d, _ in lanes])
         # what the force must be before what lies behind it, for the lanes that make up for lags
-        self.asked = self.inverter.stepper.undone(self.desired, motion.dt) if behind else None
-        self.feedback = np.array([s in ("feedback", "both") for _, s in lanes])
-        self.forward = np.array([s != "feedback" for _, s in lanes])
-        self.plainly = np.array([s == "uninverted" for _, s in lanes])
-        names = ("feasible", "force", "wanted", "command", "field", "saturated", "target")
-        self.kept = {n: np.zeros((motion.samples, len(lanes))) for n in names}
-        start = self._channels(0, np.full(len(lanes), self.damper.low))
-        self.state, self.answer = self.inverter.stepper.rest(start), self.plant.rest(start)
-        self.integral, self.measured = np.zeros(len(lanes)), np.zeros(len(lanes))
+        self.behind = bool(whole.behind)
+        asked = whole.undone(desired, motion.dt) if self.behind else desired
+        self.asked = {id(d): one for (d, _), one in zip(lanes, asked, strict=True)}
+        self.cases: list[Tracking] = []
         self.gains = gains.of(self.damper, self._reach())
 
-    def _channels(self, k: int, current: Array) -> dict[str, Array]:
-        lanes = len(self.lanes)
-        return {**{n: np.full(lanes, c[k]) for n, c in self.motion.channels.items()}, "current": current}
+    def follow(self, demand: Demand, scheme: str) -> None:
+        """Run a lane: choose the commands of all samples, and let model and plant answer."""
+        motion, low, model = self.motion, self.damper.low, self.inverter.stepper
+        held = {**motion.channels, "current": np.full(motion.samples, low)}
+        start = {n: c[:1] for n, c in held.items()}
+        flags = scheme in ("feedback", "both"), scheme != "feedback", scheme == "uninverted", self.behind
+        lane = Lane(
+            model.chain, self.inverter.inverse, self.plant.chain, model.complete(held), self.plant.complete(held),
+            np.ascontiguousarray(demand.force, dtype=np.float64), self.asked[id(demand)].copy(),
+            np.array([*flags, *self.gains, self.ahead, low], dtype=np.float64),
+            model.rest(start)[0], self.plant.rest(start)[0],
+        )  # fmt: skip
+        kept = np.zeros((len(TRACKED), motion.samples))
+        tracked(lane, motion.dt, 0, motion.samples, kept, np.zeros(2))
+        own = dict(zip(TRACKED, kept, strict=True))
+        region = regions(own["wanted"], own["saturated"] > 0.0, own["force"], own["feasible"])
+        self.cases.append(
+            Tracking(
+                motion.name, demand.law, scheme, self.lag, motion.time, demand.force, own["feasible"], own["force"],
+                own["wanted"], own["command"], own["field"], region, motion.channels[self.damper.motion[1]],
+            )
+        )  # fmt: skip
 
     def _reach(self) -> float:
         """Return the median over the motion of what the current moves the force by, in N."""
@@ -326,74 +340,6 @@ class _Loop:
             given = {**motion, "current": np.full(count, current)}
             ends.append(stepper.inner(stepper.rest(given), given, self.motion.dt, given["current"]))
         return float(np.median(np.abs(ends[1] - ends[0])))
-
-    def sample(self, k: int) -> None:
-        """Choose the commands of a sample, and let model and plant answer."""
-        ahead = min(k + self.ahead, self.motion.samples - 1)
-        dt, held = self.motion.dt, self.state.given["current"]
-        # the model runs a dead time ahead of the plant, where the motion is known
-        now = self._channels(ahead, held)
-        wish = self.inverter.solve(self.state, now, dt, self.desired[:, ahead])
-        made = wish
-        if self.asked is not None:
-            made = self.inverter.solve(self.state, now, dt, self.asked[:, ahead])
-        coil = self.inverter.command(self.state, now, dt, made.field)
-        forward = np.where(self.plainly, wish.field, coil)
-        command = np.where(self.forward, forward, self.damper.low)
-        low, high = commands(self.inverter.amplifier, self.damper, held, dt)
-        command = command + self._correction(k, low - command, high - command)
-        command = np.clip(command, low, high)
-        given = {**now, "current": command}
-        self.state = self.inverter.stepper.step(self.state, given, dt).state
-        done = self.plant.step(self.answer, self._channels(k, command), dt)
-        self.answer, self.measured = done.state, done.force
-        self.kept["command"][k], self.kept["field"][k], self.kept["force"][k] = command, done.field, done.force
-        at_ends = np.isin(wish.flag, (BELOW, ABOVE))
-        for name, value in (("wanted", wish.field), ("feasible", wish.force), ("saturated", at_ends)):
-            # of the time at which the plant will show it
-            self.kept[name][ahead] = value
-            if k == 0:
-                self.kept[name][: ahead + 1] = value
-
-    def _correction(self, k: int, low: Array, high: Array) -> Array:
-        """Return the PI controller's current, its integral held where the command is at a limit."""
-        if not self.feedback.any() or k == 0:
-            return np.zeros(len(self.lanes))
-        wish = self.kept["feasible"][k - 1]
-        side = np.sign(wish)
-        # more current is more force against the motion: the error is that of the force's size
-        error = np.where(self.feedback, side * (wish - self.measured), 0.0)
-        proportional, integral = self.gains
-        total = proportional * error + integral * (self.integral + error * self.motion.dt)
-        free = (total > low) & (total < high)
-        self.integral = np.where(free, self.integral + error * self.motion.dt, self.integral)
-        return np.where(self.feedback, proportional * error + integral * self.integral, 0.0)
-
-    def cases(self) -> list[Tracking]:
-        """Return every lane."""
-        velocity = self.motion.channels[self.damper.motion[1]]
-        found = []
-        for lane, (demand, scheme) in enumerate(self.lanes):
-            own = {n: v[:, lane].copy() for n, v in self.kept.items()}
-            region = regions(own["wanted"], own["saturated"] > 0.0, own["force"], own["feasible"])
-            found.append(
-                Tracking(
-                    self.motion.name,
-                    demand.law,
-                    scheme,
-                    self.lag,
-                    self.motion.time,
-                    demand.force,
-                    own["feasible"],
-                    own["force"],
-                    own["wanted"],
-                    own["command"],
-                    own["field"],
-                    region,
-                    velocity,
-                )
-            )
-        return found
 
 
 def regions(wanted: Array, saturated: NDArray[np.bool_], force: Array, feasible: Array) -> Array:

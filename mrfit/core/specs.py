@@ -13,6 +13,13 @@ Index = NDArray[np.int64]
 Steps = float | Array
 """Time between samples in s: one number, or of samples at uneven times that before each (N,), the first not read."""
 
+Values = tuple[float, ...]
+"""Inputs or parameters of one moment, in the order of a SPEC."""
+Ends = tuple[Values, Values]
+"""Those at a step's beginning and at its end."""
+State = tuple[float, ...]
+"""What a device remembers between two steps."""
+
 
 @dataclass(frozen=True, slots=True)
 class Param:

@@ -12,8 +12,10 @@ Source: J. Yu et al., Asymmetric dynamic model of temperature-dependent magnetor
 Materials 6 (2019) 227, as cited by Savaia et al..
 """
 
+import numpy as np
+
 from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param, Programme
-from mrfit.kernels.filters import soft_sign
+from mrfit.kernels.theta import columns
 
 SPEC = EffectSpec(
     name="asymmetry",
@@ -38,7 +40,15 @@ SPEC = EffectSpec(
 )
 
 
+ROLES = ("yield", "viscous")
+
+
+def law(v: Array, g_yield: Array, g_viscous: Array, v_a: Array) -> tuple[Array, Array]:
+    """Return the factors of ``ROLES``, of numbers or arrays that broadcast."""
+    rising = 0.5 * (1.0 + np.tanh(v / v_a))
+    return 1.0 + g_yield * rising, 1.0 + g_viscous * rising
+
+
 def factors(channels: dict[str, Array], theta: Array, dt: float) -> dict[str, Array]:
     """Return the factors (P, N) on parameters of the roles yield and viscous; theta (P, 3), the last in m/s."""
-    rising = 0.5 * (1.0 + soft_sign(channels["velocity"], theta[:, 2:]))
-    return {role: 1.0 + theta[:, k, None] * rising for k, role in enumerate(("yield", "viscous"))}
+    return dict(zip(ROLES, law(channels["velocity"], *columns(theta)), strict=True))

@@ -1,25 +1,29 @@
 """Coulomb friction: dry friction of seals and guides, whatever the current.
 
-    F = F_base + fc*s,    s = (x - play(x, r))/r*tanh(|v|/v_r) between -1 and 1
+    F = F_base + fc*s,    s = (x - play(x, r))/r*tanh(sqrt(v^2 + v_c^2)/v_r) between -1 and 1,    v_c = 0.1 mm/s
 
 x displacement (m), v velocity (m/s), F force (N), fc friction force (N), r travel over which the seal is bent before it
-slips (m), v_r velocity below which a lubricated seal rubs less (m/s); r and v_r do nothing while fc is 0. Sliding
-friction is fc*sign(v) but near a reversal: a seal that sticks turns from one side to the other over 2r of travel, one
-that floats over 2v_r of velocity. A dry or a floating seal is the limit of small v_r or r. The side is that of the
-travel, so that the velocity's noise does not make the force chatter.
+slips (m), v_r velocity below which a lubricated seal rubs less (m/s), v_c a creep below which it fades no further (a
+turning point that falls on a sample is no gap in the force); r and v_r do nothing while fc is 0. Sliding friction is
+fc*sign(v) but near a reversal: a seal that sticks turns from one side to the other over 2r of travel, one that floats
+over 2v_r of velocity. A dry or a floating seal is the limit of small v_r or r. The side is that of the travel, so that
+the velocity's noise does not make the force chatter.
 
 Source: W. D. Iwan, J. Appl. Mech. 33 (1966) 893 (Maxwell slip); B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit,
 Automatica 30 (1994) 1083.
 """
 
-from mrfit.core.specs import Array, EffectSpec, Param, Programme, Steps
-from mrfit.kernels.sliding import slip
+import numpy as np
+
+from mrfit.core.specs import Array, EffectSpec, Ends, Param, Programme, State, Steps, Values
+from mrfit.kernels.elements import response_of
+from mrfit.kernels.sliding import slip, slip_step, stuck
 from mrfit.kernels.theta import plain
 
 SPEC = EffectSpec(
     name="coulomb-friction",
     title="Dry friction of seals and guides",
-    equation="F = F_base + fc*s,  s = (x - play(x, r))/r*tanh(|v|/v_r)",
+    equation="F = F_base + fc*s,  s = (x - play(x, r))/r*tanh(sqrt(v^2 + v_c^2)/v_r),  v_c = 0.1 mm/s",
     reference="Iwan, J. Appl. Mech. 33 (1966) 893; Armstrong-Helouvry et al., Automatica 30 (1994) 1083",
     slot="add",
     outputs=("force",),
@@ -38,8 +42,25 @@ SPEC = EffectSpec(
 )
 
 
+def rest(now: Values, theta: Values) -> State:
+    """Return the state of a seal that has stood still."""
+    return stuck(now[0], theta[1])
+
+
+def step(state: State, before: Values, now: Values, theta: Ends, dt: float) -> tuple[float, State]:
+    """Return the friction in N at the end of a step, and the state of the seal."""
+    fc, reach, turn = theta[1]
+    direction, following = slip_step(state, before, now, (reach, turn), dt)
+    return fc * direction, following
+
+
+_stepped = response_of(SPEC, rest, step)
+
+
 def term(channels: dict[str, Array], theta: Array, dt: Steps) -> Array:
     """Return the friction in N, shape (P, N), of fc in N, r in m and v_r in m/s, theta (P, 3)."""
     x, v = plain(channels["displacement"]), channels["velocity"]
-    force: Array = theta[:, :1] * slip(x, v, theta[:, 1], theta[:, 2], dt)
+    if isinstance(dt, np.ndarray):
+        return _stepped(np.stack([x, v]), theta, dt)
+    force: Array = theta[:, :1] * slip(x, v, theta[:, 1], theta[:, 2])
     return force

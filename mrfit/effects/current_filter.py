@@ -12,10 +12,11 @@ Source: Savaia et al. eq. 7.
 
 import numpy as np
 
-from mrfit.core.specs import Array, EffectSpec, Param, Steps
-from mrfit.kernels import uneven
+from mrfit.core.specs import Array, EffectSpec, Ends, Param, State, Steps, Values
 from mrfit.kernels.dynamics import magnetisation_filter
-from mrfit.kernels.lti import SHORTEST, delayed
+from mrfit.kernels.elements import response_of
+from mrfit.kernels.lti import SHORTEST, cascade_step, delayed, passed
+from mrfit.kernels.past import late
 from mrfit.kernels.theta import plain
 
 SPEC = EffectSpec(
@@ -40,12 +41,41 @@ SPEC = EffectSpec(
 )
 
 
+LATE = 1
+
+
+def longest(theta: Values) -> float:
+    """Return how far back in s the current is needed."""
+    return theta[3]
+
+
+def rest(now: Values, theta: Values) -> State:
+    """Return the current in A, that of the delay ago, and the states of the poles, at rest."""
+    return now[0], now[0], now[0], now[0]
+
+
+def step(state: State, before: Values, now: Values, theta: Ends, dt: float, past: Array) -> tuple[float, State]:
+    """Return the magnetising current in A at the end of a step, and the state."""
+    slowest, second, lead, tau = theta[1]
+    _, start, m1, m2 = state
+    ago = late(past, 0, tau, dt, now[0])
+    if slowest <= 0.0:
+        return ago, (now[0], ago, ago, ago)
+    pole = 1.0 / max(slowest, SHORTEST)
+    poles = (pole, pole / second)
+    m1, m2 = cascade_step((m1, m2), poles, start, ago, dt)
+    return passed(poles, (lead / pole, 0.0), (m1, m2), ago, 0.0), (now[0], ago, m1, m2)
+
+
+_stepped = response_of(SPEC, rest, step, LATE)
+
+
 def transform(channels: dict[str, Array], theta: Array, dt: Steps) -> dict[str, Array]:
     """Return the magnetising current in A, shape (N,); theta is (T, r_2, r_z, tau), T and tau in s."""
     slowest, second, lead, tau = theta
     current = plain(channels["current"])
-    if slowest <= 0.0 and isinstance(dt, np.ndarray):
-        return {"current": uneven.delayed(current, np.array([tau]), dt)[0]}
+    if isinstance(dt, np.ndarray):
+        return {"current": _stepped(current[None], theta[None], dt)[0]}
     if slowest <= 0.0:
         return {"current": delayed(current, np.array([tau / dt]))[0]}
     pole = 1.0 / max(slowest, SHORTEST)

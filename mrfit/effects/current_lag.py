@@ -11,11 +11,15 @@ first sample. No sample knows of those after it, but where t_d is below 0.
 Source: inverse-tanh paper eq. 9; the simplest M(s) of Savaia et al. eq. 7, with its delay.
 """
 
+import math
+
 import numpy as np
 
-from mrfit.core.specs import Array, Breaks, EffectSpec, Index, Invariance, Param, Steps
-from mrfit.kernels import uneven
-from mrfit.kernels.filters import lag, lagged_bends, place
+from mrfit.core.specs import Array, Breaks, EffectSpec, Ends, Index, Invariance, Param, State, Steps, Values
+from mrfit.kernels.elements import response_of
+from mrfit.kernels.filters import bend_step, lag, lag_step, lagged_bends
+from mrfit.kernels.filters import place as place_before
+from mrfit.kernels.past import age_of, kept, place
 from mrfit.kernels.theta import plain
 
 SPEC = EffectSpec(
@@ -41,28 +45,57 @@ SPEC = EffectSpec(
 )
 
 
+LATE = 4
+
+
+def longest(theta: Values) -> float:
+    """Return how far back in s the signals are needed."""
+    return max(theta[1], 0.0)
+
+
+def rest(now: Values, theta: Values) -> State:
+    """Return current and lagged current in A, and that nothing has bent them."""
+    return now[0], now[0], 0.0, 0.0, 0.0, 0.0, 0.0
+
+
+def step(state: State, before: Values, now: Values, theta: Ends, dt: float, past: Array) -> tuple[float, State]:
+    """Return the current in A that the field corresponds to at the end of a step, and the state.
+
+    The state is the current, the lagged one, by how much that overshoots as far as it is known now, and what is known
+    of that one step before; then second derivative, slope and length of the step.
+    """
+    tau, dead = theta[1]
+    lagged = lag_step(state[1], before[0], now[0], tau, dt)
+    bend = state[3], state[4], state[5], state[6]
+    guess, settled, curvature, slope, length = bend_step(bend, before[0], now[0], tau, dt)
+    following = now[0], lagged, guess, settled, curvature, slope, length
+    if dead <= 0.0:
+        return lagged - guess, following
+    back, share = place(past, dead, dt)
+    older, newer = kept(past, 0, back), now[0] if back == 1 else kept(past, 0, back - 1)
+    ratio = tau / max(age_of(past, back, dt) - age_of(past, back - 1, dt), 1e-300)
+    stays = math.exp(-share / ratio) if ratio > 0.0 else (1.0 if share == 0.0 else 0.0)
+    value = older + share * (newer - older) + stays * (kept(past, 1, back) - older)
+    one = settled if back == 1 else kept(past, 3, back - 1)
+    other = guess if back == 1 else (settled if back == 2 else kept(past, 3, back - 2))
+    return value - ratio * (1.0 - stays) * (newer - older) - (one + share * (other - one)), following
+
+
+_stepped = response_of(SPEC, rest, step, LATE)
+
+
 def transform(channels: dict[str, Array], theta: Array, dt: Steps) -> dict[str, Array]:
     """Return the current in A, shape (N,), that the field corresponds to; theta is (tau, t_d) in s."""
+    current, shift = plain(channels["current"])[None], theta[1]
     if isinstance(dt, np.ndarray):
-        return {"current": _unevenly(plain(channels["current"]), float(theta[0]), float(theta[1]), dt)}
-    current, ratio, shift = plain(channels["current"])[None], np.array([theta[0] / dt]), theta[1] / dt
+        return {"current": _stepped(current, theta[None], dt)[0]}
+    ratio, shift = np.array([theta[0] / dt]), shift / dt
     lagged = lag(current, ratio)[0]
     settled, now = lagged_bends(current, ratio)
     if shift == 0.0:
         return {"current": lagged - now[0]}
-    at = place(current.shape[1], shift)
+    at = place_before(current.shape[1], shift)
     return {"current": _late(current[0], lagged, ratio[0], at) - _between(settled[0], now[0], at, shift < 0.0)}
-
-
-def _unevenly(current: Array, tau: float, dead: float, steps: Array) -> Array:
-    """Return the same at uneven steps (N,), of a time constant and a dead time in s."""
-    lagged = uneven.lag(current[None], np.array([tau]), steps)[0]
-    settled, now = uneven.lagged_bends(current[None], np.array([tau]), steps)
-    if dead == 0.0:
-        return np.asarray(lagged - now[0])
-    at = uneven.place(steps, dead)
-    late = _late(current, lagged, tau / steps[at[0] + 1], at)
-    return late - _between(settled[0], now[0], at, dead < 0.0)
 
 
 def _late(current: Array, lagged: Array, ratio: float | Array, at: tuple[Index, Array]) -> Array:

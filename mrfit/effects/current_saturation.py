@@ -12,8 +12,9 @@ Source: O. Froehlich, Elektrotechnische Zeitschrift 2 (1881) 134 (p = 1); tanh i
 J. M. D. Coey, Magnetism and Magnetic Materials (2010), ch. 4.
 """
 
+import numpy as np
+
 from mrfit.core.specs import Array, EffectSpec, Param, Programme
-from mrfit.kernels.filters import bent
 
 SPEC = EffectSpec(
     name="current-saturation",
@@ -35,6 +36,12 @@ SPEC = EffectSpec(
 )
 
 
+def law(i: Array, q: Array, p: Array) -> Array:
+    """Return the effective current in A of numbers or arrays that broadcast."""
+    effective: Array = i / (1.0 + (np.sqrt(q) * np.abs(i)) ** p) ** (1.0 / p)
+    return effective
+
+
 def transform(channels: dict[str, Array], theta: Array, dt: float) -> dict[str, Array]:
     """Return the effective current in A, shape (N,); theta is (q, p), q in 1/A^2."""
-    return {"current": bent(channels["current"], theta[:1], theta[1:])}
+    return {"current": law(channels["current"], *theta)}

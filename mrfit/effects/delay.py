@@ -23,9 +23,19 @@ from collections.abc import Mapping
 import numpy as np
 
 from mrfit.core.channels import CHANNELS, LEVELS
-from mrfit.core.specs import Array, EffectSpec, Param, Programme, Steps
-from mrfit.kernels import uneven
-from mrfit.kernels.filters import held_back, place, shifted, smooth_lag
+from mrfit.core.specs import Array, EffectSpec, Ends, Param, Programme, State, Steps, Values
+from mrfit.kernels.elements import rows_of
+from mrfit.kernels.filters import (
+    bend_step,
+    held_back,
+    lag_step,
+    moved_unevenly,
+    place,
+    place_unevenly,
+    shifted,
+    smooth_lag,
+    times_of,
+)
 from mrfit.kernels.theta import plain
 
 SPEC = EffectSpec(
@@ -49,6 +59,30 @@ SPEC = EffectSpec(
 )
 
 
+def longest(theta: Values) -> float:
+    """Return how far back in s the motion is needed."""
+    tau, share = theta
+    return tau - max(share * tau, 0.0)
+
+
+def rest(now: Values, theta: Values) -> State:
+    """Return the lagged output, and that nothing has bent it."""
+    return now[0], 0.0, 0.0, 0.0, 0.0
+
+
+def step(state: State, before: Values, now: Values, theta: Ends, dt: float) -> tuple[float, State]:
+    """Return the output behind the lag at the end of a step, and the state."""
+    tau, share = theta[1]
+    filtered = max(share * tau, 0.0)
+    y = lag_step(state[0], before[0], now[0], filtered, dt)
+    bend = state[1], state[2], state[3], state[4]
+    guess, settled, curvature, slope, length = bend_step(bend, before[0], now[0], filtered, dt)
+    return y - guess, (y, settled, curvature, slope, length)
+
+
+_stepped = rows_of(SPEC, rest, step)
+
+
 def moved(channels: Mapping[str, Array], theta: Array, dt: Steps) -> dict[str, Array]:
     """Return the channels (N,) of the dead time ago; theta is (tau, s) in s and 1."""
     dead = float(theta[0] - _filtered(theta)[0])
@@ -59,7 +93,7 @@ def moved(channels: Mapping[str, Array], theta: Array, dt: Steps) -> dict[str, A
     found = {n: _cubic(plain(channels[n]), dead, dt) for n in known if n not in LEVELS}
     if levels:
         before, share = (
-            uneven.place(dt, dead) if isinstance(dt, np.ndarray) else place(len(channels[levels[0]]), dead / dt)
+            place_unevenly(dt, dead) if isinstance(dt, np.ndarray) else place(len(channels[levels[0]]), dead / dt)
         )
         for n in levels:
             x = channels[n]
@@ -74,10 +108,9 @@ def needs_middles(theta: Array) -> bool:
 
 def shape(output: Array, channels: Mapping[str, Array], theta: Array, dt: Steps) -> Array:
     """Return the output, shape (P, N), behind the share theta[:, 1] of tau in s, theta[:, 0], that is a lag."""
-    filtered = _filtered(theta)
     if isinstance(dt, np.ndarray):
-        return uneven.smooth_lag(plain(output), filtered, dt)
-    return smooth_lag(plain(output), filtered / dt)
+        return _stepped(output, theta, dt)
+    return smooth_lag(plain(output), _filtered(theta) / dt)
 
 
 def _filtered(theta: Array) -> Array:
@@ -90,5 +123,5 @@ def _filtered(theta: Array) -> Array:
 def _cubic(x: Array, dead: float, dt: Steps) -> Array:
     """Return a smooth signal (N,) of a dead time in s ago, of a time to come where that is below 0."""
     if isinstance(dt, np.ndarray):
-        return np.asarray((uneven.held_back if dead > 0.0 else uneven.shifted)(x[None], np.array([dead]), dt)[0])
+        return moved_unevenly(x, dead, times_of(dt), dead > 0.0)
     return np.asarray((held_back if dead > 0.0 else shifted)(x[None], np.array([dead / dt]))[0])

@@ -19,7 +19,6 @@ from collections.abc import Callable
 import numpy as np
 
 from mrfit.core.specs import Array, EffectSpec, Param, Programme, Steps
-from mrfit.kernels import uneven
 from mrfit.kernels.filters import chord_lag
 from mrfit.kernels.theta import plain
 
@@ -55,10 +54,7 @@ def closed(simulate: Callable[[Array], Array], current: Array, theta: Array, dt:
     if not (theta[0] > 0.0 and extent > 0.0):
         return flux
     for _ in range(ROUNDS):
-        if isinstance(dt, np.ndarray):
-            there = uneven.chord_lag(plain(current), plain(here), plain(flux), theta[0], dt)
-        else:
-            there = chord_lag(plain(current), plain(here), plain(flux), theta[0] / dt)
+        there = chord_lag(plain(current), plain(here), plain(flux), theta[0], np.atleast_1d(np.float64(dt)))
         change = float(np.max(np.abs(there - here)))
         here, flux = there, simulate(there)
         if not change > SETTLED * extent:

@@ -13,6 +13,7 @@ Source: bump stops, J. C. Dixon, The Shock Absorber Handbook, 2nd ed. (2007); p 
 import numpy as np
 
 from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param, Programme
+from mrfit.kernels.theta import columns
 
 DEPTH = 1e-3
 
@@ -38,10 +39,14 @@ SPEC = EffectSpec(
 )
 
 
-def term(channels: dict[str, Array], theta: Array, dt: float) -> Array:
-    """Return the stop's force in N, shape (P, N), of k_s in N/m, x_s and x_m in m and p, theta (P, 4)."""
-    k_s, x_s, x_m, p = (theta[:, k, None] for k in range(4))
-    from_middle = channels["displacement"] - x_m
+def law(x: Array, k_s: Array, x_s: Array, x_m: Array, p: Array) -> Array:
+    """Return the stop's force in N of numbers or arrays that broadcast."""
+    from_middle = x - x_m
     depth = np.maximum(np.abs(from_middle) - x_s, 0.0)
     force: Array = k_s * DEPTH * (depth / DEPTH) ** p * np.sign(from_middle)
     return force
+
+
+def term(channels: dict[str, Array], theta: Array, dt: float) -> Array:
+    """Return the stop's force in N, shape (P, N), of k_s in N/m, x_s and x_m in m and p, theta (P, 4)."""
+    return law(channels["displacement"], *columns(theta))

@@ -12,9 +12,10 @@ Source: Savaia et al. eq. 5.
 
 import numpy as np
 
-from mrfit.core.specs import Array, EffectSpec, Param, Steps
+from mrfit.core.specs import Array, EffectSpec, Ends, Param, State, Steps, Values
 from mrfit.kernels.dynamics import hysteresis_filter
-from mrfit.kernels.lti import SHORTEST
+from mrfit.kernels.elements import rows_of
+from mrfit.kernels.lti import SHORTEST, cascade_step, passed
 from mrfit.kernels.theta import plain
 
 SPEC = EffectSpec(
@@ -42,8 +43,30 @@ SPEC = EffectSpec(
 )
 
 
+def rest(now: Values, theta: Values) -> State:
+    """Return the states of the poles in N, at rest."""
+    return now[0], now[0], now[0], now[0]
+
+
+def step(state: State, before: Values, now: Values, theta: Ends, dt: float) -> tuple[float, State]:
+    """Return the force in N behind H at the end of a step, and the states of the poles."""
+    slowest, second, third, fourth, turn, xi = theta[1]
+    if slowest <= 0.0:
+        return now[0], (now[0], now[0], now[0], now[0])
+    pole = 1.0 / max(slowest, SHORTEST)
+    poles = (pole, pole / second, pole / third, pole / fourth)
+    h1, h2, h3, h4 = cascade_step(state, poles, before[0], now[0], dt)
+    zeros = (2.0 * xi * turn / pole, (turn / pole) ** 2)
+    return passed(poles, zeros, (h1, h2, h3, h4), now[0], 0.0), (h1, h2, h3, h4)
+
+
+_stepped = rows_of(SPEC, rest, step)
+
+
 def shape(output: Array, channels: dict[str, Array], theta: Array, dt: Steps) -> Array:
     """Return the force in N, shape (P, N), behind H; theta (P, 6), T in s."""
+    if isinstance(dt, np.ndarray):
+        return _stepped(output, theta, dt)
     force = output.copy()
     moved = np.flatnonzero(theta[:, 0] > 0.0)
     if len(moved):

@@ -29,6 +29,11 @@ SPEC = EffectSpec(
 )
 
 
+def law(f_off: Array) -> Array:
+    """Return the offset in N."""
+    return f_off
+
+
 def term(channels: dict[str, Array], theta: Array, dt: float) -> Array:
     """Return the offset in N, shape (P, N), of f_off (P, 1) in N."""
     return np.repeat(theta[:, :1], len(next(iter(channels.values()))), axis=1)

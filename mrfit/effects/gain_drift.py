@@ -28,7 +28,11 @@ SPEC = EffectSpec(
 )
 
 
+def law(force: Array, time: Array, g: Array) -> Array:
+    """Return the force of a drifting gain, of numbers or arrays that broadcast."""
+    return force * (1.0 + g * time)
+
+
 def shape(output: Array, channels: dict[str, Array], theta: Array, dt: float) -> Array:
     """Return the force, shape (P, N), with gain 1 + g*t; g (P, 1) in 1/s."""
-    force: Array = output * (1.0 + theta[:, :1] * channels["time"])
-    return force
+    return law(output, channels["time"], theta[:, :1])

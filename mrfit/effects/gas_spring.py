@@ -13,6 +13,8 @@ polytropic gas, J. C. Dixon, The Shock Absorber Handbook, 2nd ed. (2007).
 import numpy as np
 
 from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param, Programme
+from mrfit.kernels.jit import where
+from mrfit.kernels.theta import columns
 
 POLYTROPIC = 1.3
 # Gas column left at which the force stops growing, as a share
@@ -39,11 +41,15 @@ SPEC = EffectSpec(
 )
 
 
-def term(channels: dict[str, Array], theta: Array, dt: float) -> Array:
-    """Return the spring's force in N, shape (P, N), of k_g in N/m and c in 1/m, theta (P, 2)."""
-    x, k_g, c = channels["displacement"], theta[:, :1], theta[:, 1:]
-    shrinking = np.where(c == 0.0, 1.0, c)
+def law(x: Array, k_g: Array, c: Array) -> Array:
+    """Return the spring's force in N of numbers or arrays that broadcast."""
+    shrinking = where(c == 0.0, 1.0, c)
     column = np.log1p(np.maximum(-shrinking * x, LEAST_COLUMN - 1.0))
     travel = np.expm1(-POLYTROPIC * column) / (POLYTROPIC * shrinking)
-    force: Array = k_g * np.where(c == 0.0, x, travel)
+    force: Array = k_g * where(c == 0.0, x, travel)
     return force
+
+
+def term(channels: dict[str, Array], theta: Array, dt: float) -> Array:
+    """Return the spring's force in N, shape (P, N), of k_g in N/m and c in 1/m, theta (P, 2)."""
+    return law(channels["displacement"], *columns(theta))

@@ -8,6 +8,7 @@ Source: Newton's second law for the mass between load cell and damper.
 """
 
 from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param, Programme
+from mrfit.kernels.theta import columns
 
 SPEC = EffectSpec(
     name="inertia",
@@ -27,6 +28,11 @@ SPEC = EffectSpec(
 )
 
 
+def law(a: Array, m: Array) -> Array:
+    """Return the force of inertia in N of numbers or arrays that broadcast."""
+    return m * a
+
+
 def term(channels: dict[str, Array], theta: Array, dt: float) -> Array:
     """Return the force of inertia in N, shape (P, N), of m (P, 1) in kg."""
-    return theta[:, :1] * channels["acceleration"]
+    return law(channels["acceleration"], *columns(theta))

@@ -15,6 +15,7 @@ import numpy as np
 
 from mrfit.core.specs import Array, EffectSpec, Param, Programme
 from mrfit.effects.temperature import REFERENCE
+from mrfit.kernels.theta import columns
 
 SPEC = EffectSpec(
     name="quadratic-drag",
@@ -36,9 +37,12 @@ SPEC = EffectSpec(
 )
 
 
+def law(v: Array, temperature: Array, c2: Array, b_drag: Array) -> Array:
+    """Return the drag in N of numbers or arrays that broadcast."""
+    force: Array = c2 * np.exp(-b_drag * (temperature - REFERENCE)) * (v * np.abs(v))
+    return force
+
+
 def term(channels: dict[str, Array], theta: Array, dt: float) -> Array:
     """Return the drag in N, shape (P, N); theta (P, 2) in N*s^2/m^2 and 1/K, the latter of use with a temperature."""
-    v, drag = channels["velocity"], theta[:, :1]
-    if "temperature" in channels:
-        drag = drag * np.exp(-theta[:, 1:] * (channels["temperature"] - REFERENCE))
-    return drag * (v * np.abs(v))
+    return law(channels["velocity"], channels.get("temperature", np.full(1, REFERENCE)), *columns(theta))

@@ -9,7 +9,7 @@ stays that of w.
 Source: play operator, M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis (1989), ch. 1.
 """
 
-from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param
+from mrfit.core.specs import Array, Breaks, EffectSpec, Ends, Invariance, Param, State, Values
 from mrfit.kernels.filters import play
 from mrfit.kernels.theta import plain
 
@@ -28,6 +28,19 @@ SPEC = EffectSpec(
     "once slowly: residual magnetism leaves different forces on the way up and down at any rate, a lag does not",
     breaks=Breaks(Invariance.CURRENT, sign=1),
 )
+
+
+def rest(now: Values, theta: Values) -> State:
+    """Return the current in A at which the play rests, from 0."""
+    (w,) = theta
+    return (max(now[0] - w, min(now[0] + w, 0.0)),)
+
+
+def step(state: State, before: Values, now: Values, theta: Ends, dt: float) -> tuple[float, State]:
+    """Return the effective current in A at the end of a step, twice."""
+    (w,) = theta[1]
+    y = max(now[0] - w, min(now[0] + w, state[0]))
+    return y, (y,)
 
 
 def transform(channels: dict[str, Array], theta: Array, dt: float) -> dict[str, Array]:

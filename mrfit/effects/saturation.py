@@ -11,8 +11,10 @@ Source: O. Froehlich, Elektrotechnische Zeitschrift 2 (1881) 134 (p = 1); tanh i
 J. M. D. Coey, Magnetism and Magnetic Materials (2010), ch. 4.
 """
 
+import numpy as np
+
 from mrfit.core.specs import Array, EffectSpec, Param, Programme
-from mrfit.kernels.filters import bent
+from mrfit.kernels.theta import columns
 
 SPEC = EffectSpec(
     name="saturation",
@@ -35,6 +37,12 @@ SPEC = EffectSpec(
 )
 
 
+def law(flux: Array, q: Array, p: Array) -> Array:
+    """Return the saturated flux in Wb of numbers or arrays that broadcast."""
+    saturated: Array = flux / (1.0 + (np.sqrt(q) * np.abs(flux)) ** p) ** (1.0 / p)
+    return saturated
+
+
 def shape(output: Array, channels: dict[str, Array], theta: Array, dt: float) -> Array:
     """Return the saturated flux in Wb, shape (P, N), of q in 1/Wb^2 and p, theta (P, 2)."""
-    return bent(output, theta[:, :1], theta[:, 1:])
+    return law(output, *columns(theta))

@@ -10,11 +10,13 @@ the force is late when a current goes, and not when it comes.
 Source: first-order lag of the field, inverse-tanh paper eq. 9, for the way down only.
 """
 
+import math
+
 import numpy as np
 
-from mrfit.core.specs import Array, Breaks, EffectSpec, Invariance, Param, Steps
-from mrfit.kernels import uneven
-from mrfit.kernels.filters import released
+from mrfit.core.specs import Array, Breaks, EffectSpec, Ends, Invariance, Param, State, Steps, Values
+from mrfit.kernels.elements import response_of
+from mrfit.kernels.filters import release, released
 from mrfit.kernels.theta import plain
 
 SPEC = EffectSpec(
@@ -37,11 +39,30 @@ SPEC = EffectSpec(
 )
 
 
+def rest(now: Values, theta: Values) -> State:
+    """Return the parts of the current above and below 0 in A, at rest."""
+    return max(now[0], 0.0), max(-now[0], 0.0)
+
+
+def step(state: State, before: Values, now: Values, theta: Ends, dt: float) -> tuple[float, State]:
+    """Return the current in A that the field corresponds to at the end of a step, and the parts."""
+    h, tau = theta[1]
+    above, below = state
+    if dt > 0.0:
+        decay = math.exp(-dt / tau)
+        follow = -math.expm1(-dt / tau) * tau / dt
+        above = release(above, before[0], now[0], decay, follow)
+        below = release(below, -before[0], -now[0], decay, follow)
+    return now[0] + h * (above - below - now[0]), (above, below)
+
+
+_stepped = response_of(SPEC, rest, step)
+
+
 def transform(channels: dict[str, Array], theta: Array, dt: Steps) -> dict[str, Array]:
     """Return the current in A, shape (N,), that the field corresponds to; theta is (h, tau), tau in s."""
     current = plain(channels["current"])
     if isinstance(dt, np.ndarray):
-        slow = uneven.released(current, float(theta[1]), dt)
-    else:
-        slow = released(current, float(theta[1] / dt))
+        return {"current": _stepped(current[None], theta[None], dt)[0]}
+    slow = released(current, float(theta[1] / dt))
     return {"current": current + float(theta[0]) * (slow - current)}

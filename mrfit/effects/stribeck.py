@@ -1,9 +1,9 @@
 """Stribeck friction: more force at crawling speed than just above it, as seals go from mixed to full lubrication.
 
-    F = F_base + fs*exp(-(|v|/vs)^p)*s,    s = (x - play(x, r))/r*tanh(|v|/v_r) between -1 and 1
+    F = F_base + fs*exp(-(|v|/vs)^p)*s,    s = (x - play(x, r))/r*tanh(sqrt(v^2 + v_c^2)/v_r),    v_c = 0.1 mm/s
 
 x displacement (m), v velocity (m/s), F force (N), fs force at standstill above that of motion (N), vs Stribeck velocity
-(m/s), over which it dies away, p (1) how abruptly, r (m) and v_r (m/s) as in ``coulomb-friction``, whose side of
+(m/s), over which it dies away, p (1) how abruptly, r (m), v_r and v_c (m/s) as in ``coulomb-friction``, whose side of
 sliding s is. All but fs do nothing while fs is 0. p is 2 for Armstrong-Helouvry, 1 for Tustin, 0.5 to 1 for Bo and
 Pavelescu.
 
@@ -11,16 +11,19 @@ Source: B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994
 (1982) 277; W. D. Iwan, J. Appl. Mech. 33 (1966) 893.
 """
 
+import math
+
 import numpy as np
 
-from mrfit.core.specs import Array, EffectSpec, Param, Programme, Steps
-from mrfit.kernels.sliding import slip
+from mrfit.core.specs import Array, EffectSpec, Ends, Param, Programme, State, Steps, Values
+from mrfit.kernels.elements import response_of
+from mrfit.kernels.sliding import slip, slip_step, stuck
 from mrfit.kernels.theta import plain
 
 SPEC = EffectSpec(
     name="stribeck",
     title="Friction falling with speed",
-    equation="F = F_base + fs*exp(-(|v|/vs)^p)*s,  s = (x - play(x, r))/r*tanh(|v|/v_r)",
+    equation="F = F_base + fs*exp(-(|v|/vs)^p)*s,  s = (x - play(x, r))/r*tanh(sqrt(v^2 + v_c^2)/v_r),  v_c = 0.1 mm/s",
     reference="Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083",
     slot="add",
     outputs=("force",),
@@ -39,10 +42,27 @@ SPEC = EffectSpec(
 )
 
 
+def rest(now: Values, theta: Values) -> State:
+    """Return the state of a seal that has stood still."""
+    return stuck(now[0], theta[3])
+
+
+def step(state: State, before: Values, now: Values, theta: Ends, dt: float) -> tuple[float, State]:
+    """Return the friction in N at the end of a step, and the state of the seal."""
+    fs, vs, power, reach, turn = theta[1]
+    direction, following = slip_step(state, before, now, (reach, turn), dt)
+    return fs * math.exp(-((abs(now[1]) / vs) ** power)) * direction, following
+
+
+_stepped = response_of(SPEC, rest, step)
+
+
 def term(channels: dict[str, Array], theta: Array, dt: Steps) -> Array:
     """Return the force in N, shape (P, N), of fs in N, vs and v_r in m/s and r in m, theta (P, 5)."""
     fs, vs, power = theta[:, :1], theta[:, 1:2], theta[:, 2:3]
-    v = channels["velocity"]
+    x, v = plain(channels["displacement"]), channels["velocity"]
+    if isinstance(dt, np.ndarray):
+        return _stepped(np.stack([x, v]), theta, dt)
     fading = np.exp(-((np.abs(v) / vs) ** power))
-    force: Array = fs * fading * slip(plain(channels["displacement"]), v, theta[:, 3], theta[:, 4], dt)
+    force: Array = fs * fading * slip(x, v, theta[:, 3], theta[:, 4])
     return force

@@ -13,6 +13,7 @@ Source: Savaia et al. eq. 3, alpha(T) with alpha(25 degC) = 1, an exponential in
 import numpy as np
 
 from mrfit.core.specs import Array, Breaks, EffectSpec, Form, Invariance, Param
+from mrfit.kernels.theta import columns, once
 
 REFERENCE = 25.0
 
@@ -45,12 +46,18 @@ SPEC = EffectSpec(
 )
 
 
+ROLES = ("yield", "viscous")
+
+
+def law(temperature: Array, b_yield: Array, b_viscous: Array) -> tuple[Array, Array]:
+    """Return the factors of ``ROLES``, of numbers or arrays that broadcast."""
+    excess = temperature - REFERENCE
+    return np.exp(-b_yield * excess), np.exp(-b_viscous * excess)
+
+
 def factors(channels: dict[str, Array], theta: Array, dt: float) -> dict[str, Array]:
     """Return the factors on parameters of the roles yield and viscous; theta (P, 2) in 1/K.
 
     They have the shape (P, N), or (P, 1) where the temperature does not change.
     """
-    excess = channels["temperature"] - REFERENCE
-    if np.all(excess == excess[0]):
-        excess = excess[:1]
-    return {role: np.exp(-theta[:, k, None] * excess) for k, role in enumerate(("yield", "viscous"))}
+    return dict(zip(ROLES, law(once(channels["temperature"]), *columns(theta)), strict=True))

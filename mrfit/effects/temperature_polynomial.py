@@ -13,6 +13,7 @@ Source: Savaia et al. eq. 3, alpha(T) a polynomial with alpha(25 degC) = 1.
 import numpy as np
 
 from mrfit.core.specs import Array, EffectSpec, Param
+from mrfit.kernels.theta import columns, once
 
 REFERENCE, SCALE = 25.0, 50.0
 LEAST = 0.01
@@ -41,14 +42,19 @@ SPEC = EffectSpec(
 )
 
 
+ROLES = ("yield", "viscous")
+
+
+def law(temperature: Array, a1: Array, a2: Array, a3: Array) -> tuple[Array, Array]:
+    """Return the factors of ``ROLES``, of numbers or arrays that broadcast."""
+    u = (temperature - REFERENCE) / SCALE
+    alpha = np.maximum(1.0 + u * (a1 + u * (a2 + u * a3)), LEAST)
+    return alpha, alpha
+
+
 def factors(channels: dict[str, Array], theta: Array, dt: float) -> dict[str, Array]:
     """Return the factors on parameters of the roles yield and viscous; theta (P, 3).
 
     They have the shape (P, N), or (P, 1) where the temperature does not change.
     """
-    u = (channels["temperature"] - REFERENCE) / SCALE
-    if np.all(u == u[0]):
-        u = u[:1]
-    a1, a2, a3 = theta.T[:, :, None]
-    alpha = np.maximum(1.0 + u * (a1 + u * (a2 + u * a3)), LEAST)
-    return {"yield": alpha, "viscous": alpha}
+    return dict(zip(ROLES, law(once(channels["temperature"]), *columns(theta)), strict=True))

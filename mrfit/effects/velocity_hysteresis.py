@@ -14,9 +14,9 @@ branches v -/+ vh by the sign of the acceleration, which is a play of half-width
 
 import numpy as np
 
-from mrfit.core.specs import Array, EffectSpec, Param, Programme, Steps
-from mrfit.kernels import uneven
-from mrfit.kernels.filters import level, smooth_play
+from mrfit.core.specs import Array, EffectSpec, Ends, Param, Programme, State, Steps, Values
+from mrfit.kernels.elements import response_of
+from mrfit.kernels.filters import level, level_of, play_step, smooth_play
 from mrfit.kernels.theta import plain
 
 SPEC = EffectSpec(
@@ -40,9 +40,25 @@ SPEC = EffectSpec(
 )
 
 
+def rest(now: Values, theta: Values) -> State:
+    """Return the velocity in m/s at which the play rests, from 0, and that it has not moved."""
+    w = theta[1]
+    return max(now[1] - w, min(now[1] + w, 0.0)), 0.0, 0.0
+
+
+def step(state: State, before: Values, now: Values, theta: Ends, dt: float) -> tuple[float, State]:
+    """Return the effective velocity in m/s about a stroke whose middle is 0, and the play with its last chord."""
+    omega, w = theta[1]
+    y, travel, length = play_step(state[0], (state[1], state[2]), before[1], now[1], w, dt)
+    return y + omega * now[0], (y, travel, length)
+
+
+_stepped = response_of(SPEC, rest, step)
+
+
 def transform(channels: dict[str, Array], theta: Array, dt: Steps) -> dict[str, Array]:
     """Return the effective velocity in m/s, shape (N,); theta is (Omega, w) in 1/s and m/s."""
     x, v = channels["displacement"], channels["velocity"]
     if isinstance(dt, np.ndarray):
-        return {"velocity": uneven.smooth_play(plain(v), theta[1], dt) + theta[0] * (x - uneven.level(x, dt))}
+        return {"velocity": _stepped(np.stack([x - level_of(x, dt), v]), theta[None], dt)[0]}
     return {"velocity": smooth_play(plain(v), theta[1]) + theta[0] * (x - level(x))}

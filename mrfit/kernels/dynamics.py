@@ -2,12 +2,11 @@
 
 import numpy as np
 
-from mrfit.core.specs import Array, Steps
-from mrfit.kernels import uneven
+from mrfit.core.specs import Array
 from mrfit.kernels.lti import delayed, unit_gain_filter
 
 
-def magnetisation_filter(current: Array, poles: Array, lead: Array, tau: Array, dt: Steps) -> Array:
+def magnetisation_filter(current: Array, poles: Array, lead: Array, tau: Array, dt: float) -> Array:
     """Return the magnetising current M(s)*i, (P, N), of a coil current (N,), in its unit.
 
     M(s) = (1 + lead*s)/((1 + s/q1)*(1 + s/q2))*exp(-tau*s); poles q1, q2 in 1/s, (P, 2); lead, the inverse of the zero,
@@ -16,12 +15,10 @@ def magnetisation_filter(current: Array, poles: Array, lead: Array, tau: Array, 
     Source: Savaia et al. eq. 7.
     """
     zeros = np.column_stack([lead, np.zeros(len(lead))])
-    if isinstance(dt, np.ndarray):
-        return uneven.unit_gain_filter(uneven.delayed(current, tau, dt), poles, zeros, dt)
     return unit_gain_filter(delayed(current, tau / dt), poles, zeros, dt)
 
 
-def hysteresis_filter(force: Array, poles: Array, turn: Array, xi: Array, dt: Steps) -> Array:
+def hysteresis_filter(force: Array, poles: Array, turn: Array, xi: Array, dt: float) -> Array:
     """Return H(s)*F, (P, N), of forces (P, N), in their unit.
 
     H(s) = (1 + 2*xi*turn*s + turn^2*s^2)/prod_k(1 + s/p_k); poles p1 ... p4 in 1/s, (P, 4); turn, the inverse of the
@@ -30,6 +27,4 @@ def hysteresis_filter(force: Array, poles: Array, turn: Array, xi: Array, dt: St
     Source: Savaia et al. eq. 5.
     """
     zeros = np.column_stack([2.0 * xi * turn, turn**2])
-    if isinstance(dt, np.ndarray):
-        return uneven.unit_gain_filter(force, poles, zeros, dt)
     return unit_gain_filter(force, poles, zeros, dt)

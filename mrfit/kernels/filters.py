@@ -1,4 +1,4 @@
-"""Operators on sampled signals, of which effects are made: lag, fractional shift, play, release, bend, level.
+"""Operators on sampled signals, of which effects are made: lag, fractional shift, play, release, level.
 
 Every operator is the identity, to the last bit, at the parameter value that makes it vanish.
 """
@@ -34,22 +34,20 @@ def lag(x: Array, ratio: Array) -> Array:
 
 
 @kernel
-def chord_lag(x: Array, here: Array, there: Array, gain: float) -> Array:
-    """Return ``lag`` of a signal (N,) whose tau/dt, over each interval, is a gain > 0 times the chord d(there)/d(here).
+def chord_lag(x: Array, here: Array, there: Array, gain: float, steps: Array) -> Array:
+    """Return ``lag`` of a signal (N,) whose tau, over each step, is a gain > 0 in s times the chord d(there)/d(here).
 
     Where a chord of the signals ``here`` and ``there``, (N,), has no slope above 0, that before it holds; 0 at first.
+    ``steps`` in s, (1,) or (N,), is the time from each sample to that before.
     """
     y = np.empty_like(x)
     y[0] = x[0]
-    ratio = 0.0
+    chord = 0.0
     for j in range(1, len(x)):
         run = here[j] - here[j - 1]
         slope = (there[j] - there[j - 1]) / run if run != 0.0 else 0.0
-        ratio = gain * slope if 0.0 < slope < math.inf else ratio
-        y[j] = x[j]
-        if ratio > 0.0:
-            rate = 1.0 / ratio
-            y[j] += math.exp(-rate) * (y[j - 1] - x[j - 1]) + ratio * math.expm1(-rate) * (x[j] - x[j - 1])
+        chord = slope if 0.0 < slope < math.inf else chord
+        y[j] = lag_step(y[j - 1], x[j - 1], x[j], gain * chord, steps[min(j, len(steps) - 1)])
     return y
 
 
@@ -90,6 +88,54 @@ def gained_from_bend(rate: float) -> float:
     kept = math.exp(-rate)
     first, second = (1.0 - kept * (1.0 + rate)) / rate, (2.0 - kept * (2.0 + 2.0 * rate + rate**2)) / rate**2
     return 0.5 * (first - second)
+
+
+@kernel
+def lag_step(y: float, before: float, now: float, tau: float, dt: float) -> float:
+    """Return the output of ``lag`` after a step of dt s, over which its input goes from ``before`` to ``now``."""
+    if tau <= 0.0 or dt <= 0.0:
+        return y if dt <= 0.0 and tau > 0.0 else now
+    ratio = tau / dt
+    return now + math.exp(-1.0 / ratio) * (y - before) + ratio * math.expm1(-1.0 / ratio) * (now - before)
+
+
+@kernel
+def bend_step(
+    bend: tuple[float, float, float, float], before: float, now: float, tau: float, dt: float
+) -> tuple[float, float, float, float, float]:
+    """Return what ``lagged_bends`` says of a step's end before more is known, and the ``bend`` behind it.
+
+    That is what it says of the sample at the step's beginning, the second derivative there, and slope and length of the
+    step; a length of 0 if there was none.
+    """
+    settled, curvature, slope, length = bend
+    if dt <= 0.0 or tau <= 0.0:
+        return 0.0, settled, curvature, slope, length
+    rising, here = (now - before) / dt, 0.0
+    if length > 0.0:
+        here = 2.0 * (rising - slope) / (dt + length)
+        settled = math.exp(-length / tau) * settled
+        settled += gained_from_bend(length / tau) * length * length * 0.5 * (curvature + here)
+    guess = math.exp(-dt / tau) * settled + gained_from_bend(dt / tau) * dt * dt * here
+    return guess, settled, here, rising, dt
+
+
+@kernel
+def play_step(
+    y: float, chord: tuple[float, float], before: float, now: float, half_width: float, dt: float
+) -> tuple[float, float, float]:
+    """Return ``smooth_play`` at a step's end, and travel and length of the step; ``chord`` is those of the last one."""
+    travel, length = now - before, dt
+    if chord[1] > 0.0 and dt > 0.0:
+        one, other = chord[0] / chord[1], travel / dt
+        slope, bend = (chord[1] * other + dt * one) / (chord[1] + dt), 2.0 * (other - one) / (chord[1] + dt)
+        # slopes at the first and at the last of the three samples
+        if (slope - bend * chord[1]) * (slope + bend * dt) < 0.0:
+            vertex = before - slope * slope / (2.0 * bend)
+            y = max(vertex - half_width, min(vertex + half_width, y))
+    if dt <= 0.0:
+        travel, length = chord
+    return max(now - half_width, min(now + half_width, y)), travel, length
 
 
 @kernel
@@ -177,6 +223,66 @@ def place(samples: int, shift: float) -> tuple[Index, Array]:
     return before, at - before
 
 
+def times_of(steps: Array) -> Array:
+    """Return the time of every sample in s, (N,), 0 at the first."""
+    times = np.zeros(len(steps))
+    np.cumsum(steps[1:], out=times[1:])
+    return times
+
+
+def place_unevenly(steps: Array, age: float) -> tuple[Index, Array]:
+    """Return the sample before every time that lies ``age`` s earlier, (N,), and its share of the step after that.
+
+    Times outside the record are its ends; below 0 ``age`` is a time to come.
+    """
+    times = times_of(steps)
+    at = np.clip(times - age, 0.0, times[-1])
+    before = np.clip(np.searchsorted(times, at, "right") - 1, 0, len(times) - 2)
+    return before, (at - times[before]) / steps[before + 1]
+
+
+@kernel
+def _cubic(x: Array, times: Array, newest: int, at: float) -> float:
+    """Return the cubic through samples newest - 3 to newest at a time; beyond its ends a signal holds its end value."""
+    last = len(x) - 1
+    t, y = np.empty(4), np.empty(4)
+    for k in range(4):
+        m = newest - k
+        inside = min(max(m, 0), last)
+        y[k], t[k] = x[inside], times[inside]
+        if m < 0:
+            t[k] += m * (times[1] - times[0])
+        elif m > last:
+            t[k] += (m - last) * (times[last] - times[last - 1])
+    total = 0.0
+    for k in range(4):
+        weight = y[k]
+        for j in range(4):
+            if j != k:
+                weight *= (at - t[j]) / (t[k] - t[j])
+        total += weight
+    return total
+
+
+@kernel
+def moved_unevenly(x: Array, age: float, times: Array, causal: bool) -> Array:
+    """Delay a signal (N,) at uneven times by a time in s, by the cubic through two samples on either side.
+
+    ``causal`` through samples that are not after the moment, as ``held_back`` does; else of either sign.
+    """
+    y = np.empty_like(x)
+    last, k = len(x) - 1, 0
+    for j in range(last + 1):
+        at = times[j] - age
+        while k < last and times[k + 1] <= at:
+            k += 1
+        if at < times[0] or at >= times[last]:
+            y[j] = x[0] if at < times[0] else x[last]
+        else:
+            y[j] = _cubic(x, times, min(k + 2, j) if causal else k + 2, at)
+    return y
+
+
 @kernel
 def play(x: Array, half_width: float) -> Array:
     """Pass a signal (N,) through a play of half-width w >= 0, in the signal's unit, which rests at 0 before sample 0.
@@ -252,30 +358,17 @@ def level(x: Array) -> float:
     return float(weights @ x / len(x))
 
 
+def level_of(x: Array, steps: Array) -> float:
+    """Return the mean over time of a signal (N,) under a Hann window; a sample stands for half the steps beside it."""
+    beside = np.concatenate([steps[1:2], steps[1:], steps[-1:]])
+    extent = 0.5 * (beside[:-1] + beside[1:])
+    middle = np.cumsum(extent) - 0.5 * extent
+    weights = extent * (1.0 - np.cos(2.0 * np.pi * middle / np.sum(extent)))
+    return float(weights @ x / np.sum(weights))
+
+
 def running_integral(x: Array, dt: float) -> Array:
     """Return the cumulative integral (N,) of a signal (N,) by the trapezoid rule, 0 at the first sample."""
     integral = np.zeros(len(x))
     np.cumsum((x[1:] + x[:-1]) * (dt / 2.0), out=integral[1:])
     return integral
-
-
-def bent(x: Array, curvature: Array, power: Array) -> Array:
-    """Return x/(1 + |x/s|^p)^(1/p) with 1/s^2 = curvature >= 0: x where it is small, s where it is large.
-
-    Parameters
-    ----------
-    x
-        Signals, in a shape that broadcasts against the curvature's.
-    curvature
-        1/s^2, in the inverse square of the signal's unit; 0 leaves x as it is.
-    power
-        p >= 1, how sharp the knee is: 1 Froehlich's curve, 2 to 4 as tanh, many a corner.
-    """
-    bend: Array = x / (1.0 + (np.sqrt(curvature) * np.abs(x)) ** power) ** (1.0 / power)
-    return bend
-
-
-def soft_sign(x: Array, width: Array | float) -> Array:
-    """Return tanh(x/width): the sign of x, but for |x| below the width, where the sign of a noisy x would chatter."""
-    sign: Array = np.tanh(x / width)
-    return sign

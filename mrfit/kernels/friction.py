@@ -1,55 +1,32 @@
-"""Hysteresis stepped sample by sample: Dahl and LuGre friction, and Bouc-Wen whose parameters vary on the way."""
+"""Steps of hysteretic elements: LuGre's bristles, and Bouc-Wen's element where no branch curve serves."""
 
 import math
 
 import numpy as np
 
-from mrfit.core.specs import Array, Index
+from mrfit.core.specs import Array
 from mrfit.kernels.branch import bouc_wen
 from mrfit.kernels.jit import kernel
 from mrfit.kernels.powers import power
 
-# Bouc-Wen that varies. Up to this y^n a series serves; in between, a sub-step in s*n, with which RK4 errs by less than
-# 1e-5 over many branches; from this -ln(1 - y^n) on a closed form; and where y counts as saturated.
-_SMALL = 0.1
-_STEP = 0.14
-_DEEP = 6.0
-_SATURATED = 1.0 - 1e-13
+Shape = tuple[float, float, float, float]
+# LuGre whose parameters move: parts of a step for a change of them by their own size
+_PARTS, _MOST_PARTS = 64.0, 400
+# Bouc-Wen: error of a sub-step as a share of the saturated state, and how many a step may have
+_EXACT, _MOST_STEPS = 1e-10, 2000
 
 
 @kernel
-def dahl(x: Array, rate: Array) -> Array:
-    """Return Dahl's state y: dy = rate*(dx - |dx|*y), from y = 0 at sample 0; exact for every step.
-
-    Parameters
-    ----------
-    x
-        Displacement, shape (N,).
-    rate
-        Inverse of the travel over which friction turns over, shape (P, M): M = 1, or M = N with the value of sample j
-        for the step that ends there.
-
-    Returns
-    -------
-    Array
-        States between -1 and 1, shape (P, N).
-    """
-    out = np.empty((len(rate), len(x)))
-    last = rate.shape[1] - 1
-    for p in range(len(rate)):
-        y = 0.0
-        for j in range(len(x)):
-            if j > 0:
-                step = x[j] - x[j - 1]
-                y += -math.expm1(-rate[p, min(j, last)] * abs(step)) * (math.copysign(1.0, step) - y)
-            out[p, j] = y
-    return out
-
-
-@kernel
-def _stribeck(v: float, fc: float, more: float, vs: float) -> float:
+def stribeck_curve(v: float, fc: float, more: float, vs: float) -> float:
     """Return fc + more*exp(-(v/vs)^2), its last term dropped where it is below 1e-11 of itself at rest."""
     return fc + more * math.exp(-((v / vs) ** 2)) if abs(v) < 5.0 * vs else fc
+
+
+@kernel
+def between(then: Shape, here: Shape, share: float) -> Shape:
+    """Return parameters on the line from those of a step's beginning to those of its end."""
+    (a0, b0, c0, d0), (a1, b1, c1, d1) = then, here
+    return a0 + share * (a1 - a0), b0 + share * (b1 - b0), c0 + share * (c1 - c0), d0 + share * (d1 - d0)
 
 
 @kernel
@@ -68,36 +45,40 @@ def _follow(turn: float) -> tuple[float, float, float]:
 
 
 @kernel
-def _lugre_piece(z: float, ends: tuple[float, float], dt: float, shape: tuple[float, float, float, float]) -> float:
+def _lugre_piece(z: float, ends: tuple[float, float], dt: float, then: Shape, here: Shape) -> float:
     """Return the deflection after v went linearly, without a change of sign, between two values in a time dt.
 
-    In the variable tau = integral of sigma0*|v|/g, dz/dtau = sign(v)*g/sigma0 - z, with g taken as a parabola in tau.
+    In the variable tau = integral of sigma0*|v|/g, dz/dtau = sign(v)*g/sigma0 - z, with g/sigma0 a parabola in tau.
     """
     v0, v1 = ends
-    sigma, fc, more, vs = shape
-    sign, middle = (1.0 if v0 + v1 > 0.0 else -1.0), 0.5 * (v0 + v1)
-    g0, gm, g1 = _stribeck(v0, fc, more, vs), _stribeck(middle, fc, more, vs), _stribeck(v1, fc, more, vs)
-    r0, rm, r1 = abs(v0) / g0, abs(middle) / gm, abs(v1) / g1
+    sign, vm = (1.0 if v0 + v1 > 0.0 else -1.0), 0.5 * (v0 + v1)
+    sigma0, fc0, more0, vs0 = then
+    sigma1, fc1, more1, vs1 = here
+    sigmam, fcm, morem, vsm = between(then, here, 0.5)
+    g0 = stribeck_curve(v0, fc0, more0, vs0) / sigma0
+    gm = stribeck_curve(vm, fcm, morem, vsm) / sigmam
+    g1 = stribeck_curve(v1, fc1, more1, vs1) / sigma1
+    r0, rm, r1 = abs(v0) / g0, abs(vm) / gm, abs(v1) / g1
     total = (r0 + 4.0 * rm + r1) / 6.0
-    turn, half = sigma * dt * total, (5.0 * r0 + 8.0 * rm - r1) / (24.0 * total)
-    whole, first, second = _follow(turn)
+    half = (5.0 * r0 + 8.0 * rm - r1) / (24.0 * total)
+    whole, first, second = _follow(dt * total)
     bend = ((gm - g0) / half - (g1 - g0)) / (half - 1.0)
-    target = g0 * whole + (g1 - g0 - bend) * first + bend * second
-    return z * (1.0 - whole) + sign * target / sigma
+    return z * (1.0 - whole) + sign * (g0 * whole + (g1 - g0 - bend) * first + bend * second)
 
 
 @kernel
-def _lugre_step(z: float, ends: tuple[float, float], dt: float, shape: tuple[float, float, float, float]) -> float:
-    """Return the deflection after one sample interval, cut where v passes 0 and eighths of Stribeck's velocity.
+def _lugre_part(z: float, ends: tuple[float, float], dt: float, then: Shape, here: Shape) -> float:
+    """Return the deflection after a part of a step, cut where v passes 0 and eighths of Stribeck's velocity.
 
     The cuts move with the parameters, so that the result is as smooth in them as the equation.
     """
     v0, v1 = ends
     if v0 == v1:
-        return _lugre_piece(z, ends, dt, shape) if v0 != 0.0 else z
-    width = 0.125 * shape[3] if shape[2] != 0.0 else math.inf
+        return _lugre_piece(z, ends, dt, then, here) if v0 != 0.0 else z
+    width = 0.125 * min(then[3], here[3]) if then[2] != 0.0 or here[2] != 0.0 else math.inf
     sign = 1.0 if v1 > v0 else -1.0
     at, stop = sign * v0, sign * v1  # seen along the velocity's direction, at rises to stop
+    start, low = at, then
     for _ in range(80):
         if at < -32.0 * width:
             following = -32.0 * width
@@ -109,7 +90,10 @@ def _lugre_step(z: float, ends: tuple[float, float], dt: float, shape: tuple[flo
             following = stop
         following = min(following, stop)
         if following > at:
-            z = _lugre_piece(z, (sign * at, sign * following), dt * (following - at) / (stop - sign * v0), shape)
+            share = (following - at) / (stop - start)
+            high = between(then, here, (following - start) / (stop - start))
+            z = _lugre_piece(z, (sign * at, sign * following), dt * share, low, high)
+            low = high
         if following >= stop:
             break
         at = following
@@ -117,38 +101,81 @@ def _lugre_step(z: float, ends: tuple[float, float], dt: float, shape: tuple[flo
 
 
 @kernel
-def lugre(v: Array, theta: Array, steps: Array) -> Array:
-    """Return the force of LuGre friction, from z = 0 at sample 0, with v linear between samples.
-
-        F = f0 + sigma0*z + sigma1*dz/dt + sigma2*v
-        dz/dt = v - sigma0*|v|*z/g(v),    g = Fc + dF*exp(-(v/vs)^2)
+def lugre_step(z: float, ends: tuple[float, float], dt: float, then: Shape, here: Shape) -> float:
+    """Return the deflection of LuGre's bristles in m after a step of dt s.
 
     Parameters
     ----------
-    v
-        Velocity in m/s, shape (N,).
-    theta
-        sigma0 (N/m), sigma1, sigma2 (N*s/m), Fc, dF (N), vs (m/s), f0 (N), shape (7, P, M): M = 1, or M = N with the
-        values of sample j for the step that ends there.
-    steps
-        Time from each sample to that before in s, shape (1,) or (N,).
-
-    Returns
-    -------
-    Array
-        In N, shape (P, N).
+    z
+        Deflection before it, m.
+    ends
+        Velocity at both ends in m/s, linear in between.
+    dt
+        In s.
+    then, here
+        sigma0 (N/m), Fc, dF (N) and vs (m/s) at both ends, linear in between.
     """
-    vectors, last, last_step = theta.shape[1], theta.shape[2] - 1, len(steps) - 1
-    out = np.empty((vectors, len(v)))
-    for p in range(vectors):
-        z = 0.0
-        for j in range(len(v)):
-            sigma0, sigma1, sigma2, fc, more, vs, f0 = theta[:, p, min(j, last)]
-            if j > 0:
-                z = _lugre_step(z, (v[j - 1], v[j]), steps[min(j, last_step)], (sigma0, fc, more, vs))
-            rate = v[j] - sigma0 * abs(v[j]) * z / _stribeck(v[j], fc, more, vs)
-            out[p, j] = f0 + sigma0 * z + sigma1 * rate + sigma2 * v[j]
-    return out
+    change = 0.0
+    for k in range(4):
+        change = max(change, abs(here[k] - then[k]) / max(min(abs(then[k]), abs(here[k])), 1e-300))
+    if change == 0.0:
+        return _lugre_part(z, ends, dt, then, here)
+    parts = int(min(1.0 + _PARTS * change, _MOST_PARTS))
+    for k in range(parts):
+        one, other = k / parts, (k + 1.0) / parts
+        v0, v1 = ends[0] + one * (ends[1] - ends[0]), ends[0] + other * (ends[1] - ends[0])
+        z = _lugre_part(z, (v0, v1), dt / parts, between(then, here, one), between(then, here, other))
+    return z
+
+
+@kernel
+def _slope(z: float, share: float, travel: float, then: Shape, here: Shape) -> float:
+    """Return dz/d(share of a step) of Bouc-Wen's element."""
+    kappa, beta, gamma, n = between(then, here, share)
+    return travel * (kappa - (beta + math.copysign(gamma, travel * z)) * power(abs(z), n))
+
+
+@kernel
+def bouc_wen_step(z: float, travel: float, then: Shape, here: Shape) -> float:
+    """Return z after a step of a travel, dz = kappa*dx - (beta*dx + gamma*|dx|*sign(z))*|z|^n.
+
+    By Dormand's and Prince's method of order 5, in sub-steps of bounded number whose error is 1e-10 of saturation.
+
+    Parameters
+    ----------
+    z
+        State before it.
+    travel
+        Of the drive, which is linear in time, in its unit.
+    then, here
+        kappa, beta, gamma (1 over the unit) and n (1) at both ends, linear in between.
+    """
+    if travel == 0.0:
+        return z
+    kappa, beta, gamma, n = here
+    limit = _EXACT * power(kappa / (beta + gamma), 1.0 / n)
+    done, h = 0.0, min(1.0, 0.2 * power(kappa / (beta + gamma), 1.0 / n) / (kappa * abs(travel)))
+    k1 = _slope(z, 0.0, travel, then, here)
+    for _ in range(_MOST_STEPS):
+        h = min(h, 1.0 - done)
+        k2 = _slope(z + h * k1 / 5.0, done + h / 5.0, travel, then, here)
+        k3 = _slope(z + h * (3.0 * k1 + 9.0 * k2) / 40.0, done + 0.3 * h, travel, then, here)
+        to = h * (44.0 / 45.0 * k1 - 56.0 / 15.0 * k2 + 32.0 / 9.0 * k3)
+        k4 = _slope(z + to, done + 0.8 * h, travel, then, here)
+        to = 19372.0 / 6561.0 * k1 - 25360.0 / 2187.0 * k2 + 64448.0 / 6561.0 * k3 - 212.0 / 729.0 * k4
+        k5 = _slope(z + h * to, done + 8.0 / 9.0 * h, travel, then, here)
+        to = 9017.0 / 3168.0 * k1 - 355.0 / 33.0 * k2 + 46732.0 / 5247.0 * k3 + 49.0 / 176.0 * k4
+        k6 = _slope(z + h * (to - 5103.0 / 18656.0 * k5), done + h, travel, then, here)
+        to = 35.0 / 384.0 * k1 + 500.0 / 1113.0 * k3 + 125.0 / 192.0 * k4 - 2187.0 / 6784.0 * k5 + 11.0 / 84.0 * k6
+        k7 = _slope(z + h * to, done + h, travel, then, here)
+        off = 71.0 / 57600.0 * k1 - 71.0 / 16695.0 * k3 + 71.0 / 1920.0 * k4 - 17253.0 / 339200.0 * k5
+        error = abs(h * (off + 22.0 / 525.0 * k6 - k7 / 40.0)) / limit
+        if error <= 1.0 or h < 1e-9:
+            z, done, k1 = z + h * to, done + h, k7
+            if done >= 1.0:
+                break
+        h *= min(max(0.9 * math.exp(-0.2 * math.log(max(error, 1e-10))), 0.2), 5.0)
+    return z
 
 
 @kernel
@@ -179,149 +206,9 @@ def combine(state: Array, gain: Array, weights: Array, signals: Array) -> None:
                     state[p, j] += weights[k, p, 0] * signals[k, j]
 
 
-@kernel
-def _travel(y: float, n: float, rho: float) -> float:
-    """Return the travel from 0 to y >= 0 where dy/ds = 1 - rho*y^n: a series for rho*y^n up to ``_SMALL``."""
-    ratio = rho * power(y, n)
-    total, term = 1.0, 1.0
-    for k in range(1, 8):
-        term *= ratio
-        total += term / (k * n + 1.0)
-    return y * total
-
-
-@kernel
-def _reached(travel: float, n: float, rho: float) -> float:
-    """Return y after a travel from 0, the inverse of ``_travel``: first terms of its series, and a step of Newton."""
-    s_n = rho * power(travel, n)
-    a1 = -1.0 / (n + 1.0)
-    a2 = -n * a1 / (2.0 * n + 1.0)
-    a3 = -(n * a2 + 0.5 * n * (n - 1.0) * a1 * a1) / (3.0 * n + 1.0)
-    y = travel * (1.0 + s_n * (a1 + s_n * (a2 + s_n * a3)))
-    return y - (_travel(y, n, rho) - travel) * (1.0 - rho * power(y, n)) if y > 0.0 else 0.0
-
-
-@kernel
-def _fall(u: float, travel: float, n: float, rho: float) -> tuple[float, float]:
-    """Return u = |y| after it fell at du/ds = -(1 - rho*u^n), to 0 at most, and the travel that is left."""
-    while travel > 0.0 and abs(rho) * power(u, n) > _SMALL:
-        h = min(travel, 0.5 * _STEP / n, 0.3 * u)
-        k1 = 1.0 - rho * power(u, n)
-        k2 = 1.0 - rho * power(max(u - 0.5 * h * k1, 0.0), n)
-        k3 = 1.0 - rho * power(max(u - 0.5 * h * k2, 0.0), n)
-        k4 = 1.0 - rho * power(max(u - h * k3, 0.0), n)
-        u, travel = max(u - h * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0, 0.0), travel - h
-    if travel <= 0.0:
-        return u, 0.0
-    left = _travel(u, n, rho) - travel
-    return (_reached(left, n, rho), 0.0) if left > 0.0 else (0.0, -left)
-
-
-@kernel
-def _gain(depth: float, n: float) -> float:
-    """Return d(depth)/ds where depth = -ln(1 - y^n)."""
-    return n * power(-math.expm1(-depth), 1.0 - 1.0 / n) if n > 1.0 else n
-
-
-@kernel
-def _saturate(y: float, travel: float, n: float) -> float:
-    """Return y after a travel at dy/ds = 1 - y^n, from a y^n of ``_SMALL`` or more.
-
-    Steps of RK4 in -ln(1 - y^n), a variable in which the approach to 1 is a straight line; far along it, its first two
-    terms are integrated in closed form.
-    """
-    depth = -math.log1p(-power(y, n))
-    while travel > 0.0 and depth < _DEEP:
-        h = min(travel, _STEP * (0.5 + depth) / n)
-        k1 = _gain(depth, n)
-        k2 = _gain(depth + 0.5 * h * k1, n)
-        k3 = _gain(depth + 0.5 * h * k2, n)
-        k4 = _gain(depth + h * k3, n)
-        depth, travel = depth + h * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0, travel - h
-    left = math.exp(-depth)
-    if travel > 0.0:
-        start = 1.0 - 1.0 / n
-        left = 1.0 / ((1.0 / left - start) * math.exp(min(n * travel, 50.0)) + start)
-    return power(1.0 - left, 1.0 / n)
-
-
-@kernel
-def _rise(y: float, travel: float, n: float, rho: float) -> float:
-    """Return y after a rise of s by ``travel``, dy/ds = 1 - y^n above zero and 1 - rho*|y|^n below."""
-    if y < 0.0:
-        u, travel = _fall(-y, travel, n, rho)
-        y = -u
-    if travel <= 0.0 or y > _SATURATED:
-        return y
-    y = abs(y)  # no negative zero, of which there is no power
-    if power(y, n) < _SMALL:
-        s = _travel(y, n, 1.0) + travel
-        knee = power(_SMALL, 1.0 / n)
-        beyond = s - _travel(knee, n, 1.0)
-        if beyond <= 0.0:
-            return _reached(s, n, 1.0)
-        y, travel = knee, beyond
-    return min(_saturate(y, travel, n), 1.0)
-
-
-@kernel
-def _continued(x: Array, shape: tuple[Array, Array, Array], rests: Index, known: Array) -> Array:
-    """Return the states (P, N) of which the first ``rests`` (P,), 1 or more, are ``known`` (P, M)."""
-    rate, n, rho = shape
-    out = np.empty((len(rate), len(x)))
-    for p in range(len(rate)):
-        for j in range(rests[p]):
-            out[p, j] = known[p, j]
-        y = known[p, rests[p] - 1]
-        for j in range(rests[p], len(x)):
-            if x[j] != x[j - 1]:
-                step = rate[p, j] * (x[j] - x[j - 1])
-                sign = math.copysign(1.0, step)
-                y = sign * _rise(sign * y, min(abs(step), 2.0 + 30.0 / n[p, j]), n[p, j], rho[p, j])
-            out[p, j] = y
-    return out
-
-
-def varying_bouc_wen(x: Array, rate: Array, n: Array, rho: Array) -> Array:
-    """Return y = z/z_max of Bouc-Wen with parameters that vary along the samples, from y = 0 at sample 0.
-
-    Up to the sample at which a vector's parameters first vary the curve of ``branch.bouc_wen`` is read, which is exact.
-
-    Parameters
-    ----------
-    x
-        Drive, shape (N,).
-    rate, n, rho
-        kappa/z_max, n and (beta - gamma)/(beta + gamma), shapes (P, N): the values of sample j hold for the step that
-        ends there. A step of saturated travel takes no more sub-steps than one of (2 + 30/n).
-
-    Returns
-    -------
-    Array
-        Shape (P, N), within -1 and 1; the share of the saturated state is kept where the parameters change.
-    """
-    moved = np.any([values != values[:, :1] for values in (rate, n, rho)], axis=0)
-    rests = np.where(moved.any(axis=1), moved.argmax(axis=1), len(x))
-    known, longest = np.zeros((len(rate), 1)), int(rests.max(initial=0))
-    if longest > 1:
-        first = [values[:, :1] for values in (rate, n, rho)]
-        known = bouc_wen(x[:longest], np.hstack([np.zeros_like(rate[:, :1]), np.ones_like(rate[:, :1]), *first]))
-    stepped: Array = _continued(x, (rate, n, rho), rests, known)
-    return stepped
-
-
 def hysteresis(x: Array, rate: Array, n: Array, rho: Array) -> Array:
-    """Return y = z/z_max of Bouc-Wen driven by x, (P, N): by the exact branch curve until its parameters first vary.
+    """Return y = z/z_max of Bouc-Wen driven by x (N,), (P, N), by the exact branch curve.
 
-    Parameters
-    ----------
-    x
-        Drive, shape (N,).
-    rate, n, rho
-        As in ``varying_bouc_wen``, shapes (P, 1) or (P, N).
+    ``rate``, ``n`` and ``rho`` are kappa/z_max, n and (beta - gamma)/(beta + gamma), shapes (P, 1).
     """
-    first = [values[:, :1] for values in (rate, n, rho)]
-    if all(v.shape[1] == 1 or np.array_equal(v, np.broadcast_to(v[:, :1], v.shape)) for v in (rate, n, rho)):
-        nothing, one = np.zeros_like(first[0]), np.ones_like(first[0])
-        return bouc_wen(x, np.hstack([nothing, one, *first]))
-    return varying_bouc_wen(x, *(np.ascontiguousarray(np.broadcast_to(v, (len(v), len(x)))) for v in (rate, n, rho)))
+    return bouc_wen(x, np.hstack([np.zeros_like(rate), np.ones_like(rate), rate, n, rho]))

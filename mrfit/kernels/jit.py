@@ -5,14 +5,18 @@ the folder is a hash over all kernel sources, so that any edit starts afresh.
 """
 
 import hashlib
+import math
 import os
 import stat
 import tempfile
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
+from types import FunctionType
 from typing import Any, TypeVar, cast
+
+import numpy as np
 
 from mrfit.core import temporary
 from mrfit.core.current_folder import Hidden
@@ -22,7 +26,10 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def _cache_folder() -> Path:
-    sources = sorted(Path(__file__).parent.glob("*.py"))
+    package = Path(__file__).parents[1]
+    sources = [
+        s for folder in ("kernels", "models", "effects", "apply") for s in sorted((package / folder).glob("*.py"))
+    ]
     key = hashlib.sha256(b"".join(s.read_bytes() for s in sources)).hexdigest()[:16]
     # a folder that is not named in full lies beside the logs, and what is compiled is code
     caches = (os.environ.get("MRFIT_CACHE", ""), os.environ.get("XDG_CACHE_HOME", ""), os.path.expanduser("~/.cache"))
@@ -64,6 +71,7 @@ with Hidden(SETTINGS):
 from numba.core import config, event  # noqa: E402
 
 config._config_fname = os.devnull
+from numba.cpython.unsafe.tuple import tuple_setitem  # noqa: E402
 from numba.extending import intrinsic, overload  # noqa: E402
 
 
@@ -127,10 +135,69 @@ def is_cold() -> bool:
     return next(Path(os.environ["NUMBA_CACHE_DIR"]).rglob("*.nbi"), None) is None
 
 
-def kernel(function: F) -> F:
-    """Compile a function of arrays and floats: cached, without the GIL, division by zero as in IEEE 754."""
-    compiled: Any = numba.njit(cache=True, nogil=True, error_model="numpy", fastmath={"contract"})(function)
+def kernel(function: F, kept: bool = True) -> F:
+    """Compile a function of arrays and floats: cached, without the GIL, division by zero as in IEEE 754.
+
+    What is not mrfit's own is not ``kept`` on disk: the folder's key does not know its source.
+    """
+    compiled: Any = numba.njit(cache=kept, nogil=True, error_model="numpy", fastmath={"contract"})(function)
     return cast(F, compiled)
+
+
+def copy_of(template: F, name: str, parts: Mapping[str, Any]) -> F:
+    """Return a template for one element: functions and constants of these names take the place of its globals.
+
+    A copy with a name of its own is cached on disk, which a closure over a function is not.
+    """
+    code: Any = template
+    copied: Any = FunctionType(
+        code.__code__, {**code.__globals__, **parts}, f"{code.__name__}_{name.replace('-', '_')}"
+    )
+    copied.__qualname__ = copied.__name__
+    return cast(F, copied)
+
+
+_set: Any = tuple_setitem
+
+
+@kernel
+def row(values: Any, first: int, empty: Any) -> Any:
+    """Return as many values as the tuple ``empty`` has, from a place of a flat array or pointer on, as a tuple."""
+    for k in range(len(empty)):
+        empty = _set(empty, k, values[first + k])
+    return empty
+
+
+def where(condition: Any, one: Any, other: Any) -> Any:
+    """Return one where a condition holds, else the other, of arrays or, in kernels, of numbers."""
+    return np.where(condition, one, other)
+
+
+def clip(x: Any, low: Any, high: Any) -> Any:
+    """Return x within bounds, of arrays or, in kernels, of numbers."""
+    return np.clip(x, low, high)
+
+
+def erf(x: Any) -> Any:
+    """Return the error function, of arrays or, in kernels, of numbers."""
+    from scipy.special import erf
+
+    return erf(x)
+
+
+@overload(where, strict=False)
+def _where(condition: Any, one: Any, other: Any) -> Any:
+    return lambda condition, one, other: one if condition else other
+
+
+@overload(clip, strict=False)
+def _clip(x: Any, low: Any, high: Any) -> Any:
+    return lambda x, low, high: min(max(x, low), high)
+
+
+@overload(erf, strict=False)
+def _erf(x: Any) -> Any:
+    return lambda x: math.erf(x)
 
 
 def _bitcast(result: Any, argument: Any) -> Any:
@@ -144,6 +211,45 @@ def _bitcast(result: Any, argument: Any) -> Any:
 
     return intrinsic(typing)
 
+
+def address_of(function: Callable[..., Any], kept: bool) -> int:
+    """Compile a function of the pointers that ``call`` passes; return its address."""
+    real: Any = numba.float64
+    pointer = numba.types.CPointer(real)  # type: ignore[no-untyped-call]
+    signature = real(*[pointer] * 5, real, pointer)
+    options: Any = {"cache": kept, "error_model": "numpy", "fastmath": {"contract"}}
+    made = numba.cfunc(signature, **options)(function)
+    _alive.append(made)
+    return int(made.address or 0)
+
+
+# What addresses point at
+_alive: list[Any] = []
+
+
+def _call(  # noqa: PLR0913
+    typing: Any, address: Any, state: Any, i: Any, following: Any, j: Any, before: Any, k: Any, now: Any, m: Any,
+    theta: Any, n: Any, dt: Any, past: Any, q: Any,
+) -> Any:  # fmt: skip
+    """Call a compiled function at an address: arrays, each with the place from which it sees them, and dt."""
+    arrays = (state, following, before, now, theta, past)
+
+    def build(target: Any, builder: Any, signature: Any, given: Any) -> Any:
+        from llvmlite import ir  # type: ignore[import-untyped]
+
+        def place(index: int) -> Any:
+            data = target.make_array(signature.args[index])(target, builder, given[index]).data
+            return builder.gep(data, [given[index + 1]])
+
+        passed = [*(place(index) for index in (1, 3, 5, 7, 9)), given[11], place(12)]
+        shape = ir.FunctionType(ir.DoubleType(), [a.type for a in passed])
+        return builder.call(builder.inttoptr(given[0], shape.as_pointer()), passed)
+
+    pairs = [kind for array in arrays[:5] for kind in (array, numba.intp)]
+    return numba.float64(numba.int64, *pairs, numba.float64, past, numba.intp), build
+
+
+call: Any = intrinsic(_call)
 
 # The 64 bits of a float64 as an int64, and back: what vector powers are made of.
 bits = cast(Callable[[float], int], _bitcast(numba.int64, numba.float64))

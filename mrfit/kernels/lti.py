@@ -1,11 +1,12 @@
 """Linear blocks in continuous time, simulated exactly for inputs that are linear between samples."""
 
 import math
+from typing import Any
 
 import numpy as np
 
 from mrfit.core.specs import Array
-from mrfit.kernels.jit import kernel
+from mrfit.kernels.jit import kernel, row
 
 # Time constants in s below this one are too short for any log, and their poles too fast for the exponential
 SHORTEST = 1e-9
@@ -107,7 +108,59 @@ def advance(step: Array, state: Array, now: float, rise: float) -> None:
 
 
 @kernel
-def passed(poles: Array, zeros: Array, state: Array, now: float, rest: float) -> float:
+def cascade_matrix(move: Array, poles: Any, dt: float) -> None:
+    """Write what moves rise and value of a cascade's input, and its states, over dt s: exp of a lower triangle.
+
+    By scaling, a Taylor polynomial of order 14, and squaring, all in place.
+    """
+    size, norm, scale, squarings = len(poles) + 2, 1.0, 0.5, 1
+    for i in range(len(poles)):
+        norm = max(norm, 2.0 * poles[i] * dt)
+    for _ in range(60):
+        if norm <= 1.0:
+            break
+        norm, scale, squarings = 0.5 * norm, 0.5 * scale, squarings + 1
+    for i in range(size):
+        for j in range(size):
+            move[i, j] = 1.0 if i == j else 0.0
+    for k in range(14, 0, -1):
+        for i in range(size - 1, 1, -1):
+            rate = poles[i - 2] * dt * scale / k
+            for j in range(i):
+                move[i, j] = rate * (move[i - 1, j] - move[i, j])
+            move[i, i] = 1.0 - rate * move[i, i]
+        move[1, 0] = scale / k
+    for _ in range(squarings):
+        _square(move, size)
+
+
+@kernel
+def _square(move: Array, size: int) -> None:
+    """Square a lower triangle in place."""
+    for i in range(size - 1, 0, -1):
+        for j in range(i):
+            total = move[i, i] * move[i, j]
+            for m in range(j, i):
+                total += move[i, m] * move[m, j]
+            move[i, j] = total
+        move[i, i] *= move[i, i]
+
+
+@kernel
+def cascade_step(states: Any, poles: Any, before: float, now: float, dt: float) -> Any:
+    """Return the states of a cascade of poles in 1/s, tuples, after a step over which its input goes linearly."""
+    order = len(poles)
+    move, following = np.zeros((order + 2, order + 2)), np.zeros(order)
+    cascade_matrix(move, poles, dt)
+    for i in range(order):
+        following[i] = move[i + 2, 0] * (now - before) + move[i + 2, 1] * before
+        for k in range(i + 1):
+            following[i] += move[i + 2, k + 2] * states[k]
+    return row(following, 0, states)
+
+
+@kernel
+def passed(poles: Any, zeros: Any, state: Any, now: float, rest: float) -> float:
     """Return the output of a cascade with two zeros, whose input is ``now`` and was ``rest`` at rest.
 
     w is the last state, s*w = p_n*(w_before - w), and s^2*w likewise from s*w_before.

@@ -67,3 +67,8 @@ def plain(values: Array) -> Array:
 def along_samples(theta: Array) -> Array:
     """Return theta as (K, P, M) for kernels: M = 1 where a vector's values hold for all samples, else M = N."""
     return np.ascontiguousarray(np.swapaxes(theta if theta.ndim == 3 else theta[:, :, None], 0, 1))
+
+
+def once(x: Array) -> Array:
+    """Return a signal (N,), or its first value (1,) where it does not change."""
+    return x[:1] if np.all(x == x[0]) else x

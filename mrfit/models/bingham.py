@@ -32,7 +32,7 @@ SPEC = ModelSpec(
 
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the force in N, shape (P, N), of a velocity in m/s, shape (1, N); dt does not enter."""
-    return evaluate(_force, drive, theta)
+    return evaluate(law, drive, theta)
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
@@ -40,6 +40,7 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     return inside(SPEC, post_yield_line(drive[0], output))
 
 
-def _force(v: Array, fy: Array, c_inf: Array, f0: Array) -> Array:
+def law(v: Array, fy: Array, c_inf: Array, f0: Array) -> Array:
+    """Return the force in N of numbers or arrays that broadcast."""
     force: Array = f0 + fy * np.sign(v) + c_inf * v
     return force

@@ -11,9 +11,8 @@ Source: preyield paper eq. 3 with fy as its Figure 4 and its Tables 1-2 have it.
 at yield for fy, fy = C0*vy, which the tables do not obey; the 1.8 and 4.1 mm/s of their rows MH stand for 18 and 41.
 """
 
-import numpy as np
-
 from mrfit.core.specs import Array, Derived, ModelSpec, Param
+from mrfit.kernels.jit import clip
 from mrfit.kernels.points import inside, post_yield_line, yield_velocity
 from mrfit.kernels.theta import evaluate
 
@@ -37,7 +36,7 @@ SPEC = ModelSpec(
 
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the force in N, shape (P, N), of a velocity in m/s, shape (1, N); dt does not enter."""
-    return evaluate(_force, drive, theta)
+    return evaluate(law, drive, theta)
 
 
 def derived(theta: Array) -> Array:
@@ -50,6 +49,7 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     return inside(SPEC, {**post_yield_line(drive[0], output), "vy": 2.0 * yield_velocity(drive[0], output)})
 
 
-def _force(v: Array, fy: Array, c_inf: Array, vy: Array, f0: Array) -> Array:
-    force: Array = f0 + fy * np.clip(v / vy, -1.0, 1.0) + c_inf * v
+def law(v: Array, fy: Array, c_inf: Array, vy: Array, f0: Array) -> Array:
+    """Return the force in N of numbers or arrays that broadcast."""
+    force: Array = f0 + fy * clip(v / vy, -1.0, 1.0) + c_inf * v
     return force

@@ -6,7 +6,7 @@
 x displacement (m), v velocity (m/s), F force (N), c damping (N*s/m), k stiffness (N/m), x0 displacement at which the
 spring is at rest (m), alpha force per z (N), z hysteretic state (1) with z = 0 at sample 0, kappa, beta, gamma (1/m),
 n (1). z depends on the path of x alone and is simulated by the exact branch curve of ``kernels.branch``; where kappa,
-beta, gamma or n vary along the samples, by sub-steps in x.
+beta, gamma or n vary along the samples, they are linear over a step, and z is stepped.
 
 Source: Tang et al. eq. 4, written here for z without a unit, so that the unit of beta and gamma does not hang on n. The
 offset of a gas accumulator is -k*x0, as printed; a separate f0 would be the same parameter twice.
@@ -20,9 +20,10 @@ from functools import partial
 
 import numpy as np
 
-from mrfit.core.specs import Array, Derived, ModelSpec, Param, Reduced
+from mrfit.core.specs import Array, Derived, Ends, ModelSpec, Param, Reduced, State, Values
 from mrfit.kernels.branch import ROUGH, bouc_wen, normal_form, printed_form
-from mrfit.kernels.friction import combine, hysteresis
+from mrfit.kernels.elements import response_of
+from mrfit.kernels.friction import bouc_wen_step, combine, hysteresis
 from mrfit.kernels.points import inside, post_yield_line
 from mrfit.kernels.theta import along_samples, plain
 
@@ -54,10 +55,29 @@ SPEC = ModelSpec(
 )
 
 
+def rest(now: Values, theta: Values) -> State:
+    """Return z of an element that has stood still."""
+    return (0.0,)
+
+
+def step(state: State, before: Values, now: Values, theta: Ends, dt: float) -> tuple[float, State]:
+    """Return the force in N and z at the end of a step."""
+    then, (c, k, x0, alpha, kappa, beta, gamma, n) = theta
+    z = bouc_wen_step(state[0], now[0] - before[0], (then[4], then[5], then[6], then[7]), (kappa, beta, gamma, n))
+    return c * now[1] + k * (now[0] - x0) + alpha * z, (z,)
+
+
+_stepped = response_of(SPEC, rest, step)
+
+
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the force in N, shape (P, N), of displacement (m) and velocity (m/s), shape (2, N); dt does not enter."""
+    if theta.ndim == 3 and np.any(theta[:, 4:] != theta[:, 4:, :1]):
+        return _stepped(drive, theta, dt)
     x, v = plain(drive)
-    c, k, x0, alpha, kappa, beta, gamma, n = along_samples(theta)
+    values = along_samples(theta)
+    c, k, x0, alpha = values[:4]
+    kappa, beta, gamma, n = values[4:, :, :1]
     z_max, rate, rho = normal_form(kappa, beta, gamma, n)
     force = hysteresis(x, rate, n, rho)
     combine(force, alpha * z_max, np.stack([c, k, -k * x0]), np.stack([v, x, np.ones_like(v)]))

@@ -4,19 +4,20 @@
 
 x displacement (m), v velocity (m/s), F force (N), c damping (N*s/m), fy friction force (N), w state between -1 and 1
 with w = 0 at sample 0, rho inverse of the travel over which friction turns over (1/m), f0 offset (N). w depends on the
-path of x alone: every step is its exponential, exact at any sampling.
+path of x alone: every step is its exponential, exact at any sampling, for rho linear over the step too.
 
 Source: Q. Zhou, S. Nielsen, W. Qu, Journal of Sound and Vibration 296 (2006) 1; named in the reviews of Savaia et al.
 and
 003 ("Dahl hysteresis operator").
 """
 
+import math
+
 import numpy as np
 
-from mrfit.core.specs import Array, ModelSpec, Param
-from mrfit.kernels.friction import combine, dahl
+from mrfit.core.specs import Array, Ends, ModelSpec, Param, State, Values
+from mrfit.kernels.elements import response_of
 from mrfit.kernels.points import inside, post_yield_line
-from mrfit.kernels.theta import along_samples, plain
 
 SPEC = ModelSpec(
     name="dahl",
@@ -37,13 +38,21 @@ SPEC = ModelSpec(
 )
 
 
-def response(drive: Array, theta: Array, dt: float) -> Array:
-    """Return the force in N, shape (P, N), of displacement (m) and velocity (m/s), shape (2, N); dt does not enter."""
-    x, v = plain(drive)
-    c, fy, rho, f0 = along_samples(theta)
-    force = dahl(x, rho)
-    combine(force, fy, np.stack([c, f0]), np.stack([v, np.ones_like(v)]))
-    return force
+def rest(now: Values, theta: Values) -> State:
+    """Return w of friction that has stood still."""
+    return (0.0,)
+
+
+def step(state: State, before: Values, now: Values, theta: Ends, dt: float) -> tuple[float, State]:
+    """Return the force in N and w at the end of a step."""
+    (w,) = state
+    then, (c, fy, rho, f0) = theta
+    travel = now[0] - before[0]
+    w += math.expm1(-0.5 * (then[2] + rho) * abs(travel)) * (w - math.copysign(1.0, travel))
+    return f0 + c * now[1] + fy * w, (w,)
+
+
+response = response_of(SPEC, rest, step)
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:

@@ -35,7 +35,7 @@ SPEC = ModelSpec(
 
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the force in N, shape (P, N), of displacement (m) and velocity (m/s), shape (2, N)."""
-    return evaluate(_force, drive, theta)
+    return evaluate(law, drive, theta)
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
@@ -46,8 +46,8 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     return inside(SPEC, {**line, "C0": 1 / max(yield_velocity(v, output), 1e-6), "Omega": omega})
 
 
-def _force(x: Array, v: Array, *parameters: Array) -> Array:
-    fy, c_inf, c0, omega, f0 = parameters
+def law(x: Array, v: Array, fy: Array, c_inf: Array, c0: Array, omega: Array, f0: Array) -> Array:
+    """Return the force in N of numbers or arrays that broadcast."""
     u = v + omega * x
     force: Array = f0 + fy * np.tanh(c0 * u) + c_inf * u
     return force

@@ -17,10 +17,16 @@ links can be left out is ``hw-static+current-filter+force-filter``. Where parame
 with temperature, poles, zeros and delay keep the values of the first.
 """
 
+from typing import Any
+
 import numpy as np
 
-from mrfit.core.specs import Array, Index, ModelSpec, Param, Steps
+from mrfit.core.specs import Array, Ends, Index, ModelSpec, Param, State, Steps, Values
 from mrfit.kernels.dynamics import hysteresis_filter, magnetisation_filter
+from mrfit.kernels.elements import response_of
+from mrfit.kernels.jit import kernel
+from mrfit.kernels.lti import cascade_step, passed
+from mrfit.kernels.past import late
 from mrfit.kernels.points import inside
 from mrfit.kernels.theta import by_blocks, columns, plain
 from mrfit.kernels.wiener import wiener
@@ -61,8 +67,44 @@ SPEC = ModelSpec(
 _ABOUT = {"p1": 0.3, "p2": 1.0, "p3": 10.0, "p4": 100.0, "omega": 0.5}
 
 
+LATE = 1
+static_map: Any = kernel(hw_static.law)
+
+
+def longest(theta: Values) -> float:
+    """Return how far back in s the current is needed."""
+    return theta[13]
+
+
+def rest(now: Values, theta: Values) -> State:
+    """Return the current in A, that of the delay ago and the states of M, and the force in N and the states of H."""
+    v, i = now
+    force = static_map(v, i, theta[0], theta[1], theta[2], theta[3], 0.0)
+    return i, i, i, i, force, force, force, force, force
+
+
+def step(state: State, before: Values, now: Values, theta: Ends, dt: float, past: Array) -> tuple[float, State]:
+    """Return the force in N at the end of a step, and the state."""
+    _, (c_pre, c_post, a, b, p1, p2, p3, p4, omega, xi, q1, q2, zero, tau, f0) = theta
+    v, i = now
+    ago = late(past, 0, tau, dt, i)
+    m1, m2 = cascade_step((state[2], state[3]), (q1, q2), state[1], ago, dt)
+    magnetising = passed((q1, q2), (1.0 / zero, 0.0), (m1, m2), ago, 0.0)
+    force = static_map(v, magnetising, c_pre, c_post, a, b, 0.0)
+    before_h = (state[5], state[6], state[7], state[8])
+    h1, h2, h3, h4 = cascade_step(before_h, (p1, p2, p3, p4), state[4], force, dt)
+    zeros = (2.0 * xi / omega, 1.0 / omega**2)
+    lagged = passed((p1, p2, p3, p4), zeros, (h1, h2, h3, h4), force, 0.0)
+    return lagged + f0, (i, ago, m1, m2, force, h1, h2, h3, h4)
+
+
+_stepped = response_of(SPEC, rest, step, LATE)
+
+
 def response(drive: Array, theta: Array, dt: Steps) -> Array:
     """Return the force in N, shape (P, N), of velocity (m/s) and current (A), shape (2, N), sampled every dt s."""
+    if isinstance(dt, np.ndarray):
+        return _stepped(drive, theta, dt)
     return by_blocks(lambda block: _force(plain(drive), block, dt), drive.shape[1], theta)
 
 
@@ -93,13 +135,13 @@ def far_starts(drive: Array, output: Array, dt: float) -> list[dict[str, float]]
     return [inside(SPEC, found)]
 
 
-def _force(drive: Array, theta: Array, dt: Steps) -> Array:
+def _force(drive: Array, theta: Array, dt: float) -> Array:
     v, current = drive
     c_pre, c_post, a, b, *_, f0 = columns(theta)
     held = theta if theta.ndim == 2 else theta[:, :, 0]
     poles, omega, xi, q, zero, tau = np.split(held[:, 4:14], [4, 5, 6, 8, 9], axis=1)
     magnetising = magnetisation_filter(current, plain(q), 1.0 / zero[:, 0], tau[:, 0], dt)
-    force = hw_static.static_map(v, magnetising, (c_pre, c_post), (a, b))
+    force = hw_static.law(v, magnetising, c_pre, c_post, a, b, np.zeros(1))
     lagged = hysteresis_filter(force, plain(poles), 1.0 / omega[:, 0], xi[:, 0], dt)
     lagged += f0
     return lagged

@@ -44,6 +44,12 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     return inside(SPEC, {**post_yield_line(drive[0], output), "n": 1.0})
 
 
+def law(v: Array, fy: Array, c_inf: Array, n: Array, f0: Array) -> Array:
+    """Return the force in N of numbers or arrays that broadcast."""
+    force: Array = f0 + np.sign(v) * (fy + c_inf * np.abs(v) ** n)
+    return force
+
+
 def _force(sign: Array, log_v: Array, fy: Array, c_inf: Array, n: Array, f0: Array) -> Array:
     force: Array = f0 + sign * (fy + c_inf * np.exp(n * log_v))
     return force

@@ -14,6 +14,7 @@ Source: Savaia et al. eqs. 1-2, whose third branch of C must read c_post*(v + d0
 import numpy as np
 
 from mrfit.core.specs import Array, ModelSpec, Param, Stage
+from mrfit.kernels.jit import clip
 from mrfit.kernels.points import inside, post_yield_line, yield_velocity
 from mrfit.kernels.theta import evaluate
 
@@ -45,7 +46,7 @@ STAGES = (
 
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the force in N, shape (P, N), of velocity (m/s) and current (A), shape (2, N); dt does not enter."""
-    return evaluate(_force, drive, theta)
+    return evaluate(law, drive, theta)
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
@@ -60,14 +61,9 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     return inside(SPEC, found)
 
 
-def static_map(v: Array, current: Array, slopes: tuple[Array, Array], corner: tuple[Array, Array]) -> Array:
-    """Return C(i, v) in N of velocity (m/s) and current (A), slopes c_pre and c_post, and a and b of the corner."""
-    turn = np.maximum(corner[0] * current + corner[1], 0.0)
-    before_yield = np.clip(v, -turn, turn)
-    force: Array = slopes[0] * before_yield + slopes[1] * (v - before_yield)
+def law(v: Array, current: Array, c_pre: Array, c_post: Array, a: Array, b: Array, f0: Array) -> Array:
+    """Return the force in N of numbers or arrays that broadcast."""
+    turn = np.maximum(a * current + b, 0.0)
+    before_yield = clip(v, -turn, turn)
+    force: Array = c_pre * before_yield + c_post * (v - before_yield) + f0
     return force
-
-
-def _force(v: Array, current: Array, *parameters: Array) -> Array:
-    c_pre, c_post, a, b, f0 = parameters
-    return static_map(v, current, (c_pre, c_post), (a, b)) + f0

@@ -18,6 +18,7 @@ from dataclasses import replace
 import numpy as np
 
 from mrfit.core.specs import Array, Derived, ModelSpec, Param, Reduced
+from mrfit.kernels.jit import clip, where
 from mrfit.kernels.points import half_width, inside, post_yield_line, yield_velocity
 from mrfit.kernels.theta import evaluate
 
@@ -45,7 +46,7 @@ SPEC = ModelSpec(
 
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the force in N, shape (P, N), of velocity (m/s) and acceleration (m/s^2), shape (2, N)."""
-    return evaluate(_force, drive, theta)
+    return evaluate(law, drive, theta)
 
 
 def derived(theta: Array) -> Array:
@@ -63,11 +64,11 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     return inside(SPEC, {**line, "C0": c0, "vh": half_width(v, a, output - line["f0"])})
 
 
-def _force(v: Array, a: Array, *parameters: Array) -> Array:
-    fy, c_inf, c0, vh, f0 = parameters
+def law(v: Array, a: Array, fy: Array, c_inf: Array, c0: Array, vh: Array, f0: Array) -> Array:
+    """Return the force in N of numbers or arrays that broadcast."""
     post_yield = c_inf * v
-    branch = c0 * (v - np.where(a >= 0, vh, -vh))
-    force: Array = f0 + np.clip(branch, post_yield - fy, post_yield + fy)
+    branch = c0 * (v - where(a >= 0.0, vh, -vh))
+    force: Array = f0 + clip(branch, post_yield - fy, post_yield + fy)
     return force
 
 

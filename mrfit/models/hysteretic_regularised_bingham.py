@@ -14,6 +14,7 @@ print.
 import numpy as np
 
 from mrfit.core.specs import Array, ModelSpec, Param
+from mrfit.kernels.jit import where
 from mrfit.kernels.points import half_width, inside, post_yield_line, yield_velocity
 from mrfit.kernels.theta import evaluate
 
@@ -37,7 +38,7 @@ SPEC = ModelSpec(
 
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the force in N, shape (P, N), of velocity (m/s) and acceleration (m/s^2), shape (2, N)."""
-    return evaluate(_force, drive, theta)
+    return evaluate(law, drive, theta)
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
@@ -47,8 +48,8 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     return inside(SPEC, {**line, "vy": yield_velocity(v, output), "vh": half_width(v, a, output - line["f0"])})
 
 
-def _force(v: Array, a: Array, *parameters: Array) -> Array:
-    fy, c_inf, vy, vh, f0 = parameters
-    u = v - np.where(a >= 0, vh, -vh)
+def law(v: Array, a: Array, fy: Array, c_inf: Array, vy: Array, vh: Array, f0: Array) -> Array:
+    """Return the force in N of numbers or arrays that broadcast."""
+    u = v - where(a >= 0.0, vh, -vh)
     force: Array = f0 - fy * np.sign(u) * np.expm1(-np.abs(u) / vy) + c_inf * u
     return force

@@ -5,20 +5,18 @@
 
 v velocity (m/s), F force (N), z deflection (m) with z = 0 at sample 0, sigma0 stiffness (N/m) and sigma1 damping
 (N*s/m) of the bristles, sigma2 viscous damping (N*s/m), Fc friction force at speed (N), dF what it is more at rest (N),
-vs Stribeck's velocity (m/s), f0 offset (N). v is linear between samples; every step is an exponential one, exact for
-dF = 0 and stable for any stiffness.
+vs Stribeck's velocity (m/s), f0 offset (N). v and the parameters are linear between samples; every step is an
+exponential one, exact for dF = 0 and stable for any stiffness.
 
 Source: R. Jimenez, L. Alvarez-Icaza, Structural Control and Health Monitoring 12 (2005) 91, for magnetorheological
 dampers, there with g constant (dF = 0); named in the reviews of Savaia et al. and the preyield paper ("LuGre
 hysteresis operator").
 """
 
-import numpy as np
-
-from mrfit.core.specs import Array, ModelSpec, Param, Steps
-from mrfit.kernels.friction import lugre
+from mrfit.core.specs import Array, Ends, ModelSpec, Param, State, Values
+from mrfit.kernels.elements import response_of
+from mrfit.kernels.friction import lugre_step, stribeck_curve
 from mrfit.kernels.points import inside, largest, post_yield_line
-from mrfit.kernels.theta import along_samples, plain
 
 # Travel in m over which the bristles are bent to the friction force, for start values
 TURNOVER = 1e-3
@@ -45,9 +43,23 @@ SPEC = ModelSpec(
 )
 
 
-def response(drive: Array, theta: Array, dt: Steps) -> Array:
-    """Return the force in N, shape (P, N), of a velocity in m/s, shape (1, N), sampled every dt s."""
-    return lugre(plain(drive[0]), along_samples(theta), np.atleast_1d(np.float64(dt)))
+def rest(now: Values, theta: Values) -> State:
+    """Return no deflection."""
+    return (0.0,)
+
+
+def step(state: State, before: Values, now: Values, theta: Ends, dt: float) -> tuple[float, State]:
+    """Return the force in N and the deflection in m at the end of a step."""
+    then, (sigma0, sigma1, sigma2, fc, more, vs, f0) = theta
+    (z,) = state
+    v = now[0]
+    if dt > 0.0:
+        z = lugre_step(z, (before[0], v), dt, (then[0], then[3], then[4], then[5]), (sigma0, fc, more, vs))
+    rate = v - sigma0 * abs(v) * z / stribeck_curve(v, fc, more, vs)
+    return f0 + sigma0 * z + sigma1 * rate + sigma2 * v, (z,)
+
+
+response = response_of(SPEC, rest, step)
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:

@@ -9,17 +9,19 @@ The start values are fixed numbers spread over -1 ... 1, since equal units would
 Source: Savaia et al., section 4. The activation is not printed; the hyperbolic tangent is MATLAB's default.
 """
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
-from mrfit.core.specs import Array, Index, ModelSpec, Param, Reduced, Steps
-from mrfit.kernels import uneven
+from mrfit.core.specs import Array, Ends, Index, ModelSpec, Param, Reduced, State, Steps, Values
+from mrfit.kernels.elements import response_of
 from mrfit.kernels.lti import delayed
 from mrfit.kernels.network import network
+from mrfit.kernels.past import late
 from mrfit.kernels.theta import by_blocks, plain
 
-LAG = 4e-3
+LAG, LATE = 4e-3, 2
 _UNITS = 3
 # Share of the bounds of weights and biases within which to search first
 _SEARCHED = 0.12
@@ -72,12 +74,41 @@ SPEC = ModelSpec(
 )
 
 
+def longest(theta: Values) -> float:
+    """Return how far back in s velocity and current are needed."""
+    return LAG
+
+
+def rest(now: Values, theta: Values) -> State:
+    """Return velocity and current."""
+    return now[0], now[1]
+
+
+def step(state: State, before: Values, now: Values, theta: Ends, dt: float, past: Array) -> tuple[float, State]:
+    """Return the force in N at the end of a step, and velocity and current there."""
+    weights = theta[1]
+    v, i = now
+    v_ago, i_ago = late(past, 0, LAG, dt, v), late(past, 1, LAG, dt, i)
+    h = np.zeros(3)
+    for k in range(3):
+        inner = weights[4 * k] * v + weights[4 * k + 1] * i + weights[4 * k + 2] * v_ago + weights[4 * k + 3] * i_ago
+        h[k] = math.tanh(inner + weights[12 + k])
+    force = weights[30]
+    for j in range(3):
+        first = 15 + 3 * j
+        total = weights[first] * h[0] + weights[first + 1] * h[1] + weights[first + 2] * h[2] + weights[24 + j]
+        force += weights[27 + j] * math.tanh(total)
+    return force, (v, i)
+
+
+_stepped = response_of(SPEC, rest, step, LATE)
+
+
 def response(drive: Array, theta: Array, dt: Steps) -> Array:
     """Return the force in N, shape (P, N), of velocity (m/s) and current (A), shape (2, N), sampled every dt s."""
-    if isinstance(dt, np.ndarray):
-        ago = [uneven.delayed(row, np.array([LAG]), dt) for row in drive]
-    else:
-        ago = [delayed(plain(row), np.array([LAG / dt])) for row in drive]
+    if isinstance(dt, np.ndarray) or theta.ndim == 3:
+        return _stepped(drive, theta, dt)
+    ago = [delayed(plain(row), np.array([LAG / dt])) for row in drive]
     inputs = np.vstack([drive, *ago])
     return by_blocks(lambda block: _layers(inputs, block), drive.shape[1], theta)
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mrfit.core.specs import Array, ModelSpec, Param
+from mrfit.kernels.jit import where
 from mrfit.kernels.points import inside, largest
 from mrfit.kernels.theta import evaluate
 
@@ -42,7 +43,7 @@ SPEC = ModelSpec(
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the force in N, shape (P, N), of velocity (m/s) and acceleration (m/s^2), shape (2, N)."""
     if theta.ndim == 3:
-        return evaluate(_force, drive, theta)
+        return evaluate(law, drive, theta)
     out = np.empty((len(theta), drive.shape[1]))
     for v_max in np.unique(theta[:, -1]):
         rows = theta[:, -1] == v_max
@@ -65,6 +66,16 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     return inside(SPEC, found)
 
 
+def law(v: Array, a: Array, *parameters: Array) -> Array:
+    """Return the force in N of numbers or arrays that broadcast."""
+    u = v / parameters[2 * ORDER + 2]
+    before, now, force = 0.0 * u, 0.0 * u + 1.0, 0.0 * u
+    for i in range(ORDER + 1):
+        force = force + where(a >= 0.0, parameters[ORDER + 1 + i], parameters[i]) * now
+        before, now = now, ((2 * i + 1) * u * now - i * before) / (i + 1)
+    return force
+
+
 def _legendre(u: Array) -> Iterator[Array]:
     """Yield the Legendre polynomials of order 0 to ORDER at u."""
     before, now = np.zeros_like(u), np.ones_like(u)
@@ -77,11 +88,3 @@ def _basis(u: Array, rising: NDArray[np.bool_]) -> Array:
     """Return the functions whose weights are a0 ... b12, shape (26, N)."""
     values = np.stack(list(_legendre(u)))
     return np.vstack([values * ~rising, values * rising])
-
-
-def _force(v: Array, a: Array, *parameters: Array) -> Array:
-    u = v / parameters[-1]
-    force = np.zeros_like(u)
-    for i, value in enumerate(_legendre(u)):
-        force = force + np.where(a >= 0, parameters[ORDER + 1 + i], parameters[i]) * value
-    return force

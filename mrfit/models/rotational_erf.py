@@ -14,6 +14,7 @@ at 0 A (eqs. 20-24).
 import numpy as np
 
 from mrfit.core.specs import Array, ModelSpec, Param
+from mrfit.kernels.jit import erf
 from mrfit.kernels.points import inside, post_yield_line, yield_velocity
 from mrfit.kernels.theta import evaluate
 
@@ -38,7 +39,7 @@ SPEC = ModelSpec(
 
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the torque in N*m, shape (P, N), of angle (rad) and angular velocity (rad/s), shape (2, N)."""
-    return evaluate(_torque, drive, theta)
+    return evaluate(law, drive, theta)
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
@@ -49,9 +50,9 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     return inside(SPEC, {**found, "T0": 0.5 * float(np.max(output) + np.min(output))})
 
 
-def _torque(angle: Array, omega: Array, *parameters: Array) -> Array:
-    from scipy.special import erf
-
-    k, c, alpha, beta, gamma, offset = parameters
+def law(
+    angle: Array, omega: Array, k: Array, c: Array, alpha: Array, beta: Array, gamma: Array, offset: Array
+) -> Array:
+    """Return the torque in N*m of numbers or arrays that broadcast."""
     torque: Array = k * angle + c * omega + alpha * erf(beta * omega + gamma * np.sign(angle)) + offset
     return torque

@@ -13,6 +13,7 @@ Source: rotary-stiffness paper eq. 19, which prints >= in both lines.
 import numpy as np
 
 from mrfit.core.specs import Array, ModelSpec, Param
+from mrfit.kernels.jit import where
 from mrfit.kernels.points import inside, loop_height, post_yield_line, yield_velocity
 from mrfit.kernels.theta import evaluate
 
@@ -36,7 +37,7 @@ SPEC = ModelSpec(
 
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the torque in N*m, shape (P, N), of angular velocity (rad/s) and acceleration (rad/s^2), shape (2, N)."""
-    return evaluate(_torque, drive, theta)
+    return evaluate(law, drive, theta)
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
@@ -47,8 +48,10 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     return inside(SPEC, {**found, "lambda": -loop_height(omega, acceleration, output)})
 
 
-def _torque(omega: Array, acceleration: Array, *parameters: Array) -> Array:
-    delta, epsilon, phi, bell, sigma = parameters
-    height = np.where(acceleration >= 0, bell, -bell) * np.exp(-0.5 * (omega / sigma) ** 2)
+def law(
+    omega: Array, acceleration: Array, delta: Array, epsilon: Array, phi: Array, bell: Array, sigma: Array
+) -> Array:
+    """Return the torque in N*m of numbers or arrays that broadcast."""
+    height = where(acceleration >= 0.0, bell, -bell) * np.exp(-0.5 * (omega / sigma) ** 2)
     torque: Array = delta + epsilon * np.tanh(phi * omega) + height
     return torque

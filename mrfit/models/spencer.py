@@ -19,11 +19,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.core.specs import Array, Derived, ModelSpec, Param, Reduced, Steps
+from mrfit.core.specs import Array, Derived, Ends, ModelSpec, Param, Reduced, State, Steps, Values
 from mrfit.kernels.branch import normal_form, printed_form
+from mrfit.kernels.elements import response_of
 from mrfit.kernels.points import inside, post_yield_line, yield_velocity
-from mrfit.kernels.spencer import TOLERANCE, spencer
-from mrfit.kernels.theta import along_samples, plain
+from mrfit.kernels.spencer import TOLERANCE, spencer, spencer_step
+from mrfit.kernels.theta import plain
 
 # Tolerance of a rough simulation, in units of the usual one
 _ROUGH = 100.0
@@ -60,16 +61,42 @@ SPEC = ModelSpec(
 )
 
 
+def rest(now: Values, theta: Values) -> State:
+    """Return xi = x - y and z of a damper that has stood still, and no length of a sub-step to begin with."""
+    return 0.0, 0.0, 0.0
+
+
+def step(state: State, before: Values, now: Values, theta: Ends, dt: float) -> tuple[float, State]:
+    """Return the force in N, and xi in m, z and the sub-step's length in s at the end of a step."""
+    then, (c0, c_inf, k0, k_inf, alpha, growth, beta, gamma, n, f0) = theta
+    x, v = now
+    xi, z, wish = state
+    if dt > 0.0:
+        start = then[0], then[1], then[3], then[4], then[5], then[6], then[7], then[8]
+        end = c0, c_inf, k_inf, alpha, growth, beta, gamma, n
+        xi, z, wish = spencer_step((xi, z, wish), (before[1], v), dt, start, end)
+    w = (c0 * v - alpha * z - k_inf * xi) / (c0 + c_inf)
+    return c0 * (v - w) + k0 * x + f0, (xi, z, wish)
+
+
+_stepped = response_of(SPEC, rest, step)
+
+
 def response(drive: Array, theta: Array, dt: Steps) -> Array:
     """Return the force in N, shape (P, N), of displacement (m) and velocity (m/s), shape (2, N), sampled every dt s."""
-    x, v = plain(drive)
-    return spencer(x, v, along_samples(theta), np.atleast_1d(np.float64(dt)), TOLERANCE)
+    return _simulated(drive, theta, dt, TOLERANCE)
 
 
 def rough_response(drive: Array, theta: Array, dt: Steps) -> Array:
     """Return the same to some 1e-5 of the force's range: three times as fast, for searching far from the optimum."""
+    return _simulated(drive, theta, dt, _ROUGH * TOLERANCE)
+
+
+def _simulated(drive: Array, theta: Array, dt: Steps, tolerance: float) -> Array:
+    if theta.ndim == 3:
+        return _stepped(drive, theta, dt)
     x, v = plain(drive)
-    return spencer(x, v, along_samples(theta), np.atleast_1d(np.float64(dt)), _ROUGH * TOLERANCE)
+    return spencer(x, v, np.ascontiguousarray(theta.T), np.atleast_1d(np.float64(dt)), tolerance)
 
 
 def derived(theta: Array) -> Array:

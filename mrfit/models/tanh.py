@@ -38,7 +38,7 @@ SPEC = ModelSpec(
 
 def response(drive: Array, theta: Array, dt: float) -> Array:
     """Return the force in N, shape (P, N), of displacement (m) and velocity (m/s), shape (2, N)."""
-    return evaluate(_force, drive, theta)
+    return evaluate(law, drive, theta)
 
 
 def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
@@ -46,8 +46,8 @@ def start_values(drive: Array, output: Array, dt: float) -> dict[str, float]:
     return inside(SPEC, tanh_points(drive[0], drive[1], output))
 
 
-def _force(x: Array, v: Array, *parameters: Array) -> Array:
-    fy, a1, a2, c, k, f0 = parameters
+def law(x: Array, v: Array, fy: Array, a1: Array, a2: Array, c: Array, k: Array, f0: Array) -> Array:
+    """Return the force in N of numbers or arrays that broadcast."""
     force: Array = fy * np.tanh(a1 * v + a2 * x) + c * v + k * x + f0
     return force
 

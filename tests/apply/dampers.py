@@ -3,7 +3,7 @@
 import numpy as np
 
 from mrfit.apply.damper import Damper, damper
-from mrfit.apply.stepper import Channels, State, Stepper
+from mrfit.apply.stepper import Channels, Stepper
 from mrfit.core import registry
 from mrfit.core.specs import Array
 
@@ -58,7 +58,7 @@ def channels(rng: np.random.Generator, lanes: int) -> dict[str, Array]:
     return {"displacement": x, "velocity": v, "acceleration": a, "current": i, **turning}
 
 
-def wandered(stepper: Stepper, rng: np.random.Generator, lanes: int, steps: int = 5) -> tuple[State, Channels]:
+def wandered(stepper: Stepper, rng: np.random.Generator, lanes: int, steps: int = 5) -> tuple[Array, Channels]:
     """Return states after some random steps, and the channels of the next one."""
     state = stepper.rest(channels(rng, lanes))
     for _ in range(steps):

@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 
 from mrfit.apply.calls import track
 from mrfit.apply.laws import law_of
-from mrfit.apply.memory import Chain, Delayed, FirstOrder, UnitGain
 from mrfit.apply.motion import sine
 from mrfit.apply.series import inversion
 from mrfit.apply.stepper import Stepper, simulate
 from mrfit.apply.tracking import SCHEMES, Tracking, regions
+from mrfit.core import registry
 from mrfit.errors import ConfigError
 from tests.apply.dampers import monotone, paper_tanh
 
@@ -137,20 +137,24 @@ def test_a_record_that_is_early_counts_as_on_time() -> None:
 
 @settings(max_examples=20, deadline=None)
 @given(st.floats(0.0, 0.03), st.floats(0.002, 0.03), st.floats(0.1, 1.0), st.floats(0.2, 2.0))
-def test_links_undo_what_they_do_to_smooth_signals(dead: float, tau: float, share: float, xi: float) -> None:
+def test_what_lies_behind_a_force_is_undone_for_smooth_ones(dead: float, tau: float, share: float, xi: float) -> None:
     dt = 5e-4
     t = dt * np.arange(1500)
     wanted = 300.0 * np.sin(2 * np.pi * 2.0 * t) + 100.0 * np.cos(2 * np.pi * 3.1 * t)
-    poles = tuple(1.0 / (tau * share**k) for k in range(4))
-    chain = Chain((Delayed(dead), FirstOrder(tau), UnitGain(poles, (xi * tau, 0.25 * tau**2))))
-    before = chain.undone(wanted[None], dt)[0]
-    none: dict[str, np.ndarray] = {}
-    state, last, got = chain.rest(none, before[:1]), before[:1], []
-    for value in before:
-        y, state = chain.step(state, none, none, (last, np.array([value])), dt)
-        last = np.array([value])
-        got.append(y[0])
-    settled = t > min(0.6, chain.lasting)
+    late = {"delay.tau": dead + tau, "delay.s": tau / (dead + tau), "force-filter.T": tau, "force-filter.xi": xi}
+    stepper = Stepper(monotone("tanh+delay+force-filter", **late, **{"force-filter.r_2": share}), shortest=dt)
+    before = stepper.undone(wanted[None], dt)[0]
+    got = before[None]
+    for name, theta in (("delay", [dead + tau, tau / (dead + tau)]), ("force-filter", [])):
+        module = registry.load("effect", name)
+        own = np.array([theta or [late.get(f"{name}.{p.name}", p.start) for p in module.SPEC.params]])
+        if name == "force-filter":
+            own[0, 1] = share
+        if name == "delay":
+            ago = np.interp(t - dead, t, got[0])[None]
+            got = module.shape(ago, {}, own, dt)
+        else:
+            got = module.shape(got, {}, own, dt)
     # a record's end is not known ahead
-    settled &= t < t[-1] - dead
-    assert np.abs(np.array(got) - wanted)[settled].max() < 2e-3 * np.ptp(wanted)
+    settled = (t > min(0.6, stepper.lasting)) & (t < t[-1] - dead)
+    assert np.abs(got[0] - wanted)[settled].max() < 2e-3 * np.ptp(wanted)

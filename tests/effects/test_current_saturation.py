@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from mrfit.effects.current_saturation import law
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 
@@ -32,3 +33,10 @@ def test_tanh_lies_between_a_sharpness_of_2_and_one_of_4() -> None:
     for share in (0.3, 1.0, 2.0):
         low, high = ((yield_force(share, 1.0, p) - 100) / 200 for p in (2.0, 4.0))
         assert low < np.tanh(share) < high
+
+
+def test_the_bend_starts_as_a_cubic_and_ends_at_its_saturation() -> None:
+    small = np.linspace(-1e-2, 1e-2, 21)
+    assert np.abs(law(small, 0.25, 2.0) - (small - 0.25 * small**3 / 2)).max() <= 0.25**2 * 1e-10
+    assert law(100.0, 0.25, 2.0) == pytest.approx(2.0, rel=1e-3)
+    assert np.array_equal(law(small, 0.0, 2.0), small)

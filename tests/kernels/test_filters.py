@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from mrfit.kernels.filters import (
-    bent,
     lag,
     level,
     play,
@@ -15,7 +14,6 @@ from mrfit.kernels.filters import (
     shifted,
     smooth_lag,
     smooth_play,
-    soft_sign,
 )
 
 SIGNALS = arrays(np.float64, st.integers(1, 40), elements=st.floats(-1e6, 1e6))
@@ -30,7 +28,6 @@ def test_operators_are_the_identity_at_the_value_that_makes_them_vanish(x: np.nd
     assert np.array_equal(shifted(x[None], np.zeros(1))[0], x)
     assert np.array_equal(play(x, 0.0), x)
     assert np.array_equal(smooth_play(x, 0.0), x)
-    assert np.array_equal(bent(x, np.zeros(1), np.full(1, 2.0)), x)
 
 
 @pytest.mark.parametrize("ratio", [1e-6, 0.3, 1.0, 40.0, 1e6])
@@ -123,15 +120,3 @@ def test_level_is_hardly_moved_by_an_unfinished_cycle(cycles: float) -> None:
 def test_running_integral_of_a_line_is_its_parabola() -> None:
     t = np.arange(100) * 0.01
     assert np.allclose(running_integral(t, 0.01), t**2 / 2, rtol=0, atol=1e-14)
-
-
-def test_bend_starts_as_a_cubic_and_ends_at_its_saturation() -> None:
-    small = np.linspace(-1e-2, 1e-2, 21)
-    two = np.array(2.0)
-    assert np.abs(bent(small, np.array(0.25), two) - (small - 0.25 * small**3 / 2)).max() <= 0.25**2 * 1e-10
-    assert bent(np.array([100.0]), np.array(0.25), two)[0] == pytest.approx(2.0, rel=1e-3)
-
-
-def test_soft_sign_is_the_sign_far_from_zero_and_a_line_near_it() -> None:
-    assert soft_sign(np.array([-1.0, 1.0]), 1e-3).tolist() == [-1.0, 1.0]
-    assert soft_sign(np.array([1e-6]), 1e-3)[0] == pytest.approx(1e-3)

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from mrfit.kernels.branch import bouc_wen
-from mrfit.kernels.friction import combine, dahl, hysteresis, lugre, varying_bouc_wen
+from mrfit.kernels.friction import bouc_wen_step, combine, hysteresis
+from mrfit.models import dahl, lugre
 
 
 def column(*values: float) -> np.ndarray:
@@ -17,17 +18,21 @@ def column(*values: float) -> np.ndarray:
 def test_dahl_is_bouc_wen_with_n_1_and_rho_minus_1() -> None:
     x = np.cumsum(np.random.default_rng(0).normal(size=500))
     expected = bouc_wen(x, np.array([[0.0, 1.0, 0.7, 1.0, -1.0]]))
-    assert np.abs(dahl(x, column(0.7)) - expected).max() < 1e-7
+    assert np.abs(dahl_state(x, 0.7) - expected).max() < 1e-7
+
+
+def dahl_state(x: np.ndarray, rate: float) -> np.ndarray:
+    return dahl.response(np.stack([x, 0.0 * x]), np.array([[0.0, 1.0, rate, 0.0]]), 1.0)
 
 
 def test_dahl_rises_exponentially_and_does_not_depend_on_sampling() -> None:
     x = np.linspace(0, 3, 31)
-    assert dahl(x, column(1.3))[0] == pytest.approx(1 - np.exp(-1.3 * x), abs=1e-14)
-    assert dahl(x[::10].copy(), column(1.3))[0] == pytest.approx(dahl(x, column(1.3))[0, ::10], abs=1e-14)
+    assert dahl_state(x, 1.3)[0] == pytest.approx(1 - np.exp(-1.3 * x), abs=1e-14)
+    assert dahl_state(x[::10].copy(), 1.3)[0] == pytest.approx(dahl_state(x, 1.3)[0, ::10], abs=1e-14)
 
 
 def lugre_theta(sigma0: float, fc: float, more: float, vs: float, sigma1: float = 0.0) -> np.ndarray:
-    return np.array([sigma0, sigma1, 0.0, fc, more, vs, 0.0])[:, None, None]
+    return np.array([[sigma0, sigma1, 0.0, fc, more, vs, 0.0]])
 
 
 @pytest.mark.parametrize(
@@ -38,7 +43,7 @@ def test_lugre_agrees_with_a_tight_ode_solver(sigma0: float, extra: float, vs: f
     per_cycle, fc = 60, 400.0
     dt = 0.5 / per_cycle
     v = speed * np.sin(2 * np.pi * np.arange(per_cycle + per_cycle // 2) / per_cycle + 0.3)
-    z, expected = lugre(v, lugre_theta(sigma0, fc, extra, vs), np.array([dt]))[0] / sigma0, [0.0]
+    z, expected = lugre.response(v[None], lugre_theta(sigma0, fc, extra, vs), dt)[0] / sigma0, [0.0]
     for j in range(1, len(v)):
 
         def rate(t: float, s: np.ndarray, start: float = v[j - 1], end: float = v[j]) -> list[float]:
@@ -57,59 +62,44 @@ def test_lugre_agrees_with_a_tight_ode_solver(sigma0: float, extra: float, vs: f
 def test_lugre_without_stribeck_is_dahl_with_the_force_fc() -> None:
     t = np.linspace(0, 1, 2001)
     x, v = 0.01 * np.sin(7 * t), 0.07 * np.cos(7 * t)
-    elastic = lugre(v, lugre_theta(5e5, 400.0, 0.0, 0.01), t[1:2])[0]
-    assert np.abs(elastic / 400.0 - dahl(x, column(5e5 / 400.0))[0]).max() < 1e-4
-    damped = lugre(v, lugre_theta(5e5, 400.0, 0.0, 0.01, 30.0), t[1:2])[0]
+    elastic = lugre.response(v[None], lugre_theta(5e5, 400.0, 0.0, 0.01), t[1])[0]
+    assert np.abs(elastic / 400.0 - dahl_state(x, 5e5 / 400.0)[0]).max() < 1e-4
+    damped = lugre.response(v[None], lugre_theta(5e5, 400.0, 0.0, 0.01, 30.0), t[1])[0]
     assert damped - elastic == pytest.approx(30.0 * (v - np.abs(v) * elastic / 400.0))
 
 
 def test_lugre_deflection_at_constant_speed_is_stribecks_curve() -> None:
     v = np.full(4000, 0.004)
-    z = lugre(v, lugre_theta(1e6, 400.0, 200.0, 0.01), np.array([1e-3]))[0]
+    z = lugre.response(v[None], lugre_theta(1e6, 400.0, 200.0, 0.01), 1e-3)[0]
     assert z[-1] == pytest.approx(400 + 200 * np.exp(-0.16), rel=1e-9)
 
 
 @settings(max_examples=25, deadline=None, derandomize=True)
 @given(rate=st.floats(0.05, 50), n=st.floats(1, 10), rho=st.floats(-1, 0.99), seed=st.integers(0, 100))
-def test_varying_bouc_wen_follows_the_branch_curve_where_nothing_varies(
-    rate: float, n: float, rho: float, seed: int
-) -> None:
+def test_steps_of_bouc_wen_follow_the_branch_curve(rate: float, n: float, rho: float, seed: int) -> None:
     x = np.cumsum(np.random.default_rng(seed).normal(size=60))
-    # another rate at the sample before the first step: no rest, during which the curve itself would be read
-    rates = np.full((1, 60), rate)
-    rates[0, 0] *= 2.0
-    stepped = varying_bouc_wen(x, rates, np.full((1, 60), n), np.full((1, 60), rho))
-    assert np.abs(stepped - bouc_wen(x, np.array([[0.0, 1.0, rate, n, rho]]))).max() < 1e-5
+    shape = (rate, 0.5 * rate * (1.0 + rho), 0.5 * rate * (1.0 - rho), n)
+    stepped = [0.0]
+    for travel in np.diff(x):
+        stepped.append(bouc_wen_step(stepped[-1], travel, shape, shape))
+    # the curve is good to 3e-7
+    assert np.abs(stepped - hysteresis(x, column(rate), column(n), column(rho))[0]).max() < 1e-6
 
 
-def test_hysteresis_takes_the_exact_curve_unless_its_parameters_vary() -> None:
-    x = np.cumsum(np.random.default_rng(3).normal(size=60))
-    constant = hysteresis(x, column(0.8), column(2.0), column(0.1))
-    assert np.array_equal(constant, hysteresis(x, *(np.full((1, 60), value) for value in (0.8, 2.0, 0.1))))
-    rate = np.full((1, 60), 0.8)
-    rate[0, 30:] = 1.6
-    varied = hysteresis(x, rate, column(2.0), column(0.1))
-    assert np.array_equal(varied[0, :30], constant[0, :30])
-    assert np.abs(varied - constant)[0, 30:].max() > 1e-3
+@pytest.mark.parametrize("n", [1.0, 1.3, 2.0])
+def test_a_soft_knee_is_stepped_as_its_curve_to_nine_digits(n: float) -> None:
+    t = np.arange(2000) * 1e-3
+    x = 0.01 * np.sin(9 * t) + 0.004 * np.sin(31 * t)
+    z, shape = [0.0], (800.0, 300.0, 500.0, n)
+    for travel in np.diff(x):
+        z.append(bouc_wen_step(z[-1], travel, shape, shape))
+    assert np.abs(z - hysteresis(x, column(800.0), column(n), column(-0.25))[0]).max() < 2e-8
 
 
 def test_saturated_travel_of_any_length_ends_at_saturation() -> None:
-    x = np.array([0.0, 1e6, 0.0])
-    rates = np.array([[80.0, 40.0, 40.0]])
-    for rate in (rates, np.full((1, 3), 40.0)):
-        y = varying_bouc_wen(x, rate, *(np.full((1, 3), value) for value in (1.3, -0.3)))
-        assert y[0] == pytest.approx([0.0, 1.0, -1.0], abs=1e-9)
-
-
-def test_each_vector_leaves_the_curve_where_its_own_parameters_first_vary() -> None:
-    x = np.cumsum(np.random.default_rng(5).normal(size=60))
-    rate = np.full((3, 60), 0.8)
-    rate[1, 20:], rate[2, 0] = 1.6, 1.6
-    both = [np.broadcast_to(column(v), (3, 60)).copy() for v in (2.0, 0.1)]
-    together = varying_bouc_wen(x, rate, *both)
-    for k in range(3):
-        assert np.array_equal(together[k], varying_bouc_wen(x, rate[k : k + 1], *(v[:1] for v in both))[0])
-    assert np.array_equal(together[0, :20], together[1, :20]) and not np.array_equal(together[0, :20], together[2, :20])
+    shape = (40.0, 14.0, 26.0, 1.3)
+    for travel in (1.0, 10.0, -10.0):
+        assert bouc_wen_step(0.3, travel, shape, shape) == pytest.approx(np.sign(travel), abs=1e-8)
 
 
 @pytest.mark.parametrize("samples", [1, 5])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mrfit.kernels.uneven import times_of
+from mrfit.kernels.filters import times_of
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.middles import apart, between, halved, middles_of
 

@@ -58,8 +58,6 @@ SMALL = {
         "Sign of x: 0 at 0",
         "static @real sign_of(@real x)\n{\n    return (x > 0.0) ? 1.0 : ((x < 0.0) ? -1.0 : 0.0);\n}",
     ),
-    "fewer": ("The smaller of two counts", "static int fewer(int a, int b)\n{\n    return (b < a) ? b : a;\n}"),
-    "more": ("The larger of two counts", "static int more(int a, int b)\n{\n    return (b > a) ? b : a;\n}"),
     "square": ("Square of x", "static @real square(@real x)\n{\n    return x * x;\n}"),
 }
 
@@ -180,15 +178,10 @@ class Printer:
             return head
         if statement.kind.name == "array":
             assert isinstance(statement.value, Group)
-            return f"{head} = {self.listed(statement.value, statement.kind)}"
+            inside = ", ".join(map(self.value, statement.value.values)) or "0.0"
+            deeper = len(statement.kind.extents) - 1
+            return f"{head} = {'{ ' * deeper}{{ {inside} }}{' }' * deeper}"
         return f"{head} = {self.value(statement.value)}"
-
-    def listed(self, value: Group, kind: Kind) -> str:
-        """Return an array's values; those of one without are 0."""
-        count, element = kind.extents[0], kind.element
-        if element != REAL:
-            return f"{{ {', '.join([self.listed(value, element)] * count)} }}"
-        return f"{{ {', '.join(list(map(self.value, value.values)) or ['0.0'] * count)} }}"
 
     def assigned(self, statement: Assign) -> str:
         """Return an assignment, with an operator where one can do it."""
@@ -214,7 +207,7 @@ class Printer:
 
     def loop(self, statement: For, indent: str) -> Iterator[str]:
         """Yield a loop that counts."""
-        name, start, stop = statement.name, self.value(statement.start), self.operand(statement.stop)
+        name, start, stop = statement.name, self.value(statement.start), self.value(statement.stop)
         sign, step = (">", "--") if statement.down else ("<", "++")
         yield broken(f"{indent}for (int {name} = {start}; {name} {sign} {stop}; {name}{step}) {{")
         yield from (*self.block(statement.body, indent + INDENT), f"{indent}}}")

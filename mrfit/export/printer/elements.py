@@ -271,8 +271,8 @@ class _Writer:
         longest = self.reader.entry(self.item.longest, f"{self.sight.ident}_longest", own)
         given = tuple(Name(a.name, a.kind) for a in longest.arguments)
         # nearer samples share a place, so that there are enough of them at any rate
-        places = Binary("-", Cast(Number("@RING", INT), REAL), Number("4.0", REAL), REAL)
-        least = Binary("/", Call(longest.name, given, REAL, True), places, REAL)
+        places = Binary("-", Number("@RING", INT), Number("4", INT), INT)
+        least = Binary("/", Call(longest.name, given, REAL, True), Cast(places, REAL), REAL)
 
         def push(dt: Expression, least: Expression) -> tuple[Statement, ...]:
             call = Call(name, (past, Name("signals", kind), dt, least), NOTHING, True)

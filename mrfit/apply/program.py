@@ -1,0 +1,213 @@
+"""The arrays of a damper's ``Chain``, from its model, effects, parameters and law of current."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from mrfit.apply import chain as columns
+from mrfit.apply.chain import Chain
+from mrfit.apply.damper import Damper
+from mrfit.apply.plain import entry_for
+from mrfit.core import registry
+from mrfit.core.channels import CHANNELS, LEVELS
+from mrfit.core.protocols import MovesDrive
+from mrfit.core.specs import Array, Index
+from mrfit.effects.temperature import REFERENCE
+from mrfit.kernels.past import RESERVED
+from mrfit.simulate.assembly import SLOTS
+from mrfit.simulate.current_dependence import coordinate, count, form_of, knee_of, logarithmic
+
+# Of a channel that nobody gives: a fluid at the temperature to which parameters refer, a record's start
+DEFAULTS = {"temperature": REFERENCE, "time": 0.0}
+# Places of a ring beyond those that its longest delay takes
+SPARE = 5
+_KINDS = {"input": columns.INPUT, "theta": columns.FACTORS}
+
+
+class Program:
+    """A damper ready to be stepped.
+
+    Attributes
+    ----------
+    chain
+        What compiled loops take.
+    channels
+        Names of the channels that it is given, in their order.
+    effects
+        Name, module and parameters (Q,) of the effects that act, in the order in which they do.
+    """
+
+    def __init__(self, damper: Damper, held: bool, shortest: float) -> None:
+        base, *written = damper.model.split("+")
+        self._module = registry.load("model", base)
+        modules = sorted(
+            (registry.load("effect", e) for e in written), key=lambda m: (SLOTS.index(m.SPEC.slot), m.SPEC.name)
+        )
+        values = damper.theta[0]
+        ends = len(values) - np.cumsum([0, *(len(m.SPEC.params) for m in reversed(modules))])[::-1]
+        self._damper, self._shortest = damper, shortest
+        self._nodes = self._read(values[: ends[0]])
+        self.effects: list[tuple[str, Any, Array]] = [
+            (m.SPEC.name, m, values[a:b])
+            for m, a, b in zip(modules, ends[:-1], ends[1:], strict=True)
+            if not np.all(values[a:b] == np.array(m.SPEC.neutral))
+        ]
+        # effects of mrfit's own that a base consists of: before the others, and behind
+        self._before, self._behind = self._split()
+        needed = (*self._module.SPEC.inputs, *(n for m in modules for n in m.SPEC.inputs), "current")
+        more = [p.needs for m in modules for p in m.SPEC.params if p.needs]
+        self.channels = tuple(dict.fromkeys((*needed, *more)))
+        # a channel of use where another part brings it
+        self.unasked = frozenset(more) - frozenset(needed)
+        self._rows: list[list[int]] = []
+        self._wires: list[int] = []
+        self._params: list[float] = []
+        self.chain = self._made(held)
+
+    @property
+    def behind(self) -> list[tuple[str, Any, Array]]:
+        """Effects with memory behind the force, from the force on."""
+        return [*self._behind, *(e for e in self.effects if e[1].SPEC.slot == "output" and hasattr(e[1], "step"))]
+
+    @property
+    def before(self) -> list[tuple[str, Any, Array]]:
+        """Effects on the current's way to the base."""
+        changing = (*self.effects, *self._before)
+        return [e for e in changing if e[1].SPEC.slot == "input" and "current" in e[1].SPEC.inputs]
+
+    def _read(self, values: Array) -> dict[str, Array]:
+        """Return the base's values by parameter, of those that depend on current at their nodes."""
+        dependence = self._damper.dependence
+        orders = dict(dependence.orders) if dependence else {}
+        sizes = [count(orders[p.name]) if orders.get(p.name) else 1 for p in self._module.SPEC.params]
+        parts = np.split(values, np.cumsum(sizes)[:-1])
+        return dict(zip(self._module.SPEC.names, parts, strict=True))
+
+    def _split(self) -> tuple[list[tuple[str, Any, Array]], list[tuple[str, Any, Array]]]:
+        """Take ``hammerstein-wiener`` apart into M(s), its static map and H(s), unless a current moves their poles."""
+        at = {name: float(nodes[0]) for name, nodes in self._nodes.items() if len(nodes) == 1}
+        names = ("p1", "p2", "p3", "p4", "omega", "xi", "q1", "q2", "zero", "tau")
+        if self._module.SPEC.name != "hammerstein-wiener" or not set(names) <= set(at):
+            return [], []
+        p1, p2, p3, p4, omega, xi, q1, q2, zero, tau = (at[n] for n in names)
+        self._module = registry.load("model", "hw-static")
+        m = np.array([1.0 / q1, q1 / q2, q1 / zero, tau])
+        h = np.array([1.0 / p1, p1 / p2, p1 / p3, p1 / p4, p1 / omega, xi])
+        filters = registry.load("effect", "current-filter"), registry.load("effect", "force-filter")
+        return [("hammerstein-wiener", filters[0], m)], [("hammerstein-wiener", filters[1], h)]
+
+    def _made(self, held: bool) -> Chain:
+        number, spec = len(self.channels), self._module.SPEC
+        sizes = dict.fromkeys(range(16), -1)
+        place, rings = number, list[tuple[int, float]]()
+        laws, bounds, (pieces, edges, nodes) = self._laws()
+        late: list[tuple[str, Any, Array]] = [e for e in self.effects if isinstance(e[1], MovesDrive)]
+        dead = late[0][1].longest(tuple(late[0][2])) if late else 0.0
+        middle = bool(late) and late[0][1].needs_middles(late[0][2])
+        twice = (0, 1) if middle else (0,)
+        for _, module, theta in (*self.effects, *self._before):
+            if module.SPEC.slot in _KINDS:
+                place = self._add(module, theta, _KINDS[module.SPEC.slot], place, rings)
+        for k in twice:
+            sizes[columns.BLOCK + k] = place
+            sizes[columns.OWN + k] = len(self._rows)
+            theta = np.array([self._nodes[p.name][0] for p in spec.params])
+            place = self._add(self._module, theta, columns.BASE, place + number + len(spec.params), rings)
+            for _, module, theta in self.effects:
+                if module.SPEC.slot == "add" and not self._behind:
+                    place = self._add(module, theta, columns.ADD + k, place, rings)
+        sizes[columns.LENGTH], place = place, place + 1
+        for _, module, theta in (*self._behind, *self.effects):
+            if module.SPEC.slot == "add" and self._behind:
+                place = self._add(module, theta, columns.TERM, place, rings)
+            elif module.SPEC.slot == "output":
+                shaping = not hasattr(module, "step")
+                if isinstance(module, MovesDrive) and middle:
+                    sizes[columns.LAG] = len(self._rows)
+                place = self._add(module, theta, columns.SHAPE if shaping else columns.OUTPUT, place, rings)
+        if dead > 0.0:
+            sizes[columns.DEAD] = len(self._rows)
+            place = self._moved(dead, place, rings)
+        sizes[columns.SMALL] = place
+        for row, longest in rings:
+            own = self._rows[row]
+            own[columns.RING], own[columns.PLACES] = place, math.ceil(longest / self._shortest) + SPARE
+            place += RESERVED + own[columns.PLACES] * (own[columns.LATE] + 1)
+        lagging = [r for r in self._rows if r[columns.KIND] == columns.INPUT and r[columns.STATES] > 0]
+        direct = self.channels.index("current") not in [r[columns.CHANNEL] for r in lagging]
+        sizes |= {
+            columns.WHOLE: place,
+            columns.DIRECT: int(held and direct),
+            columns.HELD: int(held),
+            columns.CHANNELS: number,
+        }
+        sizes |= {columns.CURRENT: self.channels.index("current"), columns.COUNT: len(spec.params)}
+        start = 2 * columns.WIRED + 2 * len(spec.params)
+        sizes |= {columns.ENDS: start, columns.WORK: start + 4 * number}
+        dependence = self._damper.dependence
+        extent = (dependence.low, dependence.high) if dependence else (-np.inf, np.inf)
+        return Chain(
+            np.array(self._rows, dtype=np.int64), np.array([*self._wires, 0], dtype=np.int64),
+            np.array([*self._params, 0.0]), laws, bounds, pieces, edges, nodes,
+            np.array([sizes[k] for k in range(16)], dtype=np.int64), np.array(extent),
+        )  # fmt: skip
+
+    def _add(self, item: Any, theta: Array, kind: int, place: int, rings: list[tuple[int, float]]) -> int:
+        """Add an element whose states begin at a place; return the place behind them."""
+        entry = entry_for(item)
+        row = [0] * columns.COLUMNS
+        row[columns.ADDRESS], row[columns.KIND] = entry.address, kind
+        row[columns.WIRES], row[columns.WIRE] = len(entry.inputs), len(self._wires)
+        self._wires += [self.channels.index(n) if n else -1 for n in entry.inputs]
+        row[columns.LAST], row[columns.STATE], row[columns.STATES] = place, place + 1, entry.state
+        row[columns.PARAM], row[columns.LATE] = len(self._params), entry.late
+        row[columns.CHANNEL] = self.channels.index(entry.inputs[-1]) if entry.inputs and entry.inputs[-1] else -1
+        if kind != columns.BASE:
+            self._params += [*theta, *theta]
+        if entry.late:
+            rings.append((len(self._rows), float(item.longest(tuple(theta)))))
+        self._rows.append(row)
+        return place + 1 + (0 if kind == columns.FACTORS else entry.state)
+
+    def _moved(self, dead: float, place: int, rings: list[tuple[int, float]]) -> int:
+        """Add the dead time, which keeps all channels: motions are smooth, levels may be switched, others stay."""
+        row = [0] * columns.COLUMNS
+        row[columns.KIND], row[columns.STATE], row[columns.WIRE] = columns.DELAY, place, len(self._wires)
+        row[columns.PARAM], row[columns.LATE] = len(self._params), len(self.channels)
+        self._wires += [-1 if n not in CHANNELS else 0 if n in LEVELS else 1 for n in self.channels]
+        self._params.append(dead)
+        rings.append((len(self._rows), dead + 3.0 * self._shortest))
+        self._rows.append(row)
+        return place + len(self.channels)
+
+    def _laws(self) -> tuple[Index, Array, tuple[Index, Array, Array]]:
+        """Return how every parameter of the base depends on current: rows of ``laws``, bounds, and tables of pieces."""
+        spec, dependence = self._module.SPEC, self._damper.dependence
+        orders = dict(dependence.orders) if dependence else {}
+        distinct = list(dict.fromkeys(o for o in orders.values() if o))
+        roles = [m.ROLES for _, m, _ in self.effects if m.SPEC.slot == "theta"]
+        laws = []
+        for p in spec.params:
+            order = orders.get(p.name, 0)
+            log = bool(order) and logarithmic(spec, p, order)
+            held = bool(order) and not log and p.low > 0.0 and p.name not in spec.linear
+            form = columns.LOG if log else columns.BOUNDED if held else columns.PLAIN
+            nodes = self._nodes[p.name]
+            factors = [own.index(p.role) if p.role in own else -1 for own in roles]
+            laws.append([distinct.index(order) if order else -1, form, len(self._params), *factors])
+            self._params += (np.log(nodes) if log else nodes).tolist()
+        pieces, edges, nodes_of = list[list[int]](), list[list[float]](), list[Array]()
+        for k, order in enumerate(distinct):
+            assert dependence is not None
+            ends = (dependence.low, dependence.high)
+            for piece in dependence.pieces(order):
+                pieces.append([k, len(piece.nodes), int(piece.columns[0])])
+                edges.append([piece.low, piece.high, knee_of(form_of(order), ends)])
+                nodes_of.append(np.pad(coordinate(piece.nodes, ends, form_of(order)), (0, 5 - len(piece.nodes))))
+        tables = (
+            np.array(pieces, dtype=np.int64).reshape(-1, 3), np.array(edges, dtype=np.float64).reshape(-1, 3),
+            np.array(nodes_of, dtype=np.float64).reshape(-1, 5),
+        )  # fmt: skip
+        limits = np.array([[p.low, p.high] for p in spec.params])
+        return np.array(laws, dtype=np.int64), limits, tables

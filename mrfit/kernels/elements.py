@@ -1,0 +1,215 @@
+"""The loops that make responses of a model's or an effect's scalar ``step``, compiled once for each.
+
+What ``step`` and ``rest`` take and return is said in ``core.protocols``. Inputs and parameters are linear over a step,
+so that one loop serves equal and unequal steps, and parameters that hold or vary along the samples.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from mrfit.core.specs import Array, EffectSpec, ModelSpec, Steps
+from mrfit.kernels.jit import address_of, copy_of, kernel, row
+from mrfit.kernels.past import RESERVED, pushed
+
+Rest = Callable[..., Any]
+Step = Callable[..., Any]
+Response = Callable[[Array, Array, Steps], Array]
+# What a specialised loop finds in place of these
+INPUTS: tuple[float, ...] = ()
+PARAMETERS: tuple[float, ...] = ()
+STATE: tuple[float, ...] = ()
+LATE = 0
+
+
+def law(*values: Any) -> Any:
+    """Stand for that of the element."""
+
+
+def rest(now: Any, theta: Any) -> Any:
+    """Stand for that of the element."""
+
+
+def step(state: Any, before: Any, now: Any, theta: Any, dt: float, past: Any = None) -> Any:
+    """Stand for that of the element."""
+
+
+def _respond(drive: Array, theta: Array, steps: Array) -> Array:
+    """Return the output (P, N) of inputs (N, C), parameters (P, M, K), M = 1 or N, and steps (1,) or (N,) in s."""
+    varying, last = theta.shape[1] > 1, len(steps) - 1
+    inputs, parameters = drive.ravel(), theta.ravel()
+    out = np.empty((len(theta), len(drive)))
+    for p in range(len(theta)):
+        place = p * theta.shape[1] * len(PARAMETERS)
+        now, then = row(inputs, 0, INPUTS), row(parameters, place, PARAMETERS)
+        state = rest(now, then)
+        out[p, 0], state = step(state, now, now, (then, then), 0.0)
+        for j in range(1, len(drive)):
+            before, now, here = now, row(inputs, j * len(INPUTS), INPUTS), then
+            if varying:
+                here = row(parameters, place + j * len(PARAMETERS), PARAMETERS)
+            out[p, j], state = step(state, before, now, (then, here), steps[min(j, last)])
+            then = here
+    return out
+
+
+def _respond_late(drive: Array, theta: Array, steps: Array) -> Array:
+    """Return the same of an element whose step takes the past."""
+    varying, last = theta.shape[1] > 1, len(steps) - 1
+    inputs, parameters = drive.ravel(), theta.ravel()
+    out = np.empty((len(theta), len(drive)))
+    past = np.empty(RESERVED + len(drive) * (LATE + 1))
+    for p in range(len(theta)):
+        past[0], past[1], past[2] = 0.0, len(drive), LATE
+        place = p * theta.shape[1] * len(PARAMETERS)
+        now, then = row(inputs, 0, INPUTS), row(parameters, place, PARAMETERS)
+        state = rest(now, then)
+        pushed(past, state, 0.0)
+        out[p, 0], state = step(state, now, now, (then, then), 0.0, past)
+        for j in range(1, len(drive)):
+            before, now, here = now, row(inputs, j * len(INPUTS), INPUTS), then
+            if varying:
+                here = row(parameters, place + j * len(PARAMETERS), PARAMETERS)
+            dt = steps[min(j, last)]
+            out[p, j], state = step(state, before, now, (then, here), dt, past)
+            pushed(past, state, dt)
+            then = here
+    return out
+
+
+def response_of(
+    spec: ModelSpec | EffectSpec, rest: Rest, step: Step, late: int = 0
+) -> Callable[[Array, Array, Steps], Array]:
+    """Return the batched response, at equal and at uneven steps, of a model's ``rest`` and ``step``.
+
+    Parameters
+    ----------
+    spec
+        Of the model.
+    rest, step
+        Functions of the subset that kernels are made of, see ``core.protocols``.
+    late
+        Number of signals at the head of the state that a step reads late; with one or more it takes the past.
+    """
+
+    def response(drive: Array, theta: Array, dt: Steps) -> Array:
+        """Return the output (P, N) of inputs (C, N) and parameters (P, K) or (P, K, N), dt in s or (N,)."""
+        values = theta if theta.ndim == 3 else theta[:, :, None]
+        along = np.ascontiguousarray(np.swapaxes(values, 1, 2), dtype=np.float64)
+        run = _loop(spec.name, step, rest, (len(drive), len(spec.params), late))
+        found: Array = run(np.ascontiguousarray(drive.T, dtype=np.float64), along, np.atleast_1d(np.float64(dt)))
+        return found
+
+    return response
+
+
+def rows_of(spec: EffectSpec, rest: Rest, step: Step) -> Response:
+    """Return the same of an effect on outputs (P, N), each vector's own."""
+    response = response_of(spec, rest, step)
+
+    def shape(output: Array, theta: Array, dt: Steps) -> Array:
+        """Return the changed outputs (P, N), theta (P, K)."""
+        return np.vstack([response(output[p : p + 1], theta[p : p + 1], dt) for p in range(len(theta))])
+
+    return shape
+
+
+@cache
+def _loop(name: str, step: Step, rest: Rest, sizes: tuple[int, int, int]) -> Any:
+    inputs, parameters, late = sizes
+    template = _respond_late if late else _respond
+    own = step.__module__.startswith("mrfit.")
+    parts: dict[str, Any] = {"step": kernel(step, own), "rest": kernel(rest, own), "LATE": late}
+    parts |= {"INPUTS": (0.0,) * inputs, "PARAMETERS": (0.0,) * parameters}
+    return kernel(copy_of(template, name, parts), own)
+
+
+def _step_entry(state: Any, following: Any, before: Any, now: Any, theta: Any, dt: float, past: Any) -> Any:
+    """Take a step by pointers; a negative dt asks for the state at rest."""
+    here = row(theta, len(PARAMETERS), PARAMETERS)
+    if dt < 0.0:
+        start = rest(row(now, 0, INPUTS), here)
+        for k in range(len(STATE)):
+            following[k] = start[k]
+        return 0.0
+    ends = (row(theta, 0, PARAMETERS), here)
+    value, after = step(row(state, 0, STATE), row(before, 0, INPUTS), row(now, 0, INPUTS), ends, dt)
+    for k in range(len(STATE)):
+        following[k] = after[k]
+    return value
+
+
+def _late_entry(state: Any, following: Any, before: Any, now: Any, theta: Any, dt: float, past: Any) -> Any:
+    """Take a step of an element that knows the past."""
+    here = row(theta, len(PARAMETERS), PARAMETERS)
+    if dt < 0.0:
+        start = rest(row(now, 0, INPUTS), here)
+        for k in range(len(STATE)):
+            following[k] = start[k]
+        return 0.0
+    ends = (row(theta, 0, PARAMETERS), here)
+    value, after = step(row(state, 0, STATE), row(before, 0, INPUTS), row(now, 0, INPUTS), ends, dt, past)
+    for k in range(len(STATE)):
+        following[k] = after[k]
+    return value
+
+
+def _law_entry(state: Any, following: Any, before: Any, now: Any, theta: Any, dt: float, past: Any) -> Any:
+    """Evaluate a law without memory."""
+    return law(*(row(now, 0, INPUTS) + row(theta, len(PARAMETERS), PARAMETERS)))
+
+
+def _constant_entry(state: Any, following: Any, before: Any, now: Any, theta: Any, dt: float, past: Any) -> Any:
+    """Evaluate a law of no input."""
+    return law(*row(theta, len(PARAMETERS), PARAMETERS))
+
+
+def _factors_entry(state: Any, following: Any, before: Any, now: Any, theta: Any, dt: float, past: Any) -> Any:
+    """Evaluate factors of roles."""
+    found = law(*(row(now, 0, INPUTS) + row(theta, len(PARAMETERS), PARAMETERS)))
+    for k in range(len(STATE)):
+        following[k] = found[k]
+    return 0.0
+
+
+@dataclass(frozen=True)
+class Entry:
+    """An element as compiled loops call it: where, its inputs, and how many numbers it remembers, and reads late."""
+
+    address: int
+    inputs: tuple[str, ...]
+    state: int = 0
+    late: int = 0
+
+
+@cache
+def entry_of(item: Any) -> Entry:
+    """Return the compiled form of a model or an effect; ``item`` has a ``step`` and ``rest``, or a ``law``.
+
+    Raises
+    ------
+    AttributeError
+        If it has neither.
+    """
+    spec = item.SPEC
+    needed = dict.fromkeys((*spec.inputs, *(p.needs for p in spec.params if p.needs)))
+    signal = ("",) if getattr(spec, "slot", "") == "output" else ()
+    inputs = (*signal, *needed)
+    zeros, theta = (0.0,) * len(inputs), (0.0,) * len(spec.params)
+    parts: dict[str, Any] = {"INPUTS": zeros, "PARAMETERS": theta}
+    if hasattr(item, "step"):
+        own = item.step.__module__.startswith("mrfit.")
+        late = getattr(item, "LATE", 0)
+        parts |= {"step": kernel(item.step, own), "rest": kernel(item.rest, own)}
+        size = len(item.rest(zeros, tuple(p.start for p in spec.params)))
+        template: Any = _late_entry if late else _step_entry
+    else:
+        own = item.law.__module__.startswith("mrfit.")
+        parts |= {"law": kernel(item.law, own)}
+        size, late = len(getattr(item, "ROLES", ())), 0
+        template = _factors_entry if size else _law_entry if inputs else _constant_entry
+    copied = copy_of(template, spec.name, parts | {"STATE": (0.0,) * size})
+    return Entry(address_of(copied, own), inputs, size, late)
