@@ -33,6 +33,11 @@ PER_CYCLE, CYCLES = 200, 6
 # Noise as a share of the greatest output
 NOISE = 0.003
 DEVELOPMENT, FRESH = (1, 2), (101, 102)
+TITLE = """# Dependence on current: error at currents held out, in units of the noise
+
+`python -m benchmarks.current_dependence [SEED ...] [--out FILE.md]`
+
+"""
 
 # Per model its yield force, its damping and a parameter of either sign, with the scale of each
 MODELS: Mapping[str, tuple[tuple[str, float], tuple[str, float], tuple[str, float]]] = {
@@ -162,8 +167,7 @@ def main(seeds: tuple[int, ...], out: Path | None) -> None:
             lines += ["", said]
             print(f"\n{said}")
     if out:
-        title = "# Dependence on current: error at currents held out, in units of the noise\n\n"
-        out.write_text(title + "\n".join(lines) + "\n", encoding="utf-8")
+        out.write_text(TITLE + "\n".join(lines) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
