@@ -40,6 +40,10 @@ SPEC = EffectSpec(
 )
 
 
+# Channels of which ``step`` takes what is left less their middle
+CENTRED = ("displacement",)
+
+
 def rest(now: Values, theta: Values) -> State:
     """Return the velocity in m/s at which the play rests, from 0, and that it has not moved."""
     w = theta[1]

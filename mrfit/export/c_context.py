@@ -85,7 +85,7 @@ class Given:
 
     Attributes
     ----------
-    tunable, shape_varies
+    tunable
         See ``Context``.
     knows_temperature
         Whether the user gives a temperature.
@@ -96,7 +96,6 @@ class Given:
     """
 
     tunable: bool
-    shape_varies: bool
     knows_temperature: bool
     inputs: tuple[Input, ...]
     middles: bool
@@ -171,8 +170,8 @@ class Context:
 
     Attributes
     ----------
-    tunable, shape_varies
-        Whether parameters can be set at run time; whether those that shape the hysteresis depend on current.
+    tunable
+        Whether parameters can be set at run time.
     p
         Prefix of all names.
     inputs, output, effects, bases
@@ -198,7 +197,6 @@ class Context:
     """
 
     tunable: bool
-    shape_varies: bool
     p: str
     inputs: list[Channel]
     output: Channel

@@ -37,7 +37,6 @@ from mrfit.kernels.filters import level
 from mrfit.simulate.current_dependence import (
     CurrentDependence,
     Order,
-    at_current,
     coordinate,
     count,
     knee_of,
@@ -98,14 +97,14 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
     dependence = source.dependence
     form, forms, given, reader = _forms(source, tunable)
     blocks = blocks_for([name for one in (form, *forms) for name in one.uses], vars(given))
-    roles = sorted({r for link, one in zip(source.links, forms, strict=True) for r in _roles(link, one)})
+    roles = sorted({r for link in source.links for r in _roles(link)})
     printed, program = [one.element for one in (form, *forms) if isinstance(one, PrintedForm)], reader.settled()
     own = {f.name for e in printed for f in e.functions}
     helpers = [f for n, f in program.functions.items() if n not in own]
     base = base_fields(source, roles)
     state = form.text("state")
     arguments = _arguments(form.text("body"), bool(state))
-    curve = _curve(base) if "curve" in form.uses and not given.shape_varies else None
+    curve = _curve(base) if "curve" in form.uses else None
     effects = [_effect(link, one, source, given.middles) for link, one in zip(source.links, forms, strict=True)]
     scales = any(p.role in roles for p in source.base.params)
     if not scales:
@@ -115,7 +114,6 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
     inner = ("theta", "add") if fine else ("theta", "add", "output")
     context = Context(
         tunable=tunable,
-        shape_varies=given.shape_varies,
         p=prefix_of(source.prefix or source.name),
         inputs=[_channel(source, n) for n in source.channels],
         output=Channel(source.spec.output, field(source.spec.output), in_comment(source.spec.output)),
@@ -130,16 +128,14 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
         else f"base_step({', '.join(c for _, _, c in arguments)})",
         base_functions=written(form),
         base_rest=call_of(form.element.rest, "base") if isinstance(form, PrintedForm) and form.element.rest else "",
-        helpers="\n\n".join(
-            filter(None, [small_functions(program, _known(blocks)), constants(program), *map(function_text, helpers)])
-        ),
+        helpers="\n\n".join(filter(None, [small_functions(program), constants(program), *map(function_text, helpers)])),
         effects=effects,
         block_names=list(blocks),
         blocks=[Block(b.text("types"), b.text("code")) for b in blocks.values()],
         ring=_ring(source, form, forms, tunable),
         fastest=FASTEST,
         curve=curve,
-        cells=_cells(source, curve, tunable) if "curve" in form.uses else None,
+        cells=(UP, DOWN) if curve and tunable else (curve.positive, curve.negative) if curve else None,
         shape=form.text("shape"),
         bases=_bases(dependence),
         low=number(dependence.low) if dependence else "",
@@ -165,16 +161,13 @@ def _forms(source: Source, tunable: bool) -> tuple[AnyForm, list[AnyForm], Given
     """Return the forms of base and effects, what they were given, and what has read those that are printed."""
     given = Given(
         tunable=tunable,
-        shape_varies=False,
         knows_temperature="temperature" in source.channels,
         inputs=tuple(Input(field(n), n in LEVELS) for n in source.channels),
         middles=_needs_middles(source, tunable),
     )
     name, reader = source.base.name, Reader(own_functions(), f"{prefix_of(source.prefix or source.name)}_")
     varying = {name for name, _ in source.dependence.orders} if source.dependence else set()
-    if own_form("model", name):
-        form = form_of("model", name, vars(given))
-        given = replace(given, shape_varies=bool(form.shape_names & set(map(field, varying))))
+    form = form_of("model", name, vars(given)) if own_form("model", name) else None
     forms: list[AnyForm] = []
     for link in source.links:
         ident = field(link.spec.name.replace("-", "_"))
@@ -184,10 +177,11 @@ def _forms(source: Source, tunable: bool) -> tuple[AnyForm, list[AnyForm], Given
             made = element(reader, effect, link.spec, Sight(ident, "e", ident, source.channels))
         forms.append(PrintedForm(made) if made else form_of("effect", link.spec.name, vars(given)))
     moves, made = bool(varying or any(k.spec.slot == "theta" for k in source.links)), None
-    model = registry.load("model", name)
-    if given.shape_varies and hasattr(model, "step") or not own_form("model", name):
+    if form is None or form.shape_names & set(map(field, varying)):
+        # a loop whose shape varies is no one curve
+        model = registry.load("model", name)
         made = element(reader, model, source.base, Sight("base", "b", "base", source.channels, moves))
-    return PrintedForm(made) if made else form_of("model", name, vars(given)), forms, given, reader
+    return PrintedForm(made) if made else form or form_of("model", name, vars(given)), forms, given, reader
 
 
 def _needs_middles(source: Source, tunable: bool) -> bool:
@@ -213,16 +207,9 @@ def _calls(form: "AnyForm", ident: str) -> list[str]:
     return [call_of(f, ident) for f in form.element.functions] if isinstance(form, PrintedForm) else []
 
 
-def _roles(link: Link, form: "AnyForm") -> list[str]:
+def _roles(link: Link) -> tuple[str, ...]:
     """Return the roles whose parameters an effect scales."""
-    if isinstance(form, PrintedForm):
-        return list(getattr(registry.load("effect", link.spec.name), "ROLES", ())) if link.spec.slot == "theta" else []
-    return re.findall(r"f->role_(\w+)", form.text("body"))
-
-
-def _known(blocks: dict[str, Form]) -> list[str]:
-    """Return the small functions that blocks have."""
-    return [function for block, function in (("clamp", "clamp"), ("sign", "sign_of")) if block in blocks]
+    return tuple(getattr(registry.load("effect", link.spec.name), "ROLES", ())) if link.spec.slot == "theta" else ()
 
 
 def stated(source: Source) -> list[str]:
@@ -444,23 +431,6 @@ def _ring(source: Source, form: AnyForm, forms: list[AnyForm], tunable: bool) ->
             known = len(theta) == len(own) and not tunable
             longest.append(float(theta[place]) if known else own[place].high)
     return math.ceil(max(longest) * FASTEST) + SPARE if rings else 0
-
-
-def _cells(source: Source, curve: Curve | None, tunable: bool) -> tuple[int, int]:
-    """Return places for a curve's cells above and below 0, enough for any that the parameters give."""
-    if tunable:
-        return UP, DOWN
-    if curve:
-        return curve.positive, curve.negative
-    assert source.dependence is not None
-    currents = np.linspace(source.dependence.low, source.dependence.high, 201)
-    own = source.base_theta[None]
-    theta = at_current(source.base, source.dependence, own, currents)[0]
-    names = source.base.names
-    _, _, rho = normal_form(*(theta[names.index(k)] for k in ("kappa", "beta", "gamma", "n")))
-    curves = [curve_of(n, r) for n, r in zip(theta[names.index("n")].tolist(), rho.tolist(), strict=True)]
-    # one more, for currents between those, and one that stays free
-    return max(len(c.positive) for c in curves) + 2, max(len(c.negative) for c in curves) + 2
 
 
 def _curve(base: list[BaseField]) -> Curve:

@@ -18,7 +18,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.core.specs import Array, Derived, Param, Reduced
+from mrfit.core.specs import Array, Derived, Ends, Param, Reduced, State, Values
 from mrfit.kernels.two_exponents import driven_by_two, normal_form_of_two, saturation, two_exponents_step
 from mrfit.models import boucwen_flux
 from mrfit.models.boucwen_flux import restored
@@ -47,18 +47,12 @@ SPEC = replace(
 )
 
 
-def rest(now: tuple[float, ...], theta: tuple[float, ...]) -> tuple[float, ...]:
+def rest(now: Values, theta: Values) -> State:
     """Return the state of a coil that has known no current, over its greatest."""
     return (0.0,)
 
 
-def step(
-    state: tuple[float, ...],
-    before: tuple[float, ...],
-    now: tuple[float, ...],
-    theta: tuple[tuple[float, ...], tuple[float, ...]],
-    dt: float,
-) -> tuple[float, tuple[float, ...]]:
+def step(state: State, before: Values, now: Values, theta: Ends, dt: float) -> tuple[float, State]:
     """Return the flux in Wb at the end of a step, and the state over its greatest value."""
     (y,) = state
     share, inductance, kappa, beta, gamma, n1, n2, divisor = theta[1]

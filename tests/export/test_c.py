@@ -131,7 +131,7 @@ def test_parameters_follow_a_current_that_moves(model: str, orders: str) -> None
     agrees(source)
 
 
-def test_a_loop_that_depends_on_current_is_exact_while_the_current_rests_and_when_it_moves() -> None:
+def test_a_loop_that_depends_on_current_is_stepped_at_rest_and_when_the_current_moves() -> None:
     spec = registry.load("model", "boucwen").SPEC
     source = rig("boucwen", CurrentDependence(orders_of(spec, "kappa=1,n=1"), 0.2, 1.4))
     drive = source.drive(source.stretches[0]).copy()
@@ -487,7 +487,7 @@ def test_the_self_test_passes_and_fails(tmp_path: Path) -> None:
         return subprocess.run([tmp_path / "t"], capture_output=True).returncode == 0
 
     assert passes(files)
-    wrong = files[f"{prefix}.c"].replace("(b->c * u->velocity)", "(b->c * u->velocity * K(2.0))")
+    wrong = files[f"{prefix}.c"].replace("(b->c * in->velocity)", "(b->c * in->velocity * K(2.0))")
     assert not passes({**files, f"{prefix}.c": wrong})
 
 

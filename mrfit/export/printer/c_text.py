@@ -58,10 +58,14 @@ SMALL = {
         "Sign of x: 0 at 0",
         "static @real sign_of(@real x)\n{\n    return (x > 0.0) ? 1.0 : ((x < 0.0) ? -1.0 : 0.0);\n}",
     ),
+    "fewer": ("The smaller of two counts", "static int fewer(int a, int b)\n{\n    return (b < a) ? b : a;\n}"),
+    "more": ("The larger of two counts", "static int more(int a, int b)\n{\n    return (b > a) ? b : a;\n}"),
     "square": ("Square of x", "static @real square(@real x)\n{\n    return x * x;\n}"),
 }
 
 
+# Numbers below this one are 0 in a float: the least of either precision stands for them
+LEAST = 1e-37
 # Letters of a first word that is no variable's name, and begins its sentence with a capital
 LONG = 3
 
@@ -81,12 +85,10 @@ def headline(lines: Sequence[str]) -> list[str]:
     return [first, *others] if others else [first.removesuffix(".")]
 
 
-def small_functions(program: Program, besides: Sequence[str] = ()) -> str:
+def small_functions(program: Program) -> str:
     """Return those small functions that a program calls."""
     called = {p.name for f in program.functions.values() for p in parts(f.body) if isinstance(p, Call) and not p.own}
-    return "\n\n".join(
-        f"{comment([title])}\n{code}" for name, (title, code) in SMALL.items() if name in called and name not in besides
-    )
+    return "\n\n".join(f"{comment([title])}\n{code}" for name, (title, code) in SMALL.items() if name in called)
 
 
 def constants(program: Program) -> str:
@@ -178,10 +180,15 @@ class Printer:
             return head
         if statement.kind.name == "array":
             assert isinstance(statement.value, Group)
-            inside = ", ".join(map(self.value, statement.value.values)) or "0.0"
-            deeper = len(statement.kind.extents) - 1
-            return f"{head} = {'{ ' * deeper}{{ {inside} }}{' }' * deeper}"
+            return f"{head} = {self.listed(statement.value, statement.kind)}"
         return f"{head} = {self.value(statement.value)}"
+
+    def listed(self, value: Group, kind: Kind) -> str:
+        """Return an array's values; those of one without are 0."""
+        count, element = kind.extents[0], kind.element
+        if element != REAL:
+            return f"{{ {', '.join([self.listed(value, element)] * count)} }}"
+        return f"{{ {', '.join(list(map(self.value, value.values)) or ['0.0'] * count)} }}"
 
     def assigned(self, statement: Assign) -> str:
         """Return an assignment, with an operator where one can do it."""
@@ -207,7 +214,7 @@ class Printer:
 
     def loop(self, statement: For, indent: str) -> Iterator[str]:
         """Yield a loop that counts."""
-        name, start, stop = statement.name, self.value(statement.start), self.value(statement.stop)
+        name, start, stop = statement.name, self.value(statement.start), self.operand(statement.stop)
         sign, step = (">", "--") if statement.down else ("<", "++")
         yield broken(f"{indent}for (int {name} = {start}; {name} {sign} {stop}; {name}{step}) {{")
         yield from (*self.block(statement.body, indent + INDENT), f"{indent}}}")
@@ -260,6 +267,8 @@ class Printer:
     def value(self, value: Expression) -> str:
         """Return an expression."""
         if isinstance(value, Number):
+            if value.kind == REAL and 0.0 < float(value.text) < LEAST:
+                return "@TINY"
             return "K(HUGE_VAL)" if value.text == "inf" else value.text
         if isinstance(value, Choice):
             return f"({self.condition(value.condition)}) ? {self.operand(value.then)} : {self.operand(value.other)}"

@@ -7,7 +7,6 @@ element remembers, ``f`` the factors on parameters, ``y`` the output so far, and
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from importlib import import_module
 from typing import Any, cast
 
 from mrfit.core.specs import EffectSpec, ModelSpec
@@ -41,13 +40,12 @@ from mrfit.export.printer.tree import (
 from mrfit.export.printer.values import group
 from mrfit.export.text import field as field_name
 from mrfit.export.text import number
+from mrfit.kernels.past import RESERVED, pushed
 
 # Temperature in degrees Celsius where a log has none, as effects that need it take it
 ROOM = 25.0
 # Functions of whole arrays that are read as formulas, by slot
 FORMULAS = {"base": "response", "add": "term", "output": "shape"}
-# Numbers at the head of an array of the past, see kernels.past
-RESERVED = 3
 
 
 @dataclass
@@ -258,7 +256,7 @@ class _Writer:
 
     def remember(self, step: Function, rest: Function, past: Member, signals: Sequence[Expression]) -> None:
         """Let an element push what it needs late: at rest its first sample, and one behind every step."""
-        function = python_of(import_module("mrfit.kernels.past").pushed)
+        function = python_of(pushed)
         assert function is not None
         kind = Kind("array", (), (len(signals),))
         kinds = dict(zip(inspect.signature(function).parameters, (past.kind, kind, REAL, REAL), strict=True))
@@ -271,8 +269,8 @@ class _Writer:
         longest = self.reader.entry(self.item.longest, f"{self.sight.ident}_longest", own)
         given = tuple(Name(a.name, a.kind) for a in longest.arguments)
         # nearer samples share a place, so that there are enough of them at any rate
-        places = Binary("-", Number("@RING", INT), Number("4", INT), INT)
-        least = Binary("/", Call(longest.name, given, REAL, True), Cast(places, REAL), REAL)
+        places = Binary("-", Cast(Number("@RING", INT), REAL), Number("4.0", REAL), REAL)
+        least = Binary("/", Call(longest.name, given, REAL, True), places, REAL)
 
         def push(dt: Expression, least: Expression) -> tuple[Statement, ...]:
             call = Call(name, (past, Name("signals", kind), dt, least), NOTHING, True)
@@ -319,7 +317,7 @@ class _Writer:
 
 
 def rebased(past: Any) -> None:
-    """Count samples and time anew, once in a while, so that neither grows beyond the digits of a float."""
+    """Count samples and time from here on, once in a while, so that neither grows beyond the digits of a float."""
     places, width = int(past[1]), int(past[2]) + 1
     if past[0] >= 2.0 * past[1]:
         past[0] -= past[1]

@@ -1,15 +1,81 @@
-"""Functions of Python as they are written: their syntax trees, comments, and what their modules say of constants."""
+"""Functions of Python as they are written: syntax trees, comments, constants, and which operations have a form in C."""
 
 import ast
 import inspect
 import io
+import operator
 import re
 import textwrap
 import tokenize
 import types
 import typing
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
+
+OPERATORS: Mapping[type, str] = {
+    ast.Add: "+",
+    ast.Sub: "-",
+    ast.Mult: "*",
+    ast.Div: "/",
+    ast.FloorDiv: "//",
+    ast.Mod: "%",
+    ast.Lt: "<",
+    ast.LtE: "<=",
+    ast.Gt: ">",
+    ast.GtE: ">=",
+    ast.Eq: "==",
+    ast.NotEq: "!=",
+    ast.And: "and",
+    ast.Or: "or",
+}
+# Operations of whole numbers, which constants are put through as they are read
+FOLDED = {"+": operator.add, "-": operator.sub, "*": operator.mul, "//": operator.floordiv, "%": operator.mod}
+COMPARED = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "==": operator.eq,
+    "!=": operator.ne,
+}
+# Functions of math and numpy of one number by their names in math.h; those of two
+ONE = {
+    **{
+        name: name
+        for name in (
+            *(
+                "exp",
+                "exp2",
+                "expm1",
+                "log",
+                "log2",
+                "log10",
+                "log1p",
+                "sqrt",
+                "cbrt",
+                "fabs",
+                "floor",
+                "ceil",
+                "trunc",
+            ),
+            *("erf", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"),
+        )
+    },
+    **{"arcsin": "asin", "arccos": "acos", "arctan": "atan", "abs": "fabs", "absolute": "fabs"},
+}
+TWO = {
+    **{name: name for name in ("pow", "hypot", "copysign", "atan2", "fmod")},
+    **{"power": "pow", "arctan2": "atan2"},
+}
+# Small functions that every language writes out for itself
+SMALL = {
+    **{"min": "smaller", "minimum": "smaller", "max": "larger", "maximum": "larger"},
+    **{"sign": "sign_of", "clip": "clamp"},
+}
+
+
+KNOWN = frozenset((*ONE, *TWO, *SMALL, "where", "row"))
 
 
 def python_of(function: Any) -> types.FunctionType | None:
@@ -76,6 +142,20 @@ def set_by(target: ast.expr) -> list[ast.Name | None]:
     if not isinstance(target, ast.Name):
         return []
     return [None if target.id.strip("_") == "" else target]
+
+
+def is_constant(node: ast.expr, tree: ast.FunctionDef) -> bool:
+    """Return whether a place is known as a function is read: made of constants, lengths and variables set once."""
+    if isinstance(node, ast.Name):
+        values = [n.value for n in tree.body if isinstance(n, ast.Assign) and ast.unparse(n.targets[0]) == node.id]
+        stored = [
+            n for n in ast.walk(tree) if isinstance(n, ast.Name) and n.id == node.id and isinstance(n.ctx, ast.Store)
+        ]
+        return len(values) == len(stored) == 1 and is_constant(values[0], tree)
+    if isinstance(node, ast.BinOp):
+        return is_constant(node.left, tree) and is_constant(node.right, tree)
+    length = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "len"
+    return length or place_of(node) is not None
 
 
 def place_of(node: ast.expr) -> int | None:

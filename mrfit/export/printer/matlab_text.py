@@ -36,7 +36,7 @@ INDENT = "    "
 # Functions that are called otherwise than in C
 CALLED = {
     **{"fabs": "abs", "copysign": "copy_sign", "pow": "power", "fmod": "rem", "trunc": "fix", "exp2": "pow2"},
-    **{"smaller": "min", "larger": "max", "sign_of": "sign"},
+    **{"smaller": "min", "larger": "max", "fewer": "min", "more": "max", "sign_of": "sign"},
 }
 # Names that no variable may have: words of the language, and functions that are called
 TAKEN = frozenset(

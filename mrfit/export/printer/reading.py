@@ -12,7 +12,7 @@ import numpy as np
 
 from mrfit.errors import DataError
 from mrfit.export.printer import shaping
-from mrfit.export.printer.functions import python_of, set_by, unpacked
+from mrfit.export.printer.functions import ONE, SMALL, TWO, python_of, set_by, unpacked
 from mrfit.export.printer.tree import (
     INT,
     NOTHING,
@@ -22,6 +22,7 @@ from mrfit.export.printer.tree import (
     Binary,
     Block,
     Call,
+    Declare,
     Expression,
     For,
     Function,
@@ -91,10 +92,12 @@ class Reader:
     """
 
     def __init__(self, reserved: Iterable[str] = (), prefix: str = " ") -> None:
-        self.prefix = prefix
+        self.prefix, self.reserved = prefix, frozenset(reserved)
         self.program = Program()
         self.signatures: dict[object, Signature] = {}
-        self.taken: dict[str, object] = dict.fromkeys(reserved)
+        self.taken: dict[str, object] = dict.fromkeys(
+            (*self.reserved, *ONE.values(), *TWO.values(), *SMALL.values(), "square", "fewer", "more")
+        )
 
     def entry(self, given: Any, name: str, entry: Entry) -> Function:
         """Return a function that the program begins with."""
@@ -118,17 +121,23 @@ class Reader:
         return self.signatures[key]
 
     def settled(self) -> Program:
-        """Return the program, in which no function has the name of a variable where it is called."""
-        new = dict[str, str]()
-        for function in self.program.functions.values():
-            variables = {*names_in(function.body), *(a.name for a in (*function.arguments, *function.outputs))}
-            called = {p.name for p in parts(function.body) if isinstance(p, Call) and p.own}
-            new.update((n, f"{n}_of") for n in variables & called)
-        for function in self.program.functions.values():
-            function.name = new.get(function.name, function.name)
-            function.body = renamed(function.body, new)
-        self.program.functions = {f.name: f for f in self.program.functions.values()}
-        return self.program
+        """Return the program: no function has the name of a variable, a constant of one function stands in it."""
+        program = self.program
+        functions = list(program.functions.values())
+        variables = {n for f in functions for n in (*names_in(f.body), *(a.name for a in (*f.arguments, *f.outputs)))}
+        new = {n: f"{n}_of" for n in variables & set(program.functions)}
+        for name, constant in list(program.constants.items()):
+            users = [f for f in functions if name in names_in(f.body)]
+            if len(users) == 1:
+                remark = (Remark(constant.remark),) if constant.remark else ()
+                own = Declare(name, constant.kind, constant.value, True)
+                users[0].body = (*remark, own, *users[0].body)
+            if len(users) < 2:
+                del program.constants[name]
+        for function in functions:
+            function.name, function.body = new.get(function.name, function.name), renamed(function.body, new)
+        program.functions = {f.name: f for f in functions}
+        return program
 
     def name_for(self, wanted: str, what: Any, key: object = None) -> str:
         """Return a name in the program for what stands in a module, with the module's if another has the name."""
@@ -167,10 +176,9 @@ class FunctionReader(ValueReader):
         kinds = self.returned.items if self.returned.name == "tuple" else (self.returned,)
         destinations = self.entry.destinations if self.entry else ()
         shaping.shape(function, flat_kinds(kinds), destinations, after, self.reader.program)
-        if self.entry:
-            used = set(names_in(function.body))
-            function.arguments = [a for a in arguments if a.name in used]
-        return Signature(function, self.returned)
+        used = set(names_in(function.body))
+        function.arguments = [a for a in arguments if a.name in used]
+        return Signature(function, self.returned, arguments)
 
     def entered(self) -> tuple[list[Argument], list[Statement]]:
         """Return an entry's arguments, and what it begins with."""

@@ -275,7 +275,7 @@ class _Declared:
 
     @staticmethod
     def _inside(name: str, statement: Statement, mentions: list[set[str]], k: int) -> bool:
-        """Return whether a variable lives in the blocks of one statement alone, and begins anew in each of them."""
+        """Return whether a variable lives in the blocks of one statement alone, and begins again in each of them."""
         blocks = blocks_of(statement)
         if not blocks or any(name in later for later in mentions[k + 1 :]):
             return False

@@ -4,7 +4,6 @@ import ast
 import builtins
 import inspect
 import math
-import operator
 import types
 import typing
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -21,6 +20,7 @@ from mrfit.export.printer.tree import (
     INT,
     NOTHING,
     REAL,
+    Argument,
     Assign,
     Binary,
     Call,
@@ -50,71 +50,29 @@ from mrfit.kernels.theta import columns
 if typing.TYPE_CHECKING:
     from mrfit.export.printer.reading import Entry, Reader
 
-from mrfit.export.printer.functions import Source, constant_of, place_of, python_of
-
-OPERATORS: Mapping[type, str] = {
-    ast.Add: "+",
-    ast.Sub: "-",
-    ast.Mult: "*",
-    ast.Div: "/",
-    ast.FloorDiv: "//",
-    ast.Mod: "%",
-    ast.Lt: "<",
-    ast.LtE: "<=",
-    ast.Gt: ">",
-    ast.GtE: ">=",
-    ast.Eq: "==",
-    ast.NotEq: "!=",
-    ast.And: "and",
-    ast.Or: "or",
-}
-# Operations of whole numbers, which constants are put through as they are read
-FOLDED = {"+": operator.add, "-": operator.sub, "*": operator.mul, "//": operator.floordiv, "%": operator.mod}
-# Functions of math and numpy of one number by their names in math.h; those of two
-ONE = {
-    **{
-        name: name
-        for name in (
-            *(
-                "exp",
-                "exp2",
-                "expm1",
-                "log",
-                "log2",
-                "log10",
-                "log1p",
-                "sqrt",
-                "cbrt",
-                "fabs",
-                "floor",
-                "ceil",
-                "trunc",
-            ),
-            *("erf", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"),
-        )
-    },
-    **{"arcsin": "asin", "arccos": "acos", "arctan": "atan", "abs": "fabs", "absolute": "fabs"},
-}
-TWO = {
-    **{name: name for name in ("pow", "hypot", "copysign", "atan2", "fmod")},
-    **{"power": "pow", "arctan2": "atan2"},
-}
-# Small functions that every language writes out for itself
-SMALL = {
-    **{"min": "smaller", "minimum": "smaller", "max": "larger", "maximum": "larger"},
-    **{"sign": "sign_of", "clip": "clamp"},
-}
-
-
-KNOWN = frozenset((*ONE, *TWO, *SMALL, "where", "row"))
+from mrfit.export.printer.functions import (
+    COMPARED,
+    FOLDED,
+    KNOWN,
+    ONE,
+    OPERATORS,
+    SMALL,
+    TWO,
+    Source,
+    constant_of,
+    is_constant,
+    place_of,
+    python_of,
+)
 
 
 @dataclass
 class Signature:
-    """A function as it is printed, and the kind of what it returns in Python."""
+    """A function as it is printed, the kind of what it returns in Python, and the arguments that it has there."""
 
     function: Function
     returned: Kind
+    given: list[Argument]
 
 
 class ValueReader:
@@ -159,7 +117,9 @@ class ValueReader:
         self.indexed = {
             n.value.id
             for n in nodes
-            if isinstance(n, ast.Subscript) and isinstance(n.value, ast.Name) and place_of(n.slice) is None
+            if isinstance(n, ast.Subscript)
+            and isinstance(n.value, ast.Name)
+            and not is_constant(n.slice, self.source.tree)
         }
 
     def fail(self, node: ast.AST, why: str) -> NoReturn:
@@ -173,7 +133,7 @@ class ValueReader:
     def named(self, name: str) -> str:
         """Return a variable's name where it is printed."""
         taken = [a.name for a in self.entry.arguments] if self.entry else []
-        return f"{field_name(name)}_" if name in taken else field_name(name)
+        return f"{field_name(name)}_" if name in taken or name in self.reader.reserved else field_name(name)
 
     def items_of(self, value: Expression) -> tuple[Expression, ...]:
         """Return the values of a tuple."""
@@ -240,6 +200,8 @@ class ValueReader:
         """Return a number as a real one."""
         if value.kind != INT:
             return value
+        if isinstance(value, Binary) and value.sign in ("+", "-", "*"):
+            return Binary(value.sign, ValueReader.real(value.left), ValueReader.real(value.right), REAL)
         return Number(number(float(value.text)), REAL) if isinstance(value, Number) else Cast(value, REAL)
 
     def as_kind(self, value: Expression, kind: Kind, node: ast.expr) -> Expression:
@@ -310,6 +272,8 @@ class ValueReader:
                 value = Item(value, index, value.kind.element)
                 continue
             items = self.items_of(value)
+            if known is None and isinstance(found := self.value(one), Number):
+                known = int(found.text)
             if known is not None and not -len(items) <= known < len(items):
                 self.fail(node, f"there are {len(items)} items")
             if known is None:
@@ -388,7 +352,9 @@ class ValueReader:
                 self.fail(node, "there is no such comparison")
             if REAL in (left.kind, right.kind):
                 left, right = self.real(left), self.real(right)
-            one = Binary(sign, left, right, BOOL)
+            one: Expression = Binary(sign, left, right, BOOL)
+            if isinstance(left, Number) and isinstance(right, Number) and left.kind == right.kind == INT:
+                one = self.literal(bool(COMPARED[sign](int(left.text), int(right.text))), node)
             found = one if found is None else Binary("and", found, one, BOOL)
         assert found is not None
         return found
@@ -407,6 +373,8 @@ class ValueReader:
     def choice(self, test: ast.expr, one: ast.expr, another: ast.expr) -> Expression:
         """Return one of two numbers."""
         condition = self.condition(test)
+        if isinstance(condition, Number):
+            return self.value(one if condition.text == "1" else another)
         then, other = (self.in_place(n, self.value) for n in (one, another))
         if REAL in (then.kind, other.kind):
             then, other = self.real(then), self.real(other)
@@ -494,7 +462,8 @@ class ValueReader:
             return group([Item(self.value(node.args[0]), place, REAL) for place in places])
         values = [self.number(n) for n in node.args]
         if name == "int":
-            return values[0] if values[0].kind == INT else Cast(values[0], INT)
+            # of a call's value, since what is cast is no operation
+            return values[0] if values[0].kind == INT else Cast(cut(values[0]), INT)
         if all(v.kind == INT for v in values) and name in ("abs", "min", "max"):
             return self.whole(name, values)
         reals = tuple(map(self.real, values))
@@ -514,7 +483,7 @@ class ValueReader:
             return Choice(Binary("<", values[0], Number("0", INT), BOOL), Unary("-", values[0], INT), values[0], INT)
         found = values[0]
         for other in values[1:]:
-            found = Choice(Binary("<" if name == "min" else ">", other, found, BOOL), other, found, INT)
+            found = Call("fewer" if name == "min" else "more", (found, other), INT)
         return found
 
     def own_call(self, node: ast.Call, shown: str = "") -> tuple[Call, Expression | None]:
@@ -531,7 +500,8 @@ class ValueReader:
         if len(values) != len(names):
             self.fail(node, f"{target.__name__} has {len(names)} arguments")
         signature = self.reader.function(target, {n: v.kind for n, v in zip(names, values, strict=True)})
-        wanted, passed = iter(signature.function.arguments), list[Expression]()
+        used = [id(a) for a in signature.function.arguments]
+        wanted, passed = iter(signature.given), list[Expression]()
         for value in values:
             left = self.flat(value)
             while left:
@@ -541,12 +511,15 @@ class ValueReader:
                 if left[0].kind.name == "array" and argument.kind.name != "array":
                     left[:1] = self.items_of(left[0])
                 if argument.kind.name == "array" and left[0].kind.name != "array":
-                    name = self.temporary(argument.kind, argument.name)
                     row, left = left[: argument.kind.extents[0]], left[argument.kind.extents[0] :]
-                    self.pending.append(Assign(name, Group(tuple(map(self.real, row)), argument.kind)))
-                    passed.append(name)
-                else:
+                    if id(argument) in used:
+                        name = self.temporary(argument.kind, argument.name)
+                        self.pending.append(Assign(name, Group(tuple(map(self.real, row)), argument.kind)))
+                        passed.append(name)
+                elif id(argument) in used:
                     passed.append(self.as_kind(left.pop(0), argument.kind, node))
+                else:
+                    left.pop(0)
         call = Call(signature.function.name, tuple(passed), signature.function.result, True)
         if signature.returned.name != "tuple":
             return call, None
@@ -567,6 +540,11 @@ def kind_of(annotation: Any) -> Kind:
         kinds = tuple(kind_of(a) for a in inside)
         return NOTHING if NOTHING in kinds else Kind("tuple", kinds)
     return NOTHING
+
+
+def cut(value: Expression) -> Expression:
+    """Return a number without its decimals."""
+    return Call("trunc", (value,), REAL) if isinstance(value, Binary) else value
 
 
 def group(values: Sequence[Expression]) -> Group:

@@ -150,7 +150,8 @@ def test_names_comments_and_equations_stay() -> None:
     text = function_text(function)
     assert text.startswith("/* One of four, by comparisons in a row */\nstatic @real chain(@real x, @real y)\n{\n")
     assert "        /* what is left */\n        value = -x;" in text
-    assert constants(program) == "/* How fast it fades */\nstatic const @real FADING = 0.3;"
+    # a constant of one function stands in it, as MISRA wants it
+    assert "    /* How fast it fades */\n    const @real FADING = 0.3;" in text and not constants(program)
     assert "% what is left" in matlab_text(program)
 
 
