@@ -1,6 +1,7 @@
-"""Make the three logs of a damper that the first pages show: ``python -m datasets.make_damper_logs [--out DIR]``.
+"""Make the logs of a damper that the first pages show: ``python -m datasets.make_damper_logs [--out DIR]``.
 
 ``damper``: sines of 1 and 2 Hz and a random motion, each under steps between five currents that the fluid feels late.
+``damper-sines``: sines of 0.5, 1 and 2 Hz at currents that are held, 0 and 1 A, as a test sheet takes them.
 The same seed gives the same bytes. README.md beside this file says what is hidden.
 """
 
@@ -18,7 +19,7 @@ SEED = 20251
 
 
 def make(out: Path, seed: int = SEED, lag: float = LAG) -> None:
-    """Write ``damper`` under a folder: three logs of 10 s at 250 Hz."""
+    """Write ``damper`` and ``damper-sines`` under a folder: logs of 10 s at 250 Hz."""
     rng = np.random.default_rng([seed, 0])
     motions = {
         "sine_1Hz_12mm": press.sine(1.0, 0.012),
@@ -29,10 +30,16 @@ def make(out: Path, seed: int = SEED, lag: float = LAG) -> None:
         press.Programme(name, motion, press.steps(LEVELS, DWELL, rng), press.WARM_OIL)
         for name, motion in motions.items()
     ]
-    (out / "damper").mkdir(parents=True, exist_ok=True)
-    record = damper_bench.run(Damper(), {"current-lag": lag}, tests)
+    steady = [
+        press.Programme(f"sine_{f:g}Hz_10mm_{i:g}A", press.sine(f, 0.010), press.held(i), press.WARM_OIL)
+        for f in (0.5, 1.0, 2.0)
+        for i in (0.0, 1.0)
+    ]
     style = Style(columns=("Displacement", "Load", "Current"), stride=2)
-    damper_bench.save(record, out / "damper", style, np.random.default_rng([seed, 1]))
+    for number, (name, logs) in enumerate((("damper", tests), ("damper-sines", steady)), start=1):
+        (out / name).mkdir(parents=True, exist_ok=True)
+        record = damper_bench.run(Damper(), {"current-lag": lag}, logs)
+        damper_bench.save(record, out / name, style, np.random.default_rng([seed, number]))
 
 
 def main() -> None:

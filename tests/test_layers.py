@@ -21,7 +21,7 @@ LAYERS = [
     {"fit"},
     {"discover"},
     {"report", "export"},
-    {"compare", "advise"},
+    {"compare", "advise", "sheet"},
     {"batch"},
     {"api"},
     {"apply"},

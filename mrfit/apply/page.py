@@ -1,62 +1,7 @@
-"""A page of ``mrfit apply``: words, tables and figures in the report's style, in one file that opens offline."""
-
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from importlib.metadata import version
-from typing import Any
+"""The facts of a damper that the pages of ``mrfit apply`` begin with."""
 
 from mrfit.apply.damper import Damper
-from mrfit.report.key import TEMPLATE
-from mrfit.report.numbers import in_html, significant
-from mrfit.report.page import template_of
-
-
-@dataclass(frozen=True)
-class Table:
-    """A table; numbers in it are shown with a few significant digits."""
-
-    caption: str
-    heads: Sequence[str]
-    rows: Sequence[Sequence[Any]]
-    digits: int = 3
-
-    @property
-    def numeric(self) -> list[bool]:
-        """Whether there is a number in each column."""
-        return [
-            any(isinstance(row[k], (int, float)) and not isinstance(row[k], bool) for row in self.rows)
-            for k in range(len(self.heads))
-        ]
-
-    @property
-    def cells(self) -> list[list[str]]:
-        """The rows as they are shown."""
-        return [[cell(value, self.digits) for value in row] for row in self.rows]
-
-
-@dataclass(frozen=True)
-class Drawn:
-    """A figure as part of the page."""
-
-    title: str
-    caption: str
-    svg: str
-
-
-@dataclass(frozen=True)
-class Section:
-    """A section of a page."""
-
-    title: str
-    words: Sequence[str] = ()
-    tables: Sequence[Table] = ()
-    figures: Sequence[Drawn] = field(default_factory=tuple)
-
-
-def render(title: str, lead: str, facts: Sequence[tuple[str, str]], sections: Sequence[Section], file: str) -> str:
-    """Return a page; ``file`` is the name of the JSON file with all numbers."""
-    template = template_of(TEMPLATE.with_name("apply.html.jinja"))
-    return template.render(title=title, lead=lead, facts=facts, sections=sections, file=file, version=version("mrfit"))
+from mrfit.report.numbers import significant
 
 
 def facts_of(damper: Damper) -> list[tuple[str, str]]:
@@ -72,16 +17,3 @@ def facts_of(damper: Damper) -> list[tuple[str, str]]:
         ("Current", f"{damper.low:g} to {damper.high:g} A; depends on it: {varying}"),
         ("Parameters", values),
     ]
-
-
-def cell(value: Any, digits: int = 3) -> str:
-    """Return a value as it stands in a table."""
-    if value is None:
-        return "–"
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, int):
-        return f"{value:d}"
-    if isinstance(value, float):
-        return in_html(significant(value, digits)) if value == value else "–"
-    return str(value)

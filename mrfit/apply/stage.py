@@ -10,7 +10,7 @@ import numpy as np
 from mrfit.apply.figures import MEASURED, PALETTE, SIMULATED, Curve, Panel, figure
 from mrfit.apply.inverse import FLAGS
 from mrfit.apply.motion import Motion
-from mrfit.apply.page import Drawn, Section, Table, facts_of, render
+from mrfit.apply.page import facts_of
 from mrfit.apply.ride import QuarterCar
 from mrfit.apply.roads import RandomRoad
 from mrfit.apply.series import Inversion
@@ -21,6 +21,7 @@ from mrfit.core.specs import Array
 from mrfit.io.schemas.apply import INVERT, QUARTER_CAR, TRACK, InversionRow, InvertFile, QuarterCarFile, TrackFile
 from mrfit.io.tables import write_table
 from mrfit.io.workspace import Workspace, checked, write_json, write_text
+from mrfit.report.sections import Drawn, Section, Table, render
 
 File = TypeVar("File", InvertFile, TrackFile, QuarterCarFile)
 # What files are called, by schema

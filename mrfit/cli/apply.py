@@ -72,7 +72,7 @@ def motions_of(
     return motion.of_recordings(read_logs(logs or [], map_file), damper.assembly.spec.inputs, damper.output)
 
 
-def read_logs(logs: list[Path], map_file: Path | None) -> "list[Recording]":
+def read_logs(logs: list[Path], map_file: Path | None, pattern: str | None = None) -> "list[Recording]":
     """Return recordings of logs; one that cannot be read is reported on standard error.
 
     Raises
@@ -86,7 +86,7 @@ def read_logs(logs: list[Path], map_file: Path | None) -> "list[Recording]":
 
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        found = read(logs, map_file)
+        found = read(logs, map_file, pattern=pattern)
     for one in caught:
         console.note(str(one.message))
     return list(found)

@@ -9,6 +9,7 @@ import typer
 from mrfit.cli import console
 from mrfit.cli.apply import read_logs
 from mrfit.cli.options import Json, Only, options
+from mrfit.cli.sheet import sheet
 from mrfit.errors import DataError
 from mrfit.settings import ingest
 
@@ -16,7 +17,10 @@ if TYPE_CHECKING:
     from mrfit.core.recording import Recording
     from mrfit.core.specs import Array
 
-app = typer.Typer(no_args_is_help=True, help="Read off logs, without a model: lag behind a command, quasi-static test.")
+app = typer.Typer(
+    no_args_is_help=True, help="Read off logs, without a model: test sheet, lag behind a command, slow test."
+)
+app.command()(sheet)
 
 Logs = Annotated[list[Path], typer.Argument(help="Logs or folders of logs.", show_default=False)]
 Reading = Annotated[ingest.Settings, Only(("map",))]

@@ -162,6 +162,12 @@ def _limits_taken(name: str, value: object) -> Limits:
     return tuple(found)
 
 
+def _texts_taken(name: str, value: object) -> tuple[tuple[str, str], ...]:
+    if not isinstance(value, Mapping):
+        raise ConfigError(f"{name} takes a dictionary of names and texts, not {value!r}")
+    return tuple((str(n), str(v)) for n, v in value.items())
+
+
 def _order_taken(name: str, value: object) -> str:
     return ",".join(f"{n}={order}" for n, order in value.items()) if isinstance(value, Mapping) else str(value)
 
@@ -196,6 +202,13 @@ def _flat(tables: Mapping[str, Any]) -> Pairs:
 
 
 NUMBERS = Form(list[str] | None, numbers, dict[str, float], lambda table: tuple(table.items()), _numbers_taken)
+TEXTS = Form(
+    list[str] | None,
+    lambda option, items: tuple(pairs(option, items)),
+    dict[str, str],
+    lambda table: tuple(table.items()),
+    _texts_taken,
+)
 CONSTANTS = Form(
     list[str] | None,
     constants,

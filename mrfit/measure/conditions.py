@@ -1,0 +1,157 @@
+"""Quantities of several conditions of one damper: law of force over velocity, dynamic range, loss of force by heat.
+
+    C, alpha       F0 = C*sgn(v)*|v|^alpha, by a line of log |F0| over log |v| through three speeds or more
+    dynamic range  |Fmax| at the greatest current over that at the least, mean of both directions, per speed
+    fade           (F_ref - F_T)/F_ref of Fmax: between temperatures where they are logged, else over the cycles
+
+Intervals follow from those of the forces; where the points leave a line by more than these explain, from the residual.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2
+from scipy.stats import t as student
+
+from mrfit.core.specs import Array
+from mrfit.measure.intervals import CONFIDENCE, Estimate
+from mrfit.measure.quantity import Quantity, without
+
+SPEEDS = 3
+SAME_SPEED, SAME_CURRENT, LEAST_CURRENT = 0.05, 0.05, 0.02
+"""Shares by which speeds and currents (and amperes by which small ones) of one level may differ."""
+BEYOND_CHANCE = 0.01
+WARMER = 5.0
+"""Difference of temperature in K from which a loss of force is that of heat."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """An estimate in a condition: its peak velocity in m/s, current in A and temperature in degC (nan if not known)."""
+
+    condition: str
+    velocity: float
+    current: float
+    temperature: float
+    estimate: Estimate
+
+    @property
+    def error(self) -> float:
+        """Standard error."""
+        return self.estimate.error / float(student.ppf(0.5 + CONFIDENCE / 2.0, max(self.estimate.freedom, 1.0)))
+
+
+def power_law(levels: Sequence[Level], sign: str) -> list[Quantity]:
+    """Return C and alpha of the forces at mid-stroke of one direction, ``+`` or ``-``, at one current."""
+    names = (f"C{sign}", f"alpha{sign}")
+    known = [one for one in levels if one.estimate.value * (1.0 if sign == "+" else -1.0) > 2.0 * one.error]
+    speeds = np.array([one.velocity for one in known])
+    if _distinct(speeds) < SPEEDS:
+        return without(names, f"{_distinct(speeds)} speed{'s' * (_distinct(speeds) != 1)}; {SPEEDS} are needed")
+    force = np.log(np.abs([one.estimate.value for one in known]))
+    errors = np.array([one.error / abs(one.estimate.value) for one in known])
+    errors = np.maximum(errors, 1e-9)
+    basis = np.stack([np.ones(len(speeds)), np.log(speeds)], axis=1) / errors[:, None]
+    covariance = np.linalg.inv(basis.T @ basis)
+    level, alpha = covariance @ basis.T @ (force / errors)
+    left = force / errors - basis @ np.array([level, alpha])
+    excess, freedom = float(left @ left), len(speeds) - 2
+    total = float(sum(one.estimate.freedom for one in known))
+    if freedom and float(chi2.sf(excess, freedom)) < BEYOND_CHANCE:
+        covariance, total = covariance * excess / freedom, float(freedom)
+    half = float(student.ppf(0.5 + CONFIDENCE / 2.0, total)) * np.sqrt(np.diag(covariance))
+    c = np.exp([level, level - half[0], level + half[0]])
+    return [
+        Quantity(names[0], _known(float(c[0]), (float(c[1]), float(c[2])), total)),
+        Quantity(names[1], _known(float(alpha), (float(alpha - half[1]), float(alpha + half[1])), total)),
+    ]
+
+
+def dynamic_range(levels: Sequence[tuple[Level, Level]]) -> list[tuple[str, Quantity]]:
+    """Return the dynamic range per speed, with the condition of the greatest current.
+
+    Parameters
+    ----------
+    levels
+        Peak forces of positive and negative velocity of every condition.
+    """
+    found = []
+    left = [pair for pair in levels if np.isfinite(pair[0].current)]
+    while left:
+        speed = left[0][0].velocity
+        group = [pair for pair in left if abs(pair[0].velocity - speed) <= SAME_SPEED * speed]
+        left = [pair for pair in left if pair not in group]
+        group.sort(key=lambda pair: abs(pair[0].current))
+        low, high = group[0], group[-1]
+        name = high[0].condition
+        if same_current(low[0], high[0]):
+            found.append((name, Quantity("dynamic range", None, "one current at this speed; two are needed")))
+            continue
+        top, bottom = (_mean(pair) for pair in (high, low))
+        found.append((name, Quantity("dynamic range", _ratio(top, bottom))))
+    return found
+
+
+def fade(levels: Sequence[Level], name: str) -> list[tuple[str, Quantity]]:
+    """Return the loss of peak force from the coldest condition, of one speed and current each."""
+    found = []
+    left = [one for one in levels if np.isfinite(one.temperature)]
+    while left:
+        first = left[0]
+        group = [one for one in left if _same(first, one)]
+        left = [one for one in left if one not in group]
+        coldest = min(group, key=lambda one: one.temperature)
+        for one in group:
+            if one.temperature - coldest.temperature >= WARMER:
+                ratio = _ratio((one.estimate, one.error), (coldest.estimate, coldest.error))
+                lost = _known(1.0 - ratio.value, (1.0 - ratio.high, 1.0 - ratio.low), ratio.freedom)
+                found.append((one.condition, Quantity(name, lost)))
+    return found
+
+
+def fade_over_cycles(peak: Estimate) -> Estimate | None:
+    """Return the loss of peak force from the first cycle to the last, by the line through all; None of too few."""
+    if peak.slope is None or len(peak.cycles) < SPEEDS:
+        return None
+    span = len(peak.cycles) - 1
+    first = abs(peak.value) - np.sign(peak.value) * peak.slope.value * span / 2.0
+    lost = -np.sign(peak.value) * peak.slope.value * span / first
+    half = (peak.slope.high - peak.slope.low) / 2.0 * span / first
+    return _known(float(lost), (float(lost - half), float(lost + half)), len(peak.cycles) - 2.0)
+
+
+def same_current(one: Level, other: Level) -> bool:
+    """Return whether two conditions have one current, or none is known of both."""
+    if np.isnan(one.current) or np.isnan(other.current):
+        return bool(np.isnan(one.current) and np.isnan(other.current))
+    return abs(one.current - other.current) <= max(SAME_CURRENT * abs(one.current), LEAST_CURRENT)
+
+
+def _same(one: Level, other: Level) -> bool:
+    return same_current(one, other) and abs(one.velocity - other.velocity) <= SAME_SPEED * one.velocity
+
+
+def _distinct(speeds: Array) -> int:
+    ordered = np.sort(speeds)
+    return int(len(ordered) > 0) + int(np.sum(np.diff(ordered) > SAME_SPEED * ordered[1:]))
+
+
+def _mean(pair: tuple[Level, Level]) -> tuple[Estimate, float]:
+    """Return the mean magnitude of both directions as an estimate, and its standard error."""
+    value = (abs(pair[0].estimate.value) + abs(pair[1].estimate.value)) / 2.0
+    error = float(np.hypot(pair[0].error, pair[1].error)) / 2.0
+    return _known(value, (value, value), min(one.estimate.freedom for one in pair)), error
+
+
+def _ratio(over: tuple[Estimate, float], under: tuple[Estimate, float]) -> Estimate:
+    (a, a_error), (b, b_error) = over, under
+    value = abs(a.value) / abs(b.value)
+    error = value * float(np.hypot(a_error / a.value, b_error / b.value))
+    freedom = a.freedom + b.freedom
+    half = float(student.ppf(0.5 + CONFIDENCE / 2.0, max(freedom, 1.0))) * error
+    return _known(value, (value - half, value + half), freedom)
+
+
+def _known(value: float, ends: tuple[float, float], freedom: float) -> Estimate:
+    return Estimate(value, *ends, freedom, np.array([value]), float("nan"), None, 0.0)

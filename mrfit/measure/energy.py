@@ -1,0 +1,93 @@
+"""Energy of whole cycles, and effective stiffness and damping that follow from it.
+
+    E           ∮F dd
+    closure     |F| at the begin of a cycle times the gap of displacement to its end, over E
+    K_eff       (|F(d+)| + |F(d-)|)/(d+ - d-)
+    xi_eff      (2/π)*E/(K_eff*(d+ - d-)²)
+    C_eq        E/(π*ω*d²), of a sine of amplitude d
+    efficiency  E/(4*Fmax*d), Fmax the mean of both directions
+
+d+ and d- are the greatest and the least displacement, d half of the travel between them.
+
+Source: effective stiffness and damping of isolators and dampers by whole cycles; Jacobsen, Trans. ASME 52 (1930) 169.
+"""
+
+import numpy as np
+
+from mrfit.core.specs import Array
+from mrfit.measure.cycles import Cycles
+from mrfit.measure.forces import Forces
+from mrfit.measure.intervals import PerCycle, of_values
+from mrfit.measure.quantity import Quantity, without
+
+
+def quantities(cycles: Cycles, forces: Forces, sine: bool) -> list[Quantity]:
+    """Return the energy and what follows from it; ``sine`` says whether the drive is one."""
+    work, travel = work_of(cycles), travel_of(cycles)
+    energy = cycles.estimate(lambda w: w, work)
+    found = [Quantity("E", energy), _closure(cycles, forces, energy.value)]
+    high, low = forces.at_ends[True], forces.at_ends[False]
+    signs = tuple(_sign(cycles, one, usual) for one, usual in ((high, 1.0), (low, -1.0)))
+
+    def stiffness(above: Array, below: Array, moved: Array) -> Array:
+        return (signs[0] * above + signs[1] * below) / moved
+
+    effective = cycles.estimate(stiffness, high, low, travel)
+    found.append(Quantity("K_eff", effective))
+    if effective.low > 0.0:
+
+        def damping(done: Array, above: Array, below: Array, moved: Array) -> Array:
+            return 2.0 / np.pi * done / (stiffness(above, below, moved) * moved**2)
+
+        found.append(Quantity("xi_eff", cycles.estimate(damping, work, high, low, travel)))
+    else:
+        found += without(("xi_eff",), "K_eff is not distinct from zero")
+    if sine:
+        omega = 2.0 * np.pi / cycles.period
+        found.append(Quantity("C_eq", cycles.estimate(lambda w, s: w / (np.pi * omega * (s / 2.0) ** 2), work, travel)))
+    else:
+        found += without(("C_eq",), "the motion is no sine")
+    if forces.peaks[True].values.mean() - forces.peaks[False].values.mean() <= 0.0:
+        return [*found, *without(("efficiency",), "no force against the motion")]
+    return [*found, Quantity("efficiency", cycles.estimate(_efficiency, work, *_peaks(forces), travel))]
+
+
+def work_of(cycles: Cycles) -> PerCycle:
+    """Return ∮F dd of every cycle in J, with the amplitude as recorded."""
+    up, down = cycles.work(True), cycles.work(False)
+    values = up.values + down.values
+    return PerCycle(
+        values * cycles.gains.values,
+        (up.noise + down.noise) * cycles.gains.values**2 + values**2 * cycles.gains.noise,
+        up.shared + down.shared,
+    )
+
+
+def travel_of(cycles: Cycles) -> PerCycle:
+    """Return d+ - d- of every cycle in m."""
+    return PerCycle(cycles.stroke * cycles.gains.values, cycles.stroke**2 * cycles.gains.noise)
+
+
+def _closure(cycles: Cycles, forces: Forces, energy: float) -> Quantity:
+    """Return the work of the gaps by which the displacement does not come back, over the energy."""
+    if cycles.count < 3 or energy == 0.0:
+        return Quantity("closure", None, "fewer than three cycles")
+    gaps = np.abs(np.diff(cycles.middles)) * abs(float(forces.at_ends[False].values.mean()))
+    return Quantity("closure", of_values(gaps / abs(energy)))
+
+
+def _sign(cycles: Cycles, force: PerCycle, usual: float) -> float:
+    """Return the sign of a force at an end of the stroke; the usual one where it is not distinct from zero.
+
+    The magnitude of noise about zero would be above zero.
+    """
+    found = cycles.estimate(lambda x: x, force)
+    return float(np.sign(found.value)) if abs(found.value) > found.error else usual
+
+
+def _peaks(forces: Forces) -> tuple[PerCycle, PerCycle]:
+    return forces.peaks[True], forces.peaks[False]
+
+
+def _efficiency(work: Array, rebound: Array, compression: Array, travel: Array) -> Array:
+    return work / ((rebound - compression) * travel)

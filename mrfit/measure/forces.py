@@ -1,0 +1,104 @@
+"""Forces of whole cycles: at mid-stroke, at both ends of the stroke, and the peak of either direction.
+
+    F0±    force where the displacement passes the middle of the stroke, by the samples within ±5 % of the stroke
+    Fd±    force at the greatest and at the least displacement: mean of its limits before and after the reversal
+    Fmax±  greatest force of positive velocity, least of negative velocity, in the central part of the stroke
+    ratio  Fmax of rebound over |Fmax| of compression
+
+Source: definitions as in tests of dampers by whole cycles; see docs/measure_sheet.md.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mrfit.core.specs import Array
+from mrfit.measure.cycles import CENTRAL, GRID, Cycles
+from mrfit.measure.intervals import PerCycle
+from mrfit.measure.quantity import Quantity, without
+
+PLACES = np.linspace(0.0, 1.0, 41)
+"""Places of a branch among which the peak is looked for."""
+
+
+@dataclass(frozen=True)
+class Forces:
+    """Forces in N of every cycle, by name; ``peak_places`` are those of Fmax+ and Fmax- on their branches."""
+
+    at_middle: dict[bool, PerCycle]
+    at_ends: dict[bool, PerCycle]
+    peaks: dict[bool, PerCycle]
+    peak_places: dict[bool, float]
+
+
+def forces_of(cycles: Cycles, central: float = 1.0) -> Forces:
+    """Return the forces of cycles, peaks in a central share of the stroke, by whether velocity or place is positive."""
+    middle, peaks, places = {}, {}, {}
+    for up in (True, False):
+        place = cycles.places_of(up, cycles.middle)
+        middle[up] = cycles.at(up, place, _central_half(cycles, up))
+        peaks[up], places[up] = _peak(cycles, up, central)
+    ends = {greatest: cycles.at_reversal(greatest) for greatest in (True, False)}
+    return Forces(middle, ends, peaks, places)
+
+
+def quantities(cycles: Cycles, forces: Forces, rebound: bool = True) -> list[Quantity]:
+    """Return F0, Fd, Fmax and their ratio; ``rebound`` says whether positive velocity is rebound."""
+    found = [
+        Quantity(name, cycles.estimate(lambda x: x, one))
+        for name, one in (
+            ("F0+", forces.at_middle[True]),
+            ("F0-", forces.at_middle[False]),
+            ("Fd+", forces.at_ends[True]),
+            ("Fd-", forces.at_ends[False]),
+            ("Fmax+", forces.peaks[True]),
+            ("Fmax-", forces.peaks[False]),
+        )
+    ]
+    least = forces.peaks[not rebound].values.mean()
+    if least == 0.0:
+        return [*found, *without(("ratio",), "no force in compression")]
+    return [*found, Quantity("ratio", cycles.estimate(_ratio, forces.peaks[rebound], forces.peaks[not rebound]))]
+
+
+def _ratio(rebound: Array, compression: Array) -> Array:
+    return np.asarray(np.abs(rebound) / np.abs(compression))
+
+
+def _central_half(cycles: Cycles, up: bool) -> float:
+    """Return half of the window at mid-stroke as a share of the branch."""
+    moved = cycles.table[up][0]
+    inside = np.abs(moved - cycles.middle) <= CENTRAL * cycles.stroke
+    return float(np.ptp(GRID[inside])) / 2.0
+
+
+def _peak(cycles: Cycles, up: bool, central: float) -> tuple[PerCycle, float]:
+    """Return the peak force of a direction of every cycle, and its place.
+
+    Of cycles of even number the place is that of the odd ones and the other way round: a place that is chosen by the
+    noise of the same samples would have too high a force.
+    """
+    moved = np.interp(PLACES, GRID, cycles.table[up][0])
+    inside = PLACES[np.abs(moved - cycles.middle) <= central * cycles.stroke / 2.0 + 1e-12]
+    inside = inside if len(inside) else np.array([cycles.places_of(up, cycles.middle)])
+    folds = [slice(0, None, 2), slice(1, None, 2)] if cycles.count > 1 else [slice(None)]
+    places = [_place(cycles, up, inside, fold) for fold in folds]
+    values, noise, shared = np.empty(cycles.count), np.empty(cycles.count), 0.0
+    for fold, place in zip(folds, reversed(places), strict=True):
+        found = cycles.at(up, place)
+        values[fold], noise[fold] = found.values[fold], found.noise[fold]
+        shared = max(shared, found.shared)
+    return PerCycle(values, noise, shared), float(np.mean(places))
+
+
+def _place(cycles: Cycles, up: bool, among: Array, every: slice) -> float:
+    curve = cycles.pooled(up, every)
+    sign = 1.0 if up else -1.0
+    values = np.array([sign * curve.value(p, *cycles.window(up, p, CENTRAL / 2.0)) for p in among])
+    best = int(np.argmax(values))
+    if not 0 < best < len(among) - 1:
+        return float(among[best])
+    before, here, after = values[best - 1 : best + 2]
+    bend = before - 2.0 * here + after
+    shift = 0.5 * (before - after) / bend if bend < 0.0 else 0.0
+    return float(among[best] + np.clip(shift, -0.5, 0.5) * (among[1] - among[0]))

@@ -1,0 +1,212 @@
+"""Shape of a loop: widths over velocity, free travel after a reversal, ripple.
+
+    width±       F while the speed rises less F while it falls, at a stated speed, of either direction
+    width v      velocity at zero force after the least displacement less that after the greatest one
+    free travel  travel between the lines through the force's flanks before and after zero, after a reversal
+    ripple       greatest departure of the force from a smooth loop, over the peak force, away from the reversals
+
+The place of the largest ripple is chosen by other cycles than those whose ripple is taken: noise has none on average.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mrfit.core.specs import Array
+from mrfit.measure.cycles import GRID, Cycles
+from mrfit.measure.forces import Forces
+from mrfit.measure.intervals import PerCycle, estimate
+from mrfit.measure.quantity import Quantity, without
+
+NEAR, FAR = 0.05, 0.35
+"""Shares of the peak force between which a flank is a line."""
+SMOOTH, RIPPLED = 0.12, 0.03
+"""Half of the windows, in shares of a branch, of the smooth loop and of the loop with its ripple."""
+GROUPS = 4
+"""Groups of cycles by whose scatter the interval of the free travel is found."""
+AWAY = (0.22, 0.78)
+"""Places of a branch between which a ripple is looked for."""
+
+
+def quantities(cycles: Cycles, forces: Forces, speed: float | None = None) -> list[Quantity]:
+    """Return widths, free travel and ripple; widths at a speed in m/s, default: half of the greatest."""
+    stated = cycles.peak_velocity / 2.0 if speed is None else speed
+    found: list[Quantity] = []
+    for name, up in (("width+", True), ("width-", False)):
+        found += _width(cycles, name, up, stated)
+    found += [_velocity_width(cycles), _free_travel(cycles, forces), _ripple(cycles, forces)]
+    return found
+
+
+def _difference(one: PerCycle, other: PerCycle) -> PerCycle:
+    return PerCycle(one.values - other.values, one.noise + other.noise, one.shared + other.shared)
+
+
+def _width(cycles: Cycles, name: str, up: bool, speed: float) -> list[Quantity]:
+    course = np.abs(cycles.table[up][1])
+    top = int(np.argmax(course))
+    if not 0.0 < speed < course[top]:
+        return without((name,), f"the speed does not reach {speed:.4g} m/s")
+    rises = float(np.interp(speed, course[: top + 1], GRID[: top + 1]))
+    falls = float(np.interp(-speed, -course[top:], GRID[top:]))
+    return [Quantity(name, cycles.estimate(lambda x: x, _difference(cycles.at(up, rises), cycles.at(up, falls))))]
+
+
+@dataclass(frozen=True)
+class _Turn:
+    """Force about a reversal, of all cycles, in the direction in which it changes there; from half a branch before it.
+
+    ``at`` is the place (B,), below 0 before the reversal, ``way`` the travel in m since it, ``force`` over the peak.
+    """
+
+    at: Array
+    way: Array
+    force: Array
+
+
+def _turn(cycles: Cycles, forces: Forces, up: bool, every: slice) -> _Turn:
+    """Return the force about the least displacement (``up``) or the greatest, less its mean at mid-stroke."""
+    peak = (forces.peaks[True].values.mean() - forces.peaks[False].values.mean()) / 2.0
+    level = (forces.at_middle[True].values.mean() + forces.at_middle[False].values.mean()) / 2.0
+    before, after = cycles.pooled(not up, every), cycles.pooled(up, every)
+    end = cycles.table[up][0][0]
+    at = np.concatenate([before.at - 1.0, after.at])
+    way = [-np.abs(np.interp(before.at, GRID, cycles.table[not up][0]) - end)]
+    way.append(np.abs(np.interp(after.at, GRID, cycles.table[up][0]) - end))
+    force = (1.0 if up else -1.0) * (np.concatenate([before.force, after.force]) - level) / peak
+    near = np.abs(at) <= 0.5
+    return _Turn(at[near], np.concatenate(way)[near], force[near])
+
+
+def _velocity_width(cycles: Cycles) -> Quantity:
+    """Return the width over velocity at zero force: by the place where the force crosses zero after each reversal."""
+    crossings = []
+    for up in (True, False):
+        before, after = cycles.pooled(not up), cycles.pooled(up)
+        at = np.concatenate([before.at - 1.0, after.at])
+        force = (1.0 if up else -1.0) * np.concatenate([before.force, after.force])
+        near = np.abs(at) <= 0.5
+        at, force = at[near], force[near]
+        rise = np.flatnonzero((force[:-1] < 0.0) & (force[1:] >= 0.0))
+        if not len(rise):
+            return Quantity("width v", None, "the force does not change its sign about a reversal")
+        k = int(rise[np.argmin(np.abs(at[rise]))])
+        place = float(at[k] - force[k] * (at[k + 1] - at[k]) / (force[k + 1] - force[k]))
+        jumps = at[k] < 0.0 <= at[k + 1] and _jumps(cycles, up)
+        crossings.append(_at_rest(cycles, up) if jumps else _velocities(cycles, up, place))
+    return Quantity("width v", cycles.estimate(lambda x: x, _difference(crossings[0], crossings[1])))
+
+
+def _jumps(cycles: Cycles, up: bool) -> bool:
+    """Return whether the force jumps over zero at a reversal."""
+    before, after = (cycles.estimate(lambda x: x, one) for one in (cycles.at(not up, 1.0), cycles.at(up, 0.0)))
+    return before.high < 0.0 < after.low if up else after.high < 0.0 < before.low
+
+
+def _at_rest(cycles: Cycles, up: bool) -> PerCycle:
+    """Return no velocity, which is known to half of what it changes between two samples."""
+    step = float(np.interp(2.0 / cycles.per_cycle, GRID, np.abs(cycles.table[up][1])))
+    return PerCycle(np.zeros(cycles.count), np.zeros(cycles.count), step / 2.0)
+
+
+def _velocities(cycles: Cycles, up: bool, place: float) -> PerCycle:
+    """Return the velocity in m/s at which the force of every cycle is zero, near a place (below 0 before it).
+
+    There the force is taken as a line over the velocity, through the reversal.
+    """
+    half = max(0.02, 3.0 * 2.0 / cycles.per_cycle)
+    levels, slopes, noise = (np.empty(cycles.count) for _ in range(3))
+    branches = [(own, *cycles.branch_times(own), cycles.samples(own)) for own in (not up, up)]
+    for k in range(cycles.count):
+        speeds, forces = [], []
+        for (own, begin, end, samples), zero in zip(branches, (1.0, 0.0), strict=True):
+            at = (cycles.time[samples[k]] - begin[k]) / (end[k] - begin[k])
+            near = np.abs(at - zero - place) <= half
+            speeds.append(np.interp(at[near], GRID, cycles.table[own][1]))
+            forces.append(cycles.force[samples[k]][near])
+        speed, force = np.concatenate(speeds), np.concatenate(forces)
+        weights = np.linalg.pinv(np.stack([np.ones(len(speed)), speed], axis=1))
+        levels[k], slopes[k] = weights @ force
+        middle = weights[0] + weights[1] * float(speed.mean())
+        noise[k] = cycles.noise**2 * float(middle @ middle)
+    steep = float(slopes.mean())
+    return PerCycle(-levels / slopes * cycles.gains.values, noise / steep**2)
+
+
+def _free_travel(cycles: Cycles, forces: Forces) -> Quantity:
+    """Return the travel after a reversal between the flanks' lines at zero force, mean of both reversals."""
+    groups = min(cycles.count, GROUPS)
+    widths, step = np.zeros(groups), 0.0
+    for group in range(groups):
+        for up in (True, False):
+            turn = _turn(cycles, forces, up, slice(group, None, groups))
+            rise = np.flatnonzero((turn.force[:-1] < 0.0) & (turn.force[1:] >= 0.0))
+            if not len(rise):
+                return Quantity("free travel", None, "the force does not change its sign about a reversal")
+            k = int(rise[np.argmin(np.abs(turn.at[rise]))])
+            widths[group] += _between_flanks(turn, k) / 2.0
+            # where the force jumps, only the samples before and after are known
+            step = max(step, float(turn.way[k + 1] - turn.way[k]))
+    found = PerCycle(widths * cycles.gain, np.zeros(groups), step)
+    return Quantity("free travel", estimate(lambda x: x, found))
+
+
+def _between_flanks(turn: _Turn, crossing: int) -> float:
+    """Return the travel in m between the lines of the flanks below and above zero force, where these meet it."""
+    force, way = turn.force, turn.way
+    last, first = crossing, crossing + 1
+    while last > 0 and force[last] > -NEAR:
+        last -= 1
+    while first < len(force) - 1 and force[first] < NEAR:
+        first += 1
+    begin, end = last, first
+    while begin > 0 and -FAR <= force[begin - 1] <= force[last]:
+        begin -= 1
+    while end < len(force) - 1 and force[first] <= force[end + 1] <= FAR:
+        end += 1
+    one = _zero_of(way[begin : last + 1], force[begin : last + 1])
+    other = _zero_of(way[first : end + 1], force[first : end + 1])
+    return max(other - one, 0.0) if first - last > 1 else 0.0
+
+
+def _zero_of(way: Array, force: Array) -> float:
+    """Return where the line of a flank meets zero force; its end where it is too steep to have a line."""
+    if len(way) < 3 or np.ptp(force) < NEAR:
+        return float(way[np.argmin(np.abs(force))])
+    return float(np.polyfit(force, way, 1)[1])
+
+
+def _ripple(cycles: Cycles, forces: Forces) -> Quantity:
+    step = 2.0 / cycles.per_cycle
+    if FEW * step > RIPPLED:
+        return Quantity("ripple", None, f"{cycles.per_cycle:.0f} samples a cycle; {2.0 * FEW / RIPPLED:.0f} are needed")
+    if cycles.count < 2:
+        return Quantity("ripple", None, "one cycle; two are needed to tell a ripple from noise")
+    peak = (forces.peaks[True].values.mean() - forces.peaks[False].values.mean()) / 2.0
+    folds = (slice(0, None, 2), slice(1, None, 2))
+    values, noise = np.empty(cycles.count), np.empty(cycles.count)
+    for chosen, other in (folds, folds[::-1]):
+        up, place, sign = _largest(cycles, other)
+        narrow = cycles.at(up, place, RIPPLED)
+        smooth = cycles.fitted(up, place, (place - SMOOTH, place + SMOOTH), 4)
+        values[chosen] = sign * (narrow.values - smooth.values)[chosen] / peak
+        noise[chosen] = (narrow.noise + smooth.noise)[chosen] / peak**2
+    return Quantity("ripple", cycles.estimate(lambda x: x, PerCycle(values, noise)))
+
+
+FEW = 1.5
+"""Samples that the narrow window of a ripple reaches to either side at least."""
+
+
+def _largest(cycles: Cycles, every: slice) -> tuple[bool, float, float]:
+    """Return branch, place and sign of the largest departure from the smooth loop, of some cycles."""
+    best = (True, 0.5, 1.0)
+    largest = -1.0
+    for up in (True, False):
+        curve = cycles.pooled(up, every)
+        for place in np.linspace(*AWAY, 57):
+            narrow = curve.value(place, (place - RIPPLED, place + RIPPLED), 2)
+            departure = narrow - curve.value(place, (place - SMOOTH, place + SMOOTH), 4)
+            if abs(departure) > largest:
+                largest, best = abs(departure), (up, float(place), float(np.sign(departure)) or 1.0)
+    return best

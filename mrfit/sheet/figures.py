@@ -1,0 +1,149 @@
+"""Figures of a test sheet, the same on the page and on the printed sheet: loops, peak forces, history over cycles."""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mrfit.core.specs import Array
+from mrfit.io.schemas.sheet import SheetCondition, UnitRow, VerdictRow
+from mrfit.report.curves import prefixed, simplified
+from mrfit.report.figures import PALETTE, QUIET
+from mrfit.sheet.measured import Course, Loop
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+COLOUR_MAP, LIGHTEST = "viridis", 0.82
+NAMED = 8
+"""Curves of a figure that a legend names one by one."""
+LIMIT = "#c2410c"
+
+
+def colours_of(currents: Sequence[float]) -> Callable[[float], str]:
+    """Return the colour of a current among several, dark to light; one colour where there are not two."""
+    known = sorted({round(c, 2) for c in currents if np.isfinite(c)})
+    if len(known) < 2:
+        return lambda current: PALETTE[0]
+    import matplotlib
+    from matplotlib.colors import to_hex
+
+    shades = matplotlib.colormaps[COLOUR_MAP](np.linspace(0.0, LIGHTEST, len(known)))
+    table = {level: to_hex(shade) for level, shade in zip(known, shades, strict=True)}
+    return lambda current: table.get(round(current, 2), QUIET)
+
+
+def scale_of(values: Sequence[Array], unit: str) -> tuple[float, str]:
+    """Return factor and unit in which several curves are drawn."""
+    return prefixed(max((float(np.max(np.abs(v), initial=0.0)) for v in values), default=0.0), unit)
+
+
+def draw_loops(axes: "Axes", loops: Sequence[Loop], against: Sequence[Loop], over: str, legend: bool = True) -> None:
+    """Draw force over ``displacement`` or ``velocity`` of all conditions, those compared with as dashed lines."""
+    everything = [*loops, *against]
+    across, unit = scale_of([getattr(one, over) for one in everything], "m" if over == "displacement" else "m/s")
+    up, force = scale_of([one.force for one in everything], "N")
+    colour = colours_of([one.current for one in everything])
+    by_current = len({round(one.current, 2) for one in loops if np.isfinite(one.current)}) > 1
+    named: set[str] = set()
+    for number, one in enumerate(everything):
+        x, y = across * getattr(one, over), up * one.force
+        kept = simplified(x, y)
+        label = f"{one.current:.3g} A" if by_current else one.condition
+        shown = label not in named and number < len(loops) and (by_current or len(loops) <= NAMED)
+        named.add(label)
+        axes.plot(
+            x[kept],
+            y[kept],
+            color=colour(one.current)
+            if by_current or len(loops) > NAMED
+            else PALETTE[number % len(loops) % len(PALETTE)],
+            lw=0.9 if number < len(loops) else 0.7,
+            ls="-" if number < len(loops) else (0, (4, 2)),
+            label=label if shown else None,
+        )
+    axes.set(xlabel=f"{over.capitalize()} ({unit})", ylabel=f"Force ({force})")
+    axes.locator_params(nbins=6)
+    if legend and axes.get_legend_handles_labels()[0]:
+        # within the loops, where no curve is
+        axes.legend(fontsize=7, loc="center", handlelength=1.2, labelspacing=0.25)
+
+
+def draw_peaks(axes: "Axes", conditions: Sequence[SheetCondition]) -> None:
+    """Draw the peak forces of both directions over the peak velocity, by current, with their intervals."""
+    rows = [(c, {q.name: q for q in c.quantities}) for c in conditions]
+    rows = [(c, q) for c, q in rows if "Fmax+" in q and q["Fmax+"].value is not None]
+    speeds = np.array([c.peak_velocity for c, _ in rows])
+    across, unit = scale_of([speeds], "m/s")
+    forces = [abs(q[n].value or 0.0) for _, q in rows for n in ("Fmax+", "Fmax-")]
+    up, force = scale_of([np.array(forces)], "N")
+    currents = [float("nan") if c.current is None else c.current for c, _ in rows]
+    colour = colours_of(currents)
+    levels = [round(c, 2) if np.isfinite(c) else None for c in currents]
+    for level in dict.fromkeys(levels):
+        own = [(c.peak_velocity, q) for (c, q), lv in zip(rows, levels, strict=True) if lv == level]
+        own.sort(key=lambda one: one[0])
+        x = across * np.array([v for v, _ in own])
+        for name, mark in (("Fmax+", "o"), ("Fmax-", "v")):
+            y = np.array([abs(q[name].value or 0.0) for _, q in own])
+            half = np.array([((q[name].high or 0.0) - (q[name].low or 0.0)) / 2.0 for _, q in own])
+            words = "v > 0" if name == "Fmax+" else "v < 0"
+            label = words if level is None else f"{level:g} A, {words}"
+            axes.errorbar(
+                x, up * y, up * half, marker=mark, ms=3.2, lw=0.8, capsize=1.5,
+                color=PALETTE[0] if level is None else colour(level),
+                ls="-" if name == "Fmax+" else (0, (3, 2)), label=label if len(set(levels)) <= NAMED // 2 else None,
+            )  # fmt: skip
+    axes.set(xlabel=f"Peak velocity ({unit})", ylabel=f"Peak force ({force})")
+    axes.set_xlim(left=0.0)
+    axes.set_ylim(bottom=0.0)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(fontsize=7, loc="best", handlelength=1.8, labelspacing=0.25)
+
+
+def draw_history(axes: "Axes", courses: Sequence[Course]) -> str:
+    """Draw the peak force of every cycle over that of the first, over the temperature where it moves, else the number.
+
+    Return the words of the horizontal axis.
+    """
+    warm = any(np.ptp(one.temperature) > 1.0 for one in courses if np.isfinite(one.temperature).all())
+    for number, one in enumerate(courses):
+        x = one.temperature if warm else np.arange(1, len(one.force) + 1)
+        mean = float(np.mean(one.force)) or 1.0
+        axes.plot(
+            x, 100.0 * (one.force / mean - 1.0), marker=".", ms=2.5, lw=0.6, color=PALETTE[number % len(PALETTE)],
+            label=one.condition if len(courses) <= NAMED else None,
+        )  # fmt: skip
+    if 1 < len(courses) <= NAMED:
+        axes.legend(fontsize=6, loc="best", handlelength=1.0, labelspacing=0.2)
+    words = "Temperature (°C)" if warm else "Cycle"
+    axes.set(xlabel=words, ylabel="Peak force off the mean (%)")
+    if not warm:
+        from matplotlib.ticker import MaxNLocator
+
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    return words
+
+
+def draw_distribution(axes: "Axes", units: Sequence[UnitRow], wanted: VerdictRow) -> None:
+    """Draw a judged quantity of all units in their order, with intervals and limits; those that fail stand out."""
+    place = "unit", wanted.condition, wanted.quantity
+    judged = [v for unit in units for v in unit.verdicts if (v.level, v.condition, v.quantity) == place]
+    rows = [v for v in judged if v.value is not None and v.low is not None and v.high is not None]
+    values = np.array([[v.value, v.low, v.high] for v in rows], dtype=np.float64)
+    up, text = scale_of([values], wanted.si_unit)
+    at = np.arange(1, len(rows) + 1)
+    for said, colour in (("pass", PALETTE[0]), ("cannot be judged", QUIET), ("fail", LIMIT)):
+        own = np.array([v.verdict == said for v in rows], dtype=bool)
+        if own.any():
+            y = up * values[own]
+            axes.errorbar(
+                at[own], y[:, 0], [y[:, 0] - y[:, 1], y[:, 2] - y[:, 0]], ls="none", marker=".", ms=3, lw=0.5,
+                color=colour, label=f"{said}: {int(own.sum())}",
+            )  # fmt: skip
+    for end in (wanted.least, wanted.most):
+        if end is not None:
+            axes.axhline(up * end, color=LIMIT, lw=0.8, ls=(0, (4, 2)))
+    axes.set(xlabel="Unit", ylabel=f"{wanted.quantity} ({text})" if text else wanted.quantity)
+    axes.set_title(f"{wanted.quantity}, {wanted.condition}")
+    axes.legend(fontsize=7, loc="best")

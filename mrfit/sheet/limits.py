@@ -1,0 +1,296 @@
+"""Limits of a test sheet and the verdicts of a unit, of its cycles and of a batch.
+
+A value passes where its whole 95 % interval lies within the limits, fails where all of it lies outside, and cannot be
+judged where it straddles one. So at most 2.5 % of the units at a limit pass wrongly, and at most 2.5 % fail wrongly.
+
+Source: decision rules with a guard band, JCGM 106:2012, clauses 8.3.2 and 8.3.3.
+"""
+
+import fnmatch
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from scipy.stats import norm
+
+from mrfit.errors import ConfigError, near
+from mrfit.ingest.meaning.units import compatible, known, to_unit
+from mrfit.io.faults import plain_fault
+from mrfit.io.schemas.sheet import FAIL, OPEN, PASS, AcrossRow, QuantityRow, SheetCondition, VerdictRow
+from mrfit.measure.quantity import NAMES
+
+Tolerance = float | str
+PERCENT = re.compile(r"\s*(\d+(?:\.\d+)?)\s*%\s*")
+SIGNED = ("F0-", "Fd-", "Fmax-")
+"""Quantities of negative direction, whose target may be written as a magnitude."""
+WRONG = 0.025
+"""Chance of a wrong verdict at a limit."""
+
+
+class Limit(BaseModel):
+    """A limit of a quantity.
+
+    Attributes
+    ----------
+    quantity, condition
+        Which quantity, and a pattern on conditions.
+    target, tolerance
+        Wanted value, and what it may differ by, in ``unit`` or as ``"15 %"`` of the target.
+    least, most
+        Limits in ``unit``, instead of target and tolerance or beside them.
+    unit
+        Unit of the numbers; empty for SI.
+    batch_tolerance
+        What the mean of all units may differ from the target by.
+    cycle_tolerance
+        What one cycle may differ from the mean of all cycles by.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    quantity: str
+    condition: str = "*"
+    target: float | None = None
+    tolerance: Tolerance | None = None
+    least: float | None = None
+    most: float | None = None
+    unit: str = ""
+    batch_tolerance: Tolerance | None = None
+    cycle_tolerance: Tolerance | None = None
+
+
+class LimitsFile(BaseModel):
+    """A file of limits; ``guard`` says whether a value is judged with its interval or alone."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    title: str = ""
+    guard: Literal["interval", "none"] = "interval"
+    limit: list[Limit] = Field(min_length=1)
+
+
+def read_limits(path: Path) -> LimitsFile:
+    """Return a file of limits, its numbers in SI.
+
+    Raises
+    ------
+    ConfigError
+        If the file cannot be read, or a key, a quantity, a unit or a number in it is wrong.
+    """
+    import tomllib
+
+    try:
+        found = LimitsFile.model_validate(tomllib.loads(path.read_text(encoding="utf-8")))
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read ({error.strerror}); give a file of limits") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: is not valid TOML: {error}") from error
+    except ValidationError as error:
+        raise ConfigError(f"{path}: {plain_fault(error, LimitsFile)}") from error
+    limits = [_in_si(one, f"{path}: [[limit]] {k}") for k, one in enumerate(found.limit, 1)]
+    return found.model_copy(update={"limit": limits})
+
+
+def quantity_named(text: str) -> str | None:
+    """Return the name of a quantity, whatever the case of its letters and the kind of its minus sign; None if none."""
+    wanted = text.replace("−", "-").strip().lower()
+    return next((name for name in NAMES if name.lower() == wanted), None)
+
+
+def _in_si(one: Limit, where: str) -> Limit:
+    name = quantity_named(one.quantity)
+    if name is None:
+        raise ConfigError(f"{where}: there is no quantity '{one.quantity}'{near(one.quantity, NAMES)}; there are "
+                          f"{', '.join(NAMES)}")  # fmt: skip
+    where, unit = f"{where}, {name}", NAMES[name][0] or "1"
+    scale = 1.0
+    if one.unit and one.unit != unit:
+        if not known(one.unit) or "alpha" in unit or not compatible(one.unit, unit):
+            raise ConfigError(f"{where}: '{one.unit}' is no unit of this quantity; give one of {_plain(unit)}")
+        scale = to_unit(one.unit, unit).scale
+    if one.target is None and one.least is None and one.most is None and one.cycle_tolerance is None:
+        raise ConfigError(f"{where}: says no limit; give target with tolerance, least, most, or cycle_tolerance")
+    for key in ("tolerance", "batch_tolerance", "cycle_tolerance"):
+        _check_tolerance(one, key, where)
+    if one.target is not None and one.tolerance is None and one.batch_tolerance is None:
+        raise ConfigError(f'{where}: target without tolerance; add tolerance = "15 %", or a number in its unit')
+    if one.least is not None and one.most is not None and one.least > one.most:
+        raise ConfigError(f"{where}: least {one.least:g} is above most {one.most:g}")
+    numbers = {n: scale * v for n in ("target", "least", "most") if (v := getattr(one, n)) is not None}
+    widths = {
+        n: scale * v
+        for n in ("tolerance", "batch_tolerance", "cycle_tolerance")
+        if isinstance(v := getattr(one, n), float)
+    }
+    return one.model_copy(update={"quantity": name, **numbers, **widths})
+
+
+def _plain(unit: str) -> str:
+    return "a pure number, as 1 or %" if unit == "1" else f"{unit}, or what converts to it"
+
+
+def _check_tolerance(one: Limit, key: str, where: str) -> None:
+    value = getattr(one, key)
+    if isinstance(value, str) and not PERCENT.fullmatch(value):
+        raise ConfigError(f"{where}: {key} takes a share as \"15 %\" or a number, not '{value}'")
+    if isinstance(value, float) and value < 0.0:
+        raise ConfigError(f"{where}: {key} is negative, {value:g}; give what may differ in either direction")
+    if value is not None and key != "cycle_tolerance" and one.target is None:
+        raise ConfigError(f"{where}: {key} without a target; add target = …")
+
+
+def _width(tolerance: Tolerance, of: float) -> float:
+    """Return a tolerance in SI."""
+    if isinstance(tolerance, float):
+        return tolerance
+    share = PERCENT.fullmatch(tolerance)
+    assert share
+    return float(share[1]) / 100.0 * abs(of)
+
+
+def decide(value: tuple[float, float, float], ends: tuple[float, float], guard: bool = True) -> str:
+    """Return pass, fail or cannot be judged of (value, low, high) within the limits ``ends``."""
+    middle, low, high = value if guard else (value[0],) * 3
+    if ends[0] <= low and high <= ends[1]:
+        return PASS
+    return FAIL if high < ends[0] or low > ends[1] else OPEN
+
+
+def verdicts(
+    limits: LimitsFile, unit: str, conditions: Sequence[SheetCondition], across: Sequence[AcrossRow]
+) -> list[VerdictRow]:
+    """Return the verdicts of a unit: of every limit on every condition that its pattern matches."""
+    found = []
+    rows = [(c.condition, q) for c in conditions for q in c.quantities]
+    rows += [(a.conditions, a.quantity) for a in across]
+    for limit in limits.limit:
+        own = [(c, q) for c, q in rows if q.name == limit.quantity and fnmatch.fnmatchcase(c, limit.condition)]
+        for condition, row in own:
+            if limit.tolerance is not None or limit.least is not None or limit.most is not None:
+                found.append(_of_value(limits, limit, unit, condition, row))
+            if limit.cycle_tolerance is not None:
+                found.append(_of_cycles(limits, limit, unit, condition, row))
+        if not own:
+            reason = (
+                "no condition of this unit has this quantity"
+                if limit.condition == "*"
+                else (f"no condition like '{limit.condition}' has this quantity")
+            )
+            found.append(_open(limit, unit, limit.condition, "unit", reason))
+    return found
+
+
+def verdict_of(rows: Sequence[VerdictRow]) -> str:
+    """Return the verdict of several: the worst; empty of none."""
+    there = {row.verdict for row in rows}
+    return next((one for one in (FAIL, OPEN, PASS) if one in there), "")
+
+
+def batch_verdicts(limits: LimitsFile, units: Mapping[str, Sequence[SheetCondition]]) -> list[VerdictRow]:
+    """Return the verdicts on the mean of all units, by limit and condition."""
+    found = []
+    for limit in limits.limit:
+        if limit.batch_tolerance is None or limit.target is None:
+            continue
+        names = dict.fromkeys(c.condition for own in units.values() for c in own)
+        for condition in [n for n in names if fnmatch.fnmatchcase(n, limit.condition)]:
+            rows = [
+                q
+                for own in units.values()
+                for c in own
+                for q in c.quantities
+                if c.condition == condition and q.name == limit.quantity
+            ]
+            values = [(q.value, q.low, q.high) for q in rows if None not in (q.value, q.low, q.high)]
+            if not values:
+                found.append(_open(limit, "all units", condition, "batch", "no unit has a value with an interval"))
+                continue
+            numbers = np.array(values, dtype=np.float64)
+            mean = float(numbers[:, 0].mean())
+            half = float(np.sqrt(np.sum(((numbers[:, 2] - numbers[:, 1]) / 2.0) ** 2))) / len(numbers)
+            target = _signed(limit.target, mean, limit.quantity)
+            width = _width(limit.batch_tolerance, limit.target)
+            ends = target - width, target + width
+            found.append(_row(limit, ("batch", "all units", condition), (mean, mean - half, mean + half), ends, limits))
+    return found
+
+
+def _signed(target: float, value: float, quantity: str) -> float:
+    """Return a target with the sign of the direction, where it was written as a magnitude."""
+    return -target if quantity in SIGNED and target > 0.0 > value else target
+
+
+def _of_value(limits: LimitsFile, limit: Limit, unit: str, condition: str, row: QuantityRow) -> VerdictRow:
+    if row.value is None or row.low is None or row.high is None:
+        reason = row.reason or "its interval is not known"
+        return _open(limit, unit, condition, "unit", reason)
+    least, most = limit.least, limit.most
+    if limit.quantity in SIGNED and row.value < 0.0 and (least or 0.0) >= 0.0 and (most or 0.0) >= 0.0:
+        # written as magnitudes
+        least, most = (None if most is None else -most), (None if least is None else -least)
+    low, high = (-np.inf if least is None else least), (np.inf if most is None else most)
+    if limit.target is not None and limit.tolerance is not None:
+        target, width = _signed(limit.target, row.value, limit.quantity), _width(limit.tolerance, limit.target)
+        low, high = max(low, target - width), min(high, target + width)
+    return _row(limit, ("unit", unit, condition), (row.value, row.low, row.high), (float(low), float(high)), limits)
+
+
+def _of_cycles(limits: LimitsFile, limit: Limit, unit: str, condition: str, row: QuantityRow) -> VerdictRow:
+    assert limit.cycle_tolerance is not None
+    if row.value is None or len(row.cycles) < 2 or row.greatest_deviation is None or row.noise is None:
+        return _open(limit, unit, condition, "cycle", row.reason or "one cycle; two are needed")
+    deviation = row.greatest_deviation * abs(row.value)
+    # the greatest of all cycles
+    half = float(norm.ppf(1.0 - WRONG / len(row.cycles))) * row.noise
+    width = _width(limit.cycle_tolerance, row.value)
+    return _row(
+        limit,
+        ("cycle", unit, condition),
+        (deviation, max(deviation - half, 0.0), deviation + half),
+        (0.0, width),
+        limits,
+    )
+
+
+def _row(
+    limit: Limit,
+    place: tuple[str, str, str],
+    value: tuple[float, float, float],
+    ends: tuple[float, float],
+    limits: LimitsFile,
+) -> VerdictRow:
+    said = decide(value, ends, limits.guard == "interval")
+    return VerdictRow(
+        level=place[0],
+        unit=place[1],
+        condition=place[2],
+        quantity=limit.quantity,
+        si_unit=NAMES[limit.quantity][0],
+        value=value[0],
+        low=value[1],
+        high=value[2],
+        least=ends[0] if np.isfinite(ends[0]) else None,
+        most=ends[1] if np.isfinite(ends[1]) else None,
+        verdict=said,
+        reason="the interval straddles a limit" if said == OPEN else "",
+    )
+
+
+def _open(limit: Limit, unit: str, condition: str, level: str, reason: str) -> VerdictRow:
+    return VerdictRow(
+        level=level,
+        unit=unit,
+        condition=condition,
+        quantity=limit.quantity,
+        si_unit=NAMES[limit.quantity][0],
+        value=None,
+        low=None,
+        high=None,
+        least=None,
+        most=None,
+        verdict=OPEN,
+        reason=reason,
+    )

@@ -1,0 +1,357 @@
+"""Recordings to the quantities of a test sheet: cut into whole cycles by condition, measured, grouped by unit."""
+
+import fnmatch
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from mrfit.core.progress import Progress, silent
+from mrfit.core.recording import Recording, Segment
+from mrfit.core.specs import Array
+from mrfit.errors import ConfigError, DataError
+from mrfit.io.schemas.sheet import AcrossRow, QuantityRow, SheetCondition
+from mrfit.measure import bilinear, conditions, current_steps, energy, forces, loop_shape, slow_cycles
+from mrfit.measure.conditions import LEAST_CURRENT, Level, same_current
+from mrfit.measure.cycles import GRID, Cycles, cycles_of
+from mrfit.measure.intervals import Estimate
+from mrfit.measure.quantity import NAMES, Quantity
+from mrfit.segment import stage as segment_stage
+from mrfit.settings.segment import Settings as SegmentSettings
+from mrfit.settings.sheet import Settings
+from mrfit.signal.cycles import turning_points
+from mrfit.signal.noise import noise_level
+from mrfit.signal.savitzky_golay import Smoother
+
+ONE_UNIT = "unit"
+SENSITIVE = 0.002
+"""Share by which one sample of skew has to change a quantity to be said."""
+UNSTEADY_SWING = 0.05
+"""Share of the range below which a swing of an unsteady record is no reversal."""
+
+
+@dataclass(frozen=True)
+class Loop:
+    """The mean cycle of a condition as it is drawn: displacement in m, velocity in m/s, force in N, each (N,)."""
+
+    unit: str
+    condition: str
+    current: float
+    displacement: Array
+    velocity: Array
+    force: Array
+
+
+@dataclass(frozen=True)
+class Course:
+    """Peak force in N and temperature in degC (nan where not logged) of the cycles of a condition, for its history."""
+
+    unit: str
+    condition: str
+    force: Array
+    temperature: Array
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What the logs give: rows, what is drawn, quantities across conditions by unit, and what is left out."""
+
+    rows: list[SheetCondition]
+    loops: list[Loop]
+    courses: list[Course]
+    across: Mapping[str, list[AcrossRow]]
+    left_out: list[tuple[str, str]]
+
+    def of_units(self, wanted: Callable[[str], bool]) -> "Measured":
+        """Return what was measured of some units."""
+        return Measured(
+            [row for row in self.rows if wanted(row.unit)],
+            [loop for loop in self.loops if wanted(loop.unit)],
+            [course for course in self.courses if wanted(course.unit)],
+            {unit: rows for unit, rows in self.across.items() if wanted(unit)},
+            [(unit, text) for unit, text in self.left_out if wanted(unit)],
+        )
+
+
+def unit_of(source: str, pattern: str) -> str:
+    """Return the name of the unit in the path of a log.
+
+    Raises
+    ------
+    ConfigError
+        If the pattern has no ``{unit}``, or the path does not match it.
+    """
+    if not pattern:
+        return ONE_UNIT
+    if pattern.count("{unit}") != 1:
+        raise ConfigError(f"--unit-from '{pattern}' has to hold {{unit}} once, as '*/{{unit}}_*.csv'")
+    before, after = (
+        fnmatch.translate(part).removeprefix("(?s:").removesuffix(r")\Z") for part in pattern.split("{unit}")
+    )
+    anchored = before if before.startswith((".*", "/")) else rf"(?:.*/)?{before}"
+    found = re.fullmatch(rf"(?s:{anchored}(?P<unit>[^/]+?){after})", Path(source).as_posix())
+    if found is None:
+        raise ConfigError(f"--unit-from '{pattern}' does not match '{source}'; write it for the whole name of a log")
+    return found["unit"]
+
+
+def measured(
+    recordings: Sequence[Recording], units: Mapping[str, str], settings: Settings, progress: Progress = silent
+) -> Measured:
+    """Return the quantities of recordings, condition by condition.
+
+    Parameters
+    ----------
+    recordings
+        Logs of displacement and force, in SI; others are left out with the reason.
+    units
+        Unit of every recording, by its id.
+    settings
+        How the sheet is computed.
+    progress
+        Reports every condition.
+    """
+    left = [(units[r.id], f"{r.source}: {reason}") for r in recordings if (reason := _unusable(r))]
+    usable = {r.id: r for r in recordings if not _unusable(r)}
+    segments, said = _segments(list(usable.values()))
+    rows, loops, courses = list[SheetCondition](), list[Loop](), list[Course]()
+    levels: dict[str, list[tuple[Level, Level, Level, Level]]] = {}
+    done = set()
+    for number, segment in enumerate(segments, 1):
+        recording, unit = usable[segment.recording], units[segment.recording]
+        progress("conditions", number, len(segments))
+        try:
+            one = _condition(recording, segment, unit, settings)
+        except DataError as error:
+            left.append((unit, f"{recording.source}: {segment.condition}: {error}"))
+            continue
+        done.add(segment.recording)
+        row, loop, course, level = one
+        rows.append(replace(row, findings=[*row.findings, *said.pop(segment.recording, [])]))
+        loops.append(loop)
+        courses.append(course)
+        levels.setdefault(unit, []).append(level)
+    for name, recording in usable.items():
+        whole = _whole_record(recording, units[name], name in done, said.get(name, []))
+        rows += [whole] if isinstance(whole, SheetCondition) else []
+        left += [(units[name], whole)] if isinstance(whole, str) else []
+    across = {unit: _across(own) for unit, own in levels.items()}
+    return Measured(rows, loops, courses, across, left)
+
+
+def _unusable(recording: Recording) -> str:
+    """Return why a recording has no sheet; empty where it may have one."""
+    lacking = [name for name in ("displacement", "force") if name not in recording.channels]
+    if lacking:
+        there = ", ".join(recording.channels)
+        return f"no {' and no '.join(lacking)}; a sheet takes both, and there are {there}; a channel map names columns"
+    for name in ("displacement", "force"):
+        values = recording.channels[name]
+        if not np.ptp(values) > 6.0 * noise_level(np.asarray(values)):
+            return f"the {name} is constant but for noise; check that column and its unit"
+    return ""
+
+
+def _segments(recordings: Sequence[Recording]) -> tuple[list[Segment], dict[str, list[str]]]:
+    """Return the steady cycles of recordings by condition, and what the cut says of each recording."""
+    if not recordings:
+        return [], {}
+    ordered = sorted(recordings, key=lambda r: r.id)
+    try:
+        found, detections = segment_stage.cut(
+            ordered, len(ordered), SegmentSettings(drive="displacement", holdout="none")
+        )
+    except DataError:
+        return [], {}
+    said = {d.recording.id: [f.partition(": ")[2] for f in d.findings] for d in detections}
+    return [s for s in found if s.cycles], said
+
+
+def _condition(
+    recording: Recording, segment: Segment, unit: str, settings: Settings
+) -> tuple[SheetCondition, Loop, Course, tuple[Level, Level, Level, Level]]:
+    if "current" in recording.channels and np.isnan(segment.current):
+        raise DataError("the current moves within the cycles: only the response to its steps is taken")
+    cycles, findings = cycles_of(recording, segment, settings.skew), list[str]()
+    if float(energy.work_of(cycles).values.mean()) < 0.0:
+        cycles = replace(cycles, force=-cycles.force)
+        findings.append("the force is negated: its work over a cycle is negative, and a damper takes work")
+    own = forces.forces_of(cycles, settings.central / 100.0)
+    found = [
+        *forces.quantities(cycles, own, settings.rebound == "positive"),
+        *energy.quantities(cycles, own, segment.waveform == "sine"),
+        *bilinear.quantities(cycles, own),
+        *slow_cycles.quantities(cycles, settings.slow),
+        *loop_shape.quantities(cycles, own, settings.width_at),
+    ]
+    by_name = {q.name: q.estimate for q in found if q.estimate}
+    for sign in ("+", "-"):
+        lost = conditions.fade_over_cycles(by_name[f"Fmax{sign}"])
+        found.append(Quantity(f"fade{sign}", lost, "" if lost else "fewer than three cycles"))
+    found.sort(key=lambda q: list(NAMES).index(q.name))
+    findings += _sensitive(cycles, settings, by_name)
+    temperature = _temperatures(recording, cycles)
+    current = 0.0 if abs(segment.current) < LEAST_CURRENT else segment.current
+    level = tuple(
+        Level(segment.condition, cycles.peak_velocity * cycles.gain, current, segment.temperature, by_name[name])
+        for name in ("F0+", "F0-", "Fmax+", "Fmax-")
+    )
+    row = SheetCondition(
+        unit=unit,
+        condition=segment.condition,
+        recording=recording.id,
+        source=recording.source,
+        waveform=segment.waveform,
+        frequency=1.0 / cycles.period,
+        stroke=cycles.stroke * cycles.gain,
+        peak_velocity=cycles.peak_velocity * cycles.gain,
+        current=_finite(current),
+        temperature=_finite(float(np.mean(temperature))),
+        cycles=cycles.count,
+        samples_per_cycle=cycles.per_cycle,
+        noise=cycles.noise,
+        quantities=[quantity_row(q) for q in found],
+        findings=[*findings, *(f.text for f in recording.findings)],
+    )
+    course = Course(unit, segment.condition, by_name["Fmax+"].cycles, temperature)
+    return row, _loop(cycles, replace(segment, current=current), unit), course, level  # type: ignore[return-value]
+
+
+def _sensitive(cycles: Cycles, settings: Settings, found: Mapping[str, Estimate]) -> list[str]:
+    """Return what a skew of one sample between the channels would change by more than the interval."""
+    moved = cycles.late_by(cycles.dt)
+    own = forces.forces_of(moved, settings.central / 100.0)
+    others = [*forces.quantities(moved, own), *energy.quantities(moved, own, False)]
+    peak = max(abs(found["Fmax+"].value), abs(found["Fmax-"].value))
+    words = []
+    for one in others:
+        if one.estimate is None or one.name not in found or one.name == "closure":
+            continue
+        scale = peak if NAMES[one.name][0] == "N" else abs(found[one.name].value)
+        change = abs(one.estimate.value - found[one.name].value)
+        if change > max(SENSITIVE * scale, found[one.name].error) and scale > 0.0:
+            words.append(f"{one.name} by {100.0 * change / scale:.2g} %")
+    if not words:
+        return []
+    return [
+        f"one sample ({1e3 * cycles.dt:.3g} ms) by which the channels are not sampled together would change "
+        f"{', '.join(words)} (forces: of the peak); --skew corrects a known one"
+    ]
+
+
+def _temperatures(recording: Recording, cycles: Cycles) -> Array:
+    """Return the mean temperature of every cycle in degC, nan where it is not known."""
+    if "temperature" not in recording.channels:
+        return np.full(cycles.count, float(recording.condition.get("temperature", np.nan)))
+    edges = (cycles.reversals[::2] / recording.dt).astype(np.int64)
+    return np.array([np.mean(recording.channels["temperature"][a:b]) for a, b in zip(edges, edges[1:], strict=False)])
+
+
+def _loop(cycles: Cycles, segment: Segment, unit: str) -> Loop:
+    parts = []
+    for up in (True, False):
+        curve = cycles.pooled(up)
+        some = np.unique(np.linspace(0, len(curve.at) - 1, 97).round().astype(np.int64))
+        moved, speed = cycles.table[up]
+        at = curve.at[some]
+        parts.append((np.interp(at, GRID, moved), np.interp(at, GRID, speed), curve.force[some]))
+    joined = [np.concatenate([*column, column[0][:1]]) for column in zip(*parts, strict=True)]
+    return Loop(unit, segment.condition, segment.current, *joined)
+
+
+def _whole_record(recording: Recording, unit: str, measured: bool, said: Sequence[str]) -> SheetCondition | str | None:
+    """Return what a record shows beside its steady cycles: response to steps of the current, yield by growing cycles.
+
+    A text says why it has no sheet at all.
+    """
+    stroke, force = (np.asarray(recording.channels[n], dtype=np.float64) for n in ("displacement", "force"))
+    found: list[Quantity] = []
+    if "current" in recording.channels:
+        current = np.asarray(recording.channels["current"], dtype=np.float64)
+        velocity = (
+            Smoother(stroke).smoothed(1).values / recording.dt
+            if np.ptp(current) > 8.0 * noise_level(current)
+            else stroke
+        )
+        found = [
+            q for q in current_steps.quantities(current, force, velocity, recording.dt) if q.estimate or not measured
+        ]
+        if not any(q.estimate for q in found):
+            found = []
+    turns = turning_points(stroke, UNSTEADY_SWING * float(np.ptp(stroke)))
+    inner = turns[(turns > 0) & (turns < len(stroke) - 1)]
+    if not measured:
+        if len(inner) < 2:
+            return f"{recording.source}: less than a whole cycle; log at least one, better five or more"
+        found = [*bilinear.by_peaks(stroke, force, inner.tolist()), *found]
+    if not any(q.estimate for q in found):
+        reason = said[0] if said else "no steady cycles: amplitude or frequency differ from cycle to cycle"
+        return None if measured else f"{recording.source}: {reason}"
+    low, high = float(stroke.min()), float(stroke.max())
+    return SheetCondition(
+        unit=unit,
+        condition=f"{recording.id} (whole record)",
+        recording=recording.id,
+        source=recording.source,
+        waveform="unsteady",
+        frequency=0.0,
+        stroke=high - low,
+        peak_velocity=float(np.max(np.abs(Smoother(stroke).smoothed(1).values))) / recording.dt,
+        current=_finite(float(recording.condition.get("current", np.nan))),
+        temperature=None,
+        cycles=len(inner) // 2,
+        samples_per_cycle=0.0,
+        noise=noise_level(force),
+        quantities=[quantity_row(q) for q in found],
+        findings=list(said),
+    )
+
+
+def quantity_row(one: Quantity) -> QuantityRow:
+    """Return a quantity as its row."""
+    unit, found = NAMES[one.name][0], one.estimate
+    if found is None:
+        return QuantityRow(name=one.name, unit=unit, reason=one.reason)
+    slope = asdict(found.slope) if found.slope else {}
+    return QuantityRow(
+        name=one.name,
+        unit=unit,
+        value=found.value,
+        low=_finite(found.low),
+        high=_finite(found.high),
+        cycles=[float(v) for v in found.cycles],
+        noise=_finite(found.noise),
+        slope=slope.get("value"),
+        slope_low=slope.get("low"),
+        slope_high=slope.get("high"),
+        greatest_deviation=found.greatest_deviation,
+        first_to_third=found.first_to_third,
+        drift=found.drift,
+    )
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def _across(levels: Sequence[tuple[Level, Level, Level, Level]]) -> list[AcrossRow]:
+    """Return the quantities of several conditions of one unit."""
+    found = []
+    groups: dict[str, list[tuple[Level, Level, Level, Level]]] = {}
+    for one in sorted(levels, key=lambda four: four[0].current):
+        known = [name for name, group in groups.items() if same_current(group[0][0], one[0])]
+        current = one[0].current
+        name = "all speeds" if np.isnan(current) else f"all speeds, {current:.3g} A"
+        groups.setdefault(known[0] if known else name, []).append(one)
+    for name, group in groups.items():
+        for sign, place in (("+", 0), ("-", 1)):
+            law = conditions.power_law([one[place] for one in group], sign)
+            found += [AcrossRow(conditions=name, quantity=quantity_row(q)) for q in law]
+    for name, quantity in conditions.dynamic_range([one[2:] for one in levels]):
+        found.append(AcrossRow(conditions=name, quantity=quantity_row(quantity)))
+    for sign, place in (("+", 2), ("-", 3)):
+        for name, quantity in conditions.fade([one[place] for one in levels], f"fade{sign}"):
+            found.append(AcrossRow(conditions=f"{name}, by temperature", quantity=quantity_row(quantity)))
+    return found

@@ -1,0 +1,215 @@
+"""The page of a test sheet: one HTML file that opens offline, needs no scripts and prints on A4."""
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from mrfit.io.schemas.sheet import FAIL, OPEN, PASS, SheetCondition, SheetFile, UnitRow, VerdictRow
+from mrfit.report.sections import Drawn, Section, Table
+from mrfit.report.sections import render as render_sections
+from mrfit.report.svg import import_matplotlib, inline, style, to_svg
+from mrfit.sheet import figures
+from mrfit.sheet.compute import Sheet
+from mrfit.sheet.words import change_text, limits_text, notes_of, number_text, numbers_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+WIDTH, HEIGHT = 10.0, 3.4
+"""Inches of a figure of two panels."""
+MAIN = ("F0+", "F0-", "Fd+", "Fd-", "Fmax+", "Fmax-", "E", "K_eff", "xi_eff", "C_eq")
+MOST_UNITS = 12
+"""Units with a section of their own: those that fail first, then those that cannot be judged."""
+MOST_PANELS = 6
+MOST_CHANGES = 200
+
+
+def render(sheet: Sheet) -> str:
+    """Return the page."""
+    file = sheet.file
+    several = len(file.units) > 1
+    sections = _fleet(file) if several else []
+    worst = sorted(file.units, key=lambda u: (FAIL, OPEN, "", PASS).index(u.verdict))[:MOST_UNITS]
+    for number, unit in enumerate([u for u in file.units if u in worst], 1):
+        sections += unit_sections(sheet, unit, f"u{number}", several)
+    sections += _changes(file)
+    if file.left_out:
+        sections.append(Section("Left out", file.left_out))
+    lead = _lead(file)
+    if len(file.units) > MOST_UNITS:
+        lead += f" Of {len(file.units)} units {MOST_UNITS} have a section, those that fail or cannot be judged first."
+    return render_sections(title_of(file), lead, facts_of(file), sections, "sheet.json, sheet.csv")
+
+
+def title_of(file: SheetFile, unit: str = "") -> str:
+    """Return the heading: what was tested."""
+    about = dict(file.settings.get("about") or [])  # type: ignore[call-overload]
+    name = next((str(about[k]) for k in about if k.lower() in ("specimen", "title", "damper")), "")
+    return f"Test sheet: {name}" if name else f"Test sheet of {unit}" if unit else "Test sheet of a damper"
+
+
+def _lead(file: SheetFile) -> str:
+    conditions = sum(len(unit.conditions) for unit in file.units)
+    text = f"{conditions} condition{'s' * (conditions != 1)}"
+    if len(file.units) > 1:
+        text += f" of {len(file.units)} units"
+    if not file.limits:
+        return f"{text}, without limits."
+    counts = [(word, sum(u.verdict == word for u in file.units)) for word in (PASS, FAIL, OPEN)]
+    if len(file.units) == 1:
+        return f"{text}, against {file.limits}: {file.units[0].verdict}."
+    return f"{text}, against {file.limits}: " + ", ".join(f"{n} {word}" for word, n in counts) + "."
+
+
+def facts_of(file: SheetFile) -> list[tuple[str, str]]:
+    """Return the head of a sheet as labels and words."""
+    about = [(str(k), str(v)) for k, v in (file.settings.get("about") or [])]  # type: ignore[attr-defined]
+    rules = {
+        "interval": "with its whole 95 % interval within the limits: pass; outside: fail; else it cannot be judged",
+        "none": "by the value alone, without its interval",
+    }
+    facts = [*about, ("Sign", file.convention), ("Intervals", "95 %, from the scatter over the cycles and the noise")]
+    if file.limits:
+        facts.append(("Judged", rules[file.guard]))
+    if file.settings.get("skew"):
+        facts.append(("Skew", f"the force was taken {file.settings['skew']} s earlier than recorded"))
+    return facts
+
+
+def unit_sections(sheet: Sheet, unit: UnitRow, anchor: str, several: bool) -> list[Section]:
+    """Return the sections of a unit."""
+    name = f"Unit {unit.unit}: " if several else ""
+    loops = [one for one in sheet.loops if one.unit == unit.unit]
+    courses = [one for one in sheet.courses if one.unit == unit.unit]
+    drawn = []
+    if loops:
+        compared = "; dashed: the logs compared with." if sheet.against else "."
+        panels: list[Callable[[Axes], object]] = [
+            lambda axes: figures.draw_loops(axes, loops, sheet.against, "displacement"),
+            lambda axes: figures.draw_loops(axes, loops, sheet.against, "velocity", legend=False),
+        ]
+        drawn.append(_figure(f"{anchor}l", "Loops.", f"Mean cycle of every condition{compared}", panels))
+        panels = [
+            lambda axes: figures.draw_peaks(axes, unit.conditions),
+            lambda axes: figures.draw_history(axes, courses),
+        ]
+        words = "Left the peak force over the peak velocity, with its interval; right that of every cycle."
+        drawn.append(_figure(f"{anchor}p", "Peak force and history.", words, panels))
+    tables = [_verdicts(unit.verdicts)] if unit.verdicts else []
+    heading = f"Verdict: {unit.verdict}" if unit.verdict else "Loops and forces"
+    found = [Section(name + (heading[:1].lower() + heading[1:] if name else heading), (), tables, drawn)]
+    main = [_main(unit.conditions)]
+    if unit.across:
+        rows = [[a.conditions, a.quantity.name, *numbers_of(a.quantity)] for a in unit.across]
+        main.append(
+            Table(
+                "Quantities across conditions",
+                ("conditions", "quantity", "value", "95 % interval", "unit", "note"),
+                rows,
+            )
+        )
+    found.append(Section(f"{name}quantities" if name else "Quantities", notes_of(unit.conditions), main))
+    whole = [_whole(c) for c in unit.conditions]
+    found.append(Section(f"{name}every quantity" if name else "Every quantity by condition", (), whole, folded=True))
+    return found
+
+
+LEVELS = {"unit": "unit", "cycle": "each cycle", "batch": "mean of all"}
+
+
+def _verdicts(rows: Sequence[VerdictRow]) -> Table:
+    heads = ("condition", "level", "quantity", "value", "limits", "verdict", "reason")
+    cells = [
+        [v.condition, LEVELS[v.level], v.quantity, number_text(v), limits_text(v), v.verdict, v.reason] for v in rows
+    ]
+    return Table("Verdicts", heads, cells)
+
+
+def _main(conditions: Sequence[SheetCondition]) -> Table:
+    heads = ["condition", "cycles", "v (m/s)"]
+    units = {q.name: q.unit for c in conditions for q in c.quantities}
+    names = [n for n in MAIN if any(q.name == n and q.value is not None for c in conditions for q in c.quantities)]
+    heads += [f"{n} ({units[n]})" if units[n] else n for n in names]
+    rows = []
+    for condition in conditions:
+        values = {q.name: q.value for q in condition.quantities}
+        rows.append([condition.condition, condition.cycles, condition.peak_velocity, *(values.get(n) for n in names)])
+    return Table("Main quantities, SI", heads, rows, digits=4)
+
+
+def _whole(condition: SheetCondition) -> Table:
+    rows = [[q.name, *numbers_of(q)] for q in condition.quantities]
+    caption = (
+        f"{condition.condition}: {condition.cycles} cycles of {condition.frequency:.4g} Hz, stroke "
+        f"{1e3 * condition.stroke:.4g} mm, peak velocity {condition.peak_velocity:.4g} m/s; {condition.source}"
+    )
+    return Table(caption, ("quantity", "value", "95 % interval", "unit", "over cycles, or why not"), rows)
+
+
+def _figure(prefix: str, title: str, caption: str, panels: "Sequence[Callable[[Axes], object]]") -> Drawn:
+    import_matplotlib()
+    from matplotlib.figure import Figure
+
+    with style():
+        canvas = Figure(figsize=(WIDTH, HEIGHT * -(-len(panels) // 2)), layout="constrained")
+        axes = canvas.subplots(-(-len(panels) // 2), 2, squeeze=False).ravel()
+        for one, draw in zip(axes, panels, strict=False):
+            draw(one)
+        for one in axes[len(panels) :]:
+            one.set_visible(False)
+        return Drawn(title, caption, inline(to_svg(canvas, title), prefix, f"{title} {caption}"))
+
+
+def _fleet(file: SheetFile) -> list[Section]:
+    """Return the section of all units: verdicts of both levels, distributions, who stands out."""
+    tables, drawn = [], []
+    if file.limits:
+        rows = [
+            [
+                u.unit,
+                len(u.conditions),
+                *(sum(v.verdict == w for v in u.verdicts) for w in (PASS, FAIL, OPEN)),
+                u.verdict,
+            ]
+            for u in file.units
+        ]
+        if file.batch:
+            tables.append(_verdicts(file.batch))
+        tables.append(Table("Units", ("unit", "conditions", "pass", "fail", "cannot be judged", "verdict"), rows))
+        wanted: dict[tuple[str, str], VerdictRow] = {}
+        for unit in file.units:
+            for v in unit.verdicts:
+                if v.level == "unit" and v.value is not None:
+                    wanted.setdefault((v.condition, v.quantity), v)
+        panels: list[Callable[[Axes], object]] = [
+            lambda axes, one=one: figures.draw_distribution(axes, file.units, one)  # type: ignore[misc]
+            for one in list(wanted.values())[:MOST_PANELS]
+        ]
+        if panels:
+            drawn.append(
+                _figure("fleet", "Distributions.", "Every unit with its 95 % interval; dashed: the limits.", panels)
+            )
+    if file.stands_out:
+        cells = [[s.unit, s.condition, s.quantity, s.value, s.median, s.z] for s in file.stands_out[:MOST_CHANGES]]
+        tables.append(Table("Units that stand out", ("unit", "condition", "quantity", "value", "median", "z"), cells))
+    words = [] if file.stands_out else ["No unit stands out from the others."]
+    return [Section("All units", words, tables, drawn)]
+
+
+def _changes(file: SheetFile) -> list[Section]:
+    if not file.changes:
+        return []
+    ordered = sorted(file.changes, key=lambda c: not c.changed)[:MOST_CHANGES]
+    rows = [
+        [
+            c.condition,
+            c.quantity,
+            c.value,
+            c.against,
+            change_text(c),
+            "changed" if c.changed else "within the intervals",
+        ]
+        for c in ordered
+    ]
+    words = [f"In one of the two only: {', '.join(file.unmatched)}."] if file.unmatched else []
+    heads = ("condition", "quantity", "value", "compared with", "change (95 % interval)", "verdict")
+    return [Section("Beside the logs compared with", words, [Table("Changes, SI", heads, rows, digits=4)])]

@@ -1,0 +1,138 @@
+"""One A4 page of a unit as PDF, drawn by matplotlib: it is there already, needs no browser and embeds its fonts."""
+
+from collections.abc import Sequence
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mrfit.io.atomic import write_atomic
+from mrfit.io.escapes import visible
+from mrfit.io.schemas.sheet import UnitRow
+from mrfit.report.svg import import_matplotlib, style
+from mrfit.sheet import figures
+from mrfit.sheet.compute import Sheet
+from mrfit.sheet.page import facts_of, title_of
+from mrfit.sheet.words import limits_text, number_text, numbers_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PAGE = (8.27, 11.69)
+LEFT, RIGHT, BOTTOM = 0.075, 0.955, 0.045
+LINE = 0.0128
+"""Height of a line of text over that of the page."""
+MAIN = ("F0+", "F0-", "Fd+", "Fd-", "Fmax+", "Fmax-", "E", "K_eff", "xi_eff", "C_eq", "friction", "gas force")
+FACTS = 8
+
+
+def write(path: Path, sheet: Sheet, unit: UnitRow) -> None:
+    """Write the page of a unit; the same bytes for the same sheet."""
+    import_matplotlib()
+    with style():
+        canvas = draw(sheet, unit)
+        title = title_of(sheet.file, unit.unit)
+        about = {"Title": visible(title), "Creator": "mrfit", "Producer": "mrfit", "CreationDate": None}
+        write_atomic(path, lambda place: canvas.savefig(place, format="pdf", metadata=about))
+
+
+def draw(sheet: Sheet, unit: UnitRow) -> "Figure":
+    """Return the page as a figure of A4 size."""
+    from matplotlib.figure import Figure
+
+    several = len(sheet.file.units) > 1
+    canvas = Figure(figsize=PAGE)
+    top = _head(canvas, sheet, unit, several)
+    loops = [one for one in sheet.loops if one.unit == unit.unit]
+    courses = [one for one in sheet.courses if one.unit == unit.unit]
+    if loops:
+        height, gap, width = 0.19, 0.062, (RIGHT - LEFT - 0.085) / 2.0
+        right = LEFT + 0.045 + width + 0.075
+        places = [(LEFT + 0.035, top - height), (right - 0.01, top - height)]
+        places += [(x, y - height - gap) for x, y in places]
+        axes = [canvas.add_axes((x, y, width, height)) for x, y in places]
+        figures.draw_loops(axes[0], loops, sheet.against, "displacement")
+        figures.draw_loops(axes[1], loops, sheet.against, "velocity", legend=False)
+        figures.draw_peaks(axes[2], unit.conditions)
+        figures.draw_history(axes[3], courses)
+        for one in axes:
+            one.tick_params(labelsize=6.5)
+            one.xaxis.label.set_fontsize(7.5)
+            one.yaxis.label.set_fontsize(7.5)
+        top = places[2][1] - 0.07
+    _tables(canvas, top, unit)
+    foot = f"mrfit {version('mrfit')}. {sheet.file.convention}. Intervals: 95 %."
+    canvas.text(LEFT, 0.022, visible(foot), fontsize=5.5, color="#52606f")
+    return canvas
+
+
+def _head(canvas: "Figure", sheet: Sheet, unit: UnitRow, several: bool) -> float:
+    """Write what was tested and the verdict; return where the figures begin."""
+    y = 0.958
+    canvas.text(LEFT, y, _cut(title_of(sheet.file, unit.unit if several else ""), 58), fontsize=14, weight="bold")
+    if unit.verdict:
+        colour = {"pass": "#0f766e", "fail": "#9a3412"}.get(unit.verdict, "#475569")
+        canvas.text(RIGHT, y, unit.verdict, fontsize=14, weight="bold", color=colour, ha="right")
+    facts = [*([("Unit", unit.unit)] if several else []), *facts_of(sheet.file)]
+    facts = [(k, v) for k, v in facts if k not in ("Sign", "Intervals", "Judged")]
+    tests = f"{len(unit.conditions)} conditions, {sum(c.cycles for c in unit.conditions)} cycles"
+    sources = sorted({Path(c.source).name for c in unit.conditions})
+    facts.append(
+        ("Tests", f"{tests}; {', '.join(sources[:3])}" + (f" and {len(sources) - 3} more" if len(sources) > 3 else ""))
+    )
+    if sheet.file.limits:
+        facts.append(("Limits", sheet.file.limits))
+    for number, (label, text) in enumerate(facts[: 2 * FACTS]):
+        x, line = LEFT + (number % 2) * 0.45, number // 2
+        canvas.text(x, y - 0.024 - line * LINE, _cut(f"{label}:", 16), fontsize=7.5, color="#52606f")
+        canvas.text(x + 0.085, y - 0.024 - line * LINE, _cut(text, 46), fontsize=7.5)
+    return y - 0.045 - (min(len(facts), 2 * FACTS) - 1) // 2 * LINE
+
+
+def _tables(canvas: "Figure", top: float, unit: UnitRow) -> None:
+    """Write the verdicts and the main quantities, as many as there is room for."""
+    if unit.verdicts:
+        heads = ("condition", "quantity", "value (95 % interval)", "limits", "verdict")
+        order = {"fail": 0, "cannot be judged": 1, "pass": 2}
+        rows = []
+        for v in sorted(unit.verdicts, key=lambda v: order[v.verdict]):
+            name = f"{v.quantity}, each cycle" if v.level == "cycle" else v.quantity
+            rows.append((v.condition, name, number_text(v), limits_text(v), v.verdict))
+        top = _table(canvas, top, (heads, *rows), (0.0, 0.27, 0.43, 0.70, 0.865)) - LINE
+    heads = ("condition", "quantity", "value", "95 % interval", "over cycles")
+    rows = []
+    for condition in unit.conditions:
+        for one in condition.quantities:
+            if one.name in MAIN and one.value is not None:
+                value, interval, text, words = numbers_of(one)
+                rows.append((condition.condition, one.name, f"{value} {text}", f"{interval} {text}", words))
+    _table(canvas, top, (heads, *rows), (0.0, 0.27, 0.40, 0.53, 0.74))
+
+
+def _table(canvas: "Figure", top: float, cells: Sequence[Sequence[str]], places: Sequence[float]) -> float:
+    """Write a table, its heads first, as far as there is room; return where it ends."""
+    heads, rows = cells[0], cells[1:]
+    room = max(int((top - BOTTOM) / LINE) - 2, 0)
+    if not room or not rows:
+        return top
+    _line(canvas, top, heads, places, weight="bold")
+    for number, row in enumerate(rows[:room], 1):
+        _line(canvas, top - number * LINE, row, places)
+    if len(rows) > room:
+        text = f"{len(rows) - room} more rows in sheet.html and sheet.csv"
+        canvas.text(LEFT, top - (room + 1) * LINE, text, fontsize=6.5, color="#52606f")
+    return top - (min(len(rows), room) + 2) * LINE
+
+
+def _line(canvas: "Figure", y: float, cells: Sequence[str], places: Sequence[float], weight: str = "normal") -> None:
+    span = RIGHT - LEFT
+    for k, (text, place) in enumerate(zip(cells, places, strict=True)):
+        end = places[k + 1] if k + 1 < len(places) else 1.0
+        colour = {"pass": "#0f766e", "fail": "#9a3412"}.get(text, "#000000")
+        # so many characters of this size fit into the width of a page
+        shown = _cut(text, int((end - place) * 138))
+        canvas.text(LEFT + place * span, y, shown, fontsize=6.8, color=colour, weight=weight)
+
+
+def _cut(text: str, most: int) -> str:
+    clean = visible(text)
+    return clean if len(clean) <= most else clean[: most - 1] + "…"

@@ -1,0 +1,100 @@
+"""Numbers of a sheet as people read them: in units with prefixes, with their intervals, limits and changes."""
+
+import re
+from collections.abc import Sequence
+
+from mrfit.io.schemas.sheet import ChangeRow, QuantityRow, SheetCondition, VerdictRow
+from mrfit.report.curves import prefixed
+from mrfit.report.numbers import in_html, significant, unit_html, with_interval
+
+SHARES = {"ratio": False, "closure": True, "efficiency": True, "ripple": True, "fade+": True, "fade-": True}
+"""Pure numbers -> whether they are read in percent."""
+CLEAR = 5.0
+"""Widths of its interval from zero from which on the deviation of a cycle is told as a share."""
+PREFIXED = ("N", "m", "m/s", "s", "J", "N/m")
+
+
+def scaled(name: str, unit: str, largest: float) -> tuple[float, str]:
+    """Return the factor and unit in which a quantity is shown."""
+    if SHARES.get(name):
+        return 100.0, "%"
+    if unit in PREFIXED:
+        factor, text = prefixed(largest, unit)
+        return factor, text
+    return 1.0, unit_html(unit)
+
+
+def numbers_of(row: QuantityRow) -> tuple[str, str, str, str]:
+    """Return value, 95 % interval, unit, and what is to be said over the cycles, or why there is no value."""
+    if row.value is None:
+        return "–", "–", "", row.reason
+    ends = [abs(v) for v in (row.value, row.low, row.high) if v is not None]
+    factor, unit = scaled(row.name, row.unit, max(ends))
+    value, low, high = with_interval(
+        factor * row.value, *(None if v is None else factor * v for v in (row.low, row.high))
+    )
+    interval = f"{in_html(low)} to {in_html(high)}" if low and high else "–"
+    return in_html(value), interval, unit, over_cycles(row)
+
+
+def over_cycles(row: QuantityRow) -> str:
+    """Return what a quantity does over the cycles, in words."""
+    words = []
+    if row.drift and row.value:
+        words.append(f"drifts by {in_html(significant(100.0 * row.drift / abs(row.value)))} %")
+    if row.greatest_deviation is not None and row.value and row.low is not None and row.high is not None:
+        if abs(row.value) > CLEAR * (row.high - row.low):
+            words.append(f"one cycle up to {significant(100.0 * row.greatest_deviation, 2)} % off")
+    return ", ".join(words)
+
+
+def number_text(row: VerdictRow) -> str:
+    """Return the value of a verdict with its interval and unit."""
+    if row.value is None:
+        return "–"
+    ends = [abs(v) for v in (row.value, row.low, row.high) if v is not None]
+    factor, unit = scaled(row.quantity, row.si_unit, max(ends))
+    value, low, high = with_interval(
+        factor * row.value, *(None if v is None else factor * v for v in (row.low, row.high))
+    )
+    sign = "off by " if row.level == "cycle" else ""
+    return f"{sign}{in_html(value)} {unit} ({in_html(low)} to {in_html(high)})".replace("  ", " ")
+
+
+def limits_text(row: VerdictRow) -> str:
+    """Return the limits of a verdict in the unit of its value."""
+    ends = [abs(v) for v in (row.value, row.low, row.high) if v is not None]
+    factor, unit = scaled(row.quantity, row.si_unit, max(ends, default=1.0))
+    least, most = (None if v is None else in_html(significant(factor * v, 4)) for v in (row.least, row.most))
+    if least is not None and most is not None:
+        return f"{least} to {most} {unit}"
+    return f"at least {least} {unit}" if least is not None else f"at most {most} {unit}" if most is not None else "–"
+
+
+def change_text(row: ChangeRow) -> str:
+    """Return a change in percent with its interval."""
+    if row.change is None:
+        return "–"
+    value, low, high = with_interval(
+        100.0 * row.change, *(None if v is None else 100.0 * v for v in (row.low, row.high))
+    )
+    return f"{in_html(value)} % ({in_html(low)} to {in_html(high)})"
+
+
+def notes_of(conditions: Sequence[SheetCondition]) -> list[str]:
+    """Return what is to be said of conditions; of notes that differ in numbers alone the longest, and of how many."""
+    notes: dict[str, list[tuple[str, str]]] = {}
+    for condition in conditions:
+        for text in condition.findings:
+            notes.setdefault(_kind(text), []).append((condition.condition, text))
+    said = []
+    for rows in notes.values():
+        name, text = max(rows, key=lambda row: len(row[1]))
+        more = len({condition for condition, _ in rows}) - 1
+        said.append(f"{name}: {text}" + (f" (and {more} more condition{'s' * (more != 1)} alike)" if more else ""))
+    return said
+
+
+def _kind(text: str) -> str:
+    """Return a note without its numbers, and without what a skew would change."""
+    return re.sub(r"[\d.]+", "", text.partition(" would change ")[0])

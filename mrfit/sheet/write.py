@@ -1,0 +1,131 @@
+"""The files of a test sheet: sheet.json with all numbers, sheet.csv, sheet.html, and a PDF page of every unit."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from mrfit.core.progress import Progress, silent
+from mrfit.core.recording import Recording
+from mrfit.io.csv_table import csv_table
+from mrfit.io.schemas.sheet import QuantityRow, SheetFile, VerdictRow
+from mrfit.io.workspace import checked, write_json, write_text
+from mrfit.settings.sheet import Settings
+from mrfit.sheet.compute import Sheet, sheet_of
+
+COLUMNS = (
+    *(
+        "unit",
+        "condition",
+        "recording",
+        "frequency_Hz",
+        "stroke_m",
+        "peak_velocity_m/s",
+        "current_A",
+        "temperature_degC",
+    ),
+    *(
+        "cycles",
+        "quantity",
+        "value",
+        "low",
+        "high",
+        "si_unit",
+        "slope_per_cycle",
+        "greatest_deviation",
+        "first_to_third",
+    ),
+    *("least", "most", "verdict", "reason"),
+)
+
+
+def write(
+    recordings: Sequence[Recording],
+    settings: Settings,
+    against: Sequence[Recording],
+    folder: Path,
+    pdf: bool,
+    progress: Progress = silent,
+) -> SheetFile:
+    """Compute the sheet of recordings, write its files into a folder, and return it with their names."""
+    return written(sheet_of(recordings, settings, against, progress), folder, pdf, progress)
+
+
+def written(sheet: Sheet, folder: Path, pdf: bool = False, progress: Progress = silent) -> SheetFile:
+    """Write the files of a sheet into a folder, and return it with their names."""
+    from mrfit.sheet import page, print_page
+
+    file = checked(sheet.file)
+    folder.mkdir(parents=True, exist_ok=True)
+    files = [folder / name for name in ("sheet.html", "sheet.csv", "sheet.json")]
+    write_text(files[0], page.render(sheet))
+    write_text(files[1], csv_table(COLUMNS, table_rows(file)))
+    write_json(files[2], file)
+    if pdf:
+        for number, unit in enumerate(file.units, 1):
+            name = re.sub(r"[^\w.-]+", "_", unit.unit).strip("._") or f"unit{number}"
+            files.append(folder / (f"sheet-{name}.pdf" if len(file.units) > 1 else "sheet.pdf"))
+            print_page.write(files[-1], sheet, unit)
+            progress("pages", number, len(file.units))
+    return replace(file, files=[str(path) for path in files])
+
+
+def table_rows(file: SheetFile) -> list[dict[str, object]]:
+    """Return every quantity of every condition as a row, SI, with its verdict."""
+    rows: list[dict[str, object]] = []
+    for unit in file.units:
+        judged = {(v.condition, v.quantity): v for v in unit.verdicts if v.level == "unit"}
+        for condition in unit.conditions:
+            known = {
+                "unit": unit.unit,
+                "condition": condition.condition,
+                "recording": condition.recording,
+                "frequency_Hz": condition.frequency or None,
+                "stroke_m": condition.stroke,
+                "peak_velocity_m/s": condition.peak_velocity,
+                "current_A": condition.current,
+                "temperature_degC": condition.temperature,
+                "cycles": condition.cycles,
+            }
+            rows += [{**known, **_quantity(q, judged.get((condition.condition, q.name)))} for q in condition.quantities]
+        for one in unit.across:
+            verdict = judged.get((one.conditions, one.quantity.name))
+            rows.append({"unit": unit.unit, "condition": one.conditions, **_quantity(one.quantity, verdict)})
+        for v in (*(v for v in unit.verdicts if v.level == "cycle"), *(file.batch if unit is file.units[-1] else ())):
+            rows.append(
+                {
+                    "unit": v.unit,
+                    "condition": v.condition,
+                    "quantity": f"{v.quantity} ({'cycle off the mean' if v.level == 'cycle' else 'mean of all units'})",
+                    "value": v.value,
+                    "low": v.low,
+                    "high": v.high,
+                    "si_unit": v.si_unit,
+                    **_verdict(v),
+                }
+            )
+    return rows
+
+
+def _quantity(row: QuantityRow, verdict: VerdictRow | None) -> dict[str, object]:
+    return {
+        "quantity": row.name,
+        "value": row.value,
+        "low": row.low,
+        "high": row.high,
+        "si_unit": row.unit,
+        "slope_per_cycle": row.slope,
+        "greatest_deviation": row.greatest_deviation,
+        "first_to_third": row.first_to_third,
+        "reason": row.reason,
+        **(_verdict(verdict) if verdict else {}),
+    }
+
+
+def _verdict(row: VerdictRow) -> dict[str, object]:
+    return {
+        "least": row.least,
+        "most": row.most,
+        "verdict": row.verdict,
+        **({"reason": row.reason} if row.reason else {}),
+    }

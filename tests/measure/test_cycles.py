@@ -1,0 +1,122 @@
+"""Quantities of whole cycles against closed forms: without noise, with it, at few samples a cycle, with a skew."""
+
+import numpy as np
+import pytest
+
+from datasets.rig.closed_forms import KINDS, Rig
+from mrfit.errors import DataError
+from mrfit.measure.cycles import cycles_of
+from mrfit.segment.stage import Settings, cut
+from tests.measure.rigs import cycles, known, of_rig, quantities, recording
+
+FORCES = ("F0+", "F0-", "Fd+", "Fd-", "Fmax+", "Fmax-", "width+", "width-")
+
+
+def scale(rig: Rig, name: str) -> float:
+    truth = rig.truth()
+    if name in FORCES:
+        return max(abs(truth["Fmax+"]), abs(truth["Fmax-"]))
+    sizes = {"width v": rig.speed, "free travel": rig.amplitude, "K_eff": truth["Fmax+"] / rig.amplitude}
+    return sizes.get(name, abs(truth[name]))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("frequency", "rate"), [(0.5, 200.0), (1.0, 1000.0), (10.0, 5000.0)])
+def test_closed_forms_are_met_within_two_permille(kind: str, frequency: float, rate: float) -> None:
+    rig = Rig(kind, frequency, rate, noise=1e-5, seed=3)
+    found = known(quantities(cycles(of_rig(rig))))
+    for name, truth in rig.truth().items():
+        # between two samples nothing is known of a jump
+        coarse = name in ("width v", "free travel") or (name == "K_0" and rig.rate / rig.frequency < 1000)
+        allowed = 0.01 if coarse else 2e-3
+        if name in found:
+            assert abs(found[name].value - truth) <= allowed * scale(rig, name), name
+        else:
+            assert name == "xi_eff" or kind == "bilinear", name
+    assert ("F_y" in found) == (kind == "bilinear")
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_intervals_hold_the_truth(kind: str) -> None:
+    held = []
+    for seed in range(12):
+        rig = Rig(kind, 2.0, 500.0, noise=0.005, seed=100 + seed)
+        found, truth = known(quantities(cycles(of_rig(rig)))), rig.truth()
+        held += [found[n].low <= truth[n] <= found[n].high for n in ("F0+", "F0-", "Fd+", "Fmax-", "E", "efficiency")]
+    assert 0.86 <= np.mean(held) <= 1.0
+
+
+def test_twenty_samples_a_cycle_are_read_or_told_to_be_few() -> None:
+    rig = Rig("viscous", 10.0, 200.0, noise=1e-4)
+    found, truth = known(quantities(cycles(of_rig(rig)))), rig.truth()
+    for name in ("F0+", "F0-", "Fmax+", "E", "C_eq"):
+        assert found[name].value == pytest.approx(truth[name], rel=2e-3)
+    # a corner that the samples do not show widens the interval
+    bilinear = Rig("bilinear", 10.0, 200.0, noise=1e-3)
+    found = known(quantities(cycles(of_rig(bilinear))))
+    assert found["Fd+"].error > 0.05 * abs(found["Fd+"].value)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_stated_skew_is_corrected(kind: str) -> None:
+    rig = Rig(kind, 2.0, 500.0, noise=1e-5, skew=1.0)
+    record = of_rig(rig)
+    right, wrong = (known(quantities(cycles(record, skew))) for skew in (1.0 / rig.rate, 0.0))
+    for name in ("F0+", "Fd+", "E"):
+        assert abs(right[name].value - rig.truth()[name]) <= 2e-3 * scale(rig, name)
+    if kind != "bilinear":
+        assert abs(wrong["Fd+"].value - rig.truth()["Fd+"]) > 4e-3 * scale(rig, "Fd+")
+
+
+def test_a_drift_of_the_zero_widens_the_interval_to_the_start_of_the_record() -> None:
+    held = []
+    for seed in range(10):
+        rig = Rig("viscous", 1.0, 500.0, noise=0.003, drift=0.03, seed=seed)
+        found, truth = known(quantities(cycles(of_rig(rig)))), rig.truth()
+        assert found["F0+"].drift > 0.0
+        held += [found[name].low <= truth[name] <= found[name].high for name in ("F0+", "F0-", "E")]
+    assert np.mean(held) >= 0.9
+
+
+def test_of_a_log_without_drift_none_is_told() -> None:
+    drifts = [
+        known(quantities(cycles(of_rig(Rig("viscous", 1.0, 500.0, noise=0.003, seed=s)))))["F0+"].drift
+        for s in range(10)
+    ]
+    assert sum(d != 0.0 for d in drifts) <= 2
+
+
+def test_planted_ripple_and_free_travel_are_found() -> None:
+    rig = Rig("viscous", 1.0, 2000.0, noise=1e-3)
+    displacement, force = rig.record()
+    phase = np.unwrap(np.angle(np.exp(1j * 2 * np.pi * np.arange(len(force)) / 2000.0)))
+    rippled = recording("r", 1 / 2000.0, displacement=displacement, force=force * (1.0 + 0.04 * np.sin(24.0 * phase)))
+    assert known(quantities(cycles(rippled)))["ripple"].value == pytest.approx(0.04, rel=0.15)
+    smooth = known(quantities(cycles(of_rig(rig))))["ripple"]
+    assert abs(smooth.value) < 0.004
+    # play of 2 mm: the force is zero for so long after every reversal
+    time = np.arange(24000) / 2000.0
+    moved = 0.01 * np.sin(2 * np.pi * time)
+    held, behind = np.empty_like(moved), 0.0
+    for k, x in enumerate(moved):
+        behind = min(max(behind, x - 0.001), x + 0.001)
+        held[k] = behind
+    spring = np.clip((moved - held) / 0.001, -1.0, 1.0)
+    force = np.where(np.abs(spring) > 0.999, 500.0 * spring, 0.0)
+    force = np.convolve(np.pad(force, 5, mode="edge"), np.ones(11) / 11, mode="valid")
+    found = known(quantities(cycles(recording("p", 1 / 2000.0, displacement=moved, force=force))))["free travel"]
+    assert found.value == pytest.approx(0.002, rel=0.06)
+
+
+def test_too_few_samples_a_cycle_are_refused() -> None:
+    record = of_rig(Rig("viscous", 10.0, 120.0, cycles=30))
+    segments, _ = cut([record], 1, Settings(drive="displacement", holdout="none"))
+    with pytest.raises(DataError, match="12 samples a cycle; at least 16"):
+        cycles_of(record, segments[0])
+
+
+def test_a_viscous_damper_has_no_stiffness_and_no_yield() -> None:
+    found = quantities(cycles(of_rig(Rig("viscous", 1.0, 1000.0, noise=0.002))))
+    assert found["xi_eff"].reason == "K_eff is not distinct from zero"
+    assert "no elastic unloading" in found["F_y"].reason
+    assert found["K_eff"].estimate is not None and found["K_eff"].estimate.low <= 0.0 <= found["K_eff"].estimate.high

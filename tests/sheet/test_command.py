@@ -1,0 +1,137 @@
+"""`mrfit measure sheet`: tables, files, units, comparison, hostile names, and bad input in one line."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from datasets.rig.closed_forms import Rig
+from tests.conftest import ROOT, Run
+
+LOGS = ROOT / "datasets" / "damper-sines"
+LIMITS = ROOT / "datasets" / "limits"
+
+
+def log(path: Path, rig: Rig, gain: float = 1.0) -> Path:
+    displacement, force = rig.record()
+    table = np.stack([np.arange(len(force)) / rig.rate, 1e3 * displacement, gain * force], axis=1)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    np.savetxt(path, table, "%.7g", ",", header="time (s),displacement (mm),force (N)", comments="")
+    return path
+
+
+def test_a_sheet_of_six_conditions_with_limits(tmp_path: Path, mrfit: Run) -> None:
+    out = tmp_path / "out"
+    run = mrfit(
+        *("measure", "sheet", str(LOGS), "--limits", str(LIMITS / "damper.toml"), "--out", str(out), "--pdf"),
+        *("--about", "specimen=<b>MR & 7</b>"),
+    )
+    assert "1 pass, 0 fail, 0 cannot be judged" in run.stdout and "positive velocity is rebound" in run.stdout
+    assert {p.name for p in out.iterdir()} == {"sheet.html", "sheet.csv", "sheet.json", "sheet.pdf"}
+    page = (out / "sheet.html").read_text()
+    assert "&lt;b&gt;MR &amp; 7&lt;/b&gt;" in page and "<b>MR" not in page and "<script" not in page
+    assert (out / "sheet.pdf").read_bytes().startswith(b"%PDF")
+    rows = list(csv.DictReader((out / "sheet.csv").read_text().splitlines()))
+    found = {(r["condition"], r["quantity"]): r for r in rows}
+    force = found["sine-1Hz-10mm-1A", "Fmax+"]
+    assert force["verdict"] == "pass" and 600 < float(force["low"]) < float(force["value"]) < 700
+    assert "no slow test" in found["sine-1Hz-10mm-1A", "friction"]["reason"]
+    file = json.loads((out / "sheet.json").read_text())
+    assert file["schema"] == "mrfit/sheet/1" and file["units"][0]["verdict"] == "pass"
+    ranges = [a["quantity"] for a in file["units"][0]["across"] if a["quantity"]["name"] == "dynamic range"]
+    assert len(ranges) == 3 and all(2.0 < r["low"] < r["value"] < r["high"] < 4.0 for r in ranges)
+
+
+def test_the_same_command_gives_the_same_bytes(tmp_path: Path, mrfit: Run) -> None:
+    path = log(tmp_path / "a.csv", Rig("gas", 1.0, 200.0, noise=0.005))
+    for name in ("one", "two"):
+        mrfit("measure", "sheet", str(path), "--out", str(tmp_path / name), "--pdf")
+    for name in ("sheet.html", "sheet.csv", "sheet.json", "sheet.pdf"):
+        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
+
+
+def test_units_are_judged_by_two_levels(tmp_path: Path, mrfit: Run) -> None:
+    for number, gain in enumerate((1.0, 1.01, 0.99, 1.02, 0.98, 1.4)):
+        log(tmp_path / "logs" / f"S{number}_1Hz.csv", Rig("viscous", 1.0, 200.0, noise=0.003, seed=number), gain)
+    target = Rig("viscous", 1.0, 200.0).truth()["Fmax+"]
+    limits = tmp_path / "l.toml"
+    limits.write_text(
+        f'[[limit]]\nquantity = "Fmax+"\ntarget = {target}\ntolerance = "15 %"\nbatch_tolerance = "10 %"\n'
+    )
+    run = mrfit(
+        *("measure", "sheet", str(tmp_path / "logs"), "--unit-from", "{unit}_*.csv", "--limits", str(limits)),
+        *("--out", str(tmp_path / "out"), "--pdf", "--json"),
+    )
+    file = json.loads(run.stdout)
+    assert {u["unit"]: u["verdict"] for u in file["units"]} == {f"S{k}": "pass" if k < 5 else "fail" for k in range(6)}
+    [batch] = file["batch"]
+    assert (
+        batch["level"] == "batch"
+        and batch["verdict"] == "pass"
+        and batch["value"] == pytest.approx(1.067 * target, rel=5e-3)
+    )
+    assert any(s["unit"] == "S5" and s["quantity"] == "Fmax+" for s in file["stands_out"])
+    assert {p.name for p in (tmp_path / "out").glob("*.pdf")} == {f"sheet-S{k}.pdf" for k in range(6)}
+    assert "All units" in (tmp_path / "out" / "sheet.html").read_text()
+
+
+def test_before_and_after_are_compared_by_condition(tmp_path: Path, mrfit: Run) -> None:
+    before = log(tmp_path / "before" / "a.csv", Rig("gas", 1.0, 200.0, noise=0.002, seed=1))
+    after = log(tmp_path / "after" / "a.csv", Rig("gas", 1.0, 200.0, noise=0.002, seed=2), 0.9)
+    run = mrfit("measure", "sheet", str(after), "--against", str(before), "--out", str(tmp_path / "o"), "--json")
+    changes = {c["quantity"]: c for c in json.loads(run.stdout)["changes"]}
+    assert changes["E"]["changed"] and changes["E"]["low"] < -0.1 < changes["E"]["high"]
+    assert not changes["ratio"]["changed"]
+
+
+def test_negated_force_and_skew_are_told(tmp_path: Path, mrfit: Run) -> None:
+    path = log(tmp_path / "a.csv", Rig("bingham", 2.0, 200.0, noise=1e-3), -1.0)
+    run = mrfit("measure", "sheet", str(path), "--out", str(tmp_path / "o"))
+    assert "the force is negated" in run.stdout and "one sample (5 ms)" in run.stdout
+    truth = Rig("bingham", 2.0, 200.0).truth()["E"]
+    file = json.loads((tmp_path / "o" / "sheet.json").read_text())
+    row = next(q for q in file["units"][0]["conditions"][0]["quantities"] if q["name"] == "E")
+    assert row["value"] == pytest.approx(truth, rel=3e-3)
+
+
+def refused(run: object, code: int, text: str) -> None:
+    lines = [line for line in run.stderr.splitlines() if line]  # type: ignore[attr-defined]
+    assert run.returncode == code and len(lines) == 1 and text in lines[0], run.stderr  # type: ignore[attr-defined]
+
+
+def test_bad_logs_are_one_line_each(tmp_path: Path, mrfit: Run) -> None:
+    time = np.arange(1000) / 100.0
+    cases = {
+        "half": (10.0 * np.sin(2 * np.pi * 0.05 * time - np.pi / 2), np.cos(time), "less than a whole cycle"),
+        "flat": (10.0 * np.sin(2 * np.pi * time), np.full(1000, 3.0), "the force is constant but for noise"),
+        "still": (np.full(1000, 3.0), np.cos(time), "the displacement is constant but for noise"),
+    }
+    for name, (moved, force, text) in cases.items():
+        path = tmp_path / f"{name}.csv"
+        np.savetxt(
+            path,
+            np.stack([time, moved, force], axis=1),
+            "%.7g",
+            ",",
+            header="time (s),displacement (mm),force (N)",
+            comments="",
+        )
+        refused(mrfit("measure", "sheet", str(path), "--out", str(tmp_path / "o")), 1, text)
+        assert not (tmp_path / "o").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        (("--unit-from", "S*.csv"), "has to hold {unit} once"),
+        (("--unit-from", "{unit}.mat"), "does not match"),
+        (("--limits", "none.toml"), "none.toml: cannot be read"),
+        (("--about", "serial"), "--about takes NAME=VALUE, not 'serial'"),
+        (("--rebound", "up"), "--rebound takes positive or negative, not 'up'"),
+    ],
+)
+def test_bad_options_are_one_line_each(tmp_path: Path, mrfit: Run, options: tuple[str, ...], text: str) -> None:
+    path = log(tmp_path / "a.csv", Rig("viscous", 1.0, 100.0))
+    refused(mrfit("measure", "sheet", str(path), *options), 2, text)
