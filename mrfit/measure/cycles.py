@@ -41,7 +41,7 @@ WORSE, WORSE_AT_END = 2.0, 5.0
 """Error of a fit over the RMS of what it leaves, in the middle of its window and at the end of two half windows."""
 ROUNDING = 1e-12
 SHOWN, CORNERS = 64, 5.0
-"""Samples of a cycle below which a corner may pass unseen, and what it may do to the work over the difference of rules."""
+"""Samples of a cycle below which a corner may pass unseen, and its error of the work over the difference of rules."""
 FINE = 200
 """Samples of a cycle from which straight lines between them give the work to 0.01 %."""
 
