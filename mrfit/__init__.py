@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from mrfit.api.prediction import Prediction, predict
     from mrfit.api.recordings import Recording, read
     from mrfit.api.saved import load
+    from mrfit.api.sheet import Sheet, sheet
     from mrfit.core.plugins import model
     from mrfit.core.specs import Param
     from mrfit.errors import ConfigError, DataError, MrfitError
@@ -34,6 +35,7 @@ __all__ = [
     "Param",
     "Prediction",
     "Recording",
+    "Sheet",
     "advise",
     "compare",
     "discover",
@@ -43,6 +45,7 @@ __all__ = [
     "models",
     "predict",
     "read",
+    "sheet",
 ]
 
 # Where each name is defined
@@ -55,6 +58,7 @@ _HOMES = {
     "api.prediction": ("Prediction", "predict"),
     "api.recordings": ("Recording", "read"),
     "api.saved": ("load",),
+    "api.sheet": ("Sheet", "sheet"),
     "core.plugins": ("model",),
     "core.specs": ("Param",),
     "errors": ("ConfigError", "DataError", "MrfitError"),
@@ -75,7 +79,7 @@ _APPLIED = {
     "track": "calls",
 }
 # Functions that a room of the package has the name of: the name of the package is the function's
-_ROOMS = ("advise", "compare", "discover", "fit", "models")
+_ROOMS = ("advise", "compare", "discover", "fit", "models", "sheet")
 
 
 def _of_face(name: str) -> object:
