@@ -25,10 +25,14 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN and threading.current_threa
 
 
 LONGEST = (
-    *("cli/test_pipeline.py", "test_discover_cli.py", "test_plugin_commands.py", "test_public_api.py"),
-    *("test_upstream.py", "test_bad_input.py", "batch/test_stage.py", "compare/test_stage.py"),
+    *("cli/test_pipeline.py", "test_bad_input.py", "ingest/test_hostile_containers.py", "ingest/test_blocks.py"),
+    *("test_discover_cli.py", "test_plugin_commands.py", "test_public_api.py", "test_upstream.py"),
+    *("batch/test_stage.py", "compare/test_stage.py"),
 )
-"""Files that start many commands: they come first, so that no process is left with one of them at the end."""
+"""Files that start many commands: they come first, so that no process is left with one of them at the end.
+
+The first compiles the kernels of a fit. The next three need none, lest a second process compile them meanwhile.
+"""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -108,7 +108,7 @@ def test_the_result_does_not_depend_on_the_number_of_workers_or_the_order_of_log
     for jobs, order in ((1, logs), (3, logs[::-1])):
         work = tmp_path / f"w{jobs}"
         assert mrfit("ingest", *order, "--work", work).returncode == 0
-        options = ("--model", "boucwen-flux", "--opt", "pso-fmin", "--budget", 2000, "--jobs", jobs)
+        options = ("--model", "boucwen-flux", "--opt", "pso-fmin", "--budget", 500, "--jobs", jobs)
         assert mrfit("fit", *options, "--work", work).returncode == 0
         folder = work / "fits" / "boucwen-flux.pso-fmin"
         written.append(
@@ -171,7 +171,7 @@ EVEN = tuple(0.8 + 0.25 * k for k in range(12))
 @pytest.mark.parametrize(
     ("currents", "budget", "moments", "fewest"),
     [
-        pytest.param((1, 3), 1000, EVEN[1::6], 1, id="a few"),
+        pytest.param((1, 3), 300, EVEN[1::6], 1, id="a few"),
         pytest.param((1, 3, 5), 3000, EVEN, 3, id="many", marks=pytest.mark.slow),
     ],
 )

@@ -54,7 +54,7 @@ def test_spencer_is_best_and_models_without_hysteresis_are_worst(mrfit: Run, pre
 
 
 def test_data_of_fast_tests_alone_are_chosen_by_their_peak_velocity(mrfit: Run, press: Path) -> None:
-    result = mrfit("fit", "--model", "guo", "--per", "all", "--only", "MH", "--json")
+    result = mrfit("fit", "--model", "guo", "--opt", "lsq", "--budget", 60, "--per", "all", "--only", "MH", "--json")
     assert result.returncode == 0, result.stderr
     # 25 mm at 0.5 Hz, 5 mm at 3 Hz and 2 mm at 5 Hz: 78, 87 and 52 mm/s, none slow
     assert len({s["condition"] for s in json.loads(result.stdout)["results"][0]["segments"]}) == 10
@@ -74,6 +74,7 @@ def keio_log(path: Path, velocity: np.ndarray, force: np.ndarray) -> None:
         writer.writerows(np.column_stack([time, stroke, speed, -force]).tolist())
 
 
+@pytest.mark.slow
 def test_a_free_run_on_random_motion_beats_the_bouc_wen_model(mrfit: Run, real_logs: Path, tmp_path: Path) -> None:
     from scipy.io import loadmat
 
