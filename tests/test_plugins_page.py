@@ -7,6 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from mrfit.apply.damper import damper
+from mrfit.apply.stepper import Stepper, simulate
+from mrfit.core import plugins
+from mrfit.models import dahl
+from mrfit.simulate.uneven import simulate_unevenly
 from tests.conftest import ROOT
 from tests.core.foreign.compiled import compiled
 from tests.plugin_files import run_python
@@ -22,7 +27,7 @@ def blocks(language: str) -> list[str]:
 @pytest.fixture
 def page(tmp_path: Path) -> Path:
     """The page's files in a folder, with a log of the page's bench."""
-    names = ("my_damper.py", "my_spring.py", "my_search.py", "my_reader.py")
+    names = ("my_damper.py", "my_friction.py", "my_spring.py", "my_search.py", "my_reader.py")
     for name, text in zip(names, blocks("python"), strict=True):
         (tmp_path / name).write_text(text)
     t = np.arange(5000) / 1000
@@ -47,11 +52,29 @@ def test_its_model_effect_optimizer_and_reader_are_used_together(page: Path) -> 
 
 
 def test_they_keep_their_contracts(page: Path) -> None:
-    files = ("my_damper.py", "my_spring.py", "my_search.py")
+    files = ("my_damper.py", "my_friction.py", "my_spring.py", "my_search.py")
     done = run_python(page, "mrfit.contracts", *files)
     assert "all hold" in done.stdout, done.stdout + done.stderr
     done = run_python(page, "mrfit.contracts", "my_reader.py", "--log", "run1.txt")
     assert "all hold" in done.stdout, done.stdout + done.stderr
+
+
+def test_its_model_with_a_state_is_stepped_as_it_is_fitted(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(plugins, "_store", plugins.Store())
+    monkeypatch.setenv(plugins.VARIABLE, "")
+    plugins.use(page / "my_friction.py")
+    one = damper("my-friction", {"c": 500.0, "fy@0A": 90.0, "fy@1A": 700.0, "rho": 900.0}, {"fy": 1})
+    steps = np.random.default_rng(0).uniform(5e-4, 2e-3, 300)
+    t = np.concatenate([[0.0], np.cumsum(steps[1:])])
+    given = {"displacement": 0.01 * np.sin(9 * t), "velocity": 0.09 * np.cos(9 * t)}
+    given["current"] = 0.5 + 0.4 * np.sin(60 * t)
+    stepped = simulate(Stepper(one, held=False), given, steps)
+    whole = simulate_unevenly(one.assembly, np.stack([given[n] for n in one.assembly.spec.inputs]), one.theta, steps)[0]
+    assert np.abs(stepped - whole).max() < 1e-9 * np.ptp(whole)
+    own = one.theta[0]
+    theta = np.stack([np.full(300, own[0]), own[1] + (own[2] - own[1]) * given["current"], np.full(300, own[3]), 0 * t])
+    twin = dahl.response(np.stack([given["displacement"], given["velocity"]]), theta[None], steps)[0]
+    assert np.abs(whole - twin).max() < 1e-9 * np.ptp(whole)
 
 
 def test_its_c_function_is_a_model(page: Path) -> None:

@@ -11,8 +11,10 @@ The control is sampled: its command is held over its sample time, in which the s
 Runge-Kutta method of order 4. At every stage the damper takes a trial step from its state at the step's beginning.
 """
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, cast
 
 import numpy as np
 
@@ -145,6 +147,8 @@ def rms(values: Array) -> float:
 
 # Samples between two reports of progress
 _BLOCK = 1000
+# Courses of roads that are remembered
+_ROADS = 8
 
 
 def drive(
@@ -195,6 +199,12 @@ def _numbers(control: Control, timing: Timing, low: float, high: float) -> Array
     return np.array([name, control.damping, control.share, timing.sample, timing.steps, low, high], dtype=np.float64)
 
 
+@lru_cache(_ROADS)
+def _heights(road: Any, points: int, spacing: float) -> Array:
+    """Return height and its rate (2, M) of a road, under which several controls are driven."""
+    return np.ascontiguousarray(np.stack(road.height(np.arange(points, dtype=np.float64) * np.float64(spacing))))
+
+
 def setup_of(  # noqa: PLR0913
     stepper: Stepper, car: Car, pair: tuple[Control, Road], timing: Timing, amplifier: Amplifier | None, points: int
 ) -> tuple[Setup, Way]:
@@ -202,7 +212,6 @@ def setup_of(  # noqa: PLR0913
     damper, (control, road) = stepper.damper, pair
     # a dead time cannot be made up for where the motion is not known in advance: the rest of the coil is inverted
     coil = Inverter(Stepper(prompt(damper)[0], shortest=stepper.shortest), amplifier)
-    times = np.arange(points, dtype=np.float64) * np.float64(0.5 * timing.sample / timing.steps)
     still = {n: np.zeros(1) for n in damper.motion} | {"current": np.full(1, damper.low)}
     masses = (car.sprung, car.unsprung, car.spring, car.tyre, car.tyre_damping, timing.soft)
     rest = stepper.step(stepper.rest(still), still, 0.0).force[0]
@@ -210,7 +219,8 @@ def setup_of(  # noqa: PLR0913
         stepper.chain, Inverter(stepper, amplifier).inverse, coil.stepper.chain, coil.inverse,
         np.array([stepper.inputs.index(n) if n in stepper.inputs else -1 for n in damper.motion]),
         stepper.complete(still)[0], np.array([*masses, rest], dtype=np.float64),
-        _numbers(control, timing, damper.low, damper.high), np.ascontiguousarray(np.stack(road.height(times))),
+        _numbers(control, timing, damper.low, damper.high),
+        _heights(cast(Hashable, road), points, 0.5 * timing.sample / timing.steps),
     )  # fmt: skip
     return setup, begun(setup, damper.low)
 

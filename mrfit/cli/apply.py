@@ -128,7 +128,7 @@ def invert(
     damper = damper_named(work, fit)
     motions = motions_of(logs, sine, dt, reading.map, damper)
     found = []
-    with console.progress_bar() as progress:
+    with console.progress_bar(in_pipes=True) as progress:
         for motion in motions:
             series = desired_series(read_logs([desired], None), motion, damper.output) if desired else law or None
             forces = wanted(damper, motion, series)
@@ -197,7 +197,7 @@ def track(
     damper = damper_named(work, fit)
     answers = damper_named(work, plant) if plant else damper
     motions = motions_of(logs, sine, dt, reading.map, damper)
-    with console.progress_bar() as progress:
+    with console.progress_bar(in_pipes=True) as progress:
         tasks = []
         for motion in motions:
             demands = tracking.demands_of(laws, motion, damper)
@@ -303,7 +303,7 @@ def quarter_car(
     roads = [road_of(n.strip(), speed, duration, seed) for n in dict.fromkeys(road.split(","))]
     car, timing = Car(sprung, unsprung, spring, tyre, tyre_damping), Timing(sample, steps)
     damper = damper_named(work, fit)
-    with console.progress_bar() as progress:
+    with console.progress_bar(in_pipes=True) as progress:
         study = ride.quarter_car(damper, car, controls, roads, timing, amplifier, check, progress)
         summary = stage.quarter_car(work, study)
     return _print_json(summary) if as_json else _print_rides(summary)

@@ -9,7 +9,7 @@ import sys
 import textwrap
 import time
 import traceback
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, NoReturn, TextIO
@@ -139,17 +139,54 @@ def cell(value: object) -> str:
 
 
 @contextmanager
-def progress_bar(enabled: bool = True) -> Iterator[Progress]:
-    """Give a progress listener that draws one bar for each task on standard error, where that is a terminal."""
+def progress_bar(enabled: bool = True, in_pipes: bool = False) -> Iterator[Progress]:
+    """Give a progress listener that draws one bar for each task on standard error, where that is a terminal.
+
+    ``in_pipes`` elsewhere too: a line with an estimate of what takes longer than 10 s, and one every 10 s.
+    """
     if enabled and VERBOSITY.verbose:
         yield _Steps()
         return
     enabled = enabled and not VERBOSITY.quiet
     if not (enabled and sys.stderr.isatty()):
-        yield silent
+        yield Lines() if enabled and in_pipes else silent
         return
     with terminal_bars() as listen:
         yield listen
+
+
+class Lines:
+    """A progress listener for pipes: an estimate first of what takes longer than ``EVERY`` s, and a line every so many.
+
+    Attributes
+    ----------
+    clock
+        Returns the time in s.
+    """
+
+    EVERY, FIRST = 10.0, 1.0
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self.clock = clock
+        self.started: dict[str, float] = {}
+        self.due: dict[str, float] = {}
+
+    def __call__(self, what: str, done: int, total: int) -> None:
+        """Say how far a task is, if it is time to."""
+        task, now = what.split("  ")[0], self.clock()
+        start = self.started.setdefault(task, now)
+        spent = now - start
+        whole = spent * total / max(done, 1)
+        if task not in self.due:
+            if spent >= self.FIRST and whole > self.EVERY and done < total:
+                note(f"{task}: about {whole:.0f} s")
+                self.due[task] = start + self.EVERY
+        elif now >= self.due[task] and done < total:
+            note(f"{task}: {done} of {total}, about {whole - spent:.0f} s left")
+            self.due[task] = now + self.EVERY
+        if done >= total:
+            self.started.pop(task, None)
+            self.due.pop(task, None)
 
 
 class _Steps:

@@ -24,7 +24,7 @@ def simulate_unevenly(assembly: Assembly, drive: Array, theta: Array, steps: Arr
     Parameters
     ----------
     assembly
-        The model; its parts are mrfit's own, and none is an error of the record.
+        The model; its parts are mrfit's own, or have a ``step`` or a ``law``, and none is an error of the record.
     drive
         Inputs, shape (C, N), N >= 2; a channel of the time has its true values.
     theta
@@ -40,7 +40,9 @@ def simulate_unevenly(assembly: Assembly, drive: Array, theta: Array, steps: Arr
     base, *effects = assembly.name.split("+")
     parts: list[tuple[Kind, str]] = [("model", base), *(("effect", e) for e in effects)]
     for kind, name in parts:
-        if name not in own_names(kind) or isinstance(registry.load(kind, name), ErrsInRecord):
+        item = registry.load(kind, name)
+        known = name in own_names(kind) or hasattr(item, "step") or hasattr(item, "law")
+        if not known or isinstance(item, ErrsInRecord):
             raise DataError(f"the {kind} {name} is not simulated at uneven times: resample the drive to equal steps")
     bad = np.flatnonzero(~(steps[1:] > 0.0))
     if len(bad):

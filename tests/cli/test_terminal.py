@@ -232,3 +232,20 @@ def test_a_table_of_errors_fits_80_columns(monkeypatch: pytest.MonkeyPatch, caps
 @pytest.mark.parametrize(("name", "end"), [("tanh.atuo", "; did you mean tanh.auto?"), ("zzz", "")])
 def test_a_near_name_is_offered(name: str, end: str) -> None:
     assert near(name, ["tanh.auto", "bingham.auto"]) == end
+
+
+def test_in_a_pipe_an_estimate_comes_first_and_a_line_every_ten_seconds(capsys: pytest.CaptureFixture[str]) -> None:
+    now = [0.0]
+    lines = console.Lines(lambda: now[0])
+    for done in range(0, 101, 5):
+        lines("ride of tanh", done, 100)
+        now[0] += 1.5
+    said = capsys.readouterr().err.splitlines()
+    assert said[0] == "ride of tanh: about 30 s"
+    assert len(said) == 3 and all("of 100, about" in line for line in said[1:])
+    now[0] = 0.0
+    short = console.Lines(lambda: now[0])
+    for done in range(11):
+        short("short", done, 10)
+        now[0] += 0.5
+    assert capsys.readouterr().err == ""
