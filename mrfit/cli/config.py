@@ -1,7 +1,7 @@
 """Pipeline files: one TOML file says which logs, which model, which optimizer and what is reported."""
 
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self, TypeVar
 
@@ -25,6 +25,7 @@ import mrfit.settings.flux
 import mrfit.settings.ingest
 import mrfit.settings.report
 import mrfit.settings.segment
+import mrfit.settings.sheet
 from mrfit.core.setting import UNSET, Defined, Setting, defined, flag_of, key_of
 from mrfit.errors import ConfigError
 from mrfit.io.faults import plain_fault
@@ -68,15 +69,15 @@ def _loaded(field: Defined, value: object) -> object:
 
 
 class _File(_Table):
-    """The whole file; ``[ingest]`` and one of ``[[fit]]``, ``[discover]`` and ``[compare]`` must be there."""
+    """The whole file; ``[ingest]`` and one of ``[[fit]]``, ``[discover]``, ``[compare]``, ``[sheet]`` must be there."""
 
     work: str = "mrfit-work"
     plugins: list[str] = []
 
     @model_validator(mode="after")
     def _something_to_do(self) -> Self:
-        if not any(getattr(self, name, None) for name in ("fit", "discover", "compare")):
-            raise ValueError("add a [[fit]], a [discover] or a [compare] table")
+        if not any(getattr(self, name, None) for name in ("fit", "discover", "compare", "sheet")):
+            raise ValueError("add a [[fit]], a [discover], a [compare] or a [sheet] table")
         return self
 
 
@@ -96,6 +97,7 @@ _EXPORT = table_of(
     condition=(str, ""),
     without=(list[str], []),
 )
+_SHEET = table_of(mrfit.settings.sheet.Settings, against=(list[str], []), pdf=(bool, False))
 
 
 def _several(kind: Any) -> Any:
@@ -114,6 +116,7 @@ _TABLES: dict[str, Any] = {
     "predict": (_several(_PREDICT), []),
     "figure": (_several(_FIGURE), []),
     "export": (_several(_EXPORT), []),
+    "sheet": (_SHEET | None, None),
 }
 _WHOLE = create_model("pipeline", __base__=_File, **_TABLES)
 
@@ -148,6 +151,15 @@ class ExportTable:
 
 
 @dataclass(frozen=True)
+class SheetTable:
+    """A test sheet of the logs, beside others given as patterns, and whether it is printed, too."""
+
+    against: tuple[str, ...]
+    pdf: bool
+    settings: mrfit.settings.sheet.Settings
+
+
+@dataclass(frozen=True)
 class PipelineFile:
     """What a pipeline file asks for; its paths are relative to its folder, but for ``work``.
 
@@ -167,6 +179,8 @@ class PipelineFile:
         Which of them the report shows; all where it names none.
     compare, predict, figure, export
         What is done with the fits.
+    sheet
+        Test sheet of the logs, without a model.
     """
 
     work: str
@@ -182,6 +196,7 @@ class PipelineFile:
     predict: tuple[PredictTable, ...] = ()
     figure: tuple[FigureTable, ...] = ()
     export: tuple[ExportTable, ...] = ()
+    sheet: SheetTable | None = None
 
 
 def read_toml(path: Path, what: str = "a pipeline file") -> dict[str, Any]:
@@ -242,4 +257,13 @@ def read_pipeline(path: Path) -> PipelineFile:
             ExportTable(t.fit, tuple(t.to), t.condition, tuple(t.without), made_of(mrfit.settings.export.Settings, t))
             for t in file.export
         ),
+        sheet=_sheet_of(file.sheet, path.parent) if file.sheet else None,
     )
+
+
+def _sheet_of(table: Any, folder: Path) -> SheetTable:
+    """Return the table ``[sheet]``; its file of limits is relative to the pipeline file's folder."""
+    settings = made_of(mrfit.settings.sheet.Settings, table)
+    if settings.limits:
+        settings = replace(settings, limits=folder / settings.limits)
+    return SheetTable(tuple(table.against), table.pdf, settings)

@@ -385,6 +385,12 @@ def run(summary: Summary) -> None:
     """Print the outcome of a whole pipeline: each fit's errors, what is missing, and where the pages lie."""
     work = Path(summary["work"])
     _notes(summary)
+    if "sheet" in summary:
+        from mrfit.cli import sheet
+        from mrfit.io.schemas.reading import of_row
+        from mrfit.io.schemas.sheet import SheetFile
+
+        sheet.show(of_row(SheetFile, summary["sheet"]))
     if "discovery" in summary:
         discover(summary["discovery"], work)
     for done in summary["fits"]:

@@ -396,7 +396,28 @@ def run(config: PipelineFile, folder: Path, overrides: Overrides, progress: Prog
         summary["notes"] = notes
         if discovery:
             summary["discovery"] = _discover(workspace, discovery, progress)
+        if config.sheet:
+            summary["sheet"] = _sheet(workspace, config, folder, reading, progress)
     return summary | _with_the_fits(config, folder, replace(overrides, work=work), progress)
+
+
+def _sheet(
+    workspace: Workspace,
+    config: PipelineFile,
+    folder: Path,
+    reading: mrfit.settings.ingest.Settings,
+    progress: Progress,
+) -> Summary:
+    """Write the test sheet of the workspace's recordings into its folder ``sheet``."""
+    import mrfit.ingest.stage
+    from mrfit.sheet.write import write
+
+    assert config.sheet
+    table = config.sheet
+    recordings = [workspace.read_recording(name) for name in sorted(workspace.identifiers)]
+    beside = _expand(table.against, folder, "[sheet] against") if table.against else []
+    others = mrfit.ingest.stage.read(beside, reading, progress).recordings if beside else []
+    return to_json(write(recordings, table.settings, others, workspace.root / "sheet", table.pdf, progress))
 
 
 def _with_the_fits(config: PipelineFile, folder: Path, overrides: Overrides, progress: Progress) -> Summary:

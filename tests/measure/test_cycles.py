@@ -58,6 +58,12 @@ def test_twenty_samples_a_cycle_are_read_or_told_to_be_few() -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
+def test_a_drift_of_the_zero_does_no_work(kind: str) -> None:
+    rig = Rig(kind, 1.0, 500.0, noise=1e-5, drift=0.02)
+    assert known(quantities(cycles(of_rig(rig))))["E"].value == pytest.approx(rig.truth()["E"], rel=2e-4)
+
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_stated_skew_is_corrected(kind: str) -> None:
     rig = Rig(kind, 2.0, 500.0, noise=1e-5, skew=1.0)
     record = of_rig(rig)

@@ -135,3 +135,27 @@ def test_bad_logs_are_one_line_each(tmp_path: Path, mrfit: Run) -> None:
 def test_bad_options_are_one_line_each(tmp_path: Path, mrfit: Run, options: tuple[str, ...], text: str) -> None:
     path = log(tmp_path / "a.csv", Rig("viscous", 1.0, 100.0))
     refused(mrfit("measure", "sheet", str(path), *options), 2, text)
+
+
+def test_a_pipeline_file_writes_the_sheet_of_its_logs(tmp_path: Path, mrfit: Run) -> None:
+    log(tmp_path / "logs" / "a.csv", Rig("gas", 1.0, 200.0, noise=0.002))
+    (tmp_path / "l.toml").write_text('[[limit]]\nquantity = "E"\nleast = 1.0\n')
+    (tmp_path / "p.toml").write_text('[ingest]\nlogs = ["logs/*.csv"]\n[sheet]\nlimits = "l.toml"\npdf = true\n')
+    run = mrfit("run", "p.toml", "--work", "w")
+    assert run.returncode == 0 and "1 pass, 0 fail" in run.stdout, run.stderr
+    assert {p.name for p in (tmp_path / "w" / "sheet").iterdir()} == {
+        *("sheet.html", "sheet.csv", "sheet.json", "sheet.pdf")
+    }
+
+
+def test_python_gives_the_same_sheet() -> None:
+    import mrfit
+
+    displacement, force = Rig("bingham", 1.0, 200.0, noise=0.002).record()
+    one = mrfit.Recording.from_arrays(dt=1 / 200.0, displacement=displacement, force=force, name="a")
+    found = mrfit.sheet(one, about={"serial": "7"})
+    table = found.table.set_index("quantity")
+    assert table.loc["E", "low"] < Rig("bingham", 1.0, 200.0).truth()["E"] < table.loc["E", "high"]
+    assert found.plot().get_size_inches() == pytest.approx((8.27, 11.69)) and repr(found).startswith("<Sheet")
+    with pytest.raises(mrfit.DataError, match="there is no unit 'x'"):
+        found.plot("x")
