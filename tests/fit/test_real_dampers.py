@@ -74,7 +74,6 @@ def keio_log(path: Path, velocity: np.ndarray, force: np.ndarray) -> None:
         writer.writerows(np.column_stack([time, stroke, speed, -force]).tolist())
 
 
-@pytest.mark.slow
 def test_a_free_run_on_random_motion_beats_the_bouc_wen_model(mrfit: Run, real_logs: Path, tmp_path: Path) -> None:
     from scipy.io import loadmat
 
