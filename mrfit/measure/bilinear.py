@@ -39,7 +39,7 @@ def quantities(cycles: Cycles, forces: Forces) -> list[Quantity]:
     """Return stiffnesses and yield by the slope of unloading; True in ``elastic`` is that after the greatest d."""
     elastic = [_unloading(cycles, forces, greatest) for greatest in (True, False)]
     if elastic[0] is None or elastic[1] is None:
-        return without(UNLOADING, "no elastic unloading: the force falls with the velocity, not with the way back")
+        return without(UNLOADING, "no elastic unloading: the force falls with the velocity, not along the stroke")
     first, gain = _mean(elastic[0], elastic[1]), cycles.gains
     yielding = [_loading(cycles, up) for up in (True, False)]
     post = _mean(yielding[0][1], yielding[1][1])

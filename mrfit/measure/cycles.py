@@ -38,7 +38,7 @@ END_SAMPLES = 6
 ALIKE = 0.01
 """Chance below which what residuals of all cycles have in common is an error of the fit."""
 WORSE, WORSE_AT_END = 2.0, 5.0
-"""Error of a fit over the RMS of what it leaves, in the middle of its window and at the end of two half windows."""
+"""Error of a fit over the RMS of its residual, in the middle of its window and at the end of two half windows."""
 ROUNDING = 1e-12
 SHOWN, CORNERS = 64, 5.0
 """Samples of a cycle below which a corner may pass unseen, and its error of the work over the difference of rules."""

@@ -75,7 +75,7 @@ def _central_half(cycles: Cycles, up: bool) -> float:
 def _peak(cycles: Cycles, up: bool, central: float) -> tuple[PerCycle, float]:
     """Return the peak force of a direction of every cycle, and its place.
 
-    Of cycles of even number the place is that of the odd ones and the other way round: a place that is chosen by the
+    Of cycles of even number the place is that of the odd ones, and of odd number that of the even ones: a place that is chosen by the
     noise of the same samples would have too high a force.
     """
     moved = np.interp(PLACES, GRID, cycles.table[up][0])
