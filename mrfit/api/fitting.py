@@ -147,7 +147,8 @@ class FitResult:
         names = made.assembly.spec.inputs
         parts = [p for p in made.blocks.parts if p.segment.role == "train"]
         return together(
-            stretch_of(p.segment, p.dt, {name: p.block.inputs(row) for row, name in enumerate(names)}) for p in parts
+            stretch_of(p.segment, p.dt, {name: p.block.inputs(row) for row, name in enumerate(names)}).extents()
+            for p in parts
         )
 
     def plot(self, kind: drawing.Kind = "loop", page: int = 0) -> "Figure":

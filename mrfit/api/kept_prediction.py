@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from mrfit.api.drawing import predicted_series
-from mrfit.fit.extrapolation import Stretch
+from mrfit.fit.extrapolation import together
 from mrfit.fit.predict import Prediction, stretch_of
 from mrfit.io.arrow import numbers, repeated, table
 from mrfit.io.atomic import write_atomic
@@ -20,8 +20,8 @@ from mrfit.report.svg import style
 from mrfit.simulate.assembly import Assembly
 
 
-def trained_on(workspace: Workspace, fit: Fit) -> list[Stretch]:
-    """Return the training tests of a fit of a workspace, for the ranges of their channels.
+def trained_on(workspace: Workspace, fit: Fit) -> dict[str, tuple[float, float]]:
+    """Return least and greatest value of every channel in the training tests of a fit of a workspace.
 
     Raises
     ------
@@ -30,15 +30,15 @@ def trained_on(workspace: Workspace, fit: Fit) -> list[Stretch]:
     """
     source = read_source(workspace, (fit.name,))
     segments = {s.id: s for s in source.segments}
-    return [
+    return together(
         stretch_of(
             segments[s.segment],
             float(s.time[1] - s.time[0]),
             {name: values for name, values in s.inputs.items() if name in fit.inputs},
-        )
+        ).extents()
         for s in source.series[fit.name]
         if s.role == "train" and len(s.time) > 1 and s.segment in segments
-    ]
+    )
 
 
 @dataclass(frozen=True)

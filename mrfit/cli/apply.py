@@ -37,7 +37,6 @@ def damper_named(work: Path, name: str) -> "Damper":
     from mrfit.api.fitting import FitResult
     from mrfit.api.kept_prediction import trained_on
     from mrfit.apply.damper import damper_of
-    from mrfit.fit.extrapolation import together
     from mrfit.fit.predict import read_fit
     from mrfit.io.workspace import Workspace
 
@@ -46,7 +45,7 @@ def damper_named(work: Path, name: str) -> "Damper":
     for reason in fit.outdated:
         console.note(f"warning outdated: {fit.name}: {reason}: fit again")
     known = (workspace.fit_folder(name) / "residuals.parquet").is_file() and workspace.segments_file.is_file()
-    return damper_of(FitResult(fit), tested=together(trained_on(workspace, fit)) if known else {})
+    return damper_of(FitResult(fit), tested=trained_on(workspace, fit) if known else {})
 
 
 def motions_of(

@@ -257,7 +257,6 @@ def predict(
     import mrfit.flux.stage
     import mrfit.ingest.stage
     import mrfit.segment.stage
-    from mrfit.fit import extrapolation
     from mrfit.fit import predict as fit_predict
     from mrfit.fit import select as fit_select
     from mrfit.simulate.current_levels import assembly_of
@@ -271,7 +270,7 @@ def predict(
         mrfit.flux.stage.run(other, _flux_to_predict(workspace, settings.resistance), progress)
         segmenting = mrfit.segment.stage.last_settings(workspace)
         cut = mrfit.segment.stage.run(other, replace(segmenting, holdout="none"), progress)
-        trained = extrapolation.together(kept.trained_on(workspace, found))
+        trained = kept.trained_on(workspace, found)
         prediction = fit_predict.predict(found, fit_select.read_dataset(other), trained)
         findings = [f"{r.id}: {f.text}" for r in ingested.recordings for f in r.findings] + cut.findings
         files = []

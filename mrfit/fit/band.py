@@ -1,157 +1,119 @@
-"""95 % band of a prediction: what the parameters leave open, and what the fit left of the data.
+"""95 % band of a prediction: what the parameters leave open, and what the model leaves of the data.
 
-The parameters' part is the spread of simulations at parameters drawn by their covariance. The rest is the magnitude
-that 95 of 100 residuals of a fit did not exceed, noise and error of the model together. Of a condition that was not
-fitted it is that of a power of the output's range, q = q₀·rᵇ with 0 ≤ b ≤ 1: noise does not grow with the output, the
-error of a model does. Their squares are added.
+The parameters' part is the scatter of simulations at refits that leave out a test each. The rest is the magnitude
+that 95 of 100 residuals do not exceed, noise and error of the model together: of a condition that was fitted its own,
+of another test by the law of tests that were left out of the fit. Their squares are added.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
+from mrfit.core.recording import Segment
 from mrfit.core.specs import Array
 from mrfit.core.width import Width
-from mrfit.fit.diagnostics.bootstrap import Interval
-from mrfit.fit.diagnostics.uncertainty import effective_samples, quantile_95
-from mrfit.fit.predict import Prediction, closest_result, theta_of
+from mrfit.fit.diagnostics.remainders import LEFT_OUT
+from mrfit.fit.diagnostics.uncertainty import Uncertainty, quantile_95
+from mrfit.fit.error_law import NORMAL, ErrorLaw
+from mrfit.fit.extrapolation import beyond, together
+from mrfit.fit.predict import Prediction, closest_result, stretch_of, theta_of
 from mrfit.fit.result import simulate_block
-from mrfit.io.schemas.fit import Covariance, Fit, Remainder, Result
+from mrfit.io.schemas.fit import Fit, Refits, Remainder, Result
 from mrfit.search.cube import Cube
 from mrfit.search.parts import Part
 from mrfit.simulate.assembly import Assembly
 
-DRAWS = 50
-"""Parameter vectors drawn; their standard deviation is off by a tenth."""
-NORMAL = 1.96
 FEWEST = 4.0
-"""Independent samples below which the quantile of a residual is not made wider."""
+"""Independent samples, or degrees of freedom, below which a quantile is not made wider."""
+TELLING = 3
+"""Refits from which their scatter says what the data leave open."""
 
 
-def covariance_of(cube: Cube, rows: Array, degrees: float) -> Covariance:
-    """Return the table of a covariance (F, F) in the coordinates of a cube."""
-    free = [cube.params[k] for k in cube.free]
-    return Covariance(
-        names=[p.name for p in free],
-        low=[p.low for p in free],
-        high=[p.high for p in free],
-        logarithmic=[p.scale == "log" for p in free],
-        rows=rows.tolist(),
-        degrees=degrees,
+def refits_of(cube: Cube, point: Array, uncertainty: Uncertainty, points: Array) -> Refits:
+    """Return the refits of a fit by points (G, F) that leave a test out each; by its covariance where these are few.
+
+    Parameters
+    ----------
+    cube
+        Bounds and scales.
+    point
+        Optimum in the cube, (F,).
+    uncertainty
+        Covariance in the cube.
+    points
+        Where refits ended.
+    """
+    factor, degrees = float(len(points) - 1), float(len(points) - 1)
+    if len(points) < TELLING:
+        values, vectors = np.linalg.eigh(uncertainty.covariance)
+        steps = vectors * np.sqrt(len(point) * np.maximum(values, 0.0))
+        points = np.clip(point + np.vstack([steps.T, -steps.T]), 0.0, 1.0)
+        factor, degrees = 1.0, uncertainty.degrees
+    names = [cube.params[k].name for k in cube.free]
+    return Refits(names=names, rows=cube.to_theta(points)[:, cube.free].tolist(), factor=factor, degrees=degrees)
+
+
+def unseen(results: Sequence[Result]) -> list[Remainder]:
+    """Return what is left of tests that had no part in the parameters; of those that had where there are no others."""
+    rows = [row for result in results for row in result.remainders]
+    fitted = {row.condition for row in rows if row.role == "train"}
+    found = [r for r in rows if r.role == LEFT_OUT or (r.role == "holdout" and r.condition not in fitted)]
+    return found or [row for row in rows if row.role == "train"]
+
+
+def own_width(rows: Sequence[Remainder], segment: Segment) -> float | None:
+    """Return the half-width of a periodic test whose condition was fitted, None of any other; wider where few tell."""
+    own = [r for r in rows if r.condition == segment.condition and r.role != LEFT_OUT and segment.cycles]
+    widths = [r.quantile * quantile_95(max(r.independent, FEWEST)) / NORMAL for r in own if r.quantile > 0.0]
+    return max(widths, default=None) if any(r.role == "train" for r in own) else None
+
+
+def widths(fit: Fit, found: Prediction, assembly: Assembly) -> dict[str, Width]:
+    """Return the half-widths of the bands of a prediction by segment, from the start of a record without cycles.
+
+    There are none of a fit whose file has no refits.
+    """
+    rows = unseen(fit.results)
+    if not rows or any(r.refits is None for r in fit.results):
+        return {}
+    law, made = ErrorLaw.of(rows), {}
+    pieces: dict[str, list[tuple[Part, Array]]] = {}
+    for part, output in zip(found.blocks.parts, found.simulated, strict=True):
+        pieces.setdefault(part.segment.id, []).append((part, output))
+    for name, some in pieces.items():
+        parts, outputs = zip(*some, strict=True)
+        result = closest_result(fit.results, parts[0].segment)
+        half = np.concatenate([_spread(part, assembly, result, found) for part in parts])
+        rest = own_width(result.remainders, parts[0].segment)
+        if rest is None:
+            rest = law.half_width(float(np.ptp(np.concatenate(outputs))), _beyond(result, parts, assembly))
+        made[name] = Width(half, np.hypot(half, rest))
+    return made
+
+
+def _beyond(result: Result, parts: Sequence[Part], assembly: Assembly) -> float:
+    """Return how far a test lies beyond those that a result was fitted to."""
+    fitted = together(r.extents for r in result.remainders if r.role == "train")
+    names = assembly.spec.inputs
+    return beyond(
+        fitted,
+        together(
+            stretch_of(p.segment, p.dt, {n: p.inputs(row) for row, n in enumerate(names)}).extents() for p in parts
+        ),
     )
 
 
-def widened(covariance: Array, cube: Cube, quantile: float, found: Mapping[str, Interval]) -> Array:
-    """Return a covariance (F, F) with the widths of other 95 % intervals where these have two ends."""
-    scale = np.ones(len(covariance))
-    theta = cube.to_theta(np.zeros((2, len(covariance))))
-    for at, k in enumerate(cube.free):
-        low, high = found.get(cube.params[k].name, Interval(None, None))
-        if low is None or high is None or covariance[at, at] <= 0.0:
-            continue
-        theta[:, k] = low, high
-        width = float(np.ptp(cube.to_points(theta)[:, at]))
-        scale[at] = width / (2.0 * quantile * math.sqrt(covariance[at, at]))
-    made: Array = covariance * np.outer(scale, scale)
-    return made
-
-
-def remainders(parts: Sequence[Part], simulated: Sequence[Array]) -> list[Remainder]:
-    """Return what a fit leaves of every condition and role."""
-    members: dict[tuple[str, str], list[int]] = {}
-    for k, part in enumerate(parts):
-        members.setdefault((part.segment.condition, part.segment.role), []).append(k)
-    rows = []
-    for (condition, role), places in members.items():
-        errors = [parts[k].output - simulated[k] for k in places]
-        if not all(np.isfinite(e).all() for e in errors):
-            continue
-        rows.append(
-            Remainder(
-                condition=condition,
-                role=role,
-                quantile=float(np.quantile(np.abs(np.concatenate(errors)), 0.95)),
-                reach=max(float(np.ptp(simulated[k])) for k in places),
-                independent=sum(effective_samples(e) for e in errors),
-            )
-        )
-    return rows
-
-
-def remainder_width(rows: Sequence[Remainder], condition: str, reach: float) -> float:
-    """Return the half-width for noise and model error of a condition whose simulated output has a range."""
-    own = [r for r in rows if r.condition == condition]
-    if own:
-        return max(_safe(r) for r in own)
-    known = [r for r in rows if r.quantile > 0.0 and r.reach > 0.0]
-    if not known:
-        return 0.0
-    across, up = (np.log([value(r) for r in known]) for value in (lambda r: r.reach, _safe))
-    centred = across - across.mean()
-    power = float(centred @ centred)
-    # ranges that are alike tell no slope: an output that is larger may then err more, a smaller one no less
-    here = math.log(max(reach, 1e-300))
-    flat = power < 0.1
-    slope = float(here > across.mean()) if flat else float(np.clip(centred @ up / power, 0.0, 1.0))
-    law = up.mean() + slope * (across - across.mean())
-    off = up - law
-    # conditions differ; and held-out ones, where there are some, say how much more is left of what was not fitted
-    held = [o for o, r in zip(off, known, strict=True) if r.role == "holdout"]
-    scatter = math.sqrt(float(np.mean(off**2)) * (1.0 + 1.0 / len(known)))
-    more = max(float(np.mean(held)), 0.0) if held else 0.0
-    return math.exp(float(up.mean()) + slope * (here - float(across.mean())) + scatter + more)
-
-
-def _safe(row: Remainder) -> float:
-    """Return the quantile of a remainder, wider where few independent samples tell it."""
-    return row.quantile * quantile_95(max(row.independent, FEWEST)) / NORMAL
-
-
-def widths(fit: Fit, found: Prediction, assembly: Assembly, seed: int = 0) -> dict[str, Width]:
-    """Return the half-widths of the bands of a prediction by segment, from the start of a record without cycles.
-
-    There are none of a fit whose file has no covariance.
-    """
-    rng = np.random.default_rng(seed)
-    pieces: dict[str, list[tuple[Array, Array, Result]]] = {}
-    for part, output in zip(found.blocks.parts, found.simulated, strict=True):
-        result = closest_result(fit.results, part.segment)
-        if result.covariance is None:
-            continue
-        drawn = np.array([_simulated(part, assembly, t, found) for t in _drawn(assembly, result, rng)])
-        drawn = drawn[np.isfinite(drawn).all(axis=1)]
-        spread = drawn.std(axis=0) if len(drawn) > 1 else np.zeros(drawn.shape[1])
-        half = quantile_95(result.covariance.degrees) * spread
-        pieces.setdefault(part.segment.id, []).append((half, output, result))
-    made = {}
-    conditions = {p.segment.id: p.segment.condition for p in found.blocks.parts}
-    for segment, some in pieces.items():
-        half = np.concatenate([p[0] for p in some])
-        reach = float(np.ptp(np.concatenate([p[1] for p in some])))
-        rest = remainder_width(some[0][2].remainders, conditions[segment], reach)
-        made[segment] = Width(half, np.hypot(half, rest))
-    return made
-
-
-def _drawn(assembly: Assembly, result: Result, rng: np.random.Generator) -> Array:
-    """Return parameter vectors (DRAWS, K) drawn about a result by its covariance, within their bounds."""
-    about = result.covariance
-    assert about is not None
-    theta = np.tile(theta_of(assembly, result), (DRAWS, 1))
-    at = [assembly.spec.names.index(n) for n in about.names]
-    logarithmic = np.array(about.logarithmic, dtype=np.bool_)
-
-    def scaled(values: Array) -> Array:
-        return np.where(logarithmic, np.log(np.where(logarithmic, values, 1.0)), values)
-
-    low, high = (scaled(np.array(ends)) for ends in (about.low, about.high))
-    values, vectors = np.linalg.eigh(np.array(about.rows))
-    steps = rng.standard_normal((DRAWS, len(at))) @ (vectors * np.sqrt(np.maximum(values, 0.0))).T
-    points = np.clip((scaled(theta[:, at]) - low) / (high - low) + steps, 0.0, 1.0)
-    moved = low + points * (high - low)
-    theta[:, at] = np.where(logarithmic, np.exp(np.where(logarithmic, moved, 0.0)), moved)
-    return theta
+def _spread(part: Part, assembly: Assembly, result: Result, found: Prediction) -> Array:
+    """Return the half-width of the band of the parameters over a part, and over what is simulated before it."""
+    refits = result.refits
+    assert refits is not None
+    theta = np.tile(theta_of(assembly, result), (len(refits.rows), 1))
+    theta[:, [assembly.spec.names.index(n) for n in refits.names]] = refits.rows
+    drawn = np.array([_simulated(part, assembly, t, found) for t in theta])
+    finite = np.isfinite(drawn).all(axis=1)
+    spread: Array = drawn[finite].std(axis=0) if finite.any() else np.zeros(drawn.shape[1])
+    return quantile_95(max(refits.degrees, FEWEST)) * math.sqrt(refits.factor) * spread
 
 
 def _simulated(part: Part, assembly: Assembly, theta: Array, found: Prediction) -> Array:

@@ -1,5 +1,6 @@
 """Where a prediction leaves what a fit was made from: current, speed, stroke, temperature and every other input."""
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -54,21 +55,40 @@ class Stretch:
         return found
 
 
-def together(stretches: Iterable[Stretch]) -> dict[str, tuple[float, float]]:
+Extents = Mapping[str, tuple[float, float]]
+"""Least and greatest value of every channel."""
+
+
+def together(extents: Iterable[Extents]) -> dict[str, tuple[float, float]]:
     """Return least and greatest value of every channel over several tests."""
     found: dict[str, tuple[float, float]] = {}
-    for stretch in stretches:
-        for name, (low, high) in stretch.extents().items():
+    for one in extents:
+        for name, (low, high) in one.items():
             least, most = found.get(name, (low, high))
             found[name] = (min(low, least), max(high, most))
     return found
 
 
-def extrapolations(trained: Mapping[str, tuple[float, float]], predicted: Sequence[Stretch]) -> list[Caution]:
+def beyond(trained: Extents, reached: Extents) -> float:
+    """Return how far a test leaves the range of a fit: log(1 + overshoot / size) of the channel that leaves it most."""
+    shares = [
+        max(low - reached[name][0], reached[name][1] - high) / size - SLACK
+        for name, (low, high) in trained.items()
+        if name in reached and (size := _size(low, high)) > 0.0
+    ]
+    return math.log1p(max([0.0, *shares]))
+
+
+def _size(low: float, high: float) -> float:
+    """Return the range of a channel, or its level where that is more."""
+    return max(high - low, abs(low), abs(high))
+
+
+def extrapolations(trained: Extents, predicted: Sequence[Stretch]) -> list[Caution]:
     """Return a warning for every channel that leaves the range in which the model was fitted, with the worst test."""
     said = []
     for name, (low, high) in trained.items():
-        slack = SLACK * max(high - low, abs(low), abs(high))
+        slack = SLACK * _size(low, high)
         worst = ("", 0.0, 0.0)
         count = 0
         for stretch in predicted:

@@ -14,6 +14,7 @@ from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.fit import forms
 from mrfit.fit.bounds import bounds_of_size
+from mrfit.fit.diagnostics.remainders import borrowed
 from mrfit.fit.diagnostics.trust import drift_warnings, trust
 from mrfit.fit.files import PARTIAL, Fitted, drop_partial, write_fit
 from mrfit.fit.identify import Group, SearchSettings, build_group, found_point, search_optimum, weights_of
@@ -132,7 +133,7 @@ def identify(dataset: Dataset, settings: Settings, origin: Origin, progress: Pro
         return _in_the_form_called_for(dataset, settings, origin, progress)
     prepared = prepare(dataset, settings)
     runner = _Runner(prepared, settings, origin, progress)
-    pieces = runner.fit_groups()
+    pieces = _with_borrowed(runner.fit_groups(), prepared.assembly)
     blocks = Blocks(part for p in pieces for part in p.group.full.parts)
     simulated = Loaded([s for p in pieces for s in p.simulated.members])
     metrics = pieces[0].metrics
@@ -269,6 +270,17 @@ class _Piece:
     simulated: Loaded
     metrics: list[MetricRow]
     found: FoundPoint
+
+
+def _with_borrowed(pieces: list[_Piece], assembly: Assembly) -> list[_Piece]:
+    """Return the fits of conditions by themselves, with what the nearest other's parameters leave of each."""
+    if len(pieces) < 2:
+        return pieces
+    results, made = [p.result for p in pieces], []
+    for piece in pieces:
+        rows = borrowed(piece.group.judged.parts, assembly, results)
+        made.append(replace(piece, result=replace(piece.result, remainders=[*piece.result.remainders, *rows])))
+    return made
 
 
 @dataclass(frozen=True)

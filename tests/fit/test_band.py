@@ -1,4 +1,4 @@
-"""Bands of predictions: planted dampers, the law of what is left, and the covariance of a fit's document."""
+"""Bands of predictions: planted dampers, a model of another law, and what a fit's document keeps."""
 
 import json
 import math
@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 import mrfit
-from mrfit.core.specs import Param
-from mrfit.fit.band import NORMAL, remainder_width, widened
-from mrfit.fit.diagnostics.bootstrap import Interval
+from mrfit.core.recording import Segment
+from mrfit.fit.band import own_width, unseen
+from mrfit.fit.diagnostics.remainders import LEFT_OUT
 from mrfit.fit.diagnostics.uncertainty import quantile_95
-from mrfit.io.schemas.fit import Fit, Remainder
+from mrfit.fit.error_law import NORMAL
+from mrfit.io.schemas.fit import Fit, Remainder, Result
 from mrfit.io.schemas.reading import of_json
-from mrfit.search.cube import Cube
 
 DT, SAMPLES = 1e-3, 2000
 
@@ -47,75 +47,96 @@ def test_the_band_holds_what_was_measured_on_new_data(noise: float, error: float
     assert again.band.equals(band)
 
 
-def test_a_fit_keeps_what_its_bands_are_made_of(tmp_path: Any) -> None:
-    fit = fitted(5.0)
+def test_the_error_of_a_model_is_told_by_tests_that_it_has_not_seen() -> None:
+    """A term that no model has: fits take some of it up, and leave less of their own tests than of others."""
+
+    def with_spring(frequency: float, seed: int) -> mrfit.Recording:
+        phase = 2.0 * np.pi * frequency * DT * np.arange(SAMPLES)
+        x, v = 0.01 * np.sin(phase), 0.02 * np.pi * frequency * np.cos(phase)
+        force = 300.0 * np.tanh(60.0 * v + 900.0 * x) + 900.0 * v + np.random.default_rng(seed).standard_normal(SAMPLES)
+        return mrfit.Recording.from_arrays(dt=DT, displacement=x, velocity=v, force=force, name=f"log{seed}")
+
+    logs = [with_spring(f, seed) for seed, f in enumerate((1.0, 2.0, 3.0, 4.0))]
+    fit = mrfit.fit(logs, "bingham", per="all", holdout="none", optimizer="lsq", progress=False)
+    found = fit.predict([with_spring(f, 10 + k) for k, f in enumerate((1.5, 2.5, 3.5))])
+    assert found.nrmse > 0.03
+    assert 0.9 <= found.coverage <= 1.0
+    band = found.band
+    assert float((band["high"] - band["low"]).mean()) / 2.0 < 4.0 * float(found.metrics["rmse"].iloc[-1])
+    # what is left of a test that is left out is what a fit without it leaves
     (result,) = fit.content.results
-    about = result.covariance
-    assert about is not None and about.version == 1
-    rows = np.array(about.rows)
-    np.testing.assert_allclose(rows, rows.T, atol=1e-18)
-    q = next(p for p in result.parameters if p.name == "c")
-    at = about.names.index("c")
-    scale = (
-        (about.high[at] - about.low[at])
-        if not about.logarithmic[at]
-        else q.value * math.log(about.high[at] / about.low[at])
-    )
-    half = quantile_95(about.degrees) * math.sqrt(rows[at, at]) * scale
-    assert q.high is not None and q.low is not None
-    assert (q.high - q.low) / 2.0 == pytest.approx(half, rel=0.02)
+    left = [r for r in result.remainders if r.role == LEFT_OUT]
+    for k, one in enumerate(left):
+        others = [a for j, a in enumerate(logs) if j != k]
+        without = mrfit.fit(others, "bingham", per="all", holdout="none", optimizer="lsq", progress=False)
+        frame = without.predict(logs[k]).to_frame()
+        errors = (frame["measured"] - frame["simulated"])[frame["scored"]].abs()
+        assert one.quantile == pytest.approx(float(errors.quantile(0.95)), rel=0.03)
+
+
+@pytest.mark.parametrize("per", ["all", "condition"])
+def test_a_fit_keeps_what_its_bands_are_made_of(tmp_path: Any, per: str) -> None:
+    fit = mrfit.fit([log(f, 5.0, k) for k, f in enumerate((1.0, 2.0, 3.0))], "tanh", per=per, progress=False)
+    for result in fit.content.results:
+        assert result.refits is not None
+        names = [p.name for p in result.parameters if not p.fixed]
+        assert result.refits.names == names and all(len(row) == len(names) for row in result.refits.rows)
+        # every condition is judged by parameters that are not its own
+        left = {r.condition for r in result.remainders if r.role == LEFT_OUT}
+        assert left == set(result.conditions)
     fit.save(tmp_path / "fit.json")
     new = log(1.5, 5.0, 7)
     assert mrfit.load(tmp_path / "fit.json").predict(new).band.equals(fit.predict(new).band)  # type: ignore[union-attr]
 
 
-def test_a_fit_without_a_covariance_has_no_band() -> None:
+def test_refits_about_the_optimum_have_the_covariance_where_there_is_one_test() -> None:
+    (result,) = mrfit.fit(log(1.0, 5.0, 0), "tanh", holdout="none", progress=False).content.results
+    refits = result.refits
+    assert refits is not None and refits.factor == 1.0
+    q = next(p for p in result.parameters if p.name == "c")
+    values = np.array(refits.rows)[:, refits.names.index("c")]
+    assert q.high is not None and q.low is not None
+    assert (q.high - q.low) / 2.0 == pytest.approx(quantile_95(refits.degrees) * values.std(), rel=0.02)
+
+
+def test_a_fit_without_refits_has_no_band() -> None:
     fit = fitted(5.0)
     plain = fit.to_json()
     for result in plain["results"]:
-        del result["covariance"], result["remainders"]
+        del result["refits"], result["remainders"]
     plain.pop("preparation", None)
     old = mrfit.FitResult(of_json(Fit, json.dumps(plain)), fit.preparation)
     found = old.predict(log(1.5, 5.0, 7))
     assert list(found.band) == ["segment", "time", "simulated"] and math.isnan(found.coverage)
 
 
-def row(condition: str, quantile: float, reach: float, role: str = "train") -> Remainder:
-    return Remainder(condition=condition, role=role, quantile=quantile, reach=reach, independent=1e6)
+def row(condition: str, role: str, independent: float = 1e6, quantile: float = 2.0) -> Remainder:
+    return Remainder(condition=condition, role=role, quantile=quantile, reach=100.0, independent=independent)
+
+
+def test_tests_that_had_no_part_tell_what_is_left_of_others() -> None:
+    fitted, left, held = row("a", "train"), row("a", LEFT_OUT), row("b", "holdout")
+    # a third of the cycles of a condition that was fitted is no other test
+    own = row("a", "holdout")
+    assert unseen([result_of([fitted, left, held, own])]) == [left, held]
+    assert unseen([result_of([fitted])]) == [fitted]
 
 
 def test_what_is_left_of_a_condition_that_was_fitted_is_its_own() -> None:
-    rows = [row("a", 2.0, 100.0), row("b", 5.0, 900.0)]
-    assert remainder_width(rows, "a", 5000.0) == pytest.approx(2.0, rel=1e-3)
+    rows = [row("sine", "train"), row("sine", LEFT_OUT, quantile=50.0), row("other", "train", quantile=9.0)]
+    assert own_width(rows, segment("sine", 5)) == pytest.approx(2.0, rel=1e-3)
+    # few independent samples tell it less well; random motions of one name are not the same test
+    assert own_width([row("sine", "train", 5.0)], segment("sine", 5)) == pytest.approx(2.0 * quantile_95(5.0) / NORMAL)
+    assert own_width(rows, segment("sine", 0)) is None
+    assert own_width(rows, segment("new", 5)) is None
 
 
-def test_noise_does_not_grow_with_the_output_and_the_error_of_a_model_does() -> None:
-    noise = [row(c, 2.0, reach) for c, reach in (("a", 100.0), ("b", 400.0), ("c", 900.0))]
-    assert remainder_width(noise, "new", 3000.0) == pytest.approx(2.0, rel=1e-3)
-    law = [row(c, 0.05 * reach, reach) for c, reach in (("a", 100.0), ("b", 400.0), ("c", 900.0))]
-    assert remainder_width(law, "new", 3000.0) == pytest.approx(150.0, rel=1e-3)
-    # of one range nothing is known of a slope: more for a larger output, no less for a smaller one
-    one = [row("a", 2.0, 100.0)]
-    assert remainder_width(one, "new", 300.0) == pytest.approx(6.0, rel=1e-3)
-    assert remainder_width(one, "new", 30.0) == pytest.approx(2.0, rel=1e-3)
+def result_of(rows: list[Remainder]) -> Result:
+    return Result(condition="all", evaluations=1, parameters=[], remainders=rows)
 
 
-def test_conditions_that_differ_and_held_out_ones_widen_the_band() -> None:
-    alike = [row(c, 2.0, 100.0) for c in "abc"]
-    apart = [row(c, q, 100.0) for c, q in zip("abc", (1.0, 2.0, 4.0), strict=True)]
-    worse = [*alike[:2], row("c", 4.0, 100.0, "holdout")]
-    base = remainder_width(alike, "new", 100.0)
-    assert remainder_width(apart, "new", 100.0) > 1.5 * base
-    assert remainder_width(worse, "new", 100.0) > 1.5 * base
-    few = [Remainder(condition="a", role="train", quantile=2.0, reach=100.0, independent=5.0)]
-    assert remainder_width(few, "a", 100.0) == pytest.approx(2.0 * quantile_95(5.0) / NORMAL)
-
-
-def test_other_intervals_set_the_widths_of_a_covariance() -> None:
-    params = tuple(Param(n, "N", 0.0, 10.0, 5.0, "") for n in ("a", "b"))
-    covariance = np.array([[1e-4, 5e-5], [5e-5, 1e-4]])
-    made = widened(covariance, Cube(params, np.arange(2)), 2.0, {"a": Interval(4.0, 6.0), "b": Interval(None, 6.0)})
-    assert 2.0 * math.sqrt(made[0, 0]) == pytest.approx(0.1)
-    assert made[1, 1] == covariance[1, 1]
-    # the correlation stays
-    assert made[0, 1] / math.sqrt(made[0, 0] * made[1, 1]) == pytest.approx(0.5)
+def segment(condition: str, cycles: int) -> Segment:
+    nan = math.nan
+    return Segment(
+        "x#1", condition, "x", 0, 100, 0, "sine", "displacement", 1.0, 0.01, 0.0, cycles, nan, nan, "predict"
+    )

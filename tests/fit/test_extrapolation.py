@@ -17,7 +17,7 @@ def stretch(amplitude: float, current: float = 1.0, temperature: float = 25.0, n
     return Stretch(f"sine-{amplitude:g}", 1e-3, kept, temperature, "displacement", amplitude)
 
 
-TRAINED = together([stretch(0.01, 0.0), stretch(0.02, 2.0)])
+TRAINED = together([stretch(0.01, 0.0).extents(), stretch(0.02, 2.0).extents()])
 
 
 def channels(found: Stretch, trained: dict[str, tuple[float, float]] = TRAINED) -> list[str]:
@@ -41,13 +41,13 @@ def test_a_channel_that_leaves_what_was_fitted_is_named_and_no_other(found: Stre
 
 
 def test_speed_is_looked_at_where_displacement_alone_is_an_input() -> None:
-    trained = together([stretch(0.01, names="x")])
+    trained = together([stretch(0.01, names="x").extents()])
     fast = Stretch("fast", 1e-3, {"displacement": 0.01 * np.sin(40.0 * np.pi * TIME)})
     assert channels(fast, trained) == ["velocity"]
 
 
 def test_stroke_is_looked_at_where_velocity_alone_is_an_input() -> None:
-    trained = together([stretch(0.01, names="v")])
+    trained = together([stretch(0.01, names="v").extents()])
     slow = Stretch("slow", 1e-3, {"velocity": stretch(0.01).inputs["velocity"]}, 25.0, "displacement", 0.05)
     assert channels(slow, trained) == ["displacement"]
 

@@ -6,11 +6,12 @@ from dataclasses import asdict
 import numpy as np
 
 from mrfit.core.specs import Array
-from mrfit.fit.band import covariance_of, remainders, widened
+from mrfit.fit.band import refits_of
 from mrfit.fit.diagnostics.bands import bands
 from mrfit.fit.diagnostics.bootstrap import bootstrap_intervals, replicated
 from mrfit.fit.diagnostics.identifiability import judge
 from mrfit.fit.diagnostics.profile import Profiled, profiled
+from mrfit.fit.diagnostics.remainders import fitted_remainders, left_out
 from mrfit.fit.diagnostics.repeats import repeat_rows
 from mrfit.fit.diagnostics.residual_tests import input_dependence, varies
 from mrfit.fit.diagnostics.uncertainty import analyse
@@ -66,20 +67,18 @@ def trust(
     derived = derived_rows(assembly, cube, point, uncertainty)
     folded = Posed(group.search, weights_of(group.search, group.training_floors, weight), assembly, cube)
     profiles: list[Profiled] = []
-    covariance = uncertainty.covariance
     if intervals == "bootstrap":
         points = replicated(folded, point, uncertainty.directions[:, ~uncertainty.open], list(residuals), rng)
-        covariance = np.atleast_2d(np.cov(points.T))
         drawn = bootstrap_intervals(folded, points)
         known = {r.name for r in [*parameters, *derived] if r.identifiable}
         found = {name: interval for name, interval in drawn.items() if name in known}
         parameters, derived = with_intervals(parameters, found), with_intervals(derived, found)
     elif intervals == "profile":
         profiles = profiled(folded, point, uncertainty, linearised)
-        covariance = widened(covariance, cube, uncertainty.quantile, {p.profile.name: p.interval for p in profiles})
         parameters = with_intervals(parameters, {p.profile.name: p.interval for p in profiles})
     readable = [d.name for d in derived if d.determined is State.WELL]
     segments = group.training.segments
+    refits, unseen = left_out(group, assembly, cube, point, weight)
     return Trust(
         intervals=intervals,
         parameters=parameters,
@@ -92,8 +91,8 @@ def trust(
         residual_tests=residual_rows([judged.parts[k] for k in fitted], residuals, assembly),
         profiles=[p.profile for p in profiles],
         bands=bands(assembly, cube, point, uncertainty),
-        covariance=covariance_of(cube, covariance, uncertainty.degrees),
-        remainders=remainders(judged.parts, responses),
+        refits=refits_of(cube, point, uncertainty, refits) if len(point) else None,
+        remainders=[*fitted_remainders(judged.parts, responses, assembly), *unseen],
     )
 
 

@@ -260,46 +260,45 @@ class Band(Entry):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Covariance(Entry):
-    """Covariance of the parameters that were fitted, over the combinations that the data determine.
+class Refits(Entry):
+    """Parameters beside the optimum, whose scatter says what the data leave open of an output.
 
     Attributes
     ----------
-    version
-        Of this table.
     names
-        The parameters, in the order of rows and columns.
-    low, high, logarithmic
-        A parameter's coordinate is 0 at ``low`` and 1 at ``high``, even in the parameter or in its logarithm.
+        The parameters that were fitted, in the order of the columns.
     rows
-        Covariance of the coordinates; along what the data leave open it is zero.
+        A vector of values a row, SI: of refits without one test each, or about the optimum by its covariance.
+    factor
+        Of the variance of an output over the rows, that makes it the output's.
     degrees
         Degrees of freedom of Student's t.
     """
 
-    version: int = 1
     names: list[str]
-    low: list[float]
-    high: list[float]
-    logarithmic: list[bool]
     rows: list[list[float]]
+    factor: float
     degrees: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class Remainder(Entry):
-    """What a fit leaves of one condition: noise and the error of the model together.
+    """What a model leaves of one test: noise and its own error together.
 
     Attributes
     ----------
     condition, role
-        Of which data.
+        Of which data: ``train`` and ``holdout`` by the fit, ``left-out`` by one without them.
     quantile
         Magnitude that 95 of 100 residuals do not exceed, in the output's unit.
     reach
         Range of the simulated output.
     independent
         How many independent samples the residuals are worth, by their colour.
+    extents
+        Least and greatest value of every channel.
+    beyond
+        How far these lie beyond the tests that were fitted, see ``mrfit.fit.extrapolation.beyond``.
     """
 
     condition: str
@@ -307,6 +306,8 @@ class Remainder(Entry):
     quantile: float
     reach: float
     independent: float
+    extents: dict[str, tuple[float, float]] = field(default_factory=dict)
+    beyond: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -327,7 +328,7 @@ class Trust(Entry):
         Where intervals are those of the profile likelihood.
     bands
         Of the parameters that depend on current.
-    covariance, remainders
+    refits, remainders
         Of which the band of a prediction is made.
     """
 
@@ -342,13 +343,13 @@ class Trust(Entry):
     residual_tests: list[ResidualTest] = field(default_factory=list)
     profiles: list[Profile] = field(default_factory=list)
     bands: list[Band] = field(default_factory=list)
-    covariance: Covariance | None = None
+    refits: Refits | None = None
     remainders: list[Remainder] = field(default_factory=list)
 
     @property
     def absent(self) -> Collection[str]:
-        """Profiles, bands, covariance and remainders where there are none."""
-        return [name for name in ("profiles", "bands", "covariance", "remainders") if not getattr(self, name)]
+        """Profiles, bands, refits and remainders where there are none."""
+        return [name for name in ("profiles", "bands", "refits", "remainders") if not getattr(self, name)]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,185 @@
+"""What a model leaves of tests that it was not fitted to: each of them left out of the fit in turn.
+
+The error of a model is no noise: it is alike over a test, and the parameters follow it. What a fit leaves of its own
+tests is therefore less than what it leaves of others. A refit without a test begins at the optimum and takes chord
+steps, with the Jacobian there, so that all of them cost some tens of simulations.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mrfit.core.specs import Array, Index
+from mrfit.fit.diagnostics.uncertainty import effective_samples, sensitivities
+from mrfit.fit.extrapolation import beyond, together
+from mrfit.fit.identify import Group, weights_of
+from mrfit.fit.predict import closest_result, stretch_of, theta_of
+from mrfit.fit.result import AT_BOUND
+from mrfit.io.schemas.fit import Remainder, Result
+from mrfit.search.cube import Cube
+from mrfit.search.parts import Part
+from mrfit.search.problem import Posed, differences
+from mrfit.simulate.assembly import Assembly
+
+LEFT_OUT = "left-out"
+"""Role of a test whose data had no part in the parameters that it is judged by."""
+FEW, PIECES = 5, 10
+"""Tests below which those without cycles are cut, into so many: stretches of one random motion are tests too."""
+REFITS = 24
+"""Refits at most; with more tests several are left out together."""
+STEPS = 3
+DAMPINGS = (1e-8, 1e-5, 1e-3, 1e-1)
+"""Of a step, in squares of the greatest singular value: what moves the output less is followed less."""
+
+
+@dataclass(frozen=True)
+class Unit:
+    """What is left out at a time: a condition, or a stretch of a test without cycles.
+
+    Attributes
+    ----------
+    condition
+        Its name.
+    members
+        For each part that belongs to it, its place and the samples.
+    """
+
+    condition: str
+    members: tuple[tuple[int, slice], ...]
+
+
+def _whole(condition: str, places: Iterable[int]) -> Unit:
+    return Unit(condition, tuple((k, slice(None)) for k in places))
+
+
+def units_of(parts: Sequence[Part]) -> list[Unit]:
+    """Return the units of the parts that were fitted: conditions, and tests without cycles, cut where they are few."""
+    periodic: dict[str, list[int]] = {}
+    single = [k for k, p in enumerate(parts) if not p.segment.cycles]
+    for k, part in enumerate(parts):
+        if part.segment.cycles:
+            periodic.setdefault(part.segment.condition, []).append(k)
+    units = [_whole(condition, places) for condition, places in periodic.items()]
+    tests = len(units) + len(single)
+    each = -(-(PIECES - len(units)) // len(single)) if single and tests < FEW else 1
+    for k in single:
+        ends = np.linspace(0, len(parts[k].output), each + 1).astype(np.int64).tolist()
+        name = parts[k].segment.condition
+        units += [Unit(name, ((k, slice(a, b)),)) for a, b in zip(ends, ends[1:], strict=False) if b - a > 1]
+    return units
+
+
+def refitted(posed: Posed, point: Array, groups: Index) -> Array:
+    """Return where refits end that leave out one group of residuals each, (G, F).
+
+    Parameters
+    ----------
+    posed
+        What was fitted.
+    point
+        Optimum in the cube, (F,).
+    groups
+        Group of each residual (M,), -1 for what is in none.
+    """
+    count, every = int(groups.max()) + 1, range(int(groups.max()) + 1)
+    base, slopes = posed.residuals(point[None, :])[0], sensitivities(posed.residuals, point)
+    # one that ended at a bound is held there
+    slopes[:, np.minimum(point, 1.0 - point) < AT_BOUND] = 0.0
+    kept = [groups != g for g in every]
+    split = [np.linalg.svd(slopes[k], full_matrices=False) for k in kept]
+    points, left = np.tile(point, (count, 1)), np.tile(base, (count, 1))
+    best = np.array([float(np.sum(base[k] ** 2)) for k in kept])
+    for _ in range(STEPS):
+        seen = [u.T @ left[g][kept[g]] for g, (u, _, _) in enumerate(split)]
+        at, rows = points.copy(), left.copy()
+        for damping in DAMPINGS:
+            steps = [vt.T @ (s / (s**2 + damping * s[0] ** 2) * e) for e, (_, s, vt) in zip(seen, split, strict=True)]
+            trial = np.clip(at - np.stack(steps), 0.0, 1.0)
+            tried = posed.residuals(trial)
+            for g in every:
+                square = float(np.sum(tried[g][kept[g]] ** 2))
+                if square < best[g]:
+                    points[g], rows[g], best[g] = trial[g], tried[g], square
+        left = rows
+    return points
+
+
+def fitted_remainders(parts: Sequence[Part], simulated: Sequence[Array], assembly: Assembly) -> list[Remainder]:
+    """Return what a fit leaves of every condition and role, by the simulated output of its parts."""
+    members: dict[tuple[str, str], list[int]] = {}
+    for k, part in enumerate(parts):
+        members.setdefault((part.segment.role, part.segment.condition), []).append(k)
+    rows: list[Remainder] = []
+    for (role, condition), places in members.items():
+        errors = [simulated[k] - parts[k].output for k in places]
+        rows += _row(_whole(condition, places), parts, errors, assembly, role)
+    fitted = together(r.extents for r in rows if r.role == "train")
+    return [r if r.role == "train" else replace(r, beyond=beyond(fitted, r.extents)) for r in rows]
+
+
+def left_out(group: Group, assembly: Assembly, cube: Cube, point: Array, weight: str) -> tuple[Array, list[Remainder]]:
+    """Return refits without each unit, (G, F) in the cube, and what they leave of it; none where there are not two.
+
+    Parameters
+    ----------
+    group
+        What was fitted.
+    assembly, cube
+        The model and its free parameters.
+    point
+        Optimum in the cube, (F,).
+    weight
+        Weighting of conditions.
+    """
+    parts = group.training.parts
+    units = units_of(parts)
+    if len(units) < 2 or not len(point):
+        return np.empty((0, len(point))), []
+    posed = Posed(group.search, weights_of(group.search, group.training_floors, weight), assembly, cube)
+    starts = np.cumsum([0, *(len(b.target) for b in group.search)])
+    groups = np.full(int(starts[-1]) + 1, -1)
+    for number, unit in enumerate(units):
+        for k, samples in unit.members:
+            # a condition's folded block goes as a whole; of a test without cycles every sample is a target
+            groups[starts[k] : starts[k + 1]][samples] = number % REFITS
+    points = refitted(posed, point, groups)
+    rows: list[Remainder] = []
+    for number, unit in enumerate(units):
+        theta = cube.to_theta(points[[number % REFITS]])
+        errors = [differences(parts[k].block, assembly, theta)[0][samples] for k, samples in unit.members]
+        rows += _row(unit, parts, errors, assembly, LEFT_OUT)
+    ranges = [together(o.extents for o in rows if o is not r) for r in rows]
+    return points, [replace(r, beyond=beyond(others, r.extents)) for r, others in zip(rows, ranges, strict=True)]
+
+
+def borrowed(parts: Sequence[Part], assembly: Assembly, results: Sequence[Result]) -> list[Remainder]:
+    """Return what the parameters of the nearest other condition leave of parts of one that was fitted by itself."""
+    condition = parts[0].segment.condition
+    nearest = closest_result([r for r in results if r.condition != condition], parts[0].segment)
+    theta = theta_of(assembly, nearest)[None, :]
+    errors = [differences(part.block, assembly, theta)[0] for part in parts]
+    fitted = together(r.extents for r in nearest.remainders if r.role == "train")
+    rows = _row(_whole(condition, range(len(parts))), parts, errors, assembly, LEFT_OUT)
+    return [replace(r, beyond=beyond(fitted, r.extents)) for r in rows]
+
+
+def _row(unit: Unit, parts: Sequence[Part], errors: Sequence[Array], assembly: Assembly, role: str) -> list[Remainder]:
+    """Return what is left of a unit, whose errors are simulated less measured output; nothing where it diverged."""
+    if not all(np.isfinite(e).all() for e in errors):
+        return []
+    names, stretches, reach = assembly.spec.inputs, [], 0.0
+    for (k, samples), error in zip(unit.members, errors, strict=True):
+        part = parts[k]
+        stretches.append(stretch_of(part.segment, part.dt, {n: part.inputs(r)[samples] for r, n in enumerate(names)}))
+        reach = max(reach, float(np.ptp(np.asarray(part.output)[samples] + error)))
+    return [
+        Remainder(
+            condition=unit.condition,
+            role=role,
+            quantile=float(np.quantile(np.abs(np.concatenate(errors)), 0.95)),
+            reach=reach,
+            independent=sum(effective_samples(e) for e in errors),
+            extents=together(s.extents() for s in stretches),
+        )
+    ]
