@@ -11,6 +11,7 @@ from mrfit.api.threads import one_blas_thread
 from mrfit.api.words import Caution, errors_of, frame_of, html_page, html_table, text_table
 from mrfit.core.recording import Recording
 from mrfit.fit import predict as fit_predict
+from mrfit.fit.band import promise
 from mrfit.io.bars import Heard, shown
 from mrfit.io.schemas.fit import Fit, MetricRow
 from mrfit.report.source import Series
@@ -95,6 +96,11 @@ class Prediction:
         return whole[[n for n in names if n in whole]]
 
     @property
+    def promise(self) -> str:
+        """What the bands promise and where they are wider, empty where there are none."""
+        return promise(self.fit, self.found, self.assembly)
+
+    @property
     def coverage(self) -> float:
         """Share of the measured samples that lie within the band, nan where nothing was measured."""
         whole = self.to_frame()
@@ -110,11 +116,15 @@ class Prediction:
         return drawing.plot(replace(self.fit, metrics=self.found.metrics), self._series, kind, page)
 
     def __repr__(self) -> str:
-        lines = [self._title, text_table(self._shown), *self.findings, *map(str, self.warnings)]
-        return "\n".join(lines)
+        return "\n".join([self._title, text_table(self._shown), *map(str, self._said)])
 
     def _repr_html_(self) -> str:
-        return html_page(self._title, [html_table(self._shown)], [*self.findings, *self.warnings])
+        return html_page(self._title, [html_table(self._shown)], self._said)
+
+    @property
+    def _said(self) -> "list[str | Caution]":
+        band = [f"95 % band: {self.promise}"] if self.promise else []
+        return [*band, *self.findings, *self.warnings]
 
     @property
     def _title(self) -> str:

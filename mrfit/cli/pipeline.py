@@ -257,6 +257,7 @@ def predict(
     import mrfit.flux.stage
     import mrfit.ingest.stage
     import mrfit.segment.stage
+    from mrfit.fit import band
     from mrfit.fit import predict as fit_predict
     from mrfit.fit import select as fit_select
     from mrfit.simulate.current_levels import assembly_of
@@ -273,11 +274,11 @@ def predict(
         trained = kept.trained_on(workspace, found)
         prediction = fit_predict.predict(found, fit_select.read_dataset(other), trained)
         findings = [f"{r.id}: {f.text}" for r in ingested.recordings for f in r.findings] + cut.findings
-        files = []
+        files, model = [], assembly_of(found)
         if asked.save:
             about = kept.Kept(found, [str(log) for log in logs], findings)
             with workspace.locked():
-                files = kept.save(workspace, asked.save, about, prediction, assembly_of(found))
+                files = kept.save(workspace, asked.save, about, prediction, model)
     return {
         "fit": asked.fit,
         "model": found.model,
@@ -290,6 +291,7 @@ def predict(
         "reasons": found.outdated,
         "refused": plain(ingested.refused),
         "warnings": plain(prediction.warnings),
+        "band": band.promise(found, prediction, model),
         "simulated_only": sorted(prediction.unmeasured),
         "files": files,
     }

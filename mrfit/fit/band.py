@@ -15,7 +15,7 @@ from mrfit.core.specs import Array
 from mrfit.core.width import Width
 from mrfit.fit.diagnostics.remainders import LEFT_OUT
 from mrfit.fit.diagnostics.uncertainty import Uncertainty, quantile_95
-from mrfit.fit.error_law import NORMAL, ErrorLaw
+from mrfit.fit.error_law import ENOUGH, NORMAL, ErrorLaw
 from mrfit.fit.extrapolation import beyond, together
 from mrfit.fit.predict import Prediction, closest_result, stretch_of, theta_of
 from mrfit.fit.result import simulate_block
@@ -90,6 +90,25 @@ def widths(fit: Fit, found: Prediction, assembly: Assembly) -> dict[str, Width]:
             rest = law.half_width(float(np.ptp(np.concatenate(outputs))), _beyond(result, parts, assembly))
         made[name] = Width(half, np.hypot(half, rest))
     return made
+
+
+def promise(fit: Fit, found: Prediction, assembly: Assembly) -> str:
+    """Return what the 95 % bands of a prediction promise and where they are wider; nothing where there are none."""
+    rows = unseen(fit.results)
+    if not rows or any(r.refits is None for r in fit.results):
+        return ""
+    text = "low to high holds 95 of 100 samples on average over tests like "
+    if rows[0].role == "train":
+        return text + f"{rows[0].condition}, if the model errs on others as it does there: no other test was fitted"
+    text += f"the {len(rows)} that were judged by parameters fitted without them"
+    if len(rows) < ENOUGH:
+        text += f"; fewer than {ENOUGH}: their errors are taken as log-normal"
+    far = {
+        p.segment.condition
+        for p in found.blocks.parts
+        if _beyond(closest_result(fit.results, p.segment), [p], assembly) > 0.0
+    }
+    return text + (f"; wider beyond what was fitted: {', '.join(sorted(far))}" if far else "")
 
 
 def _beyond(result: Result, parts: Sequence[Part], assembly: Assembly) -> float:
