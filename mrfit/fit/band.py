@@ -19,7 +19,8 @@ from mrfit.fit.error_law import ENOUGH, NORMAL, ErrorLaw
 from mrfit.fit.extrapolation import beyond, together
 from mrfit.fit.predict import Prediction, closest_result, stretch_of, theta_of
 from mrfit.fit.result import simulate_block
-from mrfit.io.schemas.fit import Fit, Refits, Remainder, Result
+from mrfit.io.schemas.band import Refits, Remainder
+from mrfit.io.schemas.fit import Fit, Result
 from mrfit.search.cube import Cube
 from mrfit.search.parts import Part
 from mrfit.simulate.assembly import Assembly

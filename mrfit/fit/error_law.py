@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from scipy.special import ndtr, stdtrit
 
 from mrfit.core.specs import Array
-from mrfit.io.schemas.fit import Remainder
+from mrfit.io.schemas.band import Remainder
 
 SHARE, NORMAL = 0.95, 1.96
 ENOUGH = 39

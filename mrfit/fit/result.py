@@ -30,7 +30,9 @@ SIGNLESS = 0.25
 ROUNDING = 1e-9
 
 
-def parameter_rows(cube: Cube, point: Array, uncertainty: Uncertainty) -> list[Quantity]:
+def parameter_rows(
+    cube: Cube, point: Array, uncertainty: Uncertainty, ranges: Mapping[str, float] | None = None
+) -> list[Quantity]:
     """Return one row per parameter: value, unit, 95 % interval, bounds, whether at one, whether the data determine it.
 
     Parameters
@@ -41,6 +43,8 @@ def parameter_rows(cube: Cube, point: Array, uncertainty: Uncertainty) -> list[Q
         Optimum in the cube, shape (F,).
     uncertainty
         Covariance in the cube.
+    ranges
+        Range of the data by unit, of which offsets are judged.
     """
     theta = cube.to_theta(point[None, :])[0]
     rows = []
@@ -55,6 +59,7 @@ def parameter_rows(cube: Cube, point: Array, uncertainty: Uncertainty) -> list[Q
             bound_low=param.low,
             bound_high=param.high,
             fixed=True,
+            added_to=(ranges or {}).get(param.unit) if param.role == "offset" else None,
         )
         place = np.flatnonzero(cube.free == k)
         if len(place):

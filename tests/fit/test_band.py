@@ -13,7 +13,8 @@ from mrfit.fit.band import own_width, unseen
 from mrfit.fit.diagnostics.remainders import LEFT_OUT
 from mrfit.fit.diagnostics.uncertainty import quantile_95
 from mrfit.fit.error_law import NORMAL
-from mrfit.io.schemas.fit import Fit, Remainder, Result
+from mrfit.io.schemas.band import Remainder
+from mrfit.io.schemas.fit import Fit, Result
 from mrfit.io.schemas.reading import of_json
 
 DT, SAMPLES = 1e-3, 2000

@@ -7,7 +7,7 @@ import pytest
 
 from mrfit.core.specs import Array
 from mrfit.fit.error_law import ENOUGH, NORMAL, ErrorLaw
-from mrfit.io.schemas.fit import Remainder
+from mrfit.io.schemas.band import Remainder
 
 
 def rows(errors: list[float] | Array, reaches: list[float] | Array | None = None, far: float = 0.0) -> list[Remainder]:

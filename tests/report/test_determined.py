@@ -29,6 +29,11 @@ def quantity(value: float, low: float | None, high: float | None, bounds=(0.1, 1
         (quantity(0.0, -1.0, 1.0, (-1e5, 1e5)), State.POORLY, "poorly determined (its interval holds zero)"),
         (quantity(-20.0, -24.0, -16.0, (-1e5, 1e5)), State.WELL, ""),
         (quantity(0.2, 0.1, 0.3, (0.1, 50.0)), State.POORLY, "poorly determined (± 50 %)"),
+        # an offset is judged by the range that it adds to
+        (quantity(0.4, -2.0, 2.8, added_to=1000.0), State.WELL, ""),
+        (quantity(5.7, -53.0, 64.0, added_to=1000.0), State.POORLY, "poorly determined (its interval holds zero)"),
+        (quantity(200.0, 160.0, 240.0, added_to=1000.0), State.WELL, ""),
+        (quantity(0.4, None, 2.8, added_to=1000.0), State.POORLY, "poorly determined"),
     ],
 )
 def test_states(q, state, words):

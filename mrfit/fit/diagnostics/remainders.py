@@ -16,7 +16,8 @@ from mrfit.fit.extrapolation import beyond, together
 from mrfit.fit.identify import Group, weights_of
 from mrfit.fit.predict import closest_result, stretch_of, theta_of
 from mrfit.fit.result import AT_BOUND
-from mrfit.io.schemas.fit import Remainder, Result
+from mrfit.io.schemas.band import Remainder
+from mrfit.io.schemas.fit import Result
 from mrfit.search.cube import Cube
 from mrfit.search.parts import Part
 from mrfit.search.problem import Posed, differences

@@ -5,6 +5,7 @@ from dataclasses import asdict
 
 import numpy as np
 
+from mrfit.core.channels import unit_of
 from mrfit.core.specs import Array
 from mrfit.fit.band import refits_of
 from mrfit.fit.diagnostics.bands import bands
@@ -63,7 +64,7 @@ def trust(
     residuals = Made(len(fitted), lambda k: judged.parts[fitted[k]].output - responses[fitted[k]])
     linearised = linearise(group, assembly, cube, point, weight)
     uncertainty = analyse(linearised.jacobians, linearised.residuals, linearised.periods, linearised.share)
-    parameters = parameter_rows(cube, point, uncertainty)
+    parameters = parameter_rows(cube, point, uncertainty, ranges_of(group.training.parts, assembly))
     derived = derived_rows(assembly, cube, point, uncertainty)
     folded = Posed(group.search, weights_of(group.search, group.training_floors, weight), assembly, cube)
     profiles: list[Profiled] = []
@@ -94,6 +95,14 @@ def trust(
         refits=refits_of(cube, point, uncertainty, refits) if len(point) else None,
         remainders=[*fitted_remainders(judged.parts, responses, assembly), *unseen],
     )
+
+
+def ranges_of(parts: Sequence[Part], assembly: Assembly) -> dict[str, float]:
+    """Return the range of the output and of every input over parts, by unit."""
+    spec = assembly.spec
+    series = {unit_of(name): [p.inputs(row) for p in parts] for row, name in enumerate(spec.inputs)}
+    series[unit_of(spec.output)] = [np.asarray(p.output) for p in parts]
+    return {unit: float(max(map(np.max, some)) - min(map(np.min, some))) for unit, some in series.items()}
 
 
 def drift_rows(parts: Sequence[Part], simulated: Sequence[Array]) -> list[DriftRow]:

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Literal, Self
 from pydantic import field_validator, model_validator
 
 from mrfit.core.channels import unit_of
+from mrfit.io.schemas.band import Refits, Remainder
 from mrfit.io.schemas.determined import State, state_of
 from mrfit.io.schemas.reading import Document, Entry, Number, of_json, told
 from mrfit.io.schemas.stages import FluxSettings, SegmentSettings
@@ -21,7 +22,8 @@ PARAMETER_COLUMNS = ("condition", "parameter", "value", "unit", "low", "high", "
 class Quantity(Entry):
     """A parameter or derived quantity; ``low`` to ``high`` is its 95 % interval, None where the data leave it open.
 
-    ``determined`` follows from the others, by one rule for files, commands, results in Python and reports.
+    ``determined`` follows from the others, by one rule for files, commands, results in Python and reports; of an offset
+    ``added_to`` is the range of the data that it adds to.
     """
 
     name: str
@@ -35,11 +37,17 @@ class Quantity(Entry):
     at_bound: bool = False
     identifiable: bool = True
     fixed: bool = False
+    added_to: Number | None = None
     determined: State = field(init=False)
+
+    @property
+    def absent(self) -> Collection[str]:
+        """The range that an offset adds to, of what is none."""
+        return () if self.added_to is not None else ("added_to",)
 
     def __post_init__(self) -> None:
         """Judge how well the data determine the value."""
-        free = state_of(self.value, self.low, self.high) if self.identifiable else State.NOT
+        free = state_of(self.value, self.low, self.high, self.added_to) if self.identifiable else State.NOT
         object.__setattr__(self, "determined", State.HELD if self.fixed else free)
 
     @property
@@ -257,57 +265,6 @@ class Band(Entry):
     high: list[float | None]
     low_everywhere: list[float | None]
     high_everywhere: list[float | None]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Refits(Entry):
-    """Parameters beside the optimum, whose scatter says what the data leave open of an output.
-
-    Attributes
-    ----------
-    names
-        The parameters that were fitted, in the order of the columns.
-    rows
-        A vector of values a row, SI: of refits without one test each, or about the optimum by its covariance.
-    factor
-        Of the variance of an output over the rows, that makes it the output's.
-    degrees
-        Degrees of freedom of Student's t.
-    """
-
-    names: list[str]
-    rows: list[list[float]]
-    factor: float
-    degrees: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class Remainder(Entry):
-    """What a model leaves of one test: noise and its own error together.
-
-    Attributes
-    ----------
-    condition, role
-        Of which data: ``train`` and ``holdout`` by the fit, ``left-out`` by one without them.
-    quantile
-        Magnitude that 95 of 100 residuals do not exceed, in the output's unit.
-    reach
-        Range of the simulated output.
-    independent
-        How many independent samples the residuals are worth, by their colour.
-    extents
-        Least and greatest value of every channel.
-    beyond
-        How far these lie beyond the tests that were fitted, see ``mrfit.fit.extrapolation.beyond``.
-    """
-
-    condition: str
-    role: str
-    quantile: float
-    reach: float
-    independent: float
-    extents: dict[str, tuple[float, float]] = field(default_factory=dict)
-    beyond: float = 0.0
 
 
 @dataclass(frozen=True, kw_only=True)

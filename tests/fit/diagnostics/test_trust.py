@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from benchmarks.planted import problem
+from mrfit.core.specs import Array
 from mrfit.fit.diagnostics.trust import Intervals, trust
 from mrfit.fit.identify import SearchSettings, search_optimum
 from mrfit.fit.result import simulate_block
+from mrfit.io.schemas.determined import State
 from mrfit.io.schemas.fit import Trust
 from mrfit.search.parts import Blocks
 
@@ -29,6 +31,31 @@ def judged(intervals: Intervals = "hac", missing: float = 0.0, model: str = "bin
     return trust(
         group, assembly, cube, point, simulated, weight="none", intervals=intervals, rng=np.random.default_rng(2)
     )
+
+
+@pytest.mark.parametrize(("wander", "state"), [(1e-3, State.WELL), (0.3, State.POORLY)])
+def test_an_offset_near_zero_is_judged_by_the_range_of_what_it_adds_to(wander: float, state: State) -> None:
+    rng = np.random.default_rng(1)
+    group, assembly, cube = problem("bingham", 2, 6000, rng)
+
+    def without_offset(output: Array) -> Array:
+        """The offset that was planted is taken off, and the zero wanders slowly."""
+        walk = np.cumsum(rng.standard_normal(len(output)))
+        made: Array = output - output.mean() + wander * np.ptp(output) * (walk - walk.mean()) / walk.std()
+        return made
+
+    parts = [replace(p, output=without_offset(p.output)) for p in group.full.parts]
+    group = replace(group, full=Blocks(parts), search=[p.folded(0) for p in parts])
+    settings = SearchSettings("auto", 0, None, None, "none")
+    found = search_optimum(group, assembly, cube, cube.start[None, :], settings, lambda evaluations, cost: None)
+    theta = cube.to_theta(found.point[None, :])[0]
+    simulated = [simulate_block(b, assembly, theta)[0] for b in group.full]
+    result = trust(group, assembly, cube, found.point, simulated, weight="none", intervals="hac", rng=rng)
+    f0 = next(p for p in result.parameters if p.name == "f0")
+    span = np.ptp(np.concatenate([p.output for p in parts]))
+    assert f0.added_to == pytest.approx(span) and f0.low < 0.0 < f0.high
+    assert f0.determined is state
+    assert all(p.added_to is None for p in result.parameters if p.name != "f0")
 
 
 def test_a_model_that_fits_is_determined_and_leaves_nothing_of_its_input() -> None:
