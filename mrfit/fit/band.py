@@ -89,7 +89,7 @@ def widths(fit: Fit, found: Prediction, assembly: Assembly) -> dict[str, Width]:
         rest = own_width(result.remainders, parts[0].segment)
         if rest is None:
             rest = law.half_width(float(np.ptp(np.concatenate(outputs))), _beyond(result, parts, assembly))
-        made[name] = Width(half, np.hypot(half, rest))
+        made[name] = Width(half, np.maximum(half, rest))
     return made
 
 
