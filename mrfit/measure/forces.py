@@ -75,8 +75,8 @@ def _central_half(cycles: Cycles, up: bool) -> float:
 def _peak(cycles: Cycles, up: bool, central: float) -> tuple[PerCycle, float]:
     """Return the peak force of a direction of every cycle, and its place.
 
-    Of cycles of even number the place is that of the odd ones, and of odd number that of the even ones: a place that is chosen by the
-    noise of the same samples would have too high a force.
+    Cycles of even number have the place of the odd ones, those of odd number that of the even ones: a place that is
+    chosen by the noise of the same samples would have too high a force.
     """
     moved = np.interp(PLACES, GRID, cycles.table[up][0])
     inside = PLACES[np.abs(moved - cycles.middle) <= central * cycles.stroke / 2.0 + 1e-12]
