@@ -143,7 +143,7 @@ def test_discover_and_advise_without_data_say_what_to_run_first(mrfit: Run) -> N
 @pytest.mark.parametrize(
     ("table", "said"),
     [
-        ("", "add a [[fit]], a [discover] or a [compare] table"),
+        ("", "add a [[fit]], a [discover], a [compare] or a [sheet] table"),
         ("[discover]\nmodel = 'tanh'\nseeds = 1\n", "[discover] seeds"),
         ("[discover]\nmodel = 'tahn'\n", "tanh"),
     ],

@@ -30,6 +30,7 @@ FILES = {
     "InvertFile": "W/apply/invert.json",
     "TrackFile": "W/apply/track.json",
     "PredictionFile": "W/predict/NAME.json",
+    "SheetFile": "sheet.json of `mrfit measure sheet`, in the folder of --out",
     "BatchFile": "WORK/batch.json of `mrfit batch`",
     "LogRow": "a line of WORK/batch.jsonl",
     "QuarterCarFile": "W/apply/quarter-car.json",

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from mrfit.core.protocols import AddsTerm, ChangesInput, ShapesOutput
+from mrfit.core.protocols import AddsTerm, ChangesInput, HasLaw, HasStep, ShapesOutput
 from mrfit.core.specs import Array, EffectSpec
 from mrfit.errors import DataError
 from mrfit.kernels.elements import Entry, entry_of
@@ -25,7 +25,8 @@ def entry_for(item: Any) -> Entry:
     DataError
         If it has a memory and no ``step``.
     """
-    if hasattr(item, "law") or hasattr(item, "step"):
+    compiled = isinstance(item, HasLaw | HasStep)
+    if compiled:
         return entry_of(item)
     return _called(item.SPEC.name, _Values(item))
 

@@ -11,7 +11,7 @@ from mrfit.apply.damper import Damper
 from mrfit.apply.plain import entry_for
 from mrfit.core import registry
 from mrfit.core.channels import CHANNELS, LEVELS
-from mrfit.core.protocols import MovesDrive
+from mrfit.core.protocols import HasStep, MovesDrive
 from mrfit.core.specs import Array, Index
 from mrfit.effects.temperature import REFERENCE
 from mrfit.kernels.past import RESERVED
@@ -68,7 +68,7 @@ class Program:
     @property
     def behind(self) -> list[tuple[str, Any, Array]]:
         """Effects with memory behind the force, from the force on."""
-        return [*self._behind, *(e for e in self.effects if e[1].SPEC.slot == "output" and hasattr(e[1], "step"))]
+        return [*self._behind, *(e for e in self.effects if e[1].SPEC.slot == "output" and isinstance(e[1], HasStep))]
 
     @property
     def before(self) -> list[tuple[str, Any, Array]]:
@@ -122,7 +122,7 @@ class Program:
             if module.SPEC.slot == "add" and self._behind:
                 place = self._add(module, theta, columns.TERM, place, rings)
             elif module.SPEC.slot == "output":
-                shaping = not hasattr(module, "step")
+                shaping = not isinstance(module, HasStep)
                 if isinstance(module, MovesDrive) and middle:
                     sizes[columns.LAG] = len(self._rows)
                 place = self._add(module, theta, columns.SHAPE if shaping else columns.OUTPUT, place, rings)

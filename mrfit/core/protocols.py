@@ -154,6 +154,28 @@ class ShapesOutput(Protocol):
 
 
 @runtime_checkable
+class HasLaw(Protocol):
+    """A model or effect without memory, as a function of numbers that compiled loops call and that is printed as C.
+
+    Its arguments are the inputs and then the parameters, in the order of the SPEC; docs/plugins.md has the subset.
+    """
+
+    law: Callable[..., Any]
+
+
+@runtime_checkable
+class HasStep(Protocol):
+    """A model or effect with memory, as one step of it that compiled loops call and that is printed as C.
+
+    ``rest(now, theta)`` returns the state, a tuple of numbers, of a device that has stood still; ``step(state, before,
+    now, theta, dt)`` the output and the next state, inputs and parameters linear over the step of dt s.
+    """
+
+    rest: Callable[..., Any]
+    step: Callable[..., Any]
+
+
+@runtime_checkable
 class MovesDrive(Protocol):
     """An effect of the slot ``output`` may be this too: what it shows now was made by what drove the model before."""
 

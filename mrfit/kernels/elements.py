@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from mrfit.core.protocols import HasStep
 from mrfit.core.specs import Array, EffectSpec, ModelSpec, Steps
 from mrfit.kernels.jit import address_of, copy_of, kernel, row
 from mrfit.kernels.past import RESERVED, pushed
@@ -200,7 +201,7 @@ def entry_of(item: Any) -> Entry:
     inputs = (*signal, *needed)
     zeros, theta = (0.0,) * len(inputs), (0.0,) * len(spec.params)
     parts: dict[str, Any] = {"INPUTS": zeros, "PARAMETERS": theta}
-    if hasattr(item, "step"):
+    if isinstance(item, HasStep):
         own = item.step.__module__.startswith("mrfit.")
         late = getattr(item, "LATE", 0)
         parts |= {"step": kernel(item.step, own), "rest": kernel(item.rest, own)}

@@ -5,7 +5,7 @@ is the result in rotary-stiffness paper §5.3, preyield paper §3 and inverse-ta
 currents begins there.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,11 +13,13 @@ import numpy as np
 from mrfit.core import registry
 from mrfit.core.specs import Array, EffectSpec
 from mrfit.errors import ConfigError
+from mrfit.optimizers import multistart
 from mrfit.search import run as search
 from mrfit.search.chain import Chain
 from mrfit.search.cube import Cube
 from mrfit.search.descent import Descent
 from mrfit.search.limits import Limits, seconds_left
+from mrfit.search.objective import Objective
 from mrfit.search.problem import Block, Posed
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_dependence import CurrentDependence, base_name, expanded, through
@@ -204,6 +206,13 @@ def level_fits(
         found = search.run(problem, points, limits, rng, strategy)
         fits.append(Level(level, found.cost, cube.to_theta(found.point[None, :])[0]))
     return fits[::-1]
+
+
+def descended(residuals: Callable[[Array], Array], point: Array, allowed: int) -> Array:
+    """Return the best point (F,) of the cube after damped Gauss-Newton steps from a point, in so many simulations."""
+    objective = Objective(residuals, point, allowed, starts=point[None, :])
+    multistart.refine(objective, point[None, :], SETTLED)
+    return objective.best_point
 
 
 def two_phase_start(levels: Sequence[Level], base: Assembly, dependence: CurrentDependence) -> dict[str, float]:

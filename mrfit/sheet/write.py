@@ -13,6 +13,7 @@ from mrfit.io.workspace import checked, write_json, write_text
 from mrfit.settings.sheet import Settings
 from mrfit.sheet.compute import Sheet, sheet_of
 
+Row = dict[str, str | float | None]
 COLUMNS = (
     *(
         "unit",
@@ -70,9 +71,9 @@ def written(sheet: Sheet, folder: Path, pdf: bool = False, progress: Progress = 
     return replace(file, files=[str(path) for path in files])
 
 
-def table_rows(file: SheetFile) -> list[dict[str, object]]:
+def table_rows(file: SheetFile) -> list[Row]:
     """Return every quantity of every condition as a row, SI, with its verdict."""
-    rows: list[dict[str, object]] = []
+    rows: list[Row] = []
     for unit in file.units:
         judged = {(v.condition, v.quantity): v for v in unit.verdicts if v.level == "unit"}
         for condition in unit.conditions:
@@ -107,7 +108,7 @@ def table_rows(file: SheetFile) -> list[dict[str, object]]:
     return rows
 
 
-def _quantity(row: QuantityRow, verdict: VerdictRow | None) -> dict[str, object]:
+def _quantity(row: QuantityRow, verdict: VerdictRow | None) -> Row:
     return {
         "quantity": row.name,
         "value": row.value,
@@ -122,7 +123,7 @@ def _quantity(row: QuantityRow, verdict: VerdictRow | None) -> dict[str, object]
     }
 
 
-def _verdict(row: VerdictRow) -> dict[str, object]:
+def _verdict(row: VerdictRow) -> Row:
     return {
         "least": row.least,
         "most": row.most,

@@ -7,7 +7,7 @@ import numpy as np
 
 from mrfit.core import registry
 from mrfit.core.built_in import Kind, own_names
-from mrfit.core.protocols import ErrsInRecord
+from mrfit.core.protocols import ErrsInRecord, HasLaw, HasStep
 from mrfit.core.specs import Array, Steps
 from mrfit.errors import DataError
 from mrfit.simulate.assembly import Assembly
@@ -41,7 +41,7 @@ def simulate_unevenly(assembly: Assembly, drive: Array, theta: Array, steps: Arr
     parts: list[tuple[Kind, str]] = [("model", base), *(("effect", e) for e in effects)]
     for kind, name in parts:
         item = registry.load(kind, name)
-        known = name in own_names(kind) or hasattr(item, "step") or hasattr(item, "law")
+        known = name in own_names(kind) or isinstance(item, HasLaw | HasStep)
         if not known or isinstance(item, ErrsInRecord):
             raise DataError(f"the {kind} {name} is not simulated at uneven times: resample the drive to equal steps")
     bad = np.flatnonzero(~(steps[1:] > 0.0))

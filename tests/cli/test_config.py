@@ -112,7 +112,7 @@ WRONG = {
     "[[fit]]\nmodel = 'bingham'\nzzzz = 1\n": "[[fit]] 1: zzzz is no key mrfit knows; it may be one of model, opt",
     "[discover]\nmodel = 5\n": "[discover] model takes text, not 5",
     "[fit]\nmodel = 'bingham'\n": "fit is one table; write [[fit]] for each of several",
-    "": "add a [[fit]], a [discover] or a [compare] table",
+    "": "add a [[fit]], a [discover], a [compare] or a [sheet] table",
 }
 
 

@@ -89,11 +89,13 @@ def test_errors_carry_their_units(capsys: pytest.CaptureFixture[str]) -> None:
         "refused": [],
     }
     told |= {"conditions": {"a#0": "sine-2A"}, "findings": ["a: 3 gaps"]}
-    output.predict({**told, "warnings": []})
+    output.predict({**told, "warnings": [], "band": "low to high holds 95 of 100"})
     printed = capsys.readouterr().out
     assert all(head in printed for head in ("rmse (N)", "nrmse (%)", "noise_floor (N)", "esr (%)", "fit (%)"))
     assert "2.13" in printed and "0.0213" not in printed
-    assert "a#0: parameters of sine-1A, the nearest to sine-2A that was fitted\n  a: 3 gaps" in printed
+    told_band = "95 % band: low to high holds 95 of 100"
+    nearest = "a#0: parameters of sine-1A, the nearest to sine-2A that was fitted"
+    assert f"{nearest}\n{told_band}\n  a: 3 gaps" in printed
 
 
 def test_many_conditions_are_compared_in_tables_that_cut_no_name(

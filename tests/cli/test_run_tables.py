@@ -87,7 +87,7 @@ def test_one_table_and_several_are_the_same(tmp_path: Path) -> None:
         assert figure.kind == "loops" and figure.settings.width == "84mm"
 
 
-@pytest.mark.parametrize("prefix", ["9x", "a b", "int", "lugre", "x" * 30])
+@pytest.mark.parametrize("prefix", ["9x", "a b", "int", "base", "x" * 30])
 def test_a_prefix_that_c_does_not_take_is_refused(prefix: str) -> None:
     with pytest.raises(ConfigError, match="--prefix takes"):
         stage._prefixed(cast(Any, None), prefix)

@@ -95,7 +95,9 @@ def test_a_prediction_leaves_out_what_it_cannot_simulate(tmp_path: Path, capsys:
     assert len(found.used) == 3 and found.warnings[0].kind == "recordings-left-out"
     told = {"fit": fit.name, "output": "force", "metrics": plain(found.metrics), "used": found.used}
     told |= {"conditions": {b.segment.id: b.segment.condition for b in found.blocks}, "findings": []}
-    output.predict({**told, "outdated": False, "reasons": [], "refused": [], "warnings": plain(found.warnings)})
+    output.predict(
+        {**told, "outdated": False, "reasons": [], "refused": [], "band": "", "warnings": plain(found.warnings)}
+    )
     assert "warning recordings-left-out: 1 of 4 segments" in capsys.readouterr().out
     with pytest.raises(DataError, match="no velocity in this log"):
         predict(fit, read_dataset(damper(tmp_path / "none", {f"{f:g}": "velocity" for f, _ in SINES})))

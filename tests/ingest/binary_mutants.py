@@ -7,6 +7,7 @@ longest time and the most memory that one took.
 """
 
 import argparse
+import contextlib
 import io
 import os
 import random
@@ -225,6 +226,7 @@ def run(name: str, count: int, first: int = 0) -> Campaign:
         for number in range(first, first + count):
             path.write_bytes(mutant(name, made.data, number))
             begin = _computed()
+            _forget_peak()
             try:
                 _judge(path, campaign)
             except Exception as error:
@@ -268,6 +270,12 @@ def _peak(process: str) -> float:
     except OSError:
         return 0.0
     return next((1024.0 * float(line.split()[1]) for line in lines if line.startswith("VmHWM")), 0.0)
+
+
+def _forget_peak() -> None:
+    """Begin anew to measure the most memory of this process: what ran in it before is not a file's."""
+    with contextlib.suppress(OSError):
+        Path("/proc/self/clear_refs").write_text("5")
 
 
 def _computed() -> float:

@@ -11,7 +11,6 @@ import mrfit.fit.stage
 import mrfit.report.stage
 from mrfit.api.kept_prediction import Kept, save, trained_on
 from mrfit.errors import ConfigError, DataError
-from mrfit.fit.extrapolation import together
 from mrfit.fit.predict import Prediction, predict
 from mrfit.fit.select import read_dataset
 from mrfit.fit.stage import Settings
@@ -55,7 +54,7 @@ def test_a_log_without_the_output_is_simulated_as_one_with_it(fitted: tuple[Work
 
 
 def test_ranges_of_the_fit_are_those_of_its_training(fitted: tuple[Workspace, Fit], tmp_path: Path) -> None:
-    trained = together(trained_on(*fitted))
+    trained = trained_on(*fitted)
     assert trained["velocity"][1] == pytest.approx(0.010 * 4.0 * np.pi, rel=0.01)
     wide = predict(fitted[1], read_dataset(logs(tmp_path, 0.03)), trained)
     assert {w.text.partition(" ")[0] for w in wide.warnings if w.kind == "extrapolation"} >= {"velocity"}

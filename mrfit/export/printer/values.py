@@ -253,10 +253,10 @@ class ValueReader:
 
     def of_attribute(self, node: ast.Attribute) -> Expression:
         """Return a constant of math."""
-        module = self.python.__globals__.get(node.value.id) if isinstance(node.value, ast.Name) else None
-        if not isinstance(module, types.ModuleType):
+        owner = self.python.__globals__.get(node.value.id) if isinstance(node.value, ast.Name) else None
+        if not isinstance(owner, types.ModuleType):
             self.fail(node, "only modules have attributes")
-        return self.literal(getattr(module, node.attr, None), node)
+        return self.literal(getattr(owner, node.attr, None), node)
 
     def of_subscript(self, node: ast.Subscript) -> Expression:
         """Return an item of a tuple, or an element of an array."""

@@ -1,7 +1,7 @@
 """What a model leaves of tests that it was not fitted to: each of them left out of the fit in turn.
 
 The error of a model is no noise: it is alike over a test, and the parameters follow it. What a fit leaves of its own
-tests is therefore less than what it leaves of others. A refit without a test begins at the optimum and takes chord
+tests is therefore less than its residual in others. A refit without a test begins at the optimum and takes chord
 steps, with the Jacobian there, so that all of them cost some tens of simulations.
 """
 

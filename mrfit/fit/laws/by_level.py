@@ -17,11 +17,9 @@ import numpy as np
 from mrfit.core.specs import Array, Index, ModelSpec
 from mrfit.fit.diagnostics.uncertainty import effective_samples, sensitivities
 from mrfit.kernels.cube import Mask
-from mrfit.optimizers import multistart
 from mrfit.search.cube import Cube
-from mrfit.search.objective import Objective
 from mrfit.search.problem import Posed
-from mrfit.search.starts import OTHER_LEVELS, SETTLED, Level
+from mrfit.search.starts import OTHER_LEVELS, Level, descended
 from mrfit.simulate.current_dependence import LOG, coordinate
 from mrfit.simulate.current_levels import POLYNOMIAL_ROLES
 
@@ -289,9 +287,7 @@ def drawn_together(cube: Cube, fits: Sequence[Level], posed: Sequence[Posing], r
             rows = own.residuals(point[None, :])[0, :-1]
             weight = np.sqrt(float(rows @ rows) / at.worth(rows)) / spread
             allowed = 1 + OTHER_LEVELS * (len(point) + 1)
-            objective = Objective(_drawn(own, centre, weight), point, allowed, starts=point[None, :])
-            multistart.refine(objective, point[None, :], SETTLED)
-            found = objective.best_point[None, :]
+            found = descended(_drawn(own, centre, weight), point, allowed)[None, :]
             theta = cube.to_theta(found)[0]
             cost = float(np.sqrt(np.mean(own.residuals(found)[0] ** 2)))
             fits[k] = Level(fits[k].current, cost, theta)
