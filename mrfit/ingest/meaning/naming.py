@@ -15,7 +15,7 @@ from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import ChannelRule, Rules
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column
-from mrfit.ingest.text.layout import aliases_of, words_of
+from mrfit.ingest.text.layout import aliases_of, unit_words, words_of
 
 ANGULAR = ("angle", "angular_velocity", "angular_acceleration")
 NOT_MEASURED = frozenset(
@@ -90,9 +90,14 @@ def name_signals(columns: tuple[Column, ...], rules: Rules, path: str) -> tuple[
     if weights := [f"'{c.name}' in {c.unit}" for c in left if claims.get(id(c)) == "force" and _is_weight(c)]:
         text = f"{', '.join(weights)}: a unit of mass, taken as that of a force"
         findings.append(Finding("unit-assumed", "force", None, text))
-    if unnamed := [f"'{c.name or c.index}'" for c in there if c in left and c.unit is None and id(c) not in claims]:
-        text = f"no unit and no known name: {', '.join(unnamed)}; a channel map can name them"
-        findings.append(Finding("unnamed", "", None, text))
+    unnamed = [c for c in there if c in left and c.unit is None and id(c) not in claims]
+    perhaps = [c for c in unnamed if unit_words(c.name)]
+    for found, what in (
+        ([c for c in unnamed if c not in perhaps], "no unit and no known name"),
+        (perhaps, "no known name, and whether a unit is in it cannot be told"),
+    ):
+        if shown := ", ".join(f"'{c.name or c.index}'" for c in found):
+            findings.append(Finding("unnamed", "", None, f"{what}: {shown}; a channel map can name them"))
     return sorted(signals, key=lambda s: s.index), findings
 
 

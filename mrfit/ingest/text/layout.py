@@ -41,6 +41,8 @@ DATE_NAMES = {
     *("epoch", "unix", "unix time", "unix_time", "unixtime", "unix timestamp", "posix", "datenum", "absolute time"),
 }
 """Names of columns that hold times where no other column does."""
+MARKS_BEFORE_A_UNIT = r"[\s_.,:;|<–-]+"
+"""What may stand between a name and its unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -367,17 +369,35 @@ def name_and_unit(cell: str) -> tuple[str, str | None]:
     text = cell.strip().strip('"').strip()
     if match := re.fullmatch(r"(.*?)\s*[\[({]([^\[\](){}]*)[\])}]", text):
         return match[1].strip() or text, match[2].strip()
-    if match := re.fullmatch(r"(.+)[_ ,]+([A-Za-z°µ/%^0-9]+)", text):
-        name, unit = match[1].strip(" ,_"), match[2]
-        if _is_alias(name) and not unit.isdigit() and units.known(unit) and _belongs(name, unit):
-            return name, unit
     if text[-1:] in ("_", ".") and (found := _of_programs(text)):
+        return found
+    if (match := re.fullmatch(r"(.*?)\s*\bin (\S+)", text)) and units.known(match[2]):
+        return match[1].strip() or "time", match[2]
+    if found := _parted(text):
         return found
     if (match := re.fullmatch(r"(.+?)\s*/\s*(\S+)", text)) and units.known(match[2]):
         return match[1].strip(), match[2]
-    if (match := re.fullmatch(r"(.*?)\s*\bin (\S+)", text)) and units.known(match[2]):
-        return match[1].strip() or "time", match[2]
     return text, None
+
+
+def _parted(text: str) -> tuple[str, str] | None:
+    """Return a known name and its unit, parted by a mark or with the unit in brackets amid the name."""
+    if match := re.fullmatch(r"(.*?)[\s_]*[\[({<]([^\[\](){}<>]+)[\])}>][\s_]*(.*)", text):
+        cut = [(f"{match[1]} {match[3]}".strip(), match[2].strip())]
+    else:
+        cut = [(text[: m.start()].rstrip("/ "), text[m.end() :]) for m in re.finditer(MARKS_BEFORE_A_UNIT, text)]
+    for whole, unit in reversed(cut):
+        name = whole if _is_alias(whole) else re.sub(r"[.\s-]+", " ", whole)
+        named = _is_alias(name) or re.split(r"[\s_]+", name.lower())[0] in TIME_NAMES - {"t"}
+        if named and not unit.isdigit() and units.known(unit) and _belongs(name, unit):
+            return name, unit
+    return None
+
+
+def unit_words(name: str) -> list[str]:
+    """Return the words of a name that may be units."""
+    words = re.split(rf"(?:{MARKS_BEFORE_A_UNIT}|[>()\[\]{{}}])+", name)
+    return [w for w in words if w and w != name and not w.isdigit() and units.known(w)]
 
 
 def _of_programs(text: str) -> tuple[str, str] | None:
@@ -400,7 +420,9 @@ def _is_alias(name: str) -> bool:
 
 
 def _belongs(name: str, unit: str) -> bool:
-    wanted = ["s"] if name.lower() in {*TIME_NAMES, *DATE_NAMES} else [CHANNELS[n].unit for n in aliases_of(name)]
+    wanted = [CHANNELS[n].unit for n in aliases_of(name)]
+    if name.lower() in {*TIME_NAMES, *DATE_NAMES} or not wanted:
+        wanted = ["s"]
     return any(units.compatible(unit, w) for w in wanted)
 
 

@@ -11,6 +11,7 @@ from mrfit.ingest.meaning import units
 from mrfit.ingest.meaning.channel_map import Rules
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.table import Column
+from mrfit.ingest.text.layout import unit_words
 
 SINCE_1970: Mapping[str, float] = {"ns": 1e9, "us": 1e6, "ms": 1e3}
 """Units in which computers count time since 1970, per second."""
@@ -42,7 +43,9 @@ def in_seconds(time: Column, rules: Rules, path: str) -> tuple[Array, float, lis
         text = f"'{time.name}' is in the unknown unit '{unit}': taken as {{}}; a channel map can say another"
         unit = ""
     else:
-        text = f"the file gives '{time.name}' no unit: taken as {{}}; a channel map can say another"
+        worded = any(units.compatible(w, "s") for w in unit_words(time.name))
+        told = f"the unit of '{time.name}' cannot be told" if worded else f"the file gives '{time.name}' no unit"
+        text = told + ": taken as {}; a channel map can say another"
     first, since = _first(time.values), ""
     if not unit:
         guess, since = _guessed(time.values, first)

@@ -5,6 +5,7 @@ import pytest
 from mrfit.ingest.refusal import Refusal
 from mrfit.ingest.text.head import Head, open_head
 from mrfit.ingest.text.layout import aliases_of, find_grid, find_header, name_and_unit
+from tests.ingest.conftest import ReadLog
 
 
 def _head(tmp_path: Path, text: str) -> Head:
@@ -114,3 +115,43 @@ def test_aliases() -> None:
 )
 def test_headers_that_a_program_made_variables_of(cell: str, name: str, unit: str | None) -> None:
     assert name_and_unit(cell) == (name, unit)
+
+
+SPELLINGS = ["{n}.{u}", "{n}_{u}", "{n}..{u}.", "{n}/{u}", "{n} [{u}]", "{n}({u})", "{n}, {u}", "{n} {u}", "{n} - {u}"]
+SPELLINGS += [
+    "{n}-{u}",
+    "{n}{{{u}}}",
+    "{n}:{u}",
+    "{n} in {u}",
+    "{n}<{u}>",
+    "{n}|{u}",
+    "[{u}] {n}",
+    "{n}__{u}",
+    "{n}_{u}_",
+]
+
+
+@pytest.mark.parametrize("spelling", SPELLINGS)
+@pytest.mark.parametrize(("name", "unit"), [("Force", "kN"), ("time", "ms"), ("coil current", "mA"), ("Weg", "mm")])
+def test_a_unit_in_a_known_name_is_read_however_it_is_joined(spelling: str, name: str, unit: str) -> None:
+    assert name_and_unit(spelling.format(n=name, u=unit)) == (name, unit)
+
+
+@pytest.mark.parametrize(
+    "name", ["x-axis", "Time-step", "u_coil", "phase A", "Force.1", "Channel:A", "force_raw", "i.e."]
+)
+def test_other_words_behind_a_name_are_no_units(name: str) -> None:
+    assert name_and_unit(name) == (name, None)
+
+
+@pytest.mark.parametrize("spelling", [*SPELLINGS, "{n} signal {u}", "{n} {u} filtered", "{n}({u}) x", "{n} since {u}"])
+@pytest.mark.parametrize("names", [("Time", "Force"), ("Zeit", "Kraft"), ("time", "Bolt")])
+def test_no_log_with_units_in_its_names_is_said_to_give_none(
+    spelling: str, names: tuple[str, str], read_log: ReadLog
+) -> None:
+    header = ";".join(f'"{spelling.format(n=n, u=u)}"' for n, u in zip(names, ("s", "kN"), strict=True))
+    (record,) = read_log(header + "\n" + "".join(f"{0.01 * k:.2f};{k % 9}.5\n" for k in range(40)))
+    assert record.dt == pytest.approx(0.01)
+    assert not [f.text for f in record.findings if "no unit" in f.text]
+    if names[1] != "Bolt" and spelling in SPELLINGS:
+        assert record.units == {"force": "N"} and record.channels["force"][0] == 500.0
