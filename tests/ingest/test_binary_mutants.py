@@ -34,7 +34,7 @@ def test_a_few_mutants(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_campaign_can_fail(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(binary_mutants, "LARGEST", 1e6)
+    monkeypatch.setattr(binary_mutants, "LARGEST", -1.0)
     assert len(run("parquet", 2).broken) == 2
 
 
