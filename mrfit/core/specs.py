@@ -72,6 +72,7 @@ class Derived:
     name: str
     unit: str
     text: str = ""
+    role: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,7 +19,7 @@ SPEC = EffectSpec(
     slot="add",
     outputs=("force",),
     inputs=(),
-    params=(Param("f_off", "N", -1e5, 1e5, 0.0, text="offset"),),
+    params=(Param("f_off", "N", -1e5, 1e5, 0.0, role="offset", text="offset"),),
     neutral=(0.0,),
     aliases=("gas-spring", "asymmetry"),
     experiment="strokes about two middle positions, for the spring; two currents, for the asymmetry: an offset is "

@@ -21,7 +21,7 @@ SPEC = EffectSpec(
     slot="record",
     outputs=("flux",),
     inputs=("time",),
-    params=(Param("offset", "V", -0.1, 0.1, 0.0, text="constant voltage in the integrator's input", symbol="u_0"),),
+    params=(Param("offset", "V", -0.1, 0.1, 0.0, role="offset", text="voltage at the integrator", symbol="u_0"),),
     neutral=(0.0,),
     aliases=("resistance-heating",),
     experiment="record with the leads shorted and no current: an offset goes on drifting, heating does not",

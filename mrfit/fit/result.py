@@ -3,11 +3,12 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 
 from mrfit.core.channels import WORK_AGAINST
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, Derived, Param
 from mrfit.fit.diagnostics.bootstrap import Interval
 from mrfit.fit.diagnostics.residual_tests import ALL
 from mrfit.fit.diagnostics.uncertainty import Uncertainty, sensitivities
@@ -20,6 +21,7 @@ from mrfit.signal.metrics import absorbed_energy, error_sums, together
 from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.simulate.assembly import Assembly
 
+NONE: Mapping[str, float] = MappingProxyType({})
 AT_BOUND = 1e-4
 WORSE_ON_HOLDOUT = 1.5
 # Fit in percent up to which a model explains nothing: an error of 95 % of a constant's, a tenth of the variance
@@ -31,7 +33,7 @@ ROUNDING = 1e-9
 
 
 def parameter_rows(
-    cube: Cube, point: Array, uncertainty: Uncertainty, ranges: Mapping[str, float] | None = None
+    cube: Cube, point: Array, uncertainty: Uncertainty, ranges: Mapping[str, float] = NONE
 ) -> list[Quantity]:
     """Return one row per parameter: value, unit, 95 % interval, bounds, whether at one, whether the data determine it.
 
@@ -59,7 +61,7 @@ def parameter_rows(
             bound_low=param.low,
             bound_high=param.high,
             fixed=True,
-            added_to=(ranges or {}).get(param.unit) if param.role == "offset" else None,
+            added_to=_added_to(param, ranges),
         )
         place = np.flatnonzero(cube.free == k)
         if len(place):
@@ -83,7 +85,14 @@ def _unclipped(cube: Cube, k: int, position: float) -> float:
     return float(param.low + position * (param.high - param.low))
 
 
-def derived_rows(assembly: Assembly, cube: Cube, point: Array, uncertainty: Uncertainty) -> list[Quantity]:
+def _added_to(one: Param | Derived, ranges: Mapping[str, float]) -> float | None:
+    """Return the range of what an offset adds to, None of what is none."""
+    return ranges.get(one.unit) if one.role == "offset" else None
+
+
+def derived_rows(
+    assembly: Assembly, cube: Cube, point: Array, uncertainty: Uncertainty, ranges: Mapping[str, float] = NONE
+) -> list[Quantity]:
     """Return one row per derived quantity with its 95 % interval by the delta method, where the data determine it.
 
     They do not by the rule that holds for parameters: along the quantity's gradient g in the cube the interval,
@@ -100,7 +109,14 @@ def derived_rows(assembly: Assembly, cube: Cube, point: Array, uncertainty: Unce
         value, width = float(values[d]), uncertainty.half_width(gradients[d])
         share = 2 * width / max(float(np.linalg.norm(gradients[d])), 1e-300)
         known = bool(share <= (1.0 if abs(value) > width else SIGNLESS))
-        row = Quantity(name=quantity.name, value=value, unit=quantity.unit, text=quantity.text, identifiable=known)
+        row = Quantity(
+            name=quantity.name,
+            value=value,
+            unit=quantity.unit,
+            text=quantity.text,
+            identifiable=known,
+            added_to=_added_to(quantity, ranges),
+        )
         rows.append(replace(row, low=value - width, high=value + width) if known else row)
     return rows
 

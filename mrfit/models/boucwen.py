@@ -47,7 +47,7 @@ SPEC = ModelSpec(
     linear=("c", "k", "alpha"),
     derived=(
         Derived("yield_force", "N", "alpha*z_max: force of the saturated hysteretic element"),
-        Derived("offset", "N", "-k*x0: force at rest in the middle"),
+        Derived("offset", "N", "-k*x0: force at rest in the middle", "offset"),
         Derived("turnover", "m", "z_max/kappa: travel over which the loop turns from one branch to the other"),
         Derived("sharpness", "1", "n"),
         Derived("rho", "1", "(beta-gamma)/(beta+gamma): ratio that shapes the loop"),

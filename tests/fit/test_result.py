@@ -1,5 +1,6 @@
 """Every reason to distrust a result has a name, and conditions with the same reason share one wording."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -9,7 +10,8 @@ import pytest
 from mrfit.core.specs import Derived, ModelSpec, Param
 from mrfit.fit.diagnostics.bootstrap import Interval
 from mrfit.fit.diagnostics.uncertainty import Uncertainty
-from mrfit.fit.result import derived_rows, warnings_of, with_intervals
+from mrfit.fit.result import NONE, derived_rows, warnings_of, with_intervals
+from mrfit.io.schemas.determined import State
 from mrfit.io.schemas.fit import MetricRow, Passivity, Quantity, Repeats, ResidualTest, Result
 from mrfit.search.cube import Cube
 from mrfit.simulate.assembly import Assembly
@@ -104,16 +106,22 @@ def test_an_error_no_less_than_a_constants_is_a_warning() -> None:
     assert kinds({}, [replace(TRAINING, fit_percent=float("nan"))]) == []
 
 
-def derived_row(value: float, width: float) -> Quantity:
+def derived_row(value: float, width: float, role: str = "", ranges: Mapping[str, float] = NONE) -> Quantity:
     """The row of a quantity 3·a of a parameter a between -10 and 10, whose interval in the cube is so wide."""
     place = (value / 3.0 + 10.0) / 20.0
     params = (Param("a", "N", -10.0, 10.0, 0.0),)
-    spec = ModelSpec("m", "m", "", "", ("velocity",), "force", params, derived=(Derived("three", "N"),))
+    spec = ModelSpec("m", "m", "", "", ("velocity",), "force", params, derived=(Derived("three", "N", role=role),))
     assembly = Assembly("m", spec, lambda *_: np.empty(0), lambda theta: 3.0 * theta, lambda *_: {})
     spread = width / 60.0 / 2.0 / 1.96
     found = Uncertainty(np.array([[spread**2]]), np.eye(1), np.array([False]), np.array([spread]), np.ones(1), 1e9)
-    (row,) = derived_rows(assembly, Cube(spec.params, np.array([0])), np.array([place]), found)
+    (row,) = derived_rows(assembly, Cube(spec.params, np.array([0])), np.array([place]), found, ranges)
     return row
+
+
+@pytest.mark.parametrize(("role", "state"), [("offset", State.WELL), ("", State.POORLY)])
+def test_a_derived_offset_near_zero_is_judged_by_the_range_that_it_adds_to(role: str, state: State) -> None:
+    assert derived_row(1.0, 9.0, role, {"N": 500.0}).determined is state
+    assert derived_row(1.0, 11.0, role, {"N": 500.0}).determined is State.POORLY
 
 
 @pytest.mark.parametrize(

@@ -64,8 +64,9 @@ def trust(
     residuals = Made(len(fitted), lambda k: judged.parts[fitted[k]].output - responses[fitted[k]])
     linearised = linearise(group, assembly, cube, point, weight)
     uncertainty = analyse(linearised.jacobians, linearised.residuals, linearised.periods, linearised.share)
-    parameters = parameter_rows(cube, point, uncertainty, ranges_of(group.training.parts, assembly))
-    derived = derived_rows(assembly, cube, point, uncertainty)
+    ranges = ranges_of(group.training.parts, assembly)
+    parameters = parameter_rows(cube, point, uncertainty, ranges)
+    derived = derived_rows(assembly, cube, point, uncertainty, ranges)
     folded = Posed(group.search, weights_of(group.search, group.training_floors, weight), assembly, cube)
     profiles: list[Profiled] = []
     if intervals == "bootstrap":
@@ -98,11 +99,15 @@ def trust(
 
 
 def ranges_of(parts: Sequence[Part], assembly: Assembly) -> dict[str, float]:
-    """Return the range of the output and of every input over parts, by unit."""
+    """Return the range of the output and of every input over parts, by unit; of a voltage by the flux that it adds."""
     spec = assembly.spec
     series = {unit_of(name): [p.inputs(row) for p in parts] for row, name in enumerate(spec.inputs)}
     series[unit_of(spec.output)] = [np.asarray(p.output) for p in parts]
-    return {unit: float(max(map(np.max, some)) - min(map(np.min, some))) for unit, some in series.items()}
+    found = {unit: float(max(map(np.max, some)) - min(map(np.min, some))) for unit, some in series.items()}
+    if spec.output == "flux":
+        longest = max(len(p.output) * p.dt for p in parts)
+        found[unit_of("voltage")] = found[unit_of("flux")] / longest
+    return found
 
 
 def drift_rows(parts: Sequence[Part], simulated: Sequence[Array]) -> list[DriftRow]:

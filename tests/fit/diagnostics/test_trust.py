@@ -6,13 +6,17 @@ import numpy as np
 import pytest
 
 from benchmarks.planted import problem
+from mrfit.core.registry import names
 from mrfit.core.specs import Array
-from mrfit.fit.diagnostics.trust import Intervals, trust
+from mrfit.fit.diagnostics.trust import Intervals, ranges_of, trust
 from mrfit.fit.identify import SearchSettings, search_optimum
 from mrfit.fit.result import simulate_block
 from mrfit.io.schemas.determined import State
 from mrfit.io.schemas.fit import Trust
 from mrfit.search.parts import Blocks
+from mrfit.simulate.assembly import assemble
+
+OFFSETS = ("force-offset", "integrator-offset")
 
 
 def judged(intervals: Intervals = "hac", missing: float = 0.0, model: str = "bingham") -> Trust:
@@ -56,6 +60,27 @@ def test_an_offset_near_zero_is_judged_by_the_range_of_what_it_adds_to(wander: f
     assert f0.added_to == pytest.approx(span) and f0.low < 0.0 < f0.high
     assert f0.determined is state
     assert all(p.added_to is None for p in result.parameters if p.name != "f0")
+
+
+def test_every_offset_is_judged_by_one_rule_whether_of_a_model_of_an_effect_or_derived() -> None:
+    made = [assemble(name) for name in names("model")]
+    made += [assemble(f"{'boucwen-flux' if e == 'integrator-offset' else 'bingham'}+{e}") for e in OFFSETS]
+    for assembly in made:
+        every = [*assembly.spec.params, *assembly.spec.derived]
+        called = {p.name for p in every if "offset" in f"{p.name.rpartition('.')[2]} {p.text}" or p.name == "x0"}
+        assert {p.name for p in every if p.role == "offset"} == called
+    assert all(any(p.role == "offset" for p in a.spec.params) for a in made[-len(OFFSETS) :])
+
+
+@pytest.mark.parametrize(("model", "unit"), [("boucwen-flux+integrator-offset", "V"), ("boucwen", "N")])
+def test_what_an_offset_adds_to_has_a_range(model: str, unit: str) -> None:
+    group, assembly, _ = problem(model, 2, 4000, np.random.default_rng(0))
+    parts, ranges = group.training.parts, ranges_of(group.training.parts, assembly)
+    outputs = [np.asarray(p.output) for p in parts]
+    span = max(o.max() for o in outputs) - min(o.min() for o in outputs)
+    # a voltage adds a flux in proportion to time, over the longest record the most
+    expected = span / max(len(p.output) * p.dt for p in parts) if unit == "V" else span
+    assert ranges[unit] == pytest.approx(expected)
 
 
 def test_a_model_that_fits_is_determined_and_leaves_nothing_of_its_input() -> None:
