@@ -436,7 +436,8 @@ def test_options_may_have_the_commands_names(logs: list[mrfit.Recording]) -> Non
 
 @settings(max_examples=25, deadline=None)
 @given(
-    st.lists(st.floats(-1e6, 1e6), min_size=3, max_size=50),
+    # below 999, the least number that stands for a missing one: ingest/meaning/marks.py
+    st.lists(st.floats(-998.0, 998.0), min_size=3, max_size=50),
     st.sampled_from([("mm", 1e-3), ("inch", 0.0254), ("m", 1.0)]),
     st.floats(1e-5, 10.0),
 )
