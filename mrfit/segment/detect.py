@@ -10,7 +10,7 @@ from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.io.columns import mean_and_deviation, part_of, span
 from mrfit.segment.waveform import STILL_NOISE, TRIANGLE_MISFIT, irregular_waveform, periodic_waveform
-from mrfit.signal.cycles import Stretch, gaps, steady_stretches
+from mrfit.signal.cycles import Stretch, gaps, steady_stretches, turning_points
 from mrfit.signal.long_cycles import stretches_of
 from mrfit.signal.noise import noise_level
 from mrfit.signal.thinning import thinned
@@ -110,6 +110,14 @@ def _detected(
         if _covered(unsteady) > max(GAIN * _covered(stretches), len(values) / 2):
             stretches = unsteady
             said.append(f"{recording.id}: {drive} is unsteady; cycles up to {100 * wider:.0f} % apart were accepted")
+        else:
+            fragments = _fragments(values, stretches)
+            stretches = [s for s in stretches if s not in fragments]
+            said += [
+                f"{recording.id}: {s.cycles} cycles of {s.fit.frequency:.3g} Hz at {s.start * recording.dt:.3g} s are "
+                "no test of their own: they end within one cycle of the motion about them"
+                for s in fragments
+            ]
     ranges = [_periodic(recording, drive, s, settle) for s in stretches]
     for gap in gaps(stretches, len(values)):
         if gap[1] - gap[0] < max(FEWEST_SAMPLES, IRREGULAR_SHARE * len(values)):
@@ -118,6 +126,14 @@ def _detected(
         ranges += [piece] if piece else []
         said += _too_few(recording, drive, (gap, piece), min_cycles, tolerance)
     return _numbered(sorted(ranges, key=lambda s: s.start), recording.id), said
+
+
+def _fragments(values: Array, stretches: Sequence[Stretch]) -> list[Stretch]:
+    """Return the small cycles that end within one cycle of the motion (N,) about them: a rig that trembles at rest."""
+    whole = float(np.ptp(values))
+    points = turning_points(values, max(IRREGULAR_SHARE * whole, STILL_NOISE * noise_level(values)))
+    cycle = 2.0 * (points[-1] - points[0]) / (len(points) - 1) if len(points) > 1 else 0.0
+    return [s for s in stretches if s.stop - s.start < cycle and 2.0 * s.fit.amplitude < IRREGULAR_SHARE * whole]
 
 
 def _covered(stretches: Sequence[Stretch]) -> int:

@@ -192,3 +192,15 @@ def test_a_part_with_too_few_cycles_beside_others_is_said() -> None:
     made = detect(recording("log", 1e-3, {"current": values}), "current", 10, 1, 0.02)
     assert [round(s.frequency) for s in made.segments] == [10]
     assert any("4 cycles of 5 Hz, fewer than --min-cycles 10: left out" in f for f in made.findings), made.findings
+
+
+@pytest.mark.parametrize(("cycles", "tests"), [(3, ["random"]), (60, ["random", "sine"])])
+def test_cycles_that_end_within_one_of_the_motion_about_them_are_no_test(cycles: int, tests: list[str]) -> None:
+    rng, time = np.random.default_rng(4), np.arange(1200) * 0.005
+    motion = np.convolve(rng.standard_normal(1200), np.hanning(60), "same") * np.minimum(1.0, time)
+    tremble = 0.03 * np.ptp(motion) * np.sin(2.0 * np.pi * 40.0 * 0.005 * np.arange(5 * cycles + 1))
+    seen = found(
+        recording("log", 0.005, {"current": np.concatenate([motion, motion[-1] + tremble, np.full(10, motion[-1])])})
+    )
+    assert [s.waveform for s in seen.segments] == tests
+    assert ("no test of their own" in " ".join(seen.findings)) is (cycles == 3)
