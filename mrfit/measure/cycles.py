@@ -7,17 +7,18 @@ the samples about it, of one branch alone, so that a jump at a reversal stays on
 that of these weights.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
-from scipy.stats import f as fisher
+from scipy.special import chdtrc, fdtrc
 
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
-from mrfit.measure.intervals import Estimate, Function, PerCycle, estimate
+from mrfit.measure.intervals import DRIFTS, Estimate, Function, PerCycle, estimate, line_of
 from mrfit.signal.cycles import turning_points
 from mrfit.signal.noise import noise_level, white_part
 from mrfit.signal.smoothing import smooth
@@ -40,10 +41,21 @@ ALIKE = 0.01
 WORSE, WORSE_AT_END = 2.0, 5.0
 """Error of a fit over the RMS of its residual, in the middle of its window and at the end of two half windows."""
 ROUNDING = 1e-12
+TINY = 1e-300
 SHOWN, CORNERS = 64, 5.0
 """Samples of a cycle below which a corner may pass unseen, and its error of the work over the difference of rules."""
+BEYOND = 1.0
+"""Numbers of the measured cycles before and after them over which their drift is taken to go on."""
 FINE = 200
 """Samples of a cycle from which straight lines between them give the work to 0.01 %."""
+
+
+@dataclass(frozen=True)
+class Window:
+    """Begin and end of a window on a branch, and the degree of the polynomial that is fitted over it."""
+
+    ends: tuple[float, float]
+    degree: int
 
 
 @dataclass(frozen=True)
@@ -54,13 +66,32 @@ class Pooled:
     force: Array
     counts: Array
 
-    def value(self, place: float, window: tuple[float, float], degree: int) -> float:
-        """Return the force at a place by a polynomial over a window."""
-        inside = (self.at >= window[0]) & (self.at <= window[1])
-        if int(inside.sum()) <= degree:
-            return float(np.interp(place, self.at, self.force))
-        weights = _weights(self.at[inside], place, degree, self.counts[inside])
-        return float(weights @ self.force[inside])
+    def values(self, places: Array, windows: Sequence[Window]) -> Array:
+        """Return the force at places (P,), each by a polynomial over its window."""
+        found = np.interp(places, self.at, self.force)
+        ends = np.array([window.ends for window in windows])
+        inside = (self.at >= ends[:, :1]) & (self.at <= ends[:, 1:])
+        about = np.where(inside, self.at - places[:, None], 0.0)
+        about /= np.maximum(np.max(np.abs(about), axis=1, keepdims=True), TINY)
+        degrees = np.array([window.degree for window in windows])
+        for degree in np.unique(degrees):
+            rows = np.flatnonzero((degrees == degree) & (inside.sum(axis=1) > degree))
+            weighted = inside[rows] * self.counts
+            moments = [np.sum(weighted * about[rows] ** k, axis=1) for k in range(2 * degree + 1)]
+            level = [np.sum(weighted * about[rows] ** k * self.force, axis=1) for k in range(degree + 1)]
+            square = np.stack([np.stack(moments[k : k + degree + 1], axis=1) for k in range(degree + 1)], axis=1)
+            found[rows] = np.linalg.solve(square, np.stack(level, axis=1)[:, :, None])[:, 0, 0]
+        return found
+
+    def followed(self, window: Window, noise: float) -> bool:
+        """Return whether a polynomial over a window leaves no more than white noise of a standard deviation in N."""
+        inside = (self.at >= window.ends[0]) & (self.at <= window.ends[1])
+        freedom = int(inside.sum()) - window.degree - 1
+        if freedom < 1:
+            return False
+        at, force, roots = self.at[inside], self.force[inside], np.sqrt(self.counts[inside])
+        left = (np.polynomial.Polynomial.fit(at, force, window.degree, w=roots)(at) - force) * roots
+        return float(chdtrc(freedom, float(left @ left) / noise**2)) > ALIKE if noise > 0.0 else not left.any()
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +105,9 @@ class Cycles:
     time
         Times (S,) in s of the force's samples.
     force
-        Force (S,) in N.
+        Force (S,) in N, less the drift of its zero about the middle of the cycles.
+    zero
+        Drift of the force's zero in N per cycle; 0 where chance explains it.
     motion
         Displacement in m over time in s, smoothed.
     gains
@@ -92,6 +125,7 @@ class Cycles:
     reversals: Array
     time: Array
     force: Array
+    zero: float
     motion: CubicHermiteSpline
     gains: PerCycle
     middles: Array
@@ -113,6 +147,10 @@ class Cycles:
     def per_cycle(self) -> float:
         """Samples of a cycle."""
         return self.period / self.dt
+
+    def negated(self) -> "Cycles":
+        """Return the cycles with the force of opposite sign."""
+        return replace(self, force=-self.force, zero=-self.zero)
 
     def late_by(self, seconds: float) -> "Cycles":
         """Return the cycles with the force taken as later than the displacement by so many seconds."""
@@ -176,16 +214,16 @@ class Cycles:
         first, last = np.searchsorted(self.time, begin, side="right"), np.searchsorted(self.time, end, side="left")
         return [slice(int(a), int(b)) for a, b in zip(first, last, strict=True)]
 
-    def window(self, up: bool, place: float, half: float) -> tuple[tuple[float, float], int]:
-        """Return the window about a place that has enough samples, within the branch, and its polynomial's degree."""
+    def window(self, place: float, half: float) -> Window:
+        """Return the window about a place that has enough samples, within the branch."""
         step = 2.0 / self.per_cycle
         reach = max(half, FEWEST_IN * step)
         low, high = place - reach, place + reach
         if low < 0.0 or high > 1.0:
             width = max(END, END_SAMPLES * step, min(2.0 * reach, 1.0) if 0.0 < place < 1.0 else 0.0)
             low, high = (0.0, min(width, 1.0)) if low < 0.0 else (max(1.0 - width, 0.0), 1.0)
-            return (low, high), 2 if width <= 2.0 * WIDE else 3
-        return (low, high), 2 if reach <= WIDE else 4
+            return Window((low, high), 2 if width <= 2.0 * WIDE else 3)
+        return Window((low, high), 2 if reach <= WIDE else 4)
 
     def at(self, up: bool, place: float, half: float = CENTRAL / 2.0, slope: bool = False) -> PerCycle:
         """Return the force in N at a place of every branch, or its slope over the place.
@@ -201,21 +239,22 @@ class Cycles:
         slope
             Whether the slope is wanted.
         """
-        window, degree = self.window(up, place, half)
-        return self.fitted(up, place, window, degree, slope)
+        return self.fitted(up, place, self.window(place, half), slope)
 
-    def fitted(self, up: bool, place: float, window: tuple[float, float], degree: int, slope: bool = False) -> PerCycle:
+    def fitted(self, up: bool, place: float, window: Window, slope: bool = False) -> PerCycle:
         """Return the value or the slope at a place of polynomials of the force over a window of every branch."""
         begin, end = self.branch_times(up)
-        local = _Local(self.noise, WORSE if window[0] < place < window[1] else WORSE_AT_END)
+        low, high = window.ends
+        worse = WORSE if low < place < high else WORSE_AT_END
+        local = _Local(self.noise, worse, 0.0 if slope else self.zero)
         for k, samples in enumerate(self.samples(up)):
             at = (self.time[samples] - begin[k]) / (end[k] - begin[k])
-            ends = int(np.searchsorted(at, window[0], "left")), int(np.searchsorted(at, window[1], "right"))
+            ends = int(np.searchsorted(at, low, "left")), int(np.searchsorted(at, high, "right"))
             # windows of few samples are widened by these
-            a, b = _widened(*ends, degree + 2, len(at))
+            a, b = _widened(*ends, window.degree + 2, len(at))
             at = at[a:b] - place
             scale = float(np.max(np.abs(at))) or 1.0
-            basis = np.vander(at / scale, min(degree, b - a - 1) + 1, increasing=True)
+            basis = np.vander(at / scale, min(window.degree, b - a - 1) + 1, increasing=True)
             local.add(at, basis, self.force[samples][a:b], (int(slope), 1.0 / scale if slope else 1.0))
         return local.found
 
@@ -227,7 +266,7 @@ class Cycles:
         """
         step = 2.0 / self.per_cycle
         width = min(max(END, END_SAMPLES * step), 1.0)
-        local = _Local(self.noise, WORSE_AT_END)
+        local = _Local(self.noise, WORSE_AT_END, self.zero)
         before, after = (zip(self.samples(up), *self.branch_times(up), strict=True) for up in (greatest, not greatest))
         for one, other in zip(before, after, strict=True):
             parts = []
@@ -239,30 +278,40 @@ class Cycles:
             local.add(at, _even_and_odd(at / width), force, (0, 1.0))
         return local.found
 
-    def work(self, up: bool) -> PerCycle:
-        """Return ∫F dd in J over every branch."""
+    @cached_property
+    def work(self) -> PerCycle:
+        """∫F dd in J over every cycle."""
+        up, down = self._work(True), self._work(False)
+        return PerCycle(up.values + down.values, up.noise + down.noise, up.shared + down.shared)
+
+    def _work(self, up: bool) -> PerCycle:
         begin, end = self.branch_times(up)
         values, noise, lines = np.empty(self.count), np.empty(self.count), np.empty(self.count)
         for k, samples in enumerate(self.samples(up)):
             time = np.concatenate([[begin[k]], self.time[samples], [end[k]]])
             parts, rate = np.diff(time) / 2.0, self.motion(self.time[samples], 1)
-            straight = weights = (parts[1:] + parts[:-1]) * rate
+            weights = (parts[1:] + parts[:-1]) * rate
+            values[k] = lines[k] = float(weights @ self.force[samples])
             if self.per_cycle < FINE:
-                unit = CubicSpline(time, np.eye(len(time))).integrate(begin[k], end[k])
-                weights = np.asarray(unit)[1:-1] * rate
-            values[k], lines[k] = (float(w @ self.force[samples]) for w in (weights, straight))
+                power = np.concatenate([[0.0], self.force[samples] * rate, [0.0]])
+                values[k] = float(CubicSpline(time, power).integrate(begin[k], end[k]))
             noise[k] = self.noise**2 * float(weights @ weights)
         apart = abs(float(np.mean(values - lines)))
         # corners that so few samples do not show, at places that are the same in every cycle
         apart *= CORNERS if self.per_cycle < SHOWN else 1.0
         return PerCycle(values, noise, apart)
 
-    def pooled(self, up: bool, every: slice = slice(None)) -> Pooled:
-        """Return force over place of the branches of some cycles together."""
+    def placed(self, up: bool, every: slice = slice(None)) -> tuple[Array, Array, Array]:
+        """Return cycle, place and force (S,) of the samples of the branches of some cycles."""
         begin, end = self.branch_times(up)
         chosen = list(enumerate(self.samples(up)))[every]
+        which = np.concatenate([np.full(s.stop - s.start, k) for k, s in chosen])
         at = np.concatenate([(self.time[s] - begin[k]) / (end[k] - begin[k]) for k, s in chosen])
-        force = np.concatenate([self.force[s] for _, s in chosen])
+        return which, at, np.concatenate([self.force[s] for _, s in chosen])
+
+    def pooled(self, up: bool, every: slice = slice(None)) -> Pooled:
+        """Return force over place of the branches of some cycles together."""
+        _, at, force = self.placed(up, every)
         which = np.minimum((at * BINS).astype(np.int64), BINS - 1)
         counts = np.bincount(which, minlength=BINS)
         there = counts > 0
@@ -283,14 +332,6 @@ def _widened(first: int, last: int, fewest: int, samples: int) -> tuple[int, int
     return first, last
 
 
-def _weights(at: Array, place: float, degree: int, counts: Array) -> Array:
-    """Return what a polynomial's value at a place takes of means (S,) of so many samples each."""
-    scale = float(np.max(np.abs(at - place))) or 1.0
-    powers = np.vander((at - place) / scale, degree + 1, increasing=True)
-    weighted = powers * counts[:, None]
-    return np.asarray(weighted @ np.linalg.solve(powers.T @ weighted, np.eye(degree + 1)[0]))
-
-
 def _even_and_odd(at: Array) -> Array:
     """Return 1, |s|, s², sgn s, sgn s·√|s|, s and s·|s| of times s about a reversal, (S, 7)."""
     size, sign = np.abs(at), np.sign(at)
@@ -300,8 +341,8 @@ def _even_and_odd(at: Array) -> Array:
 class _Local:
     """Least squares over a window, cycle by cycle: one coefficient of each, and what all of them leave alike."""
 
-    def __init__(self, noise: float, worse: float = WORSE) -> None:
-        self.level, self.worse = noise, worse
+    def __init__(self, noise: float, worse: float, zero: float) -> None:
+        self.level, self.worse, self.zero = noise, worse, zero
         self.values: list[float] = []
         self.noise: list[float] = []
         self.at: list[Array] = []
@@ -322,7 +363,7 @@ class _Local:
     @property
     def found(self) -> PerCycle:
         """The coefficient of every cycle."""
-        return PerCycle(np.array(self.values), np.array(self.noise), self._shared())
+        return PerCycle(np.array(self.values), np.array(self.noise), self._shared(), self.zero)
 
     def _shared(self) -> float:
         """Return a bound of the error by what repeats in the residuals: the functions cannot follow it, noise does not.
@@ -343,11 +384,8 @@ class _Local:
             return 0.0
         between = float(counts[there] @ means**2)
         within = (float(left @ left) - between) / freedom
-        chance = (
-            float(fisher.sf(between / (places - self.terms) / within, places - self.terms, freedom))
-            if within > 0.0
-            else 0.0
-        )
+        ratio = between / (places - self.terms) / within if within > 0.0 else np.inf
+        chance = float(fdtrc(places - self.terms, freedom, ratio))
         if chance > ALIKE or between <= ROUNDING * float(np.sum(np.concatenate(self.left) ** 2)):
             return 0.0
         return self.worse * float(np.sqrt(between / samples))
@@ -400,17 +438,39 @@ def _cut(recording: Recording, reversals: Array, motion: CubicHermiteSpline, ske
     ends = max(middle, len(force) * recording.dt - middle) / cycle
     gains, middles = _recorded(recording, reversals, motion)
     window = np.asarray(force[first:last], dtype=np.float64)
-    return Cycles(
+    found = Cycles(
         reversals=reversals,
         time=recording.dt * np.arange(first, last, dtype=np.float64) - skew,
         force=window,
+        zero=0.0,
         motion=motion,
         gains=gains,
         middles=middles,
         noise=white_part(window),
-        reach=ends,
+        reach=min(ends, count * (0.5 + BEYOND)),
         dt=recording.dt,
     )
+    zero = _zero_drift(found)
+    return replace(found, force=window - zero * (found.time - middle) / cycle, zero=zero) if zero else found
+
+
+def _zero_drift(cycles: Cycles) -> float:
+    """Return the drift of the force's zero in N per cycle; 0 where chance explains it.
+
+    Every sample is compared with those of the other cycles at the same place. A whole cycle has ten times as many as
+    a force at one place, so that a drift is told from noise before it matters to one.
+    """
+    course = np.zeros(cycles.count)
+    total = 0
+    bins = int(np.clip(cycles.per_cycle / 2.0, 4, BINS))
+    for up in (True, False):
+        which, at, force = cycles.placed(up)
+        bin_of = np.minimum((at * bins).astype(np.int64), bins - 1)
+        means = np.bincount(bin_of, force, bins) / np.maximum(np.bincount(bin_of, minlength=bins), 1)
+        course += np.bincount(which, force - means[bin_of], cycles.count)
+        total += len(force)
+    line = line_of(course * cycles.count / max(total, 1))
+    return line.slope.value if line is not None and line.chance < DRIFTS else 0.0
 
 
 def _reversals(motion: CubicHermiteSpline, time: Array, stroke: Array) -> Array:

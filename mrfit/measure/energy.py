@@ -54,23 +54,9 @@ def quantities(cycles: Cycles, forces: Forces, sine: bool) -> list[Quantity]:
 
 def work_of(cycles: Cycles) -> PerCycle:
     """Return ∮F dd of every cycle in J, with the amplitude as recorded."""
-    up, down = cycles.work(True), cycles.work(False)
-    # a zero that drifts by s a cycle adds s*(d- - mean of d) to a cycle that begins at the least displacement d-
-    values = up.values + down.values + _zero_drift(cycles) * (cycles.middle - cycles.low)
-    return PerCycle(
-        values * cycles.gains.values,
-        (up.noise + down.noise) * cycles.gains.values**2 + values**2 * cycles.gains.noise,
-        up.shared + down.shared,
-    )
-
-
-def _zero_drift(cycles: Cycles) -> float:
-    """Return the change of the mean force from cycle to cycle in N, by the line through all; 0 of fewer than three."""
-    if cycles.count < 3:
-        return 0.0
-    edges = np.searchsorted(cycles.time, cycles.reversals[::2])
-    means = [float(np.mean(cycles.force[a:b])) for a, b in zip(edges, edges[1:], strict=False)]
-    return float(np.polyfit(np.arange(cycles.count), means, 1)[0])
+    work, gains = cycles.work, cycles.gains
+    noise = work.noise * gains.values**2 + work.values**2 * gains.noise
+    return PerCycle(work.values * gains.values, noise, work.shared)
 
 
 def travel_of(cycles: Cycles) -> PerCycle:

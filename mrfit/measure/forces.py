@@ -19,27 +19,25 @@ from mrfit.measure.quantity import Quantity, without
 
 PLACES = np.linspace(0.0, 1.0, 41)
 """Places of a branch among which the peak is looked for."""
+LOOKED_OVER = (0.2, 0.1, 0.05, CENTRAL / 2.0)
+"""Halves of the windows, in shares of a branch, by which its place is found, the first that follow the loop."""
 
 
 @dataclass(frozen=True)
 class Forces:
-    """Forces in N of every cycle, by name; ``peak_places`` are those of Fmax+ and Fmax- on their branches."""
+    """Forces in N of every cycle, by whether velocity or place is positive."""
 
     at_middle: dict[bool, PerCycle]
     at_ends: dict[bool, PerCycle]
     peaks: dict[bool, PerCycle]
-    peak_places: dict[bool, float]
 
 
-def forces_of(cycles: Cycles, central: float = 1.0) -> Forces:
-    """Return the forces of cycles, peaks in a central share of the stroke, by whether velocity or place is positive."""
-    middle, peaks, places = {}, {}, {}
-    for up in (True, False):
-        place = cycles.places_of(up, cycles.middle)
-        middle[up] = cycles.at(up, place, _central_half(cycles, up))
-        peaks[up], places[up] = _peak(cycles, up, central)
-    ends = {greatest: cycles.at_reversal(greatest) for greatest in (True, False)}
-    return Forces(middle, ends, peaks, places)
+def forces_of(cycles: Cycles, central: float = 1.0, peaks: dict[bool, PerCycle] | None = None) -> Forces:
+    """Return the forces of cycles, peaks in a central share of the stroke unless these are known."""
+    both = (True, False)
+    middle = {up: cycles.at(up, cycles.places_of(up, cycles.middle), _central_half(cycles, up)) for up in both}
+    ends = {greatest: cycles.at_reversal(greatest) for greatest in both}
+    return Forces(middle, ends, peaks or {up: _peak(cycles, up, central) for up in both})
 
 
 def quantities(cycles: Cycles, forces: Forces, rebound: bool = True) -> list[Quantity]:
@@ -72,8 +70,8 @@ def _central_half(cycles: Cycles, up: bool) -> float:
     return float(np.ptp(GRID[inside])) / 2.0
 
 
-def _peak(cycles: Cycles, up: bool, central: float) -> tuple[PerCycle, float]:
-    """Return the peak force of a direction of every cycle, and its place.
+def _peak(cycles: Cycles, up: bool, central: float) -> PerCycle:
+    """Return the peak force of a direction of every cycle.
 
     Cycles of even number have the place of the odd ones, those of odd number that of the even ones: a place that is
     chosen by the noise of the same samples would have too high a force.
@@ -88,14 +86,22 @@ def _peak(cycles: Cycles, up: bool, central: float) -> tuple[PerCycle, float]:
         found = cycles.at(up, place)
         values[fold], noise[fold] = found.values[fold], found.noise[fold]
         shared = max(shared, found.shared)
-    return PerCycle(values, noise, shared), float(np.mean(places))
+    return PerCycle(values, noise, shared, cycles.zero)
 
 
 def _place(cycles: Cycles, up: bool, among: Array, every: slice) -> float:
+    """Return the place of the peak: by the widest windows in which polynomials follow the mean loop.
+
+    A flat peak is lost in the noise of narrow ones, and a place beside the peak has too low a force.
+    """
     curve = cycles.pooled(up, every)
     sign = 1.0 if up else -1.0
-    values = np.array([sign * curve.value(p, *cycles.window(up, p, CENTRAL / 2.0)) for p in among])
-    best = int(np.argmax(values))
+    for half in LOOKED_OVER:
+        windows = [cycles.window(p, half) for p in among]
+        values = sign * curve.values(among, windows)
+        best = int(np.argmax(values))
+        if half == LOOKED_OVER[-1] or curve.followed(windows[best], cycles.noise):
+            break
     if not 0 < best < len(among) - 1:
         return float(among[best])
     before, here, after = values[best - 1 : best + 2]

@@ -2,18 +2,22 @@
 
 A quantity is a function of what every cycle gives, taken at the means over the cycles. Its interval is that of the
 jackknife's pseudo-values over the cycles, with Student's t. Of few cycles the channels' noise is pooled with their
-scatter, unless the scatter is larger. A drift over the cycles that chance does not explain widens the interval by as
-much as the quantity changed from the middle of the record to its ends.
+scatter, unless the scatter is larger.
 
-Source: Tukey's jackknife (Ann. Math. Stat. 29 (1958) 614); guide to the expression of uncertainty, JCGM 100, 4.2.
+An error that all cycles share has a bound b: what a fit cannot follow, and what a drift over the cycles changes from
+the middle of the record to its ends. The interval is then value ± (b + c*u), u the standard error, and c such that a
+truth at the bound is held in 95 % of cases: T(c + 2*b/u) - T(-c) = 0.95, T the distribution of Student's t. The drift
+of the force's zero is known from whole cycles (``PerCycle.zero``), any other from the quantity's own course.
+
+Source: Tukey's jackknife (Ann. Math. Stat. 29 (1958) 614); guide to the expression of uncertainty, JCGM 100, 4.2;
+Imbens and Manski, Econometrica 72 (2004) 1845, eq. 7, for an error with a bound.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import f as fisher
-from scipy.stats import t as student
+from scipy.special import fdtri, stdtr, stdtrit
 
 from mrfit.core.specs import Array
 
@@ -26,6 +30,7 @@ DRIFTS = 0.05
 """Chance below which a slope over the cycles is a drift."""
 EXCEEDS = 0.05
 """Chance below which the scatter of few cycles is more than noise."""
+QUANTILE_HALVINGS = 30
 
 Function = Callable[..., Array]
 """A quantity of arrays (N,), element by element."""
@@ -33,11 +38,24 @@ Function = Callable[..., Array]
 
 @dataclass(frozen=True)
 class PerCycle:
-    """Values of the cycles (N,), the variance that noise gives each (N,), and a bound of an error that all share."""
+    """What the cycles give.
+
+    Attributes
+    ----------
+    values
+        One of each cycle (N,), less the drift of the force's zero.
+    noise
+        Variance that noise gives each (N,).
+    shared
+        Bound of an error that all of them share.
+    zero
+        Drift of the force's zero per cycle, in the values' unit.
+    """
 
     values: Array
     noise: Array
     shared: float = 0.0
+    zero: float = 0.0
 
     def __post_init__(self) -> None:
         """Check that every value has its variance."""
@@ -117,24 +135,42 @@ def estimate(function: Function, *inputs: PerCycle, reach: float = 0.0) -> Estim
     count = len(inputs[0].values)
     means = [np.array([one.values.mean()]) for one in inputs]
     whole = float(function(*means)[0])
-    each = np.asarray(function(*(one.values for one in inputs)), dtype=np.float64)
-    noise, shared = _noise_variance(function, inputs, means, whole), _shared(function, inputs, means)
+    noise = _noise_variance(function, inputs, means, whole)
+    bound = sum(
+        _half_change(function, means, [one.shared * (k == place) for k in range(len(inputs))])
+        for place, one in enumerate(inputs)
+        if one.shared > 0.0
+    )
+    bound += _half_change(function, means, [one.zero * reach for one in inputs])
+    own = np.asarray(function(*(one.values for one in inputs)), dtype=np.float64)
     if count < 2:
-        return _of_one(whole, each, noise, shared)
+        half = _half_interval(float(np.sqrt(noise)), NOISE_FREEDOM, bound)
+        return Estimate(whole, whole - half, whole + half, NOISE_FREEDOM, own, float(np.sqrt(noise)), None, 0.0)
     others = [(count * mean - one.values) / (count - 1) for mean, one in zip(means, inputs, strict=True)]
     pseudo = count * whole - (count - 1) * np.asarray(function(*others))
-    slope, residual, chance = _line(pseudo)
-    drifts = slope is not None and chance < DRIFTS and count >= FEW
-    scatter = residual if drifts else float(np.var(pseudo, ddof=1))
-    freedom = float(count - 2 if drifts else count - 1)
+    line = line_of(pseudo)
+    drifts = line is not None and line.chance < DRIFTS and count >= FEW
+    scatter, freedom = float(np.var(pseudo, ddof=1)), float(count - 1)
+    if drifts and line:
+        scatter, freedom = line.variance, float(count - 2)
+        bound += abs(line.slope.value) * max(reach, (count - 1) / 2.0)
     if count < FEW:
         scatter, freedom = _pooled(scatter, freedom, noise)
-    half = float(student.ppf(0.5 + CONFIDENCE / 2.0, freedom)) * float(np.sqrt(scatter / count))
-    drift = slope.value * (count - 1) if drifts and slope else 0.0
-    if drifts and slope:
-        half += abs(slope.value) * max(reach, (count - 1) / 2.0)
-    half += shared
-    return Estimate(whole, whole - half, whole + half, freedom, each, float(np.sqrt(noise)), slope, drift)
+    half = _half_interval(float(np.sqrt(scatter / count)), freedom, bound)
+    number = np.arange(count) - (count - 1) / 2.0
+    each = np.asarray(function(*(one.values + one.zero * number for one in inputs)), dtype=np.float64)
+    course = line_of(pseudo + each - own)
+    drifts = course is not None and course.chance < DRIFTS and count >= FEW
+    return Estimate(
+        whole,
+        whole - half,
+        whole + half,
+        freedom,
+        each,
+        float(np.sqrt(noise)),
+        course.slope if course else None,
+        course.slope.value * (count - 1) if drifts and course else 0.0,
+    )
 
 
 def of_values(values: Array) -> Estimate:
@@ -143,9 +179,19 @@ def of_values(values: Array) -> Estimate:
     return estimate(lambda x: x, PerCycle(values, noise))
 
 
-def _of_one(value: float, each: Array, noise: float, shared: float) -> Estimate:
-    half = float(student.ppf(0.5 + CONFIDENCE / 2.0, NOISE_FREEDOM)) * float(np.sqrt(noise)) + shared
-    return Estimate(value, value - half, value + half, NOISE_FREEDOM, each, float(np.sqrt(noise)), None, 0.0)
+def _half_interval(error: float, freedom: float, bound: float) -> float:
+    """Return half of the interval of a standard error and a bound of what is not random."""
+    outer, inner = (float(stdtrit(freedom, p)) for p in (0.5 + CONFIDENCE / 2.0, CONFIDENCE))
+    if not bound > 0.0 or not error > 0.0:
+        return outer * error + bound
+    # T(c + 2*b/u) - T(-c) rises with c, from below at the one-sided quantile to above at the two-sided one
+    for _ in range(QUANTILE_HALVINGS):
+        c = (inner + outer) / 2.0
+        if stdtr(freedom, c + 2.0 * bound / error) - stdtr(freedom, -c) < CONFIDENCE:
+            inner = c
+        else:
+            outer = c
+    return outer * error + bound
 
 
 def _noise_variance(function: Function, inputs: tuple[PerCycle, ...], means: list[Array], whole: float) -> float:
@@ -160,36 +206,42 @@ def _noise_variance(function: Function, inputs: tuple[PerCycle, ...], means: lis
     return total
 
 
-def _shared(function: Function, inputs: tuple[PerCycle, ...], means: list[Array]) -> float:
-    """Return a bound of the error that the cycles share, by that of the inputs."""
-    total = 0.0
-    for place, one in enumerate(inputs):
-        if one.shared > 0.0:
-            moved = [list(means), list(means)]
-            for ends, sign in zip(moved, (1.0, -1.0), strict=True):
-                ends[place] = means[place] + sign * one.shared
-            total += abs(float(function(*moved[0])[0] - function(*moved[1])[0])) / 2.0
-    return total
+def _half_change(function: Function, means: Sequence[Array], moves: Sequence[float]) -> float:
+    """Return half of what moves of all inputs together, up and down, change in the quantity."""
+    if not any(moves):
+        return 0.0
+    ends = (function(*(m + sign * move for m, move in zip(means, moves, strict=True))) for sign in (1.0, -1.0))
+    high, low = (float(end[0]) for end in ends)
+    return abs(high - low) / 2.0
 
 
 def _pooled(scatter: float, freedom: float, noise: float) -> tuple[float, float]:
     """Return the variance of few cycles with the channels' noise, unless it is more than that noise."""
-    if not noise > 0.0 or scatter > noise * float(fisher.ppf(1.0 - EXCEEDS, freedom, NOISE_FREEDOM)):
+    if not noise > 0.0 or scatter > noise * float(fdtri(freedom, NOISE_FREEDOM, 1.0 - EXCEEDS)):
         return scatter, freedom
     together = freedom + NOISE_FREEDOM
     return (freedom * scatter + NOISE_FREEDOM * noise) / together, together
 
 
-def _line(values: Array) -> tuple[Interval | None, float, float]:
-    """Return the slope of values over their number, the variance about the line, and the chance of such a slope."""
+@dataclass(frozen=True)
+class Line:
+    """A line through values over their number: its slope, the variance about it, and the chance of such a slope."""
+
+    slope: Interval
+    variance: float
+    chance: float
+
+
+def line_of(values: Array) -> Line | None:
+    """Return the line of least squares through values (N,) over their number; None of fewer than three."""
     count = len(values)
     if count < 3:
-        return None, float("nan"), 1.0
+        return None
     at = np.arange(count) - (count - 1) / 2.0
     power = float(at @ at)
     slope = float(at @ values) / power
-    residual = float(np.sum((values - values.mean() - slope * at) ** 2)) / (count - 2)
-    error = float(np.sqrt(residual / power))
-    half = float(student.ppf(0.5 + CONFIDENCE / 2.0, count - 2)) * error
-    chance = 2.0 * float(student.sf(abs(slope) / error, count - 2)) if error > 0.0 else float(slope == 0.0)
-    return Interval(slope, slope - half, slope + half), residual, chance
+    variance = float(np.sum((values - values.mean() - slope * at) ** 2)) / (count - 2)
+    error = float(np.sqrt(variance / power))
+    half = float(stdtrit(count - 2, 0.5 + CONFIDENCE / 2.0)) * error
+    chance = 2.0 * float(stdtr(count - 2, -abs(slope) / error)) if error > 0.0 else float(slope == 0.0)
+    return Line(Interval(slope, slope - half, slope + half), variance, chance)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from mrfit.core.specs import Array
-from mrfit.measure.cycles import GRID, Cycles
+from mrfit.measure.cycles import GRID, Cycles, Window
 from mrfit.measure.forces import Forces
 from mrfit.measure.intervals import PerCycle, estimate
 from mrfit.measure.quantity import Quantity, without
@@ -24,8 +24,8 @@ SMOOTH, RIPPLED = 0.12, 0.03
 """Half of the windows, in shares of a branch, of the smooth loop and of the loop with its ripple."""
 GROUPS = 4
 """Groups of cycles by whose scatter the interval of the free travel is found."""
-AWAY = (0.22, 0.78)
-"""Places of a branch between which a ripple is looked for."""
+LOOKED_AT = np.linspace(0.22, 0.78, 57)
+"""Places of a branch at which a ripple is looked for."""
 
 
 def quantities(cycles: Cycles, forces: Forces, speed: float | None = None) -> list[Quantity]:
@@ -39,7 +39,8 @@ def quantities(cycles: Cycles, forces: Forces, speed: float | None = None) -> li
 
 
 def _difference(one: PerCycle, other: PerCycle) -> PerCycle:
-    return PerCycle(one.values - other.values, one.noise + other.noise, one.shared + other.shared)
+    values, zero = one.values - other.values, one.zero - other.zero
+    return PerCycle(values, one.noise + other.noise, one.shared + other.shared, zero)
 
 
 def _width(cycles: Cycles, name: str, up: bool, speed: float) -> list[Quantity]:
@@ -188,7 +189,7 @@ def _ripple(cycles: Cycles, forces: Forces) -> Quantity:
     for chosen, other in (folds, folds[::-1]):
         up, place, sign = _largest(cycles, other)
         narrow = cycles.at(up, place, RIPPLED)
-        smooth = cycles.fitted(up, place, (place - SMOOTH, place + SMOOTH), 4)
+        smooth = cycles.fitted(up, place, _smooth(place))
         values[chosen] = sign * (narrow.values - smooth.values)[chosen] / peak
         noise[chosen] = (narrow.noise + smooth.noise)[chosen] / peak**2
     return Quantity("ripple", cycles.estimate(lambda x: x, PerCycle(values, noise)))
@@ -204,9 +205,17 @@ def _largest(cycles: Cycles, every: slice) -> tuple[bool, float, float]:
     largest = -1.0
     for up in (True, False):
         curve = cycles.pooled(up, every)
-        for place in np.linspace(*AWAY, 57):
-            narrow = curve.value(place, (place - RIPPLED, place + RIPPLED), 2)
-            departure = narrow - curve.value(place, (place - SMOOTH, place + SMOOTH), 4)
-            if abs(departure) > largest:
-                largest, best = abs(departure), (up, float(place), float(np.sign(departure)) or 1.0)
+        narrow, smooth = (curve.values(LOOKED_AT, [window(p) for p in LOOKED_AT]) for window in (_narrow, _smooth))
+        k = int(np.argmax(np.abs(narrow - smooth)))
+        departure = float(narrow[k] - smooth[k])
+        if abs(departure) > largest:
+            largest, best = abs(departure), (up, float(LOOKED_AT[k]), float(np.sign(departure)) or 1.0)
     return best
+
+
+def _narrow(place: float) -> Window:
+    return Window((place - RIPPLED, place + RIPPLED), 2)
+
+
+def _smooth(place: float) -> Window:
+    return Window((place - SMOOTH, place + SMOOTH), 4)

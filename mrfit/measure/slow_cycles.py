@@ -35,7 +35,8 @@ def quantities(cycles: Cycles, slow: float) -> list[Quantity]:
         weights = np.linalg.pinv(np.concatenate(rows))
         found[:, 0, k] = weights @ np.concatenate(forces)
         found[:, 1, k] = cycles.noise**2 * np.sum(weights**2, axis=1)
+    zeros = (0.0, cycles.zero, 0.0)
     return [
-        Quantity(name, cycles.estimate(lambda x: x, PerCycle(values, noise)))
-        for name, (values, noise) in zip(NAMES, found, strict=True)
+        Quantity(name, cycles.estimate(lambda x: x, PerCycle(values, noise, zero=zero)))
+        for name, (values, noise), zero in zip(NAMES, found, zeros, strict=True)
     ]

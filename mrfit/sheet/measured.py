@@ -176,7 +176,7 @@ def _condition(
         raise DataError("the current moves within the cycles: only the response to its steps is taken")
     cycles, findings = cycles_of(recording, segment, settings.skew), list[str]()
     if float(energy.work_of(cycles).values.mean()) < 0.0:
-        cycles = replace(cycles, force=-cycles.force)
+        cycles = cycles.negated()
         findings.append("the force is negated: its work over a cycle is negative, and a damper takes work")
     own = forces.forces_of(cycles, settings.central / 100.0)
     found = [
@@ -191,7 +191,7 @@ def _condition(
         lost = conditions.fade_over_cycles(by_name[f"Fmax{sign}"])
         found.append(Quantity(f"fade{sign}", lost, "" if lost else "fewer than three cycles"))
     found.sort(key=lambda q: list(NAMES).index(q.name))
-    findings += _sensitive(cycles, settings, by_name)
+    findings += _sensitive(cycles, own, by_name)
     temperature = _temperatures(recording, cycles)
     current = 0.0 if abs(segment.current) < LEAST_CURRENT else segment.current
     level = tuple(
@@ -219,11 +219,11 @@ def _condition(
     return row, _loop(cycles, replace(segment, current=current), unit), course, level  # type: ignore[return-value]
 
 
-def _sensitive(cycles: Cycles, settings: Settings, found: Mapping[str, Estimate]) -> list[str]:
-    """Return what a skew of one sample between the channels would change by more than the interval."""
+def _sensitive(cycles: Cycles, own: forces.Forces, found: Mapping[str, Estimate]) -> list[str]:
+    """Return what a skew of one sample between the channels would change by more than the interval; no peak force."""
     moved = cycles.late_by(cycles.dt)
-    own = forces.forces_of(moved, settings.central / 100.0)
-    others = [*forces.quantities(moved, own), *energy.quantities(moved, own, False)]
+    late = forces.forces_of(moved, peaks=own.peaks)
+    others = [*forces.quantities(moved, late), *energy.quantities(moved, late, False)]
     peak = max(abs(found["Fmax+"].value), abs(found["Fmax-"].value))
     words = []
     for one in others:

@@ -1,5 +1,7 @@
 """Intervals of repeated cycles: coverage, few cycles, drift, errors that all cycles share."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -39,11 +41,22 @@ def test_a_drift_reaches_to_the_end_of_the_record(slope: float, count: int) -> N
     assert found.low <= 100.0 - slope * 2.0 and found.high >= 100.0 + slope * count
 
 
-def test_a_shared_error_is_not_averaged_away() -> None:
-    rng = np.random.default_rng(1)
-    one = drawn(rng, 100)
-    plain, shared = (estimate(lambda x: 2.0 * x, PerCycle(one.values, one.noise, s)) for s in (0.0, 3.0))
-    assert shared.error == pytest.approx(plain.error + 6.0)
+@pytest.mark.parametrize("bound", [0.1, 1.0, 30.0])
+def test_a_truth_at_the_bound_of_a_shared_error_is_held_in_95_of_100_cases(bound: float) -> None:
+    rng = np.random.default_rng(7)
+    held = []
+    for _ in range(1500):
+        one = drawn(rng, 10)
+        found = estimate(lambda x: 2.0 * x, replace(one, values=one.values + bound, shared=bound))
+        held.append(found.low <= 100.0 <= found.high)
+    assert np.mean(held) == pytest.approx(0.95, abs=0.017)
+
+
+def test_a_drift_of_the_zero_is_a_bound_that_cancels_in_a_difference() -> None:
+    one = replace(drawn(np.random.default_rng(1), 12), zero=2.0)
+    alone, apart = estimate(lambda x: x, one, reach=8.0), estimate(lambda x, y: x - y, one, one, reach=8.0)
+    assert alone.error > 16.0 and apart.error == 0.0
+    assert alone.cycles[-1] - one.values[-1] == pytest.approx(11.0) and alone.drift == pytest.approx(22.0, abs=2.0)
 
 
 def test_deviations_over_cycles() -> None:
