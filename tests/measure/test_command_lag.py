@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.signal import lsim
+from scipy.signal import cont2discrete, lfilter
 
 from mrfit.errors import DataError
 from mrfit.measure.command_lag import command_lag
@@ -21,7 +21,8 @@ def answer(time: np.ndarray, command: np.ndarray, dead: float, tau: float) -> np
     moved = np.interp(fine - dead, time, command)
     if tau == 0.0:
         return moved[::10]
-    return lsim(([1.0], [tau, 1.0]), moved - moved[0], fine)[1][::10] + moved[0]
+    above, below, _ = cont2discrete(([1.0], [tau, 1.0]), DT / 10, "foh")
+    return lfilter(above[0], below, moved - moved[0])[::10] + moved[0]
 
 
 def switched(seed: int, samples: int = 6000) -> np.ndarray:
@@ -87,6 +88,6 @@ def test_the_command_line_prints_it(tmp_path: object, mrfit: Run) -> None:
     np.savetxt(log, table, "%.8g", ",", header="time (s),current (A),wanted (A)", comments="")
     with open(f"{tmp_path}/mrfit.toml", "w") as file:
         file.write('[channels]\ncurrent_command = {column = "wanted", unit = "A"}\n')
-    run = mrfit("measure", "lag", log, "--command", "current_command", "--actual", "current", "--json", fresh=True)
+    run = mrfit("measure", "lag", log, "--command", "current_command", "--actual", "current", "--json")
     [row] = json.loads(run.stdout)
     assert row["time_constant"] == pytest.approx(0.02, rel=0.02) and row["lag"] == pytest.approx(0.02, rel=0.03)
