@@ -13,13 +13,14 @@ import numpy as np
 
 from mrfit.core.specs import Array, Index
 from mrfit.kernels.jit import call, kernel
-from mrfit.kernels.past import late, pushed, smooth_late
+from mrfit.kernels.past import begun, late, pushed, smooth_late
 
 # What an element is: one with MIDDLE runs between steps too, for an effect behind it; a TERM is added behind H(s)
 INPUT, BASE, ADD, ADD_MIDDLE, TERM, SHAPE, OUTPUT, DELAY, FACTORS = range(9)
 # Columns of ``Chain.elements``: address, kind, number and first of its wires, number and first of its states, first of
-# its parameters, late signals, ring and its places, channel that it replaces, where its last input or output is kept
-ADDRESS, KIND, WIRES, WIRE, STATES, STATE, PARAM, LATE, RING, PLACES, CHANNEL, LAST, COLUMNS = range(13)
+# its parameters, late signals, numbers of its own in its past, that past and its places, channel that it replaces,
+# where its last input or output is kept
+ADDRESS, KIND, WIRES, WIRE, STATES, STATE, PARAM, LATE, NUMBERS, RING, PLACES, CHANNEL, LAST, COLUMNS = range(14)
 # Columns of ``Chain.laws``, a row for each parameter of the base: basis or -1, form, first of its nodes; then, for each
 # effect that scales parameters, which of its factors, or -1
 BASIS, FORM, FIRST, FACTOR = range(4)
@@ -119,9 +120,10 @@ def _run(  # noqa: PLR0913
 def _begin(chain: Chain, e: int, state: Array) -> None:
     """Begin what an element reads late with what it remembers at rest."""
     element = chain.elements[e]
+    past = state[element[RING] :]
+    if element[LATE] > 0 or element[NUMBERS] > 0:
+        begun(past, element[PLACES], element[LATE], element[NUMBERS])
     if element[LATE] > 0:
-        past = state[element[RING] :]
-        past[0], past[1], past[2] = 0.0, element[PLACES], element[LATE]
         pushed(past, state[element[STATE] :], 0.0)
 
 

@@ -133,7 +133,7 @@ class Program:
         for row, longest in rings:
             own = self._rows[row]
             own[columns.RING], own[columns.PLACES] = place, math.ceil(longest / self._shortest) + SPARE
-            place += RESERVED + own[columns.PLACES] * (own[columns.LATE] + 1)
+            place += RESERVED + own[columns.NUMBERS] + own[columns.PLACES] * (own[columns.LATE] + 1)
         lagging = [r for r in self._rows if r[columns.KIND] == columns.INPUT and r[columns.STATES] > 0]
         direct = self.channels.index("current") not in [r[columns.CHANNEL] for r in lagging]
         sizes |= {
@@ -161,12 +161,12 @@ class Program:
         row[columns.WIRES], row[columns.WIRE] = len(entry.inputs), len(self._wires)
         self._wires += [self.channels.index(n) if n else -1 for n in entry.inputs]
         row[columns.LAST], row[columns.STATE], row[columns.STATES] = place, place + 1, entry.state
-        row[columns.PARAM], row[columns.LATE] = len(self._params), entry.late
+        row[columns.PARAM], row[columns.LATE], row[columns.NUMBERS] = len(self._params), entry.late, entry.own
         row[columns.CHANNEL] = self.channels.index(entry.inputs[-1]) if entry.inputs and entry.inputs[-1] else -1
         if kind != columns.BASE:
             self._params += [*theta, *theta]
-        if entry.late:
-            rings.append((len(self._rows), float(item.longest(tuple(theta)))))
+        if entry.late or entry.own:
+            rings.append((len(self._rows), float(item.longest(tuple(theta))) if entry.late else 0.0))
         self._rows.append(row)
         return place + 1 + (0 if kind == columns.FACTORS else entry.state)
 

@@ -41,7 +41,7 @@ SPEC = EffectSpec(
 )
 
 
-LATE = 1
+LATE, OWN = 1, 2 * 5
 
 
 def longest(theta: Values) -> float:
@@ -63,11 +63,11 @@ def step(state: State, before: Values, now: Values, theta: Ends, dt: float, past
         return ago, (now[0], ago, ago, ago)
     pole = 1.0 / max(slowest, SHORTEST)
     poles = (pole, pole / second)
-    m1, m2 = cascade_step((m1, m2), poles, start, ago, dt)
+    m1, m2 = cascade_step((m1, m2), poles, start, ago, dt, past, 0)
     return passed(poles, (lead / pole, 0.0), (m1, m2), ago, 0.0), (now[0], ago, m1, m2)
 
 
-_stepped = response_of(SPEC, rest, step, LATE)
+_stepped = response_of(SPEC, rest, step, LATE, OWN)
 
 
 def transform(channels: dict[str, Array], theta: Array, dt: Steps) -> dict[str, Array]:

@@ -43,24 +43,27 @@ SPEC = EffectSpec(
 )
 
 
+OWN = 4 * 7
+
+
 def rest(now: Values, theta: Values) -> State:
     """Return the states of the poles in N, at rest."""
     return now[0], now[0], now[0], now[0]
 
 
-def step(state: State, before: Values, now: Values, theta: Ends, dt: float) -> tuple[float, State]:
+def step(state: State, before: Values, now: Values, theta: Ends, dt: float, past: Array) -> tuple[float, State]:
     """Return the force in N behind H at the end of a step, and the states of the poles."""
     slowest, second, third, fourth, turn, xi = theta[1]
     if slowest <= 0.0:
         return now[0], (now[0], now[0], now[0], now[0])
     pole = 1.0 / max(slowest, SHORTEST)
     poles = (pole, pole / second, pole / third, pole / fourth)
-    h1, h2, h3, h4 = cascade_step(state, poles, before[0], now[0], dt)
+    h1, h2, h3, h4 = cascade_step(state, poles, before[0], now[0], dt, past, 0)
     zeros = (2.0 * xi * turn / pole, (turn / pole) ** 2)
     return passed(poles, zeros, (h1, h2, h3, h4), now[0], 0.0), (h1, h2, h3, h4)
 
 
-_stepped = rows_of(SPEC, rest, step)
+_stepped = rows_of(SPEC, rest, step, OWN)
 
 
 def shape(output: Array, channels: dict[str, Array], theta: Array, dt: Steps) -> Array:

@@ -14,7 +14,7 @@ import numpy as np
 from mrfit.core.protocols import HasStep
 from mrfit.core.specs import Array, EffectSpec, ModelSpec, Steps
 from mrfit.kernels.jit import address_of, copy_of, kernel, row
-from mrfit.kernels.past import RESERVED, pushed
+from mrfit.kernels.past import RESERVED, begun, pushed
 
 Rest = Callable[..., Any]
 Step = Callable[..., Any]
@@ -23,7 +23,7 @@ Response = Callable[[Array, Array, Steps], Array]
 INPUTS: tuple[float, ...] = ()
 PARAMETERS: tuple[float, ...] = ()
 STATE: tuple[float, ...] = ()
-LATE = 0
+LATE = OWN = 0
 
 
 def law(*values: Any) -> Any:
@@ -62,9 +62,9 @@ def _respond_late(drive: Array, theta: Array, steps: Array) -> Array:
     varying, last = theta.shape[1] > 1, len(steps) - 1
     inputs, parameters = drive.ravel(), theta.ravel()
     out = np.empty((len(theta), len(drive)))
-    past = np.empty(RESERVED + len(drive) * (LATE + 1))
+    past = np.empty(RESERVED + OWN + len(drive) * (LATE + 1))
     for p in range(len(theta)):
-        past[0], past[1], past[2] = 0.0, len(drive), LATE
+        begun(past, len(drive), LATE, OWN)
         place = p * theta.shape[1] * len(PARAMETERS)
         now, then = row(inputs, 0, INPUTS), row(parameters, place, PARAMETERS)
         state = rest(now, then)
@@ -82,7 +82,7 @@ def _respond_late(drive: Array, theta: Array, steps: Array) -> Array:
 
 
 def response_of(
-    spec: ModelSpec | EffectSpec, rest: Rest, step: Step, late: int = 0
+    spec: ModelSpec | EffectSpec, rest: Rest, step: Step, late: int = 0, own: int = 0
 ) -> Callable[[Array, Array, Steps], Array]:
     """Return the batched response, at equal and at uneven steps, of a model's ``rest`` and ``step``.
 
@@ -93,23 +93,25 @@ def response_of(
     rest, step
         Functions of the subset that kernels are made of, see ``core.protocols``.
     late
-        Number of signals at the head of the state that a step reads late; with one or more it takes the past.
+        Number of signals at the head of the state that a step reads late.
+    own
+        Number of its own numbers in the past; with one of these or of those a step takes the past.
     """
 
     def response(drive: Array, theta: Array, dt: Steps) -> Array:
         """Return the output (P, N) of inputs (C, N) and parameters (P, K) or (P, K, N), dt in s or (N,)."""
         values = theta if theta.ndim == 3 else theta[:, :, None]
         along = np.ascontiguousarray(np.swapaxes(values, 1, 2), dtype=np.float64)
-        run = _loop(spec.name, step, rest, (len(drive), len(spec.params), late))
+        run = _loop(spec.name, step, rest, (len(drive), len(spec.params), late, own))
         found: Array = run(np.ascontiguousarray(drive.T, dtype=np.float64), along, np.atleast_1d(np.float64(dt)))
         return found
 
     return response
 
 
-def rows_of(spec: EffectSpec, rest: Rest, step: Step) -> Response:
+def rows_of(spec: EffectSpec, rest: Rest, step: Step, own: int = 0) -> Response:
     """Return the same of an effect on outputs (P, N), each vector's own."""
-    response = response_of(spec, rest, step)
+    response = response_of(spec, rest, step, 0, own)
 
     def shape(output: Array, theta: Array, dt: Steps) -> Array:
         """Return the changed outputs (P, N), theta (P, K)."""
@@ -119,11 +121,11 @@ def rows_of(spec: EffectSpec, rest: Rest, step: Step) -> Response:
 
 
 @cache
-def _loop(name: str, step: Step, rest: Rest, sizes: tuple[int, int, int]) -> Any:
-    inputs, parameters, late = sizes
-    template = _respond_late if late else _respond
+def _loop(name: str, step: Step, rest: Rest, sizes: tuple[int, int, int, int]) -> Any:
+    inputs, parameters, late, numbers = sizes
+    template = _respond_late if late or numbers else _respond
     own = step.__module__.startswith("mrfit.")
-    parts: dict[str, Any] = {"step": kernel(step, own), "rest": kernel(rest, own), "LATE": late}
+    parts: dict[str, Any] = {"step": kernel(step, own), "rest": kernel(rest, own), "LATE": late, "OWN": numbers}
     parts |= {"INPUTS": (0.0,) * inputs, "PARAMETERS": (0.0,) * parameters}
     return kernel(copy_of(template, name, parts), own)
 
@@ -178,12 +180,13 @@ def _factors_entry(state: Any, following: Any, before: Any, now: Any, theta: Any
 
 @dataclass(frozen=True)
 class Entry:
-    """An element as compiled loops call it: where, its inputs, and how many numbers it remembers, and reads late."""
+    """An element as compiled loops call it: where, its inputs, how many numbers it remembers, reads late, and owns."""
 
     address: int
     inputs: tuple[str, ...]
     state: int = 0
     late: int = 0
+    own: int = 0
 
 
 @cache
@@ -203,14 +206,14 @@ def entry_of(item: Any) -> Entry:
     parts: dict[str, Any] = {"INPUTS": zeros, "PARAMETERS": theta}
     if isinstance(item, HasStep):
         own = item.step.__module__.startswith("mrfit.")
-        late = getattr(item, "LATE", 0)
+        late, numbers = getattr(item, "LATE", 0), getattr(item, "OWN", 0)
         parts |= {"step": kernel(item.step, own), "rest": kernel(item.rest, own)}
         size = len(item.rest(zeros, tuple(p.start for p in spec.params)))
-        template: Any = _late_entry if late else _step_entry
+        template: Any = _late_entry if late or numbers else _step_entry
     else:
         own = item.law.__module__.startswith("mrfit.")
         parts |= {"law": kernel(item.law, own)}
-        size, late = len(getattr(item, "ROLES", ())), 0
+        size, late, numbers = len(getattr(item, "ROLES", ())), 0, 0
         template = _factors_entry if size else _law_entry if inputs else _constant_entry
     copied = copy_of(template, spec.name, parts | {"STATE": (0.0,) * size})
-    return Entry(address_of(copied, own), inputs, size, late)
+    return Entry(address_of(copied, own), inputs, size, late, numbers)

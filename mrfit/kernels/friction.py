@@ -32,16 +32,20 @@ def between(then: Shape, here: Shape, share: float) -> Shape:
 @kernel
 def _follow(turn: float) -> tuple[float, float, float]:
     """Return the integrals of exp(x - 1)^turn, times 1, x and x^2, times turn, over x from 0 to 1."""
-    whole = -math.expm1(-turn)
     if turn > 0.5:
+        whole = -math.expm1(-turn)
         first = 1.0 - whole / turn
         return whole, first, 1.0 - 2.0 * first / turn
-    first, second, term = 0.0, 0.0, 0.5 * turn
-    for k in range(3, 15):
-        first += term
-        second += term * 2.0 / k
-        term *= -turn / k
-    return whole, first, second
+    # the last by its series with terms 2/(k + 2)!, the others from it; a step in C takes 59 ns so, and 86 ns with three
+    # series whose terms follow from one another
+    s = turn * turn
+    even = 1.0 / 2520.0 + s * (1.0 / 181440.0 + s * (1.0 / 19958400.0 + s * (1.0 / 3113510400.0)))
+    odd = 1.0 / 20160.0 + s * (1.0 / 1814400.0 + s * (1.0 / 239500800.0 + s * (1.0 / 43589145600.0)))
+    even = 1.0 / 3.0 + s * (1.0 / 60.0 + s * even)
+    odd = 1.0 / 12.0 + s * (1.0 / 360.0 + s * odd)
+    second = turn * (even - turn * odd)
+    first = 0.5 * turn * (1.0 - second)
+    return turn * (1.0 - first), first, second
 
 
 @kernel
@@ -54,16 +58,17 @@ def _lugre_piece(z: float, ends: tuple[float, float], dt: float, then: Shape, he
     sign, vm = (1.0 if v0 + v1 > 0.0 else -1.0), 0.5 * (v0 + v1)
     sigma0, fc0, more0, vs0 = then
     sigma1, fc1, more1, vs1 = here
-    sigmam, fcm, morem, vsm = between(then, here, 0.5)
-    g0 = stribeck_curve(v0, fc0, more0, vs0) / sigma0
-    gm = stribeck_curve(vm, fcm, morem, vsm) / sigmam
-    g1 = stribeck_curve(v1, fc1, more1, vs1) / sigma1
+    sigmam = 0.5 * (sigma0 + sigma1)
+    # as shares of the middle's stiffness
+    g0 = stribeck_curve(v0, fc0, more0, vs0) * (sigmam / sigma0 if sigma0 != sigmam else 1.0)
+    gm = stribeck_curve(vm, 0.5 * (fc0 + fc1), 0.5 * (more0 + more1), 0.5 * (vs0 + vs1))
+    g1 = stribeck_curve(v1, fc1, more1, vs1) * (sigmam / sigma1 if sigma1 != sigmam else 1.0)
     r0, rm, r1 = abs(v0) / g0, abs(vm) / gm, abs(v1) / g1
     total = (r0 + 4.0 * rm + r1) / 6.0
     half = (5.0 * r0 + 8.0 * rm - r1) / (24.0 * total)
-    whole, first, second = _follow(dt * total)
+    whole, first, second = _follow(sigmam * dt * total)
     bend = ((gm - g0) / half - (g1 - g0)) / (half - 1.0)
-    return z * (1.0 - whole) + sign * (g0 * whole + (g1 - g0 - bend) * first + bend * second)
+    return z * (1.0 - whole) + sign * (g0 * whole + (g1 - g0 - bend) * first + bend * second) / sigmam
 
 
 @kernel
@@ -91,13 +96,21 @@ def _lugre_part(z: float, ends: tuple[float, float], dt: float, then: Shape, her
         following = min(following, stop)
         if following > at:
             share = (following - at) / (stop - start)
-            high = between(then, here, (following - start) / (stop - start))
+            high = here
+            if following < stop:
+                high = between(then, here, (following - start) / (stop - start))
             z = _lugre_piece(z, (sign * at, sign * following), dt * share, low, high)
             low = high
         if following >= stop:
             break
         at = following
     return z
+
+
+@kernel
+def _change(before: float, now: float) -> float:
+    """Return the change of a value as a share of the smaller of both."""
+    return abs(now - before) / max(min(abs(before), abs(now)), 1e-300) if now != before else 0.0
 
 
 @kernel
@@ -115,16 +128,17 @@ def lugre_step(z: float, ends: tuple[float, float], dt: float, then: Shape, here
     then, here
         sigma0 (N/m), Fc, dF (N) and vs (m/s) at both ends, linear in between.
     """
-    change = 0.0
-    for k in range(4):
-        change = max(change, abs(here[k] - then[k]) / max(min(abs(then[k]), abs(here[k])), 1e-300))
-    if change == 0.0:
-        return _lugre_part(z, ends, dt, then, here)
+    first, second = _change(then[0], here[0]), _change(then[1], here[1])
+    change = max(max(first, second), max(_change(then[2], here[2]), _change(then[3], here[3])))
     parts = int(min(1.0 + _PARTS * change, _MOST_PARTS))
+    low, v0 = then, ends[0]
     for k in range(parts):
-        one, other = k / parts, (k + 1.0) / parts
-        v0, v1 = ends[0] + one * (ends[1] - ends[0]), ends[0] + other * (ends[1] - ends[0])
-        z = _lugre_part(z, (v0, v1), dt / parts, between(then, here, one), between(then, here, other))
+        high, v1 = here, ends[1]
+        if k < parts - 1:
+            share = (k + 1.0) / parts
+            high, v1 = between(then, here, share), ends[0] + share * (ends[1] - ends[0])
+        z = _lugre_part(z, (v0, v1), dt / parts if parts > 1 else dt, low, high)
+        low, v0 = high, v1
     return z
 
 

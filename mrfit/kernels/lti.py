@@ -7,6 +7,7 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.kernels.jit import kernel, row
+from mrfit.kernels.past import RESERVED
 
 # Time constants in s below this one are too short for any log, and their poles too fast for the exponential
 SHORTEST = 1e-9
@@ -147,15 +148,34 @@ def _square(move: Array, size: int) -> None:
 
 
 @kernel
-def cascade_step(states: Any, poles: Any, before: float, now: float, dt: float) -> Any:
-    """Return the states of a cascade of poles in 1/s, tuples, after a step over which its input goes linearly."""
-    order = len(poles)
-    move, following = np.zeros((order + 2, order + 2)), np.zeros(order)
-    cascade_matrix(move, poles, dt)
+def cascade_kept(past: Any, first: int, poles: Any, dt: float) -> None:
+    """Keep what moves a cascade's states over dt s among a past's own numbers, behind the poles times dt it is for."""
+    order, same = len(poles), True
     for i in range(order):
-        following[i] = move[i + 2, 0] * (now - before) + move[i + 2, 1] * before
+        same = same and past[first + i] == poles[i] * dt
+    if not same:
+        move = np.zeros((order + 2, order + 2))
+        cascade_matrix(move, poles, dt)
+        for i in range(order):
+            past[first + i] = poles[i] * dt
+            for k in range(order + 2):
+                past[first + order * (i + 1) + 2 * i + k] = move[i + 2, k]
+
+
+@kernel
+def cascade_step(states: Any, poles: Any, before: float, now: float, dt: float, past: Any, own: int) -> Any:
+    """Return the states of a cascade of poles in 1/s, tuples, after a step over which its input goes linearly.
+
+    It keeps n*(n + 3) numbers for n poles in the past, from the own number ``own`` on.
+    """
+    order, first = len(poles), RESERVED + own
+    following = np.zeros(order)
+    cascade_kept(past, first, poles, dt)
+    for i in range(order):
+        at = first + order * (i + 1) + 2 * i
+        following[i] = past[at] * (now - before) + past[at + 1] * before
         for k in range(i + 1):
-            following[i] += move[i + 2, k + 2] * states[k]
+            following[i] += past[at + 2 + k] * states[k]
     return row(following, 0, states)
 
 

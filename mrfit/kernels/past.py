@@ -1,14 +1,24 @@
 """What an element remembers of earlier steps, for dead times: a ring of samples, of which a step reads late values.
 
-A past is a flat array: how many samples were pushed, how many places it has, how many signals a sample holds; then its
-places, each a time in s and the signals. The newest sample is that of a step's beginning.
+A past is a flat array: how many samples were pushed, how many places it has, how many signals a sample holds, and how
+many numbers of the element's own follow; these, and then the places, each a time in s and the signals. The newest
+sample is that of a step's beginning. The own numbers, -1 at first, are what a step has worked out and looks up as long
+as it holds: they do not change a result.
 """
 
 from typing import Any
 
 from mrfit.kernels.jit import kernel
 
-RESERVED = 3
+RESERVED = 4
+
+
+@kernel
+def begun(past: Any, places: int, signals: int, own: int) -> None:
+    """Begin a past without samples."""
+    past[0], past[1], past[2], past[3] = 0.0, places, signals, own
+    for k in range(own):
+        past[RESERVED + k] = -1.0
 
 
 @kernel
@@ -33,7 +43,7 @@ def _place(past: Any, back: int) -> int:
     """Return where the sample so many steps back lies, 1 the newest; the oldest known where there is none."""
     count, places = int(past[0]), int(past[1])
     oldest = max(count - places, 0)
-    return RESERVED + (max(count - back, oldest) % places) * (int(past[2]) + 1)
+    return RESERVED + int(past[3]) + (max(count - back, oldest) % places) * (int(past[2]) + 1)
 
 
 @kernel

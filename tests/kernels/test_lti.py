@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 from scipy.signal import lsim
 
-from mrfit.kernels.lti import delayed, exponential, unit_gain_filter
+from mrfit.kernels.lti import cascade_step, delayed, exponential, unit_gain_filter
+from mrfit.kernels.past import RESERVED, begun
 
 
 @given(seed=st.integers(0, 1000), size=st.floats(1e-6, 50.0))
@@ -60,3 +61,21 @@ def test_amplitude_of_a_slow_sine_is_that_of_the_transfer_function() -> None:
     basis = np.exp(-s * t[20_000:])
     whole = int(2 * np.pi / w / dt) * 9
     assert 2 * np.abs(np.mean((out * basis)[:whole])) == pytest.approx(abs(gain), rel=2e-3)
+
+
+@given(places=st.lists(st.tuples(st.integers(0, 2), st.integers(0, 2)), min_size=3, max_size=12))
+@settings(max_examples=40, deadline=None)
+def test_a_step_of_a_cascade_is_the_same_whatever_it_has_kept(places: list[tuple[int, int]]) -> None:
+    states, kept = (0.3, -0.2, 0.1, 0.4), _past(28)
+    for k, m in places:
+        poles, dt = tuple(POLES[0] * (1.0 + k)), (0.0, 1e-3, 1.5e-3)[m]
+        fresh = cascade_step(states, poles, 1.0, 2.0, dt, _past(28), 0)
+        assert cascade_step(states, poles, 1.0, 2.0, dt, kept, 0) == fresh
+        assert dt > 0.0 or fresh == states
+        states = fresh
+
+
+def _past(own: int) -> np.ndarray:
+    past = np.full(RESERVED + own, np.nan)
+    begun(past, 0, 0, own)
+    return past

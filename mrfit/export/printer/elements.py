@@ -7,7 +7,7 @@ element remembers, ``f`` the factors on parameters, ``y`` the output so far, and
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, cast
+from typing import Any
 
 from mrfit.core.specs import EffectSpec, ModelSpec
 from mrfit.export.printer.functions import python_of, unpacked
@@ -27,7 +27,6 @@ from mrfit.export.printer.tree import (
     Function,
     Group,
     If,
-    Item,
     Kind,
     Member,
     Name,
@@ -40,7 +39,7 @@ from mrfit.export.printer.tree import (
 from mrfit.export.printer.values import group
 from mrfit.export.text import field as field_name
 from mrfit.export.text import number
-from mrfit.kernels.past import RESERVED, pushed
+from mrfit.kernels.past import RESERVED, begun, pushed
 
 # Temperature in degrees Celsius where a log has none, as effects that need it take it
 ROOM = 25.0
@@ -62,6 +61,8 @@ class Element:
         Fields of what it remembers, numbers all.
     late
         Number of its signals that are needed late, 0 if none is.
+    own
+        Number of its own numbers in its past.
     centred
         Whether it has a constant ``x_middle``, the middle of the stroke.
     """
@@ -70,13 +71,15 @@ class Element:
     rest: Function | None = None
     state: list[str] = field(default_factory=list)
     late: int = 0
+    own: int = 0
     centred: bool = False
 
     @property
     def fields(self) -> str:
         """Fields of the struct of what it remembers, in C."""
         lines = [f"    @real {name};" for name in self.state]
-        past = [f"    @real past[{RESERVED} + (@RING * {self.late + 1})];"] if self.late else []
+        places = f"{RESERVED + self.own} + (@RING * {self.late + 1})" if self.late else str(RESERVED + self.own)
+        past = [f"    @real past[{places}];"] if self.late or self.own else []
         return "\n".join([*lines, *past])
 
     @property
@@ -227,7 +230,7 @@ class _Writer:
     def stepped(self) -> Element:
         """Return an element with memory."""
         sight, item = self.sight, self.item
-        late = int(getattr(item, "LATE", 0))
+        late, own_numbers = int(getattr(item, "LATE", 0)), int(getattr(item, "OWN", 0))
         names = self.state_names()
         state = group([sight.remembered(n) for n in names])
         now, before = group(self.now()), group(list(self.before()))
@@ -249,10 +252,23 @@ class _Writer:
             argument.changed = argument.name == "s"
         entry = Entry(arguments, bound, [*state.values], self.rest_title(), wanted, True)  # type: ignore[list-item]
         rest = self.reader.entry(item.rest, f"{sight.ident}_rest", entry)
+        if late or own_numbers:
+            self.begin(rest, past, late, own_numbers)
         if late:
             self.remember(step, rest, past, state.values[:late])
         fields = [*names, *(p.name for p, _ in wanted)]  # type: ignore[union-attr]
-        return Element(step, rest, list(dict.fromkeys(fields)), late, bool(sight.centred))
+        return Element(step, rest, list(dict.fromkeys(fields)), late, own_numbers, bool(sight.centred))
+
+    def begin(self, rest: Function, past: Member, late: int, own: int) -> None:
+        """Let an element begin its past as it comes to rest."""
+        function = python_of(begun)
+        assert function is not None
+        name = self.reader.function(
+            function, dict(zip(inspect.signature(function).parameters, (past.kind, INT, INT, INT), strict=True))
+        ).function.name
+        places = Number("@RING" if late else "0", INT)
+        given = (past, places, Number(str(late), INT), Number(str(own), INT))
+        rest.body = (*rest.body, Run(Call(name, given, NOTHING, True), ()))
 
     def remember(self, step: Function, rest: Function, past: Member, signals: Sequence[Expression]) -> None:
         """Let an element push what it needs late: at rest its first sample, and one behind every step."""
@@ -276,9 +292,7 @@ class _Writer:
             call = Call(name, (past, Name("signals", kind), dt, least), NOTHING, True)
             return (Declare("signals", kind, Group(tuple(signals), kind), True), Run(call, ()))
 
-        sizes = (Number("0.0", REAL), Cast(Number("@RING", INT), REAL), Number(number(len(signals)), REAL))
-        heads: list[Statement] = [Assign(_at(past, k), cast(Expression, v)) for k, v in enumerate(sizes)]
-        rest.body = (*rest.body, *heads, *push(Number("0.0", REAL), Number("0.0", REAL)))
+        rest.body = (*rest.body, *push(Number("0.0", REAL), Number("0.0", REAL)))
         moved = If(
             Binary(">", Name("dt", REAL), Number("0.0", REAL), Kind("bool")),
             (*push(Name("dt", REAL), least), Run(again, ())),
@@ -321,10 +335,7 @@ def rebased(past: Any) -> None:
     places, width = int(past[1]), int(past[2]) + 1
     if past[0] >= 2.0 * past[1]:
         past[0] -= past[1]
-        newest = past[RESERVED + (int(past[0]) - 1) % places * width]
+        first = RESERVED + int(past[3])
+        newest = past[first + (int(past[0]) - 1) % places * width]
         for k in range(places):
-            past[RESERVED + k * width] -= newest
-
-
-def _at(past: Member, k: int) -> Any:
-    return Item(past, Number(str(k), INT), REAL)
+            past[first + k * width] -= newest
