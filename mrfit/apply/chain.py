@@ -299,11 +299,10 @@ def commit(chain: Chain, state: Array, following: Array, dt: float) -> None:
         state[k] = following[k]
     for e in range(len(chain.elements)):
         element = chain.elements[e]
-        if element[LATE] > 0 and dt != 0.0:
-            if dt < 0.0:
-                _begin(chain, e, state)
-            else:
-                pushed(state[element[RING] :], state[element[STATE] :], dt)
+        if dt < 0.0:
+            _begin(chain, e, state)
+        elif dt > 0.0 and element[LATE] > 0:
+            pushed(state[element[RING] :], state[element[STATE] :], dt)
 
 
 @kernel

@@ -144,6 +144,12 @@ def kernel(function: F, kept: bool = True) -> F:
     return cast(F, compiled)
 
 
+def inlined(function: F) -> F:
+    """Compile a function whose code stands wherever it is called: loops that call it can then run side by side."""
+    compiled: Any = numba.njit(nogil=True, error_model="numpy", fastmath={"contract"}, forceinline=True)(function)
+    return cast(F, compiled)
+
+
 def copy_of(template: F, name: str, parts: Mapping[str, Any]) -> F:
     """Return a template for one element: functions and constants of these names take the place of its globals.
 

@@ -21,7 +21,6 @@ import numpy as np
 
 from mrfit.core.specs import Array, Derived, Ends, ModelSpec, Param, Reduced, State, Steps, Values
 from mrfit.kernels.branch import normal_form, printed_form
-from mrfit.kernels.elements import response_of
 from mrfit.kernels.points import inside, post_yield_line, yield_velocity
 from mrfit.kernels.spencer import TOLERANCE, spencer, spencer_step
 from mrfit.kernels.theta import plain
@@ -79,9 +78,6 @@ def step(state: State, before: Values, now: Values, theta: Ends, dt: float) -> t
     return c0 * (v - w) + k0 * x + f0, (xi, z, wish)
 
 
-_stepped = response_of(SPEC, rest, step)
-
-
 def response(drive: Array, theta: Array, dt: Steps) -> Array:
     """Return the force in N, shape (P, N), of displacement (m) and velocity (m/s), shape (2, N), sampled every dt s."""
     return _simulated(drive, theta, dt, TOLERANCE)
@@ -93,10 +89,10 @@ def rough_response(drive: Array, theta: Array, dt: Steps) -> Array:
 
 
 def _simulated(drive: Array, theta: Array, dt: Steps, tolerance: float) -> Array:
-    if theta.ndim == 3:
-        return _stepped(drive, theta, dt)
     x, v = plain(drive)
-    return spencer(x, v, np.ascontiguousarray(theta.T), np.atleast_1d(np.float64(dt)), tolerance)
+    values = theta if theta.ndim == 3 else theta[:, :, None]
+    along = np.ascontiguousarray(np.swapaxes(values, 0, 1))
+    return spencer(x, v, along, np.atleast_1d(np.float64(dt)), tolerance)
 
 
 def derived(theta: Array) -> Array:

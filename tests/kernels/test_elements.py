@@ -5,6 +5,7 @@ import pytest
 
 from mrfit.core import registry
 from mrfit.core.specs import Array
+from mrfit.kernels.elements import response_of
 from mrfit.simulate.assembly import assemble
 
 N, DT = 500, 1e-3
@@ -51,11 +52,23 @@ def test_steps_of_a_model_are_its_fast_path(name: str) -> None:
     spec = model.SPEC
     drive = np.stack([CHANNELS[n] for n in spec.inputs])
     theta = spec.start[None] * np.array([[1.0], [1.1]])
-    fast = model.response(drive, theta, DT)
+    stepped = response_of(spec, model.rest, model.step, getattr(model, "LATE", 0), getattr(model, "OWN", 0))
     # the branch curve is good to 3e-7, for n up to 2 to 2e-8
     bound = 2e-8 if name == "boucwen" else 1e-9
-    steps = model._stepped(drive, theta, EVEN)
-    assert np.abs(steps - fast).max() < bound * np.ptp(fast)
+    fast = model.response(drive, theta, DT)
+    assert np.abs(stepped(drive, theta, EVEN) - fast).max() < bound * np.ptp(fast)
+
+
+def test_steps_of_spencer_are_its_lanes_under_moving_parameters() -> None:
+    model = registry.load("model", "spencer")
+    drive = np.stack([CHANNELS[n] for n in model.SPEC.inputs])
+    # more vectors than lanes, every parameter on its own way, one held
+    theta = model.SPEC.start[:, None] * np.ones((9, 1, N))
+    theta *= 1.0 + 0.2 * np.random.default_rng(3).uniform(size=(9, 10, 1)) * CHANNELS["current"]
+    theta[4] = theta[4][:, :1]
+    fast = model.response(drive, theta, DT)
+    steps = response_of(model.SPEC, model.rest, model.step)(drive, theta, EVEN)
+    assert np.abs(steps - fast).max() < 1e-9 * np.ptp(fast)
 
 
 @pytest.mark.parametrize("name", ["lugre", "spencer", "tanh+current-filter", "tanh+slow-release", "tanh+force-filter"])

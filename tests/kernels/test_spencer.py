@@ -11,7 +11,7 @@ THETA = np.array([3e4, 2000.0, 500.0, 500.0, 500.0, 5000.0, 2500.0, 2500.0, 2.0,
 
 def simulate(x: np.ndarray, v: np.ndarray, theta: np.ndarray, dt: float) -> np.ndarray:
     rows = np.atleast_2d(theta)
-    return spencer(x, v, np.ascontiguousarray(rows.T), np.array([dt]), TOLERANCE)
+    return spencer(x, v, np.ascontiguousarray(rows.T)[:, :, None], np.array([dt]), TOLERANCE)
 
 
 def solve(x: np.ndarray, v: np.ndarray, theta: np.ndarray, dt: float) -> np.ndarray:

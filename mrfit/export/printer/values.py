@@ -44,7 +44,7 @@ from mrfit.export.printer.tree import (
 from mrfit.export.text import field as field_name
 from mrfit.export.text import number
 from mrfit.kernels import jit
-from mrfit.kernels.powers import power, tanh
+from mrfit.kernels.powers import log2, power, tanh
 from mrfit.kernels.theta import columns
 
 if typing.TYPE_CHECKING:
@@ -440,8 +440,8 @@ class ValueReader:
     def small_name(target: Any) -> str:
         """Return the name of a function of math or numpy, or of a built-in one; empty of another."""
         name = getattr(target, "__name__", "")
-        if target in (power, tanh):
-            return "power" if target is power else "tanh"
+        if target in (log2, power, tanh):
+            return str(target.__name__)
         own = target in (abs, min, max, len, float, int)
         known = own or name in KNOWN and any(vars(module).get(name) is target for module in (math, np, jit))
         return str(name) if known else ""
