@@ -31,6 +31,8 @@ from mrfit.io.workspace import recording_id
 if TYPE_CHECKING:
     from pandas import DataFrame
 
+    from mrfit.report.picture import Picture
+
 PathText = str | PathLike[str]
 
 
@@ -54,6 +56,12 @@ class Recording(core.Recording):
     """
 
     __slots__ = ()
+
+    def plot(self) -> "Picture":
+        """Draw the log as recorded: channels over time with cuts and warnings, and loops."""
+        from mrfit.sheet.signals import draw, signals_of
+
+        return draw(signals_of(self))
 
     @classmethod
     def from_arrays(

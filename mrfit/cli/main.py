@@ -15,6 +15,7 @@ import mrfit.settings.ingest
 import mrfit.settings.report
 import mrfit.settings.segment
 from mrfit.cli import apply, console, logbook, measure, names, project
+from mrfit.cli import plot as signals
 from mrfit.cli.advise import advise
 from mrfit.cli.batch import batch
 from mrfit.cli.export import check_all_made, export
@@ -75,6 +76,9 @@ def ingest(
         bool,
         typer.Option("--suggest-map", help="Suggest a channel map: beside unknown logs, or into a pipe; read nothing."),
     ] = False,
+    plot: Annotated[
+        bool, typer.Option("--plot", help="Also draw them as recorded, into plot of the workspace.")
+    ] = False,
     on: On,
     shared: Shared,
     work: Work,
@@ -104,7 +108,11 @@ def ingest(
     send(on, shared)
     with console.progress_bar() as progress:
         summary = pipeline.ingest(work, logs, settings, progress)
-    return console.print_json(summary) if as_json else output.ingest(summary, work)
+        files = pipeline.plot(work, progress) if plot else []
+    if as_json:
+        return console.print_json(summary | ({"plot": [str(path) for path in files]} if plot else {}))
+    output.ingest(summary, work)
+    return signals.conclude(files) if files else None
 
 
 @app.command()
@@ -254,6 +262,7 @@ def discover(
 
 app.command()(advise)
 app.command()(figure)
+app.command()(signals.plot)
 
 
 @app.command()

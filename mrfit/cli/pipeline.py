@@ -81,6 +81,16 @@ def flux(work: Path, settings: mrfit.settings.flux.Settings, progress: Progress)
         return {**to_json(made), "notes": notes}
 
 
+def plot(work: Path, progress: Progress) -> list[Path]:
+    """Draw the workspace's recordings as recorded, and return the files."""
+    from mrfit.sheet.signals import write
+
+    workspace = Workspace(work)
+    identifiers = sorted(workspace.identifiers)
+    recordings = (workspace.read_recording(i, workspace.latest) for i in identifiers)
+    return write(recordings, len(identifiers), workspace.root / "plot", False, progress)[0]
+
+
 def segment(work: Path, settings: mrfit.settings.segment.Settings, progress: Progress) -> Summary:
     """Cut recordings by test condition, reconstructing flux first where that is due."""
     import mrfit.segment.stage

@@ -56,8 +56,15 @@ class Section:
     folded: bool = False
 
 
-def render(title: str, lead: str, facts: Sequence[tuple[str, str]], sections: Sequence[Section], file: str) -> str:
-    """Return a page; ``file`` is the name of the JSON file with all numbers."""
+def render(
+    title: str,
+    lead: str,
+    facts: Sequence[tuple[str, str]],
+    sections: Sequence[Section],
+    file: str,
+    script: str = "",
+) -> str:
+    """Return a page; ``file`` is the name of the JSON file with all numbers, ``script`` moves its figures."""
     template = template_of(TEMPLATE.with_name("sections.html.jinja"))
     return template.render(
         title=title,
@@ -65,6 +72,7 @@ def render(title: str, lead: str, facts: Sequence[tuple[str, str]], sections: Se
         facts=facts,
         sections=sections,
         file=file,
+        script=script,
         version=version("mrfit"),
         verdicts=VERDICTS,
     )

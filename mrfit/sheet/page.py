@@ -80,23 +80,23 @@ def unit_sections(sheet: Sheet, unit: UnitRow, anchor: str, several: bool) -> li
     name = f"Unit {unit.unit}: " if several else ""
     loops = [one for one in sheet.loops if one.unit == unit.unit]
     courses = [one for one in sheet.courses if one.unit == unit.unit]
-    drawn = []
+    shown = []
     if loops:
         compared = "; dashed: the logs compared with." if sheet.against else "."
         panels: list[Callable[[Axes], object]] = [
             lambda axes: figures.draw_loops(axes, loops, sheet.against, "displacement"),
             lambda axes: figures.draw_loops(axes, loops, sheet.against, "velocity", legend=False),
         ]
-        drawn.append(_figure(f"{anchor}l", "Loops.", f"Mean cycle of every condition{compared}", panels))
+        shown.append(drawn(f"{anchor}l", "Loops.", f"Mean cycle of every condition{compared}", panels))
         panels = [
             lambda axes: figures.draw_peaks(axes, unit.conditions),
             lambda axes: figures.draw_history(axes, courses),
         ]
         words = "Left the peak force over the peak velocity, with its interval; right that of every cycle."
-        drawn.append(_figure(f"{anchor}p", "Peak force and history.", words, panels))
+        shown.append(drawn(f"{anchor}p", "Peak force and history.", words, panels))
     tables = [_verdicts(unit.verdicts)] if unit.verdicts else []
     heading = f"Verdict: {unit.verdict}" if unit.verdict else "Loops and forces"
-    found = [Section(name + (heading[:1].lower() + heading[1:] if name else heading), (), tables, drawn)]
+    found = [Section(name + (heading[:1].lower() + heading[1:] if name else heading), (), tables, shown)]
     main = [_main(unit.conditions)]
     if unit.across:
         rows = [[a.conditions, a.quantity.name, *numbers_of(a.quantity)] for a in unit.across]
@@ -145,7 +145,8 @@ def _whole(condition: SheetCondition) -> Table:
     return Table(caption, ("quantity", "value", "95 % interval", "unit", "over cycles, or why not"), rows)
 
 
-def _figure(prefix: str, title: str, caption: str, panels: "Sequence[Callable[[Axes], object]]") -> Drawn:
+def drawn(prefix: str, title: str, caption: str, panels: "Sequence[Callable[[Axes], object]]") -> Drawn:
+    """Return panels, two beside each other, as a figure of a page."""
     import_matplotlib()
     from matplotlib.figure import Figure
 
@@ -161,7 +162,7 @@ def _figure(prefix: str, title: str, caption: str, panels: "Sequence[Callable[[A
 
 def _fleet(file: SheetFile) -> list[Section]:
     """Return the section of all units: verdicts of both levels, distributions, who stands out."""
-    tables, drawn = [], []
+    tables, pictures = [], []
     if file.limits:
         rows = [
             [
@@ -185,14 +186,14 @@ def _fleet(file: SheetFile) -> list[Section]:
             for one in list(wanted.values())[:MOST_PANELS]
         ]
         if panels:
-            drawn.append(
-                _figure("fleet", "Distributions.", "Every unit with its 95 % interval; dashed: the limits.", panels)
+            pictures.append(
+                drawn("fleet", "Distributions.", "Every unit with its 95 % interval; dashed: the limits.", panels)
             )
     if file.stands_out:
         cells = [[s.unit, s.condition, s.quantity, s.value, s.median, s.z] for s in file.stands_out[:MOST_CHANGES]]
         tables.append(Table("Units that stand out", ("unit", "condition", "quantity", "value", "median", "z"), cells))
     words = [] if file.stands_out else ["No unit stands out from the others."]
-    return [Section("All units", words, tables, drawn)]
+    return [Section("All units", words, tables, pictures)]
 
 
 def _changes(file: SheetFile) -> list[Section]:

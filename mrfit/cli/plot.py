@@ -1,0 +1,57 @@
+"""``mrfit plot``: the raw signals of logs, before any fit."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from mrfit.cli import console
+from mrfit.cli.apply import read_logs
+from mrfit.cli.options import Json, Only, options
+from mrfit.settings import ingest
+
+if TYPE_CHECKING:
+    from mrfit.sheet.signals import Signals
+
+OUT = Path("mrfit-plot")
+
+
+@options
+def plot(
+    logs: Annotated[list[Path], typer.Argument(help="Logs or folders of logs.", show_default=False)],
+    *,
+    png: Annotated[bool, typer.Option("--png", help="Also a PNG of every log.")] = False,
+    out: Annotated[Path, typer.Option("--out", help="Folder for signals.html.")] = OUT,
+    reading: Annotated[ingest.Settings, Only(("map", "pattern"))],
+    as_json: Json,
+) -> None:
+    """Draw logs as recorded: series with zoom, loops, where a log is cut, warnings at their time.
+
+    Example: mrfit plot datasets/damper-sines --png
+    """
+    from mrfit.sheet.signals import write
+
+    recordings = read_logs(logs, reading.map, reading.pattern)
+    with console.progress_bar() as progress:
+        files, found = write(recordings, len(recordings), out, png, progress)
+    if as_json:
+        rows = [
+            {"log": one.recording.source, "cuts": len(one.segments), "said": [*one.said, *_texts(one)]} for one in found
+        ]
+        return console.print_json({"files": [str(path) for path in files], "logs": rows})
+    for one in found:
+        console.say(f"  {one.recording.id}: {', '.join(s.condition for s in one.segments) or 'not cut'}")
+        for text in (*one.said, *_texts(one)):
+            console.say(f"    {text}")
+    return conclude(files)
+
+
+def conclude(files: Sequence[Path]) -> None:
+    """Print where the page is, and how many pictures lie beside it."""
+    more = f" and {len(files) - 1} PNG file{'s' * (len(files) != 2)} beside it" if len(files) > 1 else ""
+    console.conclude(f"Signals: {files[0]}{more}")
+
+
+def _texts(one: "Signals") -> list[str]:
+    return [finding.text for finding in one.recording.findings]
