@@ -25,8 +25,8 @@ from mrfit.simulate.assembly import Assembly
 
 LEFT_OUT = "left-out"
 """Role of a test whose data had no part in the parameters that it is judged by."""
-FEW, PIECES = 5, 10
-"""Tests below which those without cycles are cut, into so many: stretches of one random motion are tests too."""
+FEW, PIECES = 3, 10
+"""Tests below which those without cycles are cut, into so many: a refit without one of two knows too little."""
 REFITS = 24
 """Refits at most; with more tests several are left out together."""
 STEPS = 3
@@ -44,10 +44,13 @@ class Unit:
         Its name.
     members
         For each part that belongs to it, its place and the samples.
+    share
+        Of a test.
     """
 
     condition: str
     members: tuple[tuple[int, slice], ...]
+    share: float = 1.0
 
 
 def _whole(condition: str, places: Iterable[int]) -> Unit:
@@ -67,7 +70,7 @@ def units_of(parts: Sequence[Part]) -> list[Unit]:
     for k in single:
         ends = np.linspace(0, len(parts[k].output), each + 1).astype(np.int64).tolist()
         name = parts[k].segment.condition
-        units += [Unit(name, ((k, slice(a, b)),)) for a, b in zip(ends, ends[1:], strict=False) if b - a > 1]
+        units += [Unit(name, ((k, slice(a, b)),), 1.0 / each) for a, b in zip(ends, ends[1:], strict=False) if b - a > 1]
     return units
 
 
@@ -182,5 +185,6 @@ def _row(unit: Unit, parts: Sequence[Part], errors: Sequence[Array], assembly: A
             reach=reach,
             independent=sum(effective_samples(e) for e in errors),
             extents=together(s.extents() for s in stretches),
+            share=unit.share,
         )
     ]

@@ -45,6 +45,8 @@ class Remainder(Entry):
         Least and greatest value of every channel.
     beyond
         How far these lie beyond the tests that were fitted, see ``mrfit.fit.extrapolation.beyond``.
+    share
+        Of a test: stretches of one random motion are together one test.
     """
 
     condition: str
@@ -54,3 +56,4 @@ class Remainder(Entry):
     independent: float
     extents: dict[str, tuple[float, float]] = field(default_factory=dict)
     beyond: float = 0.0
+    share: float = 1.0
