@@ -97,7 +97,7 @@ class Prediction:
 
     @property
     def promise(self) -> str:
-        """What the bands promise and where they are wider, empty where there are none."""
+        """What the bands promise, where they are wider and where they fall short; why there are none."""
         return promise(self.fit, self.found, self.assembly)
 
     @property
@@ -123,8 +123,7 @@ class Prediction:
 
     @property
     def _said(self) -> "list[str | Caution]":
-        band = [f"95 % band: {self.promise}"] if self.promise else []
-        return [*band, *self.findings, *self.warnings]
+        return [f"95 % band: {self.promise}", *self.findings, *self.warnings]
 
     @property
     def _title(self) -> str:

@@ -204,8 +204,7 @@ def predict(summary: Summary) -> None:
         own = summary["conditions"][segment_id]
         nearest = "" if condition in ("all", own) else f", the nearest to {own} that was fitted"
         say(f"  {segment_id}: parameters of {condition}{nearest}")
-    if summary["band"]:
-        say(f"95 % band: {summary['band']}")
+    say(f"95 % band: {summary['band']}")
     _say_once(summary["findings"])
     outdated({summary["fit"]: "; ".join(summary["reasons"])})
     _whole_warnings(summary)

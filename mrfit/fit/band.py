@@ -73,10 +73,10 @@ def own_width(rows: Sequence[Remainder], segment: Segment) -> float | None:
 def widths(fit: Fit, found: Prediction, assembly: Assembly) -> dict[str, Width]:
     """Return the half-widths of the bands of a prediction by segment, from the start of a record without cycles.
 
-    There are none of a fit whose file has no refits.
+    There are none of a fit whose file says nothing of what it left.
     """
     rows = unseen(fit.results)
-    if not rows or any(r.refits is None for r in fit.results):
+    if not rows:
         return {}
     law, made = ErrorLaw.of(rows), {}
     pieces: dict[str, list[tuple[Part, Array]]] = {}
@@ -94,21 +94,28 @@ def widths(fit: Fit, found: Prediction, assembly: Assembly) -> dict[str, Width]:
 
 
 def promise(fit: Fit, found: Prediction, assembly: Assembly) -> str:
-    """Return what the 95 % bands of a prediction promise and where they are wider; nothing where there are none."""
+    """Return what the 95 % bands of a prediction promise, where they are wider and where they fall short."""
     rows = unseen(fit.results)
-    if not rows or any(r.refits is None for r in fit.results):
-        return ""
+    if not rows:
+        again = f"mrfit fit --model {fit.model} --opt {fit.optimizer} --per {fit.per}"
+        return f"none, as the fit was made before bands were kept; `{again}` makes it again, with one"
+    closest = [(p, closest_result(fit.results, p.segment)) for p in found.blocks.parts]
+    other = {p.segment.condition for p, result in closest if result.condition not in ("all", p.segment.condition)}
+    if other:
+        return (
+            f"falls short for {', '.join(sorted(other))}, of which no parameters were fitted: of real records by the "
+            "nearest condition's it held 59 to 70 of 100 samples; a fit with --per all has bands for other conditions"
+        )
     text = "low to high holds 95 of 100 samples on average over tests like "
     if rows[0].role == "train":
         return text + f"{rows[0].condition}, if the model errs on others as it does there: no other test was fitted"
-    text += f"the {len(rows)} that were judged by parameters fitted without them"
-    if len(rows) < ENOUGH:
+    if fit.per == "condition":
+        return text + "those that were fitted; other conditions call for a fit with --per all"
+    tests = round(sum(r.share for r in rows))
+    text += f"the {tests} that were judged by parameters fitted without them"
+    if tests < ENOUGH:
         text += f"; fewer than {ENOUGH}: their errors are taken as log-normal"
-    far = {
-        p.segment.condition
-        for p in found.blocks.parts
-        if _beyond(closest_result(fit.results, p.segment), [p], assembly) > 0.0
-    }
+    far = {p.segment.condition for p, result in closest if _beyond(result, [p], assembly) > 0.0}
     return text + (f"; wider beyond what was fitted: {', '.join(sorted(far))}" if far else "")
 
 

@@ -2,6 +2,8 @@
 
 import json
 import math
+import re
+import shlex
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,7 @@ from mrfit.fit.error_law import NORMAL
 from mrfit.io.schemas.band import Remainder
 from mrfit.io.schemas.fit import Fit, Result
 from mrfit.io.schemas.reading import of_json
+from tests.docs.test_pages import fault_of
 
 DT, SAMPLES = 1e-3, 2000
 
@@ -100,7 +103,7 @@ def test_refits_about_the_optimum_have_the_covariance_where_there_is_one_test() 
     assert (q.high - q.low) / 2.0 == pytest.approx(quantile_95(refits.degrees) * values.std(), rel=0.02)
 
 
-def test_a_fit_without_refits_has_no_band() -> None:
+def test_a_fit_of_earlier_days_has_no_band_and_says_which_command_makes_one() -> None:
     fit = fitted(5.0)
     plain = fit.to_json()
     for result in plain["results"]:
@@ -109,6 +112,39 @@ def test_a_fit_without_refits_has_no_band() -> None:
     old = mrfit.FitResult(of_json(Fit, json.dumps(plain)), fit.preparation)
     found = old.predict(log(1.5, 5.0, 7))
     assert list(found.band) == ["segment", "time", "simulated"] and math.isnan(found.coverage)
+    assert found.promise.startswith("none")
+    (command,) = re.findall("`mrfit (.*?)`", found.promise)
+    assert fault_of(shlex.split(command)) == "" and command == "fit --model tanh --opt lsq --per all"
+    assert f"95 % band: {found.promise}" in repr(found)
+
+
+def names(found: mrfit.Prediction) -> set[str]:
+    return {s.condition for s in found.found.blocks.segments}
+
+
+def test_the_promise_counts_the_tests_and_names_those_beyond() -> None:
+    joint = fitted(5.0)
+    near, far = log(2.5, 5.0, 7), log(6.0, 5.0, 8)
+    assert joint.predict(near).promise == (
+        "low to high holds 95 of 100 samples on average over tests like the 3 that were judged by parameters fitted "
+        "without them; fewer than 39: their errors are taken as log-normal"
+    )
+    # twice the speed of the fastest test; the other one is not named
+    (beyond,) = names(joint.predict(far))
+    wider = f"; wider beyond what was fitted: {beyond}"
+    assert joint.predict([near, far]).promise == joint.predict(near).promise + wider
+    alone = mrfit.fit(log(1.0, 5.0, 0), "tanh", per="all", holdout="none", progress=False)
+    (own,) = alone.content.results[0].conditions
+    assert f"over tests like {own}, if the model errs on others as it does there" in alone.predict(near).promise
+
+
+def test_a_condition_that_was_not_fitted_by_itself_has_a_band_that_falls_short() -> None:
+    each = mrfit.fit([log(f, 5.0, k) for k, f in enumerate((1.0, 2.0, 3.0))], "tanh", per="condition", progress=False)
+    known, both = each.predict(log(2.0, 5.0, 7)), each.predict([log(2.0, 5.0, 7), log(2.5, 5.0, 8)])
+    assert "falls short" not in known.promise and "--per all" in known.promise
+    (own,) = names(known)
+    (other,) = names(both) - {own}
+    assert both.promise.startswith(f"falls short for {other}, of which no") and own not in both.promise
 
 
 def row(condition: str, role: str, independent: float = 1e6, quantile: float = 2.0) -> Remainder:

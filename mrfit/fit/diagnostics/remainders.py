@@ -69,8 +69,8 @@ def units_of(parts: Sequence[Part]) -> list[Unit]:
     each = -(-(PIECES - len(units)) // len(single)) if single and tests < FEW else 1
     for k in single:
         ends = np.linspace(0, len(parts[k].output), each + 1).astype(np.int64).tolist()
-        name = parts[k].segment.condition
-        units += [Unit(name, ((k, slice(a, b)),), 1.0 / each) for a, b in zip(ends, ends[1:], strict=False) if b - a > 1]
+        cuts = [slice(a, b) for a, b in zip(ends, ends[1:], strict=False) if b - a > 1]
+        units += [Unit(parts[k].segment.condition, ((k, cut),), 1.0 / len(cuts)) for cut in cuts]
     return units
 
 
