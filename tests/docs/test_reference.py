@@ -10,6 +10,7 @@ from docs.reference.markdown import documented, plain
 from mrfit.core.built_in import own_names
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.io.schemas.fit import Fit
+from tests.conftest import ROOT
 
 
 def test_every_file_of_a_workspace_is_described_with_its_schema_and_keys() -> None:
@@ -71,3 +72,8 @@ def test_a_figure_shows_an_effect_at_the_stated_strength(name: str) -> None:
     share = np.sqrt(np.mean(difference**2)) / np.ptp(without[shown])
     # one that cannot move the output so far is shown at its bound
     assert 0.02 < share < 1.05 * figures.MOVED
+
+
+def test_every_reader_is_named_on_the_page_of_formats() -> None:
+    page = (ROOT / "docs" / "formats.md").read_text(encoding="utf-8")
+    assert not [name for name in own_names("reader") if f"`{name}`" not in page]
