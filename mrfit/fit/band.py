@@ -2,7 +2,7 @@
 
 The parameters' part is the scatter of simulations at refits that leave out a test each. The rest is the magnitude
 that 95 of 100 residuals do not exceed, noise and error of the model together: of a condition that was fitted its own,
-of another test by the law of tests that were left out of the fit. Their squares are added.
+of another test by the law of tests that were left out of the fit. The wider of the two counts.
 """
 
 import math

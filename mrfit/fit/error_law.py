@@ -23,9 +23,11 @@ ENOUGH = 39
 One more test of which nothing is known then takes no more than half of the other five.
 """
 # What is believed before any test: scatter of the logarithm and the tests that this is worth; slopes over the range
-# and the way beyond, and their scatter. Settled on planted dampers of another law than the model and on one real one
-SCATTER, WORTH = 0.5, 3.0
-SLOPES, LOOSENESS = np.array([0.8, 0.5]), np.array([0.3, 0.5])
+# and the way beyond, and their scatter. Settled on 300 tests of planted dampers of other laws than the models, by fits
+# to 3 to 10 tests: with a slope of 0.8 over the range, a test on which the model falls short of the force had a band as
+# short, and with three tests 79 % of samples lay within, not 88 %
+SCATTER, WORTH = 0.6, 3.0
+SLOPES, LOOSENESS = np.array([0.0, 0.5]), np.array([0.3, 0.5])
 LEVELS = (np.arange(400) + 0.5) / 400.0
 
 
@@ -58,18 +60,21 @@ class ErrorLaw:
     def of(cls, rows: Sequence[Remainder]) -> "ErrorLaw":
         """Return the law of what is left of tests, at least one."""
         errors, ranges = (np.log(np.maximum(v, 1e-300)) for v in ([r.quantile for r in rows], [r.reach for r in rows]))
-        middle = float(ranges.mean())
+        # stretches of one motion are together one test
+        shares = np.array([r.share for r in rows])
+        middle = float(np.average(ranges, weights=shares))
         design = np.column_stack([np.ones(len(rows)), ranges - middle, [r.beyond for r in rows]])
         believed = np.concatenate([[0.0], (SCATTER / LOOSENESS) ** 2])
-        inverse = np.linalg.inv(design.T @ design + np.diag(believed))
-        found = inverse @ (design.T @ errors + believed * np.array([0.0, *SLOPES]))
+        weighted = shares * design.T
+        inverse = np.linalg.inv(weighted @ design + np.diag(believed))
+        found = inverse @ (weighted @ errors + believed * np.array([0.0, *SLOPES]))
         # an error grows with the output, no more than in proportion, and with the way beyond
         slopes = np.clip(found[1:], 0.0, [1.0, math.inf])
-        level = float(np.mean(errors - design[:, 1:] @ slopes))
+        level = float(np.average(errors - design[:, 1:] @ slopes, weights=shares))
         coefficients = np.array([level, *slopes])
         off = errors - design @ coefficients
-        degrees = WORTH + len(rows) - 1.0
-        scatter = math.sqrt((WORTH * SCATTER**2 + float(off @ off)) / degrees)
+        degrees = WORTH + float(shares.sum()) - 1.0
+        scatter = math.sqrt((WORTH * SCATTER**2 + float(shares @ off**2)) / degrees)
         return cls(middle, coefficients, inverse, scatter, degrees, off)
 
     def half_width(self, reach: float, beyond: float) -> float:

@@ -78,6 +78,19 @@ def test_the_error_of_a_model_is_told_by_tests_that_it_has_not_seen() -> None:
         assert one.quantile == pytest.approx(float(errors.quantile(0.95)), rel=0.03)
 
 
+@pytest.mark.parametrize(("tests", "cut"), [(2, 5), (3, 1)])
+def test_random_motions_are_left_out_whole_from_three_on(tests: int, cut: int) -> None:
+    def motion(seed: int) -> mrfit.Recording:
+        rng = np.random.default_rng(seed)
+        x = 0.004 * np.convolve(rng.standard_normal(SAMPLES + 199), np.hanning(200), "valid")
+        force = 900.0 * np.gradient(x, DT) + rng.standard_normal(SAMPLES)
+        return mrfit.Recording.from_arrays(dt=DT, displacement=x, force=force, name=f"log{seed}")
+
+    fit = mrfit.fit([motion(k) for k in range(tests)], "bingham", per="all", holdout="none", progress=False)
+    shares = [r.share for r in fit.content.results[0].remainders if r.role == LEFT_OUT]
+    assert len(shares) == cut * tests and sum(shares) == pytest.approx(tests)
+
+
 @pytest.mark.parametrize("per", ["all", "condition"])
 def test_a_fit_keeps_what_its_bands_are_made_of(tmp_path: Any, per: str) -> None:
     fit = mrfit.fit([log(f, 5.0, k) for k, f in enumerate((1.0, 2.0, 3.0))], "tanh", per=per, progress=False)

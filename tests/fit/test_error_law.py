@@ -1,6 +1,7 @@
 """Law of the error on unseen tests: planted laws, its coverage of further draws, and what widens it."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -46,6 +47,21 @@ def test_fewer_tests_and_tests_that_differ_widen() -> None:
     assert apart > 1.3 * many
     # one test alone has a width, too
     assert 2.0 < ErrorLaw.of(rows([2.0])).half_width(100.0, 0.0) < 8.0
+
+
+def test_stretches_of_one_motion_count_as_one_test() -> None:
+    (whole,) = rows([2.0])
+    alone = ErrorLaw.of([whole]).half_width(100.0, 0.0)
+    assert ErrorLaw.of([replace(whole, share=0.1)] * 10).half_width(100.0, 0.0) == pytest.approx(alone)
+    assert ErrorLaw.of([whole] * 10).half_width(100.0, 0.0) < 0.8 * alone
+
+
+def test_the_error_is_not_taken_to_shrink_with_the_output_unless_tests_say_so() -> None:
+    """A model that falls short of a force simulates a short range: its error is none the less for it."""
+    few, many = (ErrorLaw.of(rows([2.0] * n)) for n in (3, 30))
+    assert few.half_width(10.0, 0.0) >= 0.95 * few.half_width(100.0, 0.0)
+    shrunk = ErrorLaw.of(rows(0.02 * np.geomspace(10.0, 1000.0, 30), np.geomspace(10.0, 1000.0, 30)))
+    assert shrunk.half_width(10.0, 0.0) < 0.2 * many.half_width(100.0, 0.0)
 
 
 def test_a_test_beyond_the_others_has_a_wider_band() -> None:
