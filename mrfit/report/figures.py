@@ -344,6 +344,8 @@ def error_figure(fit: Fit) -> Figure:
     else:
         axes.set(yticks=range(len(names)), yticklabels=names)
     axes.set_ylim(len(names) - 0.4, -0.6)
+    # the dot of the greatest error is drawn whole
+    axes.margins(x=0.03)
     if max(values) > 20.0 * min(values) > 0.0:
         axes.set_xscale("log")
         plain_log(axes)
