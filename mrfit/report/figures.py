@@ -344,13 +344,12 @@ def error_figure(fit: Fit) -> Figure:
     else:
         axes.set(yticks=range(len(names)), yticklabels=names)
     axes.set_ylim(len(names) - 0.4, -0.6)
-    # the dot of the greatest error is drawn whole
-    axes.margins(x=0.03)
     if max(values) > 20.0 * min(values) > 0.0:
         axes.set_xscale("log")
         plain_log(axes)
     else:
-        axes.set_xlim(left=0.0)
+        # the dot of the greatest error is drawn whole
+        axes.set_xlim(0.0, 1.02 * axes.get_xlim()[1])
     axes.grid(axis="y", color="#e2e8f0", lw=0.8)
     canvas.legend(loc="outside upper right", ncols=3)
     worst = max(rows, key=lambda m: m.nrmse or 0.0)
