@@ -55,8 +55,9 @@ def test_whole_steady_cycles_are_kept(per_cycle: float, cycles: float, amplitude
     dt = 1 / (5.0 * per_cycle)
     log = recording("log", dt, {"current": sine(cycles, per_cycle, amplitude, noise)})
     (segment,) = found(log).segments
-    whole = int((log.samples + 0.5) / per_cycle)
-    assert segment.cycles == whole - 1
+    # a cycle whose end falls between two samples may count or not
+    whole = {int((log.samples + ahead) / per_cycle) for ahead in (0.0, 0.5, 1.0)}
+    assert segment.cycles + 1 in whole
     assert segment.samples == pytest.approx(segment.cycles * per_cycle, abs=1.0)
     assert 0 <= segment.start - segment.warm_up and segment.stop <= log.samples
     assert segment.warm_up >= per_cycle - 2
