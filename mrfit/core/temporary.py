@@ -21,7 +21,7 @@ except ImportError:  # Windows removes no folder of a file that is open, and has
 
 NAME = re.compile(r"mrfit-[a-z]+-[a-z0-9_]{8}")
 LOCK = ".mrfit-alive"
-# Seconds for which a folder without a locked file may be one that is just being made
+# Seconds for which a folder whose file is not locked may be one that is just being made
 JUST_MADE = 60.0
 # Folders of this process, with the descriptor of each one's lock
 _mine: dict[Path, int] = {}
@@ -87,14 +87,14 @@ def remove_left() -> None:
 
 
 def _is_left(left: Path) -> bool:
-    """Return whether a folder is this user's alone, and the process that made it is gone."""
+    """Return whether a folder is this user's alone, and the process that made it is gone.
+
+    One without the file is anybody's, however it is named: a script's ``mktemp -d /tmp/mrfit-work-XXXXXXXX``.
+    """
     found = left.lstat()
     if not stat.S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or stat.S_IMODE(found.st_mode) != 0o700:
         return False
-    try:
-        lock = os.open(left / LOCK, os.O_RDWR | os.O_NOFOLLOW)
-    except FileNotFoundError:
-        return time.time() - found.st_mtime > JUST_MADE
+    lock = os.open(left / LOCK, os.O_RDWR | os.O_NOFOLLOW)
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         return time.time() - os.fstat(lock).st_mtime > JUST_MADE

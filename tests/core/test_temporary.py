@@ -131,13 +131,17 @@ def _link(folder: Path) -> None:
     folder.symlink_to(target)
 
 
+def _no_lock(folder: Path) -> None:
+    (folder / temporary.LOCK).unlink()
+
+
 def _linked_lock(folder: Path) -> None:
     (folder / temporary.LOCK).unlink()
     (folder / temporary.LOCK).symlink_to(folder / "file")
 
 
 @unix
-@pytest.mark.parametrize("change", [_other_name, _open_to_others, _link, _linked_lock])
+@pytest.mark.parametrize("change", [_other_name, _open_to_others, _link, _no_lock, _linked_lock])
 def test_what_may_be_another_s_is_left(change: Callable[[Path], None], common: Path) -> None:
     process, made = started(KEEPS)
     process.kill()
