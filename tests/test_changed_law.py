@@ -234,7 +234,18 @@ SIMULATE: dict[str, Sequence[str]] = {
     "export": ("export", "--fit", NAME, "--to", "json"),
     "invert": ("apply", "invert", "--fit", NAME, *SINE, "--law", "c=1000"),
     "track": ("apply", "track", "--fit", NAME, *SINE, "--law", "c=1000"),
-    "quarter-car": ("apply", "quarter-car", "--fit", NAME),
+    "quarter-car": (
+        "apply",
+        "quarter-car",
+        "--fit",
+        NAME,
+        "--road",
+        "bump",
+        "--duration",
+        "1",
+        "--control",
+        "passive-low",
+    ),
     "advise": ("advise", "--goal", "parameters", "--fit", NAME, "--rig", "rig.toml"),
 }
 """Commands that simulate a stored fit: they refuse another law."""

@@ -1,6 +1,7 @@
 """Items of plug-ins that are functions of arrays, as compiled loops call them."""
 
 import ctypes
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -36,9 +37,12 @@ def _called(name: str, values: "_Values") -> Entry:
     _check_memoryless(name, values)
     inputs, count = len(values.inputs), len(values.item.SPEC.params)
 
+    # an array of its own at every call would cost as much as most laws
+    drive, given = np.empty((inputs, 1)), np.empty((1, count))
+
     def function(state: Any, following: Any, before: Any, now: Any, theta: Any, dt: float, past: Any) -> float:
-        drive = np.array([[now[k]] for k in range(inputs)]).reshape(-1, 1)
-        return float(values(drive, np.array([[theta[count + k] for k in range(count)]]))[0])
+        drive[:, 0], given[0] = now[:inputs], theta[count : 2 * count]
+        return float(values(drive, given)[0])
 
     made = _FUNCTION(function)
     _alive.append(made)
@@ -56,6 +60,8 @@ class _Values:
         spec = item.SPEC
         signal = ("",) if isinstance(spec, EffectSpec) and spec.slot == "output" else ()
         self.item, self.inputs = item, (*signal, *spec.inputs)
+        # chosen once: to ask which protocol an effect has takes longer than its term
+        self.of = _function_of(item, self.inputs)
 
     def __hash__(self) -> int:
         return hash(id(self.item))
@@ -64,17 +70,27 @@ class _Values:
         return isinstance(other, _Values) and other.item is self.item
 
     def __call__(self, drive: Array, theta: Array) -> Array:
-        item = self.item
-        if not isinstance(item.SPEC, EffectSpec):
-            return np.asarray(item.response(drive, theta, _PROBE_DT)[0])
         channels = dict(zip(self.inputs, drive, strict=True)) or {"": np.zeros(drive.shape[1] if drive.size else 1)}
-        if isinstance(item, ChangesInput):
-            return np.asarray(item.transform(channels, theta[0], _PROBE_DT)[self.inputs[-1]])
-        if isinstance(item, AddsTerm):
-            return np.asarray(item.term(channels, theta, _PROBE_DT)[0])
-        if isinstance(item, ShapesOutput):
-            return np.asarray(item.shape(channels.pop("")[None], channels, theta, _PROBE_DT)[0])
-        raise DataError(f"apply does not take the effect {item.SPEC.name}: give it a law, see docs/plugins.md")
+        return np.asarray(self.of(channels, drive, theta))
+
+
+def _function_of(item: Any, inputs: tuple[str, ...]) -> Callable[[dict[str, Array], Array, Array], Array]:
+    """Return the function of an item's channels by name, all its inputs (C, N) and its parameters (1, K).
+
+    Raises
+    ------
+    DataError
+        If an effect is none of these functions.
+    """
+    if not isinstance(item.SPEC, EffectSpec):
+        return lambda channels, drive, theta: item.response(drive, theta, _PROBE_DT)[0]
+    if isinstance(item, ChangesInput):
+        return lambda channels, drive, theta: item.transform(channels, theta[0], _PROBE_DT)[inputs[-1]]
+    if isinstance(item, AddsTerm):
+        return lambda channels, drive, theta: item.term(channels, theta, _PROBE_DT)[0]
+    if isinstance(item, ShapesOutput):
+        return lambda channels, drive, theta: item.shape(channels.pop("")[None], channels, theta, _PROBE_DT)[0]
+    raise DataError(f"apply does not take the effect {item.SPEC.name}: give it a law, see docs/plugins.md")
 
 
 def _check_memoryless(name: str, values: _Values) -> None:
