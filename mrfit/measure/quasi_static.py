@@ -15,6 +15,7 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
+from mrfit.measure.usable import unusable
 
 # Share of the stroke, about its middle, that is looked at
 MIDDLE = 0.6
@@ -64,8 +65,12 @@ def quasi_static(name: str, stroke: Array, force: Array, dt: float) -> QuasiStat
     Raises
     ------
     DataError
-        If the record does not go there and back over most of its stroke.
+        If the stroke or the force is constant but for noise or of no size, or if the record does not go there and back
+        over most of its stroke.
     """
+    for channel, values in (("displacement", stroke), ("force", force)):
+        if reason := unusable(channel, values):
+            raise DataError(f"{name}: {reason}")
     low, high = float(stroke.min()), float(stroke.max())
     middle, span = 0.5 * (low + high), high - low
     turns = _turns(stroke, span)

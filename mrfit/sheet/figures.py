@@ -38,7 +38,7 @@ def scale_of(values: Sequence[Array], unit: str) -> tuple[float, str]:
     return prefixed(max((float(np.max(np.abs(v), initial=0.0)) for v in values), default=0.0), unit)
 
 
-def draw_loops(axes: "Axes", loops: Sequence[Loop], against: Sequence[Loop], over: str, legend: bool = True) -> None:
+def draw_loops(axes: "Axes", loops: Sequence[Loop], against: Sequence[Loop], over: str) -> None:
     """Draw force over ``displacement`` or ``velocity`` of all conditions, those compared with as dashed lines."""
     everything = [*loops, *against]
     across, unit = scale_of([getattr(one, over) for one in everything], "m" if over == "displacement" else "m/s")
@@ -64,9 +64,9 @@ def draw_loops(axes: "Axes", loops: Sequence[Loop], against: Sequence[Loop], ove
         )
     axes.set(xlabel=f"{over.capitalize()} ({unit})", ylabel=f"Force ({force})")
     axes.locator_params(nbins=6)
-    if legend and axes.get_legend_handles_labels()[0]:
-        # within the loops, where no curve is
-        axes.legend(fontsize=7, loc="center", handlelength=1.2, labelspacing=0.25)
+    if over == "velocity" and axes.get_legend_handles_labels()[0]:
+        # where no curve is: a damper's force has the sign of the velocity
+        axes.legend(fontsize=7, loc="upper left", handlelength=1.2, labelspacing=0.25)
 
 
 def draw_peaks(axes: "Axes", conditions: Sequence[SheetCondition]) -> None:

@@ -18,6 +18,7 @@ from mrfit.measure.conditions import LEAST_CURRENT, Level, same_current
 from mrfit.measure.cycles import GRID, Cycles, cycles_of
 from mrfit.measure.intervals import Estimate
 from mrfit.measure.quantity import NAMES, Quantity
+from mrfit.measure.usable import unusable
 from mrfit.segment import stage as segment_stage
 from mrfit.settings.segment import Settings as SegmentSettings
 from mrfit.settings.sheet import Settings
@@ -147,11 +148,7 @@ def _unusable(recording: Recording) -> str:
     if lacking:
         there = ", ".join(recording.channels)
         return f"no {' and no '.join(lacking)}; a sheet takes both, and there are {there}; a channel map names columns"
-    for name in ("displacement", "force"):
-        values = recording.channels[name]
-        if not np.ptp(values) > 6.0 * noise_level(np.asarray(values)):
-            return f"the {name} is constant but for noise; check that column and its unit"
-    return ""
+    return next(filter(None, (unusable(name, recording.channels[name]) for name in ("displacement", "force"))), "")
 
 
 def _segments(recordings: Sequence[Recording]) -> tuple[list[Segment], dict[str, list[str]]]:

@@ -85,7 +85,7 @@ def unit_sections(sheet: Sheet, unit: UnitRow, anchor: str, several: bool) -> li
         compared = "; dashed: the logs compared with." if sheet.against else "."
         panels: list[Callable[[Axes], object]] = [
             lambda axes: figures.draw_loops(axes, loops, sheet.against, "displacement"),
-            lambda axes: figures.draw_loops(axes, loops, sheet.against, "velocity", legend=False),
+            lambda axes: figures.draw_loops(axes, loops, sheet.against, "velocity"),
         ]
         shown.append(drawn(f"{anchor}l", "Loops.", f"Mean cycle of every condition{compared}", panels))
         panels = [

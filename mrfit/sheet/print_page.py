@@ -51,7 +51,7 @@ def draw(sheet: Sheet, unit: UnitRow) -> "Figure":
         places += [(x, y - height - gap) for x, y in places]
         axes = [canvas.add_axes((x, y, width, height)) for x, y in places]
         figures.draw_loops(axes[0], loops, sheet.against, "displacement")
-        figures.draw_loops(axes[1], loops, sheet.against, "velocity", legend=False)
+        figures.draw_loops(axes[1], loops, sheet.against, "velocity")
         figures.draw_peaks(axes[2], unit.conditions)
         figures.draw_history(axes[3], courses)
         for one in axes:
@@ -105,7 +105,7 @@ def _tables(canvas: "Figure", top: float, unit: UnitRow) -> None:
             if one.name in MAIN and one.value is not None:
                 value, interval, text, words = numbers_of(one)
                 rows.append((condition.condition, one.name, f"{value} {text}", f"{interval} {text}", words))
-    _table(canvas, top, (heads, *rows), (0.0, 0.27, 0.40, 0.53, 0.74))
+    _table(canvas, top, (heads, *rows), (0.0, 0.25, 0.335, 0.445, 0.66))
 
 
 def _table(canvas: "Figure", top: float, cells: Sequence[Sequence[str]], places: Sequence[float]) -> float:

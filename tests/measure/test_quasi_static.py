@@ -45,4 +45,14 @@ def test_a_force_without_friction_has_none() -> None:
 def test_a_stroke_that_does_not_come_back_is_refused() -> None:
     x = np.linspace(0.0, 0.02, 500)
     with pytest.raises(DataError, match="no stroke there and back"):
-        quasi_static("a", x, np.ones(500), DT)
+        quasi_static("a", x, 100.0 * x, DT)
+
+
+@pytest.mark.parametrize(
+    ("size", "text"),
+    [(0.0, "the force is constant but for noise"), (1e-300, "the force moves by 2e-300 N, which is no force")],
+)
+def test_a_force_that_is_none_is_refused(size: float, text: str) -> None:
+    x = slow(2, triangular=True)
+    with pytest.raises(DataError, match=text):
+        quasi_static("a", x, size * np.sign(np.gradient(x)), DT)
