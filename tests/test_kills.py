@@ -8,13 +8,7 @@ from tests.kills import STAGES, Campaign
 
 
 # kills of `mrfit run` are in tests/cli/test_pipeline.py: test_a_kill_at_any_moment_...
-def test_two_kills() -> None:
-    campaign = Campaign(2, 1, ["predict"])
-    campaign.run()
-    assert not campaign.broken and campaign.killed == 2
-
-
-def test_kills_go_on_after_an_interruption(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_two_kills_go_on_after_an_interruption(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     begun = Campaign(1, 1, ["ingest-damper"], tmp_path / "kills.jsonl")
     begun.run()
     gone_on = Campaign(2, 1, ["ingest-damper"], tmp_path / "kills.jsonl")

@@ -51,7 +51,7 @@ def write_press_log(folder: Path, name: str, motion: tuple[float, float], curren
     _write(folder / f"{name}.csv", time_s=time, **columns, current_A=np.full(len(time), current))
 
 
-def damper(folder: Path) -> None:
+def damper(folder: Path, *thorough: str) -> None:
     """Make a damper on a press, with joint and separate fits."""
     _shared(folder)
     for current in range(4):
@@ -63,9 +63,14 @@ def damper(folder: Path) -> None:
         (folder / plugin).write_text(next(b for b in blocks(ROOT / "docs/plugins.md", "python") if sign in b))
     _run(folder, "ingest logs")
     _run(folder, "segment --holdout *-3A")
-    joint = "--per all --current-order fy=1,c=1 --fix k=0 --fix f0=0"
-    _run(folder, f"fit --model tanh {joint} --intervals profile")
+    joint = ("--per", "all", "--current-order", "fy=1,c=1", "--fix", "k=0", "--fix", "f0=0")
+    _run(folder, " ".join(("fit", "--model", "tanh", *joint, *thorough)))
     _run(folder, "fit --model tanh --budget 200")
+
+
+def models(folder: Path) -> None:
+    """Make the damper's lab with profiles of the parameters, and a fit of a second model."""
+    damper(folder, "--intervals", "profile")
     _run(folder, "fit --model boucwen --budget 300 --only sine-2Hz-10mm-1A")
 
 
@@ -122,6 +127,7 @@ def empty(folder: Path) -> None:
 
 LABS: dict[str, Callable[[Path], None]] = {
     "damper": damper,
+    "models": models,
     "coil": coil,
     "lag": lag,
     "bench": bench,

@@ -2,12 +2,14 @@
 
 import csv
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from tests import commands
 from tests.cli.test_pipeline import UTFSM_MAP
 from tests.conftest import Run
 
@@ -18,14 +20,21 @@ PLAIN = ("bingham", "herschel-bulkley", "biviscous", "regularised-bingham")
 KEIO_RATE = 200.0
 
 
-@pytest.fixture
-def press(mrfit: Run, real_logs: Path, tmp_path: Path) -> Path:
-    """A workspace with the sines of a real damper at five currents, two conditions held out."""
-    (tmp_path / "map.toml").write_text(UTFSM_MAP)
+@pytest.fixture(scope="module")
+def read(real_logs: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a workspace of the sines of a real damper at five currents, two conditions held out."""
+    folder = tmp_path_factory.mktemp("press")
+    (folder / "map.toml").write_text(UTFSM_MAP)
     logs = real_logs / "mr_damper_utfsm" / "preprocessed"
-    assert mrfit("ingest", logs, "--map", "map.toml").returncode == 0
-    assert mrfit("segment", "--holdout", HELD_OUT).returncode == 0
-    return tmp_path
+    for words in (("ingest", logs, "--map", "map.toml"), ("segment", "--holdout", HELD_OUT)):
+        assert commands.run(folder, *words).returncode == 0
+    return folder
+
+
+@pytest.fixture
+def press(read: Path, tmp_path: Path) -> Path:
+    """A copy of it, for one test alone."""
+    return Path(shutil.copytree(read, tmp_path, dirs_exist_ok=True))
 
 
 def compared(mrfit: Run, models: tuple[str, ...]) -> dict[str, dict[str, Any]]:
@@ -35,9 +44,8 @@ def compared(mrfit: Run, models: tuple[str, ...]) -> dict[str, dict[str, Any]]:
 
 
 def test_one_set_of_parameters_for_five_currents_predicts_held_out_conditions(mrfit: Run, press: Path) -> None:
-    models = compared(mrfit, ("hysteretic-biviscous", "tanh", "bingham"))
+    models = compared(mrfit, ("tanh", "bingham"))
     # the authors of the data reach 5.1 % of the range with twelve parameters
-    assert models["hysteretic-biviscous"]["holdout_nrmse"] <= 0.020
     assert models["tanh"]["holdout_nrmse"] <= 0.040
     assert models["bingham"]["holdout_nrmse"] > models["tanh"]["holdout_nrmse"]
     assert models["tanh"]["current_orders"] == {"fy": "log2", "a1": 2, "c": 1}
@@ -48,17 +56,18 @@ def test_spencer_is_best_and_models_without_hysteresis_are_worst(mrfit: Run, pre
     models = compared(mrfit, (*HYSTERETIC, *PLAIN))
     assert next(iter(models)) == "spencer"
     assert models["spencer"]["holdout_nrmse"] <= 0.030
+    assert models["hysteretic-biviscous"]["holdout_nrmse"] <= 0.020
     assert models["spencer"]["train_nrmse"] <= 0.020
     worst_of = max(models[m]["train_nrmse"] for m in HYSTERETIC)
     assert all(models[m]["train_nrmse"] > worst_of for m in PLAIN)
 
 
 def test_data_of_fast_tests_alone_are_chosen_by_their_peak_velocity(mrfit: Run, press: Path) -> None:
-    result = mrfit("fit", "--model", "guo", "--opt", "lsq", "--budget", 60, "--per", "all", "--only", "MH", "--json")
+    result = mrfit("fit", "--model", "bingham", "--opt", "lsq", "--budget", 60, "--per", "all", "--only", "MH", "--json")
     assert result.returncode == 0, result.stderr
     # 25 mm at 0.5 Hz, 5 mm at 3 Hz and 2 mm at 5 Hz: 78, 87 and 52 mm/s, none slow
     assert len({s["condition"] for s in json.loads(result.stdout)["results"][0]["segments"]}) == 10
-    refused = mrfit("fit", "--model", "guo", "--per", "all", "--only", "H")
+    refused = mrfit("fit", "--model", "bingham", "--per", "all", "--only", "H")
     assert refused.returncode == 2 and "leaves nothing to train on" in refused.stderr
 
 
@@ -74,7 +83,14 @@ def keio_log(path: Path, velocity: np.ndarray, force: np.ndarray) -> None:
         writer.writerows(np.column_stack([time, stroke, speed, -force]).tolist())
 
 
-def test_a_free_run_on_random_motion_beats_the_bouc_wen_model(mrfit: Run, real_logs: Path, tmp_path: Path) -> None:
+# 84.6 % is what a simple Bouc-Wen model was reported to reach; friction that falls with speed explains the rest
+@pytest.mark.parametrize(
+    ("model", "least", "most"),
+    [("dahl", 80.0, 84.6), pytest.param("lugre+delay", 87.0, 100.0, marks=pytest.mark.slow)],
+)
+def test_a_free_run_on_random_motion_is_as_good_as_the_bouc_wen_model_or_better(
+    model: str, least: float, most: float, mrfit: Run, real_logs: Path, tmp_path: Path
+) -> None:
     from scipy.io import loadmat
 
     data = loadmat(real_logs / "mr_damper_sano_keio" / "Magneto.mat", squeeze_me=True)
@@ -82,17 +98,11 @@ def test_a_free_run_on_random_motion_beats_the_bouc_wen_model(mrfit: Run, real_l
     keio_log(tmp_path / "validation.csv", data["U_val"], data["Y_val"])
     assert mrfit("ingest", "train.csv").returncode == 0
     assert mrfit("segment", "--holdout", "none").returncode == 0
-    for model in ("lugre+delay", "dahl"):
-        fit = mrfit("fit", "--model", model, "--opt", "lsq", "--per", "all", "--name", model)
-        assert fit.returncode == 0, fit.stderr
-    found = {}
-    for model in ("lugre+delay", "dahl"):
-        result = mrfit("predict", "--fit", model, "validation.csv", "--json")
-        assert result.returncode == 0, result.stderr
-        found[model] = json.loads(result.stdout)["metrics"][-1]["fit_percent"]
-    # 84.6 % is what a simple Bouc-Wen model was reported to reach; friction that falls with speed explains the rest
-    assert found["lugre+delay"] >= 87.0
-    assert 80.0 <= found["dahl"] <= 84.6
+    fit = mrfit("fit", "--model", model, "--opt", "lsq", "--per", "all", "--name", "f")
+    assert fit.returncode == 0, fit.stderr
+    result = mrfit("predict", "--fit", "f", "validation.csv", "--json")
+    assert result.returncode == 0, result.stderr
+    assert least <= json.loads(result.stdout)["metrics"][-1]["fit_percent"] <= most
 
 
 @pytest.mark.slow

@@ -213,12 +213,12 @@ def mutations_of(name: str) -> list[Mutation]:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_any_damage_ends_in_a_read_or_one_line(name: str) -> None:
-    assert_sound_when_damaged(name, mutations_of(name), 25)
+    assert_sound_when_damaged(name, mutations_of(name), 10)
 
 
 @pytest.mark.parametrize("name", sorted(set(NAMES) - BINARY))
 def test_no_wrong_number_after_damage_to_lines(name: str) -> None:
-    assert_sound_when_damaged(name, WHOLE_LINES, 25)
+    assert_sound_when_damaged(name, WHOLE_LINES, 10)
 
 
 @pytest.mark.slow

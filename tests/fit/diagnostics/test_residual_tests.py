@@ -34,7 +34,7 @@ def road(rng: np.random.Generator, samples: int) -> Array:
 
 
 @pytest.mark.parametrize("rho", [0.0, 0.9])
-@pytest.mark.parametrize(("conditions", "runs"), [(1, 40), (5, 20), (30, 8)])
+@pytest.mark.parametrize(("conditions", "runs"), [(1, 40), (5, 20), pytest.param(30, 8, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("periodic", [True, False])
 def test_correlated_noise_passes_in_nearly_all_runs(
     rho: float, conditions: int, runs: int, periodic: bool, monkeypatch: pytest.MonkeyPatch
