@@ -29,7 +29,7 @@ from mrfit.fit.select import read_dataset
 from mrfit.io import keys
 from mrfit.io.keys import law_code
 from mrfit.io.workspace import Workspace, read_json, write_json
-from tests.conftest import ROOT
+from tests.test_layers import modules
 
 MODEL = "my-damper+my-spring+inertia"
 NAME = f"{MODEL}.lsq.all"
@@ -458,12 +458,12 @@ SIMULATING = {
 @cache
 def calls() -> list[tuple[str, str, ast.Call]]:
     """Every call in the package: module, name of the function, call."""
-    package, found = ROOT / "mrfit", []
-    for path in sorted(package.rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text())):
+    found = []
+    for module, tree in modules():
+        for node in ast.walk(tree):
             if isinstance(node, ast.Call):
                 name = getattr(node.func, "attr", getattr(node.func, "id", ""))
-                found.append((path.relative_to(package).as_posix(), name, node))
+                found.append((module, name, node))
     return found
 
 

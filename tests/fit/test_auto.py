@@ -11,7 +11,10 @@ OTHERS = ("pso-fmin", "cma-lsq", "lsq")
 
 @pytest.mark.parametrize(
     "model",
-    [*("boucwen-flux", "bingham"), *(pytest.param(m, marks=pytest.mark.slow) for m in ("tanh", "rotational-erf", "hysteretic-biviscous"))],
+    [
+        *("boucwen-flux", "bingham"),
+        *(pytest.param(m, marks=pytest.mark.slow) for m in ("tanh", "rotational-erf", "hysteretic-biviscous")),
+    ],
 )
 def test_auto_is_not_worse_than_the_best_of_the_others(model: str) -> None:
     group, assembly, cube = problem(model, 1, 6000, np.random.default_rng(2))

@@ -51,7 +51,7 @@ def test_a_saved_prediction_has_the_clock_of_its_log(tmp_path: Path, mrfit: Run)
     for words in (
         ("ingest", "a.csv"),
         ("segment", "--holdout", "none"),
-        ("fit", "--model", "bingham", "--name", "f", "--budget", 100),
+        ("fit", "--model", "bingham", "--opt", "lsq", "--name", "f", "--budget", 100),
         ("predict", "--fit", "f", "b.csv", "--save", "b.csv"),
     ):
         done = mrfit(*words)

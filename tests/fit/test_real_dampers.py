@@ -63,7 +63,9 @@ def test_spencer_is_best_and_models_without_hysteresis_are_worst(mrfit: Run, pre
 
 
 def test_data_of_fast_tests_alone_are_chosen_by_their_peak_velocity(mrfit: Run, press: Path) -> None:
-    result = mrfit("fit", "--model", "bingham", "--opt", "lsq", "--budget", 60, "--per", "all", "--only", "MH", "--json")
+    result = mrfit(
+        "fit", "--model", "bingham", "--opt", "lsq", "--budget", 60, "--per", "all", "--only", "MH", "--json"
+    )
     assert result.returncode == 0, result.stderr
     # 25 mm at 0.5 Hz, 5 mm at 3 Hz and 2 mm at 5 Hz: 78, 87 and 52 mm/s, none slow
     assert len({s["condition"] for s in json.loads(result.stdout)["results"][0]["segments"]}) == 10

@@ -1,6 +1,7 @@
 """A stage is done again where what it reads, its settings or the code it uses has changed, and not otherwise."""
 
 import ast
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from mrfit.io.keys import STARTS, code_version, fit_key, key_of, sources
 PACKAGE = Path(mrfit.io.keys.__file__).parents[1]
 
 
+@cache
 def imported(path: Path) -> set[Path]:
     """Modules of the package that a file imports, at any depth of it."""
     names: set[str] = set()
