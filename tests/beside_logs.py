@@ -18,7 +18,7 @@ MODULES = (
     *("matplotlib", "jinja2", "pydantic", "pydantic_core", "typer", "click", "rich", "yaml", "cma", "pint", "filelock"),
     *("sitecustomize", "usercustomize", "multiprocessing", "concurrent", "subprocess", "threading", "signal", "socket"),
     *("struct", "random", "tempfile", "hashlib", "contextlib", "functools", "collections", "dataclasses", "tomllib"),
-    *("ctypes", "ziglang", "fmpy", "pycparser", "readline", "site", "runpy", "types", "warnings", "shutil", "queue"),
+    *("ctypes", "ziglang", "fmpy", "readline", "site", "runpy", "types", "warnings", "shutil", "queue"),
 )
 """Names under which Python files lie beside the logs; ``encodings`` is a package there."""
 PROGRAMS = ("gcc", "cc", "clang", "ld", "octave", "octave-cli", "fc-list", "git", "uname", "python", "python3")

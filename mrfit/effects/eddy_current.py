@@ -18,13 +18,15 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mrfit.core.specs import Array, EffectSpec, Param, Programme, Steps
-from mrfit.kernels.filters import chord_lag
+from mrfit.core.specs import Array, EffectSpec, Ends, Param, Programme, State, Steps, Values
+from mrfit.kernels.filters import chord_lag, lag_step
 from mrfit.kernels.theta import plain
 
 # Change of the magnetising current at which the rounds end, as a share of the current's range, each change being a
 # tenth or less of the last: far below what a derivative by differences would see; 6 to 18 rounds reach it
 SETTLED, ROUNDS = 1e-10, 60
+# The same of one step
+CLOSE, MOST_ROUNDS = 1e-12, 40
 
 SPEC = EffectSpec(
     name="eddy-current",
@@ -42,6 +44,33 @@ SPEC = EffectSpec(
     "1/(2*pi*G*L), L the inductance",
     asks=(Programme(frequencies=3, ratio=10.0),),
 )
+
+
+def rest(now: Values, theta: Values) -> State:
+    """Return the magnetising current in A, and that no chord is known."""
+    return now[0], 0.0
+
+
+def step(
+    state: State, before: Values, now: Values, theta: Ends, dt: float, flux_at: Callable[[float], float]
+) -> tuple[float, State]:
+    """Return the magnetising current in A at the end of a step, and the state: it and a chord in H.
+
+    ``flux_at`` gives the static flux in Wb at the step's end for such a current, and leaves the model as it is.
+    """
+    magnetising, inductance = state
+    conductance, current = theta[1][0], now[0]
+    if conductance > 0.0 and dt > 0.0:
+        flux = flux_at(magnetising)
+        for _ in range(MOST_ROUNDS):
+            chord = (flux_at(current) - flux) / (current - magnetising) if current != magnetising else 0.0
+            inductance = chord if chord > 0.0 else inductance
+            following = lag_step(magnetising, before[0], now[0], conductance * inductance, dt)
+            change = abs(following - current)
+            current = following
+            if change <= CLOSE * (abs(current) + abs(now[0])):
+                break
+    return current, (current, inductance)
 
 
 def closed(simulate: Callable[[Array], Array], current: Array, theta: Array, dt: Steps) -> Array:

@@ -1,36 +1,27 @@
 """C99: one header, one source, a self-test; no heap, no recursion, ``<math.h>`` only."""
 
-import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from mrfit.core.channels import unit_of
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
-from mrfit.export.c_form import TEMPLATES, environment
 from mrfit.export.c_parts import Parts, checkable, parts_of, stated
 from mrfit.export.causality import Cost, costs
 from mrfit.export.compiler import Compiled, compiled, compiler
 from mrfit.export.head import CAUSALITY, head_lines
 from mrfit.export.motion import motion_of
+from mrfit.export.printer.c_text import constants, function_text, macros, math_functions, small_functions
 from mrfit.export.source import Source
 from mrfit.export.stage import Files
+from mrfit.export.templating import TEMPLATES, environment
 from mrfit.export.text import c_comment, field, number
 from mrfit.settings.export import Settings
 
-# Functions of math.h that templates call by their names, those of two arguments apart
-TWO = ("pow", "hypot", "copysign", "atan2", "fmin", "fmax", "fmod")
-ONE = (
-    *("exp", "exp2", "expm1", "log", "log2", "log10", "log1p", "sqrt", "cbrt", "fabs", "floor", "ceil", "trunc", "erf"),
-    *("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh"),
-)
-CALLED = re.compile(rf"\b({'|'.join((*TWO, *ONE))})\(")
-LITERAL = re.compile(r"(?<![\w.])(\d+\.\d*(?:[eE][+-]?\d+)?|\d+[eE][+-]?\d+)(?![\w.])")
-COMMENT = re.compile(r"(/\*.*?\*/)", re.DOTALL)
-OWN = re.compile(r"@(\w+)")
 # Samples of the self-test
 TESTED = 500
 # Share of the output's range by which the exported model may differ from the simulation in Python
@@ -160,28 +151,33 @@ def causal(source: Source) -> Source:
 
 def rendered(source: Source, parts: Parts, told: Sequence[str], cost: Cost, tunable: bool = False) -> dict[str, str]:
     """Return the contents of header, source and self-test, by file name."""
-    prefix = parts.context.p
+    prefix, program = parts.context.p, parts.program
     motion = motion_of(source, cost.tau)
-    context = {**vars(parts.context), "motion": motion, "tunable": tunable, "two": TWO}
-    head = c_comment(head_lines(source, told))
-    short = c_comment([f"{source.assembly.name}: see {prefix}.h"])
-    jinja = environment(TEMPLATES / "c")
-    code = jinja.get_template("source.c.j2").render(context, head=short, functions=(), limits=())
-    functions = sorted({m for part in COMMENT.split(code)[::2] for m in CALLED.findall(part)})
-    limits = [name for name in ("TINY", "CLOSE") if f"@{name}" in code]
-    code = jinja.get_template("source.c.j2").render(context, head=short, functions=functions, limits=limits)
-    files = {
-        f"{prefix}.h": tidy(named(jinja.get_template("header.h.j2").render(context, head=head), prefix)),
-        f"{prefix}.c": tidy(named(precise(code), prefix)),
+    logs = tunable and any(q.log for q in parts.context.base)
+    code = "\n\n".join(
+        filter(None, [small_functions(program), constants(program), *map(function_text, program.functions.values())])
+    )
+    context = {
+        **vars(parts.context),
+        "motion": motion,
+        "code": code,
+        "tiny": "@TINY" in code,
+        "driven": [a.name for a in program.functions["driven"].arguments],
+        "functions": macros(
+            {*math_functions(program), *(("exp", "expm1") if motion else ()), *(("log",) if logs else ())}
+        ),
     }
-    test = _selftest(source, parts)
-    if test:
-        text = jinja.get_template("selftest.c.j2").render(context, head=short, **vars(test))
-        files[f"{prefix}_selftest.c"] = tidy(named(text, prefix))
+    short = c_comment([f"{source.assembly.name}: see {prefix}.h"])
+    files = {
+        f"{prefix}.h": filled("header.h.j2", {**context, "tunable": tunable}, c_comment(head_lines(source, told))),
+        f"{prefix}.c": filled("source.c.j2", {**context, "tunable": tunable}, short),
+    }
+    if test := _selftest(source):
+        files[f"{prefix}_selftest.c"] = filled("selftest.c.j2", {**context, **vars(test)}, short)
     return files
 
 
-def _selftest(source: Source, parts: Parts) -> SelfTest | None:
+def _selftest(source: Source) -> SelfTest | None:
     """Return the self-test: the first samples of a segment in which the output moves most; None without logs."""
     if not source.stretches:
         return None
@@ -196,46 +192,24 @@ def _selftest(source: Source, parts: Parts) -> SelfTest | None:
         columns=units,
         dt=number(stretch.dt),
         range=number(source.output_range),
-        tolerance=number(_tolerance(parts)),
+        tolerance=number(EXACT),
         float_tolerance=number(EXACT_FLOAT),
     )
 
 
-def _tolerance(parts: Parts) -> float:
-    """Return the share of the range that the self-test allows: what a form states of itself."""
-    return max(EXACT, 10.0 * float(parts.base.setting("tolerance", 0.0)))
-
-
-def named(text: str, prefix: str) -> str:
-    """Return text with the export's prefix for every ``@``."""
-    return OWN.sub(rf"{prefix}_\1", text)
-
-
-def precise(code: str) -> str:
-    """Return code whose constants and functions have the precision of its numbers."""
-    pieces = COMMENT.split(code)
-    for k in range(0, len(pieces), 2):
-        lines = pieces[k].split("\n")
-        for j, line in enumerate(lines):
-            if not line.lstrip().startswith("#"):
-                line = CALLED.sub(lambda m: f"{m[1].upper()}_(", line)
-                lines[j] = LITERAL.sub(r"K(\1)", line)
-        pieces[k] = "\n".join(lines)
-    return "".join(pieces)
-
-
-def tidy(text: str) -> str:
-    """Return text without blanks at line ends and without more than one empty line in a row."""
-    text = re.sub(r"[ \t]+\n", "\n", text)
-    text = re.sub(r"\n{3,}", "\n\n", text)
-    return re.sub(r"\{\n\n+", "{\n", text).lstrip("\n")
+def filled(template: str, context: Mapping[str, Any], head: str = "") -> str:
+    """Return a file of a template: the export's prefix for every ``@``, no more than one empty line in a row."""
+    text = environment(TEMPLATES / "c").get_template(template).render(context, head="")
+    found = [head] if head else []
+    for line in map(str.rstrip, text.replace("@", f"{context['p']}_").lstrip("\n").split("\n")):
+        if line or found and found[-1] and not found[-1].endswith("{"):
+            found.append(line)
+    return "\n".join(found)
 
 
 def driver(parts: Parts) -> str:
     """Return a program that runs the export on rows of numbers, see ``compiler.Compiled``."""
-    prefix = parts.context.p
-    text = environment(TEMPLATES / "c").get_template("driver.c.j2").render(vars(parts.context))
-    return named(text, prefix)
+    return filled("driver.c.j2", vars(parts.context))
 
 
 def built(parts: Parts, files: dict[str, str], options: Sequence[str] = ()) -> AbstractContextManager[Compiled]:

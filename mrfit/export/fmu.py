@@ -16,7 +16,6 @@ from html import escape
 from mrfit.core import children, temporary
 from mrfit.errors import DataError
 from mrfit.export.c import compared, notes_of, rendered, user_inputs
-from mrfit.export.c_form import TEMPLATES, environment
 from mrfit.export.c_parts import Parts, parts_of
 from mrfit.export.causality import Cost, costs
 from mrfit.export.compiler import compiled, required, run_compiler
@@ -24,6 +23,7 @@ from mrfit.export.fmi_description import build_description, model_description
 from mrfit.export.head import CAUSALITY, head_lines
 from mrfit.export.source import Source
 from mrfit.export.stage import Files
+from mrfit.export.templating import TEMPLATES, environment
 from mrfit.export.text import c_comment, number
 from mrfit.settings.export import Settings
 

@@ -12,11 +12,11 @@ import numpy as np
 from mrfit.core.channels import ANTIDERIVATIVES, unit_of
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
-from mrfit.export.c_form import TEMPLATES, environment
 from mrfit.export.c_parts import prefix_of
 from mrfit.export.head import head_lines
 from mrfit.export.source import OWN, Source
 from mrfit.export.stage import Files
+from mrfit.export.templating import TEMPLATES, environment
 from mrfit.export.text import ascii_line, c_comment, field, in_comment, number, wrapped
 from mrfit.settings.export import Settings
 

@@ -1,32 +1,29 @@
-"""MATLAB: one function file, which Octave runs too; the exported C, translated."""
+"""MATLAB: one function file, which Octave runs too, of the same functions as the exported C."""
 
-import re
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
 
 from mrfit.core import children, temporary
 from mrfit.core.specs import Array
-from mrfit.errors import ConfigError, DataError
-from mrfit.export.c import Difference, compared, named, notes_of, user_inputs
+from mrfit.errors import DataError
+from mrfit.export.c import Difference, compared, notes_of, user_inputs
 from mrfit.export.c_context import Context
-from mrfit.export.c_form import TEMPLATES, environment
 from mrfit.export.c_parts import Parts, parts_of
-from mrfit.export.c_to_matlab import Kind, Translator, Value, struct_of
 from mrfit.export.compiler import fault
 from mrfit.export.head import CAUSALITY, head_lines
-from mrfit.export.printer.c_text import function_text
-from mrfit.export.printer.matlab_text import matlab_text
-from mrfit.export.printer.tree import Function
+from mrfit.export.printer.matlab_text import matlab_text, results
 from mrfit.export.source import Source
 from mrfit.export.stage import Files
-from mrfit.export.text import ascii_line, in_comment, number, wrapped
+from mrfit.export.templating import TEMPLATES, environment
+from mrfit.export.text import ascii_line, in_comment, wrapped
+from mrfit.kernels.past import RESERVED
 from mrfit.settings.export import Settings
 
-# Values of the macros of the C form
-LIMITS = {"TINY": "1e-100", "CLOSE": "1e-12", "HUGE": "1e30"}
+# Value of a field of a struct: text, rows of text, or a struct
+Value: TypeAlias = str | list[list[str]] | Mapping[str, "Value"]
 # Samples of a segment, and segments, on which Octave compares: it takes a millisecond a step
 SAMPLES, SEGMENTS = 400, 3
 
@@ -36,8 +33,6 @@ def files(source: Source, settings: Settings) -> Files:
 
     Raises
     ------
-    ConfigError
-        If pycparser is not installed.
     DataError
         If the model or an effect has no C form.
     """
@@ -52,11 +47,10 @@ def files(source: Source, settings: Settings) -> Files:
 
 def function_file(source: Source, parts: Parts, told: list[str]) -> str:
     """Return the file's text."""
-    context, prefix = parts.context, parts.context.p
-    translator = Translator(_parsed(_c_text(source, parts)), (f"{prefix}_init", f"{prefix}_step"))
-    structs = translator.structs
-    printed = matlab_text(parts.program).replace("@RING", str(context.ring))
+    context = parts.context
+    driven = parts.program.functions["driven"]
     head = "\n".join(f"%   {ascii_line(line)}".rstrip() for line in wrapped(head_lines(source, told)))
+    names = {"s": "state", "first": "double(first)", "dt": "elapsed"}
     return (
         environment(TEMPLATES / "matlab")
         .get_template("function.m.j2")
@@ -64,70 +58,38 @@ def function_file(source: Source, parts: Parts, told: list[str]) -> str:
             vars(context),
             title=in_comment(f"{source.assembly.name}: {source.base.title}"),
             head=head,
-            zero=structs.zero(Kind(f"{prefix}_state")),
-            fitted=struct_of(structs, Kind(f"{prefix}_parameters"), _values(context)),
-            functions=f"{translator.text()}\n{printed}",
+            zero=_struct(_at_rest(context)),
+            fitted=_struct(_values(context)),
+            outputs=[f"state.last.{context.output.field}", *(names[n] for n in results(driven))],
+            driven=[names.get(a.name, a.name) for a in driven.arguments],
+            functions=matlab_text(parts.program).replace("@RING", str(context.ring)),
         )
     )
 
 
 def _values(context: Context) -> dict[str, Value]:
     """Return the fitted parameters by the names of the fields they have in C."""
-    values = dict[str, Value]()
-    for q in context.base:
-        written = [number(np.log(v) if q.log else v) for v in q.values]
-        values[q.stored] = written if q.count > 1 else written[0]
-    for e in context.effects:
-        values[e.ident] = {q.field: q.initial for q in e.fields}
+    values: dict[str, Value] = {q.stored: [q.initial] for q in context.base}
     if context.curve:
-        curve = context.curve
-        names = ("h_up", "h_down", "n", "end", "gap", "rate", "z_max")
-        values["curve"] = {
-            "positive": str(curve.positive),
-            "negative": str(curve.negative),
-            "up": curve.up,
-            "down": curve.down,
-            **dict(zip(names, curve.rest, strict=True)),
-        }
-    return values
+        values["curve"] = {"cells": context.curve.cells, **context.curve.others}
+    return values | {e.ident: {q.field: q.initial for q in e.fields} for e in context.effects}
 
 
-def _c_text(source: Source, parts: Parts) -> str:
-    """Return header and source of the C form as one text without comments and preprocessor, in double."""
-    prefix = parts.context.p
-    elements = {f.name: f for f in parts.program.functions.values()}
-    effects = [replace(e, functions=_declared(elements, f"{e.ident}_")) for e in parts.context.effects]
-    context = replace(parts.context, helpers="", base_functions=_declared(elements, "base_"), effects=effects)
-    jinja = environment(TEMPLATES / "c")
-    absent: dict[str, None | tuple[str, ...]] = {"motion": None, "two": (), "functions": (), "limits": ()}
-    both = "".join(
-        jinja.get_template(n).render(vars(context), head="", **absent) for n in ("header.h.j2", "source.c.j2")
-    )
-    both = re.sub(r"#ifdef \w+_FLOAT.*?#endif", "", both, flags=re.DOTALL)
-    up, down = context.cells or (0, 0)
-    sizes = {"RING": context.ring, "UP": up, "DOWN": down}
-    for name, value in {**LIMITS, **{n: str(v) for n, v in sizes.items()}}.items():
-        both = re.sub(rf"@{name}\b", value, both)
-    text = named(both, prefix)
-    text = re.sub(r"/\*.*?\*/", " ", text, flags=re.DOTALL)
-    text = "\n".join(line for line in text.split("\n") if not line.lstrip().startswith("#"))
-    # the parameters are written by themselves
-    text = re.sub(rf"const {prefix}_parameters {prefix}_fitted = \{{.*?\n\}};", "", text, flags=re.DOTALL)
-    return f"typedef double {prefix}_real;\n{text}"
+def _at_rest(context: Context) -> dict[str, Value]:
+    """Return the state before the first step, whose values elements fill in as it begins."""
+    memory: dict[str, Value] = {}
+    for m in context.memories:
+        past = {"past": f"zeros(1, {RESERVED + context.ring * (m.late + 1)})"} if m.late else {}
+        memory[m.ident] = {**dict.fromkeys(m.fields, "0"), **past}
+    fine: dict[str, Value] = {"middle": memory, "before": "struct()", "dt": "0"} if context.fine else {}
+    return {"started": "0", "last": {context.output.field: "0", "in_range": "0"}, "now": memory, **fine}
 
 
-def _declared(functions: Mapping[str, Function], first: str) -> str:
-    """Return the declarations of those functions of an element that the frame calls."""
-    found = [functions[n] for n in (f"{first}rest", f"{first}step") if n in functions]
-    return "\n".join(f"{function_text(f).partition(chr(10) + '{')[0]};" for f in found)
-
-
-def _parsed(text: str) -> Any:
-    try:
-        from pycparser import CParser
-    except ImportError:
-        raise ConfigError("--to matlab needs pycparser; install it with: pip install 'mrfit[matlab]'") from None
-    return CParser().parse(text)
+def _struct(value: Value) -> str:
+    """Return a value as an expression."""
+    if isinstance(value, Mapping):
+        return f"struct({', '.join(f'{name!r}, {_struct(v)}' for name, v in value.items())})"
+    return value if isinstance(value, str) else f"[{'; '.join(', '.join(row) for row in value)}]"
 
 
 def _difference(source: Source, parts: Parts, text: str) -> Difference:

@@ -4,13 +4,13 @@ from dataclasses import dataclass
 
 from mrfit.core.channels import unit_of
 from mrfit.export.c import Difference, compared, notes_of, rendered, user_inputs
-from mrfit.export.c_form import TEMPLATES, environment
 from mrfit.export.c_parts import Parts, parts_of
 from mrfit.export.causality import costs
 from mrfit.export.compiler import compiled, compiler
 from mrfit.export.head import CAUSALITY, head_lines
 from mrfit.export.source import Source
 from mrfit.export.stage import Files
+from mrfit.export.templating import TEMPLATES, environment
 from mrfit.export.text import ascii_line, field, in_comment, number, wrapped
 from mrfit.export.units import modelica_unit
 from mrfit.settings.export import Settings

@@ -20,13 +20,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from mrfit.core.specs import Array
+from mrfit.core.specs import Array, State, Values
 from mrfit.kernels.jit import kernel
 from mrfit.kernels.powers import power
 from mrfit.kernels.theta import plain
 
 # Taylor order of a table step; the tables of tests/kernels/test_branch.py stay below 3e-7 with it.
-_ORDER = 10
+_ORDER, _TERMS = 10, 11
 # Below this q the curve is summed from its own power series in |s|^n, which no step in q can cross at q = 0.
 _SERIES_END = 0.6
 # Where the table hands over to the exponential tail: 1 - Y there; the tail's own error is its square times n/2.
@@ -39,41 +39,56 @@ _WIDTH = 0.1
 ROUGH = 2.0
 _CELLS = 512
 _COEFFICIENTS = 6
+Branch = tuple[float, float, float, float]
 
 
 class Curve(NamedTuple):
-    """One parameter vector's branch curve: quintic cells either side of s = 0, then the exponential tail."""
+    """One parameter vector's branch curve: quintic cells either side of s = 0, then the exponential tail.
 
-    positive: Array
-    negative: Array
-    h_positive: float
-    h_negative: float
-    n: float
+    Attributes
+    ----------
+    cells
+        Rows of coefficients, ``above`` of them for s > 0 and, from row ``first`` on, ``below`` for s < 0.
+    h_above, h_below
+        Widths of the cells in q.
+    end, gap
+        s at which the tail begins, and 1 - Y there.
+    z_max, rate, n, rho
+        Greatest state, kappa/z_max, sharpness, and (beta - gamma)/(beta + gamma).
+    """
+
+    cells: Array
+    above: int
+    first: int
+    below: int
+    h_above: float
+    h_below: float
     end: float
     gap: float
+    z_max: float
+    rate: float
+    n: float
+    rho: float
 
 
 @kernel
-def _start_series(n: float, rho: float) -> Array:
-    """Return a of Y = s*sum_j a_j*(s^n)^j, the solution of dY/ds = 1 - rho*Y^n about s = 0."""
-    a = np.zeros(_ORDER)
+def _start_series(n: float, rho: float, a: Array) -> None:
+    """Write a of Y = s*sum_j a_j*(s^n)^j, the solution of dY/ds = 1 - rho*Y^n about s = 0."""
     raised = np.zeros(_ORDER)
-    a[0] = raised[0] = 1.0
+    a[0], raised[0] = 1.0, 1.0
     for j in range(1, _ORDER):
         a[j] = -rho * raised[j - 1] / (1.0 + n * j)
         total = 0.0
         for i in range(1, j + 1):
             total += (n * i - (j - i)) * a[i] * raised[j - i]
         raised[j] = total / j
-    return a
 
 
 @kernel
 def _taylor_step(q: float, y: float, y_n: float, h: float, law: tuple[float, float]) -> float:
     """Return Y(q + h) from Y(q) = y > 0, y_n = y^n, where dY/dq = 2q(1 - rho*Y^n), by the Taylor series about q."""
     n, rho = law
-    value = np.empty(_ORDER + 1)
-    raised = np.empty(_ORDER)
+    value, raised = np.empty(_TERMS), np.empty(_ORDER)
     value[0], raised[0] = y, y_n
     value[1] = 2.0 * q * (1.0 - rho * y_n)
     for j in range(1, _ORDER):
@@ -90,12 +105,14 @@ def _taylor_step(q: float, y: float, y_n: float, h: float, law: tuple[float, flo
 
 
 @kernel
-def _tabulate(n: float, rho: float, h: float, stop: float, cells: Array) -> int:
-    """Fill quintic cells of |Y| over q = 0, h, 2h ... until ``stop`` is passed; return how many there are."""
-    series = _start_series(n, rho)
+def _tabulate(law: tuple[float, float], h: float, stop: float, cells: Array, first: int, last: int) -> int:
+    """Fill rows of quintic cells of |Y| over q = 0, h, 2h ... until ``stop`` is passed; return how many there are."""
+    n, rho = law
+    series = np.zeros(_ORDER)
+    _start_series(n, rho, series)
     y, y_n, slope, bend = 0.0, 0.0, 0.0, 2.0 * h * h
     count = 0
-    while count < len(cells) and y < stop:
+    while first + count < last and y < stop:
         q = (count + 1) * h
         if q < _SERIES_END:
             s_n = power(q * q, n)
@@ -110,9 +127,13 @@ def _tabulate(n: float, rho: float, h: float, stop: float, cells: Array) -> int:
         next_slope = 2.0 * q * growth * h
         next_bend = 2.0 * h * h * growth - 2.0 * q * h * rho * n * y_n / following * next_slope
         a, b, c = following - y - slope - 0.5 * bend, next_slope - slope - bend, next_bend - bend
-        cell = cells[count]
-        cell[0], cell[1], cell[2] = y, slope, 0.5 * bend
-        cell[3], cell[4], cell[5] = 10 * a - 4 * b + 0.5 * c, -15 * a + 7 * b - c, 6 * a - 3 * b + 0.5 * c
+        at = first + count
+        cells[at, 0], cells[at, 1], cells[at, 2] = y, slope, 0.5 * bend
+        cells[at, 3], cells[at, 4], cells[at, 5] = (
+            10 * a - 4 * b + 0.5 * c,
+            -15 * a + 7 * b - c,
+            6 * a - 3 * b + 0.5 * c,
+        )
         y, slope, bend = following, next_slope, next_bend
         count += 1
     return count
@@ -120,29 +141,54 @@ def _tabulate(n: float, rho: float, h: float, stop: float, cells: Array) -> int:
 
 @kernel
 def _cell_value(cell: Array, t: float) -> float:
+    """Return the value of a cell at t from 0 to 1."""
     return float(cell[0] + t * (cell[1] + t * (cell[2] + t * (cell[3] + t * (cell[4] + t * cell[5])))))
 
 
 @kernel
-def _invert(cells: Array, y: float) -> float:
-    """Return q/h >= 0 at which the tabulated curve reaches y > 0; its end if it does not."""
-    low, high = 0, len(cells) - 1
-    while low < high:
-        middle = (low + high + 1) // 2
-        if cells[middle, 0] <= y:
-            low = middle
-        else:
-            high = middle - 1
-    cell = cells[low]
-    share = (y - cell[0]) / (_cell_value(cell, 1.0) - cell[0])
-    t = math.sqrt(share) if low == 0 else share
+def _solve(cell: Array, y: float, start: float) -> float:
+    """Return where in a cell its value is y, by Newton's method from ``start``."""
+    t = start
     for _ in range(8):
         slope = cell[1] + t * (2 * cell[2] + t * (3 * cell[3] + t * (4 * cell[4] + t * 5 * cell[5])))
         step = (_cell_value(cell, t) - y) / slope
         t = min(max(t - step, 0.0), 1.0)
         if not abs(step) > 1e-15:
             break
-    return low + t
+    return t
+
+
+@kernel
+def _invert(curve: Curve, first: int, count: int, y: float) -> float:
+    """Return q/h >= 0 at which the cells from a row on reach y > 0; their end if they do not."""
+    low, high = 0, count - 1
+    while low < high:
+        middle = (low + high + 1) // 2
+        if curve.cells[first + middle, 0] <= y:
+            low = middle
+        else:
+            high = middle - 1
+    begin = curve.cells[first + low, 0]
+    share = (y - begin) / (_cell_value(curve.cells[first + low], 1.0) - begin)
+    return low + _solve(curve.cells[first + low], y, math.sqrt(share) if low == 0 else share)
+
+
+@kernel
+def _widths(n: float, rho: float, width: float) -> tuple[float, float]:
+    """Return the cells' widths in q on either side of s = 0, of ``width`` at n = 1."""
+    above = width / (1.0 + 0.2 * (n - 1.0))
+    return above, above / (1.0 + max(-rho, 0.0) * (0.5 + 0.3 * (n - 1.0)))
+
+
+@kernel
+def prepared(
+    n: float, rho: float, cells: Array, first: int, last: int
+) -> tuple[int, int, int, float, float, float, float]:
+    """Fill cells of the curve of a sharpness n and a ratio rho < 1; return the fields ``above`` to ``gap``."""
+    h_above, h_below = _widths(n, rho, _WIDTH)
+    above = _tabulate((n, 1.0), h_above, 1.0 - _TAIL, cells, 0, first)
+    below = _tabulate((n, rho), h_below, 1.0, cells, first, last)
+    return above, first, below, h_above, h_below, (above * h_above) ** 2, 1.0 - _cell_value(cells[above - 1], 1.0)
 
 
 @kernel
@@ -156,7 +202,7 @@ def _tables(shapes: Array, width: float) -> tuple[NDArray[np.int64], Array, NDAr
     which
         Table of each row, shape (P,); -1 where n <= 0, rho >= 1, or one of them is not finite.
     cells
-        Tables of both signs of s, shape (U, 2, 512, 6).
+        Rows of either sign of s, 512 for each, shape (U, 1024, 6).
     counts
         Cells in use, shape (U, 2).
     scales
@@ -176,23 +222,22 @@ def _tables(shapes: Array, width: float) -> tuple[NDArray[np.int64], Array, NDAr
         if which[p] < 0:
             distinct[found], which[p] = p, found
             found += 1
-    cells, counts = np.empty((found, 2, _CELLS, _COEFFICIENTS)), np.empty((found, 2), dtype=np.int64)
+    cells, counts = np.empty((found, 2 * _CELLS, _COEFFICIENTS)), np.empty((found, 2), dtype=np.int64)
     scales = np.empty((found, 4))
     for u in range(found):
         n, rho = shapes[distinct[u]]
-        h_positive = width / (1.0 + 0.2 * (n - 1.0))
-        h_negative = h_positive / (1.0 + max(-rho, 0.0) * (0.5 + 0.3 * (n - 1.0)))
+        h_above, h_below = _widths(n, rho, width)
         same = 0  # the positive side depends on n alone
         while shapes[distinct[same], 0] != n:
             same += 1
         if same < u:
             counts[u, 0] = counts[same, 0]
-            cells[u, 0, : counts[u, 0]] = cells[same, 0, : counts[u, 0]]
+            cells[u, : counts[u, 0]] = cells[same, : counts[u, 0]]
         else:
-            counts[u, 0] = _tabulate(n, 1.0, h_positive, 1.0 - _TAIL, cells[u, 0])
-        counts[u, 1] = _tabulate(n, rho, h_negative, 1.0, cells[u, 1])
-        gap = 1.0 - _cell_value(cells[u, 0, counts[u, 0] - 1], 1.0)
-        scales[u] = h_positive, h_negative, (counts[u, 0] * h_positive) ** 2, gap
+            counts[u, 0] = _tabulate((n, 1.0), h_above, 1.0 - _TAIL, cells[u], 0, _CELLS)
+        counts[u, 1] = _tabulate((n, rho), h_below, 1.0, cells[u], _CELLS, 2 * _CELLS)
+        gap = 1.0 - _cell_value(cells[u, counts[u, 0] - 1], 1.0)
+        scales[u] = h_above, h_below, (counts[u, 0] * h_above) ** 2, gap
     return which, cells, counts, scales
 
 
@@ -205,13 +250,13 @@ def _kept_tables(shapes: bytes, width: float) -> tuple[NDArray[np.int64], Array,
 @kernel
 def _place(curve: Curve, y: float) -> float:
     """Return the s at which Y(s) = y, -1 <= y <= 1."""
-    if y < 0.0:
-        return float(-((_invert(curve.negative, -y) * curve.h_negative) ** 2))
     if y == 0.0:
         return 0.0
+    if y < 0.0:
+        return -((_invert(curve, curve.first, curve.below, -y) * curve.h_below) ** 2)
     if y < 1.0 - curve.gap:
-        return float((_invert(curve.positive, y) * curve.h_positive) ** 2)
-    return float(curve.end + min(math.log(curve.gap / max(1.0 - y, 1e-16)), _TAIL_END) / curve.n)
+        return (_invert(curve, 0, curve.above, y) * curve.h_above) ** 2
+    return curve.end + min(math.log(curve.gap / max(1.0 - y, 1e-16)), _TAIL_END) / curve.n
 
 
 @kernel
@@ -219,11 +264,32 @@ def _value(curve: Curve, s: float) -> float:
     """Return Y(s)."""
     if s > curve.end:
         return 1.0 - curve.gap * math.exp(-curve.n * (s - curve.end))
-    cells, h = (curve.negative, curve.h_negative) if s < 0.0 else (curve.positive, curve.h_positive)
-    place = math.sqrt(abs(s)) / h
-    k = int(place) if place < len(cells) - 1 else len(cells) - 1
-    y = _cell_value(cells[k], place - k)
+    first = curve.first if s < 0.0 else 0
+    last = (curve.below if s < 0.0 else curve.above) - 1
+    place = math.sqrt(abs(s)) / (curve.h_below if s < 0.0 else curve.h_above)
+    k = int(place) if place < last else last
+    y = _cell_value(curve.cells[first + k], place - k)
     return -y if s < 0.0 else y
+
+
+@kernel
+def branch_step(curve: Curve, state: Branch, before: float, now: float) -> Branch:
+    """Return state between -1 and 1, direction, drive at the last turn and s there, after the drive goes on to ``now``.
+
+    However far that is, it is exact.
+    """
+    y, direction, turn, start = state
+    if now != before:
+        side = 1.0 if now > before else -1.0
+        if side != direction:
+            direction, turn, start = side, before, _place(curve, side * y)
+        y = side * _value(curve, start + curve.rate * abs(now - turn))
+    return y, direction, turn, start
+
+
+def rest_on_curve(now: Values, theta: Values) -> State:
+    """Return what ``branch_step`` begins with."""
+    return 0.0, 0.0, now[0], 0.0
 
 
 @kernel
@@ -261,10 +327,10 @@ def _follow(curve: Curve, x: Array, line: tuple[float, float], form: tuple[float
     end = _first_at_least(x, line, curve.end, zero)
     flat = _first_at_least(x, line, curve.end + _TAIL_END / curve.n, end)
     a, b = line
-    scale = 1.0 / curve.h_negative**2
-    _read_cells(x[:zero], (-a * scale, -b * scale), (form[0], -form[1]), curve.negative, out[:zero])
-    scale = 1.0 / curve.h_positive**2
-    _read_cells(x[zero:end], (a * scale, b * scale), form, curve.positive, out[zero:end])
+    scale, negative = 1.0 / curve.h_below**2, curve.cells[curve.first : curve.first + curve.below]
+    _read_cells(x[:zero], (-a * scale, -b * scale), (form[0], -form[1]), negative, out[:zero])
+    scale = 1.0 / curve.h_above**2
+    _read_cells(x[zero:end], (a * scale, b * scale), form, curve.cells[: curve.above], out[zero:end])
     for j in range(end, flat):
         out[j] = form[0] * x[j] + form[1] * (1.0 - curve.gap * math.exp(-curve.n * (a + b * x[j] - curve.end)))
     for j in range(flat, len(x)):
@@ -342,15 +408,14 @@ def _simulated(
     turns, finite = turning_points(x)
     out = np.empty((len(forms), len(x)))
     for p in range(len(forms)):
-        slope, gain, rate, n, _ = forms[p]
+        slope, gain, rate, n, rho = forms[p]
         u = which[p]
         if u < 0 or not (math.isfinite(slope) and math.isfinite(gain) and math.isfinite(rate) and rate >= 0.0):
             out[p] = np.nan
             continue
         out[p, finite:] = np.nan
-        h_positive, h_negative, end, gap = scales[u]
-        positive, negative = cells[u, 0, : counts[u, 0]], cells[u, 1, : counts[u, 1]]
-        curve = Curve(positive, negative, h_positive, h_negative, n, end, gap)
+        h_above, h_below, end, gap = scales[u]
+        curve = Curve(cells[u], counts[u, 0], _CELLS, counts[u, 1], h_above, h_below, end, gap, 1.0, rate, n, rho)
         rest = finite if len(turns) == 0 else abs(turns[0])
         for j in range(rest):
             out[p, j] = slope * x[j]
@@ -383,9 +448,16 @@ def printed_form(rate: Array, n: Array, rho: Array, z_max: Array) -> tuple[Array
     return kappa, 0.5 * total * (1.0 + rho), 0.5 * total * (1.0 - rho)
 
 
-def curve_of(n: float, rho: float) -> Curve:
-    """Return the branch curve of a sharpness n and a ratio rho, its tables as ``bouc_wen`` reads them."""
-    _, cells, counts, scales = _kept_tables(np.array([[n, rho]]).tobytes(), _WIDTH)
-    h_positive, h_negative, end, gap = scales[0].tolist()
-    positive, negative = cells[0, 0, : counts[0, 0]], cells[0, 1, : counts[0, 1]]
-    return Curve(positive, negative, h_positive, h_negative, n, end, gap)
+@kernel
+def normal(kappa: float, beta: float, gamma: float, n: float) -> tuple[float, float, float, float]:
+    """Return the numbers ``z_max`` to ``rho`` of a curve, of printed Bouc-Wen parameters."""
+    z_max = power(kappa / (beta + gamma), 1.0 / n)
+    return z_max, kappa / z_max, n, (beta - gamma) / (beta + gamma)
+
+
+def curve_of(z_max: float, rate: float, n: float, rho: float) -> Curve:
+    """Return the branch curve of what ``normal`` gives; its cells are without gaps between them."""
+    cells = np.empty((2 * _CELLS, _COEFFICIENTS))
+    above, first, below, h_above, h_below, end, gap = prepared(n, rho, cells, _CELLS, 2 * _CELLS)
+    rows = np.vstack([cells[:above], cells[first : first + below]])
+    return Curve(rows, above, above, below, h_above, h_below, end, gap, z_max, rate, n, rho)

@@ -21,7 +21,16 @@ from functools import partial
 import numpy as np
 
 from mrfit.core.specs import Array, Derived, Ends, ModelSpec, Param, Reduced, State, Values
-from mrfit.kernels.branch import ROUGH, bouc_wen, normal_form, printed_form
+from mrfit.kernels.branch import (
+    ROUGH,
+    Branch,
+    Curve,
+    bouc_wen,
+    branch_step,
+    normal,
+    normal_form,
+    printed_form,
+)
 from mrfit.kernels.elements import response_of
 from mrfit.kernels.friction import bouc_wen_step, combine, hysteresis
 from mrfit.kernels.points import inside, post_yield_line
@@ -53,6 +62,24 @@ SPEC = ModelSpec(
         Derived("rho", "1", "(beta-gamma)/(beta+gamma): ratio that shapes the loop"),
     ),
 )
+
+
+# While these hold, the element is stepped along its curve
+SHAPE = ("kappa", "beta", "gamma", "n")
+
+
+def loop(theta: Values) -> tuple[float, float, float, float]:
+    """Return the numbers of the branch curve, see ``kernels.branch.normal``."""
+    return normal(theta[4], theta[5], theta[6], theta[7])
+
+
+def step_on_curve(
+    state: Branch, before: Values, now: Values, theta: Ends, dt: float, curve: Curve
+) -> tuple[float, Branch]:
+    """Return the force in N at the end of a step, and where on its curve the element is."""
+    c, k, x0, alpha, _, _, _, _ = theta[1]
+    after = branch_step(curve, state, before[0], now[0])
+    return c * now[1] + k * (now[0] - x0) + alpha * curve.z_max * after[0], after
 
 
 def rest(now: Values, theta: Values) -> State:

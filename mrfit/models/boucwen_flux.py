@@ -23,8 +23,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.core.specs import Array, Derived, ModelSpec, Param, Reduced
-from mrfit.kernels.branch import bouc_wen, driven, driven_roughly, normal_form, printed_form
+from mrfit.core.specs import Array, Derived, Ends, ModelSpec, Param, Reduced, Values
+from mrfit.kernels.branch import (
+    Branch,
+    Curve,
+    bouc_wen,
+    branch_step,
+    driven,
+    driven_roughly,
+    normal,
+    normal_form,
+    printed_form,
+)
 from mrfit.kernels.points import inside, largest
 from mrfit.kernels.theta import plain
 
@@ -74,6 +84,21 @@ _KNEES = np.array([(turnover, n) for n in (2.5, 3.5, 5.0, 7.0) for turnover in n
 _WORSE = 1.3
 # Samples they are simulated at: about as many, up to twice
 _SCANNED = 1024
+
+
+def loop(theta: Values) -> tuple[float, float, float, float]:
+    """Return the numbers of the branch curve, see ``kernels.branch.normal``."""
+    return normal(theta[2], theta[3], theta[4], theta[5])
+
+
+def step_on_curve(
+    state: Branch, before: Values, now: Values, theta: Ends, dt: float, curve: Curve
+) -> tuple[float, Branch]:
+    """Return the flux linkage in Wb at the end of a step, and where on its curve the element is."""
+    share, inductance, _, _, _, _, divisor = theta[1]
+    after = branch_step(curve, state, before[0], now[0])
+    flux = inductance * (share * now[0] + (1.0 - share) / divisor * curve.z_max * after[0])
+    return flux, after
 
 
 def response(drive: Array, theta: Array, dt: float) -> Array:

@@ -16,8 +16,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from mrfit.core.specs import Array, Derived, ModelSpec, Param, Reduced
-from mrfit.kernels.branch import driven, driven_roughly
+from mrfit.core.specs import Array, Derived, Ends, ModelSpec, Param, Reduced, Values
+from mrfit.kernels.branch import Branch, Curve, branch_step, driven, driven_roughly
 from mrfit.kernels.points import half_width, inside, largest
 
 SPEC = ModelSpec(
@@ -50,6 +50,20 @@ SPEC = ModelSpec(
     rate_independent=True,
     derived=(Derived("L_initial", "H", "1/(1/L + i_c/flux_y): inductance of a demagnetised coil"),),
 )
+
+
+def loop(theta: Values) -> tuple[float, float, float, float]:
+    """Return greatest state, 1/flux_y, n and rho of the branch curve."""
+    return 1.0, 1.0 / theta[2], theta[3], theta[4]
+
+
+def step_on_curve(
+    state: Branch, before: Values, now: Values, theta: Ends, dt: float, curve: Curve
+) -> tuple[float, Branch]:
+    """Return the current in A at the end of a step, and where on its curve the element is."""
+    inductance, coercive, _, _, _ = theta[1]
+    after = branch_step(curve, state, before[0], now[0])
+    return now[0] / inductance + coercive * after[0], after
 
 
 def response(drive: Array, theta: Array, dt: float) -> Array:

@@ -15,7 +15,6 @@ from mrfit.core import plugins, registry
 from mrfit.core.specs import Array, Steps
 from mrfit.errors import DataError
 from mrfit.export.c import built, differs, driver, notes_of, rendered, user_inputs
-from mrfit.export.c_form import form_of
 from mrfit.export.c_parts import Parts, parts_of
 from mrfit.export.causality import Cost, differentiated
 from mrfit.export.compiler import Compiled, compiler
@@ -319,9 +318,10 @@ def test_every_model_has_a_form_and_every_effect_that_is_no_error_of_the_record(
     assert set(STRENGTH) == set(registry.names("effect")) - set(RECORD)
 
 
-def test_an_effect_without_a_form_is_one_clear_line() -> None:
+def test_an_effect_without_a_form_is_one_clear_line(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(STRENGTH, "integrator-offset", (0.0,))
     with pytest.raises(DataError, match="^the effect integrator-offset has no C form: .*--without integrator-offset$"):
-        form_of("effect", "integrator-offset", {})
+        parts_of(rig("boucwen-flux+integrator-offset", seconds=0.1))
 
 
 PLUGIN = """

@@ -15,7 +15,6 @@ from mrfit.settings.export import Settings
 from mrfit.simulate.current_dependence import CurrentDependence, orders_of
 from tests.export.rigs import rig
 
-pytest.importorskip("pycparser", reason="--to matlab needs pycparser: pip install 'mrfit[matlab]'")
 OCTAVE = shutil.which("octave-cli") or shutil.which("octave") or ""
 pytestmark = pytest.mark.skipif(not OCTAVE, reason="no Octave")
 

@@ -1,8 +1,9 @@
 """A typed tree as C99: explicit parentheses and conversions, conditions that are comparisons, one exit."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
+from mrfit.export.printer.functions import ONE, TWO
 from mrfit.export.printer.tree import (
     BOOL,
     NOTHING,
@@ -56,7 +57,7 @@ SMALL = {
     ),
     "sign_of": (
         "Sign of x: 0 at 0",
-        "static @real sign_of(@real x)\n{\n    return (x > 0.0) ? 1.0 : ((x < 0.0) ? -1.0 : 0.0);\n}",
+        "static @real sign_of(@real x)\n{\n    return (x > K(0.0)) ? K(1.0) : ((x < K(0.0)) ? -K(1.0) : K(0.0));\n}",
     ),
     "fewer": ("The smaller of two counts", "static int fewer(int a, int b)\n{\n    return (b < a) ? b : a;\n}"),
     "more": ("The larger of two counts", "static int more(int a, int b)\n{\n    return (b > a) ? b : a;\n}"),
@@ -91,6 +92,17 @@ def small_functions(program: Program) -> str:
     return "\n\n".join(f"{comment([title])}\n{code}" for name, (title, code) in SMALL.items() if name in called)
 
 
+def math_functions(program: Program) -> list[str]:
+    """Return the functions of math.h that a program calls."""
+    called = {p.name for f in program.functions.values() for p in parts(f.body) if isinstance(p, Call) and not p.own}
+    return sorted(called & {*ONE.values(), *TWO.values()})
+
+
+def macros(names: Iterable[str]) -> list[tuple[str, str, str]]:
+    """Return functions of math.h by name, with the arguments of a macro of each and the values it passes on."""
+    return [(n, *(("(x, y)", "((x), (y))") if n in TWO.values() else ("(x)", "((x))"))) for n in sorted(names)]
+
+
 def constants(program: Program) -> str:
     """Return the program's constants."""
     lines, last = list[str](), tuple[str, ...]()
@@ -121,6 +133,7 @@ class Printer:
     def __init__(self, function: Function | None) -> None:
         self.function = function
         self.outputs = {a.name for a in function.outputs} if function else set()
+        self.pointers = {a.name for a in function.arguments if a.kind.name == "struct"} if function else set()
 
     def whole(self) -> str:
         """Return the definition."""
@@ -156,7 +169,7 @@ class Printer:
         elif isinstance(statement, Assign):
             yield broken(f"{indent}{self.assigned(statement)};")
         elif isinstance(statement, Run):
-            targets = [t.name if t.name in self.outputs else f"&{t.name}" for t in statement.targets]
+            targets = [t.name if t.name in self.outputs else f"&{self.place(t)}" for t in statement.targets]
             call = ", ".join([*map(self.passed, statement.call.values), *targets])
             void = "(void)" if statement.call.kind != NOTHING else ""
             yield broken(f"{indent}{void}{statement.call.name}({call});")
@@ -188,7 +201,7 @@ class Printer:
         count, element = kind.extents[0], kind.element
         if element != REAL:
             return f"{{ {', '.join([self.listed(value, element)] * count)} }}"
-        return f"{{ {', '.join(list(map(self.value, value.values)) or ['0.0'] * count)} }}"
+        return f"{{ {', '.join(list(map(self.value, value.values)) or ['K(0.0)'] * count)} }}"
 
     def assigned(self, statement: Assign) -> str:
         """Return an assignment, with an operator where one can do it."""
@@ -251,17 +264,23 @@ class Printer:
         if isinstance(value, Name):
             return f"*{value.name}" if value.name in self.outputs else value.name
         if isinstance(value, Member):
-            arrow = "->" if isinstance(value.value, Name) else "."
+            arrow = "->" if self.is_pointer(value.value) else "."
             return f"{self.place(value.value)}{arrow}{value.name}"
         if isinstance(value, Item):
             return f"{self.place(value.value)}[{self.value(value.index)}]"
         assert isinstance(value, Call)
-        return f"{value.name}({', '.join(map(self.passed, value.values))})"
+        # functions of math.h have the precision of the model's numbers
+        name = value.name if value.own or value.name in SMALL else f"{value.name.upper()}_"
+        return f"{name}({', '.join(map(self.passed, value.values))})"
+
+    def is_pointer(self, value: Expression) -> bool:
+        """Return whether something is a struct that the caller has."""
+        return isinstance(value, Name) and value.name in self.pointers
 
     def passed(self, value: Expression) -> str:
-        """Return what is given to a function; a struct inside another by its address."""
-        if value.kind.name == "struct" and not isinstance(value, Name):
-            return f"&{self.place(value)}"
+        """Return what is given to a function; a struct by its address."""
+        if value.kind.name == "struct":
+            return f"{'' if self.is_pointer(value) else '&'}{self.place(value)}"
         return self.value(value)
 
     def value(self, value: Expression) -> str:
@@ -269,7 +288,8 @@ class Printer:
         if isinstance(value, Number):
             if value.kind == REAL and 0.0 < float(value.text) < LEAST:
                 return "@TINY"
-            return "K(HUGE_VAL)" if value.text == "inf" else value.text
+            text = "HUGE_VAL" if value.text == "inf" else value.text
+            return f"K({text})" if value.kind == REAL else text
         if isinstance(value, Choice):
             return f"({self.condition(value.condition)}) ? {self.operand(value.then)} : {self.operand(value.other)}"
         if value.kind == BOOL and not self.is_flag(value):
@@ -282,7 +302,7 @@ class Printer:
             left = self.operand(value.left, value.sign)
             return f"{left} {OPERATORS.get(value.sign, value.sign)} {self.operand(value.right, right=True)}"
         assert not isinstance(value, Group)
-        return self.place(value)
+        return f"{'*' if self.is_pointer(value) else ''}{self.place(value)}"
 
     def operand(self, value: Expression, sign: str = "", right: bool = False) -> str:
         """Return an expression inside another: in parentheses, but for sums in sums and products in products."""

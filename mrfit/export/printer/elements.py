@@ -7,12 +7,16 @@ element remembers, ``f`` the factors on parameters, ``y`` the output so far, and
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, cast
 
+from mrfit.core.channels import LEVELS
+from mrfit.core.protocols import MovesDrive
 from mrfit.core.specs import EffectSpec, ModelSpec
 from mrfit.export.printer.functions import python_of, unpacked
 from mrfit.export.printer.reading import Entry, Reader
+from mrfit.export.printer.shaping import shape
 from mrfit.export.printer.tree import (
+    BOOL,
     INT,
     NOTHING,
     REAL,
@@ -35,14 +39,18 @@ from mrfit.export.printer.tree import (
     Return,
     Run,
     Statement,
+    names_in,
+    struct,
 )
 from mrfit.export.printer.values import group
 from mrfit.export.text import field as field_name
 from mrfit.export.text import number
-from mrfit.kernels.past import RESERVED, begun, pushed
+from mrfit.kernels.branch import rest_on_curve
+from mrfit.kernels.past import RESERVED, begun, late, pushed, smooth_late
 
 # Temperature in degrees Celsius where a log has none, as effects that need it take it
 ROOM = 25.0
+CURVE = struct("curve")
 # Functions of whole arrays that are read as formulas, by slot
 FORMULAS = {"base": "response", "add": "term", "output": "shape"}
 
@@ -65,6 +73,10 @@ class Element:
         Number of its own numbers in its past.
     centred
         Whether it has a constant ``x_middle``, the middle of the stroke.
+    moved
+        The function that puts what the inputs were in their place; None of an element that does not move them.
+    curved
+        Whether it reads a branch curve.
     """
 
     step: Function
@@ -73,19 +85,15 @@ class Element:
     late: int = 0
     own: int = 0
     centred: bool = False
+    moved: Function | None = None
+    curved: bool = False
 
     @property
-    def fields(self) -> str:
-        """Fields of the struct of what it remembers, in C."""
-        lines = [f"    @real {name};" for name in self.state]
-        places = f"{RESERVED + self.own} + (@RING * {self.late + 1})" if self.late else str(RESERVED + self.own)
-        past = [f"    @real past[{places}];"] if self.late or self.own else []
-        return "\n".join([*lines, *past])
-
-    @property
-    def functions(self) -> list[Function]:
-        """Its functions."""
-        return [self.step] if self.rest is None else [self.rest, self.step]
+    def past(self) -> str:
+        """Number of places of its past, empty without one."""
+        if not self.late:
+            return str(RESERVED + self.own) if self.own else ""
+        return f"{RESERVED + self.own} + (@RING * {self.late + 1})"
 
 
 @dataclass(frozen=True)
@@ -95,38 +103,36 @@ class Sight:
     Attributes
     ----------
     ident
-        Its name there.
+        Its name there, with which those of its structs begin.
     values
         Name, in what is printed, of its parameters: ``b`` or ``e``.
-    tag
-        What its structs are called, behind the export's prefix.
     channels
         The inputs that the user sets.
     varying
         Whether its parameters move.
     centred
         Inputs that it sees less their middle.
+    shaping
+        Whether parameters move that shape its loop.
+    tried
+        What stands for a call of the model inside, of an element around it.
     """
 
     ident: str
     values: str
-    tag: str
     channels: tuple[str, ...]
     varying: bool = False
     centred: tuple[str, ...] = ()
+    shaping: bool = False
+    tried: Callable[[Expression], Call] | None = None
 
     def parameter(self, name: str) -> Member:
         """Return a parameter at the step's end."""
-        return Member(Name(self.values, Kind("struct", tag=f"@{self.tag}_values")), field_name(name), REAL)
+        return Member(Name(self.values, struct(f"{self.ident}_values")), field_name(name), REAL)
 
     def remembered(self, name: str) -> Member:
         """Return what the element remembers under a name."""
-        return Member(Name("s", Kind("struct", tag=self.state_tag)), name, REAL)
-
-    @property
-    def state_tag(self) -> str:
-        """Type of what it remembers."""
-        return "@state_base" if self.values == "b" else f"@{self.tag}_state"
+        return Member(Name("s", struct(f"{self.ident}_state")), name, REAL)
 
     def channel(self, name: str) -> Expression:
         """Return an input now."""
@@ -134,7 +140,7 @@ class Sight:
             return Binary("+", self.remembered("time"), Name("dt", REAL), REAL)
         if name not in self.channels:
             return Number(number(ROOM), REAL)
-        value = Member(Name("in", Kind("struct", tag="@inputs")), field_name(name), REAL)
+        value = Member(Name("in", struct("inputs")), field_name(name), REAL)
         return Binary("-", value, self.parameter("x_middle"), REAL) if name in self.centred else value
 
 
@@ -142,8 +148,10 @@ def element(reader: Reader, item: Any, spec: ModelSpec | EffectSpec, sight: Sigh
     """Return an element as it is printed, None of one that has neither ``law`` nor ``step``."""
     centred = tuple(getattr(item, "CENTRED", ()))
     writer = _Writer(reader, item, spec, replace(sight, centred=centred))
+    if callable(getattr(item, "step_on_curve", None)) and not sight.shaping:
+        return writer.stepped(item.step_on_curve, rest_on_curve, True)
     if callable(getattr(item, "step", None)):
-        return writer.stepped()
+        return writer.stepped(item.step, item.rest)
     if callable(getattr(item, "law", None)):
         return writer.lawful()
     formula = FORMULAS.get(writer.slot)
@@ -174,20 +182,24 @@ class _Writer:
         """Return all that an element may be given."""
         sight = self.sight
         return [
-            Argument(sight.values, Kind("struct", tag=f"@{sight.tag}_values")),
-            Argument("s", Kind("struct", tag=sight.state_tag), changed=True),
-            Argument("f", Kind("struct", tag="factors"), changed=True),
-            Argument("in", Kind("struct", tag="@inputs"), changed=self.slot == "input"),
+            Argument("p", struct("parameters")),
+            Argument("m", struct("memory")),
+            Argument("curve", CURVE),
+            Argument(sight.values, struct(f"{sight.ident}_values")),
+            Argument("s", struct(f"{sight.ident}_state"), changed=True),
+            Argument("f", struct("factors"), changed=True),
+            Argument("in", struct("inputs"), changed=self.slot in ("input", "loop")),
             Argument("y", REAL),
             Argument("dt", REAL),
+            Argument("first", INT),
         ]
 
     def destinations(self) -> list[Place | None]:
         """Return where the element's output goes, None if the function returns it."""
-        if self.slot == "input":
+        if self.slot in ("input", "loop"):
             return [self.sight.channel(self.inputs[-1])]  # type: ignore[list-item]
         if self.slot == "theta":
-            factors = Name("f", Kind("struct", tag="factors"))
+            factors = Name("f", struct("factors"))
             return [Member(factors, f"role_{role}", REAL) for role in self.item.ROLES]
         return [None]
 
@@ -227,76 +239,116 @@ class _Writer:
         entry = Entry(self.arguments(), bound, [None], self.title(), tables=tables)
         return Element(self.reader.entry(function, f"{self.sight.ident}_step", entry))
 
-    def stepped(self) -> Element:
+    def stepped(self, step_of: Callable[..., Any], rest_of: Callable[..., Any], curved: bool = False) -> Element:
         """Return an element with memory."""
         sight, item = self.sight, self.item
-        late, own_numbers = int(getattr(item, "LATE", 0)), int(getattr(item, "OWN", 0))
-        names = self.state_names()
+        signals, own_numbers = int(getattr(item, "LATE", 0)), int(getattr(item, "OWN", 0))
+        names = self.state_names(step_of, rest_of)
         state = group([sight.remembered(n) for n in names])
         now, before = group(self.now()), group(list(self.before()))
         then = group([sight.remembered(f"then_{field_name(p.name)}") for p in self.spec.params])
         then = then if sight.varying else self.here
-        past = Member(sight.remembered("past").value, "past", Kind("array", (), (0,)))
         kept: list[tuple[Place, Expression]] = [*zip(self.before(), self.now(), strict=True)]
         if sight.varying:
             kept += [(p, v) for p, v in zip(then.values, self.here.values, strict=True)]  # type: ignore[misc]
         given = {"state": state, "before": before, "now": now, "theta": group([then, self.here])}
-        bound = self.bound(item.step, [*given.values(), Name("dt", REAL), past])
+        extra = Name("curve", CURVE) if curved else self.past
+        bound = self.bound(step_of, [*given.values(), Name("dt", REAL), extra])
         own = self.destinations()
         entry = Entry(self.arguments(), bound, [*own, *state.values], self.title(), kept)  # type: ignore[list-item]
-        step = self.reader.entry(item.step, f"{sight.ident}_step", entry)
+        if sight.tried:
+            name, tried = list(bound)[-1], sight.tried
+            entry.calls = {name: tried}
+        step = self.reader.entry(step_of, f"{sight.ident}_step", entry)
         wanted = [(p, v) for p, v in kept if p in step.kept]
-        bound = self.bound(item.rest, [now, self.here])
+        bound = self.bound(rest_of, [now, self.here])
         arguments = [a for a in self.arguments() if a.name not in ("dt", "f")]
         for argument in arguments:
             argument.changed = argument.name == "s"
         entry = Entry(arguments, bound, [*state.values], self.rest_title(), wanted, True)  # type: ignore[list-item]
-        rest = self.reader.entry(item.rest, f"{sight.ident}_rest", entry)
-        if late or own_numbers:
-            self.begin(rest, past, late, own_numbers)
-        if late:
-            self.remember(step, rest, past, state.values[:late])
-        fields = [*names, *(p.name for p, _ in wanted)]  # type: ignore[union-attr]
-        return Element(step, rest, list(dict.fromkeys(fields)), late, own_numbers, bool(sight.centred))
+        rest = self.reader.entry(rest_of, f"{sight.ident}_rest", entry)
+        moved = None
+        if signals or own_numbers:
+            rest.body = (*rest.body, self.begin(signals, own_numbers))
+        if signals:
+            self.remember(step, rest, state.values[:signals])
+        elif isinstance(item, MovesDrive) and sight.channels:
+            signals, moved = len(sight.channels), self.moving()
+        fields = list(dict.fromkeys([*names, *(p.name for p, _ in wanted)]))  # type: ignore[union-attr]
+        return Element(step, rest, fields, signals, own_numbers, bool(sight.centred), moved, curved)
 
-    def begin(self, rest: Function, past: Member, late: int, own: int) -> None:
-        """Let an element begin its past as it comes to rest."""
-        function = python_of(begun)
-        assert function is not None
-        name = self.reader.function(
-            function, dict(zip(inspect.signature(function).parameters, (past.kind, INT, INT, INT), strict=True))
-        ).function.name
-        places = Number("@RING" if late else "0", INT)
-        given = (past, places, Number(str(late), INT), Number(str(own), INT))
-        rest.body = (*rest.body, Run(Call(name, given, NOTHING, True), ()))
+    def begin(self, signals: int, own: int) -> Run:
+        """Return what begins its past."""
+        values = (Number("@RING" if signals else "0", INT), Number(str(signals), INT), Number(str(own), INT))
+        return Run(self.called(begun, self.past, *values), ())
 
-    def remember(self, step: Function, rest: Function, past: Member, signals: Sequence[Expression]) -> None:
-        """Let an element push what it needs late: at rest its first sample, and one behind every step."""
-        function = python_of(pushed)
-        assert function is not None
+    @property
+    def past(self) -> Member:
+        """Where it keeps its past."""
+        return Member(self.sight.remembered("past").value, "past", Kind("array", (), (0,)))
+
+    def called(self, function: Callable[..., Any], *values: Expression) -> Call:
+        """Return the call of a function of Python with values."""
+        plain = python_of(function)
+        assert plain is not None
+        kinds = dict(zip(inspect.signature(plain).parameters, (v.kind for v in values), strict=True))
+        made = self.reader.function(plain, kinds).function
+        return Call(made.name, values, made.result, True)
+
+    def longest(self) -> Expression:
+        """Return how far back in s signals are needed."""
+        entry = Entry(
+            self.arguments(),
+            self.bound(self.item.longest, [self.here]),
+            [None],
+            ("How far back signals are needed, s",),
+        )
+        longest = self.reader.entry(self.item.longest, f"{self.sight.ident}_longest", entry)
+        return Call(longest.name, tuple(Name(a.name, a.kind) for a in longest.arguments), REAL, True)
+
+    def pushing(self, signals: Sequence[Expression]) -> tuple[Block, If]:
+        """Return what begins a past with its first sample of signals, and what adds one behind every step."""
         kind = Kind("array", (), (len(signals),))
-        kinds = dict(zip(inspect.signature(function).parameters, (past.kind, kind, REAL, REAL), strict=True))
-        name = self.reader.function(function, kinds).function.name
-        rebase = python_of(rebased)
-        assert rebase is not None
-        again = Call(self.reader.function(rebase, {"past": past.kind}).function.name, (past,), NOTHING, True)
-        bound = self.bound(self.item.longest, [self.here])
-        own = Entry(self.arguments()[:1], bound, [None], ("How far back signals are needed, s",))
-        longest = self.reader.entry(self.item.longest, f"{self.sight.ident}_longest", own)
-        given = tuple(Name(a.name, a.kind) for a in longest.arguments)
         # nearer samples share a place, so that there are enough of them at any rate
         places = Binary("-", Cast(Number("@RING", INT), REAL), Number("4.0", REAL), REAL)
-        least = Binary("/", Call(longest.name, given, REAL, True), places, REAL)
+        least = Binary("/", self.longest(), places, REAL)
 
         def push(dt: Expression, least: Expression) -> tuple[Statement, ...]:
-            call = Call(name, (past, Name("signals", kind), dt, least), NOTHING, True)
+            call = self.called(pushed, self.past, Name("signals", kind), dt, least)
             return (Declare("signals", kind, Group(tuple(signals), kind), True), Run(call, ()))
 
-        rest.body = (*rest.body, *push(Number("0.0", REAL), Number("0.0", REAL)))
-        moved = If(
-            Binary(">", Name("dt", REAL), Number("0.0", REAL), Kind("bool")),
-            (*push(Name("dt", REAL), least), Run(again, ())),
-        )
+        begin = push(Number("0.0", REAL), Number("0.0", REAL))
+        more = (*push(Name("dt", REAL), least), Run(self.called(rebased, self.past), ()))
+        return begin, If(Binary(">", Name("dt", REAL), Number("0.0", REAL), BOOL), more)
+
+    def moving(self) -> Function:
+        """Return the function that puts what the inputs were a dead time ago in their place, as in apply."""
+        age, dt = Name("age", REAL), Name("dt", REAL)
+        places = [cast(Place, self.sight.channel(n)) for n in self.sight.channels]
+        now = [Name(f"now_{place.name}", REAL) for place in places]  # type: ignore[union-attr]
+        body: list[Statement] = [
+            Assign(age, self.longest()),
+            *(Assign(n, place) for n, place in zip(now, places, strict=True)),
+        ]
+        for k, (name, place, value) in enumerate(zip(self.sight.channels, places, now, strict=True)):
+            read = late if name in LEVELS else smooth_late
+            body.append(Assign(place, self.called(read, self.past, Number(str(k), INT), age, dt, value)))
+        begin, more = self.pushing(now)
+        begin = (self.begin(len(now), 0), *begin)
+        body[1 + len(now) : 1 + len(now)] = [If(Binary("!=", Name("first", INT), Number("0", INT), BOOL), begin)]
+        body.append(more)
+        function = Function(f"{self.sight.ident}_moved", [], NOTHING, tuple(body), title=self.title())
+        shape(function, [], [], [], self.reader.program)
+        function.arguments = [a for a in self.arguments() if a.name in names_in(function.body)]
+        for argument in function.arguments:
+            argument.changed = argument.name in ("s", "in")
+        self.reader.program.functions[function.name] = function
+        return function
+
+    def remember(self, step: Function, rest: Function, signals: Sequence[Expression]) -> None:
+        """Let an element push what it needs late: at rest its first sample, and one behind every step."""
+        begin, moved = self.pushing(signals)
+        rest.body = (*rest.body, *begin)
         body, last = list(step.body), list[Statement]()
         if isinstance(body[-1], Return):
             # the output may be read from the past, which moves on now
@@ -305,14 +357,14 @@ class _Writer:
             last = [Return(Name("output", REAL))]
         step.body = (*body, moved, *last)
 
-    def state_names(self) -> list[str]:
+    def state_names(self, step: Callable[..., Any], rest: Callable[..., Any]) -> list[str]:
         """Return the names of what is remembered: those into which ``step`` takes its state apart."""
-        function = python_of(self.item.step)
+        function = python_of(step)
         assert function is not None
         names = unpacked(function, next(iter(inspect.signature(function).parameters)))
         if names:
             return [field_name(n) for n in names]
-        at_rest = self.item.rest((1.0,) * len(self.now()), tuple(p.start for p in self.spec.params))
+        at_rest = rest((1.0,) * len(self.now()), tuple(p.start for p in self.spec.params))
         return [f"state_{k}" for k in range(len(at_rest))]
 
     @staticmethod

@@ -143,6 +143,8 @@ class Printer:
             rows, columns = (1, *kind.extents) if len(kind.extents) == 1 else kind.extents
             inside = ", ".join(map(self.value, statement.value.values))
             self.say(f"{name} = {f'[{inside}]' if inside else f'zeros({rows}, {columns})'};")
+        elif kind.name == "struct" and statement.value is None:
+            self.say(f"{name} = struct();")
         elif statement.value is not None:
             self.set(name, statement.value)
 
@@ -219,8 +221,8 @@ class Printer:
         while isinstance(array, Item):
             indices.insert(0, array.index)
             array = array.value
-        places = ", ".join(f"{self.value(i)} + 1" for i in indices)
-        return f"{self.value(array)}({places})"
+        places = [*(f"{self.value(i)} + 1" for i in indices), *([":"] if value.kind.name == "array" else [])]
+        return f"{self.value(array)}({', '.join(places)})"
 
     def called(self, value: Call) -> str:
         """Return a call."""

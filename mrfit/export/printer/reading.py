@@ -4,7 +4,7 @@ import ast
 import inspect
 import types
 import typing
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -68,6 +68,8 @@ class Entry:
         What stands for arrays of all channels or parameters, of a function of whole arrays.
     factors
         Whether the destinations are multiplied by the values.
+    calls
+        What stands for calls of arguments that are functions.
     """
 
     arguments: list[Argument]
@@ -78,6 +80,7 @@ class Entry:
     always: bool = False
     tables: Mapping[str, Mapping[str, Expression] | Group] = field(default_factory=dict)
     factors: bool = False
+    calls: Mapping[str, Callable[..., Call]] = field(default_factory=dict)
 
 
 class Reader:
@@ -89,10 +92,16 @@ class Reader:
         Names that no function and no constant may have.
     prefix
         What those begin with that others see, so that no function may.
+
+    Attributes
+    ----------
+    structs
+        Kinds of the fields of structs whose fields are read by their names, by tag.
     """
 
     def __init__(self, reserved: Iterable[str] = (), prefix: str = " ") -> None:
         self.prefix, self.reserved = prefix, frozenset(reserved)
+        self.structs: dict[str, dict[str, Kind]] = {}
         self.program = Program()
         self.signatures: dict[object, Signature] = {}
         self.taken: dict[str, object] = dict.fromkeys(
@@ -121,7 +130,10 @@ class Reader:
         return self.signatures[key]
 
     def settled(self) -> Program:
-        """Return the program: no function has the name of a variable, a constant of one function stands in it."""
+        """Return the program: each function behind those that it calls, a constant of one function inside it.
+
+        No function has the name of a variable.
+        """
         program = self.program
         functions = list(program.functions.values())
         variables = {n for f in functions for n in (*names_in(f.body), *(a.name for a in (*f.arguments, *f.outputs)))}
@@ -136,7 +148,16 @@ class Reader:
                 del program.constants[name]
         for function in functions:
             function.name, function.body = new.get(function.name, function.name), renamed(function.body, new)
-        program.functions = {f.name: f for f in functions}
+        known, program.functions = {f.name: f for f in functions}, {}
+
+        def add(function: Function) -> None:
+            for call in parts(function.body):
+                if isinstance(call, Call) and call.own and call.name not in program.functions:
+                    add(known[call.name])
+            program.functions.setdefault(function.name, function)
+
+        for function in functions:
+            add(function)
         return program
 
     def name_for(self, wanted: str, what: Any, key: object = None) -> str:

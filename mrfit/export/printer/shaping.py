@@ -223,7 +223,7 @@ def _targets(node: object) -> list[Name]:
     """Return the variables that a statement sets."""
     if isinstance(node, Assign):
         return [node.target] if isinstance(node.target, Name) else []
-    return list(node.targets) if isinstance(node, Run) else []
+    return [t for t in node.targets if isinstance(t, Name)] if isinstance(node, Run) else []
 
 
 class _Declared:

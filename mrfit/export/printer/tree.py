@@ -20,6 +20,11 @@ class Kind:
         return Kind("array", (), self.extents[1:]) if len(self.extents) > 1 else REAL
 
 
+def struct(name: str) -> Kind:
+    """Return the kind of a struct by its name behind the export's prefix."""
+    return Kind("struct", tag=f"@{name}")
+
+
 REAL, INT, BOOL, NOTHING = Kind("real"), Kind("int"), Kind("bool"), Kind("nothing")
 
 
@@ -146,7 +151,7 @@ class Run:
     """A call that leaves several values in variables."""
 
     call: Call
-    targets: tuple[Name, ...]
+    targets: tuple[Name | Member, ...]
 
 
 @dataclass(frozen=True)

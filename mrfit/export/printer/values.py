@@ -252,7 +252,10 @@ class ValueReader:
         return Name(name, found.kind)
 
     def of_attribute(self, node: ast.Attribute) -> Expression:
-        """Return a constant of math."""
+        """Return a constant of math, or a field of a struct."""
+        known = isinstance(node.value, ast.Name) and node.value.id in {*self.aliases, *self.known}
+        if known and (held := self.value(node.value)).kind.name == "struct":
+            return Member(held, node.attr, self.reader.structs[held.kind.tag][node.attr])
         owner = self.python.__globals__.get(node.value.id) if isinstance(node.value, ast.Name) else None
         if not isinstance(owner, types.ModuleType):
             self.fail(node, "only modules have attributes")
@@ -411,6 +414,8 @@ class ValueReader:
 
     def of_call(self, node: ast.Call) -> Expression:
         """Return a call's value."""
+        if self.entry and isinstance(node.func, ast.Name) and node.func.id in self.entry.calls:
+            return self.entry.calls[node.func.id](*self.listed_values(node.args))
         if self.target_of(node) is columns and self.entry and isinstance(node.args[0], ast.Name):
             return typing.cast(Group, self.entry.tables[node.args[0].id])
         small = self.small(node, self.target_of(node))

@@ -14,7 +14,7 @@ import pytest
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
 from mrfit.export.compiler import compiler
-from mrfit.export.printer.c_text import constants, function_text, small_functions
+from mrfit.export.printer.c_text import constants, function_text, macros, math_functions, small_functions
 from mrfit.export.printer.functions import python_of
 from mrfit.export.printer.matlab_text import matlab_text
 from mrfit.export.printer.reading import Reader
@@ -27,7 +27,6 @@ OCTAVE = shutil.which("octave-cli") or shutil.which("octave") or ""
 ROWS = 300
 # Kernels of the package beside the cases made for it
 KERNELS = (filters.gained_from_bend, filters.release)
-FLOAT = re.compile(r"(?<![\w.])(\d+\.\d*(?:e[+-]?\d+)?|\d+e[+-]?\d+)(?![\w.])")
 
 
 def read(*given: Any) -> tuple[Program, list[Function]]:
@@ -79,11 +78,10 @@ def c_program(program: Program, called: list[Function], real: str) -> str:
     }}
     return 0;
 }}"""
-    text = f"#include <math.h>\n#include <stdio.h>\n#define K(x) (({real})(x))\n{text}\n\n{main}\n"
-    if real == "float":
-        names = "exp expm1 log log1p sqrt tanh hypot copysign floor sin cos atan erf pow fabs".split()
-        text = re.sub(rf"\b({'|'.join(names)})\(", r"\1f(", FLOAT.sub(r"\1f", text))
-    return text.replace("@real", real)
+    end = "f" if real == "float" else ""
+    lines = [f"#define {n.upper()}_{given} {n}{end}{values}" for n, given, values in macros(math_functions(program))]
+    head = ["#include <math.h>", "#include <stdio.h>", f"#define K(x) (({real})(x))", *lines]
+    return "\n".join([*head, text, "", main, ""]).replace("@real", real)
 
 
 def run_c(program: Program, called: list[Function], rows: list[Array], folder: Path, real: str) -> list[Array]:
@@ -151,7 +149,7 @@ def test_names_comments_and_equations_stay() -> None:
     assert text.startswith("/* One of four, by comparisons in a row */\nstatic @real chain(@real x, @real y)\n{\n")
     assert "        /* what is left */\n        value = -x;" in text
     # a constant of one function stands in it, as MISRA wants it
-    assert "    /* How fast it fades */\n    const @real FADING = 0.3;" in text and not constants(program)
+    assert "    /* How fast it fades */\n    const @real FADING = K(0.3);" in text and not constants(program)
     assert "% what is left" in matlab_text(program)
 
 

@@ -1,0 +1,331 @@
+"""The exported model around its elements, as functions of a typed tree: parameters at a current, and a step of it all.
+
+``p`` holds all parameters, ``s`` what the past has left, ``in`` and ``u`` the inputs as given and as changed, ``b`` the
+base's parameters, ``f`` factors on them, ``y`` the output; ``first`` is 1 at the step that begins at rest.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from mrfit.export.c_context import BaseField, Channel
+from mrfit.export.printer.elements import CURVE, Element
+from mrfit.export.printer.shaping import shape
+from mrfit.export.printer.tree import (
+    BOOL,
+    INT,
+    NOTHING,
+    REAL,
+    Argument,
+    Assign,
+    Binary,
+    Call,
+    Choice,
+    Declare,
+    Expression,
+    Function,
+    Group,
+    If,
+    Item,
+    Kind,
+    Member,
+    Name,
+    Number,
+    Program,
+    Return,
+    Run,
+    Statement,
+    Unary,
+    names_in,
+    struct,
+)
+from mrfit.export.text import number
+from mrfit.simulate.current_dependence import CurrentDependence, Order, coordinate, count, form_of, knee_of
+
+# Its functions, but those of each basis
+NAMES = ("values_at", "inner", "tried", "changed", "driven", "is_number", "within", "curve_set", "late_of")
+P, U, IN, B, F = (
+    Name(name, struct(tag))
+    for name, tag in (
+        ("p", "parameters"),
+        ("u", "inputs"),
+        ("in", "inputs"),
+        ("b", "base_values"),
+        ("f", "factors"),
+    )
+)
+MEMORY, STATE = Name("s", struct("memory")), Name("s", struct("state"))
+Y, DT, FIRST, CURRENT = Name("y", REAL), Name("dt", REAL), Name("first", INT), Name("current", REAL)
+TERM, HALF, BETWEEN = Name("term", REAL), Name("half", REAL), Name("between", REAL)
+ZERO, ONE = Number("0", INT), Number("1", INT)
+AT_REST, GOING = Binary("!=", FIRST, ZERO, BOOL), Binary("==", FIRST, ZERO, BOOL)
+# Beyond it a value is no number
+HUGE = 1e30
+
+
+Given: TypeAlias = Mapping[str, Expression]
+
+
+@dataclass(frozen=True)
+class Part:
+    """An element of the model: its name there, the slot of an effect, its functions, and the roles that it scales."""
+
+    ident: str
+    slot: str
+    element: Element
+    roles: tuple[str, ...] = ()
+
+
+def real(value: float) -> Expression:
+    """Return a constant."""
+    text = Number(number(abs(value)), REAL)
+    return Unary("-", text, REAL) if value < 0.0 else text
+
+
+def field(value: Expression, name: str, kind: Kind = REAL) -> Member:
+    """Return a field of a struct."""
+    return Member(value, name, kind)
+
+
+def reduced(sign: str, values: Iterable[Expression]) -> Expression:
+    """Return the sum or the product of numbers."""
+    first, *others = values
+    for value in others:
+        first = Binary(sign, first, value, REAL)
+    return first
+
+
+class Frame:
+    """Adds the frame's functions to a program that has those of the elements.
+
+    Parameters
+    ----------
+    program
+        The program.
+    base
+        The base.
+    fine
+        Whether the model also runs along the middles between steps.
+    """
+
+    def __init__(self, program: Program, base: Part, fine: bool) -> None:
+        self.program, self.base, self.fine = program, base, fine
+
+    def add(
+        self, name: str, title: str, arguments: Sequence[tuple[Name, bool]], body: Iterable[Statement], result: Kind
+    ) -> Function:
+        """Add a function with those of its arguments that it uses; with each, whether it is changed."""
+        function = Function(name, [], NOTHING, tuple(body), title=(title,))
+        function.arguments = [Argument(a.name, a.kind, changed) for a, changed in arguments]
+        kinds = [] if result == NOTHING else [result]
+        shape(function, kinds, [None] * len(kinds), [], self.program)
+        used = names_in(function.body)
+        function.arguments = [a for a in function.arguments if a.name in used]
+        self.program.functions[name] = function
+        return function
+
+    def called(self, name: str, given: Given) -> Call:
+        """Return the call of a function of the program."""
+        function = self.program.functions[name]
+        values = tuple(given[a.name] for a in function.arguments)
+        return Call(name, values, function.result, True)
+
+    def values(self, fields: Sequence[BaseField], dependence: CurrentDependence | None) -> None:
+        """Add what gives the base's parameters at a current."""
+        body = list[Statement]()
+        orders = list(dict.fromkeys(q.order for q in fields if q.order))
+        for k, order in enumerate(orders):
+            assert dependence is not None
+            table = Name(f"l{k}", Kind("array", (), (count(order),)))
+            self.basis(f"basis_{k}", order, dependence)
+            body.append(Declare(table.name, table.kind, Group((), table.kind)))
+            body.append(Run(self.called(f"basis_{k}", {"current": CURRENT, "l": table}), ()))
+        for q in fields:
+            value: Expression = field(P, q.stored)
+            if q.order:
+                table = Name(f"l{orders.index(q.order)}", Kind("array", (), (q.count,)))
+                stored = field(P, q.stored, Kind("array", (), (q.count,)) if q.count > 1 else REAL)
+                nodes = [Item(stored, Number(str(k), INT), REAL) if q.count > 1 else stored for k in range(q.count)]
+                terms = [Binary("*", n, Item(table, Number(str(k), INT), REAL), REAL) for k, n in enumerate(nodes)]
+                value = reduced("+", terms)
+            value = Call("exp", (value,), REAL) if q.log else value
+            value = Binary("*", value, field(F, f"role_{q.role}"), REAL) if q.role else value
+            value = Call("clamp", (value, real(q.clip[0]), real(q.clip[1])), REAL) if q.clip else value
+            body.append(Assign(field(B, q.field), value))
+        scaled = ", times what effects make of them" if any(q.role for q in fields) else ""
+        given = [(P, False), (F, False), (CURRENT, False), (B, True)]
+        self.add("values_at", f"The model's parameters at a current{scaled}", given, body, NOTHING)
+
+    def basis(self, name: str, order: Order, dependence: CurrentDependence) -> None:
+        """Add the Lagrange polynomials of one order; beyond the range that was tested they are held."""
+        ends, form, size = (dependence.low, dependence.high), form_of(order), count(order)
+        table, held, at = Name("l", Kind("array", (), (size,))), Name("i", REAL), Name("i", REAL)
+        body: list[Statement] = [Assign(held, Call("clamp", (CURRENT, real(ends[0]), real(ends[1])), REAL))]
+        if knee := knee_of(form, ends):
+            at = Name("bent", REAL)
+            bent = Call("tanh", (Binary("/", held, real(knee), REAL),), REAL)
+            body.append(Assign(at, Binary("*", real(knee), bent, REAL)))
+        pieces = dependence.pieces(order)
+        chosen: tuple[Statement, ...] = ()
+        for piece in reversed(pieces):
+            nodes = coordinate(piece.nodes, ends, form).tolist()
+            zeros = [k for k in range(size) if k not in piece.columns.tolist()]
+            made: list[Statement] = [Assign(Item(table, Number(str(k), INT), REAL), real(0.0)) for k in zeros]
+            for k, column in enumerate(piece.columns.tolist()):
+                value = reduced("*", _factors(at, nodes, k)) if len(nodes) > 1 else real(1.0)
+                made.append(Assign(Item(table, Number(str(column), INT), REAL), value))
+            chosen = (If(Binary("<=", held, real(piece.high), BOOL), tuple(made), chosen),) if chosen else tuple(made)
+        title = f"Lagrange polynomials of current through {size} nodes{', in pieces' if len(pieces) > 1 else ''}"
+        self.add(name, f"{title}; held beyond them", [(CURRENT, False), (table, True)], [*body, *chosen], NOTHING)
+
+    def steps(
+        self, part: Part, target: Name | None = None, memory: Expression = MEMORY, **own: Expression
+    ) -> Iterator[Statement]:
+        """Yield what brings an element a step further, at rest first; its output goes to ``target``."""
+        given: Given = {
+            "p": P,
+            "m": MEMORY,
+            "b": B,
+            "f": F,
+            "in": U,
+            "y": Y,
+            "dt": DT,
+            "curve": field(P, "curve", CURVE),
+        }
+        given = {**given, **_places(part, memory), **own}
+        if part.element.rest is not None:
+            yield If(AT_REST, (Run(self.called(part.element.rest.name, given), ()),))
+        call = self.called(part.element.step.name, given)
+        yield Assign(target, call) if target else Run(call, ())
+
+    def outputs(self, parts: Sequence[Part], memory: Expression) -> Iterator[Statement]:
+        """Yield what effects of the slot ``output`` do."""
+        for part in parts:
+            if part.slot == "output" and self.fine and part.element.moved is not None:
+                rest, step = self.steps(part, Y, memory, dt=HALF)
+                *_, between = self.steps(part, None, memory, dt=HALF, y=BETWEEN)
+                yield from (rest, If(GOING, (between,)), step)
+            elif part.slot == "output":
+                yield from self.steps(part, Y, memory)
+
+    def inner(self, parts: Sequence[Part], scaled: Sequence[str]) -> None:
+        """Add the model behind its inputs."""
+        body: list[Statement] = [Declare("b", B.kind)]
+        if scaled:
+            body += [Declare("f", F.kind), *(Assign(field(F, f"role_{role}"), real(1.0)) for role in scaled)]
+        for part in parts:
+            body += self.steps(part) if part.slot == "theta" else ()
+        given: Given = {"p": P, "f": F, "current": field(U, "current"), "b": B}
+        body += [Run(self.called("values_at", given), ()), *self.steps(self.base, Y)]
+        for part in parts:
+            if part.slot == "add":
+                body += [*self.steps(part, TERM), Assign(Y, Binary("+", Y, TERM, REAL))]
+        body += [] if self.fine else self.outputs(parts, MEMORY)
+        title = f"The model behind its inputs: parameters, base, terms{'' if self.fine else ', output'}"
+        arguments = [(P, False), (MEMORY, True), (U, False), (DT, False), (FIRST, False)]
+        self.add("inner", title, arguments, [*body, Return(Y)], REAL)
+
+    def tried(self, value: Expression) -> Call:
+        """Return what the model inside gives at another first input, and leaves as it is; add it if need be."""
+        if "tried" not in self.program.functions:
+            trial, changed = Name("trial", MEMORY.kind), Name("w", U.kind)
+            given: Given = {"p": P, "s": trial, "u": changed, "dt": DT, "first": ZERO}
+            call = self.called("inner", given)
+            body: list[Statement] = [Declare("trial", trial.kind, MEMORY)] if trial in call.values else []
+            body += [Declare("w", U.kind, IN), Assign(field(changed, "current"), CURRENT), Return(call)]
+            arguments = [(P, False), (MEMORY, False), (IN, False), (CURRENT, False), (DT, False)]
+            self.add("tried", "What it gives at another current, and stays as it was", arguments, body, REAL)
+        return self.called("tried", {"p": P, "s": Name("m", MEMORY.kind), "in": IN, "current": value, "dt": DT})
+
+    def driven(self, parts: Sequence[Part], inputs: Sequence[Channel]) -> None:
+        """Add a step of the whole model, from its inputs on."""
+        body = list[Statement]()
+        for slot in ("input", "loop"):
+            for part in parts:
+                body += self.steps(part) if part.slot == slot else ()
+                if part.element.moved is not None and slot == "input":
+                    own = {**_places(part, MEMORY), "in": U, "dt": DT, "first": FIRST}
+                    body.append(Run(self.called(part.element.moved.name, own), ()))
+        now = field(STATE, "now", MEMORY.kind)
+        given: Given = {"p": P, "s": now, "u": U if body else IN, "dt": DT, "first": FIRST}
+        whole = list[Statement]()
+        if body:
+            arguments = [(P, False), (MEMORY, True), (U, True), (DT, False), (FIRST, False)]
+            self.add("changed", "The inputs as the base sees them", arguments, body, NOTHING)
+            whole += [Declare("u", U.kind, IN), Run(self.called("changed", given), ())]
+        if self.fine:
+            whole += self.middle(given, inputs)
+        whole.append(Assign(Y, self.called("inner", given)))
+        if self.fine:
+            whole += [Assign(HALF, Binary("*", real(0.5), DT, REAL)), *self.outputs(parts, now)]
+        arguments = [(P, False), (STATE, True), (IN, False), (DT, False), (FIRST, False)]
+        self.add("driven", "A step of the whole model", arguments, [*whole, Return(Y)], REAL)
+
+    def middle(self, given: Given, inputs: Sequence[Channel]) -> Iterator[Statement]:
+        """Yield a run of the model to the middle before a step's end, the inputs going straight there."""
+        middle, apart, last = Name("halfway", U.kind), Name("apart", REAL), field(STATE, "dt")
+        before, changed = field(STATE, "before", U.kind), given["u"]
+        going = [
+            Assign(field(middle, c.field), _middle(field(before, c.field), field(changed, c.field))) for c in inputs
+        ]
+        yield Declare("halfway", U.kind, changed)
+        if any(a.name == "dt" for a in self.program.functions["inner"].arguments):
+            yield Assign(apart, DT)
+            known = Choice(Binary(">", last, real(0.0), BOOL), _middle(last, DT), DT, REAL)
+            going.append(Assign(apart, known))
+        yield If(GOING, tuple(going))
+        state = field(STATE, "middle", MEMORY.kind)
+        yield Assign(BETWEEN, self.called("inner", {**given, "s": state, "u": middle, "dt": apart}))
+        yield Assign(before, changed)
+        yield Assign(last, Choice(GOING, DT, real(0.0), REAL))
+
+    def curve(self, loop: Call, prepared: Call, fields: Mapping[str, Kind]) -> None:
+        """Add what makes the branch curve of the base's parameters, as their model says."""
+        curve, kinds = Name("curve", CURVE), list(fields.items())
+        body = tuple(
+            Run(call, tuple(field(curve, name, kind) for name, kind in own))
+            for call, own in ((loop, kinds[-4:]), (prepared, kinds[1:-4]))
+        )
+        title = ("Make the curve of the loop that parameters shape",)
+        arguments = [Argument("b", B.kind), Argument("curve", CURVE, changed=True)]
+        self.program.functions["curve_set"] = Function("curve_set", arguments, NOTHING, body, title=title)
+
+    def checks(self, inputs: Sequence[Channel]) -> None:
+        """Add what tells numbers from others, and inputs that the fit has seen from others."""
+        x, seen = Name("x", REAL), Name("seen", INT)
+        is_one = _both(Binary(">", x, real(-HUGE), BOOL), Binary("<", x, real(HUGE), BOOL))
+        body: list[Statement] = [Return(Choice(is_one, ONE, ZERO, INT))]
+        self.add("is_number", "Whether a value is a number", [(x, False)], body, INT)
+        body = [Assign(seen, ONE)]
+        for c in inputs:
+            if c.ends is not None:
+                value = field(IN, c.field)
+                low, high = (real(v) for v in c.ends)
+                inside = _both(Binary(">=", value, low, BOOL), Binary("<=", value, high, BOOL))
+                body.append(Assign(seen, Choice(inside, seen, ZERO, INT)))
+        body.append(Return(seen))
+        self.add("within", "Whether all inputs lie within what the fit has seen", [(IN, False)], body, INT)
+
+
+def _places(part: Part, memory: Expression) -> dict[str, Expression]:
+    """Return where an element's parameters are, and what it remembers."""
+    return {
+        "e": field(P, part.ident, struct(f"{part.ident}_values")),
+        "s": field(memory, part.ident, struct(f"{part.ident}_state")),
+    }
+
+
+def _both(one: Expression, other: Expression) -> Binary:
+    return Binary("and", one, other, BOOL)
+
+
+def _middle(one: Expression, other: Expression) -> Expression:
+    return Binary("*", real(0.5), Binary("+", one, other, REAL), REAL)
+
+
+def _factors(at: Expression, nodes: Sequence[float], k: int) -> Iterator[Expression]:
+    """Yield the factors of a Lagrange polynomial that is 1 at node k."""
+    for j, node in enumerate(nodes):
+        if j != k:
+            away = Binary("+", at, real(-node), REAL) if node < 0.0 else Binary("-", at, real(node), REAL)
+            yield Binary("/", away, real(nodes[k] - node), REAL)
