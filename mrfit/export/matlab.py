@@ -60,7 +60,7 @@ def function_file(source: Source, parts: Parts, told: list[str]) -> str:
             head=head,
             zero=_struct(_at_rest(context)),
             fitted=_struct(_values(context)),
-            outputs=[f"state.last.{context.output.field}", *(names[n] for n in results(driven))],
+            outputs=[context.output.field, *(names[n] for n in results(driven))],
             driven=[names.get(a.name, a.name) for a in driven.arguments],
             functions=matlab_text(parts.program).replace("@RING", str(context.ring)),
         )

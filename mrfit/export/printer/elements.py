@@ -219,7 +219,13 @@ class _Writer:
             return Element(step)
         place = self.sight.remembered("time")
         body: Block = (Assign(place, Number("0.0", REAL)),)
-        rest = Function(f"{self.sight.ident}_rest", [self.arguments()[1]], NOTHING, body, title=self.rest_title())
+        rest = Function(
+            f"{self.sight.ident}_rest",
+            [a for a in self.arguments() if a.name == "s"],
+            NOTHING,
+            body,
+            title=self.rest_title(),
+        )
         self.reader.program.functions[rest.name] = rest
         return Element(step, rest, ["time"])
 
