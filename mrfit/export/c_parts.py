@@ -9,6 +9,7 @@ import numpy as np
 
 from mrfit.core import registry
 from mrfit.core.protocols import MovesDrive
+from mrfit.core.specs import EffectSpec, ModelSpec
 from mrfit.errors import DataError
 from mrfit.export.c_context import BaseField, Channel, Context, CurveTable, EffectField, EffectFields, Memory
 from mrfit.export.frame import NAMES, B, Frame, Part
@@ -252,8 +253,15 @@ def _ring(source: Source, parts: list[Part], links: list[Link | None], tunable: 
             spec, theta = (link.spec, link.theta) if link else (source.base, source.base_theta)
             known = len(theta) == len(spec.params) and not tunable
             item: Any = registry.load("effect" if link else "model", spec.name)
-            longest.append(float(item.longest(tuple(theta if known else [p.high for p in spec.params]))))
+            ends = [tuple(theta)] if known else _ends(spec)
+            longest.append(max(float(item.longest(values)) for values in ends))
     return math.ceil(max(0.0, *longest) * FASTEST) + SPARE if longest else 0
+
+
+def _ends(spec: ModelSpec | EffectSpec) -> list[tuple[float, ...]]:
+    """Return parameters at their upper bounds, but for none and for each in turn, which is at its lower."""
+    high = [p.high for p in spec.params]
+    return [tuple(high), *((*high[:k], p.low, *high[k + 1 :]) for k, p in enumerate(spec.params))]
 
 
 def _curve(model: Any, source: Source, tunable: bool) -> CurveTable:

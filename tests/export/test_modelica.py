@@ -16,7 +16,7 @@ from tests.export.rigs import rig
 
 
 @pytest.mark.skipif(compiler() is None, reason="no C compiler")
-@pytest.mark.parametrize("model", ["tanh", "boucwen+asymmetry"])
+@pytest.mark.parametrize("model", ["tanh", "boucwen+asymmetry", "tanh+delay"])
 def test_the_block_s_c_is_the_simulation(model: str) -> None:
     made = files(rig(model), Settings())
     assert made.error is not None and made.error < 1e-9
