@@ -69,11 +69,11 @@ class EffectFields:
 
 @dataclass(frozen=True)
 class Memory:
-    """What an element remembers: fields, and how many signals of the past."""
+    """What an element remembers: fields, and the number of places of its past, empty without one."""
 
     ident: str
     fields: list[str]
-    late: int
+    past: str
 
 
 @dataclass(frozen=True)

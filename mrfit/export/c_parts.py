@@ -98,7 +98,7 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
         output=Channel(source.spec.output, field(source.spec.output), in_comment(source.spec.output)),
         base=fields,
         effects=[_effect(link, part.element, source) for link, part in zip(links, parts, strict=True)],
-        memories=[Memory(p.ident, p.element.state, p.element.late) for p in elements if p.element.rest],
+        memories=[Memory(p.ident, p.element.state, p.element.past) for p in elements if p.element.rest],
         ring=_ring(source, elements, [None, *links], tunable),
         fastest=FASTEST,
         curve=curve,

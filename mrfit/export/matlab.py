@@ -19,7 +19,6 @@ from mrfit.export.source import Source
 from mrfit.export.stage import Files
 from mrfit.export.templating import TEMPLATES, environment
 from mrfit.export.text import ascii_line, in_comment, wrapped
-from mrfit.kernels.past import RESERVED
 from mrfit.settings.export import Settings
 
 # Value of a field of a struct: text, rows of text, or a struct
@@ -79,7 +78,7 @@ def _at_rest(context: Context) -> dict[str, Value]:
     """Return the state before the first step, whose values elements fill in as it begins."""
     memory: dict[str, Value] = {}
     for m in context.memories:
-        past = {"past": f"zeros(1, {RESERVED + context.ring * (m.late + 1)})"} if m.late else {}
+        past = {"past": f"zeros(1, {m.past.replace('@RING', str(context.ring))})"} if m.past else {}
         memory[m.ident] = {**dict.fromkeys(m.fields, "0"), **past}
     fine: dict[str, Value] = {"middle": memory, "before": "struct()", "dt": "0"} if context.fine else {}
     return {"started": "0", "last": {context.output.field: "0", "in_range": "0"}, "now": memory, **fine}
