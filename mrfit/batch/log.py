@@ -7,7 +7,7 @@ from pathlib import Path
 
 from mrfit.batch.parcel import Parcel, returned, unpacked
 from mrfit.core.progress import Progress, silent
-from mrfit.errors import MrfitError, Unreachable, is_of_machine
+from mrfit.errors import DataError, MrfitError, Unreachable, is_of_machine
 from mrfit.fit import stage as fit_stage
 from mrfit.flux import stage as flux_stage
 from mrfit.ingest import stage as ingest_stage
@@ -17,9 +17,12 @@ from mrfit.io.schemas.batch import Fitted, LogRow, OfCondition
 from mrfit.io.schemas.fit import Fit
 from mrfit.io.workspace import Workspace
 from mrfit.segment import stage as segment_stage
+from mrfit.settings.sheet import Settings as SheetSettings
 
 # A log's workers: it is itself done by one
 ALONE = 1
+NO_SHEET = "no-sheet"
+"""Warning of a log of which a sheet was asked that it does not allow."""
 
 
 @dataclass(frozen=True)
@@ -30,6 +33,7 @@ class Asked:
     flux: flux_stage.Settings
     fit: fit_stage.Settings
     report: bool
+    sheet: bool
 
 
 @dataclass(frozen=True)
@@ -83,12 +87,13 @@ def do(job: Job, progress: Progress) -> Done:
 def _row(job: Job) -> LogRow:
     try:
         fit = _in_workspace(job, Workspace(job.workspace)) if job.workspace else _in_memory(job)
+        without = [NO_SHEET] if job.workspace and job.asked.sheet and not _has_sheet(Workspace(job.workspace)) else []
     except Unreachable:
         raise
     except MrfitError as error:
         # what is no fault of the log is tried again
         return failed(job.name, "" if is_of_machine(error) else job.key, error)
-    return LogRow(log=job.name, key=job.key, made=made_of(job), tests=[*_tests(fit)])
+    return LogRow(log=job.name, key=job.key, made=made_of(job), tests=[*_tests(fit, without)])
 
 
 def made_of(job: Job) -> str:
@@ -130,7 +135,19 @@ def _in_memory(job: Job) -> Fit:
     return fit_stage.identify(dataset, asked.fit, origin, silent).content
 
 
-def _tests(fit: Fit) -> Sequence[OfCondition]:
+def _has_sheet(workspace: Workspace) -> bool:
+    """Write the test sheet of a log into its workspace, and return whether the log allows one."""
+    from mrfit.sheet.write import write
+
+    recordings = [workspace.read_recording(i, workspace.latest) for i in sorted(workspace.identifiers)]
+    try:
+        write(recordings, SheetSettings(), (), workspace.root / "sheet", pdf=False)
+    except DataError:
+        return False
+    return True
+
+
+def _tests(fit: Fit, more: Sequence[str]) -> Sequence[OfCondition]:
     errors = {(m.condition, m.role): m.nrmse for m in fit.metrics}
     return [
         OfCondition(
@@ -138,7 +155,7 @@ def _tests(fit: Fit) -> Sequence[OfCondition]:
             current=result.at.current,
             nrmse=errors.get((result.condition, "train")),
             nrmse_holdout=errors.get((result.condition, "holdout")),
-            warnings=sorted({w.kind for w in (*fit.warnings, *result.warnings)}),
+            warnings=sorted({w.kind for w in (*fit.warnings, *result.warnings)} | {*more}),
             parameters=[
                 Fitted(parameter=p.name, value=p.value, unit=p.unit, low=p.low, high=p.high)
                 for p in (*result.parameters, *result.derived)

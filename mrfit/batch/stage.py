@@ -10,7 +10,7 @@ from pathlib import Path
 from mrfit.batch import page, table
 from mrfit.batch.fleet import fleet_of
 from mrfit.batch.journal import NAME, Journal, read_journal, write_journal
-from mrfit.batch.log import ALONE, Asked, Done, Job, do, failed, made_of
+from mrfit.batch.log import ALONE, NO_SHEET, Asked, Done, Job, do, failed, made_of
 from mrfit.batch.parcel import packed, put
 from mrfit.batch.plan import plan
 from mrfit.core import plugins
@@ -66,7 +66,8 @@ def run(folder: Path, work: Path, settings: Settings, stages: Stages, progress: 
     if is_apart() and plugins.of_files():
         raise ConfigError("--on: workers know nothing of a plug-in's file; say --shared where they see the same paths")
     flux = flux_stage.Settings(resistance=settings.resistance)
-    asked = Asked(replace(stages.ingest, jobs=ALONE), flux, replace(stages.fit, jobs=ALONE), settings.report)
+    alone = replace(stages.ingest, jobs=ALONE), flux, replace(stages.fit, jobs=ALONE)
+    asked = Asked(*alone, settings.report, settings.sheet)
     with Workspace(work).locked():
         found = plan(folder, settings.like, work, asked, settings.table is None, progress)
         journal = work / NAME
@@ -88,7 +89,11 @@ def _is_done(job: Job, row: LogRow | None) -> bool:
     if job.workspace is None or row.error:
         return True
     workspace = Workspace(job.workspace)
-    return row.made == made_of(job) and (not job.asked.report or (workspace.report_folder / "report.json").is_file())
+    sheet = job.asked.sheet and not any(NO_SHEET in test.warnings for test in row.tests)
+    wanted = [workspace.report_folder / "report.json"] * job.asked.report + [
+        workspace.root / "sheet/sheet.json"
+    ] * sheet
+    return row.made == made_of(job) and all(path.is_file() for path in wanted)
 
 
 def _is_elsewhere(name: str, folder: Path) -> bool:

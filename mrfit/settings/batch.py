@@ -21,6 +21,8 @@ class Settings:
         Table of all logs (Parquet); with it no log has a workspace. None for a workspace each, and the table beside.
     report
         Whether every workspace has a report.
+    sheet
+        Whether every workspace has a damper's test sheet.
     resistance
         Coil resistance in ohm, ``auto`` to estimate it, None as the logs say.
     """
@@ -33,4 +35,5 @@ class Settings:
         Setting("One table (Parquet) for all logs, and no workspaces.", metavar="FILE", form=PATH, show_default=False),
     ] = None
     report: Annotated[bool, Setting("Write a report into every workspace.")] = False
+    sheet: Annotated[bool, Setting("Write a damper's test sheet into every workspace.")] = False
     resistance: Resistance = None

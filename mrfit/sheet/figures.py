@@ -9,6 +9,7 @@ from mrfit.core.specs import Array
 from mrfit.io.schemas.sheet import SheetCondition, UnitRow, VerdictRow
 from mrfit.report.curves import prefixed, simplified
 from mrfit.report.figures import PALETTE, QUIET
+from mrfit.report.numbers import natural
 from mrfit.sheet.measured import Course, Loop
 
 if TYPE_CHECKING:
@@ -66,7 +67,12 @@ def draw_loops(axes: "Axes", loops: Sequence[Loop], against: Sequence[Loop], ove
     axes.locator_params(nbins=6)
     if over == "velocity" and axes.get_legend_handles_labels()[0]:
         # where no curve is: a damper's force has the sign of the velocity
-        axes.legend(fontsize=7, loc="upper left", handlelength=1.2, labelspacing=0.25)
+        lines, words = axes.get_legend_handles_labels()
+        ordered = sorted(zip(words, lines, strict=True), key=lambda one: natural(one[0]))
+        axes.legend(
+            [line for _, line in ordered], [text for text, _ in ordered],
+            fontsize=7, loc="upper left", handlelength=1.2, labelspacing=0.25,
+        )  # fmt: skip
 
 
 def draw_peaks(axes: "Axes", conditions: Sequence[SheetCondition]) -> None:

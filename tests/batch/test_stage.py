@@ -23,7 +23,7 @@ from mrfit.io.schemas.batch import BatchFile, LogRow
 from mrfit.io.workspace import Workspace
 from mrfit.settings import fit, flux, ingest
 from mrfit.settings.batch import Settings
-from tests.batch.logs import write_log
+from tests.batch.logs import CYCLES, write_log
 
 FITTING = fit.Settings(model="bingham", optimizer="lsq")
 
@@ -288,7 +288,7 @@ def test_a_worker_s_file_lands_in_its_workspace_or_nowhere(name: str, tmp_path: 
 
 @pytest.mark.parametrize(("log", "key"), [("logs/other.csv", "k"), ("logs/a.csv", "another")])
 def test_an_answer_for_another_log_is_refused(log: str, key: str, tmp_path: Path) -> None:
-    asked = Asked(ingest.Settings(), flux.Settings(), FITTING, False)
+    asked = Asked(ingest.Settings(), flux.Settings(), FITTING, False, False)
     job = Job("logs/a.csv", "k", (Path("logs/a.csv"),), None, tmp_path / "w", asked)
     row = stage._received(job, Done(LogRow(log=log, key=key), (("ingest.json", b"1"),)), apart=True)
     assert (row.log, row.key) == ("logs/a.csv", "") and "a worker has answered for" in row.error
@@ -298,3 +298,20 @@ def test_an_answer_for_another_log_is_refused(log: str, key: str, tmp_path: Path
     assert (tmp_path / "w" / "ingest.json").read_bytes() == b"1"
     # what has failed for want of something there bears no key
     assert stage._received(job, Done(LogRow(log="logs/a.csv", error="full")), apart=True).error == "full"
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_sheet_is_written_for_each_log_that_allows_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_log(tmp_path / "logs" / "a.csv", 1)
+    text = (tmp_path / "logs" / "a.csv").read_text().splitlines()
+    # two thirds of a cycle: enough for a fit, not for a sheet
+    (tmp_path / "logs" / "b.csv").write_text("\n".join(text[: 1 + len(text) * 2 // 3 // CYCLES]))
+    assert run(Path("logs")).done == 2
+    run(Path("logs"), sheet=True)
+    rows = {Path(log).name: row for log, row in read_journal(Path("work") / NAME).items()}
+    sheets = [p.parent.parent for p in Path("work").rglob("sheet/sheet.html")]
+    assert len(sheets) == 1 and sheets[0].name.startswith("a")
+    warned = {name: "no-sheet" in row.tests[0].warnings for name, row in rows.items()}
+    assert warned == {"a.csv": False, "b.csv": True}
+    assert run(Path("logs"), sheet=True).done == 0

@@ -98,7 +98,7 @@ def six_digits(line: str) -> str:
 def test_the_commands_print_what_the_readme_shows(clone: Path) -> None:
     path = f"{clone / 'bin'}{os.pathsep}{os.environ['PATH']}"
     sessions = list(blocks(README, "console"))
-    assert len(sessions) == 6
+    assert len(sessions) == 7
     for session in sessions:
         command, *shown = session.rstrip("\n").split("\n")
         assert command.startswith("$ mrfit ")
