@@ -9,10 +9,14 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import settings
 
 from tests import commands
 
 ROOT = Path(__file__).resolve().parent.parent
+# where a test does not say how many; the machine may be busy
+settings.register_profile("quick", max_examples=30, deadline=None)
+settings.load_profile("quick")
 Run = Callable[..., "subprocess.CompletedProcess[str]"]
 # As the commands do, before numpy is loaded: matrices are small, and threads of BLAS wait for each other
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -49,7 +49,9 @@ def fitted(mrfit: Run, *arguments: object) -> dict[str, Any]:
     return dict(json.loads(result.stdout))
 
 
-@pytest.mark.parametrize(("variant", "divisor"), [("standard", 0.05), ("printed", 20.0)])
+@pytest.mark.parametrize(
+    ("variant", "divisor"), [("standard", 0.05), pytest.param("printed", 20.0, marks=pytest.mark.slow)]
+)
 def test_planted_parameters_are_recovered_and_held_out_flux_is_predicted_to_the_noise(
     variant: str, divisor: float, mrfit: Run, datasets: Path
 ) -> None:
@@ -103,7 +105,7 @@ def test_tables_have_one_row_per_condition_and_parameter(mrfit: Run, datasets: P
 def test_the_result_does_not_depend_on_the_number_of_workers_or_the_order_of_logs(
     mrfit: Run, datasets: Path, tmp_path: Path
 ) -> None:
-    logs = [datasets / "coil" / f"coil_{f}Hz_{a}A.csv" for f in ("01", "10") for a in (1, 4)]
+    logs = [datasets / "coil" / f"coil_{f}Hz_{a}A.csv" for f in ("01", "10") for a in (4,)]
     written = []
     for jobs, order in ((1, logs), (3, logs[::-1])):
         work = tmp_path / f"w{jobs}"
@@ -171,7 +173,7 @@ EVEN = tuple(0.8 + 0.25 * k for k in range(12))
 @pytest.mark.parametrize(
     ("currents", "budget", "moments", "fewest"),
     [
-        pytest.param((1, 3), 300, EVEN[1::6], 1, id="a few"),
+        pytest.param((1,), 300, EVEN[1::6], 1, id="a few"),
         pytest.param((1, 3, 5), 3000, EVEN, 3, id="many", marks=pytest.mark.slow),
     ],
 )

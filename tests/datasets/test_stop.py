@@ -15,7 +15,7 @@ def test_one_stop_is_elastic_then_plastic():
 
 
 @given(inputs, st.floats(-1.5, 1.5), st.floats(-1.5, 1.5))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_a_minor_loop_closes_and_is_wiped_out(before, corner, inner):
     extreme = np.array([*before, 2.0, -2.0])
     corner, inner = max(corner, inner), min(corner, inner)
@@ -26,7 +26,7 @@ def test_a_minor_loop_closes_and_is_wiped_out(before, corner, inner):
 
 
 @given(inputs)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 def test_a_closed_path_never_gives_energy_back(corners):
     # the second run round a closed path starts where it ends
     once = np.concatenate([np.linspace(a, b, 200) for a, b in zip(corners, [*corners[1:], corners[0]], strict=True)])

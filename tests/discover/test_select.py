@@ -257,7 +257,7 @@ def worlds(draw: st.DrawFn) -> World:
 
 
 @given(worlds())
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=40, deadline=None)
 def test_in_any_world_the_same_evidence_gives_the_same_selection_and_names_stand_on_what_they_take(
     world: World,
 ) -> None:

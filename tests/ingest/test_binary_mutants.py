@@ -28,9 +28,9 @@ def test_a_few_mutants(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     assert apart.SECONDS < binary_mutants.LONGEST
     monkeypatch.setattr(apart, "SECONDS", 3.0)
     monkeypatch.setattr(binary_mutants, "LONGEST", 8.0)
-    campaign = run(name, 40)
+    campaign = run(name, 20)
     assert not campaign.broken
-    assert campaign.count == 40 and campaign.refused > 0
+    assert campaign.count == 20 and campaign.refused > 0
 
 
 def test_a_campaign_can_fail(monkeypatch: pytest.MonkeyPatch) -> None:

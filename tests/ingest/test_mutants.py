@@ -13,14 +13,14 @@ from mrfit.ingest.stage import Settings
 from tests.ingest.examining import examine
 from tests.ingest.mutants import MUTATIONS, SUBJECTS, TEXT_WRITERS, campaign, judge, read, text_mutant
 
-QUICK = 6
+QUICK = 4
 WHOLE_CAMPAIGN = 50_000
 MEMORY = 1024
 """MB that reading mutants may take at most."""
 
 
 @pytest.mark.parametrize("reader", sorted(TEXT_WRITERS))
-@settings(max_examples=15, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@settings(max_examples=8, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(mutations=st.lists(st.sampled_from(MUTATIONS), max_size=3), seed=st.integers(0, 2**32))
 def test_no_mutation_changes_a_value_in_silence(reader: str, mutations: list, seed: int) -> None:
     mutant = text_mutant(reader, random.Random(seed), mutations)

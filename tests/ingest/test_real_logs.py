@@ -134,7 +134,8 @@ def test_every_sniffer_over_every_file(real_logs: Path) -> None:
 @pytest.mark.parametrize("name", ["renamed.dat", "extensionless", "UPPER.CSV"])
 def test_real_files_under_other_names(name: str, real_logs: Path, tmp_path: Path) -> None:
     first = {t.file: t for t in reversed(TRUTHS) if (real_logs / t.file).is_file() and "ME5mm" not in t.file}
-    for truth in first.values():  # the map of ME5mm4Hz.txt goes by its name
+    chosen = list(first.values())
+    for truth in chosen[:: 1 if name == "UPPER.CSV" else 4]:  # the map of ME5mm4Hz.txt goes by its name
         other = tmp_path / name
         other.write_bytes((real_logs / truth.file).read_bytes())
         recordings, _ = _read(tmp_path, tmp_path, name, truth.map)

@@ -97,7 +97,7 @@ values = st.recursive(
 )
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(st.dictionaries(st.sampled_from(["a", "dt", "units", "data", "columns", "condition", "t"]), values, min_size=1))
 def test_whatever_stands_in_it_is_a_log_or_a_refusal(tmp_path_factory: pytest.TempPathFactory, content: Any) -> None:
     path = tmp_path_factory.mktemp("odd") / "odd.json"

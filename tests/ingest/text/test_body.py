@@ -19,7 +19,7 @@ FIELD = st.one_of(
 ROW = st.lists(FIELD, min_size=0, max_size=5).map(",".join)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(rows=st.lists(ROW, max_size=30))
 @example(rows=["", ",,"])
 def test_bulk_and_line_by_line_agree_and_no_row_is_lost(rows: list[str]) -> None:
@@ -36,7 +36,7 @@ def test_bulk_and_line_by_line_agree_and_no_row_is_lost(rows: list[str]) -> None
         np.testing.assert_array_equal(whole.numbers[column], parts)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(values=st.lists(st.floats(allow_nan=False, allow_infinity=False), min_size=3, max_size=3))
 def test_numbers_are_read_to_the_last_bit(values: list[float]) -> None:
     sound = "t,a,b\n" + ",".join(map(repr, values)) + "\n"

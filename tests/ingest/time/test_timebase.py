@@ -25,7 +25,7 @@ def test_samples_lost_evenly_do_not_stretch_a_stated_interval() -> None:
     assert values == pytest.approx(np.sin(np.arange(len(values)) * 1e-3), abs=1e-6)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(
     rate=st.floats(20.0, 5e4),
     start=st.floats(-5.0, 5.0),
@@ -64,7 +64,7 @@ def test_false_stated_interval_is_said_and_not_used() -> None:
     assert [f.kind for f in base.findings] == ["rate-differs"]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(lost=st.sets(st.integers(5, 390), min_size=1, max_size=5))
 def test_single_missing_samples_are_interpolated_and_all_others_untouched(lost: set[int]) -> None:
     lost = {k for k in lost if not {k - 1, k - 2, k - 3, k - 4, k - 5} & lost}
@@ -192,7 +192,7 @@ def test_print_step_follows_a_change_of_format() -> None:
     assert print_step(np.random.default_rng(0).random(600))[:].max() == 0.0
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(
     decade=st.integers(-11, 2),
     digit=st.sampled_from([1, 2, 4, 5, 8]),
