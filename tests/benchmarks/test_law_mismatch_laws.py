@@ -16,7 +16,7 @@ from benchmarks.law_mismatch.specimen import AS_DRAWN, logs, size_of, specimen
 
 STEP = 1e-4
 SCALES = Scales(0.01, 0.3, 800.0)
-FAST = settings(max_examples=5, deadline=None)
+FAST = settings(max_examples=2, deadline=None)
 SEEDS = st.integers(0, 10**6)
 
 
