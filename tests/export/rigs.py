@@ -11,7 +11,9 @@ from mrfit.io.schemas.fit import Fit, MetricRow, Quantity, Result
 from mrfit.simulate.assembly import SLOTS, assemble
 from mrfit.simulate.current_dependence import CurrentDependence
 
-# Effects' parameters away from neutral: what a damper or coil may have
+# Effects that are errors of a record, which have no form in C
+RECORD = ("integrator-offset", "probe-skew", "resistance-error", "resistance-heating")
+# Effects' parameters away from neutral: what a damper or coil may have; of others a tenth of the way to their bounds
 STRENGTH: dict[str, tuple[float, ...]] = {
     "asymmetry": (0.3, -0.2, 0.02),
     "coulomb-friction": (60.0, 5e-4, 3e-4),
@@ -68,7 +70,7 @@ def stretch(names: Sequence[str], signals: Mapping[str, Array], output: Array, d
 
 def effects_of(base: ModelSpec) -> list[str]:
     """Effects that act on what a base gives, and have a form in C."""
-    found = [registry.load("effect", n).SPEC for n in STRENGTH]
+    found = [registry.load("effect", n).SPEC for n in registry.names("effect") if n not in RECORD]
     return [s.name for s in found if base.output in s.outputs]
 
 
@@ -84,7 +86,7 @@ def rig(
     assembly = assemble(model, dependence)
     modules = [registry.load("effect", e).SPEC for e in model.split("+")[1:]]
     specs: list[EffectSpec] = sorted(modules, key=lambda s: (SLOTS.index(s.slot), s.name))
-    own = [v for s in specs for v in STRENGTH[s.name]]
+    own = [v for s in specs for v in STRENGTH.get(s.name) or away(s)]
     theta = np.array([*assembly.spec.start[: len(assembly.spec.params) - len(own)], *own])
     idle = theta == 0.0
     idle[len(theta) - len(own) :] = False
@@ -108,6 +110,11 @@ def rig(
     )
     stretches = (stretch(assembly.spec.inputs, signals, output, dt),)
     return Source(content, assembly, "all", theta, stretches)
+
+
+def away(spec: EffectSpec) -> tuple[float, ...]:
+    """Parameters a tenth of the way from neutral to their upper bounds."""
+    return tuple(0.9 * n + 0.1 * p.high for n, p in zip(spec.neutral, spec.params, strict=True))
 
 
 def slope(count: int) -> Array:
