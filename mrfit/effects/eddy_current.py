@@ -25,8 +25,8 @@ from mrfit.kernels.theta import plain
 # Change of the magnetising current at which the rounds end, as a share of the current's range, each change being a
 # tenth or less of the last: far below what a derivative by differences would see; 6 to 18 rounds reach it
 SETTLED, ROUNDS = 1e-10, 60
-# The same of one step
-CLOSE, MOST_ROUNDS = 1e-12, 40
+# The same of one step, as a share of its currents; from so many rounds on changes fall as long as they are no rounding
+CLOSE, MOST_ROUNDS, FIRST_ROUNDS = 1e-12, 40, 6
 
 SPEC = EffectSpec(
     name="eddy-current",
@@ -61,15 +61,17 @@ def step(
     magnetising, inductance = state
     conductance, current = theta[1][0], now[0]
     if conductance > 0.0 and dt > 0.0:
-        flux = flux_at(magnetising)
-        for _ in range(MOST_ROUNDS):
+        flux, last = flux_at(magnetising), 0.0
+        for k in range(MOST_ROUNDS):
             chord = (flux_at(current) - flux) / (current - magnetising) if current != magnetising else 0.0
             inductance = chord if chord > 0.0 else inductance
             following = lag_step(magnetising, before[0], now[0], conductance * inductance, dt)
             change = abs(following - current)
             current = following
-            if change <= CLOSE * (abs(current) + abs(now[0])):
+            # with numbers of few digits changes end above that
+            if change <= CLOSE * (abs(current) + abs(now[0])) or (k >= FIRST_ROUNDS and change >= last):
                 break
+            last = change
     return current, (current, inductance)
 
 
