@@ -176,6 +176,19 @@ class HasStep(Protocol):
 
 
 @runtime_checkable
+class HasCurve(Protocol):
+    """A model whose hysteresis is one curve while the parameters named in ``SHAPE`` hold.
+
+    ``loop(theta)`` returns the curve's greatest state, rate, sharpness and ratio; ``step_on_curve(state, before, now,
+    theta, dt, curve)`` does along it what ``step`` does. That is then printed as C, in place of ``step``.
+    """
+
+    SHAPE: tuple[str, ...]
+    loop: Callable[..., Any]
+    step_on_curve: Callable[..., Any]
+
+
+@runtime_checkable
 class MovesDrive(Protocol):
     """An effect of the slot ``output`` may be this too: what it shows now was made by what drove the model before."""
 

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from mrfit.core import registry
-from mrfit.core.protocols import MovesDrive
+from mrfit.core.protocols import HasCurve, MovesDrive
 from mrfit.core.specs import EffectSpec, ModelSpec
 from mrfit.errors import DataError
 from mrfit.export.c_context import BaseField, Channel, Context, CurveTable, EffectField, EffectFields, Memory
@@ -68,7 +68,7 @@ def parts_of(source: Source, tunable: bool = False) -> Parts:
     roles = sorted({r for link in links for r in _roles(link)})
     model, fine = registry.load("model", source.base.name), _needs_middles(source, tunable)
     varying = {name for name, _ in source.dependence.orders} if source.dependence else set()
-    curved = hasattr(model, "step_on_curve") and not varying & {*getattr(model, "SHAPE", ())}
+    curved = isinstance(model, HasCurve) and not varying & {*model.SHAPE}
     curve = _curve(model, source, tunable) if curved else None
     reader.structs[CURVE.tag] = _curve_kinds(curve.rows if curve else 0)
     sight = Sight("base", "b", source.channels, bool(varying or roles), shaping=not curved)

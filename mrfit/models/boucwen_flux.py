@@ -86,6 +86,10 @@ _WORSE = 1.3
 _SCANNED = 1024
 
 
+# While these hold, the element is stepped along its curve
+SHAPE = ("kappa", "beta", "gamma", "n")
+
+
 def loop(theta: Values) -> tuple[float, float, float, float]:
     """Return the numbers of the branch curve, see ``kernels.branch.normal``."""
     return normal(theta[2], theta[3], theta[4], theta[5])

@@ -52,6 +52,10 @@ SPEC = ModelSpec(
 )
 
 
+# While these hold, the element is stepped along its curve
+SHAPE = ("flux_y", "n", "rho")
+
+
 def loop(theta: Values) -> tuple[float, float, float, float]:
     """Return greatest state, 1/flux_y, n and rho of the branch curve."""
     return 1.0, 1.0 / theta[2], theta[3], theta[4]

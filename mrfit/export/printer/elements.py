@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, cast
 
 from mrfit.core.channels import LEVELS
-from mrfit.core.protocols import MovesDrive
+from mrfit.core.protocols import HasCurve, MovesDrive
 from mrfit.core.specs import EffectSpec, ModelSpec
 from mrfit.export.printer.functions import python_of, unpacked
 from mrfit.export.printer.reading import Entry, Reader
@@ -148,7 +148,7 @@ def element(reader: Reader, item: Any, spec: ModelSpec | EffectSpec, sight: Sigh
     """Return an element as it is printed, None of one that has neither ``law`` nor ``step``."""
     centred = tuple(getattr(item, "CENTRED", ()))
     writer = _Writer(reader, item, spec, replace(sight, centred=centred))
-    if callable(getattr(item, "step_on_curve", None)) and not sight.shaping:
+    if isinstance(item, HasCurve) and not sight.shaping:
         return writer.stepped(item.step_on_curve, rest_on_curve, True)
     if callable(getattr(item, "step", None)):
         return writer.stepped(item.step, item.rest)
