@@ -1,4 +1,4 @@
-"""What templates are rendered with: a fit's parameters, effects and channels as fields of structs."""
+"""The context of templates: a fit's parameters, effects and channels as fields of structs."""
 
 from dataclasses import dataclass
 
@@ -69,7 +69,7 @@ class EffectFields:
 
 @dataclass(frozen=True)
 class Memory:
-    """What an element remembers: fields, and the number of places of its past, empty without one."""
+    """Memory of an element: fields, and the number of places of its past, empty without one."""
 
     ident: str
     fields: list[str]
@@ -87,7 +87,7 @@ class CurveTable:
 
 @dataclass(frozen=True)
 class Context:
-    """What templates are rendered with, by the names they have there.
+    """The context of templates, by the names they have there.
 
     Attributes
     ----------

@@ -12,11 +12,11 @@ from mrfit.core.protocols import HasCurve, MovesDrive
 from mrfit.core.specs import EffectSpec, ModelSpec
 from mrfit.errors import DataError
 from mrfit.export.c_context import BaseField, Channel, Context, CurveTable, EffectField, EffectFields, Memory
-from mrfit.export.frame import NAMES, B, Frame, Part
+from mrfit.export.frame import NAMES, Frame, Part
 from mrfit.export.printer.elements import CURVE, Element, Sight, element
 from mrfit.export.printer.functions import python_of
 from mrfit.export.printer.reading import Reader
-from mrfit.export.printer.tree import INT, NOTHING, REAL, Call, Kind, Member, Name, Number, Program
+from mrfit.export.printer.tree import INT, NOTHING, REAL, Call, Kind, Member, Name, Number, Program, struct
 from mrfit.export.printer.values import group
 from mrfit.export.source import Link, Source, Stretch
 from mrfit.export.text import field, identifier, in_comment, number
@@ -27,9 +27,9 @@ from mrfit.simulate.current_dependence import Order, count, logarithmic
 # Steps a second at which late values are exact, and places beyond those
 FASTEST, SPARE = 10_000, 5
 # Rows for cells of a curve whose parameters can be set, above and below 0: enough for n from 1 to 10
-ABOVE, BELOW = 64, 320
+CELLS_ABOVE, CELLS_BELOW = 64, 320
 # Where a form that knows a stroke's middle cannot be the simulation
-MIDDLE = "the middle of the stroke is that of the fit's logs, where the simulation takes that of each record"
+OTHER_MIDDLE = "the middle of the stroke is that of the fit's logs, where the simulation takes that of each record"
 # Names that a function file of MATLAB must not hide
 BUILT_IN = frozenset(
     "abs all any erf exp expm1 fix floor hypot isempty log log1p mod numel ones power sign sqrt struct sum tanh "
@@ -39,7 +39,7 @@ BUILT_IN = frozenset(
 
 @dataclass(frozen=True)
 class Parts:
-    """What templates are rendered with, and all functions of the model."""
+    """The context of templates, and all functions of the model."""
 
     context: Context
     program: Program
@@ -153,7 +153,7 @@ def _knows_middle(link: Link) -> bool:
 
 def stated(source: Source) -> list[str]:
     """Return where a causal form cannot be the simulation in Python."""
-    return [f"{link.spec.name}: {MIDDLE}" for link in source.links if _knows_middle(link)]
+    return [f"{link.spec.name}: {OTHER_MIDDLE}" for link in source.links if _knows_middle(link)]
 
 
 def prefix_of(name: str) -> str:
@@ -270,13 +270,13 @@ def _curve(model: Any, source: Source, tunable: bool) -> CurveTable:
     found = curve_of(*model.loop(tuple(float(q.values[0]) for q in fields)))
     cells = [[number(c) for c in cell] for cell in found.cells.tolist()]
     if tunable:
-        gap = [["0.0"] * 6] * (ABOVE - found.above)
+        gap = [["0.0"] * 6] * (CELLS_ABOVE - found.above)
         cells = [*cells[: found.above], *gap, *cells[found.above :]]
-        found = found._replace(first=ABOVE)
+        found = found._replace(first=CELLS_ABOVE)
     others = {
         name: str(v) if isinstance(v, int) else number(v) for name, v in found._asdict().items() if name != "cells"
     }
-    return CurveTable(cells, others, ABOVE + BELOW if tunable else len(cells))
+    return CurveTable(cells, others, CELLS_ABOVE + CELLS_BELOW if tunable else len(cells))
 
 
 def _curve_kinds(rows: int) -> dict[str, Kind]:
@@ -287,13 +287,13 @@ def _curve_kinds(rows: int) -> dict[str, Kind]:
 
 def _curve_calls(reader: Reader, model: Any, source: Source) -> tuple[Call, Call]:
     """Return the calls that give a curve's shape of the parameters ``b``, and its cells of that."""
-    theta = [Member(Name("b", B.kind), field(p.name), REAL) for p in source.base.params]
+    theta = [Member(Name("b", struct("base_values")), field(p.name), REAL) for p in source.base.params]
     made = reader.function(model.loop, {"theta": group(theta).kind})
     used = {id(a) for a in made.function.arguments}
     own = tuple(v for v, a in zip(theta, made.given, strict=True) if id(a) in used)
     kinds = reader.structs[CURVE.tag]
     n, rho, cells = (Member(Name("curve", CURVE), name, kinds[name]) for name in ("n", "rho", "cells"))
-    values = (n, rho, cells, Number(str(ABOVE), INT), Number(str(ABOVE + BELOW), INT))
+    values = (n, rho, cells, Number(str(CELLS_ABOVE), INT), Number(str(CELLS_ABOVE + CELLS_BELOW), INT))
     names = ("n", "rho", "cells", "first", "last")
     plain = python_of(prepared)
     assert plain is not None

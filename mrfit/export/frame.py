@@ -44,7 +44,7 @@ from mrfit.simulate.current_dependence import CurrentDependence, Order, coordina
 
 # Its functions, but those of each basis
 NAMES = ("values_at", "inner", "tried", "changed", "driven", "is_number", "within", "curve_set", "late_of")
-P, U, IN, B, F = (
+_P, _U, _IN, _B, _F = (
     Name(name, struct(tag))
     for name, tag in (
         ("p", "parameters"),
@@ -54,13 +54,13 @@ P, U, IN, B, F = (
         ("f", "factors"),
     )
 )
-MEMORY, STATE = Name("s", struct("memory")), Name("s", struct("state"))
-Y, DT, FIRST, CURRENT = Name("y", REAL), Name("dt", REAL), Name("first", INT), Name("current", REAL)
-TERM, HALF, BETWEEN = Name("term", REAL), Name("half", REAL), Name("between", REAL)
-ZERO, ONE = Number("0", INT), Number("1", INT)
-AT_REST, GOING = Binary("!=", FIRST, ZERO, BOOL), Binary("==", FIRST, ZERO, BOOL)
+_MEMORY, _STATE = Name("s", struct("memory")), Name("s", struct("state"))
+_Y, _DT, _FIRST, _CURRENT = Name("y", REAL), Name("dt", REAL), Name("first", INT), Name("current", REAL)
+_TERM, _HALF, _BETWEEN = Name("term", REAL), Name("half", REAL), Name("between", REAL)
+_ZERO, _ONE = Number("0", INT), Number("1", INT)
+_AT_REST, _GOING = Binary("!=", _FIRST, _ZERO, BOOL), Binary("==", _FIRST, _ZERO, BOOL)
 # Beyond it a value is no number
-HUGE = 1e30
+_HUGE = 1e30
 
 
 Given: TypeAlias = Mapping[str, Expression]
@@ -139,28 +139,28 @@ class Frame:
             table = Name(f"l{k}", Kind("array", (), (count(order),)))
             self.basis(f"basis_{k}", order, dependence)
             body.append(Declare(table.name, table.kind, Group((), table.kind)))
-            body.append(Run(self.called(f"basis_{k}", {"current": CURRENT, "l": table}), ()))
+            body.append(Run(self.called(f"basis_{k}", {"current": _CURRENT, "l": table}), ()))
         for q in fields:
-            value: Expression = field(P, q.stored)
+            value: Expression = field(_P, q.stored)
             if q.order:
                 table = Name(f"l{orders.index(q.order)}", Kind("array", (), (q.count,)))
-                stored = field(P, q.stored, Kind("array", (), (q.count,)) if q.count > 1 else REAL)
+                stored = field(_P, q.stored, Kind("array", (), (q.count,)) if q.count > 1 else REAL)
                 nodes = [Item(stored, Number(str(k), INT), REAL) if q.count > 1 else stored for k in range(q.count)]
                 terms = [Binary("*", n, Item(table, Number(str(k), INT), REAL), REAL) for k, n in enumerate(nodes)]
                 value = reduced("+", terms)
             value = Call("exp", (value,), REAL) if q.log else value
-            value = Binary("*", value, field(F, f"role_{q.role}"), REAL) if q.role else value
+            value = Binary("*", value, field(_F, f"role_{q.role}"), REAL) if q.role else value
             value = Call("clamp", (value, real(q.clip[0]), real(q.clip[1])), REAL) if q.clip else value
-            body.append(Assign(field(B, q.field), value))
+            body.append(Assign(field(_B, q.field), value))
         scaled = ", times what effects make of them" if any(q.role for q in fields) else ""
-        given = [(P, False), (F, False), (CURRENT, False), (B, True)]
+        given = [(_P, False), (_F, False), (_CURRENT, False), (_B, True)]
         self.add("values_at", f"The model's parameters at a current{scaled}", given, body, NOTHING)
 
     def basis(self, name: str, order: Order, dependence: CurrentDependence) -> None:
         """Add the Lagrange polynomials of one order; beyond the range that was tested they are held."""
         ends, form, size = (dependence.low, dependence.high), form_of(order), count(order)
         table, held, at = Name("l", Kind("array", (), (size,))), Name("i", REAL), Name("i", REAL)
-        body: list[Statement] = [Assign(held, Call("clamp", (CURRENT, real(ends[0]), real(ends[1])), REAL))]
+        body: list[Statement] = [Assign(held, Call("clamp", (_CURRENT, real(ends[0]), real(ends[1])), REAL))]
         if knee := knee_of(form, ends):
             at = Name("bent", REAL)
             bent = Call("tanh", (Binary("/", held, real(knee), REAL),), REAL)
@@ -176,25 +176,25 @@ class Frame:
                 made.append(Assign(Item(table, Number(str(column), INT), REAL), value))
             chosen = (If(Binary("<=", held, real(piece.high), BOOL), tuple(made), chosen),) if chosen else tuple(made)
         title = f"Lagrange polynomials of current through {size} nodes{', in pieces' if len(pieces) > 1 else ''}"
-        self.add(name, f"{title}; held beyond them", [(CURRENT, False), (table, True)], [*body, *chosen], NOTHING)
+        self.add(name, f"{title}; held beyond them", [(_CURRENT, False), (table, True)], [*body, *chosen], NOTHING)
 
     def steps(
-        self, part: Part, target: Name | None = None, memory: Expression = MEMORY, **own: Expression
+        self, part: Part, target: Name | None = None, memory: Expression = _MEMORY, **own: Expression
     ) -> Iterator[Statement]:
         """Yield what brings an element a step further, at rest first; its output goes to ``target``."""
         given: Given = {
-            "p": P,
-            "m": MEMORY,
-            "b": B,
-            "f": F,
-            "in": U,
-            "y": Y,
-            "dt": DT,
-            "curve": field(P, "curve", CURVE),
+            "p": _P,
+            "m": _MEMORY,
+            "b": _B,
+            "f": _F,
+            "in": _U,
+            "y": _Y,
+            "dt": _DT,
+            "curve": field(_P, "curve", CURVE),
         }
         given = {**given, **_places(part, memory), **own}
         if part.element.rest is not None:
-            yield If(AT_REST, (Run(self.called(part.element.rest.name, given), ()),))
+            yield If(_AT_REST, (Run(self.called(part.element.rest.name, given), ()),))
         call = self.called(part.element.step.name, given)
         yield Assign(target, call) if target else Run(call, ())
 
@@ -202,40 +202,40 @@ class Frame:
         """Yield what effects of the slot ``output`` do."""
         for part in parts:
             if part.slot == "output" and self.fine and part.element.moved is not None:
-                rest, step = self.steps(part, Y, memory, dt=HALF)
-                *_, between = self.steps(part, None, memory, dt=HALF, y=BETWEEN)
-                yield from (rest, If(GOING, (between,)), step)
+                rest, step = self.steps(part, _Y, memory, dt=_HALF)
+                *_, between = self.steps(part, None, memory, dt=_HALF, y=_BETWEEN)
+                yield from (rest, If(_GOING, (between,)), step)
             elif part.slot == "output":
-                yield from self.steps(part, Y, memory)
+                yield from self.steps(part, _Y, memory)
 
     def inner(self, parts: Sequence[Part], scaled: Sequence[str]) -> None:
         """Add the model behind its inputs."""
-        body: list[Statement] = [Declare("b", B.kind)]
+        body: list[Statement] = [Declare("b", _B.kind)]
         if scaled:
-            body += [Declare("f", F.kind), *(Assign(field(F, f"role_{role}"), real(1.0)) for role in scaled)]
+            body += [Declare("f", _F.kind), *(Assign(field(_F, f"role_{role}"), real(1.0)) for role in scaled)]
         for part in parts:
             body += self.steps(part) if part.slot == "theta" else ()
-        given: Given = {"p": P, "f": F, "current": field(U, "current"), "b": B}
-        body += [Run(self.called("values_at", given), ()), *self.steps(self.base, Y)]
+        given: Given = {"p": _P, "f": _F, "current": field(_U, "current"), "b": _B}
+        body += [Run(self.called("values_at", given), ()), *self.steps(self.base, _Y)]
         for part in parts:
             if part.slot == "add":
-                body += [*self.steps(part, TERM), Assign(Y, Binary("+", Y, TERM, REAL))]
-        body += [] if self.fine else self.outputs(parts, MEMORY)
+                body += [*self.steps(part, _TERM), Assign(_Y, Binary("+", _Y, _TERM, REAL))]
+        body += [] if self.fine else self.outputs(parts, _MEMORY)
         title = f"The model behind its inputs: parameters, base, terms{'' if self.fine else ', output'}"
-        arguments = [(P, False), (MEMORY, True), (U, False), (DT, False), (FIRST, False)]
-        self.add("inner", title, arguments, [*body, Return(Y)], REAL)
+        arguments = [(_P, False), (_MEMORY, True), (_U, False), (_DT, False), (_FIRST, False)]
+        self.add("inner", title, arguments, [*body, Return(_Y)], REAL)
 
     def tried(self, value: Expression) -> Call:
         """Return what the model inside gives at another first input, and leaves as it is; add it if need be."""
         if "tried" not in self.program.functions:
-            trial, changed = Name("trial", MEMORY.kind), Name("w", U.kind)
-            given: Given = {"p": P, "s": trial, "u": changed, "dt": DT, "first": ZERO}
+            trial, changed = Name("trial", _MEMORY.kind), Name("w", _U.kind)
+            given: Given = {"p": _P, "s": trial, "u": changed, "dt": _DT, "first": _ZERO}
             call = self.called("inner", given)
-            body: list[Statement] = [Declare("trial", trial.kind, MEMORY)] if trial in call.values else []
-            body += [Declare("w", U.kind, IN), Assign(field(changed, "current"), CURRENT), Return(call)]
-            arguments = [(P, False), (MEMORY, False), (IN, False), (CURRENT, False), (DT, False)]
+            body: list[Statement] = [Declare("trial", trial.kind, _MEMORY)] if trial in call.values else []
+            body += [Declare("w", _U.kind, _IN), Assign(field(changed, "current"), _CURRENT), Return(call)]
+            arguments = [(_P, False), (_MEMORY, False), (_IN, False), (_CURRENT, False), (_DT, False)]
             self.add("tried", "What it gives at another current, and stays as it was", arguments, body, REAL)
-        return self.called("tried", {"p": P, "s": Name("m", MEMORY.kind), "in": IN, "current": value, "dt": DT})
+        return self.called("tried", {"p": _P, "s": Name("m", _MEMORY.kind), "in": _IN, "current": value, "dt": _DT})
 
     def driven(self, parts: Sequence[Part], inputs: Sequence[Channel]) -> None:
         """Add a step of the whole model, from its inputs on."""
@@ -244,40 +244,40 @@ class Frame:
             for part in parts:
                 body += self.steps(part) if part.slot == slot else ()
                 if part.element.moved is not None and slot == "input":
-                    own = {**_places(part, MEMORY), "in": U, "dt": DT, "first": FIRST}
+                    own = {**_places(part, _MEMORY), "in": _U, "dt": _DT, "first": _FIRST}
                     body.append(Run(self.called(part.element.moved.name, own), ()))
-        now = field(STATE, "now", MEMORY.kind)
-        given: Given = {"p": P, "s": now, "u": U if body else IN, "dt": DT, "first": FIRST}
+        now = field(_STATE, "now", _MEMORY.kind)
+        given: Given = {"p": _P, "s": now, "u": _U if body else _IN, "dt": _DT, "first": _FIRST}
         whole = list[Statement]()
         if body:
-            arguments = [(P, False), (MEMORY, True), (U, True), (DT, False), (FIRST, False)]
+            arguments = [(_P, False), (_MEMORY, True), (_U, True), (_DT, False), (_FIRST, False)]
             self.add("changed", "The inputs as the base sees them", arguments, body, NOTHING)
-            whole += [Declare("u", U.kind, IN), Run(self.called("changed", given), ())]
+            whole += [Declare("u", _U.kind, _IN), Run(self.called("changed", given), ())]
         if self.fine:
             whole += self.middle(given, inputs)
-        whole.append(Assign(Y, self.called("inner", given)))
+        whole.append(Assign(_Y, self.called("inner", given)))
         if self.fine:
-            whole += [Assign(HALF, Binary("*", real(0.5), DT, REAL)), *self.outputs(parts, now)]
-        arguments = [(P, False), (STATE, True), (IN, False), (DT, False), (FIRST, False)]
-        self.add("driven", "A step of the whole model", arguments, [*whole, Return(Y)], REAL)
+            whole += [Assign(_HALF, Binary("*", real(0.5), _DT, REAL)), *self.outputs(parts, now)]
+        arguments = [(_P, False), (_STATE, True), (_IN, False), (_DT, False), (_FIRST, False)]
+        self.add("driven", "A step of the whole model", arguments, [*whole, Return(_Y)], REAL)
 
     def middle(self, given: Given, inputs: Sequence[Channel]) -> Iterator[Statement]:
         """Yield a run of the model to the middle before a step's end, the inputs going straight there."""
-        middle, apart, last = Name("halfway", U.kind), Name("apart", REAL), field(STATE, "dt")
-        before, changed = field(STATE, "before", U.kind), given["u"]
+        middle, apart, last = Name("halfway", _U.kind), Name("apart", REAL), field(_STATE, "dt")
+        before, changed = field(_STATE, "before", _U.kind), given["u"]
         going = [
             Assign(field(middle, c.field), _middle(field(before, c.field), field(changed, c.field))) for c in inputs
         ]
-        yield Declare("halfway", U.kind, changed)
+        yield Declare("halfway", _U.kind, changed)
         if any(a.name == "dt" for a in self.program.functions["inner"].arguments):
-            yield Assign(apart, DT)
-            known = Choice(Binary(">", last, real(0.0), BOOL), _middle(last, DT), DT, REAL)
+            yield Assign(apart, _DT)
+            known = Choice(Binary(">", last, real(0.0), BOOL), _middle(last, _DT), _DT, REAL)
             going.append(Assign(apart, known))
-        yield If(GOING, tuple(going))
-        state = field(STATE, "middle", MEMORY.kind)
-        yield Assign(BETWEEN, self.called("inner", {**given, "s": state, "u": middle, "dt": apart}))
+        yield If(_GOING, tuple(going))
+        state = field(_STATE, "middle", _MEMORY.kind)
+        yield Assign(_BETWEEN, self.called("inner", {**given, "s": state, "u": middle, "dt": apart}))
         yield Assign(before, changed)
-        yield Assign(last, Choice(GOING, DT, real(0.0), REAL))
+        yield Assign(last, Choice(_GOING, _DT, real(0.0), REAL))
 
     def curve(self, loop: Call, prepared: Call, fields: Mapping[str, Kind]) -> None:
         """Add what makes the branch curve of the base's parameters, as their model says."""
@@ -287,30 +287,30 @@ class Frame:
             for call, own in ((loop, kinds[-4:]), (prepared, kinds[1:-4]))
         )
         title = ("Make the curve of the loop that parameters shape",)
-        arguments = [Argument("b", B.kind), Argument("curve", CURVE, changed=True)]
+        arguments = [Argument("b", _B.kind), Argument("curve", CURVE, changed=True)]
         self.program.functions["curve_set"] = Function("curve_set", arguments, NOTHING, body, title=title)
 
     def checks(self, inputs: Sequence[Channel]) -> None:
         """Add what tells numbers from others, and inputs that the fit has seen from others."""
         x, seen = Name("x", REAL), Name("seen", INT)
-        is_one = _both(Binary(">", x, real(-HUGE), BOOL), Binary("<", x, real(HUGE), BOOL))
-        body: list[Statement] = [Return(Choice(is_one, ONE, ZERO, INT))]
+        is_one = _both(Binary(">", x, real(-_HUGE), BOOL), Binary("<", x, real(_HUGE), BOOL))
+        body: list[Statement] = [Return(Choice(is_one, _ONE, _ZERO, INT))]
         self.add("is_number", "Whether a value is a number", [(x, False)], body, INT)
-        body = [Assign(seen, ONE)]
+        body = [Assign(seen, _ONE)]
         for c in inputs:
             if c.ends is not None:
-                value = field(IN, c.field)
+                value = field(_IN, c.field)
                 low, high = (real(v) for v in c.ends)
                 inside = _both(Binary(">=", value, low, BOOL), Binary("<=", value, high, BOOL))
-                body.append(Assign(seen, Choice(inside, seen, ZERO, INT)))
+                body.append(Assign(seen, Choice(inside, seen, _ZERO, INT)))
         body.append(Return(seen))
-        self.add("within", "Whether all inputs lie within what the fit has seen", [(IN, False)], body, INT)
+        self.add("within", "Whether all inputs lie within what the fit has seen", [(_IN, False)], body, INT)
 
 
 def _places(part: Part, memory: Expression) -> dict[str, Expression]:
     """Return where an element's parameters are, and what it remembers."""
     return {
-        "e": field(P, part.ident, struct(f"{part.ident}_values")),
+        "e": field(_P, part.ident, struct(f"{part.ident}_values")),
         "s": field(memory, part.ident, struct(f"{part.ident}_state")),
     }
 

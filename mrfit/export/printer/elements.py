@@ -290,7 +290,7 @@ class _Writer:
 
     @property
     def past(self) -> Member:
-        """Where it keeps its past."""
+        """Its past."""
         return Member(self.sight.remembered("past").value, "past", Kind("array", (), (0,)))
 
     def called(self, function: Callable[..., Any], *values: Expression) -> Call:
