@@ -181,7 +181,7 @@ class Frame:
     def steps(
         self, part: Part, target: Name | None = None, memory: Expression = _MEMORY, **own: Expression
     ) -> Iterator[Statement]:
-        """Yield what brings an element a step further, at rest first; its output goes to ``target``."""
+        """Yield a step of an element, at rest first; its output goes to ``target``."""
         given: Given = {
             "p": _P,
             "m": _MEMORY,
@@ -199,7 +199,7 @@ class Frame:
         yield Assign(target, call) if target else Run(call, ())
 
     def outputs(self, parts: Sequence[Part], memory: Expression) -> Iterator[Statement]:
-        """Yield what effects of the slot ``output`` do."""
+        """Yield the steps of effects of the slot ``output``."""
         for part in parts:
             if part.slot == "output" and self.fine and part.element.moved is not None:
                 rest, step = self.steps(part, _Y, memory, dt=_HALF)
@@ -226,7 +226,7 @@ class Frame:
         self.add("inner", title, arguments, [*body, Return(_Y)], REAL)
 
     def tried(self, value: Expression) -> Call:
-        """Return what the model inside gives at another first input, and leaves as it is; add it if need be."""
+        """Return the output of the model inside at another first input, which leaves it as it is; add it if need be."""
         if "tried" not in self.program.functions:
             trial, changed = Name("trial", _MEMORY.kind), Name("w", _U.kind)
             given: Given = {"p": _P, "s": trial, "u": changed, "dt": _DT, "first": _ZERO}
@@ -308,7 +308,7 @@ class Frame:
 
 
 def _places(part: Part, memory: Expression) -> dict[str, Expression]:
-    """Return where an element's parameters are, and what it remembers."""
+    """Return the places of an element's parameters, and of its memory."""
     return {
         "e": field(_P, part.ident, struct(f"{part.ident}_values")),
         "s": field(memory, part.ident, struct(f"{part.ident}_state")),

@@ -284,7 +284,7 @@ class _Writer:
         return Element(step, rest, fields, signals, own_numbers, bool(sight.centred), moved, curved)
 
     def begin(self, signals: int, own: int) -> Run:
-        """Return what begins its past."""
+        """Return the beginning of its past."""
         values = (Number("@RING" if signals else "0", INT), Number(str(signals), INT), Number(str(own), INT))
         return Run(self.called(begun, self.past, *values), ())
 
@@ -313,7 +313,7 @@ class _Writer:
         return Call(longest.name, tuple(Name(a.name, a.kind) for a in longest.arguments), REAL, True)
 
     def pushing(self, signals: Sequence[Expression]) -> tuple[Block, If]:
-        """Return what begins a past with its first sample of signals, and what adds one behind every step."""
+        """Return the first sample of signals of a past, and the one behind every step."""
         kind = Kind("array", (), (len(signals),))
         # nearer samples share a place, so that there are enough of them at any rate
         places = Binary("-", Cast(Number("@RING", INT), REAL), Number("4.0", REAL), REAL)
