@@ -10,7 +10,7 @@ import numpy as np
 from mrfit.core import registry
 from mrfit.errors import ConfigError, DataError
 from mrfit.simulate.assembly import Assembly, assemble
-from mrfit.simulate.current_dependence import CurrentDependence, Order
+from mrfit.simulate.current_dependence import CurrentDependence, Order, node_of
 
 if TYPE_CHECKING:
     from mrfit.api.fitting import FitResult
@@ -88,7 +88,7 @@ def damper(
     model: str,
     parameters: Mapping[str, float],
     orders: Mapping[str, Order] | None = None,
-    current: tuple[float, float] = (0.0, 1.0),
+    current: tuple[float, float] | None = None,
     name: str = "",
 ) -> Damper:
     """Return a damper of parameters that are known, as those of a paper.
@@ -98,12 +98,12 @@ def damper(
     model
         Model as written.
     parameters
-        Values by name; those that depend on current at their nodes, as ``fy@0A``. Effects' that are not named are
-        neutral, any other is an error.
+        Values by name; those that depend on current at their nodes, as ``fy@0A``, in short or as parameters.csv has
+        them. Effects' that are not named are neutral, any other is an error.
     orders
         Order in current of parameters that depend on it, as ``--current-order`` has them.
     current
-        Least and greatest current in A.
+        Least and greatest current in A; default: those of the nodes, 0 and 1 A where there are none.
     name
         What it is called; default: the model.
 
@@ -113,7 +113,12 @@ def damper(
         If a parameter is unknown or missing.
     """
     pairs = tuple((orders or {}).items())
-    spec = assemble(model, CurrentDependence(pairs, *current) if pairs else None).spec
+    nodes = [node.current for node in map(node_of, parameters) if node]
+    low, high = current or ((min(nodes), max(nodes)) if nodes else (0.0, 1.0))
+    dependence = CurrentDependence(pairs, low, high) if pairs else None
+    spec = assemble(model, dependence).spec
+    short = {exact: name for name, exact in dependence.exact_names.items()} if dependence else {}
+    parameters = {short.get(name, name): value for name, value in parameters.items()}
     if unknown := sorted(set(parameters) - set(spec.names)):
         raise ConfigError(f"'{model}' has no parameter '{unknown[0]}'; it has {', '.join(spec.names)}")
     neutral = {
@@ -125,7 +130,7 @@ def damper(
     given = {**neutral, **parameters}
     if missing := [n for n in spec.names if n not in given]:
         raise ConfigError(f"'{model}' needs a value of {', '.join(missing)}")
-    return controllable(Damper(name or model, model, tuple((n, float(given[n])) for n in spec.names), pairs, *current))
+    return controllable(Damper(name or model, model, tuple((n, float(given[n])) for n in spec.names), pairs, low, high))
 
 
 def damper_of(

@@ -19,7 +19,7 @@ from mrfit.io.tables import ROW_GROUP
 from mrfit.io.workspace import write_json, write_text
 from mrfit.search.parts import Blocks, Part
 from mrfit.simulate.assembly import Assembly
-from mrfit.simulate.current_levels import as_written
+from mrfit.simulate.current_levels import as_written, dependence_of
 
 # Folder of finished searches, in that of their fit
 PARTIAL = ".partial"
@@ -70,18 +70,24 @@ def read_fit_json(path: Path, kind: type[AnyFit]) -> AnyFit | None:
 def write_fit(folder: Path, fitted: Fitted) -> None:
     """Write a fit's folder, ``fits/NAME``; fit.json comes last, since its key says that the rest is there."""
     fit = fitted.content
-    rows = [
-        {"condition": r.condition, "parameter": p.name, **asdict(p)}
-        for r in fit.results
-        for p in [*r.parameters, *r.derived]
-    ]
     # a kill from here on must not leave the tables of one fit beside the key of another
     (folder / "fit.json").unlink(missing_ok=True)
-    write_text(folder / "parameters.csv", csv_table(PARAMETER_COLUMNS, rows))
+    write_text(folder / "parameters.csv", csv_table(PARAMETER_COLUMNS, parameter_rows(fit)))
     write_text(folder / "metrics.csv", csv_table(fit.metrics[0].written(), map(asdict, fit.metrics)))
     write_atomic(folder / "residuals.parquet", lambda p: _write_residuals(p, fitted))
     write_json(folder / "fit.json", fit)
     drop_partial(folder)
+
+
+def parameter_rows(fit: Fit) -> list[dict[str, Any]]:
+    """Return a row for each parameter and derived quantity, in SI, its name with every digit of a node's current."""
+    dependence = dependence_of(fit)
+    exact = dependence.exact_names if dependence else {}
+    return [
+        {"condition": r.condition, "parameter": exact.get(p.name, p.name), **asdict(p)}
+        for r in fit.results
+        for p in [*r.parameters, *r.derived]
+    ]
 
 
 def drop_partial(folder: Path) -> None:

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
+from mrfit.fit.files import parameter_rows
 from mrfit.io.csv_table import csv_table
 from mrfit.io.schemas.determined import State
 from mrfit.io.schemas.fit import PARAMETER_COLUMNS, Fit, Quantity, Result
@@ -40,12 +41,7 @@ def parameters_csv(fits: Sequence[Fit]) -> str:
     Numbers carry every digit, in SI; ``low`` and ``high`` bound the 95 % interval and are empty where the data leave
     it open.
     """
-    rows = (
-        {"fit": fit.name, "condition": result.condition, "parameter": q.name, **vars(q)}
-        for fit in fits
-        for result in fit.results
-        for q in [*result.parameters, *result.derived]
-    )
+    rows = ({"fit": fit.name, **row} for fit in fits for row in parameter_rows(fit))
     return _of_fits(fits, PARAMETER_COLUMNS, rows)
 
 

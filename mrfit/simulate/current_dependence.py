@@ -114,15 +114,28 @@ class CurrentDependence:
             nodes[piece.columns] = piece.nodes
         return nodes
 
-    def labels(self, order: Order) -> list[str]:
-        """Return the nodes as parameters' names have them: ``0.2A``, at a jump ``0.2A-`` below and ``0.2A+`` above."""
+    def labels(self, order: Order, exact: bool = False) -> list[str]:
+        """Return the nodes as parameters' names have them: ``0.2A``, at a jump ``0.2A-`` below and ``0.2A+`` above.
+
+        They have four digits, or as many as tell them apart; all of them where they are to be ``exact``.
+        """
         below, above = set[int](), set[int]()
         for one, other in pairwise(self.pieces(order)):
             if one.columns[-1] != other.columns[0]:
                 below |= {int(one.columns[-1])} if one.order else set()
                 above |= {int(other.columns[0])} if other.order else set()
         ends = ["-" * (k in below) + "+" * (k in above) for k in range(count(order))]
-        return [f"{i:.4g}A{end}" for i, end in zip(self.nodes(order), ends, strict=True)]
+        nodes = self.nodes(order).tolist()
+        written = [[f"{i:.{digits}g}A{end}" for i, end in zip(nodes, ends, strict=True)] for digits in range(4, 18)]
+        if exact:
+            return [f"{i!r}A{end}" for i, end in zip(nodes, ends, strict=True)]
+        return next((found for found in written if len(set(found)) == len(found)), written[-1])
+
+    @property
+    def exact_names(self) -> dict[str, str]:
+        """Names of parameters at nodes, by their names in short, with every digit of the current."""
+        pairs = [(n, zip(self.labels(o), self.labels(o, True), strict=True)) for n, o in self.orders if o]
+        return {f"{name}@{short}": f"{name}@{exact}" for name, labels in pairs for short, exact in labels}
 
     def basis(self, order: Order, current: Array) -> Array:
         """Return the Lagrange polynomials at currents (N,) in A, one row for each node; 0 outside their piece."""
@@ -259,10 +272,16 @@ def orders_of(spec: ModelSpec, text: str) -> tuple[tuple[str, Order], ...]:
     Raises
     ------
     ConfigError
-        If an order is not 0 to 4, a name is not a parameter, or one that may be negative is to have a logarithm.
+        If an order is not 0 to 4, a name is not a parameter, one that may be negative is to have a logarithm, or all
+        parameters are to depend on a current that is an input of the model.
     """
     if "=" not in text:
         order = _order(text)
+        if order and "current" in spec.inputs:
+            raise ConfigError(
+                f"--current-order {text}: '{spec.name}' has the current as an input and no parameter needs to follow "
+                f"it: leave --current-order out, or name those that do, as --current-order {spec.names[0]}={text}"
+            )
         varying = [p for p in spec.params if p.role not in FIXED_ROLES and order and not p.fixed]
         without = _order(str(order).removeprefix(LOG))
         return tuple((p.name, order if p.low > 0.0 else without) for p in varying)

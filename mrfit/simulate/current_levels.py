@@ -60,10 +60,9 @@ def checked_order(model: str, text: str, per: str) -> None:
     if text in ("auto", "0"):
         return
     spec = base_of(model).spec
-    orders = orders_of(spec, text)
-    if orders and spec.output not in OUTPUTS:
+    if spec.output not in OUTPUTS:
         raise ConfigError(f"--current-order is for models of force or torque; '{spec.name}' predicts {spec.output}")
-    if orders and per != "all":
+    if orders_of(spec, text) and per != "all":
         raise ConfigError("--current-order needs one set of parameters for all currents: add --per all")
 
 
@@ -303,7 +302,10 @@ def assembly_of(fit: Fit) -> Assembly:
 
 def as_written(fit: Fit) -> Assembly:
     """Return the assembly of a fit's written model, its dependence on current included, whether its law is the same."""
+    return assemble(fit.model, dependence_of(fit))
+
+
+def dependence_of(fit: Fit) -> CurrentDependence | None:
+    """Return how a fit's parameters depend on current, None if none does."""
     stored = fit.current_dependence
-    if not stored:
-        return assemble(fit.model)
-    return assemble(fit.model, CurrentDependence(tuple(stored.orders.items()), stored.low, stored.high))
+    return CurrentDependence(tuple(stored.orders.items()), stored.low, stored.high) if stored else None

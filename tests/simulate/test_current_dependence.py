@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from mrfit.core.specs import ModelSpec
 from mrfit.errors import ConfigError, DataError
-from mrfit.models import bingham, tanh
+from mrfit.models import bingham, hammerstein_wiener, tanh
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import (
     REMEMBERED_SAMPLES,
@@ -301,3 +301,15 @@ def test_polynomials_of_records_that_are_remembered_are_those_computed_and_canno
         assert np.array_equal(computed[:, :300], known[0])
         with pytest.raises(ValueError, match="read-only"):
             known[0][:] = 0.0
+
+
+def test_names_have_the_digits_that_tell_nodes_apart() -> None:
+    assert CurrentDependence((("fy", 1),), 0.0, 1.00475).labels(1) == ["0A", "1.005A"]
+    assert CurrentDependence((("fy", 2),), 1.00471, 1.00479).labels(2) == ["1.00471A", "1.00475A", "1.00479A"]
+
+
+def test_one_order_for_all_is_refused_where_the_current_is_an_input() -> None:
+    with pytest.raises(ConfigError, match="has the current as an input .* --current-order c_pre=1"):
+        orders_of(hammerstein_wiener.SPEC, "1")
+    assert orders_of(hammerstein_wiener.SPEC, "0") == ()
+    assert orders_of(hammerstein_wiener.SPEC, "c_pre=1") == (("c_pre", 1),)
