@@ -186,7 +186,7 @@ class Program:
         spec, dependence = self._module.SPEC, self._damper.dependence
         orders = dict(dependence.orders) if dependence else {}
         distinct = list(dict.fromkeys(o for o in orders.values() if o))
-        roles = [m.ROLES for _, m, _ in self.effects if m.SPEC.slot == "theta"]
+        roles = [getattr(m, "ROLES", ()) for _, m, _ in self.effects if m.SPEC.slot == "theta"]
         laws = []
         for p in spec.params:
             order = orders.get(p.name, 0)

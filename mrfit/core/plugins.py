@@ -322,6 +322,14 @@ def check(item: Any, kind: Kind, where: str) -> None:
     lacking = [f for f in required(spec) if not callable(getattr(item, f, None))]
     if lacking:
         raise ConfigError(f"{where}: the {kind} '{name}' has no function {' and '.join(lacking)}")
+    scales = isinstance(spec, EffectSpec) and spec.slot == "theta"
+    if scales and callable(getattr(item, "law", None)) and not getattr(item, "ROLES", ()):
+        raise ConfigError(
+            f"{where}: the law of '{name}' returns factors, and no ROLES says of which parameters: add, for one "
+            'factor, ROLES = ("yield",)'
+        )
+    if getattr(item, "LATE", 0) and not callable(getattr(item, "longest", None)):
+        raise ConfigError(f"{where}: '{name}' has LATE signals and no function longest(theta) that says how late, in s")
 
 
 def _digest_of(item: Any) -> str:

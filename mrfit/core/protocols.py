@@ -189,6 +189,56 @@ class HasCurve(Protocol):
 
 
 @runtime_checkable
+class HasRoles(Protocol):
+    """An effect of the slot ``theta`` with a ``law``, which returns a tuple of factors."""
+
+    ROLES: tuple[str, ...]
+    """Of each factor, the role of the parameters that it acts on."""
+
+
+@runtime_checkable
+class ReadsPast(Protocol):
+    """An element with a ``step`` that needs signals as they were some time ago.
+
+    The step takes a last argument ``past`` for the functions of ``kernels.past``, which read the signals kept there.
+    """
+
+    LATE: int
+    """Number of the state's first values that are kept after every step, each a signal."""
+
+    def longest(self, theta: tuple[float, ...]) -> float:
+        """Return how far back in s they are needed."""
+
+
+@runtime_checkable
+class KeepsNumbers(Protocol):
+    """An element with a ``step`` that works something out once and looks it up as long as it holds.
+
+    The step takes ``past`` too, whose items from ``kernels.past.RESERVED`` on are its own. They are -1 at first. A step
+    may be thrown away, so what is kept there has to say what it holds for, and must not change a result.
+    """
+
+    OWN: int
+    """How many numbers it keeps."""
+
+
+@runtime_checkable
+class SeesCentred(Protocol):
+    """An element that takes channels less their middle, which is a constant of an exported model."""
+
+    CENTRED: tuple[str, ...]
+    """The channels."""
+
+
+@runtime_checkable
+class NeedsRise(Protocol):
+    """An effect of the slot ``loop`` that is an equation only where the output of the model inside rises."""
+
+    RISING: bool
+    """Whether it has to rise with the first input; a fit in which it falls says so."""
+
+
+@runtime_checkable
 class MovesDrive(Protocol):
     """An effect of the slot ``output`` may be this too: what it shows now was made by what drove the model before."""
 

@@ -22,6 +22,9 @@ from mrfit.core.specs import Array, EffectSpec, Ends, Param, Programme, State, S
 from mrfit.kernels.filters import chord_lag, lag_step
 from mrfit.kernels.theta import plain
 
+# The circuit has one solution only where the flux rises with the magnetising current
+RISING = True
+
 # Change of the magnetising current at which the rounds end, as a share of the current's range, each change being a
 # tenth or less of the last: far below what a derivative by differences would see; 6 to 18 rounds reach it
 SETTLED, ROUNDS = 1e-10, 60

@@ -19,7 +19,7 @@ from mrfit.io.tables import ROW_GROUP
 from mrfit.io.workspace import write_json, write_text
 from mrfit.search.parts import Blocks, Part
 from mrfit.simulate.assembly import Assembly
-from mrfit.simulate.current_levels import as_written, dependence_of
+from mrfit.simulate.current_levels import as_written, parameter_rows
 
 # Folder of finished searches, in that of their fit
 PARTIAL = ".partial"
@@ -77,17 +77,6 @@ def write_fit(folder: Path, fitted: Fitted) -> None:
     write_atomic(folder / "residuals.parquet", lambda p: _write_residuals(p, fitted))
     write_json(folder / "fit.json", fit)
     drop_partial(folder)
-
-
-def parameter_rows(fit: Fit) -> list[dict[str, Any]]:
-    """Return a row for each parameter and derived quantity, in SI, its name with every digit of a node's current."""
-    dependence = dependence_of(fit)
-    exact = dependence.exact_names if dependence else {}
-    return [
-        {"condition": r.condition, "parameter": exact.get(p.name, p.name), **asdict(p)}
-        for r in fit.results
-        for p in [*r.parameters, *r.derived]
-    ]
 
 
 def drop_partial(folder: Path) -> None:

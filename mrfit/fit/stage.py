@@ -15,7 +15,7 @@ from mrfit.core.specs import Array
 from mrfit.fit import forms
 from mrfit.fit.bounds import bounds_of_size
 from mrfit.fit.diagnostics.remainders import borrowed
-from mrfit.fit.diagnostics.trust import drift_warnings, trust
+from mrfit.fit.diagnostics.trust import drift_warnings, slope_warnings, trust
 from mrfit.fit.files import PARTIAL, Fitted, drop_partial, write_fit
 from mrfit.fit.identify import Group, SearchSettings, build_group, found_point, search_optimum, weights_of
 from mrfit.fit.laws.choice import Choice
@@ -364,6 +364,7 @@ class _Runner:
         )
         reasons = warnings_of(result, metrics, self.assembly.spec.passive)
         signs = sign_warnings(settings.model, self.prepared.dependence, theta)
+        signs += slope_warnings(group.training.parts, self.assembly, theta)
         said = [*signs, *drift_warnings(result.drift), *staged.warnings(found.stages)]
         warnings = [*reasons, *said, *_no_search_warnings(search.strategy, settings.optimizer)]
         return _Piece(replace(result, warnings=warnings), group, simulated, metrics, found)

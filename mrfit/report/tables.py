@@ -3,7 +3,6 @@
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from mrfit.fit.files import parameter_rows
 from mrfit.io.csv_table import csv_table
 from mrfit.io.schemas.determined import State
 from mrfit.io.schemas.fit import PARAMETER_COLUMNS, Fit, Quantity, Result
@@ -14,6 +13,7 @@ from mrfit.report.ranking import above_best, ranked
 from mrfit.report.symbols import derived_symbol, symbols_of
 from mrfit.signal.metrics import METRICS
 from mrfit.simulate.current_dependence import Node, base_name, node_of
+from mrfit.simulate.current_levels import parameter_rows
 
 METRIC_COLUMNS = ("condition", "role", "samples", *(m.name for m in METRICS), "noise_floor")
 ROLES = {"train": "training", "holdout": "hold-out"}

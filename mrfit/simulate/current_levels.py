@@ -1,7 +1,8 @@
 """Which parameters of a fit depend on coil current: as asked for, or by their role where no levels tell."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
@@ -309,3 +310,14 @@ def dependence_of(fit: Fit) -> CurrentDependence | None:
     """Return how a fit's parameters depend on current, None if none does."""
     stored = fit.current_dependence
     return CurrentDependence(tuple(stored.orders.items()), stored.low, stored.high) if stored else None
+
+
+def parameter_rows(fit: Fit) -> list[dict[str, Any]]:
+    """Return a row for each parameter and derived quantity, in SI, its name with every digit of a node's current."""
+    dependence = dependence_of(fit)
+    exact = dependence.exact_names if dependence else {}
+    return [
+        {"condition": r.condition, "parameter": exact.get(p.name, p.name), **asdict(p)}
+        for r in fit.results
+        for p in [*r.parameters, *r.derived]
+    ]

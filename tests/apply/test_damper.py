@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 
 from mrfit.apply.damper import Damper, damper
 from mrfit.errors import ConfigError
-from mrfit.fit.files import parameter_rows
 from mrfit.io.csv_table import csv_table
 from mrfit.io.schemas.fit import PARAMETER_COLUMNS, Fit, FitDependence, Quantity, Result
 from mrfit.models import tanh
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import CurrentDependence
+from mrfit.simulate.current_levels import parameter_rows
 
 ORDERS = st.sampled_from([1, 2, 3, "log2", "sat1", "1:0.5:1", "1/0.5/2"])
 

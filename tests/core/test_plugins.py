@@ -348,3 +348,37 @@ def test_help_looks_for_no_plugin_and_loads_no_numpy() -> None:
     """
     done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True)
     assert done.returncode == 0 and "--plugin" in done.stdout
+
+
+SCALING = """
+from mrfit.core.specs import EffectSpec, Param
+
+SPEC = EffectSpec(
+    name="my-fade", title="Fade", equation="fy*(1 - a)", reference="none", slot="theta", outputs=("force",), inputs=(),
+    params=(Param("a", "1", 0.0, 1.0, 0.0, text="share"),), neutral=(0.0,), aliases=(), experiment="none",
+)
+
+
+def factors(channels, theta, dt):
+    return {"yield": 1.0 - theta}
+
+
+def law(a):
+    return (1.0 - a,)
+"""
+
+
+def test_a_law_of_factors_without_roles_is_one_line(tmp_path: Path) -> None:
+    place = tmp_path / "my_fade.py"
+    place.write_text(SCALING)
+    with pytest.raises(ConfigError, match="'my-fade' returns factors, and no ROLES says of which parameters"):
+        plugins.use(place)
+    place.write_text(SCALING + 'ROLES = ("yield",)\n')
+    plugins.use(place)
+
+
+def test_late_signals_without_a_longest_time_are_one_line(tmp_path: Path) -> None:
+    place = tmp_path / "my_fade.py"
+    place.write_text(SCALING + 'ROLES = ("yield",)\nLATE = 1\n')
+    with pytest.raises(ConfigError, match="'my-fade' has LATE signals and no function longest"):
+        plugins.use(place)

@@ -5,7 +5,9 @@ from dataclasses import asdict
 
 import numpy as np
 
+from mrfit.core import registry
 from mrfit.core.channels import unit_of
+from mrfit.core.protocols import NeedsRise
 from mrfit.core.specs import Array
 from mrfit.fit.band import refits_of
 from mrfit.fit.diagnostics.bands import bands
@@ -26,6 +28,9 @@ from mrfit.search.problem import Posed
 from mrfit.settings.fit import Intervals as Intervals
 from mrfit.signal.drift import drift_row, drift_words, steady_drift
 from mrfit.simulate.assembly import Assembly
+
+# Slopes, and steps of an input, below this share of the greatest count as none
+SLOPE_FLOOR = 1e-6
 
 
 def trust(
@@ -118,6 +123,41 @@ def drift_rows(parts: Sequence[Part], simulated: Sequence[Array]) -> list[DriftR
         if found is not None:
             rows.append(drift_row(part.segment.condition, part.segment.id, found))
     return rows
+
+
+def slope_warnings(parts: Sequence[Part], assembly: Assembly, theta: Array) -> list[Caution]:
+    """Return a warning on each effect that needs an output which rises, of one that falls at parameters (K,)."""
+    found, spec = [], assembly.spec
+    for effect in assembly.name.split("+")[1:]:
+        module = registry.load("effect", effect)
+        own = np.array([n.startswith(f"{effect}.") for n in spec.names])
+        if not (isinstance(module, NeedsRise) and module.RISING) or np.all(theta[own] == module.SPEC.neutral):
+            continue
+        without = theta.copy()
+        without[own] = module.SPEC.neutral
+        slopes = np.concatenate([_slopes(p, assembly, without) for p in parts])
+        least, falling = (
+            float(slopes.min(initial=0.0)),
+            float(np.mean(slopes < -SLOPE_FLOOR * np.abs(slopes).max(initial=0.0))),
+        )
+        if falling > 0.0:
+            unit = f"{unit_of(spec.output)}/{unit_of(spec.inputs[0])}"
+            text = (
+                f"{spec.output} falls while {spec.inputs[0]} rises, by up to {-least:.3g} {unit}, in "
+                f"{100.0 * falling:.2g} % of the samples: {effect} has no one solution there; narrow --bounds of the "
+                f"base model, or leave {effect} out"
+            )
+            found.append(Caution(kind="falling-output", text=text))
+    return found
+
+
+def _slopes(part: Part, assembly: Assembly, theta: Array) -> Array:
+    """Return the rise of the output over that of the first input from sample to sample, where that one moves."""
+    drive = part.block.drive
+    output, rise = assembly.simulate(drive, theta[None], part.dt)[0], np.diff(drive[0])
+    moves = np.abs(rise) > SLOPE_FLOOR * float(np.ptp(drive[0]))
+    slopes: Array = np.diff(output)[moves] / rise[moves]
+    return slopes
 
 
 def drift_warnings(rows: Sequence[DriftRow]) -> list[Caution]:
