@@ -61,6 +61,7 @@ COMMANDS: tuple[tuple[str, ...], ...] = (
     ("apply", "quarter-car", "--fit", "tanh.auto.all", "--road", "bump", "--duration", "2"),
     ("measure", "quasi-static", "one.csv"),
     ("measure", "sheet", "one.csv"),
+    ("plot", "one.csv"),
     ("measure", "lag", "one.csv", "--command", "displacement", "--actual", "force"),
     ("batch", ".", "--like", "*.csv", "--model", "bingham", "--report", "--work", "batch", "--jobs", "2"),
     ("run", "pipeline.toml", "--jobs", "2"),

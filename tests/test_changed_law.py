@@ -262,7 +262,7 @@ AGAIN: dict[str, Sequence[str]] = {
     "batch": ("batch", "logs", "--model", "my-damper", "--opt", "lsq", "--work", "fleet", "--json"),
 }
 """Commands that fit: they fit again."""
-NO_FIT = {"ingest", "flux", "segment", "discover", "remove", "datasets", "list", "show", "measure"}
+NO_FIT = {"ingest", "flux", "segment", "discover", "remove", "datasets", "list", "show", "measure", "plot"}
 """Commands that take no parameters from a stored fit."""
 
 

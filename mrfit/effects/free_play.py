@@ -3,7 +3,7 @@
     v_d = v where x - w >= x_d or x + w <= x_d, else 0;    x_d = max(x - w, min(x + w, x_d before))
 
 x displacement of the rod (m), v its velocity (m/s), x_d displacement of the damper (m), v_d the velocity that the base
-sees (m/s), w half of the clearance (m). The damper stands still until the rod has crossed the clearance, and then goes
+sees (m/s), w half of the clearance (m). The damper stands still until the rod has crossed the clearance, and then moves
 with it. The rod starts in the middle. What a base makes of the stroke itself, as a spring, is that of the rod.
 
 Source: play operator, M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis (1989), ch. 1; backlash as in

@@ -19,7 +19,7 @@ from mrfit.io.tables import ROW_GROUP
 from mrfit.io.workspace import write_json, write_text
 from mrfit.search.parts import Blocks, Part
 from mrfit.simulate.assembly import Assembly
-from mrfit.simulate.current_levels import as_written, parameter_rows
+from mrfit.simulate.current_levels import as_written, exact_parameters
 
 # Folder of finished searches, in that of their fit
 PARTIAL = ".partial"
@@ -72,7 +72,8 @@ def write_fit(folder: Path, fitted: Fitted) -> None:
     fit = fitted.content
     # a kill from here on must not leave the tables of one fit beside the key of another
     (folder / "fit.json").unlink(missing_ok=True)
-    write_text(folder / "parameters.csv", csv_table(PARAMETER_COLUMNS, parameter_rows(fit)))
+    rows = ({"condition": condition, "parameter": p.name, **vars(p)} for condition, p in exact_parameters(fit))
+    write_text(folder / "parameters.csv", csv_table(PARAMETER_COLUMNS, rows))
     write_text(folder / "metrics.csv", csv_table(fit.metrics[0].written(), map(asdict, fit.metrics)))
     write_atomic(folder / "residuals.parquet", lambda p: _write_residuals(p, fitted))
     write_json(folder / "fit.json", fit)

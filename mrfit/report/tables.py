@@ -13,7 +13,7 @@ from mrfit.report.ranking import above_best, ranked
 from mrfit.report.symbols import derived_symbol, symbols_of
 from mrfit.signal.metrics import METRICS
 from mrfit.simulate.current_dependence import Node, base_name, node_of
-from mrfit.simulate.current_levels import parameter_rows
+from mrfit.simulate.current_levels import exact_parameters
 
 METRIC_COLUMNS = ("condition", "role", "samples", *(m.name for m in METRICS), "noise_floor")
 ROLES = {"train": "training", "holdout": "hold-out"}
@@ -41,7 +41,8 @@ def parameters_csv(fits: Sequence[Fit]) -> str:
     Numbers carry every digit, in SI; ``low`` and ``high`` bound the 95 % interval and are empty where the data leave
     it open.
     """
-    rows = ({"fit": fit.name, **row} for fit in fits for row in parameter_rows(fit))
+    found = ((fit.name, *row) for fit in fits for row in exact_parameters(fit))
+    rows = ({"fit": name, "condition": condition, "parameter": p.name, **vars(p)} for name, condition, p in found)
     return _of_fits(fits, PARAMETER_COLUMNS, rows)
 
 

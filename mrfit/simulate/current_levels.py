@@ -1,8 +1,7 @@
 """Which parameters of a fit depend on coil current: as asked for, or by their role where no levels tell."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +10,7 @@ from mrfit.core.specs import Array, ModelSpec, Param
 from mrfit.errors import ConfigError, DataError
 from mrfit.io.columns import LONG, chunks, is_on_disk, part_of
 from mrfit.io.outdated import check_law
-from mrfit.io.schemas.fit import Caution, Fit, FitDependence
+from mrfit.io.schemas.fit import Caution, Fit, FitDependence, Quantity
 from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import (
     LOG,
@@ -312,12 +311,9 @@ def dependence_of(fit: Fit) -> CurrentDependence | None:
     return CurrentDependence(tuple(stored.orders.items()), stored.low, stored.high) if stored else None
 
 
-def parameter_rows(fit: Fit) -> list[dict[str, Any]]:
-    """Return a row for each parameter and derived quantity, in SI, its name with every digit of a node's current."""
+def exact_parameters(fit: Fit) -> list[tuple[str, Quantity]]:
+    """Return condition and value of each parameter and derived quantity, names of nodes with every digit."""
     dependence = dependence_of(fit)
-    exact = dependence.exact_names if dependence else {}
-    return [
-        {"condition": r.condition, "parameter": exact.get(p.name, p.name), **asdict(p)}
-        for r in fit.results
-        for p in [*r.parameters, *r.derived]
-    ]
+    names = dependence.exact_names if dependence else {}
+    found = [(r.condition, p) for r in fit.results for p in [*r.parameters, *r.derived]]
+    return [(condition, replace(p, name=names.get(p.name, p.name))) for condition, p in found]

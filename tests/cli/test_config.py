@@ -16,7 +16,8 @@ HEAD = '[ingest]\nlogs = ["*.csv"]\n'
 # how a command is called, not what it makes of the logs; the resistance stands in [ingest] for every stage, and the
 # plug-ins and the workspace beside the tables
 ELSEWHERE = {
-    *("quiet", "verbose", "suggest_map", "work", "jobs", "on", "shared", "as_json", "preview", "resistance", "plugins"),
+    *("quiet", "verbose", "suggest_map", "work", "jobs", "on", "shared", "as_json", "preview", "plot", "resistance"),
+    "plugins",
     "logs",
 }
 STAGES = [
