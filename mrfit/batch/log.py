@@ -161,6 +161,7 @@ def _tests(fit: Fit, more: Sequence[str]) -> Sequence[OfCondition]:
                 for p in (*result.parameters, *result.derived)
                 if not p.fixed
             ],
+            covariance=result.covariance,
         )
         for result in fit.results
     ]

@@ -15,7 +15,10 @@ def write(path: Path, rows: Sequence[LogRow]) -> None:
     """Write the table as Parquet; a log that failed has one row, without condition, whose ``warnings`` are its line.
 
     Columns: ``log``, ``condition``, ``parameter``, ``unit``, ``value``, ``low``, ``high`` (95 % interval, nan where it
-    is open), ``nrmse`` and ``nrmse_holdout`` of the condition, ``warnings`` by commas.
+    is open), ``nrmse`` and ``nrmse_holdout`` of the condition, ``warnings`` by commas, ``role`` in the model, ``scale``
+    (``log`` or ``linear``) and ``degrees`` of the covariance, and ``covariance``: with all rows of this log and
+    condition in their order, on their scales; null where the data do not determine the parameter, nan where they do
+    not determine the other one.
 
     Raises
     ------
@@ -25,22 +28,36 @@ def write(path: Path, rows: Sequence[LogRow]) -> None:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    lines: list[tuple[str, str, str, str, str]] = []
+    lines: list[tuple[str, ...]] = []
+    matrices: list[list[float] | None] = []
     values: list[tuple[float, ...]] = []
     for row in rows:
         for test in row.tests:
+            found = test.covariance
+            place = {name: k for k, name in enumerate(found.names)} if found else {}
             for p in test.parameters:
-                lines.append((row.log, test.condition, p.parameter, p.unit, ", ".join(test.warnings)))
-                values.append(tuple(map(_number, (p.value, p.low, p.high, test.nrmse, test.nrmse_holdout))))
+                k = place.get(p.parameter)
+                role, scale = (
+                    (found.roles[k], "log" if found.log[k] else "linear") if found and k is not None else ("", "")
+                )
+                lines.append((row.log, test.condition, p.parameter, p.unit, ", ".join(test.warnings), role, scale))
+                degrees = found.degrees if found else None
+                values.append(tuple(map(_number, (p.value, p.low, p.high, test.nrmse, test.nrmse_holdout, degrees))))
+                own = None if found is None or k is None else found.rows[k]
+                others = [place.get(q.parameter) for q in test.parameters]
+                matrices.append(own and [np.nan if j is None else own[j] for j in others])
         if row.error:
-            lines.append((row.log, "", "", "", row.error))
-            values.append((np.nan,) * 5)
-    written = dict(zip(("log", "condition", "parameter", "unit", "warnings"), zip(*lines, strict=True), strict=True))
+            lines.append((row.log, "", "", "", row.error, "", ""))
+            values.append((np.nan,) * 6)
+            matrices.append(None)
+    words = ("log", "condition", "parameter", "unit", "warnings", "role", "scale")
+    written = dict(zip(words, zip(*lines, strict=True), strict=True))
     columns = {name: texts(column) for name, column in written.items()}
     measured = np.array(values, dtype=np.float64).T
-    for name, column in zip(("value", "low", "high", "nrmse", "nrmse_holdout"), measured, strict=True):
-        columns[name] = numbers(column)
-    order = ("log", "condition", "parameter", "unit", "value", "low", "high", "nrmse", "nrmse_holdout", "warnings")
+    figures = ("value", "low", "high", "nrmse", "nrmse_holdout", "degrees")
+    columns |= {name: numbers(column) for name, column in zip(figures, measured, strict=True)}
+    columns["covariance"] = pa.array(matrices, pa.list_(pa.float64()))
+    order = (*words[:4], *figures[:5], *words[4:], "degrees", "covariance")
     made = pa.Table.from_arrays([columns[n] for n in order], names=list(order))
     write_atomic(path, lambda p: pq.write_table(made, p, row_group_size=ROW_GROUP, compression="zstd"))
 

@@ -13,7 +13,7 @@ from mrfit.fit.diagnostics.bootstrap import Interval
 from mrfit.fit.diagnostics.residual_tests import ALL
 from mrfit.fit.diagnostics.uncertainty import Uncertainty, sensitivities
 from mrfit.io.schemas.determined import State
-from mrfit.io.schemas.fit import Caution, Conditioning, MetricRow, Passivity, Quantity, ResidualTest, Result
+from mrfit.io.schemas.fit import Caution, Conditioning, Covariance, MetricRow, Passivity, Quantity, ResidualTest, Result
 from mrfit.search.cube import Cube
 from mrfit.search.parts import Blocks
 from mrfit.search.problem import Block, differences_of
@@ -119,6 +119,32 @@ def derived_rows(
         )
         rows.append(replace(row, low=value - width, high=value + width) if known else row)
     return rows
+
+
+def covariance_of(
+    assembly: Assembly, cube: Cube, point: Array, uncertainty: Uncertainty, known: set[str]
+) -> Covariance:
+    """Return the covariance of the parameters and derived quantities in ``known``, by the delta method.
+
+    A parameter is on the scale of its search, a derived quantity in its unit.
+    """
+    spec, (_, _, (low, high, *_), log) = assembly.spec, cube.map
+    params = [spec.params[k] for k in cube.free]
+
+    def derived(points: Array) -> Array:
+        return assembly.derived(cube.to_theta(points))
+
+    gradients = np.vstack([np.diag(high - low), sensitivities(derived, point)])
+    rows = [*params, *spec.derived]
+    kept = [k for k, row in enumerate(rows) if row.name in known]
+    matrix = gradients[kept] @ uncertainty.covariance @ gradients[kept].T
+    return Covariance(
+        names=[rows[k].name for k in kept],
+        roles=[rows[k].role for k in kept],
+        log=[k < len(params) and bool(log[k]) for k in kept],
+        rows=matrix.tolist(),
+        degrees=uncertainty.degrees,
+    )
 
 
 def with_intervals(rows: Sequence[Quantity], found: Mapping[str, Interval]) -> list[Quantity]:

@@ -211,6 +211,31 @@ def _rounded(value: float, digits: int) -> str:
     return next((t for t in texts if abs(float(t) - value) <= ROUNDED * abs(value)), texts[-1])
 
 
+def cut_blocks(segments: Sequence[Segment], cycles: int) -> list[Segment]:
+    """Return the segments with steady stretches cut into blocks of ``cycles``, each a condition of its own.
+
+    The condition of a block ends in the cycles of its recording, as in ``sine-5Hz-2mm-1A-cycles101to200``. A rest of
+    less than a block is left out; a stretch of less than two blocks stays whole. All but the first block of a stretch
+    are led in by the cycle before them.
+    """
+    found: list[Segment] = []
+    passed: dict[str, int] = {}
+    for segment in segments:
+        first, count = passed.get(segment.recording, 0), segment.cycles // cycles
+        passed[segment.recording] = first + segment.cycles
+        if count < 2:
+            found.append(segment)
+            continue
+        period = segment.samples / segment.cycles
+        for k in range(count):
+            start, stop = (segment.start + round(c * period) for c in (k * cycles, (k + 1) * cycles))
+            place = f"cycles{first + k * cycles + 1}to{first + (k + 1) * cycles}"
+            block = replace(segment, id=f"{segment.id}.{k + 1}", condition=f"{segment.condition}-{place}")
+            warm_up = round(period) if k else segment.warm_up
+            found.append(replace(block, start=start, stop=stop, warm_up=warm_up, cycles=cycles))
+    return found
+
+
 def assign_roles(segments: Sequence[Segment], holdout: str) -> list[Segment]:
     """Return the segments with their roles: ``holdout`` for the chosen conditions, ``train`` for the rest.
 

@@ -11,7 +11,7 @@ from mrfit.io.keys import code_version, segment_key
 from mrfit.io.schemas.reading import UnknownSchema
 from mrfit.io.schemas.stages import ConditionRow, CutRow, SegmentRow, SegmentSettings, SegmentsFile
 from mrfit.io.workspace import Workspace, checked, plain
-from mrfit.segment.conditions import assign_roles, hold_out_after, name_conditions
+from mrfit.segment.conditions import assign_roles, cut_blocks, hold_out_after, name_conditions
 from mrfit.segment.detect import Detection, detect, drive_channel
 from mrfit.settings.segment import Settings as Settings
 
@@ -86,6 +86,8 @@ def cut(
     stated = {d.recording.id: d.recording.condition for d in detections}
     wording = {d.recording.id: d.recording.wording for d in detections}
     named, (how, _, when) = name_conditions(found, stated, wording), settings.holdout.partition("=")
+    if settings.blocks:
+        named = cut_blocks(named, settings.blocks)
     if how == "after":
         return hold_out_after(named, when, {d.recording.id: d.recording.dt for d in detections}), detections
     return assign_roles(named, settings.holdout), detections
@@ -118,6 +120,8 @@ def _made(workspace: Workspace) -> SegmentsFile | None:
 def _check(settings: Settings) -> None:
     if settings.min_cycles < 1:
         raise ConfigError(f"--min-cycles {settings.min_cycles} is below 1; give the fewest steady cycles to accept")
+    if settings.blocks == 1:
+        raise ConfigError("--blocks 1: a block needs at least 2 cycles, of which the last third is held out; 0 is none")
     if settings.settle < 0:
         raise ConfigError(f"settle {settings.settle} is negative; give the cycles by which the model settles")
     if not 0.0 < settings.tolerance < 1.0:

@@ -19,6 +19,8 @@ class Settings:
     holdout
         ``auto``, ``none``, ``quantity=value`` or patterns on condition names, see ``assign_roles``; ``after=SECONDS``
         into each recording, see ``hold_out_after``.
+    blocks
+        Cycles of each block into which steady stretches are cut, conditions of their own; 0 for whole stretches.
     settle
         Steady cycles by which the model settles before those that are compared.
     tolerance
@@ -30,5 +32,8 @@ class Settings:
     holdout: Annotated[
         str, Setting("Held out: auto, none, conditions by current=3 or a pattern on names, or after=SECONDS.")
     ] = "auto"
+    blocks: Annotated[
+        int, Setting("Cut steady stretches into blocks of so many cycles, each a condition: its drift.", low=0)
+    ] = 0
     settle: int = 1
     tolerance: float = 0.02

@@ -71,6 +71,11 @@ def test_the_table_holds_what_a_fit_of_each_log_alone_gives(logs: Path) -> None:
         assert {p: r["value"] for p, r in rows.items()} == alone.params["value"].to_dict()
         assert rows["fy"]["low"] <= fy <= rows["fy"]["high"] and rows["fy"]["unit"] == "N"
         assert (Path("work") / "logs" / name / "fits" / "bingham.lsq" / "fit.json").is_file()
+        given = alone.content.results[0].covariance
+        assert given and [rows[n]["covariance"] for n in given.names] == given.rows
+        assert [(rows[n]["role"], rows[n]["scale"]) for n in given.names] == [
+            (role, "log" if log else "linear") for role, log in zip(given.roles, given.log, strict=True)
+        ]
     bad = [r for r in table if r["log"] == "logs/note.csv"]
     assert len(bad) == 1 and np.isnan(bad[0]["value"]) and "note.csv" in bad[0]["warnings"]
     assert [f.log for f in summary.failed] == ["logs/note.csv"]

@@ -192,3 +192,18 @@ def test_settings_that_cannot_be_read_are_not_replaced_by_defaults(tmp_path: Pat
             last_settings(made)
         made.segments_file.write_bytes(b"damaged")
     assert run(made, Settings(holdout="none")).skipped is False
+
+
+def test_blocks_are_conditions_in_whole_cycles(tmp_path: Path) -> None:
+    made = workspace(tmp_path, logs()[:1])
+    whole = run(made, Settings()).segments[0]
+    assert (whole.condition, whole.cycles) == ("sine-1Hz-1A", 7)
+    run(made, Settings(blocks=3))
+    first, second = made.read_segments()[0]
+    assert (first.condition, second.condition) == ("sine-1Hz-1A-cycles1to3", "sine-1Hz-1A-cycles4to6")
+    assert first.start == whole.start and first.stop == second.start and first.cycles == second.cycles == 3
+    assert (second.stop - whole.start) / (whole.stop - whole.start) == pytest.approx(6 / 7, abs=1e-3)
+    run(made, Settings(blocks=4))
+    assert [s.condition for s in made.read_segments()[0]] == ["sine-1Hz-1A"]
+    with pytest.raises(ConfigError, match="at least 2 cycles"):
+        run(made, Settings(blocks=1))

@@ -19,7 +19,7 @@ from mrfit.fit.diagnostics.repeats import repeat_rows
 from mrfit.fit.diagnostics.residual_tests import input_dependence, varies
 from mrfit.fit.diagnostics.uncertainty import analyse
 from mrfit.fit.identify import Group, linearise, weights_of
-from mrfit.fit.result import conditioning, derived_rows, parameter_rows, passivity_rows, with_intervals
+from mrfit.fit.result import conditioning, covariance_of, derived_rows, parameter_rows, passivity_rows, with_intervals
 from mrfit.io.schemas.determined import State
 from mrfit.io.schemas.fit import Caution, DriftRow, ResidualTest, Trust
 from mrfit.search.cube import Cube
@@ -72,12 +72,13 @@ def trust(
     ranges = ranges_of(group.training.parts, assembly)
     parameters = parameter_rows(cube, point, uncertainty, ranges)
     derived = derived_rows(assembly, cube, point, uncertainty, ranges)
+    known = {r.name for r in (*parameters, *derived) if r.identifiable and not r.fixed}
+    covariance = covariance_of(assembly, cube, point, uncertainty, known) if known else None
     folded = Posed(group.search, weights_of(group.search, group.training_floors, weight), assembly, cube)
     profiles: list[Profiled] = []
     if intervals == "bootstrap":
         points = replicated(folded, point, uncertainty.directions[:, ~uncertainty.open], list(residuals), rng)
         drawn = bootstrap_intervals(folded, points)
-        known = {r.name for r in [*parameters, *derived] if r.identifiable}
         found = {name: interval for name, interval in drawn.items() if name in known}
         parameters, derived = with_intervals(parameters, found), with_intervals(derived, found)
     elif intervals == "profile":
@@ -98,6 +99,7 @@ def trust(
         residual_tests=residual_rows([judged.parts[k] for k in fitted], residuals, assembly),
         profiles=[p.profile for p in profiles],
         bands=bands(assembly, cube, point, uncertainty),
+        covariance=covariance,
         refits=refits_of(cube, point, uncertainty, refits) if len(point) else None,
         remainders=[*fitted_remainders(judged.parts, responses, assembly), *unseen],
     )

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 from typing import ClassVar
 
+from mrfit.io.schemas.fit import Covariance
 from mrfit.io.schemas.reading import Document, Entry, Number, told
 
 BATCH = "mrfit/batch/1"
@@ -35,6 +36,8 @@ class OfCondition(Entry):
         Kinds of warnings.
     parameters
         With their intervals.
+    covariance
+        Of those that the data determine; None of a fit that determines none.
     """
 
     condition: str
@@ -43,6 +46,7 @@ class OfCondition(Entry):
     nrmse_holdout: Number | None = None
     warnings: list[str] = field(default_factory=list)
     parameters: list[Fitted] = field(default_factory=list)
+    covariance: Covariance | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

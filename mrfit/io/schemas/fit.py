@@ -268,6 +268,29 @@ class Band(Entry):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Covariance(Entry):
+    """Covariance of the parameters and derived quantities that the data determine, on the scale of the search.
+
+    Attributes
+    ----------
+    names, roles
+        In the order of the rows; a role is that of the model's SPEC.
+    log
+        Whether the scale is the natural logarithm of the value, else it is the value, SI.
+    rows
+        The covariance (Q, Q).
+    degrees
+        Degrees of freedom of Student's t.
+    """
+
+    names: list[str]
+    roles: list[str]
+    log: list[bool]
+    rows: list[list[float]]
+    degrees: float
+
+
+@dataclass(frozen=True, kw_only=True)
 class Trust(Entry):
     """Everything of a result that says how far to trust it.
 
@@ -285,6 +308,8 @@ class Trust(Entry):
         Where intervals are those of the profile likelihood.
     bands
         Of the parameters that depend on current.
+    covariance
+        Of what the data determine, see ``Covariance``.
     refits, remainders
         Of which the band of a prediction is made.
     """
@@ -300,13 +325,15 @@ class Trust(Entry):
     residual_tests: list[ResidualTest] = field(default_factory=list)
     profiles: list[Profile] = field(default_factory=list)
     bands: list[Band] = field(default_factory=list)
+    covariance: Covariance | None = None
     refits: Refits | None = None
     remainders: list[Remainder] = field(default_factory=list)
 
     @property
     def absent(self) -> Collection[str]:
-        """Profiles, bands, refits and remainders where there are none."""
-        return [name for name in ("profiles", "bands", "refits", "remainders") if not getattr(self, name)]
+        """Profiles, bands, covariance, refits and remainders where there are none."""
+        names = ("profiles", "bands", "covariance", "refits", "remainders")
+        return [name for name in names if not getattr(self, name)]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.special import stdtrit
 
 from benchmarks.planted import problem
 from mrfit.core.registry import names
@@ -13,6 +14,7 @@ from mrfit.fit.identify import SearchSettings, search_optimum
 from mrfit.fit.result import simulate_block
 from mrfit.io.schemas.determined import State
 from mrfit.io.schemas.fit import Trust
+from mrfit.models.tanh import SPEC
 from mrfit.search.parts import Blocks
 from mrfit.simulate.assembly import assemble
 
@@ -103,3 +105,19 @@ def test_other_intervals_agree_with_those_from_the_jacobian(intervals: Intervals
     for a, b in zip(theirs, ours, strict=True):
         assert a.high - a.low == pytest.approx(b.high - b.low, rel=0.4)
         assert (a.low + a.high) / 2 == pytest.approx(b.value, abs=0.3 * (b.high - b.low))
+
+
+def test_the_covariance_is_that_of_the_intervals_on_the_scale_of_the_search() -> None:
+    found = judged(model="tanh")
+    given = found.covariance
+    assert given is not None and any(given.log)
+    quantile = float(stdtrit(given.degrees, 0.975))
+    rows = {row.name: row for row in (*found.parameters, *found.derived)}
+    assert set(given.names) == {name for name, row in rows.items() if row.low is not None and not row.fixed}
+    for k, name in enumerate(given.names):
+        low, high = rows[name].low, rows[name].high
+        assert low is not None and high is not None
+        width = np.log(high / low) if given.log[k] else high - low
+        assert quantile * np.sqrt(given.rows[k][k]) == pytest.approx(width / 2.0, rel=1e-6)
+    assert np.allclose(given.rows, np.transpose(given.rows), rtol=1e-9)
+    assert given.roles == [next(p.role for p in SPEC.params if p.name == n) for n in given.names]
