@@ -143,6 +143,10 @@ class Recording(core.Recording):
         >>> mrfit.Recording.from_frame(frame, units={"x": "mm"}).channels["force"][0]
         np.float64(1000.0)
         """
+        if not all(hasattr(frame, part) for part in ("columns", "index", "attrs")):
+            raise ConfigError(
+                f"a {type(frame).__name__} is no pandas.DataFrame: give one, as by to_frame() or to_pandas()"
+            )
         name = name or str(frame.attrs.get("name") or "") or _name_by(condition or {})
         named = {str(column): frame[column].to_numpy() for column in frame.columns}
         if len(named) < len(frame.columns):

@@ -121,6 +121,12 @@ def test_an_index_of_other_steps_asks(index: Any) -> None:
     assert mrfit.Recording.from_frame(_frame(index).reset_index(drop=True), dt=2e-3).samples == 400
 
 
+@pytest.mark.parametrize("frame", [pd.Series(FORCE), {"force": FORCE}, FORCE])
+def test_what_is_no_frame_is_named(frame: Any) -> None:
+    with pytest.raises(ConfigError, match=r"is no pandas\.DataFrame"):
+        mrfit.Recording.from_frame(frame, dt=2e-3)
+
+
 def test_a_unit_is_a_text() -> None:
     with pytest.raises(ConfigError, match="the unit of 'force' is 5"):
         mrfit.Recording.from_arrays(dt=2e-3, force=FORCE, units={"force": 5})  # type: ignore[dict-item]

@@ -13,7 +13,7 @@ from mrfit.ingest.text.layout import COMMENTS, Grid, is_name, is_name_row
 
 WORDS = re.compile(
     r"(?:(?:cal(?:ibration)?|conv(?:ersion)?|channel|column|data|unit|apply|use)[\W_]+)?(?:scal(?:e|ed|es|ing)|gains?|factors?|\w*faktor(?:en)?|facteurs?|fattor[ei]|mult|multipl\w*|"
-    r"divi(?:de|ded|sor)|skalierung|sensitivit\w*|times)(?: ?(?:factor|value|by|with|mit|par)s?)*",
+    r"divi(?:de|ded|sor)|offsets?|skalierung|sensitivit\w*|times)(?: ?(?:factor|value|by|with|mit|par)s?)*",
     re.IGNORECASE,
 )
 """What begins a row of factors."""
@@ -76,7 +76,8 @@ def factor_row(source: Source, grid: Grid) -> FactorRow | None:
             return FactorRow(place, factors if multiplies else (1.0,) * grid.width)
         if source.rules.channels:
             return None
-        what = f"line {place + 1} gives scale factors ('{excerpt(lines[place])}'), which may be in the numbers already"
+        shown = excerpt(lines[place])
+        what = f"line {place + 1} gives scale factors or offsets ('{shown}'), which may be in the numbers already"
         remedy = f"write scale or unit of each channel in a channel map ({FILE_NAME} or --map), or delete the line"
         raise Refusal(source.head.path, what, remedy)
     return None

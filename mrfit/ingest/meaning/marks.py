@@ -4,7 +4,7 @@ A number is a mark by how it lies among the others, never by its size alone: it 
 and far outside all others, or alone among values that move on smoothly.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Container, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,10 +14,11 @@ from mrfit.ingest import series
 from mrfit.ingest.series import Values
 from mrfit.ingest.table import Column
 
-_NINES = [10.0**n - 1.0 + part for n in range(3, 10) for part in (0.0, 0.25, 0.9, 0.99, 0.999)]
-_LIMITS = [32767.0, 32768.0, 65535.0, 8388607.0, 8388608.0, 2147483647.0, 2147483648.0, 4294967295.0]
-_PRINTED = [6999.0, 7999.0, 8888.0, 88888.0, *(10.0**n for n in range(6, 30))]
-MARKS = np.array(sorted({sign * mark for mark in (*_NINES, *_LIMITS, *_PRINTED) for sign in (1.0, -1.0)}))
+_NINES = [10.0**n - 1.0 + part for n in range(2, 10) for part in (0.0, 0.25, 0.9, 0.99, 0.999)]
+_LIMITS = [65535.0, 8388607.0, 8388608.0, 2147483647.0, 2147483648.0, 4294967295.0]
+_SCALED = [code / 10.0**n for code in (32767.0, 32768.0) for n in range(5)]
+_PRINTED = [1.0, 6999.0, 7999.0, 888.0, 8888.0, 88888.0, *(10.0**n for n in range(6, 30))]
+MARKS = np.array(sorted({sign * mark for mark in (*_NINES, *_LIMITS, *_SCALED, *_PRINTED) for sign in (1.0, -1.0)}))
 """What loggers and converters write where they have no value."""
 EXACT = 1e-7
 """Relative departure of a mark that was stored in single precision."""
@@ -35,6 +36,8 @@ AROUND = 7
 """Rows on either side of a run of zeros by which it is seen how the channel goes there."""
 APART = 3.0
 """Least distance from zero of the rows beside a drop-out, in the greatest step around it."""
+SURE_DROPOUTS = 2
+"""Runs of zeros that are drop-outs, from which on all zeros are under which the channel moves."""
 FEWEST_DROPOUTS, MOST_ZEROS, SCATTERED = 3, 0.25, 0.05
 """Least number of zeros, and greatest share of rows, that are drop-outs; above the last share not evenly apart."""
 SHORT = 5
@@ -52,8 +55,10 @@ def without_marks(columns: Sequence[Column]) -> tuple[tuple[Column, ...], list[F
     """
     kept: list[Column] = []
     findings: list[Finding] = []
-    for column in columns:
-        found = list(_marks(column.values))
+    marks = [list(_marks(c.values)) for c in columns]
+    if known := {mark for found in marks for mark, _ in found} - {0.0}:
+        marks = [list(_marks(c.values, known)) for c in columns]
+    for column, found in zip(columns, marks, strict=True):
         rows = np.unique(np.concatenate([rows for _, rows in found])) if found else np.empty(0, dtype=np.int64)
         shown = " and ".join(f"{mark:.10g} in {len(rows)} rows" for mark, rows in found)
         if 2 * len(rows) > len(column.values) and len(columns) > 1:
@@ -91,8 +96,8 @@ class _Others:
         return self.spread > SMOOTH * self.step
 
 
-def _marks(values: Values) -> Iterator[tuple[float, Values]]:
-    """Yield marks with their rows."""
+def _marks(values: Values, known: Container[float] = ()) -> Iterator[tuple[float, Values]]:
+    """Yield marks with their rows; a mark ``known`` from another column needs to be outside, or alone, but once."""
     low, high = _ends(values)
     tried = [float(m) for m in MARKS[(MARKS >= low - EXACT * abs(low)) & (MARKS <= high + EXACT * abs(high))]]
     places = {mark: rows for mark in tried if len(rows := series.places(lambda v, m=mark: _is(v, m), values))}
@@ -106,8 +111,8 @@ def _marks(values: Values) -> Iterator[tuple[float, Values]]:
         away = others.distance(mark)
         # a power of ten that stands once is a garbled number, which is said by itself
         enough = FAR if len(rows) > 1 else np.inf if float(np.log10(abs(mark))).is_integer() else FAR_ALONE
-        is_far = away > enough * others.spread
-        if is_far or len(rows := _alone(values, rows, mark, others)):
+        is_far = away > (0.0 if mark in known else enough * others.spread)
+        if is_far or len(rows := _alone(values, rows, mark, others, 1 if mark in known else 2)):
             yield mark, rows
     if len(dropouts := _dropouts(values, zeros, others)):
         yield 0.0, dropouts
@@ -166,15 +171,17 @@ def _runs(values: Values, rows: Values) -> _Runs:
     return _Runs(first, last, before, behind)
 
 
-def _alone(values: Values, rows: Values, mark: float, others: _Others) -> Values:
+def _alone(values: Values, rows: Values, mark: float, others: _Others, fewest: int) -> Values:
     """Return the rows at which a smooth channel jumps to a number and away; all, if it mostly does so.
+
+    It has to do so ``fewest`` times.
 
     Beside them the number may be the channel's own value at times.
     """
     runs = _runs(values, rows)
     before, behind = (np.nan_to_num(np.abs(v - mark), nan=np.inf) for v in (runs.before, runs.behind))
     alone = np.minimum(before, behind) > JUMP * others.step
-    if not others.smooth or np.count_nonzero(alone) < 2:
+    if not others.smooth or np.count_nonzero(alone) < fewest:
         return rows[:0]
     return rows if 2 * np.count_nonzero(alone) >= len(alone) else runs.rows(alone)
 
@@ -210,6 +217,9 @@ def _dropouts(values: Values, zeros: Values, others: _Others) -> Values:
     if np.count_nonzero(hops) > 2 and _is_even(np.abs(np.concatenate([runs.before[hops], runs.behind[hops]]))):
         found &= same
     rows = runs.rows(found) if found.any() else none
+    if np.count_nonzero(found) >= SURE_DROPOUTS and not coarse:
+        likely = (np.abs(runs.behind - runs.before) <= 1.5 * (length + 1) * step) & (length > 1) & (moves | goes_on)
+        rows = runs.rows(found := found | likely)
     chopped = len(rows) > SCATTERED * len(values) and _is_even(np.diff(runs.first[found]))
     return none if len(rows) < FEWEST_DROPOUTS or chopped else rows
 

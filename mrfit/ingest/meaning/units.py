@@ -93,6 +93,8 @@ SPELLINGS = {
     "ω": "ohm",
     "mps": "m/s",
     "in": "inch",
+    "mil": "thou",
+    "mils": "thou",
     '"': "inch",
 }
 SIGNS = str.maketrans({"\u03bc": "u", "\u00b5": "u", "²": "^2", "³": "^3", "·": "*", "\u03a9": "ohm", "\u2126": "ohm"})

@@ -14,8 +14,8 @@ from mrfit.ingest.text.layout import name_and_unit
 
 STATED = re.compile(
     r"(?P<label>(?:(?:sampl(?:e|ing)|acquisition|scan)|(?P<other>(?:log(?:g(?:ing|ed))?|record(?:ing)?|stor(?:e|ed|age|ing)"
-    r"|sav(?:e|ed|ing)|data|writ(?:e|ing)|export|reduced|effective)(?=[ _]*(?:rate|interval|frequency))))"
-    r"[ _]*(?P<word>rate|frequency|interval|period|time)\b[^0-9+-]*?)"
+    r"|sav(?:e|ed|ing)|data|writ(?:e|ing)|export|reduced|effective|output|final)(?=[ _]*(?:rate|interval|frequency))))"
+    r"[ _]*(?P<word>rate|frequency|interval|period|time)(?![a-z])[^0-9+-]*?)"
     r"\+?(?P<number>(?:\d(?:\d|[.,'](?=\d))*\.?|\.\d+)(?:[ \u00a0\u202f]\d{3}(?!\d))*)(?P<power>e[+-]?\d+)?"
     r"(?!\d|[:/-]\d)[ \u00a0]*(?P<behind>[a-zµ/]*)[\s,;]*(?P<beside>[a-zµ/]*)",
     re.IGNORECASE,
@@ -24,7 +24,8 @@ STATED = re.compile(
 OTHERWISE = re.compile(
     r"\b(?:max\w*|min(?:imum|imal|\.)?|highest|lowest|fastest|limits?|up to|displays?|screen|updates?|refresh|plot"
     r"|graph|chart|preview|view|length|duration|record(?:ing)? (?:time|period)"
-    r"|of (?:the )?(?:record|recording|test|run|file)|total|aggregate|overall|filter\w*|cut-?off|bandwidth"
+    r"|of (?:the )?(?:record|recording|test|run|file)|all channels|multiplex\w*|total|aggregate|overall"
+    r"|filter\w*|cut-?off|bandwidth"
     r"|requested|target|default|available|possible|supported|original|internal|raw|adc|over-?sampl\w*|video|camera|servo|control(?:ler)?|loop|before|prior|capab\w*)\b",
     re.IGNORECASE,
 )
@@ -34,8 +35,12 @@ ROUGHEST = 0.02
 LONG = 0.5
 """Period or time in s from which a header may mean the length of a record."""
 DECIMATION = re.compile(
-    r"decimat\w*|(?:down|sub|under)-?sampl\w*|thinn\w*|data reduction|reduction (?:factor|ratio)|block averag\w*"
-    r"|skip(?:ped|ping)? (?:factor|samples?|points?)",
+    r"decimat\w*|(?:down|sub|under)-?sampl\w*|thinn\w*|reduction|re-?sampl\w*|block averag\w*"
+    r"|averaged? (?:samples|points|values)|(?:samples|points|values) averaged"
+    r"|skip(?:ped|ping)? (?:factor|samples?|points?)|(?:samples?|points?|rows?) skipped|divi(?:der|sor)\b"
+    r"|(?:sav|stor|writ|record|log|export|kep|keep)\w* (?:only )?(?:every|one (?:of|in)|1 (?:of|in)|each)"
+    r"(?: ?n(?:-?th)?\b)?(?: (?:sample|point|row|scan|value|reading)s?)?|every n-?th\b"
+    r"|unterabtast\w*|untersetz\w*|jede[nrs]? n-?te\w*",
     re.IGNORECASE,
 )
 """Labels of a number of samples for each one that was kept."""
@@ -47,7 +52,7 @@ NONE = re.compile(
 THINNED = re.compile(
     r"(?:every|each) (?:\d+ ?(?:st|nd|rd|th)|\d+ (?=sample|point|scan|value|reading)|other|second|third|fourth|fifth"
     r"|eighth|tenth|hundredth) (?:sample|point|row|scan|value|reading|datum)"
-    r"|averag\w* (?:over |of |every )?\d+ (?:samples|points|values)",
+    r"|averag\w* (?:over |of |every )?\d+ ?(?:samples|points|values|x\b|times)",
     re.IGNORECASE,
 )
 """Statements that not every sample was kept."""

@@ -104,6 +104,7 @@ def test_a_factor_of_the_time(read_log: ReadLog) -> None:
     [
         "Time,Force,Disp\nScale,1,1000,0.1\n",
         "Name,Time,Force,Disp\nUnit,s,N,mm\nFactor,1,1000,0.1\n",
+        "Name,Time,Force,Disp\nUnit,s,N,mm\nOffset,0,100,1.5\n",
         "# Gain: ,1,1000,0.1\nTime (s),Force (N),Disp (mm)\n",
         "Multiplier,1,1000,0.1\nTime (s),Force (N),Disp (mm)\n",
         "Time (s),Force (N),Disp (mm)\nFaktor,1000,0.1\n",

@@ -56,6 +56,27 @@ def test_a_mark_within_the_range_is_seen_where_a_smooth_channel_jumps_to_it(mark
     assert _missing(_laid(values, mark, rows)) == rows
 
 
+@pytest.mark.parametrize("mark", [-1.0, -888.0, -99.99, 327.68, -3276.8])
+def test_marks_of_two_and_three_digits_and_of_scaled_converters(mark: float) -> None:
+    rows = [50, 51, 52, 703, 1405, 1406, 2907]
+    values = np.round(900.0 * SINE, 2)
+    assert _missing(_laid(values, mark, rows)) == rows
+
+
+def test_a_mark_of_one_column_is_one_in_another() -> None:
+    force, motion = _laid(90.0 * SINE, -99.99, [307, 308]), _laid(MOTION, -99.99, SEVERAL)
+    for columns in ((force, motion), (motion, force)):
+        found, _ = without_marks([Column(str(k), None, c, k) for k, c in enumerate(columns)])
+        assert sorted(np.count_nonzero(np.isnan(c.values)) for c in found) == [2, len(SEVERAL)]
+
+
+def test_zeros_in_a_crossing_are_drop_outs_where_others_are() -> None:
+    crossing = int(np.argmax(np.diff(np.signbit(MOTION[:400]))))
+    rows = sorted([80, 640, *range(crossing - 2, crossing + 2)])
+    assert _missing(_laid(MOTION + 0.0003, 0.0, rows)) == rows
+    assert _missing(_laid(MOTION + 0.0003, 0.0, rows[1:5])) == []
+
+
 def test_single_precision_and_several_marks() -> None:
     laid = _laid(_laid(MOTION, -9999.9, SEVERAL), 1e20, [50, 51])
     assert _missing(np.float32(laid).astype(np.float64)) == sorted([*SEVERAL, 50, 51])

@@ -132,6 +132,8 @@ def test_ambiguous_assumed_and_unnamed_columns_are_said() -> None:
         ([("i_cmd", "A"), ("Coil current", "A")], ["i_cmd", "current"]),
         ([("Target", "mm"), ("Kraft", "N")], ["target", "force"]),
         ([("Actual position", "mm"), ("Load_Avg", "N")], ["displacement", "force"]),
+        ([("Simulated force", "N"), ("Model Force", "N")], ["simulated_force", "model_force"]),
+        ([("Delta force", "N"), ("Preload", "N")], ["delta_force", "preload"]),
         ([("ResetForce", "N")], ["force"]),  # no word of its own
     ],
 )

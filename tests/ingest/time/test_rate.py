@@ -111,6 +111,18 @@ def test_a_column_that_holds_the_rate_may_have_a_unit(read_log: ReadLog) -> None
         ("Sampling rate: 5000\nStored every 10th sample", None),
         ("Sampling rate: 5000\nAveraging over 10 samples", None),
         ("Logging rate: 500 Hz", None),
+        ("sample_rate_hz: 500", 500.0),
+        ("Sample rate: 1000 Hz\nSave every nth sample,2", None),
+        ("Sample rate: 1000 Hz\nStored every,2", None),
+        ("Sample rate: 1000 Hz\nLogged one of 2 samples", None),
+        ("Sample rate: 1000 Hz\nRate divisor: 2", None),
+        ("Sample rate: 1000 Hz\nReduction: 2", None),
+        ("Sample rate: 1000 Hz\nResampled to 500 Hz", None),
+        ("Sample rate: 1000 Hz\nOutput rate: 500 Hz", None),
+        ("Sample rate: 5000 Hz, averaged 10x", None),
+        ("Sampling rate (all channels): 1000 Hz", None),
+        ("Sample rate: 1000 Hz multiplexed over 2 channels", None),
+        ("Sample rate: 500 Hz\nResampling: none", 500.0),
     ],
 )
 def test_a_rate_is_believed_where_nothing_speaks_against_it(header: str, rate: float | None) -> None:
