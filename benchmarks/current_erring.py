@@ -28,12 +28,12 @@ import mrfit.fit.stage as stage  # noqa: E402
 from benchmarks.current_laws import currents_of, law_of, oracle  # noqa: E402
 from mrfit.core.recording import Recording, Segment  # noqa: E402
 from mrfit.core.specs import Array  # noqa: E402
-from mrfit.fit.identify import Group, build_group  # noqa: E402
-from mrfit.fit.laws.by_level import Law, Laws, Posing, drawn_together, tests_about  # noqa: E402
+from mrfit.fit.identify import FitGroup, build_group  # noqa: E402
+from mrfit.fit.laws.by_level import CurrentLaw, Laws, LevelProblem, drawn_together, tests_about  # noqa: E402
 from mrfit.fit.laws.choice import choose  # noqa: E402
 from mrfit.fit.laws.laws_of_current import base_cube  # noqa: E402
 from mrfit.io.dataset import Dataset  # noqa: E402
-from mrfit.search.problem import Posed  # noqa: E402
+from mrfit.search.problem import LeastSquaresProblem  # noqa: E402
 from mrfit.search.starts import level_fits  # noqa: E402
 from mrfit.simulate.assembly import Assembly, assemble  # noqa: E402
 from mrfit.simulate.current_dependence import FORMS, LOG, PLAIN, form_of, logarithmic, orders_of  # noqa: E402
@@ -189,10 +189,12 @@ def judged(seed: int) -> dict[str, Any]:
     posed = []
     for fit in fits:
         own = [k for k, b in enumerate(blocks) if abs(b.segment.current - fit.current) < 1e-6]
-        posed.append(Posing(Posed([blocks[k] for k in own], np.ones(len(own)), base, cube), floors[own]))
+        posed.append(
+            LevelProblem(LeastSquaresProblem([blocks[k] for k in own], np.ones(len(own)), base, cube), floors[own])
+        )
     tests = tests_about(base.spec, cube, drawn_together(cube, fits, posed, rng), posed)
     currents = np.array([b.segment.current for b in held.search])
-    beside = [Posed([b], np.ones(1), base, cube) for b in held.search]
+    beside = [LeastSquaresProblem([b], np.ones(1), base, cube) for b in held.search]
 
     def errors(order: str) -> tuple[float, float]:
         """Return the RMS error held out, and the deviance under the trained conditions."""
@@ -200,7 +202,7 @@ def judged(seed: int) -> dict[str, Any]:
         for p in (base.spec.params[k] for k in cube.free):
             one = given.get(p.name, 0)
             form = form_of(one) or (LOG if logarithmic(base.spec, p, one) else PLAIN)
-            laws.append(Law(form, count_of(one) - 1))
+            laws.append(CurrentLaw(form, count_of(one) - 1))
         fitted = Laws(tests, [laws], np.arange(len(tests.places)))
         theta, known = fitted.parameters(currents)[0], fitted.parameters(tests.currents[tests.places])[0]
         squares = [float(np.mean(q.of_theta(t[None, :])[0] ** 2)) for q, t in zip(beside, theta, strict=True)]
@@ -225,7 +227,7 @@ def judged(seed: int) -> dict[str, Any]:
     }
 
 
-def _group(case: Case, base: Assembly, role: str) -> Group:
+def _group(case: Case, base: Assembly, role: str) -> FitGroup:
     """Return the blocks of the segments of a role."""
     segments = [replace(s, role="train") for s in case.data.segments if s.role == role]
     return build_group("all", segments, dict(case.data.recordings), base, split=False)

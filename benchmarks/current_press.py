@@ -29,7 +29,7 @@ from mrfit.core.recording import Segment  # noqa: E402
 from mrfit.fit.select import load_recordings  # noqa: E402
 from mrfit.io.dataset import Dataset  # noqa: E402
 from mrfit.io.workspace import Workspace  # noqa: E402
-from mrfit.simulate.current_levels import tested, to_choose  # noqa: E402
+from mrfit.simulate.current_levels import tested_currents, to_choose  # noqa: E402
 
 MODELS = "bingham", "hysteretic-biviscous", "tanh", "boucwen", "spencer"
 MAP = Path(__file__).parents[1] / "pipelines" / "maps" / "press.toml"
@@ -110,7 +110,7 @@ def choice(folders: Sequence[str]) -> str:
     lines = []
     for folder in folders:
         segments, _ = (workspace := Workspace(Path(folder))).read_segments()
-        currents = tested(segments, load_recordings(workspace, segments))
+        currents = tested_currents(segments, load_recordings(workspace, segments))
         chosen = to_choose("tanh", "auto", currents)
         lines.append(f"{folder}: currents held {currents.levels}; laws of current are {'' if chosen else 'not '}chosen")
     return "\n".join(lines)

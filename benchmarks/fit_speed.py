@@ -23,12 +23,12 @@ from mrfit.core.executors.order import in_processes  # noqa: E402
 from mrfit.core.progress import Progress, silent  # noqa: E402
 from mrfit.core.specs import Array  # noqa: E402
 from mrfit.fit.diagnostics.uncertainty import analyse  # noqa: E402
-from mrfit.fit.identify import Group, SearchSettings, linearise, search_optimum  # noqa: E402
+from mrfit.fit.identify import FitGroup, SearchSettings, linearise, search_optimum  # noqa: E402
 from mrfit.search.cube import Cube  # noqa: E402
-from mrfit.search.problem import Posed  # noqa: E402
+from mrfit.search.problem import LeastSquaresProblem  # noqa: E402
 from mrfit.simulate.assembly import Assembly, assemble  # noqa: E402
 
-Problem = tuple[Group, Assembly, Cube]
+Problem = tuple[FitGroup, Assembly, Cube]
 RACED = (
     "boucwen-flux", "bingham", "herschel-bulkley", "hysteretic-biviscous", "guo", "tanh", "boucwen", "rotational-erf",
     "rotational-hybrid",
@@ -113,7 +113,7 @@ def user_fit(posed: Problem) -> tuple[float, float]:
     for point in points:
         simulate(point)
     each = (time.process_time() - begin) / ODEINT_RUNS
-    residuals = Posed([block], np.ones(1), assembly, cube).residuals
+    residuals = LeastSquaresProblem([block], np.ones(1), assembly, cube).residuals
 
     def cost(point: Array) -> float:
         return float(np.mean(residuals(np.atleast_2d(point))[0] ** 2))
@@ -144,7 +144,7 @@ def scipy_fit(posed: Problem) -> tuple[float, float]:
     from scipy.optimize import least_squares
 
     group, assembly, cube = posed
-    residuals = Posed([group.full[0]], np.ones(1), assembly, cube).residuals
+    residuals = LeastSquaresProblem([group.full[0]], np.ones(1), assembly, cube).residuals
 
     def one(point: Array) -> Array:
         values: Array = residuals(point[None, :])[0]

@@ -26,7 +26,7 @@ from benchmarks.planted import problem  # noqa: E402
 from mrfit.cli.catalog import read_catalog  # noqa: E402
 from mrfit.core import registry  # noqa: E402
 from mrfit.errors import MrfitError  # noqa: E402
-from mrfit.fit.identify import Group, SearchSettings, build_group, search_optimum  # noqa: E402
+from mrfit.fit.identify import FitGroup, SearchSettings, build_group, search_optimum  # noqa: E402
 from mrfit.fit.select import read_dataset  # noqa: E402
 from mrfit.io.workspace import Workspace  # noqa: E402
 from mrfit.search.cube import Cube  # noqa: E402
@@ -46,7 +46,7 @@ REAL = (
     ("rigol_bh_loop", "rigol_bh_loop/histerese_osciloscopio_80.csv", LOOP_MAP),
 )
 
-Problem = tuple[Group, Assembly, Cube]
+Problem = tuple[FitGroup, Assembly, Cube]
 
 
 def contestants() -> list[str]:

@@ -6,7 +6,7 @@ import numpy as np
 
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
-from mrfit.fit.identify import Group, build_group
+from mrfit.fit.identify import FitGroup, build_group
 from mrfit.search.cube import Cube, cube_of
 from mrfit.signal.smoothing import smooth
 from mrfit.simulate.assembly import Assembly, assemble
@@ -28,7 +28,7 @@ FREQUENCIES = (2.0, 1.0, 5.0, 3.0, 0.5)
 
 def problem(
     model: str, conditions: int, samples: int, rng: np.random.Generator, noise: float = 0.01, fitted: str = ""
-) -> tuple[Group, Assembly, Cube]:
+) -> tuple[FitGroup, Assembly, Cube]:
     """Return the blocks of a joint fit to planted logs, with the model and its cube.
 
     Parameters

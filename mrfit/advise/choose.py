@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mrfit.advise.drives import DIMENSIONS, Bench, Test, lengthened, test_at
+from mrfit.advise.drives import DIMENSIONS, RigBench, Test, lengthened, test_at
 from mrfit.core.current_folder import without_matplotlibrc
 from mrfit.core.progress import Progress
 from mrfit.core.specs import Array
@@ -19,12 +19,12 @@ EVALUATIONS, POPULATION, SPREAD = 40, 8, 0.15
 # Standard errors apart from which on a test is long enough
 ENOUGH = 30.0
 
-Judge = Callable[[Test], "Judged | None"]
+Judge = Callable[[Test], "ScoredTest | None"]
 Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
-class Judged:
+class ScoredTest:
     """A test and what it is worth.
 
     Attributes
@@ -44,7 +44,7 @@ class Judged:
 
 
 @dataclass(frozen=True)
-class Chosen:
+class TestChoice:
     """Result of a search.
 
     Attributes
@@ -57,7 +57,7 @@ class Chosen:
         Tests simulated, and how many of these would break a limit of the rig or cannot be simulated.
     """
 
-    tests: tuple[Judged, ...]
+    tests: tuple[ScoredTest, ...]
     most: Array
     looked_at: int
     refused: int
@@ -81,7 +81,7 @@ class Task:
         A test that gives less of something wanted is made longer.
     """
 
-    bench: Bench
+    bench: RigBench
     judge: Judge
     wanted: Callable[[Array], Mask]
     kinds: Sequence[str]
@@ -89,14 +89,14 @@ class Task:
 
 
 @dataclass
-class _Search:
+class _TestSearch:
     """Tests judged so far."""
 
     task: Task
     looked_at: int = 0
     refused: int = 0
 
-    def at(self, kind: str, point: Array) -> Judged | None:
+    def at(self, kind: str, point: Array) -> ScoredTest | None:
         give_up()
         found = self.task.judge(test_at(kind, np.clip(point, 0.0, 1.0), self.task.bench))
         self.looked_at += 1
@@ -108,10 +108,10 @@ class _Search:
 class _Place:
     kind: str
     point: Array
-    judged: Judged
+    judged: ScoredTest
 
 
-def choose(task: Task, seed: int, progress: Progress) -> Chosen:
+def choose(task: Task, seed: int, progress: Progress) -> TestChoice:
     """Return the best test of each kind.
 
     Parameters
@@ -125,14 +125,14 @@ def choose(task: Task, seed: int, progress: Progress) -> Chosen:
     """
     from scipy.stats import qmc
 
-    search, kinds = _Search(task), task.kinds
+    search, kinds = _TestSearch(task), task.kinds
     places: list[_Place] = []
     for k, kind in enumerate(kinds):
         progress("tests", k, len(kinds) + 1)
         points = qmc.Sobol(DIMENSIONS, rng=np.random.default_rng([seed, k])).random_base2(SOBOL)
         places += [_Place(kind, p, found) for p in points if (found := search.at(kind, p)) is not None]
     if not places:
-        return Chosen((), np.zeros(0), search.looked_at, search.refused)
+        return TestChoice((), np.zeros(0), search.looked_at, search.refused)
     mask = task.wanted(np.max([p.judged.amounts for p in places], axis=0))
     best = {kind: [p for p in places if p.kind == kind] for kind in kinds}
     ranked = [max(some, key=lambda p: p.judged.worth(mask)) for some in best.values() if some]
@@ -144,10 +144,10 @@ def choose(task: Task, seed: int, progress: Progress) -> Chosen:
     tests = tuple(_long_enough(task, p.judged, mask) for p in ranked)
     most = np.max([p.judged.amounts for p in (*places, *ranked)], axis=0)
     progress("tests", len(kinds) + 1, len(kinds) + 1)
-    return Chosen(tests, most, search.looked_at, search.refused)
+    return TestChoice(tests, most, search.looked_at, search.refused)
 
 
-def _polished(search: _Search, place: _Place, mask: Mask, rng: np.random.Generator) -> _Place:
+def _polished(search: _TestSearch, place: _Place, mask: Mask, rng: np.random.Generator) -> _Place:
     """Return the best place that CMA-ES finds about one."""
     with without_matplotlibrc():  # which it imports
         from cma import CMAEvolutionStrategy
@@ -177,7 +177,7 @@ def _polished(search: _Search, place: _Place, mask: Mask, rng: np.random.Generat
     return best
 
 
-def _long_enough(task: Task, judged: Judged, mask: Mask) -> Judged:
+def _long_enough(task: Task, judged: ScoredTest, mask: Mask) -> ScoredTest:
     """Return a test run as often as puts all that is wanted far enough apart, within the longest test."""
     least = float(np.min(judged.amounts[mask])) if mask.any() else 0.0
     if not 0.0 < least < task.enough:

@@ -22,7 +22,7 @@ RANK = 1e-10
 
 
 @dataclass(frozen=True)
-class Known:
+class DifferenceInformation:
     """What data say of a difference from one model, reduced to as many rows as it has parameters.
 
     Attributes
@@ -40,16 +40,16 @@ class Known:
     rest: Array
 
     @classmethod
-    def of(cls, jacobian: Array, differences: Array) -> "Known":
+    def of(cls, jacobian: Array, differences: Array) -> "DifferenceInformation":
         """Return what sensitivities (N, F) and differences (N, D), in standard errors of the noise, determine."""
         orthogonal, root = np.linalg.qr(jacobian)
         pull = orthogonal.T @ differences
         return cls(root, pull, np.maximum(np.sum(differences**2, axis=0) - np.sum(pull**2, axis=0), 0.0))
 
-    def and_(self, jacobian: Array, differences: Array) -> "Known":
+    def and_(self, jacobian: Array, differences: Array) -> "DifferenceInformation":
         """Return the same with more data, sensitivities (N, F) and differences (N, D)."""
-        joined = Known.of(np.vstack([self.root, jacobian]), np.vstack([self.pull, differences]))
-        return Known(joined.root, joined.pull, joined.rest + self.rest)
+        joined = DifferenceInformation.of(np.vstack([self.root, jacobian]), np.vstack([self.pull, differences]))
+        return DifferenceInformation(joined.root, joined.pull, joined.rest + self.rest)
 
     def left(self) -> Array:
         """Return the least squared distance of each draw (D,): no refit takes more."""
@@ -59,7 +59,7 @@ class Known:
         return unexplained
 
 
-def added(known: Known, jacobian: Array, differences: Array) -> Array:
+def added(known: DifferenceInformation, jacobian: Array, differences: Array) -> Array:
     """Return the distance (D,) in standard errors that a test adds to what the data tell apart already.
 
     Parameters

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mrfit.advise.drives import Test
-from mrfit.advise.separation import Contest
+from mrfit.advise.separation import RivalSet
 from mrfit.advise.specimen import rows_of
 from mrfit.core.channels import symbol_of, unit_of
 from mrfit.core.specs import Array
@@ -31,13 +31,13 @@ class Loops:
 
 
 @dataclass(frozen=True)
-class _Curve:
+class _DrawnCurve:
     name: str
     across: Array
     output: Array
 
 
-def loops(contest: Contest, test: Test, text: str) -> Loops:
+def loops(contest: RivalSet, test: Test, text: str) -> Loops:
     """Return the figure of the rivals' outputs on a test: loops, and differences from the first over time."""
     import_matplotlib()
     from matplotlib.figure import Figure
@@ -70,7 +70,7 @@ def _label(name: str) -> str:
     return f"{'t' if name == 'time' else symbol_of(name)} in {unit}"
 
 
-def _curves(contest: Contest, test: Test, wanted: str) -> tuple[list[_Curve], str]:
+def _curves(contest: RivalSet, test: Test, wanted: str) -> tuple[list[_DrawnCurve], str]:
     channels = contest.specimen.driven(test)
     across = wanted if wanted in channels else contest.specimen.channels.motion
     curves = []
@@ -78,7 +78,7 @@ def _curves(contest: Contest, test: Test, wanted: str) -> tuple[list[_Curve], st
         point = _typical(drawn, standing.point) if standing.rival.hidden else standing.point
         theta = standing.cube.to_theta(point[None, :])
         output = standing.assembly.simulate(rows_of(channels, standing.assembly), theta, test.dt)[0]
-        curves.append(_Curve(standing.rival.name, channels[across], output))
+        curves.append(_DrawnCurve(standing.rival.name, channels[across], output))
     return curves, across
 
 
@@ -89,13 +89,13 @@ def _typical(drawn: Array, point: Array) -> Array:
     return typical
 
 
-def _draw(axes: "Axes", curves: list[_Curve]) -> None:
+def _draw(axes: "Axes", curves: list[_DrawnCurve]) -> None:
     for k, curve in enumerate(curves):
         every = max(1, len(curve.output) // POINTS)
         axes.plot(curve.across[::every], curve.output[::every], color=PALETTE[k % len(PALETTE)], label=curve.name)
 
 
-def _draw_apart(axes: "Axes", curves: list[_Curve], time: Array, noise: float) -> None:
+def _draw_apart(axes: "Axes", curves: list[_DrawnCurve], time: Array, noise: float) -> None:
     axes.axhspan(-noise, noise, color="#94a3b8", alpha=0.3, linewidth=0.0)
     for k, curve in enumerate(curves[1:], start=1):
         every = max(1, len(curve.output) // POINTS)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from mrfit.advise.rig import Reach, Rig
+from mrfit.advise.rig import ChannelReach, Rig
 from mrfit.core.specs import Array
 
 # Cycles of a steady test, and more in as many seconds; a cycle fades in before them and one out behind
@@ -87,7 +87,7 @@ class Test:
 
 
 @dataclass(frozen=True)
-class Bench:
+class RigBench:
     """A rig as tests see it.
 
     Attributes
@@ -105,7 +105,7 @@ class Bench:
     """
 
     rig: Rig
-    reach: Reach
+    reach: ChannelReach
     current: tuple[float, float] | None
     dt: float
     steady: float = STEADY
@@ -129,7 +129,7 @@ def least_cycles() -> int:
     return CYCLES + FADES
 
 
-def test_at(kind: str, point: Array, bench: Bench) -> Test:
+def test_at(kind: str, point: Array, bench: RigBench) -> Test:
     """Return the test of a kind at a point (5,) of the unit cube.
 
     The coordinates are the frequency, on a logarithmic scale, the share of the largest amplitude, the current (of steps
@@ -154,7 +154,7 @@ def test_at(kind: str, point: Array, bench: Bench) -> Test:
     return Test(kind, bench.dt, motion, current, warm, waiting, numbers, point)
 
 
-def lengthened(test: Test, factor: float, bench: Bench) -> Test:
+def lengthened(test: Test, factor: float, bench: RigBench) -> Test:
     """Return a test that lasts so many times as long, as far as the longest one allows: more cycles, a slower sweep."""
     steady = min(factor * test.seconds, bench.rig.seconds)
     if test.kind in ("repeat", "warm-up") or steady <= test.seconds:
@@ -170,14 +170,14 @@ def _log(low: float, high: float, share: float) -> float:
     return float(low * (high / low) ** share)
 
 
-def _largest(shape: Array, reach: Reach) -> float:
+def _largest(shape: Array, reach: ChannelReach) -> float:
     """Return the factor on a shape (3, N) with which a limit of the rig is just kept."""
     peaks = np.abs(shape).max(axis=1)
     limits = np.array([reach.amplitude, reach.speed, reach.acceleration])
     return WITHIN * float(np.min(limits[peaks > 0.0] / peaks[peaks > 0.0]))
 
 
-def _steady(kind: str, frequency: float, longest: float, bench: Bench) -> Array:
+def _steady(kind: str, frequency: float, longest: float, bench: RigBench) -> Array:
     """Return whole cycles of a sine or triangle (3, N), no longer than allowed where the least number fits."""
     cycles = max(CYCLES, math.ceil(bench.steady * frequency))
     cycles = max(CYCLES, min(cycles, math.floor(longest * frequency) - FADES))
@@ -211,7 +211,7 @@ def _triangle(time: Array, frequency: float) -> Array:
     return np.stack([sign * (travelled - 0.5 * whole), speed, acceleration])
 
 
-def _sweep(point: Array, bench: Bench) -> tuple[Array, dict[str, float]]:
+def _sweep(point: Array, bench: RigBench) -> tuple[Array, dict[str, float]]:
     """Return a sweep of constant speed over a band, its frequency rising by the same factor in the same time."""
     reach = bench.reach
     low = _log(reach.low, reach.high / SWEEP, float(point[0]))
@@ -229,7 +229,7 @@ def _sweep(point: Array, bench: Bench) -> tuple[Array, dict[str, float]]:
     return _faded(whole, time, 1.0 / low), {"frequency": low, "to": high}
 
 
-def _twice(kind: str, frequency: float, share: float, bench: Bench) -> tuple[Array, dict[str, float]]:
+def _twice(kind: str, frequency: float, share: float, bench: RigBench) -> tuple[Array, dict[str, float]]:
     """Return a sine, a standstill and the same sine; where it is to be warmed in between it stands still no longer."""
     longest = bench.rig.seconds
     frequency = max(frequency, 2.0 * least_cycles() / longest)
@@ -254,7 +254,7 @@ def _faded(motion: Array, time: Array, period: float) -> Array:
     return np.stack([factor * x, factor * v + slope * x, factor * a + 2.0 * slope * v + bend * x])
 
 
-def _current(kind: str, point: Array, samples: int, bench: Bench) -> tuple[Array, dict[str, float]]:
+def _current(kind: str, point: Array, samples: int, bench: RigBench) -> tuple[Array, dict[str, float]]:
     """Return the current beside a motion (N,), and the numbers it is told by."""
     if bench.current is None:
         return np.empty(0), {}
@@ -275,7 +275,7 @@ def _current(kind: str, point: Array, samples: int, bench: Bench) -> tuple[Array
     return _limited(wanted, bench), {"current": top, "low": bottom, "dwell": dwell}
 
 
-def _limited(wanted: Array, bench: Bench) -> Array:
+def _limited(wanted: Array, bench: RigBench) -> Array:
     """Return a current (N,) that follows what is wanted no faster than the amplifier can."""
     most = bench.rig.current_rate
     if most is None or not np.any(np.abs(np.diff(wanted)) > most * bench.dt):

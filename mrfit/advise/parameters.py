@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mrfit.advise.choose import Chosen, Judged, Task, choose
+from mrfit.advise.choose import ScoredTest, Task, TestChoice, choose
 from mrfit.advise.criterion import determinant_gain, half_widths, triangle, without
-from mrfit.advise.drives import Bench as Rigged
+from mrfit.advise.drives import RigBench as Rigged
 from mrfit.advise.drives import Test
 from mrfit.advise.specimen import Specimen, rows_of
 from mrfit.advise.standing import PRIOR, errors_of, stencil, stride_of
@@ -23,7 +23,7 @@ from mrfit.simulate.current_levels import assembly_of
 
 
 @dataclass(frozen=True)
-class Known:
+class ParameterInformation:
     """A fit about its optimum.
 
     Attributes
@@ -61,7 +61,7 @@ class Known:
         return columns
 
 
-def known_of(bench: Bench, fit: Fit) -> Known:
+def known_of(bench: Bench, fit: Fit) -> ParameterInformation:
     """Return a fit about its optimum.
 
     Raises
@@ -90,14 +90,16 @@ def known_of(bench: Bench, fit: Fit) -> Known:
     excess = max(float(np.sqrt(np.mean(evaluate(point[None, :]) ** 2) / stride_of(bench))), 1.0)
     root = triangle(sensitivities(evaluate, point) / excess)
     floor = float(np.sqrt(np.mean([s.floor**2 for s in bench.of_role("train")])))
-    return Known(assembly, cube, point, root, np.full(len(point), PRIOR), floor * excess)
+    return ParameterInformation(assembly, cube, point, root, np.full(len(point), PRIOR), floor * excess)
 
 
-def narrow(known: Known, specimen: Specimen, rigged: Rigged, seed: int, progress: Progress = silent) -> Chosen:
+def narrow(
+    known: ParameterInformation, specimen: Specimen, rigged: Rigged, seed: int, progress: Progress = silent
+) -> TestChoice:
     """Return the tests that narrow the intervals of a fit most per second."""
     most = rigged.rig.force
 
-    def judge(test: Test) -> Judged | None:
+    def judge(test: Test) -> ScoredTest | None:
         channels = specimen.driven(test)
         with np.errstate(all="ignore"):
             theta = known.cube.to_theta(known.point[None, :])
@@ -108,12 +110,12 @@ def narrow(known: Known, specimen: Specimen, rigged: Rigged, seed: int, progress
         if not np.isfinite(jacobian).all():
             return None
         gain = determinant_gain(known.root, jacobian, known.prior)
-        return Judged(test, np.array([np.sqrt(max(gain, 0.0))]))
+        return ScoredTest(test, np.array([np.sqrt(max(gain, 0.0))]))
 
     return choose(Task(rigged, judge, lambda most: most > 0.0, rigged.kinds, enough=0.0), seed, progress)
 
 
-def widths(known: Known, fit: Fit, test: Test, specimen: Specimen) -> tuple[Width, ...]:
+def widths(known: ParameterInformation, fit: Fit, test: Test, specimen: Specimen) -> tuple[Width, ...]:
     """Return the half-widths of the fit's intervals, and those expected after a test.
 
     An interval shrinks by the share by which the linearised standard error does, so that what the fit allowed for

@@ -107,7 +107,7 @@ class Rig(BaseModel):
 
 
 @dataclass(frozen=True, slots=True)
-class Reach:
+class ChannelReach:
     """What a channel that drives a specimen can do.
 
     Attributes
@@ -127,7 +127,7 @@ class Reach:
     high: float
 
 
-def motion_reach(rig: Rig, cycles: float, rate: float) -> Reach:
+def motion_reach(rig: Rig, cycles: float, rate: float) -> ChannelReach:
     """Return what a press can do.
 
     Parameters
@@ -152,10 +152,10 @@ def motion_reach(rig: Rig, cycles: float, rate: float) -> Reach:
     speed, acceleration = rig.speed or math.inf, rig.acceleration or math.inf
     least = LEAST_STROKE * amplitude
     highest = min(speed / least, math.sqrt(acceleration / least)) / (2.0 * math.pi)
-    return Reach(amplitude, speed, acceleration, *_band(rig, highest, cycles, rate))
+    return ChannelReach(amplitude, speed, acceleration, *_band(rig, highest, cycles, rate))
 
 
-def current_reach(rig: Rig, cycles: float, rate: float) -> Reach:
+def current_reach(rig: Rig, cycles: float, rate: float) -> ChannelReach:
     """Return what an amplifier can do to a coil, see ``motion_reach``.
 
     Raises
@@ -172,7 +172,7 @@ def current_reach(rig: Rig, cycles: float, rate: float) -> Reach:
         raise ConfigError(f"[rig] current ends at {amplitude:g} A: a coil is driven to both sides of 0")
     speed = rig.current_rate or math.inf
     highest = speed / (2.0 * math.pi * LEAST_STROKE * amplitude)
-    return Reach(amplitude, speed, math.inf, *_band(rig, highest, cycles, rate))
+    return ChannelReach(amplitude, speed, math.inf, *_band(rig, highest, cycles, rate))
 
 
 def _band(rig: Rig, highest: float, cycles: float, rate: float) -> tuple[float, float]:

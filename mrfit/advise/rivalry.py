@@ -5,14 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mrfit.advise.choose import Chosen, Judge, Judged, Mask, Task, choose
-from mrfit.advise.drives import Bench as Rigged
+from mrfit.advise.choose import Judge, Mask, ScoredTest, Task, TestChoice, choose
+from mrfit.advise.drives import RigBench as Rigged
 from mrfit.advise.drives import Test
 from mrfit.advise.rig import Rig
 from mrfit.advise.rivals import NOTHING, Rival, rivals_of, spec_of
-from mrfit.advise.separation import Contest
+from mrfit.advise.separation import RivalSet
 from mrfit.advise.specimen import Specimen, rigged_of, unmovable
-from mrfit.advise.standing import DRAWS, Model, fitted
+from mrfit.advise.standing import DRAWS, RivalModel, fitted
 from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.discover.bench import Bench
@@ -28,7 +28,7 @@ OTHER_FREQUENCY, OTHER_CURRENT = 1.4, 0.2
 
 
 @dataclass(frozen=True)
-class Advice:
+class SeparationAdvice:
     """What came of a search for the next test that separates rivals.
 
     Attributes
@@ -53,12 +53,12 @@ class Advice:
     pairs: tuple[tuple[int, int], ...]
     before: Array
     open: Mask
-    chosen: Chosen
-    companion: Judged | None
-    contest: Contest
+    chosen: TestChoice
+    companion: ScoredTest | None
+    contest: RivalSet
 
 
-def separate(bench: Bench, found: DiscoveryFile, rig: Rig, seed: int, progress: Progress = silent) -> Advice:
+def separate(bench: Bench, found: DiscoveryFile, rig: Rig, seed: int, progress: Progress = silent) -> SeparationAdvice:
     """Return the tests that separate the rivals that a discovery left standing.
 
     Raises
@@ -75,13 +75,13 @@ def separate(bench: Bench, found: DiscoveryFile, rig: Rig, seed: int, progress: 
     standings = fitted(bench, model, rivals, progress)
     draws = [s.draws(DRAWS, np.random.default_rng([seed, k])) for k, s in enumerate(standings)]
     noise = float(np.sqrt(np.mean([s.floor**2 for s in bench.of_role("train")])))
-    contest = Contest.of(standings, draws, noise, specimen)
+    contest = RivalSet.of(standings, draws, noise, specimen)
 
-    def judge(test: Test) -> Judged | None:
+    def judge(test: Test) -> ScoredTest | None:
         shown = contest.shown(test)
         if not shown.finite or (rig.force is not None and specimen.channels.rate and shown.peak > rig.force):
             return None
-        return Judged(test, contest.distances(shown))
+        return ScoredTest(test, contest.distances(shown))
 
     chosen = choose(Task(rigged, judge, lambda most: most >= APART, rigged.kinds), seed, progress)
     if not chosen.tests:
@@ -89,28 +89,28 @@ def separate(bench: Bench, found: DiscoveryFile, rig: Rig, seed: int, progress: 
         raise ConfigError(f"every test within [rig] {limit}; give other limits")
     separable = chosen.most >= APART
     companion = _companion(rigged, judge, chosen.tests[0].test, separable, seed + 1)
-    return Advice(tuple(rivals), tuple(contest.pairs), contest.left(), separable, chosen, companion, contest)
+    return SeparationAdvice(tuple(rivals), tuple(contest.pairs), contest.left(), separable, chosen, companion, contest)
 
 
-def _companion(rigged: Rigged, judge: Judge, first: Test, separable: Mask, seed: int) -> Judged | None:
+def _companion(rigged: Rigged, judge: Judge, first: Test, separable: Mask, seed: int) -> ScoredTest | None:
     """Return the best test of the kind of the first one that is no repetition of it, so that one can be held out."""
     if not separable.any():
         return None
 
-    def other(test: Test) -> Judged | None:
+    def other(test: Test) -> ScoredTest | None:
         return judge(test) if _differs(test, first, rigged) else None
 
     found = choose(Task(rigged, other, lambda most: separable, (first.kind,)), seed, silent)
     return found.tests[0] if found.tests else None
 
 
-def _model(found: DiscoveryFile, seed: int) -> Model:
+def _model(found: DiscoveryFile, seed: int) -> RivalModel:
     """Return what a discovery fitted."""
     stored = found.current_dependence
     orders = () if stored is None else tuple((name, order) for name, order in stored.orders)
     dependence = None if stored is None else CurrentDependence(orders, stored.low, stored.high)
     start = {str(name): float(value) for name, value in found.settings.get("start", [])}
-    return Model(found.base_model, dependence, start, seed)
+    return RivalModel(found.base_model, dependence, start, seed)
 
 
 def _differs(test: Test, first: Test, rigged: Rigged) -> bool:

@@ -6,10 +6,10 @@ from itertools import combinations
 
 import numpy as np
 
-from mrfit.advise.criterion import Known, added, without
+from mrfit.advise.criterion import DifferenceInformation, added, without
 from mrfit.advise.drives import Test
 from mrfit.advise.specimen import Specimen, rows_of
-from mrfit.advise.standing import Standing, stencil
+from mrfit.advise.standing import FittedRival, stencil
 from mrfit.core.specs import Array
 
 # Samples of a test that are looked at; of a longer one every n-th, each standing for several
@@ -17,7 +17,7 @@ SAMPLES = 4000
 
 
 @dataclass(frozen=True)
-class Reading:
+class PredictedOutput:
     """What a test would show of one rival.
 
     Attributes
@@ -36,7 +36,7 @@ class Reading:
 
 
 @dataclass(frozen=True)
-class Shown:
+class TestOutcome:
     """What a test would show.
 
     Attributes
@@ -47,7 +47,7 @@ class Shown:
         Largest output at any rival's optimum, in its unit.
     """
 
-    readings: tuple[Reading, ...]
+    readings: tuple[PredictedOutput, ...]
     peak: float
 
     @property
@@ -57,7 +57,7 @@ class Shown:
 
 
 @dataclass(frozen=True)
-class Contest:
+class RivalSet:
     """Rivals on the data there are.
 
     Attributes
@@ -72,14 +72,16 @@ class Contest:
         The specimen.
     """
 
-    standings: tuple[Standing, ...]
+    standings: tuple[FittedRival, ...]
     draws: tuple[Array, ...]
-    known: dict[tuple[int, int], Known]
+    known: dict[tuple[int, int], DifferenceInformation]
     noise: float
     specimen: Specimen
 
     @classmethod
-    def of(cls, standings: Sequence[Standing], draws: Sequence[Array], noise: float, specimen: Specimen) -> "Contest":
+    def of(
+        cls, standings: Sequence[FittedRival], draws: Sequence[Array], noise: float, specimen: Specimen
+    ) -> "RivalSet":
         """Return the contest of fitted rivals."""
         excess = max(min(s.chi for s in standings), 1.0)
         known = {}
@@ -88,7 +90,7 @@ class Contest:
             moved = true.jacobian @ (draws[a] - true.point).T
             apart = (true.errors - other.errors)[:, None] + moved
             size = len(other.point)
-            known[a, b] = Known.of(
+            known[a, b] = DifferenceInformation.of(
                 np.vstack([other.jacobian / excess, np.diag(1.0 / other.prior)]),
                 np.vstack([apart / excess, np.zeros((size, apart.shape[1]))]),
             )
@@ -103,7 +105,7 @@ class Contest:
         """Return the names of a pair."""
         return self.standings[pair[0]].rival.name, self.standings[pair[1]].rival.name
 
-    def shown(self, test: Test) -> Shown:
+    def shown(self, test: Test) -> TestOutcome:
         """Return what a test would show of every rival."""
         channels = self.specimen.driven(test)
         first = self.standings[0]
@@ -117,11 +119,11 @@ class Contest:
                 reading, most = self._reading(standing, drawn, warm, test)
                 readings.append(reading)
                 peak = max(peak, most)
-        return Shown(tuple(readings), peak)
+        return TestOutcome(tuple(readings), peak)
 
     def _reading(
-        self, standing: Standing, drawn: Array, channels: dict[str, Array], test: Test
-    ) -> tuple[Reading, float]:
+        self, standing: FittedRival, drawn: Array, channels: dict[str, Array], test: Test
+    ) -> tuple[PredictedOutput, float]:
         points, steps = stencil(standing.point)
         theta = standing.cube.to_theta(np.vstack([points, drawn]))
         rows = standing.assembly.simulate(rows_of(channels, standing.assembly), theta, test.dt)
@@ -132,9 +134,9 @@ class Contest:
             rows = without(rows.T, np.stack([np.ones_like(time), time], axis=1)).T
         count = len(points)
         jacobian = ((rows[1:count] - rows[0]) / steps[:, None]).T
-        return Reading(rows[0], rows[count:], jacobian), peak
+        return PredictedOutput(rows[0], rows[count:], jacobian), peak
 
-    def distances(self, shown: Shown) -> Array:
+    def distances(self, shown: TestOutcome) -> Array:
         """Return by how many standard errors a test puts each pair apart, in the mean over draws, (pairs,)."""
         found = {}
         for a, b in self.known:
@@ -143,7 +145,7 @@ class Contest:
             found[a, b] = float(np.mean(gained))
         return np.array([min(found[o] for o in (pair, pair[::-1]) if o in found) for pair in self.pairs])
 
-    def with_test(self, shown: Shown) -> "Contest":
+    def with_test(self, shown: TestOutcome) -> "RivalSet":
         """Return the contest after a test has been made."""
         known = {
             (a, b): one.and_(shown.readings[b].jacobian, (shown.readings[a].drawn - shown.readings[b].centre).T)
@@ -157,7 +159,7 @@ class Contest:
         return np.array([min(far[o] for o in (pair, pair[::-1]) if o in far) for pair in self.pairs])
 
 
-def orders(standings: Sequence[Standing]) -> list[tuple[int, int]]:
+def orders(standings: Sequence[FittedRival]) -> list[tuple[int, int]]:
     """Return the pairs of a true rival and another that may pass for it: it does not hold the true one."""
     count = range(len(standings))
     effects = [set(s.rival.effects) for s in standings]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mrfit.advise.drives import Bench as Rigged
+from mrfit.advise.drives import RigBench as Rigged
 from mrfit.advise.drives import Test, least_cycles
 from mrfit.advise.rig import Rig, current_reach, motion_reach
 from mrfit.core.channels import ANTIDERIVATIVES, WORK_AGAINST

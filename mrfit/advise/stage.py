@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from mrfit.advise import drawing, words
-from mrfit.advise.choose import Chosen, Judged, Mask
+from mrfit.advise.choose import Mask, ScoredTest, TestChoice
 from mrfit.advise.parameters import known_of, narrow, widths
 from mrfit.advise.rig import Rig, read_rig, rig_beside
 from mrfit.advise.rivalry import separate
@@ -31,7 +31,7 @@ FOLDER, JSON = "advise", "advise.json"
 
 
 @dataclass(frozen=True)
-class Made:
+class AdviceFiles:
     """An advice with the files that go with it.
 
     Attributes
@@ -73,7 +73,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
     return made.content
 
 
-def write(folder: Path, made: Made) -> None:
+def write(folder: Path, made: AdviceFiles) -> None:
     """Write an advice: advise.json, the drives, the figure."""
     # a kill from here on must not leave the drives of one advice beside the words of another
     (folder / JSON).unlink(missing_ok=True)
@@ -112,7 +112,7 @@ def _sources(workspace: Workspace) -> list[str]:
     return [workspace.read_recording(i, streamed=True).source for i in dict.fromkeys(s.recording for s in segments)]
 
 
-def advised(workspace: Workspace, rig: Rig, settings: Settings, progress: Progress = silent) -> Made:
+def advised(workspace: Workspace, rig: Rig, settings: Settings, progress: Progress = silent) -> AdviceFiles:
     """Return the advice on a workspace for a rig, nothing written."""
     data = read_dataset(workspace)
     if settings.goal == "parameters":
@@ -149,7 +149,7 @@ def bench_of(data: Dataset, model: str) -> Bench:
     return build_bench(data.segments, data.recordings, base, effects_for(base.spec.output))
 
 
-def of_discovery(bench: Bench, found: DiscoveryFile, rig: Rig, seed: int, progress: Progress = silent) -> Made:
+def of_discovery(bench: Bench, found: DiscoveryFile, rig: Rig, seed: int, progress: Progress = silent) -> AdviceFiles:
     """Return the tests that separate what a discovery left standing."""
     advice = separate(bench, found, rig, seed, progress)
     contest, chosen = advice.contest, advice.chosen
@@ -179,10 +179,10 @@ def of_discovery(bench: Bench, found: DiscoveryFile, rig: Rig, seed: int, progre
         seed=seed,
         code=code_version("advise"),
     )
-    return Made(content, drives, drawing.loops(contest, chosen.tests[0].test, tests[0].text))
+    return AdviceFiles(content, drives, drawing.loops(contest, chosen.tests[0].test, tests[0].text))
 
 
-def _row(judged: Judged, name: str, specimen: Specimen, wanted: Mask, drives: dict[str, str]) -> AdvisedTest:
+def _row(judged: ScoredTest, name: str, specimen: Specimen, wanted: Mask, drives: dict[str, str]) -> AdvisedTest:
     test = judged.test
     drives[name] = words.drive_csv(test, specimen.channels, specimen.driven(test))
     return AdvisedTest(
@@ -197,11 +197,11 @@ def _row(judged: Judged, name: str, specimen: Specimen, wanted: Mask, drives: di
     )
 
 
-def of_fit(bench: Bench, fit: Fit, rig: Rig, seed: int, progress: Progress = silent) -> Made:
+def of_fit(bench: Bench, fit: Fit, rig: Rig, seed: int, progress: Progress = silent) -> AdviceFiles:
     """Return the tests that narrow the intervals of a fit."""
     known = known_of(bench, fit)
     specimen = Specimen.of(bench, known.assembly, rig)
-    chosen: Chosen = narrow(known, specimen, rigged_of(bench, specimen.channels, rig), seed, progress)
+    chosen: TestChoice = narrow(known, specimen, rigged_of(bench, specimen.channels, rig), seed, progress)
     if not chosen.tests:
         raise ConfigError("no test within [rig] can be simulated or keeps its force; give wider limits")
     drives: dict[str, str] = {}
@@ -225,4 +225,4 @@ def of_fit(bench: Bench, fit: Fit, rig: Rig, seed: int, progress: Progress = sil
         outdated=bool(fit.outdated),
         reason="; ".join(fit.outdated),
     )
-    return Made(content, drives)
+    return AdviceFiles(content, drives)

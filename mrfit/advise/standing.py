@@ -17,7 +17,7 @@ from mrfit.search.auto import Auto
 from mrfit.search.cube import Cube, cube_of
 from mrfit.search.descent import Descent
 from mrfit.search.limits import Limits
-from mrfit.search.problem import Posed, differences
+from mrfit.search.problem import LeastSquaresProblem, differences
 from mrfit.search.starts import at_scales, start_values_of
 from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence
@@ -30,7 +30,7 @@ DRAWS = 6
 # Training samples that are looked at; of more every n-th, each standing for several
 SAMPLES = 100_000
 # Step of the differences in the cube
-STEP = 1e-4
+RIVAL_STEP = 1e-4
 # Evaluations of a descent for each free parameter, its tolerance, and floors above which it need not be exact
 NEARBY = Descent(60, 3e-4, 2.0)
 
@@ -43,7 +43,7 @@ class Stencil(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Model:
+class RivalModel:
     """What is fitted: the base's written name, how it depends on current, and start values."""
 
     base: str
@@ -53,7 +53,7 @@ class Model:
 
 
 @dataclass(frozen=True)
-class Standing:
+class FittedRival:
     """A rival, fitted.
 
     Attributes
@@ -107,7 +107,7 @@ class Standing:
         return drawn if self.rival.hidden else np.vstack([self.point, drawn])
 
 
-def fitted(bench: Bench, model: Model, rivals: Sequence[Rival], progress: Progress) -> list[Standing]:
+def fitted(bench: Bench, model: RivalModel, rivals: Sequence[Rival], progress: Progress) -> list[FittedRival]:
     """Return the rivals fitted to a bench's training segments, each from the base's optimum.
 
     Raises
@@ -117,7 +117,7 @@ def fitted(bench: Bench, model: Model, rivals: Sequence[Rival], progress: Progre
     """
     progress("rivals", 0, len(rivals) + 1)
     values = _fit_of_base(bench, model)
-    found: list[Standing] = []
+    found: list[FittedRival] = []
     for k, rival in enumerate(rivals, start=1):
         progress("rivals", k, len(rivals) + 1)
         found.append(_standing(bench, model, rival, values))
@@ -127,20 +127,20 @@ def fitted(bench: Bench, model: Model, rivals: Sequence[Rival], progress: Progre
     return found
 
 
-def _posed(bench: Bench, assembly: Assembly, cube: Cube) -> Posed:
+def _posed(bench: Bench, assembly: Assembly, cube: Cube) -> LeastSquaresProblem:
     stretches = bench.of_role("train")
     weights = np.array([1.0 / s.floor for s in stretches])
-    return Posed([s.block_for(assembly) for s in stretches], weights, assembly, cube)
+    return LeastSquaresProblem([s.block_for(assembly) for s in stretches], weights, assembly, cube)
 
 
-def _cube(bench: Bench, model: Model, assembly: Assembly, start: Mapping[str, float]) -> Cube:
+def _cube(bench: Bench, model: RivalModel, assembly: Assembly, start: Mapping[str, float]) -> Cube:
     plain = assemble(model.base, model.dependence)
     known = {n: v for n, v in start.items() if n in assembly.spec.names}
     cube = cube_of(assembly.spec, {}, known, {})
     return at_scales(cube, (s.block_for(plain) for s in bench.of_role("train")), plain)
 
 
-def _fit_of_base(bench: Bench, model: Model) -> dict[str, float]:
+def _fit_of_base(bench: Bench, model: RivalModel) -> dict[str, float]:
     """Return the base's parameters where a search from many starts ends."""
     assembly = assemble(model.base, model.dependence)
     cube = _cube(bench, model, assembly, model.start)
@@ -160,7 +160,7 @@ def _check(cost: float, assembly: Assembly) -> None:
         raise DataError(f"every simulation of '{assembly.name}' diverged; choose another base model")
 
 
-def _standing(bench: Bench, model: Model, rival: Rival, base: Mapping[str, float]) -> Standing:
+def _standing(bench: Bench, model: RivalModel, rival: Rival, base: Mapping[str, float]) -> FittedRival:
     assembly = assemble("+".join([model.base, *rival.effects]), model.dependence)
     cube = _cube(bench, model, assembly, model.start)
     start = {**base, **rival.start}
@@ -177,7 +177,7 @@ def _standing(bench: Bench, model: Model, rival: Rival, base: Mapping[str, float
     errors = evaluate(point[None, :])[0]
     stride = stride_of(bench)
     prior = _prior(bench, rival, cube, jacobian / np.sqrt(stride))
-    return Standing(rival, assembly, cube, point, errors, jacobian, prior, stride)
+    return FittedRival(rival, assembly, cube, point, errors, jacobian, prior, stride)
 
 
 def _nudged(theta: Array, cube: Cube, rival: Rival) -> Array:
@@ -190,7 +190,7 @@ def _nudged(theta: Array, cube: Cube, rival: Rival) -> Array:
 
 def stencil(point: Array) -> Stencil:
     """Return a point (F,) of the cube with its neighbours, one step into it along each axis."""
-    steps = np.where(point > 0.5, -STEP, STEP)
+    steps = np.where(point > 0.5, -RIVAL_STEP, RIVAL_STEP)
     return Stencil(np.vstack([point, point + np.diag(steps)]), steps)
 
 

@@ -40,7 +40,7 @@ class Advice:
     """
 
     content: AdviceFile
-    made: stage.Made
+    made: stage.AdviceFiles
 
     @property
     def text(self) -> tuple[str, ...]:

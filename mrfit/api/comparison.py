@@ -15,7 +15,7 @@ from mrfit.core.progress import Progress
 from mrfit.core.recording import Recording
 from mrfit.errors import ConfigError
 from mrfit.fit import stage as fit_stage
-from mrfit.fit.files import Fitted
+from mrfit.fit.files import FitOutput
 from mrfit.io.bars import Heard, shown
 from mrfit.io.schemas.compare import ModelsFile, OptimizersFile
 from mrfit.io.schemas.fit import Fit
@@ -186,7 +186,7 @@ def compare(
 
 def _models(made: Prepared, settings: compare_stage.Settings, progress: Progress) -> Comparison:
     """Compare models."""
-    fitted: dict[str, Fitted] = {}
+    fitted: dict[str, FitOutput] = {}
 
     def one(of_fit: fit_stage.Settings) -> Fit:
         origin = fit_stage.origin_of(made.dataset, of_fit)

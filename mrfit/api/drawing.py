@@ -10,7 +10,7 @@ from mrfit.core.specs import Array
 from mrfit.errors import ConfigError, DataError
 from mrfit.fit.band import widths
 from mrfit.fit.files import residual_columns
-from mrfit.fit.predict import Prediction
+from mrfit.fit.predict import SegmentPrediction
 from mrfit.io.schemas.discovery import DiscoveryFile
 from mrfit.io.schemas.fit import Fit
 from mrfit.report.curves import worst_of_each
@@ -50,13 +50,13 @@ def series_of(
     return found
 
 
-def predicted_series(fit: Fit, found: Prediction, assembly: Assembly) -> list[Series]:
+def predicted_series(fit: Fit, found: SegmentPrediction, assembly: Assembly) -> list[Series]:
     """Return the series of a prediction with their bands, as the logs' clocks have them, from the start of a record."""
     bands = widths(fit, found, assembly)
     return [replace(one, width=bands.get(one.segment)) for one in _on_the_clock(found, assembly)]
 
 
-def _on_the_clock(found: Prediction, assembly: Assembly) -> list[Series]:
+def _on_the_clock(found: SegmentPrediction, assembly: Assembly) -> list[Series]:
     """Return the series of a prediction on the clocks of the logs, from the start of a record that has no cycles."""
     steps = {part.segment.id: part.dt for part in found.blocks.parts}
     whole = []

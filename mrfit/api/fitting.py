@@ -18,7 +18,7 @@ from mrfit.core.recording import Recording
 from mrfit.errors import DataError
 from mrfit.fit import stage as fit_stage
 from mrfit.fit.extrapolation import together
-from mrfit.fit.files import Fitted, read_fit_json
+from mrfit.fit.files import FitOutput, read_fit_json
 from mrfit.fit.predict import stretch_of
 from mrfit.fit.proof import check_simulated
 from mrfit.io.bars import Heard, shown
@@ -57,7 +57,7 @@ class FitResult:
 
     content: Fit
     preparation: Preparation = field(default_factory=Preparation)
-    fitted: Fitted | None = None
+    fitted: FitOutput | None = None
 
     @property
     def name(self) -> str:

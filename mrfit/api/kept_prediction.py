@@ -6,7 +6,7 @@ from pathlib import Path
 
 from mrfit.api.drawing import predicted_series
 from mrfit.fit.extrapolation import together
-from mrfit.fit.predict import Prediction, stretch_of
+from mrfit.fit.predict import SegmentPrediction, stretch_of
 from mrfit.io.arrow import numbers, repeated, table
 from mrfit.io.atomic import write_atomic
 from mrfit.io.schemas.fit import Fit
@@ -50,7 +50,7 @@ class Kept:
     findings: Sequence[str]
 
 
-def save(workspace: Workspace, name: str, kept: Kept, found: Prediction, assembly: Assembly) -> list[str]:
+def save(workspace: Workspace, name: str, kept: Kept, found: SegmentPrediction, assembly: Assembly) -> list[str]:
     """Write ``predict/NAME.parquet`` or ``.csv``, as the name ends, with a figure and a summary; return the files.
 
     Raises

@@ -42,7 +42,7 @@ class Prediction:
 
     fit: Fit
     assembly: Assembly
-    found: fit_predict.Prediction
+    found: fit_predict.SegmentPrediction
     findings: tuple[str, ...]
 
     @property

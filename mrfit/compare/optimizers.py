@@ -15,7 +15,7 @@ from mrfit.core.progress import Progress, silent
 from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
 from mrfit.fit import stage as fit_stage
-from mrfit.fit.identify import Group, build_group, weights_of
+from mrfit.fit.identify import FitGroup, build_group, weights_of
 from mrfit.fit.select import read_dataset
 from mrfit.io.csv_table import csv_table
 from mrfit.io.dataset import Dataset
@@ -27,7 +27,7 @@ from mrfit.search import chain, strategies
 from mrfit.search import run as search
 from mrfit.search.cube import Cube
 from mrfit.search.limits import Limits
-from mrfit.search.problem import Posed
+from mrfit.search.problem import LeastSquaresProblem
 from mrfit.search.starts import at_scales, characteristic_points, data_starts, to_points
 from mrfit.settings.compare import OfOptimizers
 from mrfit.simulate.current_levels import base_of
@@ -154,7 +154,7 @@ class _Share:
     """What one worker does of a comparison: the runs of one optimizer on one condition."""
 
     name: str
-    prepared: fit_stage.Prepared
+    prepared: fit_stage.FitPreparation
     optimizer: str
     settings: Settings
 
@@ -183,10 +183,12 @@ class _Run:
     history: list[tuple[int, float]]
 
 
-def _one_run(group: Group, prepared: fit_stage.Prepared, optimizer: str, seed: int, fit: fit_stage.Settings) -> _Run:
+def _one_run(
+    group: FitGroup, prepared: fit_stage.FitPreparation, optimizer: str, seed: int, fit: fit_stage.Settings
+) -> _Run:
     weights = weights_of(group.search, group.training_floors, fit.weight)
     posed, starts = (
-        Posed(group.search, weights, prepared.assembly, prepared.cube),
+        LeastSquaresProblem(group.search, weights, prepared.assembly, prepared.cube),
         start_point(prepared.cube, seed)[None],
     )
     rng = np.random.default_rng([seed, *group.name.encode()])

@@ -12,7 +12,7 @@ from mrfit.core.specs import Array, EffectSpec
 from mrfit.discover.policy import STANDARD, Policy
 from mrfit.errors import DataError
 from mrfit.fit.identify import measured_output
-from mrfit.search.problem import Block, differences, full_block
+from mrfit.search.problem import SegmentBlock, differences, full_block
 from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.signal.output_floor import SAME, cycles_drift, output_floors, residual_floor, with_colour
 from mrfit.signal.smoothing import TIME, Drive, smooth
@@ -42,7 +42,7 @@ class Stretch:
         Steady drift of the output's level whose bend was taken away, in its unit per second; 0 without one.
     """
 
-    block: Block
+    block: SegmentBlock
     names: tuple[str, ...]
     floor: float
     noise: NoiseFloor
@@ -68,7 +68,7 @@ class Stretch:
         """Return an input at the measured samples (N,), or None if it is not available."""
         return self.block.inputs(self.names.index(name)) if name in self.names else None
 
-    def block_for(self, assembly: Assembly) -> Block:
+    def block_for(self, assembly: Assembly) -> SegmentBlock:
         """Return the block with the rows an assembly takes."""
         rows = [self.names.index(n) for n in assembly.spec.inputs]
         return replace(self.block, drive=np.ascontiguousarray(self.block.drive[rows]))

@@ -20,7 +20,7 @@ from mrfit.search.auto import Auto
 from mrfit.search.cube import Cube, cube_of
 from mrfit.search.descent import Descent
 from mrfit.search.limits import Limits
-from mrfit.search.problem import Posed, differences
+from mrfit.search.problem import LeastSquaresProblem, differences
 from mrfit.search.starts import at_scales, start_values_of
 from mrfit.simulate.assembly import Assembly, assemble
 from mrfit.simulate.current_dependence import CurrentDependence
@@ -151,7 +151,7 @@ class _Problem:
     """Effects to fit, the problem, and the points (P, F) to start from, as they are sent to a process."""
 
     effects: tuple[str, ...]
-    posed: Posed
+    posed: LeastSquaresProblem
     points: Array
 
 
@@ -266,10 +266,10 @@ class Fitter:
         self._remember(found.effects, outcome.point, outcome.cost)
         return again
 
-    def _posed(self, assembly: Assembly, cube: Cube) -> Posed:
+    def _posed(self, assembly: Assembly, cube: Cube) -> LeastSquaresProblem:
         stretches = self.bench.of_role("train")
         weights = np.array([1.0 / s.floor for s in stretches])
-        return Posed([s.block_for(assembly) for s in stretches], weights, assembly, cube)
+        return LeastSquaresProblem([s.block_for(assembly) for s in stretches], weights, assembly, cube)
 
     def _remember(self, key: tuple[str, ...], point: Array, cost: float) -> None:
         if not np.isfinite(cost):
@@ -336,7 +336,7 @@ def _descent(problem: _Problem, progress: Progress) -> _Optimum:
     return _Optimum(found.point, found.cost)
 
 
-def _starts_lower(posed: Posed, starts: Array, known: Array) -> bool:
+def _starts_lower(posed: LeastSquaresProblem, starts: Array, known: Array) -> bool:
     """Return whether one of several starts (S, F) already costs less than an optimum known (F,), a local one then."""
     costs = np.mean(posed.residuals(np.vstack([known[None, :], starts])) ** 2, axis=1)
     return bool(np.any(costs[1:] < costs[0] * (1.0 - LOWER)))

@@ -23,7 +23,7 @@ from mrfit.discover.refit import Fitter, Refit
 from mrfit.discover.select import Selection, select
 from mrfit.errors import ConfigError
 from mrfit.fit import stage as fit_stage
-from mrfit.fit.laws.choice import Choice
+from mrfit.fit.laws.choice import LawChoice
 from mrfit.fit.laws.laws_of_current import dependence_of
 from mrfit.fit.select import load_recordings, usable
 from mrfit.io.dataset import Dataset
@@ -44,7 +44,7 @@ from mrfit.simulate.current_levels import (
     levels_of,
     recorded_range,
     takes_current,
-    tested,
+    tested_currents,
     to_choose,
 )
 
@@ -231,7 +231,7 @@ class Currents:
     """How the base's parameters depend on current, and how that was chosen, None where no levels were held."""
 
     dependence: CurrentDependence | None
-    choice: Choice | None = None
+    choice: LawChoice | None = None
 
 
 @dataclass(frozen=True)
@@ -336,13 +336,13 @@ def _with_residual_floors(fitter: Fitter, base: Refit, recordings: Mapping[str, 
 def current_dependence(settings: Settings, data: Dataset) -> Currents:
     """Return how the base's parameters depend on current, and how it was chosen.
 
-    It is the choice that a joint fit makes, but see ``Choice.as_base``. A current that changes during tests counts as
-    two levels. The shape of a loop, as kappa, beta, gamma and n of Bouc-Wen, then does not depend on it unless the user
-    says so: it doubles the search, and Spencer and others (1997) keep it too.
+    It is the choice that a joint fit makes, but see ``LawChoice.as_base``. A current that changes during tests counts
+    as two levels. The shape of a loop, as kappa, beta, gamma and n of Bouc-Wen, then does not depend on it unless the
+    user says so: it doubles the search, and Spencer and others (1997) keep it too.
     """
     name = settings.model.partition("+")[0]
     spec = base_of(name).spec
-    if to_choose(name, settings.current_order, tested(data.segments, data.recordings)):
+    if to_choose(name, settings.current_order, tested_currents(data.segments, data.recordings)):
         start = tuple((n, v) for n, v in settings.start if base_name(n) in spec.names)
         alike = fit_stage.Settings(name, per="all", start=start, seed=settings.seed)
         found, choice = dependence_of(

@@ -17,12 +17,12 @@ from mrfit.fit.diagnostics.remainders import LEFT_OUT
 from mrfit.fit.diagnostics.uncertainty import Uncertainty, quantile_95
 from mrfit.fit.error_law import ENOUGH, NORMAL, ErrorLaw
 from mrfit.fit.extrapolation import beyond, together
-from mrfit.fit.predict import Prediction, closest_result, stretch_of, theta_of
+from mrfit.fit.predict import SegmentPrediction, closest_result, stretch_of, theta_of
 from mrfit.fit.result import simulate_block
 from mrfit.io.schemas.band import Refits, Remainder
 from mrfit.io.schemas.fit import Fit, Result
 from mrfit.search.cube import Cube
-from mrfit.search.parts import Part
+from mrfit.search.parts import SegmentPart
 from mrfit.simulate.assembly import Assembly
 
 FEWEST = 4.0
@@ -70,7 +70,7 @@ def own_width(rows: Sequence[Remainder], segment: Segment) -> float | None:
     return max(widths, default=None) if any(r.role == "train" for r in own) else None
 
 
-def widths(fit: Fit, found: Prediction, assembly: Assembly) -> dict[str, Width]:
+def widths(fit: Fit, found: SegmentPrediction, assembly: Assembly) -> dict[str, Width]:
     """Return the half-widths of the bands of a prediction by segment, from the start of a record without cycles.
 
     There are none of a fit whose file says nothing of what it left.
@@ -79,7 +79,7 @@ def widths(fit: Fit, found: Prediction, assembly: Assembly) -> dict[str, Width]:
     if not rows:
         return {}
     law, made = ErrorLaw.of(rows), {}
-    pieces: dict[str, list[tuple[Part, Array]]] = {}
+    pieces: dict[str, list[tuple[SegmentPart, Array]]] = {}
     for part, output in zip(found.blocks.parts, found.simulated, strict=True):
         pieces.setdefault(part.segment.id, []).append((part, output))
     for name, some in pieces.items():
@@ -93,7 +93,7 @@ def widths(fit: Fit, found: Prediction, assembly: Assembly) -> dict[str, Width]:
     return made
 
 
-def promise(fit: Fit, found: Prediction, assembly: Assembly) -> str:
+def promise(fit: Fit, found: SegmentPrediction, assembly: Assembly) -> str:
     """Return what the 95 % bands of a prediction promise, where they are wider and where they fall short."""
     rows = unseen(fit.results)
     if not rows:
@@ -119,7 +119,7 @@ def promise(fit: Fit, found: Prediction, assembly: Assembly) -> str:
     return text + (f"; wider beyond what was fitted: {', '.join(sorted(far))}" if far else "")
 
 
-def _beyond(result: Result, parts: Sequence[Part], assembly: Assembly) -> float:
+def _beyond(result: Result, parts: Sequence[SegmentPart], assembly: Assembly) -> float:
     """Return how far a test lies beyond those that a result was fitted to."""
     fitted = together(r.extents for r in result.remainders if r.role == "train")
     names = assembly.spec.inputs
@@ -131,7 +131,7 @@ def _beyond(result: Result, parts: Sequence[Part], assembly: Assembly) -> float:
     )
 
 
-def _spread(part: Part, assembly: Assembly, result: Result, found: Prediction) -> Array:
+def _spread(part: SegmentPart, assembly: Assembly, result: Result, found: SegmentPrediction) -> Array:
     """Return the half-width of the band of the parameters over a part, and over what is simulated before it."""
     refits = result.refits
     assert refits is not None
@@ -143,7 +143,7 @@ def _spread(part: Part, assembly: Assembly, result: Result, found: Prediction) -
     return quantile_95(max(refits.degrees, FEWEST)) * math.sqrt(refits.factor) * spread
 
 
-def _simulated(part: Part, assembly: Assembly, theta: Array, found: Prediction) -> Array:
+def _simulated(part: SegmentPart, assembly: Assembly, theta: Array, found: SegmentPrediction) -> Array:
     """Return the output of a part, after what is simulated before it while the model settles."""
     output, constant = simulate_block(part.block, assembly, theta)
     lead = len(found.leads.get(part.segment.id, {}).get("simulated", ()))

@@ -17,7 +17,7 @@ from mrfit.io.schemas.fit import PARAMETER_COLUMNS, Fit
 from mrfit.io.schemas.reading import load
 from mrfit.io.tables import ROW_GROUP
 from mrfit.io.workspace import write_json, write_text
-from mrfit.search.parts import Blocks, Part
+from mrfit.search.parts import Blocks, SegmentPart
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_levels import as_written, exact_parameters
 
@@ -31,7 +31,7 @@ AnyFit = TypeVar("AnyFit", bound=Fit)
 
 
 @dataclass(frozen=True)
-class Fitted:
+class FitOutput:
     """Result of a fit.
 
     Attributes
@@ -67,7 +67,7 @@ def read_fit_json(path: Path, kind: type[AnyFit]) -> AnyFit | None:
     return fit
 
 
-def write_fit(folder: Path, fitted: Fitted) -> None:
+def write_fit(folder: Path, fitted: FitOutput) -> None:
     """Write a fit's folder, ``fits/NAME``; fit.json comes last, since its key says that the rest is there."""
     fit = fitted.content
     # a kill from here on must not leave the tables of one fit beside the key of another
@@ -87,7 +87,7 @@ def drop_partial(folder: Path) -> None:
     shutil.rmtree(folder / PARTIAL, ignore_errors=True)
 
 
-def _write_residuals(path: Path, fitted: Fitted) -> None:
+def _write_residuals(path: Path, fitted: FitOutput) -> None:
     """Write the tables of all segments, a row group as soon as there are enough rows for it."""
     import pyarrow as pa
     import pyarrow.parquet as pq
@@ -104,7 +104,7 @@ def _write_residuals(path: Path, fitted: Fitted) -> None:
         writer.write_table(pa.concat_tables(held), ROW_GROUP)
 
 
-def residual_table(part: Part, simulated: Array, assembly: Assembly) -> Any:
+def residual_table(part: SegmentPart, simulated: Array, assembly: Assembly) -> Any:
     """Return a part's measured and simulated output and the model's inputs over time, as a pyarrow table."""
     segment = part.segment
     names = {"condition": segment.condition, "segment": segment.id, "role": segment.role}
@@ -113,7 +113,7 @@ def residual_table(part: Part, simulated: Array, assembly: Assembly) -> Any:
     return table(same | {name: numbers(values) for name, values in columns.items()})
 
 
-def residual_columns(part: Part, simulated: Array, assembly: Assembly) -> dict[str, Array]:
+def residual_columns(part: SegmentPart, simulated: Array, assembly: Assembly) -> dict[str, Array]:
     """Return time, measured and simulated output and the model's inputs of a part, each (N,)."""
     block = part.block
     time = (part.before + np.arange(block.samples, dtype=np.float64)) * part.dt

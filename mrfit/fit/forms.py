@@ -16,14 +16,14 @@ from mrfit.core import registry
 from mrfit.core.channels import symbol_of, unit_of
 from mrfit.core.specs import Array, EffectSpec, Form
 from mrfit.errors import ConfigError
-from mrfit.fit.files import Fitted
+from mrfit.fit.files import FitOutput
 from mrfit.fit.identify import build_group, weights_of
 from mrfit.io.dataset import Dataset
 from mrfit.io.schemas.fit import Caution, FormChoice, FormTried
-from mrfit.search.chain import Chain
+from mrfit.search.chain import OptimizerChain
 from mrfit.search.cube import Cube
-from mrfit.search.limits import Limits, Run, own_generator, unheard
-from mrfit.search.problem import Block, Posed, differences
+from mrfit.search.limits import Limits, SearchContext, no_progress, own_generator
+from mrfit.search.problem import LeastSquaresProblem, SegmentBlock, differences
 from mrfit.settings.fit import Settings
 from mrfit.simulate.assembly import Assembly
 
@@ -35,12 +35,12 @@ EVALUATIONS = 150
 
 
 @dataclass(frozen=True)
-class Candidate:
+class FormCandidate:
     """A form, the settings of the fit with it, that fit, and the model with the current's laws that it chose."""
 
     form: Form
     settings: Settings
-    fitted: Fitted
+    fitted: FitOutput
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class _Band:
     high: float
 
 
-Identified = Callable[[Settings, str], Fitted]
+Identified = Callable[[Settings, str], FitOutput]
 """Fits by given settings; the word tells its unfinished searches from those of other forms."""
 
 
@@ -79,7 +79,7 @@ def check(settings: Settings) -> None:
         raise ConfigError("--forms evidence compares forms over all tests together: add --per all")
 
 
-def chosen(dataset: Dataset, settings: Settings, identified: Identified) -> Fitted:
+def chosen(dataset: Dataset, settings: Settings, identified: Identified) -> FitOutput:
     """Return the fit with the form that the data call for.
 
     Parameters
@@ -97,7 +97,7 @@ def chosen(dataset: Dataset, settings: Settings, identified: Identified) -> Fitt
     candidates = []
     for form in spec.forms:
         own = _settings(settings, spec, form)
-        candidates.append(Candidate(form, own, identified(own, form.name)))
+        candidates.append(FormCandidate(form, own, identified(own, form.name)))
     blocks, weights = _training(candidates[0], dataset)
     bands = _bands(blocks, candidates[0].fitted.assembly, channel, least)
     if len(bands) < FEWEST:
@@ -130,7 +130,7 @@ def _settings(settings: Settings, spec: EffectSpec, form: Form) -> Settings:
     )
 
 
-def _training(candidate: Candidate, dataset: Dataset) -> tuple[list[Block], Array]:
+def _training(candidate: FormCandidate, dataset: Dataset) -> tuple[list[SegmentBlock], Array]:
     """Return the search blocks of the training segments that the fit used, and the factor on the error of each."""
     fitted = candidate.fitted
     used = {s.id for r in fitted.content.results for s in r.segments if s.role == "train"}
@@ -139,14 +139,14 @@ def _training(candidate: Candidate, dataset: Dataset) -> tuple[list[Block], Arra
     return group.search, weights_of(group.search, group.training_floors, candidate.settings.weight)
 
 
-def _levels(block: Block, assembly: Assembly, channel: str) -> Array:
+def _levels(block: SegmentBlock, assembly: Assembly, channel: str) -> Array:
     """Return a channel at the targets of a block, (B,)."""
     row = assembly.spec.inputs.index(channel)
     values: Array = block.drive[row, block.nodes[:, min(1, block.nodes.shape[1] - 1)]]
     return values
 
 
-def _bands(blocks: Sequence[Block], assembly: Assembly, channel: str, least: float) -> list[_Band]:
+def _bands(blocks: Sequence[SegmentBlock], assembly: Assembly, channel: str, least: float) -> list[_Band]:
     """Return the bands of a channel's range that hold samples; none where it moves by less than the least."""
     levels = np.concatenate([_levels(b, assembly, channel) for b in blocks])
     low, high = float(levels.min()), float(levels.max())
@@ -158,11 +158,11 @@ def _bands(blocks: Sequence[Block], assembly: Assembly, channel: str, least: flo
     return [_Band(channel, float(a), float(b)) for a, b in pairs if np.any((levels >= a) & (levels < b))]
 
 
-def _theta(candidate: Candidate) -> Array:
+def _theta(candidate: FormCandidate) -> Array:
     return np.array([[q.value for q in candidate.fitted.content.results[0].parameters]])
 
 
-def _cube(candidate: Candidate) -> Cube:
+def _cube(candidate: FormCandidate) -> Cube:
     """Return the cube of the form's own free parameters, all others held where the fit ended."""
     names, held = candidate.fitted.assembly.spec.names, dict(candidate.settings.fixed)
     own = [k for k, n in enumerate(names) if n.startswith(f"{candidate.form.effect}.") and n not in held]
@@ -173,7 +173,7 @@ def _cube(candidate: Candidate) -> Cube:
     return Cube(params, np.array(own, dtype=np.int64))
 
 
-def _acting(candidate: Candidate, blocks: Sequence[Block]) -> int:
+def _acting(candidate: FormCandidate, blocks: Sequence[SegmentBlock]) -> int:
     """Return how many of the form's free parameters make a difference to the model."""
     cube, assembly = _cube(candidate), candidate.fitted.assembly
     theta = _theta(candidate)
@@ -188,13 +188,13 @@ def _acting(candidate: Candidate, blocks: Sequence[Block]) -> int:
     return int(acts.sum())
 
 
-def _masked(block: Block, inside: Array) -> Block | None:
+def _masked(block: SegmentBlock, inside: Array) -> SegmentBlock | None:
     """Return a block in which only some targets count, None where none does."""
     counts = np.where(inside, block.counts, 0.0)
     return replace(block, counts=counts, scatter=0.0) if counts.any() else None
 
 
-def _squares(candidate: Candidate, theta: Array, blocks: Sequence[Block], weights: Array) -> float:
+def _squares(candidate: FormCandidate, theta: Array, blocks: Sequence[SegmentBlock], weights: Array) -> float:
     """Return the weighted mean square of the error over the samples that blocks count."""
     total = count = 0.0
     for block, weight in zip(blocks, weights, strict=True):
@@ -205,8 +205,8 @@ def _squares(candidate: Candidate, theta: Array, blocks: Sequence[Block], weight
 
 
 def _parts(
-    candidate: Candidate, blocks: Sequence[Block], weights: Array, band: _Band, inside: bool
-) -> tuple[list[Block], Array]:
+    candidate: FormCandidate, blocks: Sequence[SegmentBlock], weights: Array, band: _Band, inside: bool
+) -> tuple[list[SegmentBlock], Array]:
     """Return the blocks with the samples inside a band of a channel, or outside of it, and their weights."""
     found, kept = [], []
     for block, weight in zip(blocks, weights, strict=True):
@@ -219,8 +219,8 @@ def _parts(
 
 
 def _left_out(
-    candidate: Candidate,
-    blocks: Sequence[Block],
+    candidate: FormCandidate,
+    blocks: Sequence[SegmentBlock],
     weights: Array,
     bands: Sequence[_Band],
     seed: int,
@@ -230,9 +230,11 @@ def _left_out(
     rng = np.random.default_rng([seed, *b"forms"])
     for j, band in enumerate(bands):
         others, factors = _parts(candidate, blocks, weights, band, inside=False)
-        posed = Posed(others, factors, candidate.fitted.assembly, cube)
-        how = Run(own_generator(rng, str(j)), Limits(EVALUATIONS * (len(cube.free) + 1)), time.monotonic(), unheard)
-        ended = Chain("multistart").search(posed, cube.start[None, :], how)
+        posed = LeastSquaresProblem(others, factors, candidate.fitted.assembly, cube)
+        how = SearchContext(
+            own_generator(rng, str(j)), Limits(EVALUATIONS * (len(cube.free) + 1)), time.monotonic(), no_progress
+        )
+        ended = OptimizerChain("multistart").search(posed, cube.start[None, :], how)
         inside, own = _parts(candidate, blocks, weights, band, inside=True)
         rows[0, j] = _squares(candidate, cube.to_theta(ended.point[None, :]), inside, own)
         rows[1, j] = _squares(candidate, _theta(candidate), inside, own)
@@ -240,11 +242,11 @@ def _left_out(
 
 
 def _told(
-    able: Sequence[Candidate],
-    blocks: Sequence[Block],
+    able: Sequence[FormCandidate],
+    blocks: Sequence[SegmentBlock],
     bands: Sequence[_Band],
     errors: Array,
-) -> Fitted:
+) -> FitOutput:
     """Return the fit of the form chosen by errors (forms, 2, bands), with what is to be said of the choice."""
     # data without noise leave no error to count in
     least = np.finfo(np.float64).tiny
@@ -276,16 +278,16 @@ def _told(
     return _with(able[taken], choice)
 
 
-def _cost(candidate: Candidate) -> float | None:
+def _cost(candidate: FormCandidate) -> float | None:
     pooled = candidate.fitted.content.pooled("train")
     return pooled.rmse if pooled else None
 
 
-def _with(candidate: Candidate, choice: FormChoice) -> Fitted:
+def _with(candidate: FormCandidate, choice: FormChoice) -> FitOutput:
     return replace(candidate.fitted, content=replace(candidate.fitted.content, form_choice=choice))
 
 
-def _unchosen(candidate: Candidate, channel: str) -> Fitted:
+def _unchosen(candidate: FormCandidate, channel: str) -> FitOutput:
     """Return the fit of the form that is named, with a warning that the tests leave no choice."""
     text = (
         f"{candidate.form.effect}: the {candidate.form.name} was kept; the {channel} of the tests lies in fewer than "

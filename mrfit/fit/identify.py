@@ -9,16 +9,16 @@ from mrfit.core.channels import MISSING
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError
-from mrfit.fit.diagnostics.uncertainty import Linearised, condensed, sensitivities
+from mrfit.fit.diagnostics.uncertainty import Linearisation, condensed, sensitivities
 from mrfit.io.columns import part_of
 from mrfit.io.schemas.fit import FoundPoint, SearchStage
 from mrfit.search import run as search
 from mrfit.search import strategies
 from mrfit.search.chain import Given
 from mrfit.search.cube import Cube
-from mrfit.search.limits import Limits, Told
-from mrfit.search.parts import Blocks, Part, parts_of, split_cycles
-from mrfit.search.problem import AHEAD_CYCLES, Block, Posed, differences
+from mrfit.search.limits import Limits, ProgressCallback
+from mrfit.search.parts import Blocks, SegmentPart, parts_of, split_cycles
+from mrfit.search.problem import AHEAD_CYCLES, LeastSquaresProblem, SegmentBlock, differences
 from mrfit.search.result import SearchResult
 from mrfit.settings.fit import PATIENCE
 from mrfit.signal.long_segments import FOLDED_PIECES, OTHER_PIECES, spread_over
@@ -32,7 +32,7 @@ SUMS_PER_CYCLE = 50
 
 
 @dataclass(frozen=True)
-class Group:
+class FitGroup:
     """What is fitted with one set of parameters.
 
     Attributes
@@ -52,7 +52,7 @@ class Group:
     """
 
     name: str
-    search: list[Block]
+    search: list[SegmentBlock]
     full: Blocks
     floors: list[NoiseFloor]
     chosen: list[int]
@@ -89,7 +89,7 @@ class Group:
     def _is_fitted(self, place: int) -> bool:
         return self.full.parts[place].segment.role == "train"
 
-    def with_residual_floors(self, recordings: Mapping[str, Recording], simulated: Sequence[Array]) -> "Group":
+    def with_residual_floors(self, recordings: Mapping[str, Recording], simulated: Sequence[Array]) -> "FitGroup":
         """Return the group with floors that were not known as the residual of the simulated outputs tells them."""
         members: dict[tuple[str, str], list[int]] = {}
         for place, segment in enumerate(self.full.segments):
@@ -108,7 +108,7 @@ class Group:
 
 def build_group(
     name: str, segments: list[Segment], recordings: dict[str, Recording], assembly: Assembly, split: bool
-) -> Group:
+) -> FitGroup:
     """Return the blocks of a group of segments; a long segment is several, see ``pieces``.
 
     Parameters
@@ -129,7 +129,7 @@ def build_group(
     DataError
         If a recording lacks the model's output or an input, or no training segment is left.
     """
-    full: list[Part] = []
+    full: list[SegmentPart] = []
     floors: list[NoiseFloor] = []
     outputs = [measured_output(recordings[s.recording], assembly) for s in segments]
     over = [part_of(y, s.start, s.stop) for s, y in zip(segments, outputs, strict=True)]
@@ -143,11 +143,13 @@ def build_group(
         raise DataError(f"{name}: no training segment; run `mrfit segment --holdout none` or ingest more conditions")
     most = [FOLDED_PIECES if p.folds else OTHER_PIECES for p in full]
     ahead = AHEAD_CYCLES if "+" in assembly.name else 0
-    group = Group(name, [], Blocks(full), floors, spread_over([p.segment for p in full], most), ahead)
+    group = FitGroup(name, [], Blocks(full), floors, spread_over([p.segment for p in full], most), ahead)
     return replace(group, search=[p.folded(ahead) for p in group.training.parts])
 
 
-def split_parts(segment: Segment, recording: Recording, assembly: Assembly, output: Array, split: bool) -> list[Part]:
+def split_parts(
+    segment: Segment, recording: Recording, assembly: Assembly, output: Array, split: bool
+) -> list[SegmentPart]:
     """Return the parts of a segment, the last third of its cycles held out if ``split``; output is the recording's."""
     own = split_cycles(segment, recording.dt) if split else [segment]
     return [part for one in own for part in parts_of(one, recording, assembly.spec.inputs, output)]
@@ -169,7 +171,7 @@ def measured_output(recording: Recording, assembly: Assembly) -> Array:
     return recording.channels[name]
 
 
-def weights_of(blocks: Sequence[Block], floors: list[float], weight: str) -> Array:
+def weights_of(blocks: Sequence[SegmentBlock], floors: list[float], weight: str) -> Array:
     """Return the factor on each block's error, mean 1: equal, or the inverse of noise floor or output range."""
     if weight == "none":
         return np.ones(len(blocks))
@@ -179,12 +181,12 @@ def weights_of(blocks: Sequence[Block], floors: list[float], weight: str) -> Arr
 
 
 def search_optimum(
-    group: Group,
+    group: FitGroup,
     assembly: Assembly,
     cube: Cube,
     starts: Array,
     settings: "SearchSettings",
-    on_progress: Told,
+    on_progress: ProgressCallback,
 ) -> SearchResult:
     """Search the cube for the least cost over the training blocks, and return where it ended.
 
@@ -207,7 +209,7 @@ def search_optimum(
         If every simulation is non-finite; the message shows one of the parameter vectors.
     """
     weights = weights_of(group.search, group.training_floors, settings.weight)
-    posed = Posed(group.search, weights, assembly, cube)
+    posed = LeastSquaresProblem(group.search, weights, assembly, cube)
     limits = Limits(settings.budget, settings.seconds, settings.stall)
     found = search.run(posed, starts, limits, settings.rng(group.name), settings.strategy, on_progress)
     if not np.isfinite(found.cost):
@@ -279,7 +281,7 @@ class SearchSettings:
         return np.random.default_rng([self.seed, *group.encode()])
 
 
-def linearise(group: Group, assembly: Assembly, cube: Cube, point: Array, weight: str) -> Linearised:
+def linearise(group: FitGroup, assembly: Assembly, cube: Cube, point: Array, weight: str) -> Linearisation:
     """Return sensitivities and residuals of the training samples at an optimum, neighbours summed in long logs.
 
     Of a log so long that sums would blur its cycles, some pieces stand for all.
@@ -298,16 +300,16 @@ def linearise(group: Group, assembly: Assembly, cube: Cube, point: Array, weight
     for place in places:
         block, factor = training[place], factors[place]
 
-        def simulate(points: Array, block: Block = block, factor: float = factor) -> Array:
+        def simulate(points: Array, block: SegmentBlock = block, factor: float = factor) -> Array:
             return condensed(factor * differences(block, assembly, cube.to_theta(points)), length)
 
         jacobians.append(sensitivities(simulate, point))
         residuals.append(simulate(point[None, :])[0])
         periods.append(block.period / length)
-    return Linearised(jacobians, residuals, periods, share if share < 1.0 else 1.0)
+    return Linearisation(jacobians, residuals, periods, share if share < 1.0 else 1.0)
 
 
-def _finest(parts: Sequence[Part]) -> int:
+def _finest(parts: Sequence[SegmentPart]) -> int:
     """Return over how many neighbours samples of pieces of long logs may be summed."""
     periods = [p.period for p in parts if not p.kept and p.period]
     return max(1, int(min(periods) / SUMS_PER_CYCLE)) if periods else UNCERTAINTY_SAMPLES

@@ -9,7 +9,7 @@ from mrfit.core.channels import unit_of
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.errors import DataError, near
-from mrfit.fit.extrapolation import Stretch, extrapolations
+from mrfit.fit.extrapolation import TestInputs, extrapolations
 from mrfit.fit.files import read_fit_json
 from mrfit.fit.identify import measured_output
 from mrfit.fit.proof import lawful
@@ -19,7 +19,7 @@ from mrfit.io.columns import part_of
 from mrfit.io.dataset import Dataset
 from mrfit.io.schemas.fit import Caution, Fit, MetricRow, Result
 from mrfit.io.workspace import Workspace
-from mrfit.search.parts import Blocks, Part, parts_of
+from mrfit.search.parts import Blocks, SegmentPart, parts_of
 from mrfit.signal.output_floor import output_floors
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_levels import assembly_of
@@ -29,7 +29,7 @@ SAME = 0.01
 
 
 @dataclass(frozen=True)
-class Prediction:
+class SegmentPrediction:
     """What a fitted model says of other segments.
 
     Attributes
@@ -77,7 +77,7 @@ def read_fit(workspace: Workspace, name: str, compare: bool = False) -> Fit:
     return lawful(workspace, replace(fit, name=name), compare)
 
 
-def predict(fit: Fit, dataset: Dataset, trained: Mapping[str, tuple[float, float]] | None = None) -> Prediction:
+def predict(fit: Fit, dataset: Dataset, trained: Mapping[str, tuple[float, float]] | None = None) -> SegmentPrediction:
     """Simulate a fit on all segments of other logs, of those without the measured output too.
 
     Parameters
@@ -101,7 +101,7 @@ def predict(fit: Fit, dataset: Dataset, trained: Mapping[str, tuple[float, float
     outputs: list[Array] = []
     used: dict[str, str] = {}
     simulated: list[Array] = []
-    parts: list[Part] = []
+    parts: list[SegmentPart] = []
     borrowed: dict[str, Caution] = {}
     leads, clock = {}, {}
     for segment in segments:
@@ -128,10 +128,10 @@ def predict(fit: Fit, dataset: Dataset, trained: Mapping[str, tuple[float, float
     warnings = [*left_out_warnings(left_out, len(found)), *borrowed.values()]
     if trained:
         warnings += extrapolations(trained, [_stretch(p, assembly) for p in parts])
-    return Prediction(metrics, used, Blocks(parts), simulated, warnings, unmeasured, leads, clock)
+    return SegmentPrediction(metrics, used, Blocks(parts), simulated, warnings, unmeasured, leads, clock)
 
 
-def _lead(part: Part, assembly: Assembly, theta: Array, output: Array) -> dict[str, Array]:
+def _lead(part: SegmentPart, assembly: Assembly, theta: Array, output: Array) -> dict[str, Array]:
     """Return what is simulated of a record before the first sample that is judged, of an output over the record."""
     block, samples = part.block, part.drive.warm_up
     with np.errstate(all="ignore"):
@@ -151,12 +151,12 @@ def _with_output(recordings: Mapping[str, Recording], output: str) -> tuple[dict
     return made, lacking
 
 
-def stretch_of(segment: Segment, dt: float, inputs: Mapping[str, Array]) -> Stretch:
+def stretch_of(segment: Segment, dt: float, inputs: Mapping[str, Array]) -> TestInputs:
     """Return the inputs of a segment, and what is known of its test."""
-    return Stretch(segment.condition, dt, inputs, segment.temperature, segment.drive, segment.amplitude)
+    return TestInputs(segment.condition, dt, inputs, segment.temperature, segment.drive, segment.amplitude)
 
 
-def _stretch(part: Part, assembly: Assembly) -> Stretch:
+def _stretch(part: SegmentPart, assembly: Assembly) -> TestInputs:
     inputs = {name: part.block.inputs(row) for row, name in enumerate(assembly.spec.inputs)}
     return stretch_of(part.segment, part.dt, inputs)
 

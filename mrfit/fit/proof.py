@@ -22,7 +22,7 @@ from mrfit.io.outdated import law_reason, refusal
 from mrfit.io.residuals import read_residuals
 from mrfit.io.schemas.fit import Fit, Result
 from mrfit.io.workspace import Workspace
-from mrfit.search.parts import Part
+from mrfit.search.parts import SegmentPart
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_levels import as_written
 
@@ -68,7 +68,7 @@ def lawful(workspace: Workspace, fit: Fit, compare: bool = False) -> Fit:
     return replace(fit, outdated=said, law=law_code(fit.model) if changed else fit.law)
 
 
-def check_simulated(fit: Fit, assembly: Assembly, parts: Iterable[Part], simulated: Iterable[Array]) -> None:
+def check_simulated(fit: Fit, assembly: Assembly, parts: Iterable[SegmentPart], simulated: Iterable[Array]) -> None:
     """Refuse a fit in memory whose law no longer gives what it simulated, in as many samples as are compared.
 
     Raises
@@ -110,7 +110,7 @@ def _difference(workspace: Workspace, fit: Fit) -> float | None:
     return _largest(pairs) if pairs else None
 
 
-def _same_data(part: Part, columns: dict[str, Array], assembly: Assembly) -> bool:
+def _same_data(part: SegmentPart, columns: dict[str, Array], assembly: Assembly) -> bool:
     """Return whether a part holds what the fit measured, and drives the model with what it did."""
     own = {"measured": np.asarray(part.output)}
     own |= {name: part.inputs(row) for row, name in enumerate(assembly.spec.inputs)}
@@ -120,7 +120,7 @@ def _same_data(part: Part, columns: dict[str, Array], assembly: Assembly) -> boo
     )
 
 
-def _simulated(fit: Fit, assembly: Assembly, part: Part) -> Array:
+def _simulated(fit: Fit, assembly: Assembly, part: SegmentPart) -> Array:
     result = _result_of(fit, part.segment)
     theta = assembly.spec.theta({p.name: p.value for p in result.parameters})
     return simulate_block(part.block, assembly, theta)[0]
@@ -137,7 +137,7 @@ def _largest(pairs: list[tuple[Array, Array]]) -> float:
         return float(np.max(apart) / (np.ptp(then) or 1.0))
 
 
-def _parts(workspace: Workspace, fit: Fit, assembly: Assembly) -> Iterator[Part]:
+def _parts(workspace: Workspace, fit: Fit, assembly: Assembly) -> Iterator[SegmentPart]:
     """Yield the first piece of the segments of a fit, of segments spread over them where there are many samples."""
     segments = {s.id: s for s in workspace.read_segments()[0]}
     used = {s.id: [u.role for u in r.segments if u.id == s.id] for r in fit.results for s in r.segments}
@@ -156,7 +156,7 @@ def _parts(workspace: Workspace, fit: Fit, assembly: Assembly) -> Iterator[Part]
             yield next(p for p in own if p.segment.role == role)
 
 
-def _stored(path: Path, parts: list[Part]) -> dict[tuple[str, str], dict[str, Array]]:
+def _stored(path: Path, parts: list[SegmentPart]) -> dict[tuple[str, str], dict[str, Array]]:
     """Return the columns of residuals.parquet over the samples of parts, by segment and role."""
     wanted = {(p.segment.id, p.segment.role): len(p.output) for p in parts}
     found: dict[tuple[str, str], dict[str, Array]] = {}

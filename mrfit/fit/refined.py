@@ -10,9 +10,9 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.fit.diagnostics.uncertainty import sensitivities
-from mrfit.fit.identify import Group, weights_of
+from mrfit.fit.identify import FitGroup, weights_of
 from mrfit.search.cube import Cube
-from mrfit.search.problem import Block, differences
+from mrfit.search.problem import SegmentBlock, differences
 from mrfit.search.result import SearchResult
 from mrfit.simulate.assembly import Assembly
 
@@ -42,7 +42,7 @@ class _Sums:
         return taken
 
 
-def refined(group: Group, assembly: Assembly, cube: Cube, found: SearchResult, weight: str) -> SearchResult:
+def refined(group: FitGroup, assembly: Assembly, cube: Cube, found: SearchResult, weight: str) -> SearchResult:
     """Return where steps on all samples that are fitted end.
 
     Parameters
@@ -75,7 +75,7 @@ def refined(group: Group, assembly: Assembly, cube: Cube, found: SearchResult, w
     return replace(found, point=point, cost=cost, nfev=found.nfev + spent)
 
 
-def _factors(group: Group, weight: str) -> list[float]:
+def _factors(group: FitGroup, weight: str) -> list[float]:
     """Return the factor on the error of every block that is fitted."""
     places = group.fitted
     if weight == "none":
@@ -88,14 +88,14 @@ def _factors(group: Group, weight: str) -> list[float]:
     return [float(np.mean(known[group.full.parts[k].segment.id])) for k in places]
 
 
-def _sums(group: Group, factors: list[float], assembly: Assembly, cube: Cube, point: Array) -> _Sums:
+def _sums(group: FitGroup, factors: list[float], assembly: Assembly, cube: Cube, point: Array) -> _Sums:
     square, samples, free = 0.0, 0, len(point)
     gradient, curvature = np.zeros(free), np.zeros((free, free))
     for place, factor in zip(group.fitted, factors, strict=True):
         block = group.full.parts[place].folded(group.ahead)
         scale = factor * np.sqrt(block.counts)
 
-        def errors(points: Array, block: Block = block, scale: Array = scale) -> Array:
+        def errors(points: Array, block: SegmentBlock = block, scale: Array = scale) -> Array:
             return scale * differences(block, assembly, cube.to_theta(points))
 
         left, slopes = errors(point[None, :])[0], sensitivities(errors, point)

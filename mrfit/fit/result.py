@@ -9,14 +9,14 @@ import numpy as np
 
 from mrfit.core.channels import WORK_AGAINST
 from mrfit.core.specs import Array, Derived, Param
-from mrfit.fit.diagnostics.bootstrap import Interval
+from mrfit.fit.diagnostics.bootstrap import BootstrapInterval
 from mrfit.fit.diagnostics.residual_tests import ALL
 from mrfit.fit.diagnostics.uncertainty import Uncertainty, sensitivities
 from mrfit.io.schemas.determined import State
 from mrfit.io.schemas.fit import Caution, Conditioning, Covariance, MetricRow, Passivity, Quantity, ResidualTest, Result
 from mrfit.search.cube import Cube
 from mrfit.search.parts import Blocks
-from mrfit.search.problem import Block, differences_of
+from mrfit.search.problem import SegmentBlock, differences_of
 from mrfit.signal.metrics import absorbed_energy, error_sums, together
 from mrfit.signal.noise_floor import NoiseFloor
 from mrfit.simulate.assembly import Assembly
@@ -147,7 +147,7 @@ def covariance_of(
     )
 
 
-def with_intervals(rows: Sequence[Quantity], found: Mapping[str, Interval]) -> list[Quantity]:
+def with_intervals(rows: Sequence[Quantity], found: Mapping[str, BootstrapInterval]) -> list[Quantity]:
     """Return rows with the ends of other intervals, where there are any."""
     changed = []
     for row in rows:
@@ -176,7 +176,7 @@ def conditioning(cube: Cube, uncertainty: Uncertainty) -> Conditioning:
     )
 
 
-def work_drive(block: Block, assembly: Assembly) -> Array | None:
+def work_drive(block: SegmentBlock, assembly: Assembly) -> Array | None:
     """Return the channel whose change does work against the output, at the targets of a full block (N,), or None.
 
     A stroke or angle that does not drive the model is integrated from its rate.
@@ -192,7 +192,7 @@ def work_drive(block: Block, assembly: Assembly) -> Array | None:
     return None
 
 
-def simulate_block(block: Block, assembly: Assembly, theta: Array) -> tuple[Array, float]:
+def simulate_block(block: SegmentBlock, assembly: Assembly, theta: Array) -> tuple[Array, float]:
     """Return the output at the targets (N,), the record's unknown constant included, and that constant."""
     with np.errstate(all="ignore"):
         outputs = assembly.simulate(block.drive, theta[None, :], block.dt)
@@ -219,7 +219,7 @@ def metric_rows(
     return rows
 
 
-def passivity_rows(blocks: Sequence[Block], simulated: Sequence[Array], assembly: Assembly) -> list[Passivity]:
+def passivity_rows(blocks: Sequence[SegmentBlock], simulated: Sequence[Array], assembly: Assembly) -> list[Passivity]:
     """Return the work per cycle of every periodic segment, and whether the model takes it in as a passive part does."""
     rows = []
     for block, output in zip(blocks, simulated, strict=True):

@@ -16,9 +16,9 @@ from mrfit.fit import forms
 from mrfit.fit.bounds import bounds_of_size
 from mrfit.fit.diagnostics.remainders import borrowed
 from mrfit.fit.diagnostics.trust import drift_warnings, slope_warnings, trust
-from mrfit.fit.files import PARTIAL, Fitted, drop_partial, write_fit
-from mrfit.fit.identify import Group, SearchSettings, build_group, found_point, search_optimum, weights_of
-from mrfit.fit.laws.choice import Choice
+from mrfit.fit.files import PARTIAL, FitOutput, drop_partial, write_fit
+from mrfit.fit.identify import FitGroup, SearchSettings, build_group, found_point, search_optimum, weights_of
+from mrfit.fit.laws.choice import LawChoice
 from mrfit.fit.laws.laws_of_current import base_cube, dependence_of
 from mrfit.fit.refined import refined
 from mrfit.fit.result import metric_rows, simulate_block, warnings_of
@@ -33,7 +33,7 @@ from mrfit.kernels.jit import is_cold
 from mrfit.search import chain, staged, strategies
 from mrfit.search.cube import Cube, cube_of
 from mrfit.search.limits import seconds_left
-from mrfit.search.parts import Blocks, Part
+from mrfit.search.parts import Blocks, SegmentPart
 from mrfit.search.starts import (
     at_scales,
     beside_effects,
@@ -83,7 +83,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
         # a kill between the writing of fit.json and the end leaves them
         drop_partial(folder)
         return replace(existing, skipped=True)
-    origin = Origin(key, digest_of(contents), segments_digest(cut), folder)
+    origin = FitOrigin(key, digest_of(contents), segments_digest(cut), folder)
     with workspace.scratching():
         # where other files are seen, recordings are sent whole
         fitted = identify(read_dataset(workspace, streamed=not is_apart()), settings, origin, progress)
@@ -92,7 +92,7 @@ def run(workspace: Workspace, settings: Settings, progress: Progress = silent) -
 
 
 @dataclass(frozen=True)
-class Origin:
+class FitOrigin:
     """What a fit is made from: its key, hashes of recordings and segments, where finished searches are kept meanwhile.
 
     A kill then loses little; in memory, without a folder, nothing is kept.
@@ -104,13 +104,13 @@ class Origin:
     folder: Path | None = None
 
 
-def origin_of(dataset: Dataset, settings: Settings) -> Origin:
+def origin_of(dataset: Dataset, settings: Settings) -> FitOrigin:
     """Return the origin of a fit in memory: the key and hash that the same data in a workspace have."""
     contents, cut = dataset.made_from()
-    return Origin(fit_key(asdict(settings), contents, cut), digest_of(contents), segments_digest(cut))
+    return FitOrigin(fit_key(asdict(settings), contents, cut), digest_of(contents), segments_digest(cut))
 
 
-def identify(dataset: Dataset, settings: Settings, origin: Origin, progress: Progress = silent) -> Fitted:
+def identify(dataset: Dataset, settings: Settings, origin: FitOrigin, progress: Progress = silent) -> FitOutput:
     """Fit a model to segments in memory.
 
     Parameters
@@ -140,13 +140,13 @@ def identify(dataset: Dataset, settings: Settings, origin: Origin, progress: Pro
     if len(pieces) > 1:
         metrics = metric_rows(blocks, [f for p in pieces for f in p.group.floors], simulated, prepared.assembly)
     content = checked(_summary(runner, pieces, metrics))
-    return Fitted(content, blocks, simulated, prepared.assembly)
+    return FitOutput(content, blocks, simulated, prepared.assembly)
 
 
-def _in_the_form_called_for(dataset: Dataset, settings: Settings, origin: Origin, progress: Progress) -> Fitted:
+def _in_the_form_called_for(dataset: Dataset, settings: Settings, origin: FitOrigin, progress: Progress) -> FitOutput:
     """Fit every form of an effect that has several, and return the fit of the one that the data call for."""
 
-    def identified(own: Settings, form: str) -> Fitted:
+    def identified(own: Settings, form: str) -> FitOutput:
         return identify(dataset, own, replace(origin, key=f"{origin.key} {form}"), progress)
 
     fitted = forms.chosen(dataset, settings, identified)
@@ -155,7 +155,7 @@ def _in_the_form_called_for(dataset: Dataset, settings: Settings, origin: Origin
 
 
 @dataclass(frozen=True)
-class Prepared:
+class FitPreparation:
     """What a fit needs before its first simulation.
 
     Attributes
@@ -177,13 +177,13 @@ class Prepared:
     assembly: Assembly
     cube: Cube
     dependence: CurrentDependence | None
-    choice: Choice | None
+    choice: LawChoice | None
     groups: dict[str, list[Segment]]
     recordings: dict[str, Recording]
     cautions: list[Caution]
 
 
-def prepare(dataset: Dataset, settings: Settings) -> Prepared:
+def prepare(dataset: Dataset, settings: Settings) -> FitPreparation:
     """Return the model as the data call for it and the segments it is fitted to.
 
     Raises
@@ -216,7 +216,7 @@ def prepare(dataset: Dataset, settings: Settings) -> Prepared:
     cautions += doubtful_channels(used, {assembly.spec.output, *assembly.spec.inputs})
     cautions += [Caution(kind="slow-model", text=assembly.spec.caution)] if assembly.spec.caution else []
     cube, groups = _cube(assembly, settings), _groups(chosen, settings)
-    return Prepared(assembly, cube, dependence, choice, groups, recordings, cautions)
+    return FitPreparation(assembly, cube, dependence, choice, groups, recordings, cautions)
 
 
 def check(settings: Settings) -> None:
@@ -262,17 +262,17 @@ def _groups(segments: Sequence[Segment], settings: Settings) -> dict[str, list[S
 
 
 @dataclass(frozen=True)
-class _Piece:
+class GroupFit:
     """Result of the fit of one group."""
 
     result: Result
-    group: Group
+    group: FitGroup
     simulated: Loaded
     metrics: list[MetricRow]
     found: FoundPoint
 
 
-def _with_borrowed(pieces: list[_Piece], assembly: Assembly) -> list[_Piece]:
+def _with_borrowed(pieces: list[GroupFit], assembly: Assembly) -> list[GroupFit]:
     """Return the fits of conditions by themselves, with what the nearest other's parameters leave of each."""
     if len(pieces) < 2:
         return pieces
@@ -287,9 +287,9 @@ def _with_borrowed(pieces: list[_Piece], assembly: Assembly) -> list[_Piece]:
 class _Runner:
     """Fits groups, keeping every finished search in the origin's folder until the whole fit is written."""
 
-    prepared: Prepared
+    prepared: FitPreparation
     settings: Settings
-    origin: Origin
+    origin: FitOrigin
     progress: Progress
 
     @property
@@ -300,7 +300,7 @@ class _Runner:
     def key(self) -> str:
         return self.origin.key
 
-    def fit_groups(self) -> list[_Piece]:
+    def fit_groups(self) -> list[GroupFit]:
         groups, jobs, pieces = list(self.prepared.groups.items()), self.settings.jobs, []
         if is_cold():
             # processes side by side would each compile what the first fit compiles for all
@@ -315,19 +315,19 @@ class _Runner:
                 self._keep(share.name, piece.found)
         return pieces
 
-    def _share(self, name: str, segments: list[Segment], apart: bool) -> "_Share":
+    def _share(self, name: str, segments: list[Segment], apart: bool) -> "WorkItem":
         """Return the part of one group; done where other files are seen, it has no folder to keep searches in."""
         runner = self.of(segments)
         if not apart:
-            return _Share(runner, name, segments)
-        return _Share(replace(runner, origin=replace(self.origin, folder=None)), name, segments, self._stored(name))
+            return WorkItem(runner, name, segments)
+        return WorkItem(replace(runner, origin=replace(self.origin, folder=None)), name, segments, self._stored(name))
 
     def of(self, segments: Sequence[Segment]) -> "_Runner":
         """Return the same with the recordings of some segments only, as it is sent to a process."""
         recordings = {s.recording: self.prepared.recordings[s.recording] for s in segments}
         return replace(self, prepared=replace(self.prepared, recordings=recordings, groups={}), progress=silent)
 
-    def _fit(self, name: str, segments: list[Segment], kept: FoundPoint | None = None) -> _Piece:
+    def _fit(self, name: str, segments: list[Segment], kept: FoundPoint | None = None) -> GroupFit:
         settings = self.settings
         # where a part of each test is held out already, no third of its cycles is
         split = settings.per == "condition" and len({s.role for s in segments}) == 1
@@ -367,9 +367,9 @@ class _Runner:
         signs += slope_warnings(group.training.parts, self.assembly, theta)
         said = [*signs, *drift_warnings(result.drift), *staged.warnings(found.stages)]
         warnings = [*reasons, *said, *_no_search_warnings(search.strategy, settings.optimizer)]
-        return _Piece(replace(result, warnings=warnings), group, simulated, metrics, found)
+        return GroupFit(replace(result, warnings=warnings), group, simulated, metrics, found)
 
-    def _search(self, group: Group, cube: Cube, search: SearchSettings) -> FoundPoint:
+    def _search(self, group: FitGroup, cube: Cube, search: SearchSettings) -> FoundPoint:
         name = group.name
         total = search.budget or search.strategy.budget(len(cube.free))
 
@@ -390,7 +390,7 @@ class _Runner:
         return found
 
     def _starts(
-        self, group: Group, cube: Cube, search: SearchSettings, deadline: float | None
+        self, group: FitGroup, cube: Cube, search: SearchSettings, deadline: float | None
     ) -> tuple[Array, list[dict[str, float | None]] | None]:
         """Return start points, the user's first, and what a first phase found at each current."""
         settings, dependence = self.settings, self.prepared.dependence
@@ -437,7 +437,7 @@ class _Runner:
 
 
 @dataclass(frozen=True)
-class _Share:
+class WorkItem:
     """The part of a fit that one worker does, and what an earlier run found for it."""
 
     runner: _Runner
@@ -446,11 +446,11 @@ class _Share:
     kept: FoundPoint | None = None
 
 
-def _fit_share(share: _Share, progress: Progress) -> _Piece:
+def _fit_share(share: WorkItem, progress: Progress) -> GroupFit:
     return replace(share.runner, progress=progress)._fit(share.name, share.segments, share.kept)
 
 
-def segment_use(part: Part, offset: float, floor: NoiseFloor) -> SegmentUse:
+def segment_use(part: SegmentPart, offset: float, floor: NoiseFloor) -> SegmentUse:
     """Return how a part of a segment entered a fit, with its record's unknown constant and its noise floor."""
     return SegmentUse(
         id=part.segment.id,
@@ -464,7 +464,7 @@ def segment_use(part: Part, offset: float, floor: NoiseFloor) -> SegmentUse:
     )
 
 
-def _summary(runner: _Runner, pieces: Sequence[_Piece], metrics: list[MetricRow]) -> Fit:
+def _summary(runner: _Runner, pieces: Sequence[GroupFit], metrics: list[MetricRow]) -> Fit:
     settings, spec = runner.settings, runner.assembly.spec
     return Fit(
         name=settings.fit_name,

@@ -8,7 +8,7 @@ import numpy as np
 from mrfit.core.specs import Array
 from mrfit.flux.channel import Channel, InMemory, OnDisk, Taken, swing
 from mrfit.io.columns import CHUNK
-from mrfit.signal.cycles import Stretch
+from mrfit.signal.cycles import SteadyCycles
 
 # Time and current that go together this closely cannot be told apart by regression.
 COLLINEAR = 0.98
@@ -102,7 +102,7 @@ def integral_on_disk(induced: Callable[[int, int], Array], samples: int, dt: flo
 
 
 def remove_drift(
-    integral: Array, current: Array, dt: float, stretches: Sequence[Stretch], method: str
+    integral: Array, current: Array, dt: float, stretches: Sequence[SteadyCycles], method: str
 ) -> tuple[Array, Drift]:
     """Return flux linkage (N,) without drift, and what was taken away, as ``drift_removed`` does of channels."""
     flux, drift = drift_removed(InMemory(integral), InMemory(current), dt, stretches, method)
@@ -110,7 +110,7 @@ def remove_drift(
 
 
 def drift_removed(
-    integral: Channel, current: Channel, dt: float, stretches: Sequence[Stretch], method: str
+    integral: Channel, current: Channel, dt: float, stretches: Sequence[SteadyCycles], method: str
 ) -> tuple[Channel, Drift]:
     """Return flux linkage without drift, and what was taken away.
 
@@ -169,7 +169,7 @@ def _first(channel: Channel) -> float:
     return float(next(channel.pieces(0, 1))[1][0])
 
 
-def _knots(integral: Channel, current: Channel, dt: float, stretch: Stretch) -> tuple[Array, Array]:
+def _knots(integral: Channel, current: Channel, dt: float, stretch: SteadyCycles) -> tuple[Array, Array]:
     """Return times and heights of the drift at the centres of a stretch's cycles."""
     boundaries = stretch.boundaries(dt)
     centres = (boundaries[1:] + boundaries[:-1]) / 2 * dt
@@ -182,7 +182,11 @@ def _knots(integral: Channel, current: Channel, dt: float, stretch: Stretch) -> 
 
 
 def _steps(
-    knots: Sequence[tuple[Array, Array]], integral: Channel, current: Channel, dt: float, stretches: Sequence[Stretch]
+    knots: Sequence[tuple[Array, Array]],
+    integral: Channel,
+    current: Channel,
+    dt: float,
+    stretches: Sequence[SteadyCycles],
 ) -> tuple[Array | None, str]:
     """Return the mean flux linkage (S,) in Wb of each stretch against that at the least bias, and what to say of it.
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.io.columns import part_of
-from mrfit.signal.cycles import Stretch
+from mrfit.signal.cycles import SteadyCycles
 from mrfit.signal.harmonics import series_at
 
 # Loops whose amplitudes differ by less belong to one group; frequencies closer than this count as one.
@@ -75,7 +75,7 @@ class Separation:
     resistance_error_error: float
 
 
-def loop_of(voltage: Array, current: Array, dt: float, stretch: Stretch, recording: str) -> Loop:
+def loop_of(voltage: Array, current: Array, dt: float, stretch: SteadyCycles, recording: str) -> Loop:
     """Return the energies of a stretch's mean cycle.
 
     They come from the Fourier series of u and i, since noise in a sampled current would add its own power to ∮ i² dt.

@@ -29,7 +29,7 @@ from mrfit.io.schemas.stages import FluxFile, FluxRow, FluxSettings, LoopRow, Se
 from mrfit.io.workspace import Workspace, checked, write_json
 from mrfit.settings.flux import DRIFTS, RULES
 from mrfit.settings.flux import Settings as Settings
-from mrfit.signal.cycles import Stretch, steady_stretches
+from mrfit.signal.cycles import SteadyCycles, steady_stretches
 from mrfit.signal.harmonics import series_at
 from mrfit.signal.long_cycles import stretches_of
 from mrfit.signal.thinning import thinned
@@ -188,7 +188,7 @@ class _Analysed:
     source: str
     action: str
     own_resistance: float | None
-    stretches: tuple[Stretch, ...]
+    stretches: tuple[SteadyCycles, ...]
     loops: tuple[Loop, ...]
     blocks: Array
     peak: float
@@ -213,7 +213,7 @@ def _analyse(recording: Recording, settings: Settings) -> _Analysed:
     return _Analysed(*nothing, INTEGRATED, own, stretches, loops, blocks, peak)
 
 
-def _stretches(recording: Recording) -> list[Stretch]:
+def _stretches(recording: Recording) -> list[SteadyCycles]:
     """Return the steady cycles of the current; of one that stays on disk they are found on means over neighbours."""
     current = recording.channels["current"]
     if not is_on_disk(current):
@@ -223,7 +223,7 @@ def _stretches(recording: Recording) -> list[Stretch]:
     for one in stretches_of(means.channels["current"], means.dt):
         start, stop = step * one.start, step * one.stop
         series = series_at(part_of(current, start, stop), recording.dt, one.fit.frequency)
-        found.append(Stretch(start, stop, series, one.cycles))
+        found.append(SteadyCycles(start, stop, series, one.cycles))
     return found
 
 

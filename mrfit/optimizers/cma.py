@@ -4,7 +4,7 @@ import numpy as np
 
 from mrfit.core.current_folder import without_matplotlibrc
 from mrfit.core.specs import Array, OptimizerSpec, Options
-from mrfit.search.objective import Ended, Objective
+from mrfit.optimizers.objective import Objective, Termination
 
 FIRST_SPREAD = 0.25
 # Costs are told relative to the first finite one, so that the tolerances mean the same for every unit.
@@ -21,7 +21,7 @@ SPEC = OptimizerSpec(
 )
 
 
-def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Ended:
+def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Termination:
     """Run CMA-ES from the best point known, then from random points with twice the population each time.
 
     Ends after the first restart that brings no gain. Populations are simulated in one batch.
@@ -35,7 +35,7 @@ def minimise(objective: Objective, rng: np.random.Generator, options: Options) -
         before = objective.best_cost
         _evolve(objective, start, population, rng)
         start, population = rng.random(objective.dimension), 2 * population
-    return Ended("a restart with twice the population brought no gain")
+    return Termination("a restart with twice the population brought no gain")
 
 
 def _evolve(objective: Objective, start: Array, population: int, rng: np.random.Generator) -> None:

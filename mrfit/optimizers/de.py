@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from mrfit.core.specs import Array, OptimizerSpec, Option, Options
-from mrfit.search.objective import Ended, Objective
+from mrfit.optimizers.objective import Objective, Termination
 
 # The least population scipy takes.
 SMALLEST = 5
@@ -24,7 +24,7 @@ SPEC = OptimizerSpec(
 )
 
 
-def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Ended:
+def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Termination:
     """Evolve points by scipy's differential evolution, each generation simulated in one batch.
 
     Ends when the costs of the population agree within 1e-8. One point starts at the best known, the others anywhere.
@@ -48,4 +48,4 @@ def minimise(objective: Objective, rng: np.random.Generator, options: Options) -
         updating="deferred",
         vectorized=True,
     )
-    return Ended(str(result.message).rstrip("."))
+    return Termination(str(result.message).rstrip("."))

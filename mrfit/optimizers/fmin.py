@@ -3,7 +3,7 @@
 import numpy as np
 
 from mrfit.core.specs import Array, OptimizerSpec, Options
-from mrfit.search.objective import Ended, Objective
+from mrfit.optimizers.objective import Objective, Termination
 
 SPEC = OptimizerSpec(
     name="fmin",
@@ -17,7 +17,7 @@ MAX_ITERATIONS = 10**6
 TOLERANCE = 1e-12
 
 
-def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Ended:
+def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Termination:
     """Refine the best point known by sequential quadratic programming on the mean square error.
 
     min f(x) with 0 <= x <= 1; each gradient 2 Jᵀr/M comes from one batched simulation of K + 1 points. f is scaled to 1
@@ -30,7 +30,7 @@ def minimise(objective: Objective, rng: np.random.Generator, options: Options) -
     start = objective.best_point
     scale = float(objective.costs(start[None, :])[0]) ** 2
     if not np.isfinite(scale):
-        return Ended("the start cannot be simulated")
+        return Termination("the start cannot be simulated")
     scale = scale or 1.0
 
     def cost(point: Array) -> float:
@@ -50,4 +50,4 @@ def minimise(objective: Objective, rng: np.random.Generator, options: Options) -
         bounds=[(0.0, 1.0)] * objective.dimension,
         options={"ftol": TOLERANCE, "maxiter": MAX_ITERATIONS},
     )
-    return Ended(str(result.message))
+    return Termination(str(result.message))

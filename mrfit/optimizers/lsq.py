@@ -3,7 +3,7 @@
 import numpy as np
 
 from mrfit.core.specs import OptimizerSpec, Options
-from mrfit.search.objective import Ended, Objective
+from mrfit.optimizers.objective import Objective, Termination
 
 SPEC = OptimizerSpec(
     name="lsq",
@@ -18,7 +18,7 @@ MARGIN = 1e-9
 TOLERANCE = 1e-10
 
 
-def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Ended:
+def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Termination:
     """Refine the best point known by scipy's trust-region reflective method; each Jacobian is one batched simulation.
 
     The random generator is not used.
@@ -27,7 +27,7 @@ def minimise(objective: Objective, rng: np.random.Generator, options: Options) -
 
     start = np.clip(objective.best_point, MARGIN, 1.0 - MARGIN)
     if not np.isfinite(objective.costs(start[None, :])[0]):
-        return Ended("the start cannot be simulated")
+        return Termination("the start cannot be simulated")
     result = least_squares(
         objective.residuals,
         start,
@@ -37,4 +37,4 @@ def minimise(objective: Objective, rng: np.random.Generator, options: Options) -
         ftol=TOLERANCE,
         gtol=TOLERANCE,
     )
-    return Ended(str(result.message).rstrip("."))
+    return Termination(str(result.message).rstrip("."))

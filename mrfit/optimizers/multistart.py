@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from mrfit.core.specs import Array, Index, OptimizerSpec, Options
 from mrfit.kernels.descent import FIRST_RAISE, LONGEST_STEP, damped_steps, fanned_steps, keep_better
 from mrfit.kernels.ending import AGREEMENT_RTOL, RIVAL, decided, enough, going_on
-from mrfit.search.objective import BudgetSpent, Descent, Ended, NormalEquations, Objective, Stalled
+from mrfit.optimizers.objective import BudgetSpent, DescentEnd, NoProgress, NormalEquations, Objective, Termination
 
 SPEC = OptimizerSpec(
     name="multistart",
@@ -93,12 +93,12 @@ class Front:
         return ~(self.settled | self.stuck | self.given_up)
 
 
-def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Ended:
+def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Termination:
     """Minimise from the given starts and well-spread ones, wave by wave, until three descents agree; see `search`."""
     return search(objective, rng, EXACT)
 
 
-def search(objective: Objective, rng: np.random.Generator, tolerance: float) -> Ended:
+def search(objective: Objective, rng: np.random.Generator, tolerance: float) -> Termination:
     """Minimise from the given starts and well-spread ones, wave by wave, until three descents agree.
 
     Of many, two are enough; where the least cost stays as it is for many more, the search ends without agreement.
@@ -116,13 +116,13 @@ def search(objective: Objective, rng: np.random.Generator, tolerance: float) -> 
     """
     if not objective.dimension:
         cost = float(objective.costs(objective.start[None, :])[0])
-        return Ended("all parameters are linear", (Descent(cost, objective.start, np.isfinite(cost)),), 1)
+        return Termination("all parameters are linear", (DescentEnd(cost, objective.start, np.isfinite(cost)),), 1)
     given = [objective.best_point[None, :], objective.start[None, :]]
     if objective.starts is not None:
         given.append(objective.starts)
     pool = np.array(list(dict.fromkeys(map(tuple, np.clip(np.vstack(given), 0.0, 1.0)))))
     count, zero, least, idle = FIRST_WAVE, np.inf, np.inf, 0
-    screened, ended = SCREENED_EXACTLY if objective.exact else SCREENED, Ended()
+    screened, ended = SCREENED_EXACTLY if objective.exact else SCREENED, Termination()
     try:
         while True:
             points = np.vstack([pool, _latin_hypercube(screened * count, objective.dimension, rng)])
@@ -139,7 +139,7 @@ def search(objective: Objective, rng: np.random.Generator, tolerance: float) -> 
                 return replace(ended, reason=f"{ended.agreeing} of {len(ended.descents)} starts agree")
             idle = 0 if objective.best_cost < least * (1.0 - AGREEMENT_RTOL) else idle + count
             if idle >= IDLE:
-                raise Stalled(f"none of the last {idle} starts ended lower")
+                raise NoProgress(f"none of the last {idle} starts ended lower")
             pool, count, least = pool[:0], LATER_WAVES, objective.best_cost
     except BudgetSpent as spent:
         spent.ended = ended
@@ -203,7 +203,7 @@ def _descend(
     tolerance: float,
     slow: float,
     iterations: int,
-    ended: Sequence[Descent] = (),
+    ended: Sequence[DescentEnd] = (),
 ) -> None:
     """Step all descents of a front together until each has settled, is stuck, given up or has taken its iterations."""
     earlier, patience = front.model.costs**2, max(SLOW_ITERATIONS, objective.dimension // SLOW_PARAMETERS)
@@ -264,13 +264,13 @@ def _polish(objective: Objective, front: Front, tolerance: float) -> Front:
     return alone
 
 
-def _joined(ended: Ended, least: float, front: Front, zero: float) -> Ended:
+def _joined(ended: Termination, least: float, front: Front, zero: float) -> Termination:
     """Return where descents ended with those of a front, best first, and how many settled at the least cost."""
     limit = least * (1.0 + AGREEMENT_RTOL) + zero
     settled, near = front.settled | front.stuck, front.model.costs <= limit
     # what came as far as one that settled agrees with it
     settled |= near & np.any(settled & near)
     rows = zip(front.model.costs, front.points, settled, strict=True)
-    own = [Descent(float(c), p.copy(), bool(s)) for c, p, s in rows if np.isfinite(c)]
+    own = [DescentEnd(float(c), p.copy(), bool(s)) for c, p, s in rows if np.isfinite(c)]
     descents = tuple(sorted([*ended.descents, *own], key=lambda d: d.cost))
-    return Ended(ended.reason, descents, sum(d.settled and d.cost <= limit for d in descents))
+    return Termination(ended.reason, descents, sum(d.settled and d.cost <= limit for d in descents))

@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from mrfit.core.specs import Array, OptimizerSpec, Option, Options
+from mrfit.optimizers.objective import InParameters
 from mrfit.optimizers.woa import B_TEXT, ITERATIONS, POPULATION, first_swarm, swim
-from mrfit.search.objective import InParameters
 
 # Standard deviation of a clone about its antibody, as a share of the bounds; the paper gives none.
 MUTATION = 0.05

@@ -3,7 +3,7 @@
 import numpy as np
 
 from mrfit.core.specs import OptimizerSpec, Options
-from mrfit.search.objective import Ended, Objective
+from mrfit.optimizers.objective import Objective, Termination
 
 SPEC = OptimizerSpec(
     name="points",
@@ -14,7 +14,7 @@ SPEC = OptimizerSpec(
 )
 
 
-def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Ended:
+def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Termination:
     """Take the best point known, where the fit stage has put what the characteristic points give, as it is."""
     objective.costs(objective.best_point[None, :])
-    return Ended("read off the characteristic points, without a search")
+    return Termination("read off the characteristic points, without a search")

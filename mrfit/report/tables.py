@@ -12,7 +12,7 @@ from mrfit.report.output_unit import output_unit
 from mrfit.report.ranking import above_best, ranked
 from mrfit.report.symbols import derived_symbol, symbols_of
 from mrfit.signal.metrics import METRICS
-from mrfit.simulate.current_dependence import Node, base_name, node_of
+from mrfit.simulate.current_dependence import CurrentNode, base_name, node_of
 from mrfit.simulate.current_levels import exact_parameters
 
 METRIC_COLUMNS = ("condition", "role", "samples", *(m.name for m in METRICS), "noise_floor")
@@ -86,11 +86,11 @@ def _symbol(q: Quantity, kind: str, symbols: Mapping[str, str]) -> Cell:
 def _joint(quantities: Sequence[Quantity], named: Mapping[str, Cell], about: tuple[str, str]) -> Table:
     """Return one set of parameters, one a row; values at several currents stand side by side."""
     nodes = sorted({node for q in quantities if (node := node_of(q.name)) is not None})
-    found: dict[str, dict[Node | None, Quantity]] = {}
+    found: dict[str, dict[CurrentNode | None, Quantity]] = {}
     for q in quantities:
         found.setdefault(base_name(q.name), {})[node_of(q.name)] = q
     constant = any(None in row for row in found.values())
-    columns: list[Node | None] = [*([None] if constant else []), *nodes]
+    columns: list[CurrentNode | None] = [*([None] if constant else []), *nodes]
     heads = [words("constant" if nodes else "value") if n is None else _level(n.current, n.side) for n in columns]
     rows = []
     for row in found.values():

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from mrfit.core.specs import Array, OptimizerSpec
 from mrfit.optimizers import multistart
 from mrfit.search import coarse_to_fine, reparametrised
-from mrfit.search.limits import Run
+from mrfit.search.limits import SearchContext
 from mrfit.search.problem import Problem, measured
 from mrfit.search.result import SearchResult
 from mrfit.search.strategy import Strategy
@@ -46,7 +46,7 @@ class Auto(Strategy):
         """Return the evaluations that it asks for where nobody limits them."""
         return coarse_to_fine.default_budget(dimension)
 
-    def search(self, problem: Problem, starts: Array, how: Run) -> SearchResult:
+    def search(self, problem: Problem, starts: Array, how: SearchContext) -> SearchResult:
         """Return where it ends from start points (S, F) and further ones."""
         way = coarse_to_fine.search if self.own_parameters else reparametrised.search
         return way(measured(problem), starts, how)

@@ -10,10 +10,10 @@ import numpy as np
 from mrfit.core import registry
 from mrfit.core.specs import Array, OptimizerSpec, Option, Options
 from mrfit.errors import ConfigError, unknown_name
-from mrfit.search.limits import UNLIMITED, Limits, Run
-from mrfit.search.objective import BudgetSpent, Ended, InParameters, Objective, Stalled, TimeSpent
+from mrfit.optimizers.objective import BudgetSpent, InParameters, NoProgress, Objective, Termination, TimeSpent
+from mrfit.search.limits import UNLIMITED, Limits, SearchContext
 from mrfit.search.problem import Problem
-from mrfit.search.result import Ending, Link, SearchResult
+from mrfit.search.result import ChainLink, Ending, SearchResult
 from mrfit.search.strategy import Strategy
 
 # Strategies that can be written as a part of a chain, and the optimizer that is their part in it
@@ -24,7 +24,7 @@ Given = tuple[tuple[str, float], ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class ChainStep:
     """One optimizer of a chain, with the values of its options.
 
     Attributes
@@ -41,7 +41,7 @@ class Step:
 
     name: str
     spec: OptimizerSpec
-    minimise: Callable[..., Ended | None]
+    minimise: Callable[..., Termination | None]
     options: Options
 
     def budget(self, dimension: int) -> int:
@@ -50,7 +50,7 @@ class Step:
 
 
 @dataclass(frozen=True, slots=True)
-class Chain(Strategy):
+class OptimizerChain(Strategy):
     """Strategy: one optimizer after another on all data, each from the best point of those before it.
 
     Attributes
@@ -86,7 +86,7 @@ class Chain(Strategy):
         """Return the evaluations that all optimizers ask for together."""
         return sum(step.budget(dimension) for step in steps(self.name, self.given))
 
-    def search(self, problem: Problem, starts: Array, how: Run) -> SearchResult:
+    def search(self, problem: Problem, starts: Array, how: SearchContext) -> SearchResult:
         """Return where the chain ends; it begins at the best of the starts (S, F)."""
         budget, seconds, stall = how.limits
         if budget is not None:
@@ -168,7 +168,7 @@ def names() -> list[str]:
     return sorted([*PARTS, *optimizers])
 
 
-def steps(name: str, given: Given = ()) -> list[Step]:
+def steps(name: str, given: Given = ()) -> list[ChainStep]:
     """Return the optimizers of a chain written with hyphens, with their options.
 
     Raises
@@ -176,7 +176,7 @@ def steps(name: str, given: Given = ()) -> list[Step]:
     ConfigError
         As ``parts``.
     """
-    return [Step(p, _spec(p), _module(p).minimise, options_of(p, given)) for p in parts(name)]
+    return [ChainStep(p, _spec(p), _module(p).minimise, options_of(p, given)) for p in parts(name)]
 
 
 def run(
@@ -186,7 +186,9 @@ def run(
     return run_steps(steps(name, given), objective, rng, limits)
 
 
-def run_steps(chain: Sequence[Step], objective: Objective, rng: np.random.Generator, limits: Limits) -> SearchResult:
+def run_steps(
+    chain: Sequence[ChainStep], objective: Objective, rng: np.random.Generator, limits: Limits
+) -> SearchResult:
     """Minimise an objective by one optimizer after another, each from the best point of those before it.
 
     Parameters
@@ -211,8 +213,8 @@ def run_steps(chain: Sequence[Step], objective: Objective, rng: np.random.Genera
     check(limits)
     deadline = None if seconds is None else time.monotonic() + seconds
     total = None if budget is None else objective.evaluations + budget
-    links: list[Link] = []
-    ended = Ended()
+    links: list[ChainLink] = []
+    ended = Termination()
     wanted = [step.budget(objective.dimension) for step in chain]
     for position, step in enumerate(chain):
         asked = sum(wanted[position:])
@@ -265,24 +267,26 @@ def _spec(part: str) -> OptimizerSpec:
     return spec
 
 
-def _run_link(step: Step, objective: Objective, rng: np.random.Generator, allowed: int) -> tuple[Link, Ended]:
+def _run_link(
+    step: ChainStep, objective: Objective, rng: np.random.Generator, allowed: int
+) -> tuple[ChainLink, Termination]:
     """Return what one optimizer did within its allowance, and what it says about its end."""
     seen = InParameters(objective) if step.spec.coordinates == "parameters" else objective
     before, batches = objective.evaluations, len(objective.history)
     ending: Ending
     try:
-        own = step.minimise(seen, rng, step.options) or Ended()
+        own = step.minimise(seen, rng, step.options) or Termination()
         ending = "budget" if not own.reason and not objective.remaining else "finished"
         reason = own.reason or f"its {allowed} evaluations are done"
     except BudgetSpent as spent:
         own = spent.ended
         if isinstance(spent, TimeSpent):
             ending, reason = "time", "time limit reached"
-        elif isinstance(spent, Stalled):
+        elif isinstance(spent, NoProgress):
             ending, reason = "stalled", str(spent) or f"no progress in {objective.allowance.patience} evaluations"
         else:
             ending, reason = "budget", f"budget of {allowed} evaluations spent"
-    link = Link(
+    link = ChainLink(
         name=step.name,
         kind=step.spec.kind,
         allowed=allowed,

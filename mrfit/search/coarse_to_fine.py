@@ -8,11 +8,11 @@ import numpy as np
 
 from mrfit.core.specs import Array, Options
 from mrfit.optimizers import multistart
+from mrfit.optimizers.objective import Objective, Termination
 from mrfit.search import chain
-from mrfit.search.limits import Limits, Run, Told, seconds_left, told_after
-from mrfit.search.objective import Ended, Objective
-from mrfit.search.problem import PHASE_BINS, SETTLE_CYCLES, Block, Posed
-from mrfit.search.result import Link, SearchResult
+from mrfit.search.limits import Limits, ProgressCallback, SearchContext, offset_progress, seconds_left
+from mrfit.search.problem import PHASE_BINS, SETTLE_CYCLES, LeastSquaresProblem, SegmentBlock
+from mrfit.search.result import ChainLink, SearchResult
 from mrfit.search.variable_projection import Projection, SeparableObjective, projection_of
 
 COARSE_BINS = 128
@@ -45,7 +45,7 @@ STEPS = 15
 NAME = "auto"
 
 
-class Coarse(NamedTuple):
+class ThinnedSearch(NamedTuple):
     """Where a search on thinned data ended, the points (S, F) worth going on from, and which parameters are linear.
 
     There are no such points where the search was one on all data.
@@ -56,7 +56,7 @@ class Coarse(NamedTuple):
     projection: Projection | None
 
 
-def search(posed: Posed, starts: Array, run: Run) -> SearchResult:
+def search(posed: LeastSquaresProblem, starts: Array, run: SearchContext) -> SearchResult:
     """Return where `auto` ends: on thinned data where these are less work, then on all of them.
 
     Linear parameters are eliminated. The descents' points are those of the remaining parameters.
@@ -71,10 +71,10 @@ def search(posed: Posed, starts: Array, run: Run) -> SearchResult:
         Source of further starts, and limits of the whole.
     """
     coarse = search_thinned(posed, starts, run)
-    return onward(posed, coarse, run) if len(coarse.points) else coarse.outcome
+    return refine_on_all_data(posed, coarse, run) if len(coarse.points) else coarse.outcome
 
 
-def search_thinned(posed: Posed, starts: Array, run: Run) -> Coarse:
+def search_thinned(posed: LeastSquaresProblem, starts: Array, run: SearchContext) -> ThinnedSearch:
     """Return where `auto` ends on thinned data; on all of them where they are few, or nothing is to be searched."""
     budget, nowhere = _budget(posed, run), starts[:0]
     seen = np.vstack([posed.cube.probes(), starts])
@@ -84,16 +84,18 @@ def search_thinned(posed: Posed, starts: Array, run: Run) -> Coarse:
         near = shortened(posed, seen, UNCHANGED, LEADS[:1])
         objective = objective_of(near, projection, starts, run.on_progress)
         outcome = _many_starts(objective, run.rng, run.limits._replace(budget=budget))
-        return Coarse(completed(outcome, objective, whole(objective, outcome.point[None, :])), nowhere, projection)
+        return ThinnedSearch(
+            completed(outcome, objective, to_full_cube(objective, outcome.point[None, :])), nowhere, projection
+        )
     coarse = objective_of(thin, projection, starts, run.on_progress)
     kept = min(STEPS * coarse.model_simulations, budget // 2)
     limits = run.limits._replace(budget=max(budget - kept, 1))
     first = _polished(_many_starts(coarse, run.rng, limits, multistart.SETTLED), coarse)
-    points = whole(coarse, np.array(_apart(first)))
-    return Coarse(completed(first, coarse, points), points if np.isfinite(first.cost) else nowhere, projection)
+    points = to_full_cube(coarse, np.array(_apart(first)))
+    return ThinnedSearch(completed(first, coarse, points), points if np.isfinite(first.cost) else nowhere, projection)
 
 
-def _budget(posed: Posed, run: Run) -> int:
+def _budget(posed: LeastSquaresProblem, run: SearchContext) -> int:
     return run.limits.budget or default_budget(len(posed.cube.free))
 
 
@@ -107,13 +109,15 @@ def _many_starts(
 ) -> SearchResult:
     """Return where descents from many starts end on one problem, see ``optimizers.multistart``."""
 
-    def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Ended:
+    def minimise(objective: Objective, rng: np.random.Generator, options: Options) -> Termination:
         return multistart.search(objective, rng, tolerance)
 
-    return chain.run_steps([chain.Step(NAME, multistart.SPEC, minimise, {})], objective, rng, limits)
+    return chain.run_steps([chain.ChainStep(NAME, multistart.SPEC, minimise, {})], objective, rng, limits)
 
 
-def thin_problem(posed: Posed, points: Array, budget: int) -> tuple[Posed, Projection | None]:
+def thin_problem(
+    posed: LeastSquaresProblem, points: Array, budget: int
+) -> tuple[LeastSquaresProblem, Projection | None]:
     """Return the problem on thinned data, simulated roughly where the model can, and which parameters are linear.
 
     It keeps of what comes before the first sample compared what is remembered at points (P, F).
@@ -127,7 +131,7 @@ def thin_problem(posed: Posed, points: Array, budget: int) -> tuple[Posed, Proje
     return thin, None if few else projection
 
 
-def onward(posed: Posed, coarse: Coarse, run: Run) -> SearchResult:
+def refine_on_all_data(posed: LeastSquaresProblem, coarse: ThinnedSearch, run: SearchContext) -> SearchResult:
     """Return where a search on thinned data ends when it goes on on all of them.
 
     Where it does not settle there, or at another cost than before, `auto` begins again on all data.
@@ -135,23 +139,25 @@ def onward(posed: Posed, coarse: Coarse, run: Run) -> SearchResult:
     first, points, projection = coarse
     budget = _budget(posed, run)
     near = shortened(posed, points[:1], CLOSE, LEADS)
-    fine = objective_of(near, projection, points, told_after(first.nfev, run.on_progress))
+    fine = objective_of(near, projection, points, offset_progress(first.nfev, run.on_progress))
     fine.allow(budget - first.nfev, deadline=run.deadline)
     tolerance = min(FALL / posed.samples, POLISHED)
     ended = multistart.refine(fine, np.asarray(fine.starts), tolerance)
-    points = whole(fine, fine.best_point[None, :])
+    points = to_full_cube(fine, fine.best_point[None, :])
     if not _unchanged(posed, near, points, 10.0 * CLOSE):
-        _pose(fine, posed)
+        replace_problem(fine, posed)
         ended = multistart.refine(fine, fine.best_point[None, :], tolerance)
-        points = whole(fine, fine.best_point[None, :])
+        points = to_full_cube(fine, fine.best_point[None, :])
     if ended and FAITHFUL[0] * first.cost <= fine.best_cost <= FAITHFUL[1] * first.cost:
         return completed(_joined(first, fine, None), fine, points)
     left = Limits(max(budget - first.nfev - fine.evaluations, 1), seconds_left(run.deadline), run.limits.stall)
     more = _many_starts(fine, run.rng, left, tolerance)
-    return completed(_joined(first, fine, more), fine, whole(fine, fine.best_point[None, :]))
+    return completed(_joined(first, fine, more), fine, to_full_cube(fine, fine.best_point[None, :]))
 
 
-def objective_of(posed: Posed, projection: Projection | None, starts: Array, on_progress: Told | None) -> Objective:
+def objective_of(
+    posed: LeastSquaresProblem, projection: Projection | None, starts: Array, on_progress: ProgressCallback | None
+) -> Objective:
     """Return the cost over the cube, or over what a projection leaves of it, with start points (S, F) of the cube."""
     if projection is None:
         return Objective(posed.residuals, starts[0], 0, on_progress, starts)
@@ -170,12 +176,12 @@ def completed(outcome: SearchResult, objective: Objective, points: Array) -> Sea
     return replace(outcome, point=points[0], first_nonfinite=bad)
 
 
-def whole(objective: Objective, points: Array) -> Array:
+def to_full_cube(objective: Objective, points: Array) -> Array:
     """Return points (P, F') of an objective of ``objective_of`` as points of the whole cube (P, F)."""
     return objective.projection.completed(points) if isinstance(objective, SeparableObjective) else points
 
 
-def shortened(posed: Posed, points: Array, share: float, leads: Sequence[float]) -> Posed:
+def shortened(posed: LeastSquaresProblem, points: Array, share: float, leads: Sequence[float]) -> LeastSquaresProblem:
     """Return a problem without what comes so long before the first sample compared that the model forgets it.
 
     That is, at those points (P, F) that can be simulated, leaving it out changes no residual by more than a share of
@@ -185,13 +191,13 @@ def shortened(posed: Posed, points: Array, share: float, leads: Sequence[float])
         whole = posed.residuals(points)
         finite = np.isfinite(whole).all(axis=1)
         for lead in leads if finite.any() else ():
-            short = _led(posed, lead)
+            short = trim_lead_in(posed, lead)
             if short.simulated < posed.simulated and _equal(whole[finite], short.residuals(points[finite]), share):
                 return short
     return posed
 
 
-def _led(posed: Posed, share: float) -> Posed:
+def trim_lead_in(posed: LeastSquaresProblem, share: float) -> LeastSquaresProblem:
     """Return a problem whose blocks begin with a share of what they have before the first sample compared."""
     cuts = [int((1.0 - share) * int(b.nodes.min())) for b in posed.blocks]
     blocks = [
@@ -201,7 +207,7 @@ def _led(posed: Posed, share: float) -> Posed:
     return replace(posed, blocks=blocks)
 
 
-def _unchanged(posed: Posed, near: Posed, points: Array, share: float) -> bool:
+def _unchanged(posed: LeastSquaresProblem, near: LeastSquaresProblem, points: Array, share: float) -> bool:
     with np.errstate(all="ignore"):
         return near is posed or _equal(posed.residuals(points), near.residuals(points), share)
 
@@ -210,7 +216,7 @@ def _equal(one: Array, other: Array, share: float) -> bool:
     return bool(np.all(np.abs(one - other) <= share * np.abs(one).max(axis=1, keepdims=True)))
 
 
-def _pose(objective: Objective, posed: Posed) -> None:
+def replace_problem(objective: Objective, posed: LeastSquaresProblem) -> None:
     """Let an objective go on from its best point with another problem."""
     if isinstance(objective, SeparableObjective):
         objective.repose(posed)
@@ -241,7 +247,7 @@ def _polished(first: SearchResult, coarse: Objective) -> SearchResult:
 def _joined(first: SearchResult, fine: Objective, last: SearchResult | None) -> SearchResult:
     """Return one outcome of the search on thinned data and of that on all data, the latter ended by a chain or not."""
     ended = last.links[-1] if last else None
-    link = Link(
+    link = ChainLink(
         name=NAME,
         kind="local",
         allowed=ended.allowed if ended else fine.evaluations,
@@ -264,13 +270,13 @@ def _joined(first: SearchResult, fine: Objective, last: SearchResult | None) -> 
     )
 
 
-def thinned(blocks: Sequence[Block]) -> list[Block]:
+def thinned(blocks: Sequence[SegmentBlock]) -> list[SegmentBlock]:
     """Return blocks with fewer samples: a folded cycle in fewer bins, another drive at every n-th sample."""
     fewest = max(FEWEST // max(len(blocks), 2), FEWEST_EACH)
     return [_fewer_bins(b) if b.bins is not None else _fewer_samples(_one_cycle(b), fewest) for b in blocks]
 
 
-def _one_cycle(block: Block) -> Block:
+def _one_cycle(block: SegmentBlock) -> SegmentBlock:
     """Return a block with its first cycle alone where its drive repeats itself."""
     if not 0 < block.cycle < len(block.target):
         return block
@@ -286,14 +292,14 @@ def _one_cycle(block: Block) -> Block:
     )
 
 
-def _fewer_samples(block: Block, fewest: int) -> Block:
+def _fewer_samples(block: SegmentBlock, fewest: int) -> SegmentBlock:
     for step in THINNINGS:
         if len(block.target) // step >= fewest and _error(block.drive, step) < DRIVE_ERROR:
             return _every(block, step)
     return block
 
 
-def _fewer_bins(block: Block) -> Block:
+def _fewer_bins(block: SegmentBlock) -> SegmentBlock:
     """Return a folded block with targets at the samples of a coarser cycle, each on the line between its neighbours.
 
     Means over the coarser bins would blur edges, which targets close to a sample do not.
@@ -328,7 +334,7 @@ def _error(drive: Array, step: int) -> float:
     return worst
 
 
-def _every(block: Block, step: int) -> Block:
+def _every(block: SegmentBlock, step: int) -> SegmentBlock:
     """Return a full block at every n-th sample, the first target among them."""
     offset = int(block.nodes[0, 0]) % step
     return replace(

@@ -7,11 +7,11 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.optimizers import multistart
+from mrfit.optimizers.objective import Objective
 from mrfit.search import coarse_to_fine
-from mrfit.search.limits import Run, told_after
-from mrfit.search.objective import Objective
+from mrfit.search.limits import SearchContext, offset_progress
 from mrfit.search.problem import Problem, measured
-from mrfit.search.result import Link, SearchResult
+from mrfit.search.result import ChainLink, SearchResult
 from mrfit.search.strategy import Strategy
 from mrfit.search.variable_projection import projection_of
 
@@ -50,16 +50,16 @@ class Descent(Strategy):
         """Return the evaluations that it asks for where nobody limits them."""
         return 2 * self.evaluations * (dimension + 1)
 
-    def search(self, problem: Problem, starts: Array, how: Run) -> SearchResult:
+    def search(self, problem: Problem, starts: Array, how: SearchContext) -> SearchResult:
         """Return where it ends from the best of start points (S, F)."""
-        posed, links = measured(problem), list[Link]()
+        posed, links = measured(problem), list[ChainLink]()
         thin = replace(posed, blocks=coarse_to_fine.thinned(posed.blocks))
         projection = projection_of(thin)
         for at, damping in ((thin, multistart.FIRST_DAMPING), (posed, multistart.LAST_DAMPING)):
             before = links[0].evaluations if links else 0
-            objective = coarse_to_fine.objective_of(at, projection, starts, told_after(before, how.on_progress))
+            objective = coarse_to_fine.objective_of(at, projection, starts, offset_progress(before, how.on_progress))
             links.append(self._link(objective, damping, how, before))
-            starts = coarse_to_fine.whole(objective, objective.best_point[None, :])
+            starts = coarse_to_fine.to_full_cube(objective, objective.best_point[None, :])
         result = SearchResult(
             point=starts[0],
             cost=objective.best_cost,
@@ -70,7 +70,7 @@ class Descent(Strategy):
         )
         return coarse_to_fine.completed(result, objective, starts)
 
-    def _link(self, objective: Objective, damping: float, how: Run, before: int) -> Link:
+    def _link(self, objective: Objective, damping: float, how: SearchContext, before: int) -> ChainLink:
         """Return what a descent did on thinned data or, after so many evaluations, on all, where it may end exactly."""
         allowed = self.evaluations * (objective.dimension + 1)
         if how.limits.budget is not None:
@@ -80,7 +80,7 @@ class Descent(Strategy):
         if before and objective.best_cost < self.exact_below:
             over = multistart.refine(objective, objective.best_point[None, :])
         late = how.deadline is not None and time.monotonic() >= how.deadline
-        return Link(
+        return ChainLink(
             name=NAME,
             kind="local",
             allowed=allowed,

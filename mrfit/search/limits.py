@@ -8,7 +8,7 @@ import numpy as np
 
 from mrfit.settings.fit import PATIENCE
 
-Told = Callable[[int, float], None]
+ProgressCallback = Callable[[int, float], None]
 """Called as ``told(evaluations, best_cost)`` after every batch."""
 
 
@@ -23,13 +23,13 @@ class Limits(NamedTuple):
 UNLIMITED = Limits()
 
 
-class Run(NamedTuple):
+class SearchContext(NamedTuple):
     """What a whole search has: randomness, limits, ``time.monotonic`` when it began, whom to tell."""
 
     rng: np.random.Generator
     limits: Limits
     begin: float
-    on_progress: Told
+    on_progress: ProgressCallback
 
     @property
     def deadline(self) -> float | None:
@@ -42,12 +42,12 @@ def seconds_left(deadline: float | None) -> float | None:
     return None if deadline is None else max(deadline - time.monotonic(), 1e-3)
 
 
-def told_after(before: int, told: Told) -> Told:
+def offset_progress(before: int, told: ProgressCallback) -> ProgressCallback:
     """Return how a part of a search tells of itself that began after so many evaluations."""
     return lambda evaluations, cost: told(before + evaluations, cost)
 
 
-def unheard(evaluations: int, cost: float) -> None:
+def no_progress(evaluations: int, cost: float) -> None:
     """Tell nobody."""
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.io.columns import is_on_disk, laid_beside, part_of
-from mrfit.search.problem import Block, folded_block, full_block, period_of
+from mrfit.search.problem import SegmentBlock, folded_block, full_block, period_of
 from mrfit.signal.long_segments import pieces
 from mrfit.signal.smoothing import Drive, smooth
 
@@ -40,7 +40,7 @@ def split_cycles(segment: Segment, dt: float) -> list[Segment]:
 
 
 @dataclass(frozen=True)
-class Part:
+class SegmentPart:
     """A part of a segment: what a full block is made of.
 
     Attributes
@@ -82,11 +82,11 @@ class Part:
         return period_of(self.segment, self.dt)
 
     @property
-    def block(self) -> Block:
+    def block(self) -> SegmentBlock:
         """The full block."""
         return self._block if self.kept else self._made()
 
-    def folded(self, ahead: int) -> Block:
+    def folded(self, ahead: int) -> SegmentBlock:
         """Return the block that is searched, see ``folded_block``."""
         return folded_block(self.segment, self._driven(), np.asarray(self.output), ahead)
 
@@ -97,10 +97,10 @@ class Part:
         return self.drive.fits[row].sampled(self.drive.warm_up * self.dt, self.dt, len(self.output))
 
     @cached_property
-    def _block(self) -> Block:
+    def _block(self) -> SegmentBlock:
         return self._made()
 
-    def _made(self) -> Block:
+    def _made(self) -> SegmentBlock:
         return full_block(self.segment, self._driven(), np.asarray(self.output))
 
     def _driven(self) -> Drive:
@@ -108,7 +108,7 @@ class Part:
         return replace(self.drive, values=np.stack([np.asarray(v) for v in self.values])) if self.values else self.drive
 
 
-class Made(Sequence[T]):
+class LazySequence(Sequence[T]):
     """A sequence whose members are made whenever they are looked at, as all of them would take too much memory."""
 
     def __init__(self, count: int, make: Callable[[int], T]) -> None:
@@ -129,10 +129,10 @@ class Made(Sequence[T]):
         return self._make(self._places[place])
 
 
-class Blocks(Sequence[Block]):
+class Blocks(Sequence[SegmentBlock]):
     """Full blocks of parts, made when they are looked at."""
 
-    def __init__(self, parts: Iterable[Part]) -> None:
+    def __init__(self, parts: Iterable[SegmentPart]) -> None:
         self.parts = list(parts)
 
     @property
@@ -148,16 +148,16 @@ class Blocks(Sequence[Block]):
         return len(self.parts)
 
     @overload
-    def __getitem__(self, place: int) -> Block: ...
+    def __getitem__(self, place: int) -> SegmentBlock: ...
 
     @overload
     def __getitem__(self, place: slice) -> "Blocks": ...
 
-    def __getitem__(self, place: int | slice) -> "Block | Blocks":
+    def __getitem__(self, place: int | slice) -> "SegmentBlock | Blocks":
         return Blocks(self.parts[place]) if isinstance(place, slice) else self.parts[place].block
 
 
-def parts_of(segment: Segment, recording: Recording, names: Sequence[str], output: Array) -> list[Part]:
+def parts_of(segment: Segment, recording: Recording, names: Sequence[str], output: Array) -> list[SegmentPart]:
     """Return a segment as parts, one but for long segments.
 
     Parameters
@@ -175,10 +175,14 @@ def parts_of(segment: Segment, recording: Recording, names: Sequence[str], outpu
     return [_part(s, recording, names, output, (s.start - segment.start, len(found) == 1)) for s in found]
 
 
-def _part(segment: Segment, recording: Recording, names: Sequence[str], output: Array, place: tuple[int, bool]) -> Part:
+def _part(
+    segment: Segment, recording: Recording, names: Sequence[str], output: Array, place: tuple[int, bool]
+) -> SegmentPart:
     """Return one part, the samples before it and whether it is the only one given."""
     before, alone = place
-    part = Part(segment, smooth(recording, segment, names), part_of(output, segment.start, segment.stop), before, alone)
+    part = SegmentPart(
+        segment, smooth(recording, segment, names), part_of(output, segment.start, segment.stop), before, alone
+    )
     if alone:
         return part
     if part.drive.fits is None:

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 from mrfit.core.recording import Segment
 from mrfit.core.specs import Array, Index
 from mrfit.kernels.folding import compare
+from mrfit.optimizers.objective import Coordinates
 from mrfit.search.cube import Cube, FreeParameters
-from mrfit.search.objective import Coordinates
 from mrfit.signal.smoothing import Drive
 from mrfit.simulate.assembly import Assembly
 
@@ -33,7 +33,7 @@ SLOPE_BINS = 8
 
 
 @dataclass(frozen=True)
-class Block:
+class SegmentBlock:
     """One segment to be simulated and compared.
 
     Attributes
@@ -112,7 +112,7 @@ def period_of(segment: Segment, dt: float) -> float:
     return 1.0 / (segment.frequency * dt) if segment.cycles and segment.frequency > 0.0 else 0.0
 
 
-def full_block(segment: Segment, drive: Drive, output: Array) -> Block:
+def full_block(segment: Segment, drive: Drive, output: Array) -> SegmentBlock:
     """Return a block that compares every sample; a periodic drive is led in by two of its own cycles.
 
     Parameters
@@ -131,7 +131,7 @@ def full_block(segment: Segment, drive: Drive, output: Array) -> Block:
         ahead = int(round(AHEAD_CYCLES / (segment.frequency * drive.dt)))
         values, warm_up = _series(drive, lead, lead + len(output) + ahead), lead
     nodes = warm_up + np.arange(len(output))[:, None]
-    return Block(
+    return SegmentBlock(
         segment=segment,
         drive=np.ascontiguousarray(values),
         dt=drive.dt,
@@ -156,7 +156,7 @@ def _series(drive: Drive, lead: int, count: int) -> Array:
     return np.stack([fit.evaluate(times) for fit in drive.fits])
 
 
-def folded_block(segment: Segment, drive: Drive, output: Array, ahead: int = 0) -> Block:
+def folded_block(segment: Segment, drive: Drive, output: Array, ahead: int = 0) -> SegmentBlock:
     """Return a block with the samples of a periodic drive folded onto one cycle; any other drive gives a full block.
 
     ``ahead`` are the cycles that are simulated beyond the one compared.
@@ -182,7 +182,7 @@ def folded_block(segment: Segment, drive: Drive, output: Array, ahead: int = 0) 
     lead, last = SETTLE_CYCLES * PHASE_BINS, (1 + ahead) * PHASE_BINS
     times = np.arange(-lead, last, dtype=np.float64) / (PHASE_BINS * frequency) + drive.warm_up * drive.dt
     node = np.minimum(mean_phase.astype(np.int64), PHASE_BINS - 1)
-    return Block(
+    return SegmentBlock(
         segment=segment,
         drive=np.stack([fit.evaluate(times) for fit in drive.fits]),
         dt=1.0 / (PHASE_BINS * frequency),
@@ -214,7 +214,7 @@ def free_offset(assembly: Assembly) -> bool:
     return assembly.spec.free_offset
 
 
-def differences(block: Block, assembly: Assembly, theta: Array) -> Array:
+def differences(block: SegmentBlock, assembly: Assembly, theta: Array) -> Array:
     """Return simulated − measured at the targets of a block, (P, K) -> (P, B).
 
     The unknown constant of a flux record is removed: it is the mean difference, since that is what least squares gives.
@@ -223,7 +223,7 @@ def differences(block: Block, assembly: Assembly, theta: Array) -> Array:
         return differences_of(block, assembly, assembly.simulate(block.drive, theta, block.dt))
 
 
-def differences_of(block: Block, assembly: Assembly, simulated: Array) -> Array:
+def differences_of(block: SegmentBlock, assembly: Assembly, simulated: Array) -> Array:
     """Return the same of outputs that are simulated already, (P, W + M) -> (P, B)."""
     delta = np.empty((len(simulated), len(block.target)))
     with np.errstate(all="ignore"):
@@ -231,14 +231,14 @@ def differences_of(block: Block, assembly: Assembly, simulated: Array) -> Array:
     return delta
 
 
-def _compare(block: Block, assembly: Assembly, simulated: Array, scale: Array, every: int, out: Array) -> None:
+def _compare(block: SegmentBlock, assembly: Assembly, simulated: Array, scale: Array, every: int, out: Array) -> None:
     """Set out (P, B) to scale (B,) times simulated (P, W + M) − measured, see ``folding.compare``."""
     shares = block.shares if free_offset(assembly) else np.empty(0)
     compare(simulated, block.nodes, block.weights, (block.target, shares, scale), every, out)
 
 
 def residual_function(
-    blocks: list[Block], assembly: Assembly, to_theta: Callable[[Array], Array], weights: Array
+    blocks: list[SegmentBlock], assembly: Assembly, to_theta: Callable[[Array], Array], weights: Array
 ) -> Callable[[Array], Array]:
     """Return the map from points (P, F) of the cube to weighted residuals (P, M) with the mean square of the samples.
 
@@ -265,7 +265,7 @@ def residual_function(
 
 
 def _weighted(
-    blocks: Sequence[Block],
+    blocks: Sequence[SegmentBlock],
     assembly: Assembly,
     scales: tuple[list[Array], float],
     simulated: Iterable[Array],
@@ -283,7 +283,7 @@ def _weighted(
     return values
 
 
-def _scales(blocks: Sequence[Block], weights: Array) -> tuple[list[Array], float]:
+def _scales(blocks: Sequence[SegmentBlock], weights: Array) -> tuple[list[Array], float]:
     """Return the factors of ``row_scales``, and the residual that stands for what no model can remove."""
     samples = sum(b.samples for b in blocks)
     rows = sum(len(b.target) for b in blocks) + 1
@@ -291,7 +291,7 @@ def _scales(blocks: Sequence[Block], weights: Array) -> tuple[list[Array], float
     return row_scales(blocks, weights), float(scatter)
 
 
-def row_scales(blocks: Sequence[Block], weights: Array) -> list[Array]:
+def row_scales(blocks: Sequence[SegmentBlock], weights: Array) -> list[Array]:
     """Return the factor (B,) on each block's differences that gives rows with the mean square of the samples."""
     samples = sum(b.samples for b in blocks)
     rows = sum(len(b.target) for b in blocks) + 1
@@ -311,7 +311,7 @@ class Problem(Protocol):
 
 
 @dataclass(frozen=True)
-class LeastSquares:
+class ResidualProblem:
     """Any residuals over the unit cube, for searches that need nothing else of a problem."""
 
     residuals: Callable[[Array], Array]
@@ -319,7 +319,7 @@ class LeastSquares:
 
 
 @dataclass(frozen=True)
-class Posed:
+class LeastSquaresProblem:
     """A least-squares problem at hand: what is compared, with which weights, by which model over which cube.
 
     Attributes
@@ -334,7 +334,7 @@ class Posed:
         Its free parameters.
     """
 
-    blocks: list[Block]
+    blocks: list[SegmentBlock]
     weights: Array
     assembly: Assembly
     cube: Cube
@@ -390,7 +390,7 @@ class Posed:
         return sum(b.samples for b in self.blocks)
 
 
-def measured(problem: Problem) -> Posed:
+def measured(problem: Problem) -> LeastSquaresProblem:
     """Return a problem as one of measured blocks, which some strategies look into.
 
     Raises
@@ -398,6 +398,8 @@ def measured(problem: Problem) -> Posed:
     TypeError
         If it is not such a one.
     """
-    if not isinstance(problem, Posed):
-        raise TypeError(f"this strategy searches problems of measured blocks (Posed), not {type(problem).__name__}")
+    if not isinstance(problem, LeastSquaresProblem):
+        raise TypeError(
+            f"this strategy searches problems of measured blocks (LeastSquaresProblem), not {type(problem).__name__}"
+        )
     return problem

@@ -7,8 +7,8 @@ import numpy as np
 from mrfit.core.specs import Array, Reduced
 from mrfit.search import coarse_to_fine
 from mrfit.search.cube import Cube, cube_of
-from mrfit.search.limits import Run
-from mrfit.search.problem import Posed
+from mrfit.search.limits import SearchContext
+from mrfit.search.problem import LeastSquaresProblem
 from mrfit.search.result import SearchResult
 from mrfit.search.variable_projection import projection_of
 
@@ -16,7 +16,7 @@ from mrfit.search.variable_projection import projection_of
 ROUNDING = 1e-9
 
 
-def search(posed: Posed, starts: Array, run: Run) -> SearchResult:
+def search(posed: LeastSquaresProblem, starts: Array, run: SearchContext) -> SearchResult:
     """Return where `auto` ends, as ``coarse_to_fine.search``; in the model's reduced parameters where it has such.
 
     Where what they reach lies outside the bounds of the model's own parameters, or at a bound that these do not have,
@@ -39,12 +39,14 @@ def search(posed: Posed, starts: Array, run: Run) -> SearchResult:
     coarse = coarse_to_fine.search_thinned(less, way.cube.to_points(reduced.reduce(own.to_theta(starts))), run)
     outcome = coarse.outcome
     if len(coarse.points) and way.inside(outcome.point):
-        outcome = coarse_to_fine.onward(less, coarse, run)
+        outcome = coarse_to_fine.refine_on_all_data(less, coarse, run)
     ended = way.restored(outcome)
     if not np.isfinite(outcome.cost) or way.inside(outcome.point):
         return ended
     projection = projection_of(replace(posed, blocks=coarse_to_fine.thinned(posed.blocks)))
-    return coarse_to_fine.onward(posed, coarse_to_fine.Coarse(ended, ended.point[None, :], projection), run)
+    return coarse_to_fine.refine_on_all_data(
+        posed, coarse_to_fine.ThinnedSearch(ended, ended.point[None, :], projection), run
+    )
 
 
 @dataclass(frozen=True)

@@ -4,13 +4,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 from mrfit.core.specs import Array
-from mrfit.search.objective import Descent
+from mrfit.optimizers.objective import DescentEnd
 
 Ending = Literal["finished", "budget", "time", "stalled"]
 
 
 @dataclass(frozen=True, slots=True)
-class Link:
+class ChainLink:
     """What one optimizer of a chain did.
 
     Attributes
@@ -98,8 +98,8 @@ class SearchResult:
     nfev: int
     nonfinite: int
     first_nonfinite: Array | None
-    links: tuple[Link, ...]
-    descents: tuple[Descent, ...] = ()
+    links: tuple[ChainLink, ...]
+    descents: tuple[DescentEnd, ...] = ()
     agreeing: int = 0
     stages: tuple[StageResult, ...] = ()
 
@@ -135,7 +135,7 @@ class SearchResult:
 
     @property
     def preliminary(self) -> int:
-        """How many steps at the beginning of the history are costs of another problem, see ``Link``."""
+        """How many steps at the beginning of the history are costs of another problem, see ``ChainLink``."""
         return sum(len(link.history) for link in self.links if link.preliminary)
 
     @property

@@ -6,7 +6,7 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.search import chain, strategies
-from mrfit.search.limits import Limits, Run, Told, unheard
+from mrfit.search.limits import Limits, ProgressCallback, SearchContext, no_progress
 from mrfit.search.problem import Problem
 from mrfit.search.result import SearchResult
 
@@ -17,14 +17,15 @@ def run(
     limits: Limits,
     rng: np.random.Generator,
     strategy: str | strategies.Strategy = "auto",
-    on_progress: Told = unheard,
+    on_progress: ProgressCallback = no_progress,
 ) -> SearchResult:
     """Return where a strategy ends that looks for the least cost of a problem over the unit cube.
 
     Parameters
     ----------
     problem
-        Residuals over the cube; ``auto`` and ``staged`` need to know what they are made of, see ``problem.Posed``.
+        Residuals over the cube; ``auto`` and ``staged`` need to know what they are made of, see
+        ``problem.LeastSquaresProblem``.
     starts
         Start points (S, F) of the cube.
     limits
@@ -43,4 +44,4 @@ def run(
     """
     chain.check(limits)
     chosen = strategies.find(strategy) if isinstance(strategy, str) else strategy
-    return chosen.search(problem, starts, Run(rng, limits, time.monotonic(), on_progress))
+    return chosen.search(problem, starts, SearchContext(rng, limits, time.monotonic(), on_progress))

@@ -18,10 +18,10 @@ from mrfit.core.specs import Array, Index, OptimizerSpec, Stage
 from mrfit.errors import ConfigError
 from mrfit.io.schemas.fit import Caution, SearchStage
 from mrfit.optimizers import lsq
-from mrfit.search.chain import Chain, Given
+from mrfit.search.chain import Given, OptimizerChain
 from mrfit.search.cube import Cube
-from mrfit.search.limits import Limits, Run, own_generator, seconds_left, unheard
-from mrfit.search.problem import Block, Posed, Problem, measured
+from mrfit.search.limits import Limits, SearchContext, no_progress, own_generator, seconds_left
+from mrfit.search.problem import LeastSquaresProblem, Problem, SegmentBlock, measured
 from mrfit.search.result import SearchResult, StageResult
 from mrfit.search.strategy import Strategy
 from mrfit.signal.cycles import last_event
@@ -54,7 +54,7 @@ SPEC = OptimizerSpec(
 
 
 @dataclass(frozen=True)
-class Staged(Strategy):
+class StagedIdentification(Strategy):
     """Strategy: the model's stages one after another, then a chain of optimizers that begins where they end, too.
 
     Attributes
@@ -76,7 +76,7 @@ class Staged(Strategy):
     @property
     def from_points(self) -> bool:
         """Whether the chain is written to begin there."""
-        return Chain(self.name, self.given).from_points
+        return OptimizerChain(self.name, self.given).from_points
 
     @property
     def begins_with(self) -> str:
@@ -99,16 +99,16 @@ class Staged(Strategy):
 
     def budget(self, dimension: int) -> int:
         """Return the evaluations that the chain asks for; the stages have their own."""
-        return Chain(self.name, self.given).budget(dimension)
+        return OptimizerChain(self.name, self.given).budget(dimension)
 
-    def search(self, problem: Problem, starts: Array, how: Run) -> SearchResult:
+    def search(self, problem: Problem, starts: Array, how: SearchContext) -> SearchResult:
         """Return where the chain ends from the best of start points (S, F) and of the stages' end."""
         posed, model = measured(problem), measured(problem).assembly.name
         theta, rng = posed.cube.to_theta(starts[-1:])[0], own_generator(how.rng, "stages")
         theta, stages = identify(posed, model, theta, rng, how.deadline)
         starts = np.vstack([starts, posed.cube.to_points(theta[None, :])])
         left = how._replace(limits=how.limits._replace(seconds=seconds_left(how.deadline)))
-        result = Chain(self.name, self.given).search(posed, starts, left)
+        result = OptimizerChain(self.name, self.given).search(posed, starts, left)
         return replace(result, stages=stages)
 
 
@@ -118,7 +118,7 @@ def stages_of(model: str) -> tuple[Stage, ...]:
     return module.STAGES if isinstance(module, HasStages) else ()
 
 
-def kind_of(block: Block, inputs: Sequence[str]) -> str:
+def kind_of(block: SegmentBlock, inputs: Sequence[str]) -> str:
     """Return the kind of test that a block is, as a ``Stage`` names it; ``inputs`` are the rows of its drive."""
     if not np.isfinite(block.segment.current):
         return "current-step"
@@ -128,7 +128,7 @@ def kind_of(block: Block, inputs: Sequence[str]) -> str:
 
 
 def identify(
-    posed: Posed, model: str, theta: Array, rng: np.random.Generator, deadline: float | None = None
+    posed: LeastSquaresProblem, model: str, theta: Array, rng: np.random.Generator, deadline: float | None = None
 ) -> tuple[Array, tuple[StageResult, ...]]:
     """Return parameters (K,) fitted stage after stage, each from where those before it ended, and what each stage did.
 
@@ -186,7 +186,7 @@ def _belongs(name: str, stage: Stage) -> bool:
     return any(fnmatch.fnmatchcase(base_name(name), pattern) for pattern in stage.parameters)
 
 
-def settled(block: Block, inputs: Sequence[str]) -> Block:
+def settled(block: SegmentBlock, inputs: Sequence[str]) -> SegmentBlock:
     """Return a block of strokes at constant speed in which samples near reversals, where filters still act, count 0.
 
     A block without velocity, or whose speed is nowhere constant, comes back as it was.
@@ -205,7 +205,7 @@ def settled(block: Block, inputs: Sequence[str]) -> Block:
 
 
 def _fitted(
-    posed: Posed,
+    posed: LeastSquaresProblem,
     members: Sequence[int],
     free: Index,
     theta: Array,
@@ -219,9 +219,9 @@ def _fitted(
     )
     inputs, blocks = posed.assembly.spec.inputs, [posed.blocks[k] for k in members]
     blocks = [settled(b, inputs) if kind_of(b, inputs) == "constant-speed" else b for b in blocks]
-    part = Posed(blocks, posed.weights[list(members)], posed.assembly, Cube(params, free))
+    part = LeastSquaresProblem(blocks, posed.weights[list(members)], posed.assembly, Cube(params, free))
     budget = EVALUATIONS * (len(free) + 1)
-    how = Run(rng, Limits(budget, seconds_left(deadline)), time.monotonic(), unheard)
-    ended = Chain("multistart").search(part, part.cube.start[None, :], how)
+    how = SearchContext(rng, Limits(budget, seconds_left(deadline)), time.monotonic(), no_progress)
+    ended = OptimizerChain("multistart").search(part, part.cube.start[None, :], how)
     found: Array = part.cube.to_theta(ended.point[None, :])[0]
     return found, ended

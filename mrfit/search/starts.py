@@ -14,13 +14,13 @@ from mrfit.core import registry
 from mrfit.core.specs import Array, EffectSpec
 from mrfit.errors import ConfigError
 from mrfit.optimizers import multistart
+from mrfit.optimizers.objective import Objective
 from mrfit.search import run as search
-from mrfit.search.chain import Chain
+from mrfit.search.chain import OptimizerChain
 from mrfit.search.cube import Cube
 from mrfit.search.descent import Descent
 from mrfit.search.limits import Limits, seconds_left
-from mrfit.search.objective import Objective
-from mrfit.search.problem import Block, Posed
+from mrfit.search.problem import LeastSquaresProblem, SegmentBlock
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_dependence import CurrentDependence, base_name, expanded, through
 from mrfit.simulate.current_levels import level_of, levels_of
@@ -34,7 +34,7 @@ NAMED = 6
 
 
 @dataclass(frozen=True)
-class Level:
+class LevelFit:
     """What the first phase found at one current: level in A, cost, and the base model's parameters (K,)."""
 
     current: float
@@ -43,7 +43,7 @@ class Level:
 
 
 def data_starts(
-    blocks: Sequence[Block], base: Assembly, dependence: CurrentDependence | None, given: Iterable[str]
+    blocks: Sequence[SegmentBlock], base: Assembly, dependence: CurrentDependence | None, given: Iterable[str]
 ) -> list[dict[str, float]]:
     """Return the sets of start values that the data give by characteristic points, by parameter name; none if none.
 
@@ -84,7 +84,7 @@ def data_starts(
 
 def characteristic_points(
     cube: Cube,
-    blocks: Sequence[Block],
+    blocks: Sequence[SegmentBlock],
     base: Assembly,
     dependence: CurrentDependence | None,
     given: Iterable[str],
@@ -135,7 +135,7 @@ def beside_effects(starts: Sequence[Mapping[str, float]], model: str, taken: Ite
     return found
 
 
-def at_scales(cube: Cube, blocks: Iterable[Block], base: Assembly) -> Cube:
+def at_scales(cube: Cube, blocks: Iterable[SegmentBlock], base: Assembly) -> Cube:
     """Return a cube with the parameters that its SPEC fixes at the greatest values that full training blocks give."""
     fixed = [p.name for p in cube.params if p.fixed]
     if not fixed:
@@ -145,12 +145,12 @@ def at_scales(cube: Cube, blocks: Iterable[Block], base: Assembly) -> Cube:
     return replace(cube, params=tuple(replace(p, start=held.get(p.name, p.start)) for p in cube.params))
 
 
-def start_values_of(block: Block, assembly: Assembly) -> dict[str, float]:
+def start_values_of(block: SegmentBlock, assembly: Assembly) -> dict[str, float]:
     """Return the start values that a full block gives, by parameter name."""
     return assembly.start_values(*_shown(block, assembly))
 
 
-def _shown(block: Block, assembly: Assembly) -> tuple[Array, Array, float]:
+def _shown(block: SegmentBlock, assembly: Assembly) -> tuple[Array, Array, float]:
     """Return drive (C, N), output (N,) and dt of a full block as models look at them for start values."""
     return np.ascontiguousarray(block.drive[: len(assembly.spec.inputs), block.nodes[:, 0]]), block.target, block.dt
 
@@ -165,13 +165,13 @@ def node_names(base: Assembly, dependence: CurrentDependence) -> list[str]:
 
 
 def level_fits(
-    blocks: Sequence[Block],
+    blocks: Sequence[SegmentBlock],
     base: Assembly,
     cube: Cube,
     weights: Array,
     rng: np.random.Generator,
     deadline: float | None = None,
-) -> list[Level]:
+) -> list[LevelFit]:
     """Fit the base model current by current, each level but the first from its neighbour's optimum.
 
     The highest level comes first, since the loop shows most there. Going on from a neighbour keeps parameters that the
@@ -194,17 +194,17 @@ def level_fits(
     """
     levels = levels_of(b.segment for b in blocks)
     inputs = len(base.spec.inputs)
-    fits: list[Level] = []
+    fits: list[LevelFit] = []
     for level in reversed(levels):
         members = [k for k, b in enumerate(blocks) if level_of(b.segment, levels) == level]
         own = [replace(blocks[k], drive=np.ascontiguousarray(blocks[k].drive[:inputs])) for k in members]
-        problem = Posed(own, weights[members], base, cube)
+        problem = LeastSquaresProblem(own, weights[members], base, cube)
         points = np.array([cube.start, *([cube.to_points(fits[-1].theta[None, :])[0]] if fits else [])])
-        strategy = Descent(OTHER_LEVELS, SETTLED, 0.0) if fits else Chain("multistart", scored=True)
+        strategy = Descent(OTHER_LEVELS, SETTLED, 0.0) if fits else OptimizerChain("multistart", scored=True)
         evaluations = OTHER_LEVELS if fits else FIRST_LEVEL
         limits = Limits(evaluations * (len(cube.free) + 1) + len(points), seconds_left(deadline))
         found = search.run(problem, points, limits, rng, strategy)
-        fits.append(Level(level, found.cost, cube.to_theta(found.point[None, :])[0]))
+        fits.append(LevelFit(level, found.cost, cube.to_theta(found.point[None, :])[0]))
     return fits[::-1]
 
 
@@ -215,7 +215,7 @@ def descended(residuals: Callable[[Array], Array], point: Array, allowed: int) -
     return objective.best_point
 
 
-def two_phase_start(levels: Sequence[Level], base: Assembly, dependence: CurrentDependence) -> dict[str, float]:
+def two_phase_start(levels: Sequence[LevelFit], base: Assembly, dependence: CurrentDependence) -> dict[str, float]:
     """Return the parameters at the nodes, by name, of the polynomials through the levels' values."""
     sound = [level for level in levels if np.isfinite(level.cost)]
     if not sound:

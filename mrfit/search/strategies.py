@@ -7,12 +7,12 @@ from types import ModuleType
 from mrfit.core import registry
 from mrfit.core.specs import OptimizerSpec
 from mrfit.search import auto, staged
-from mrfit.search.chain import Chain, Given, parts
+from mrfit.search.chain import Given, OptimizerChain, parts
 from mrfit.search.strategy import Strategy as Strategy
 
 
 @dataclass(frozen=True)
-class Registered:
+class StrategyEntry:
     """A strategy that has a name of its own.
 
     Attributes
@@ -38,9 +38,9 @@ class Registered:
 
 
 # Any other name is a chain of optimizers
-STRATEGIES: Mapping[str, Registered] = {
-    auto.SPEC.name: Registered(auto, lambda name, given: auto.Auto(), leads=False),
-    staged.SPEC.name: Registered(staged, staged.Staged, leads=True),
+STRATEGIES: Mapping[str, StrategyEntry] = {
+    auto.SPEC.name: StrategyEntry(auto, lambda name, given: auto.Auto(), leads=False),
+    staged.SPEC.name: StrategyEntry(staged, staged.StagedIdentification, leads=True),
 }
 
 
@@ -56,7 +56,7 @@ def find(name: str, given: Given = ()) -> Strategy:
     for own in (STRATEGIES[part] for part in written if part in STRATEGIES):
         if own.leads or len(written) == 1:
             return own.make(name, given)
-    return Chain(name, given)
+    return OptimizerChain(name, given)
 
 
 def specs() -> dict[str, OptimizerSpec]:

@@ -3,7 +3,7 @@
 from typing import Protocol
 
 from mrfit.core.specs import Array
-from mrfit.search.limits import Run
+from mrfit.search.limits import SearchContext
 from mrfit.search.problem import Problem
 from mrfit.search.result import SearchResult
 
@@ -42,5 +42,5 @@ class Strategy(Protocol):
     def budget(self, dimension: int) -> int:
         """Return the evaluations that it asks for where nobody limits them."""
 
-    def search(self, problem: Problem, starts: Array, how: Run) -> SearchResult:
+    def search(self, problem: Problem, starts: Array, how: SearchContext) -> SearchResult:
         """Return where it ends from start points (S, F)."""

@@ -15,9 +15,9 @@ import numpy as np
 from mrfit.core.specs import Array, Index
 from mrfit.kernels.cube import stencils, varied_stencils
 from mrfit.kernels.linear import Mask, affine_model, projected, reduced_model, with_last_share
+from mrfit.optimizers.objective import BLOCK_NUMBERS, DIFFERENCE_STEP, Objective
 from mrfit.search.cube import Cube
-from mrfit.search.objective import BLOCK_NUMBERS, STEP, Objective
-from mrfit.search.problem import Posed
+from mrfit.search.problem import LeastSquaresProblem
 
 # Samples of a point that are simulated beyond what its model needs, to have all in one call
 MORE_SAMPLES = 1280
@@ -27,7 +27,7 @@ LEAST_START = 1e-5
 AFFINE = 1e-7
 
 
-class Solved(NamedTuple):
+class ProjectedPoints(NamedTuple):
     """Points with their best linear parameters.
 
     theta (P, K), residuals (P, M) and their root mean square (P,), basis (P, L, M), free ones of the linear (P, L).
@@ -59,13 +59,13 @@ class Projection:
         Whether the response vanishes with the linear parameters: one's share is then what the others leave.
     """
 
-    posed: Posed
+    posed: LeastSquaresProblem
     linear: Index
     cube: Cube
     moving: Index
     complete: bool = False
 
-    def solve(self, points: Array) -> Solved:
+    def solve(self, points: Array) -> ProjectedPoints:
         """Return points (P, F) of the remaining cube with their best linear parameters, by so many simulations each."""
         theta = self.cube.to_theta(points)
         return self._solved(theta, self._with_last(self._simulated(theta, self._varied)))
@@ -97,12 +97,12 @@ class Projection:
         rest = self.posed.silent if not len(still) else self.posed.silent + ratios[still] @ self._still[still]
         return rest, ratios[self.moving]
 
-    def _solved(self, theta: Array, rows: Array) -> Solved:
+    def _solved(self, theta: Array, rows: Array) -> ProjectedPoints:
         """Return points at theta (P, K), simulated as in ``_simulated``, with their best linear parameters."""
         start, steps, low, high = self._ranges
         weights, residuals, costs, basis, free = projected(rows, self._still, self.moving, low, high)
         theta[:, self.linear] = np.minimum(np.maximum(start + steps * weights, self._bounds[0]), self._bounds[1])
-        return Solved(theta, residuals, costs, basis, free)
+        return ProjectedPoints(theta, residuals, costs, basis, free)
 
     def _simulated(self, theta: Array, places: Index) -> Array:
         """Return residuals (P, 1 + V, M) at the linear parameters' start, and one step along each of some of them."""
@@ -163,7 +163,7 @@ class Projection:
             parts = np.zeros_like(solved.residuals), solved.residuals, solved.basis, solved.free
             steps = np.ascontiguousarray(1.0 / self.cube.slopes(solved.theta))
             return solved.costs, *reduced_model(rows, steps, parts)
-        (count, dimension), around = points.shape, stencils(points, STEP)
+        (count, dimension), around = points.shape, stencils(points, DIFFERENCE_STEP)
         if self.at_once:
             theta = varied_stencils(around[0].reshape(-1, dimension), self.cube.map, *self._moved)
             rows = self._with_last(self.posed.of_theta(theta).reshape(count * (dimension + 1), self.simulations, -1))
@@ -204,7 +204,7 @@ class Projection:
         return np.ascontiguousarray(points[:, kept])
 
     @cached_property
-    def _probed(self) -> Solved:
+    def _probed(self) -> ProjectedPoints:
         """Two points of the remaining cube with their best linear parameters."""
         with np.errstate(all="ignore"):
             return self.solve(self.cube.probes())
@@ -254,7 +254,7 @@ class SeparableObjective(Objective):
 
     projection: Projection = field(kw_only=True)
 
-    def repose(self, posed: Posed) -> None:
+    def repose(self, posed: LeastSquaresProblem) -> None:
         """Go on with another problem over the same cube, see ``Objective.restate``."""
         self.projection = replace(self.projection, posed=posed)
         self.restate(self.projection.residuals)
@@ -286,7 +286,7 @@ class SeparableObjective(Objective):
         return costs, gradients, curvatures
 
 
-def projection_of(posed: Posed) -> Projection | None:
+def projection_of(posed: LeastSquaresProblem) -> Projection | None:
     """Return the problem with its linear parameters eliminated; None where it has none, or is not affine in them."""
     names = [p.name for p in posed.cube.params]
     linear = np.array([k for k in posed.cube.free if names[k] in posed.assembly.spec.linear], dtype=np.int64)

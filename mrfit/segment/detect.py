@@ -10,7 +10,7 @@ from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
 from mrfit.io.columns import mean_and_deviation, part_of, span
 from mrfit.segment.waveform import STILL_NOISE, TRIANGLE_MISFIT, irregular_waveform, periodic_waveform
-from mrfit.signal.cycles import Stretch, gaps, steady_stretches, turning_points
+from mrfit.signal.cycles import SteadyCycles, gaps, steady_stretches, turning_points
 from mrfit.signal.long_cycles import stretches_of
 from mrfit.signal.noise import noise_level
 from mrfit.signal.thinning import thinned
@@ -128,7 +128,7 @@ def _detected(
     return _numbered(sorted(ranges, key=lambda s: s.start), recording.id), said
 
 
-def _fragments(values: Array, stretches: Sequence[Stretch]) -> list[Stretch]:
+def _fragments(values: Array, stretches: Sequence[SteadyCycles]) -> list[SteadyCycles]:
     """Return the small cycles that end within one cycle of the motion (N,) about them: a rig that trembles at rest."""
     whole = float(np.ptp(values))
     points = turning_points(values, max(IRREGULAR_SHARE * whole, STILL_NOISE * noise_level(values)))
@@ -136,7 +136,7 @@ def _fragments(values: Array, stretches: Sequence[Stretch]) -> list[Stretch]:
     return [s for s in stretches if s.stop - s.start < cycle and 2.0 * s.fit.amplitude < IRREGULAR_SHARE * whole]
 
 
-def _covered(stretches: Sequence[Stretch]) -> int:
+def _covered(stretches: Sequence[SteadyCycles]) -> int:
     return sum(s.stop - s.start for s in stretches)
 
 
@@ -178,7 +178,7 @@ def held_level(recording: Recording, name: str, start: int, stop: int) -> float:
     return mean if spread <= limit or name == "temperature" else float("nan")
 
 
-def _periodic(recording: Recording, drive: str, stretch: Stretch, settle: int) -> Segment:
+def _periodic(recording: Recording, drive: str, stretch: SteadyCycles, settle: int) -> Segment:
     period = 1.0 / (stretch.fit.frequency * recording.dt)
     lead = max(0, min(settle, stretch.cycles - 2))
     cycles = stretch.cycles - lead

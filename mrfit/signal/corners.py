@@ -30,7 +30,7 @@ EXPLAINED, OVERWHELMING = 2.0, 30.0
 USUAL, ROUGH = 0.25, 1.5
 # Quartile of χ² with SIDE − 3 degrees of freedom
 USUAL_BY_CHANCE = 5.899
-# OfCondition at all only where a kink or a step explains this much
+# Tested at all only where a kink or a step explains this much
 CANDIDATE = 30.0
 # Rounding errors in shares of a signal's range
 ROUNDING = 1e-10

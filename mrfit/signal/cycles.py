@@ -27,7 +27,7 @@ CORRELATED_SAMPLES = 1 << 16
 
 
 @dataclass(frozen=True, slots=True)
-class Stretch:
+class SteadyCycles:
     """Steady cycles of a signal.
 
     Attributes
@@ -109,7 +109,7 @@ def without_small_swings(values: Array, swing: float) -> Array:
 
 def steady_stretches(
     values: Array, dt: float, levels: Sequence[Array] = (), min_cycles: int = 2, tolerance: float = TOLERANCE
-) -> list[Stretch]:
+) -> list[SteadyCycles]:
     """Return the stretches in which a signal repeats itself, in order of time; they do not overlap.
 
     Parameters
@@ -126,9 +126,9 @@ def steady_stretches(
         Departure from the stretch's Fourier series, in shares of its amplitude, at which a stretch ends.
     """
     span = float(np.ptp(values)) if len(values) else 0.0
-    search = _Search(values, dt, noise_level(values), min_cycles, tolerance)
+    search = _CycleSearch(values, dt, noise_level(values), min_cycles, tolerance)
     level_noise = [noise_level(level) + 0.02 * float(np.ptp(level)) for level in levels]
-    found: list[Stretch] = []
+    found: list[SteadyCycles] = []
     for scale in SCALES if span > 0.0 else ():
         swing = scale * span
         if swing <= NOISE_SWING * search.noise:
@@ -143,17 +143,17 @@ def steady_stretches(
     return _without_transients(sorted(found, key=lambda s: s.start), dt, 4 * AGREEMENT * tolerance)
 
 
-def gaps(stretches: Sequence[Stretch], samples: int) -> list[tuple[int, int]]:
+def gaps(stretches: Sequence[SteadyCycles], samples: int) -> list[tuple[int, int]]:
     """Return the sample ranges that no stretch covers."""
     ordered = sorted(stretches, key=lambda s: s.start)
     edges = [0, *(edge for s in ordered for edge in (s.start, s.stop)), samples]
     return [(a, b) for a, b in zip(edges[0::2], edges[1::2], strict=True) if b - a > 4]
 
 
-def _without_transients(stretches: list[Stretch], dt: float, near: float) -> list[Stretch]:
+def _without_transients(stretches: list[SteadyCycles], dt: float, near: float) -> list[SteadyCycles]:
     """Return the stretches but for short ones that run into a longer one of nearly the same cycles: its transients."""
 
-    def runs_into(short: Stretch, long: Stretch) -> bool:
+    def runs_into(short: SteadyCycles, long: SteadyCycles) -> bool:
         apart = max(short.start, long.start) - min(short.stop, long.stop)
         return (
             2 * short.cycles <= long.cycles
@@ -234,7 +234,7 @@ def _chance(run: list[_Cycle], runs: list[list[_Cycle]]) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class _Search:
+class _CycleSearch:
     """Turns runs of agreeing cycles into stretches of one signal."""
 
     values: Array
@@ -243,9 +243,9 @@ class _Search:
     min_cycles: int
     tolerance: float
 
-    def refined(self, runs: list[list[_Cycle]], limits: tuple[int, int]) -> list[Stretch]:
+    def refined(self, runs: list[list[_Cycle]], limits: tuple[int, int]) -> list[SteadyCycles]:
         """Return the stretches of runs, widened or narrowed to where the signal follows the run's series."""
-        found: list[Stretch] = []
+        found: list[SteadyCycles] = []
         for k, run in enumerate(runs):
             begin = found[-1].stop if found else limits[0]
             end = int(runs[k + 1][0].start) if k + 1 < len(runs) else limits[1]
@@ -255,7 +255,7 @@ class _Search:
             found += [stretch] if stretch else []
         return found
 
-    def by_correlation(self, limits: tuple[int, int], least_swing: float) -> list[Stretch]:
+    def by_correlation(self, limits: tuple[int, int], least_swing: float) -> list[SteadyCycles]:
         """Return the stretch of a signal that repeats a pattern of several reversals, if it does."""
         window = self.values[limits[0] : limits[1]]
         if len(window) < 16 or np.ptp(window) < least_swing:
@@ -266,7 +266,7 @@ class _Search:
         stretch = self._stretch(limits, lag, limits)
         return [stretch] if stretch else []
 
-    def _stretch(self, run: tuple[int, int], period: float, limits: tuple[int, int]) -> Stretch | None:
+    def _stretch(self, run: tuple[int, int], period: float, limits: tuple[int, int]) -> SteadyCycles | None:
         start, stop = run
         fit = harmonic_fit(self.values[start:stop], self.dt, 1.0 / (period * self.dt))
         for _ in range(2):
@@ -282,7 +282,7 @@ class _Search:
                 return None
             fit = harmonic_fit(self.values[start:stop], self.dt, fit.frequency)
         cycles = int((stop - start + 0.5) * self.dt * fit.frequency)
-        return Stretch(start, stop, fit, cycles) if cycles >= self.min_cycles else None
+        return SteadyCycles(start, stop, fit, cycles) if cycles >= self.min_cycles else None
 
     def _follows(self, departure: Array, middle: int, period: float, amplitude: float) -> tuple[int, int]:
         """Return the range round ``middle`` in which the departure, averaged over a 20th of a cycle, stays small."""

@@ -30,7 +30,7 @@ VISIBLE = 0.3
 
 
 @dataclass(frozen=True)
-class Drift:
+class SteadyDrift:
     """A steady drift of a record.
 
     Attributes
@@ -61,7 +61,7 @@ class Drift:
         return both
 
 
-def steady_drift(residual: Array, output: Array, dt: float, cycles: int = 0) -> Drift | None:
+def steady_drift(residual: Array, output: Array, dt: float, cycles: int = 0) -> SteadyDrift | None:
     """Return the steady drift in a residual (N,), None where it is no more than noise.
 
     Parameters
@@ -90,7 +90,7 @@ def steady_drift(residual: Array, output: Array, dt: float, cycles: int = 0) -> 
         rates.append(float(np.ptp(factor) * np.sign(factor[-1] - factor[0])) / (len(residual) * dt))
     if not any(np.any(part) for part in parts):
         return None
-    return Drift(parts[0], parts[1], rates[0], rates[1])
+    return SteadyDrift(parts[0], parts[1], rates[0], rates[1])
 
 
 def _trend(residual: Array, carriers: list[Array], last: int) -> tuple[Array, Array]:
@@ -159,7 +159,7 @@ def _noise_power(power: Array, count: float) -> tuple[Array, float]:
     return found, count * float(np.sum(high))
 
 
-def drift_row(condition: str, segment: str, drift: Drift) -> DriftRow:
+def drift_row(condition: str, segment: str, drift: SteadyDrift) -> DriftRow:
     """Return a drift as fit.json and discovery.json have it."""
     return DriftRow(
         condition=condition,

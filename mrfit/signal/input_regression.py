@@ -49,7 +49,7 @@ FEWEST_WORTH, CLOSE = 16, 1.3
 
 
 @dataclass(frozen=True)
-class Motion:
+class DrivingInput:
     """The input that drives a specimen, at every sample (N,): what moves, its rate and the rate of that.
 
     ``others`` are further inputs that vary: current beside a stroke, temperature.
@@ -62,7 +62,7 @@ class Motion:
     dt: float
 
 
-def regression_floor(values: Array, motion: Motion) -> NoiseFloor:
+def regression_floor(values: Array, motion: DrivingInput) -> NoiseFloor:
     """Return the noise floor of an output (N,) by regression on its inputs; not known where that explains too little.
 
     Parameters
@@ -102,7 +102,7 @@ def regression_floor(values: Array, motion: Motion) -> NoiseFloor:
     return not_known(values, high)
 
 
-def library(motion: Motion, rows: Index) -> Array:
+def library(motion: DrivingInput, rows: Index) -> Array:
     """Return the columns (R, M) on which an output is regressed, at the samples ``rows`` (R,)."""
     moved, turn = _scaled(motion.moved), 1.0 / _bandwidth(motion)
     rate, acceleration = _scaled(motion.rate), _scaled(motion.acceleration)
@@ -177,7 +177,7 @@ def _stop(moved: Array, half_width: float) -> Array:
     return stop
 
 
-def _bandwidth(motion: Motion) -> float:
+def _bandwidth(motion: DrivingInput) -> float:
     """Return the angular frequency in rad/s below which lies 95 % of the rate's power."""
     rate = (motion.rate - motion.rate.mean()) * np.hanning(len(motion.rate))
     power = np.cumsum(np.abs(np.fft.rfft(rate)) ** 2)
@@ -214,7 +214,7 @@ def _cross_validated(columns: Array, target: Array, block: int) -> _Fit:
     return _Fit(best, target - fitted, block)
 
 
-def _sizes(motion: Motion, rows: Index, fitted: Array) -> list[Array]:
+def _sizes(motion: DrivingInput, rows: Index, fitted: Array) -> list[Array]:
     """Return by what the samples are sorted into bins."""
     sizes = [np.abs(motion.rate[rows]), np.abs(motion.acceleration[rows]), motion.moved[rows], np.abs(fitted)]
     for other in motion.others:
@@ -244,7 +244,7 @@ def _quiet(found: _Fit, sizes: Sequence[Array], kept: int) -> tuple[float, Mask]
     return float(np.sqrt(max(0.5 * least, 0.0))), where
 
 
-def _states(motion: Motion, rows: Index, target: Array, found: _Fit) -> tuple[Array, Array]:
+def _states(motion: DrivingInput, rows: Index, target: Array, found: _Fit) -> tuple[Array, Array]:
     """Return two spaces (N, D) in which samples with the same residual would be near each other."""
     fitted = target - found.fitted_residual
     moved, r, turn = _scaled(motion.moved), _scaled(motion.rate), 1.0 / _bandwidth(motion)

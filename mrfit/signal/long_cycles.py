@@ -7,7 +7,7 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.io.columns import is_on_disk
-from mrfit.signal.cycles import AGREEMENT, TOLERANCE, Stretch, steady_stretches
+from mrfit.signal.cycles import AGREEMENT, TOLERANCE, SteadyCycles, steady_stretches
 from mrfit.signal.noise import noise_level
 
 # Samples of a window; the last one takes up to half as many more
@@ -18,12 +18,12 @@ COMPARED = 8
 
 def stretches_of(
     values: Array, dt: float, levels: Sequence[Array] = (), min_cycles: int = 2, tolerance: float = TOLERANCE
-) -> list[Stretch]:
+) -> list[SteadyCycles]:
     """Return the stretches in which a signal repeats itself, as ``steady_stretches``; it may stay on disk."""
     if not is_on_disk(values) or len(values) <= WINDOW:
         return steady_stretches(np.asarray(values), dt, [np.asarray(v) for v in levels], min_cycles, tolerance)
     edges = [*range(0, len(values) - WINDOW // 2, WINDOW), len(values)]
-    runs: list[list[Stretch]] = []
+    runs: list[list[SteadyCycles]] = []
     for begin, end in zip(edges[:-1], edges[1:], strict=True):
         own = [level[begin:end] for level in levels]
         for one in steady_stretches(values[begin:end], dt, own, min_cycles, tolerance):
@@ -35,7 +35,7 @@ def stretches_of(
     return [_joined(run, dt) for run in runs]
 
 
-def _goes_on(before: Stretch, after: Stretch, dt: float, tolerance: float) -> bool:
+def _goes_on(before: SteadyCycles, after: SteadyCycles, dt: float, tolerance: float) -> bool:
     """Tell whether a stretch goes on where another one ends, alike in period, shape and phase."""
     one, other = before.fit, after.fit
     apart = (after.start - before.start) * dt
@@ -47,7 +47,7 @@ def _goes_on(before: Stretch, after: Stretch, dt: float, tolerance: float) -> bo
     return departure <= AGREEMENT * tolerance * max(one.amplitude, other.amplitude)
 
 
-def _level(before: Stretch, after: Stretch, levels: Sequence[Array], dt: float) -> bool:
+def _level(before: SteadyCycles, after: SteadyCycles, levels: Sequence[Array], dt: float) -> bool:
     """Tell whether the levels at the end of a stretch are those at the begin of the next."""
     length = int(COMPARED / (before.fit.frequency * dt))
     for level in levels:
@@ -60,7 +60,7 @@ def _level(before: Stretch, after: Stretch, levels: Sequence[Array], dt: float) 
     return True
 
 
-def _joined(run: Sequence[Stretch], dt: float) -> Stretch:
+def _joined(run: Sequence[SteadyCycles], dt: float) -> SteadyCycles:
     """Return one stretch of several that go on, its frequency by the phases of the first and the last."""
     first, last = run[0], run[-1]
     if len(run) == 1:
@@ -77,10 +77,10 @@ def _joined(run: Sequence[Stretch], dt: float) -> Stretch:
     samples = np.array([s.stop - s.start for s in run], dtype=np.float64)
     residual = float(np.sqrt(np.average([s.fit.residual**2 for s in run], weights=samples)))
     cycles = int((last.stop - first.start + 0.5) * dt * frequency)
-    return Stretch(first.start, last.stop, replace(first.fit, frequency=frequency, residual=residual), cycles)
+    return SteadyCycles(first.start, last.stop, replace(first.fit, frequency=frequency, residual=residual), cycles)
 
 
-def _phase(stretch: Stretch, line: int, seconds: float) -> float:
+def _phase(stretch: SteadyCycles, line: int, seconds: float) -> float:
     """Return the phase of one line of a stretch's series, so long after its first sample, in turns."""
     fit = stretch.fit
     value = fit.coefficients[line] if line <= fit.harmonics else 0.0

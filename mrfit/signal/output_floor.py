@@ -9,9 +9,9 @@ import numpy as np
 from mrfit.core.channels import DRIVING, LEVELS
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
-from mrfit.signal.drift import Drift, steady_drift
+from mrfit.signal.drift import SteadyDrift, steady_drift
 from mrfit.signal.harmonics import harmonic_fit
-from mrfit.signal.input_regression import Motion, regression_floor
+from mrfit.signal.input_regression import DrivingInput, regression_floor
 from mrfit.signal.long_segments import middle_piece
 from mrfit.signal.noise import TREND_CYCLES, noise_floor, noise_level, quantisation
 from mrfit.signal.noise_floor import NoiseFloor, measured_samples, not_known, white_noise
@@ -86,7 +86,7 @@ def cycles_floor(recording: Recording, segment: Segment, values: Array) -> Noise
     return floor if value <= SAME * other.value else other
 
 
-def cycles_drift(values: Array, segment: Segment, dt: float) -> Drift | None:
+def cycles_drift(values: Array, segment: Segment, dt: float) -> SteadyDrift | None:
     """Return the steady drift of an output (N,) over cycles of the same drive, None where there is none."""
     repeated = harmonic_fit(values, dt, segment.frequency, refine=False)
     series = repeated.evaluate(np.arange(len(values), dtype=np.float64) * dt)
@@ -138,7 +138,7 @@ def _by_regression(recording: Recording, segment: Segment, values: Array) -> Noi
     return not_known(values) if motion is None else regression_floor(values, motion)
 
 
-def motion_of(recording: Recording, segment: Segment) -> Motion | None:
+def motion_of(recording: Recording, segment: Segment) -> DrivingInput | None:
     """Return what drives a specimen over a segment, None where nothing that moves was recorded.
 
     The inputs are smoothed as recorded, without any series: cycles that differ stay different.
@@ -162,7 +162,7 @@ def motion_of(recording: Recording, segment: Segment) -> Motion | None:
         if other != name and values is not None and _varies(values[window]):
             others.append(Smoother(values[window]).smoothed(0).values[kept])
     moved, rate, acceleration = (part[kept] for part in parts)
-    return Motion(moved, rate, acceleration, others, recording.dt)
+    return DrivingInput(moved, rate, acceleration, others, recording.dt)
 
 
 def _varies(values: Array) -> bool:

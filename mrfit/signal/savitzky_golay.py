@@ -39,14 +39,14 @@ DIRECT = 64
 
 
 @dataclass(frozen=True, slots=True)
-class Pieces:
+class SmoothRanges:
     """The ranges between corners; window ends and averages stay within them."""
 
     starts: Indices
     stops: Indices
 
     @classmethod
-    def between(cls, corners: Indices, samples: int) -> "Pieces":
+    def between(cls, corners: Indices, samples: int) -> "SmoothRanges":
         """Return the pieces between the first samples after corners."""
         return cls(np.concatenate([[0], corners]), np.concatenate([corners, [samples]]))
 
@@ -99,7 +99,7 @@ class _Window:
         at = self._powers[: self.half, : slopes.shape[1]] @ slopes.T / (self.half + 1.0) ** derivative
         return basis, np.linalg.solve(triangle.T, at.T).T
 
-    def applied(self, values: Array, pieces: Pieces, derivative: int) -> tuple[Array, Array]:
+    def applied(self, values: Array, pieces: SmoothRanges, derivative: int) -> tuple[Array, Array]:
         """Return estimates and their variance in shares of the noise's, (N,), right where pieces are long enough."""
         kernel = self.kernel(derivative)
         estimate, variance = np.zeros(len(values)), np.full(len(values), float(kernel @ kernel))
@@ -162,7 +162,7 @@ class Smoother:
         self.values, self.noise = values, noise
         self.level = white_part(values) if noise is None else noise
         self.offset, self.span = float(values.mean()), float(np.ptp(values))
-        self.pieces = Pieces.between(find_corners(values, self.level), len(values))
+        self.pieces = SmoothRanges.between(find_corners(values, self.level), len(values))
         self.corners = len(self.pieces.starts) - 1
 
     @cached_property
@@ -190,7 +190,7 @@ class Smoother:
         rest = ~self.pieces.spread(whole)
         if rest.any():
             lengths = self.pieces.lengths[~whole]
-            pieces = Pieces(np.cumsum(lengths) - lengths, np.cumsum(lengths))
+            pieces = SmoothRanges(np.cumsum(lengths) - lengths, np.cumsum(lengths))
             windows = _windows(int(lengths.max()), derivative)[: None if noisy else 1]
             local = _Ladder((self.values - self.offset)[rest], pieces, derivative, self.power).climbed(windows)
             found.values[rest], found.variance[rest] = local.values, local.variance
@@ -236,7 +236,7 @@ def _coloured(values: Array, starts: Indices, power: Array) -> Array:
     kept = np.flatnonzero(chosen)
     breaks = np.flatnonzero(np.diff(kept, prepend=-2) > 1)
     inside = np.searchsorted(kept, starts[chosen[starts]])
-    pieces = Pieces.between(np.unique(np.concatenate([breaks, inside]))[1:], len(kept))
+    pieces = SmoothRanges.between(np.unique(np.concatenate([breaks, inside]))[1:], len(kept))
     sample, span = values[kept], float(np.ptp(values))
     seen, last, noisy = power.copy(), 0, False
     windows = _windows(int(pieces.lengths.max()) // 4, 0)
@@ -258,7 +258,7 @@ def _coloured(values: Array, starts: Indices, power: Array) -> Array:
 
 
 def _difference(
-    pieces: Pieces,
+    pieces: SmoothRanges,
     wide: tuple[tuple[Array, Array], _Window],
     narrow: tuple[tuple[Array, Array], _Window],
     derivative: int,
@@ -283,7 +283,7 @@ def _difference(
 class _Ladder:
     """Windows from narrow to wide, each used where those up to the next wider one agree."""
 
-    def __init__(self, values: Array, pieces: Pieces, derivative: int, power: Array) -> None:
+    def __init__(self, values: Array, pieces: SmoothRanges, derivative: int, power: Array) -> None:
         self.values, self.pieces, self.derivative, self.power = values, pieces, derivative, power
 
     def climbed(self, windows: list[_Window]) -> Mixture:

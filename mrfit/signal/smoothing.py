@@ -74,7 +74,7 @@ class Drive:
 
 
 @dataclass(frozen=True, slots=True)
-class _Channel:
+class _SmoothedChannel:
     values: Array
     method: str
     noise: float
@@ -106,7 +106,7 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
     begin = max(segment.start - segment.warm_up, 0)
     sources = {name: _source(recording, segment, name) for name in names if name != TIME}
     frequency = _frequency(recording, segment, begin)
-    smoothed: dict[tuple[str, int], _Channel] = {}
+    smoothed: dict[tuple[str, int], _SmoothedChannel] = {}
     smoothers: dict[str, HarmonicFit | ModulatedSeries | Smoother] = {}
     for source, derivative in sources.values():
         if isinstance(source, str) and (source, derivative) not in smoothed:
@@ -124,7 +124,7 @@ def smooth(recording: Recording, segment: Segment, names: Sequence[str]) -> Driv
     }
     if TIME in names:
         elapsed = np.arange(begin, segment.stop, dtype=np.float64) * recording.dt
-        channels[TIME] = _Channel(elapsed, "as recorded", 0.0, None)
+        channels[TIME] = _SmoothedChannel(elapsed, "as recorded", 0.0, None)
     fits = [c.fit for c in channels.values() if c.fit is not None]
     return Drive(
         values=np.stack([channels[n].values for n in names]),
@@ -267,26 +267,26 @@ def _local(values: Array) -> Smoother:
 
 def _smoothed(
     values: Array, dt: float, smoother: HarmonicFit | ModulatedSeries | Smoother, derivative: int
-) -> _Channel:
+) -> _SmoothedChannel:
     if isinstance(smoother, HarmonicFit):
         series = smoother
         rates = series.coefficients * (2j * np.pi * np.arange(series.harmonics + 1) * series.frequency) ** derivative
         text = f"harmonic fit, {series.harmonics} harmonic{'s' * (series.harmonics != 1)} of {series.frequency:.5g} Hz"
         signal = synthesis(rates, 2 * np.pi * series.frequency * dt, len(values))
-        return _Channel(signal, text, series.residual, replace(series, coefficients=rates))
+        return _SmoothedChannel(signal, text, series.residual, replace(series, coefficients=rates))
     if isinstance(smoother, ModulatedSeries):
         text = f"modulated harmonic fit, amplitude and timing differ by {100 * smoother.depth:.2g} %"
-        return _Channel(smoother.derivatives[derivative], text, smoother.residual, None)
+        return _SmoothedChannel(smoother.derivatives[derivative], text, smoother.residual, None)
     found = smoother.smoothed(derivative)
     text = "as recorded"
     if found.widest > 1:
         windows = f"{found.window}" if found.widest <= found.window else f"{found.window} to {found.widest}"
         text = f"savitzky-golay, window {windows} samples, order {POLYNOMIAL_ORDER}"
         text += f", {smoother.corners} corner{'s' * (smoother.corners != 1)} kept" if smoother.corners else ""
-    return _Channel(found.values / dt**derivative, text, smoother.residual, None)
+    return _SmoothedChannel(found.values / dt**derivative, text, smoother.residual, None)
 
 
-def _held(values: Array, channel: _Channel) -> _Channel:
+def _held(values: Array, channel: _SmoothedChannel) -> _SmoothedChannel:
     levels = at_levels(values, channel.values, noise_level(values))
     held = int(np.sum(levels != channel.values))
     text = f"{channel.method}; held levels at their means" if held else channel.method
@@ -305,11 +305,11 @@ def _leaves_noise(fit: HarmonicFit, values: Array, dt: float) -> bool:
     return bool(fit.residual <= max(limits) * noise_floor(values, dt, fit.frequency, cycles))
 
 
-def _level(level: float, count: int) -> _Channel:
-    return _Channel(np.full(count, level), "constant", 0.0, HarmonicFit(1.0, np.array([level + 0j]), 0.0))
+def _level(level: float, count: int) -> _SmoothedChannel:
+    return _SmoothedChannel(np.full(count, level), "constant", 0.0, HarmonicFit(1.0, np.array([level + 0j]), 0.0))
 
 
-def _method(channels: Mapping[str, _Channel], sources: Mapping[str, tuple[str | float, int]]) -> str:
+def _method(channels: Mapping[str, _SmoothedChannel], sources: Mapping[str, tuple[str | float, int]]) -> str:
     texts = {}
     for name, channel in channels.items():
         source, derivative = sources.get(name, (name, 0))

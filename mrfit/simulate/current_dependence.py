@@ -49,7 +49,7 @@ current that saturates.
 
 
 @dataclass(frozen=True, slots=True)
-class Piece:
+class CurrentPiece:
     """One polynomial: its range and its nodes (m + 1,) in A, and their places among all nodes of the parameter."""
 
     low: float
@@ -72,7 +72,7 @@ class CurrentDependence:
     orders
         (parameter name, order) pairs; parameters not named are constant.
     low, high
-        OfCondition range of current in A.
+        Ends in A of the range of current tested.
 
     Raises
     ------
@@ -103,7 +103,7 @@ class CurrentDependence:
         """Whether any parameter depends on current."""
         return any(order for _, order in self.orders)
 
-    def pieces(self, order: Order) -> tuple[Piece, ...]:
+    def pieces(self, order: Order) -> tuple[CurrentPiece, ...]:
         """Return the polynomials of a parameter of this order, by rising current."""
         return _pieces(order, self.low, self.high)
 
@@ -191,7 +191,7 @@ def base_name(name: str) -> str:
 
 
 @dataclass(frozen=True, slots=True, order=True)
-class Node:
+class CurrentNode:
     """A current in A at which a parameter is given; ``side`` is -1 below a jump there, 1 above it, else 0."""
 
     current: float
@@ -201,10 +201,10 @@ class Node:
 _NODE = re.compile(r"(-?[\d.]+(?:e[-+]?\d+)?)A([-+]?)")
 
 
-def node_of(name: str) -> Node | None:
+def node_of(name: str) -> CurrentNode | None:
     """Return where a parameter's value is given, by a name of ``labels``; None where it is the same at all."""
     match = _NODE.fullmatch(name.partition("@")[2])
-    return Node(float(match[1]), {"-": -1, "": 0, "+": 1}[match[2]]) if match else None
+    return CurrentNode(float(match[1]), {"-": -1, "": 0, "+": 1}[match[2]]) if match else None
 
 
 def form_of(order: Order) -> str:
@@ -249,9 +249,9 @@ def count(order: Order) -> int:
 
 
 @cache
-def _pieces(order: Order, low: float, high: float) -> tuple[Piece, ...]:
+def _pieces(order: Order, low: float, high: float) -> tuple[CurrentPiece, ...]:
     orders, breaks, meeting = _read(order)
-    edges, pieces, following = (low, *breaks, high), list[Piece](), 0
+    edges, pieces, following = (low, *breaks, high), list[CurrentPiece](), 0
     for k, m in enumerate(orders):
         first = following - 1 if k and meeting[k - 1] else following
         following = first + m + 1
@@ -260,7 +260,7 @@ def _pieces(order: Order, low: float, high: float) -> tuple[Piece, ...]:
             # a constant stands where it meets a neighbour, else in the middle of its piece
             ends = [edges[j] for j in (k, k + 1) if 0 < j < len(orders) and meeting[j - 1]]
             nodes = np.array([ends[0] if ends else (edges[k] + edges[k + 1]) / 2])
-        pieces.append(Piece(edges[k], edges[k + 1], nodes, np.arange(first, following)))
+        pieces.append(CurrentPiece(edges[k], edges[k + 1], nodes, np.arange(first, following)))
     return tuple(pieces)
 
 
@@ -337,7 +337,7 @@ def logarithmic(spec: ModelSpec, param: Param, order: Order = 0) -> bool:
     return form == LOG if form else param.scale == "log" and param.name not in spec.linear
 
 
-def _coefficient(param: Param, piece: Piece, power: int, pieces: Sequence[Piece], form: str) -> Derived:
+def _coefficient(param: Param, piece: CurrentPiece, power: int, pieces: Sequence[CurrentPiece], form: str) -> Derived:
     name, unit = (f"ln({param.name})", "1") if form == LOG and piece.order > 0 else (param.name, param.unit)
     place = "" if len(pieces) == 1 else f"({piece.low:.4g}..{piece.high:.4g}A)"
     knee = knee_of(form, (pieces[0].low, pieces[-1].high))

@@ -119,7 +119,7 @@ def _most(spec: ModelSpec, param: Param) -> int:
 
 
 @dataclass(frozen=True)
-class OfCondition:
+class TestedCurrents:
     """Currents of training segments.
 
     Attributes
@@ -143,7 +143,7 @@ class OfCondition:
         return max(len(self.levels), _visited(self.varying, self.low, self.high))
 
 
-def tested(segments: Sequence[Segment], recordings: Mapping[str, Recording]) -> OfCondition:
+def tested_currents(segments: Sequence[Segment], recordings: Mapping[str, Recording]) -> TestedCurrents:
     """Return the currents of training segments."""
     levels = levels_of(segments)
     varying = [
@@ -152,7 +152,7 @@ def tested(segments: Sequence[Segment], recordings: Mapping[str, Recording]) -> 
         if s.role == "train" and "current" in recordings[s.recording].channels and not np.isfinite(s.current)
     ]
     ends = [*levels, *(float(end) for values in varying for end in np.quantile(values, (SPIKES, 1.0 - SPIKES)))]
-    return OfCondition(levels, varying, min(ends, default=0.0), max(ends, default=0.0))
+    return TestedCurrents(levels, varying, min(ends, default=0.0), max(ends, default=0.0))
 
 
 def _spread(current: Array, segment: Segment) -> Array:
@@ -176,7 +176,7 @@ def recorded_range(recordings: Mapping[str, Recording]) -> tuple[float, float]:
     return min(float(v.min()) for v in values), max(float(v.max()) for v in values)
 
 
-def to_choose(model: str, text: str, currents: OfCondition) -> bool:
+def to_choose(model: str, text: str, currents: TestedCurrents) -> bool:
     """Return whether orders are chosen by what predicts held-out levels: none are asked for, two levels were held."""
     spec = base_of(model).spec
     return text == "auto" and spec.output in OUTPUTS and "current" not in spec.inputs and len(currents.levels) > 1
@@ -205,7 +205,7 @@ def dependence_on_current(
     DataError
         If an order asked for needs more levels of current than were tested.
     """
-    spec, currents = base_of(model).spec, tested(segments, recordings)
+    spec, currents = base_of(model).spec, tested_currents(segments, recordings)
     levels, varying = currents.levels, currents.varying
     if text == "auto":
         if spec.output not in OUTPUTS or "current" in spec.inputs or currents.steps < 2:

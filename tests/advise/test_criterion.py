@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mrfit.advise.criterion import Known, added, determinant_gain, half_widths, triangle, without
+from mrfit.advise.criterion import DifferenceInformation, added, determinant_gain, half_widths, triangle, without
 from mrfit.core.specs import Array
 
 STIFFNESS, FIRST, AMPLITUDE = 3.0, 2.0, 0.7
@@ -22,7 +22,7 @@ def mass_against_spring(w: float, amplitude: float, cycles: int = 1, first: int 
     x, v, a = sine(FIRST, AMPLITUDE, first)
     # the mass that imitates the spring on the data
     mass = -STIFFNESS / FIRST**2
-    known = Known.of(np.stack([v, a], axis=1), (STIFFNESS * x - mass * a)[:, None])
+    known = DifferenceInformation.of(np.stack([v, a], axis=1), (STIFFNESS * x - mass * a)[:, None])
     x, v, a = sine(w, amplitude, cycles)
     return float(added(known, np.stack([v, a], axis=1), (STIFFNESS * x - mass * a)[:, None])[0])
 
@@ -52,7 +52,7 @@ def test_what_a_refit_of_the_base_absorbs_has_no_distance(seed, parameters, samp
     rng = np.random.default_rng(seed)
     first, second = rng.standard_normal((2, samples, parameters))
     moved = rng.standard_normal((parameters, 3))
-    known = Known.of(first, first @ moved)
+    known = DifferenceInformation.of(first, first @ moved)
     assert added(known, second, second @ moved) == pytest.approx(np.zeros(3), abs=1e-5)
     # another move on the test than on the data is no refit
     assert np.all(added(known, second, second @ (moved + 1.0)) > 1e-3)
@@ -62,13 +62,17 @@ def test_what_a_refit_of_the_base_absorbs_has_no_distance(seed, parameters, samp
 def test_reduced_data_tell_what_all_rows_together_tell(seed):
     rng = np.random.default_rng(seed)
     jacobian, apart = rng.standard_normal((30, 4)), rng.standard_normal((30, 2))
-    parts = Known.of(jacobian[:12], apart[:12]).and_(jacobian[12:20], apart[12:20]).and_(jacobian[20:], apart[20:])
+    parts = (
+        DifferenceInformation.of(jacobian[:12], apart[:12])
+        .and_(jacobian[12:20], apart[12:20])
+        .and_(jacobian[20:], apart[20:])
+    )
     left = apart - jacobian @ np.linalg.lstsq(jacobian, apart)[0]
     assert parts.left() == pytest.approx(np.sum(left**2, axis=0))
 
 
 def test_a_direction_that_no_data_determine_takes_nothing_away():
-    known = Known.of(np.zeros((5, 2)), np.ones((5, 1)))
+    known = DifferenceInformation.of(np.zeros((5, 2)), np.ones((5, 1)))
     assert known.left() == pytest.approx([5.0])
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mrfit.advise.drives import Bench, least_cycles, lengthened, test_at
+from mrfit.advise.drives import RigBench, least_cycles, lengthened, test_at
 from mrfit.advise.rig import Rig, current_reach, motion_reach
 
 test_at.__test__ = False
@@ -15,13 +15,13 @@ RATE = 400.0
 POINT = st.lists(st.floats(0.0, 1.0), min_size=5, max_size=5).map(np.array)
 
 
-def press(**limits: object) -> Bench:
+def press(**limits: object) -> RigBench:
     rig = Rig.model_validate({"seconds": 9.0, "stroke": 0.06, "speed": 0.3, "acceleration": 6.0, **limits})
-    return Bench(rig, motion_reach(rig, least_cycles(), RATE), rig.current, 1 / RATE)
+    return RigBench(rig, motion_reach(rig, least_cycles(), RATE), rig.current, 1 / RATE)
 
 
 @st.composite
-def presses(draw: st.DrawFn) -> Bench:
+def presses(draw: st.DrawFn) -> RigBench:
     """A press of any size that leaves some test, with a current that can be stepped."""
     return press(
         stroke=draw(st.floats(0.01, 0.3)),
@@ -65,7 +65,7 @@ def test_motion_starts_and_ends_at_rest_and_its_rates_are_its_derivatives(kind, 
 
 def test_a_coil_is_driven_by_its_current():
     rig = Rig.model_validate({"seconds": 5.0, "current": 3.0, "current_rate": 500.0, "frequency": [2.0, 60.0]})
-    bench = Bench(rig, current_reach(rig, least_cycles(), 5000.0), None, 1 / 5000)
+    bench = RigBench(rig, current_reach(rig, least_cycles(), 5000.0), None, 1 / 5000)
     assert "steps" not in bench.kinds
     test = test_at("sine", np.full(5, 0.9), bench)
     assert np.abs(test.motion[0]).max() <= 3.0 and np.abs(test.motion[1]).max() <= 500.0

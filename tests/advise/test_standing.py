@@ -18,8 +18,8 @@ def bench() -> Bench:
     return bench_of(prepared(logs, as_asked({}), silent).dataset, MODEL)
 
 
-def fitted(bench: Bench, *rivals: Rival) -> list[standing.Standing]:
-    return standing.fitted(bench, standing.Model(MODEL, None, {}, 0), rivals, silent)
+def fitted(bench: Bench, *rivals: Rival) -> list[standing.FittedRival]:
+    return standing.fitted(bench, standing.RivalModel(MODEL, None, {}, 0), rivals, silent)
 
 
 def test_a_rival_fits_to_the_noise_and_has_its_value(bench):

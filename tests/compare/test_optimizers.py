@@ -17,7 +17,7 @@ from mrfit.fit.select import read_dataset
 from mrfit.io.workspace import Workspace
 from mrfit.models import guo
 from mrfit.search.cube import cube_of
-from mrfit.search.problem import Posed
+from mrfit.search.problem import LeastSquaresProblem
 from mrfit.search.starts import data_starts, to_points
 from mrfit.simulate.assembly import assemble
 from tests.fit.benches import Bench, write_workspace
@@ -91,7 +91,7 @@ def test_auto_starts_where_the_data_say_as_a_fit_does(tmp_path: Path) -> None:
     fit = mrfit.fit.stage.Settings(model="guo", per="all", budget=4)
     prepared = mrfit.fit.stage.prepare(read_dataset(workspace), fit)
     group = build_group("all", prepared.groups["all"], prepared.recordings, prepared.assembly, split=False)
-    posed = Posed(group.search, np.ones(len(group.search)), prepared.assembly, prepared.cube)
+    posed = LeastSquaresProblem(group.search, np.ones(len(group.search)), prepared.assembly, prepared.cube)
     given = to_points(prepared.cube, data_starts(group.training, prepared.assembly, prepared.dependence, ()))
     least = np.sqrt(np.mean(posed.residuals(given) ** 2, axis=1)).min()
     rows = mrfit.compare.optimizers.run(workspace, Settings(("auto", "lsq"), fit, SEEDS)).rows

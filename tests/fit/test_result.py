@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mrfit.core.specs import Derived, ModelSpec, Param
-from mrfit.fit.diagnostics.bootstrap import Interval
+from mrfit.fit.diagnostics.bootstrap import BootstrapInterval
 from mrfit.fit.diagnostics.uncertainty import Uncertainty
 from mrfit.fit.result import NONE, derived_rows, warnings_of, with_intervals
 from mrfit.io.schemas.determined import State
@@ -177,6 +177,6 @@ def test_other_intervals_replace_those_there_are_and_one_end_is_something(
     low: float | None, high: float | None, known: bool
 ) -> None:
     fixed = replace(PARAMETER, name="A", fixed=True)
-    rows = with_intervals([PARAMETER, fixed], {"n": Interval(low, high), "A": Interval(0.0, 1.0)})
+    rows = with_intervals([PARAMETER, fixed], {"n": BootstrapInterval(low, high), "A": BootstrapInterval(0.0, 1.0)})
     assert (rows[0].low, rows[0].high, rows[0].identifiable) == (low, high, known)
     assert rows[1] == fixed

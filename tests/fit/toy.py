@@ -5,7 +5,7 @@ import numpy as np
 from mrfit.core.recording import Segment
 from mrfit.core.specs import Array, ModelSpec, Param
 from mrfit.search.cube import Cube, cube_of
-from mrfit.search.problem import Block
+from mrfit.search.problem import SegmentBlock
 from mrfit.simulate.assembly import Assembly
 
 DT = 1e-3
@@ -33,10 +33,10 @@ def linear_model(*roles: str) -> tuple[Assembly, Cube]:
     )
 
 
-def block(drive: Array, target: Array, cycles: int = 0) -> Block:
+def block(drive: Array, target: Array, cycles: int = 0) -> SegmentBlock:
     """A full block without warm-up."""
     samples = len(target)
-    return Block(
+    return SegmentBlock(
         segment=segment(samples, cycles),
         drive=np.ascontiguousarray(drive),
         dt=DT,

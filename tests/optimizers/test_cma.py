@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
+from mrfit.optimizers.objective import Objective
 from mrfit.search import chain
 from mrfit.search.limits import Limits
-from mrfit.search.objective import Objective
 
 
 def run(residuals, start, budget=None, seed=0):

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from mrfit.optimizers.objective import Objective
 from mrfit.search import chain
-from mrfit.search.objective import Objective
 from tests.optimizers.curve_fits import CERTIFIED
 
 RAT42 = CERTIFIED[1]

@@ -3,9 +3,9 @@ import pytest
 
 from mrfit.kernels.ending import AGREEING
 from mrfit.optimizers import multistart
+from mrfit.optimizers.objective import Objective
 from mrfit.search import chain
 from mrfit.search.limits import Limits
-from mrfit.search.objective import Objective
 from tests.optimizers.curve_fits import CERTIFIED, ZERO_MINIMUM
 
 every_certified = pytest.mark.parametrize("problem", CERTIFIED, ids=lambda p: p.name)

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from mrfit.optimizers import mwoa
+from mrfit.optimizers.objective import Objective
 from mrfit.search import chain
 from mrfit.search.limits import Limits
-from mrfit.search.objective import Objective
 
 
 def test_rare_costs_are_cloned_most():

@@ -3,11 +3,11 @@ import pytest
 
 from mrfit.core.specs import ModelSpec, Param
 from mrfit.models import rotational_erf
+from mrfit.optimizers.objective import InParameters, Objective
 from mrfit.optimizers.woa import swim
 from mrfit.search import chain
 from mrfit.search.cube import FreeParameters, cube_of
 from mrfit.search.limits import Limits
-from mrfit.search.objective import InParameters, Objective
 
 PREY = np.array([0.4, 0.6, 0.5])
 

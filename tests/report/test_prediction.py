@@ -11,7 +11,7 @@ import mrfit.fit.stage
 import mrfit.report.stage
 from mrfit.api.kept_prediction import Kept, save, trained_on
 from mrfit.errors import ConfigError, DataError
-from mrfit.fit.predict import Prediction, predict
+from mrfit.fit.predict import SegmentPrediction, predict
 from mrfit.fit.select import read_dataset
 from mrfit.fit.stage import Settings
 from mrfit.io import columns, memory
@@ -86,7 +86,7 @@ def test_what_holds_all_samples_says_how_much_that_is_before_it_reads_them(
     assert told == []
 
 
-def kept(found: Prediction, fitted: tuple[Workspace, Fit], name: str, log: str = "a.csv") -> list[str]:
+def kept(found: SegmentPrediction, fitted: tuple[Workspace, Fit], name: str, log: str = "a.csv") -> list[str]:
     return save(fitted[0], name, Kept(fitted[1], [log], ["odd"]), found, assembly_of(fitted[1]))
 
 

@@ -5,9 +5,9 @@ import pytest
 
 from mrfit.core import registry
 from mrfit.errors import ConfigError
+from mrfit.optimizers.objective import Objective
 from mrfit.search import chain
 from mrfit.search.limits import Limits
-from mrfit.search.objective import Objective
 
 
 def valley(points):
@@ -35,14 +35,14 @@ def test_chain_hands_the_best_point_on():
 
 def test_links_take_what_their_specs_ask_for():
     outcome = run("pso-fmin")
-    asked = [chain.Chain(name).budget(2) for name in ("pso", "fmin")]
+    asked = [chain.OptimizerChain(name).budget(2) for name in ("pso", "fmin")]
     assert [link.allowed for link in outcome.links] == asked
 
 
 def test_total_budget_is_shared_in_proportion_and_kept():
     outcome = run("pso-woa-fmin", budget=3000)
     pso, woa, fmin = outcome.links
-    asked = {name: chain.Chain(name).budget(2) for name in ("pso", "woa", "fmin")}
+    asked = {name: chain.OptimizerChain(name).budget(2) for name in ("pso", "woa", "fmin")}
     assert pso.allowed == round(3000 * asked["pso"] / sum(asked.values()))
     assert woa.allowed / pso.allowed == pytest.approx(asked["woa"] / asked["pso"], rel=0.02)
     assert fmin.allowed == 3000 - pso.evaluations - woa.evaluations
@@ -150,7 +150,7 @@ def test_options_go_to_every_optimizer_that_has_them_and_to_one_that_is_named():
     assert chain.options_of("mwoa", given)["b"] == 0.7
     assert chain.options_of("pso", given)["population"] == 12.0
     assert chain.options_of("lsq", given) == {}
-    assert chain.Chain("woa-lsq", given).budget(3) == 12 * 800 + 200 * 4
+    assert chain.OptimizerChain("woa-lsq", given).budget(3) == 12 * 800 + 200 * 4
 
 
 @pytest.mark.parametrize(
@@ -205,7 +205,7 @@ def test_an_optimizer_that_says_nothing_of_its_end_used_what_it_had():
         def minimise(objective, rng, options):
             objective.costs(rng.random((objective.remaining, objective.dimension)))
 
-    step = chain.Step("silent", Silent.SPEC, Silent.minimise, {})
+    step = chain.ChainStep("silent", Silent.SPEC, Silent.minimise, {})
     outcome = chain.run_steps([step], objective(), np.random.default_rng(0), Limits(17))
     assert (outcome.nfev, outcome.links[0].ending, outcome.message) == (
         17,

@@ -8,23 +8,23 @@ import pytest
 from benchmarks.planted import PER_CYCLE, problem
 from mrfit.core.specs import Array
 from mrfit.optimizers import multistart
+from mrfit.optimizers.objective import Objective
 from mrfit.search import chain
 from mrfit.search import run as search
 from mrfit.search.auto import Auto
 from mrfit.search.coarse_to_fine import shortened, thinned
 from mrfit.search.limits import Limits
-from mrfit.search.objective import Objective
-from mrfit.search.problem import Posed
+from mrfit.search.problem import LeastSquaresProblem
 from mrfit.search.result import SearchResult
 from tests.fit.toy import block, linear_model
 
 
-def posed(model: str, samples: int = 10_000, seed: int = 1) -> Posed:
+def posed(model: str, samples: int = 10_000, seed: int = 1) -> LeastSquaresProblem:
     group, assembly, cube = problem(model, 1, samples, np.random.default_rng(seed))
-    return Posed(group.search, np.ones(1), assembly, cube)
+    return LeastSquaresProblem(group.search, np.ones(1), assembly, cube)
 
 
-def found(at: Posed, budget: int | None = None) -> SearchResult:
+def found(at: LeastSquaresProblem, budget: int | None = None) -> SearchResult:
     return search.run(at, at.cube.start[None, :], Limits(budget), np.random.default_rng(0), Auto(own_parameters=True))
 
 
@@ -38,7 +38,7 @@ def test_the_optimum_is_that_of_all_data(model: str) -> None:
 
 def test_a_thinned_cycle_has_the_cost_of_the_full_one_near_the_optimum() -> None:
     at = posed("boucwen-flux")
-    thin = Posed(thinned(at.blocks), at.weights, at.assembly, at.cube)
+    thin = LeastSquaresProblem(thinned(at.blocks), at.weights, at.assembly, at.cube)
     assert thin.blocks[0].drive.shape[1] * 8 == at.blocks[0].drive.shape[1]
     point = found(at).point[None, :]
     costs = [np.sqrt(np.mean(p.residuals(point) ** 2)) for p in (at, thin)]
@@ -105,7 +105,7 @@ def test_of_a_short_periodic_record_one_cycle_is_enough_to_begin_with() -> None:
 def test_short_records_are_left_as_they_are() -> None:
     assembly, cube = linear_model("")
     drive = np.sin(np.arange(1000.0))[None, :]
-    outcome = found(Posed([block(drive, 0.3 * drive[0])], np.ones(1), assembly, cube))
+    outcome = found(LeastSquaresProblem([block(drive, 0.3 * drive[0])], np.ones(1), assembly, cube))
     assert len(outcome.links) == 1
     assert cube.to_theta(outcome.point[None, :])[0] == pytest.approx([0.3])
 

@@ -12,7 +12,7 @@ from mrfit.search import run as search
 from mrfit.search.auto import Auto
 from mrfit.search.cube import cube_of
 from mrfit.search.limits import Limits
-from mrfit.search.problem import Posed
+from mrfit.search.problem import LeastSquaresProblem
 from mrfit.search.result import SearchResult
 from mrfit.search.starts import data_starts, to_points
 from mrfit.simulate.assembly import assemble
@@ -20,16 +20,16 @@ from mrfit.simulate.assembly import assemble
 MODELS = ["boucwen", "boucwen-flux", "boucwen-mmf", "hysteretic-biviscous", "spencer", "tanh"]
 
 
-def posed(model: str, data: str = "") -> Posed:
+def posed(model: str, data: str = "") -> LeastSquaresProblem:
     group, assembly, cube = problem(data or model, 1, 6000, np.random.default_rng(1), fitted=model if data else "")
-    return Posed(group.search, np.ones(1), assembly, cube)
+    return LeastSquaresProblem(group.search, np.ones(1), assembly, cube)
 
 
-def found(at: Posed, searched: bool = True) -> SearchResult:
+def found(at: LeastSquaresProblem, searched: bool = True) -> SearchResult:
     return search.run(at, at.cube.start[None, :], Limits(), np.random.default_rng(0), Auto(own_parameters=not searched))
 
 
-def cost(at: Posed, point: np.ndarray) -> float:
+def cost(at: LeastSquaresProblem, point: np.ndarray) -> float:
     return float(np.sqrt(np.mean(at.residuals(point[None, :]) ** 2)))
 
 
@@ -57,7 +57,7 @@ def test_a_bound_of_the_search_that_the_model_does_not_have_does_not_hold() -> N
     theta = np.array([[500.0, 20.0, 1200.0, 1000.0, 300.0, 0.0]])
     output = assembly.simulate(drive, theta, group.search[0].dt)[0]
     block = replace(group.search[0], target=group.search[0].at_targets(output[None, :])[0], scatter=0.0)
-    at = Posed([block], np.ones(1), assembly, cube)
+    at = LeastSquaresProblem([block], np.ones(1), assembly, cube)
     assert found(at).cost < 1e-4 * np.ptp(output)
 
 
@@ -85,7 +85,7 @@ def test_flux_that_saturates_without_a_loop_is_found_from_what_the_data_give(see
     block = group.search[0]
     output = assembly.simulate(block.drive, KNEE, block.dt)
     knee = replace(block, target=block.at_targets(output)[0], scatter=0.0)
-    at = Posed([knee], np.ones(1), assembly, cube)
+    at = LeastSquaresProblem([knee], np.ones(1), assembly, cube)
     whole = group.training[0]
     shown = assembly.simulate(whole.drive, KNEE, whole.dt)[0, whole.nodes[:, 0]]
     [given] = far_starts(whole.drive[:, whole.nodes[:, 0]], shown, whole.dt)

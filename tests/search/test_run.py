@@ -9,11 +9,11 @@ from mrfit.core.specs import Array
 from mrfit.errors import ConfigError
 from mrfit.search import run as search
 from mrfit.search.auto import Auto
-from mrfit.search.chain import Chain
+from mrfit.search.chain import OptimizerChain
 from mrfit.search.cube import cube_of
 from mrfit.search.descent import Descent
 from mrfit.search.limits import Limits, own_generator
-from mrfit.search.problem import Block, LeastSquares, Posed
+from mrfit.search.problem import LeastSquaresProblem, ResidualProblem, SegmentBlock
 from mrfit.search.strategies import Strategy
 from mrfit.simulate.assembly import assemble
 from tests.fit.toy import block
@@ -26,7 +26,7 @@ NOISE = 5.0
 
 STRATEGIES: dict[str, str | Strategy] = {
     **{name: name for name in ("auto", "staged", "staged-lsq", "lsq", "fmin", "multistart", "auto-lsq")},
-    "swarm": Chain("pso-lsq", (("population", 10.0), ("iterations", 20.0))),
+    "swarm": OptimizerChain("pso-lsq", (("population", 10.0), ("iterations", 20.0))),
     "own": Auto(own_parameters=True),
     "descent": Descent(60, 1e-9, np.inf),
 }
@@ -45,11 +45,11 @@ def strokes() -> list[tuple[str, Array]]:
     return [("triangle", 0.08 * np.where(np.sin(phase) >= 0.0, 1.0, -1.0)), ("sine", 0.1 * np.cos(phase))]
 
 
-def planted() -> tuple[Posed, Array, float]:
+def planted() -> tuple[LeastSquaresProblem, Array, float]:
     """Return the problem, and the parameters and the RMS error at its optimum by linear least squares."""
     rng, assembly = np.random.default_rng(3), assemble("hw-static")
     cube = cube_of(assembly.spec, {}, {}, {"a": A, "b": B})
-    blocks: list[Block] = []
+    blocks: list[SegmentBlock] = []
     for waveform, velocity in strokes():
         force = basis(velocity) @ list(TRUTH.values()) + NOISE * rng.standard_normal(len(velocity))
         one = block(np.stack([velocity, np.full(len(velocity), CURRENT)]), force)
@@ -57,7 +57,11 @@ def planted() -> tuple[Posed, Array, float]:
         blocks.append(replace(one, segment=segment))
     rows, force = np.vstack([basis(v) for _, v in strokes()]), np.concatenate([b.target for b in blocks])
     best = np.linalg.lstsq(rows, force, rcond=None)[0]
-    return Posed(blocks, np.ones(2), assembly, cube), best, float(np.sqrt(np.mean((rows @ best - force) ** 2)))
+    return (
+        LeastSquaresProblem(blocks, np.ones(2), assembly, cube),
+        best,
+        float(np.sqrt(np.mean((rows @ best - force) ** 2))),
+    )
 
 
 @every_strategy
@@ -138,7 +142,7 @@ def test_stages_are_told_with_the_result_of_a_staged_search_alone() -> None:
 
 @pytest.mark.parametrize("strategy", ["auto", "staged", Descent(60, 1e-9, 0.0)])
 def test_strategies_that_look_into_the_data_say_so(strategy: str | Strategy) -> None:
-    bowl = LeastSquares(lambda points: points - 0.3)
+    bowl = ResidualProblem(lambda points: points - 0.3)
     with pytest.raises(TypeError, match="measured blocks"):
         search.run(bowl, np.full((1, 2), 0.5), Limits(), np.random.default_rng(0), strategy)
     found = search.run(bowl, np.full((1, 2), 0.5), Limits(), np.random.default_rng(0), "lsq")
@@ -161,9 +165,9 @@ def test_the_best_of_several_starts_is_where_a_local_search_begins() -> None:
         return np.where(x < 0.5, 1.0 + np.abs(x - 0.2), np.abs(x - 0.8))
 
     starts = np.array([[0.3], [0.7]])
-    found = search.run(LeastSquares(two_wells), starts, Limits(), np.random.default_rng(0), "lsq")
+    found = search.run(ResidualProblem(two_wells), starts, Limits(), np.random.default_rng(0), "lsq")
     assert found.point == pytest.approx([0.8], abs=1e-3)
-    alone = search.run(LeastSquares(two_wells), starts[:1], Limits(), np.random.default_rng(0), "lsq")
+    alone = search.run(ResidualProblem(two_wells), starts[:1], Limits(), np.random.default_rng(0), "lsq")
     assert alone.point == pytest.approx([0.2], abs=1e-3)
 
 

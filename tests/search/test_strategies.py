@@ -15,8 +15,8 @@ from mrfit.errors import ConfigError
 from mrfit.fit import stage as fit_stage
 from mrfit.search import chain
 from mrfit.search.auto import Auto
-from mrfit.search.chain import Chain
-from mrfit.search.staged import Staged
+from mrfit.search.chain import OptimizerChain
+from mrfit.search.staged import StagedIdentification
 from mrfit.search.strategies import STRATEGIES, Strategy, find, specs
 from tests.test_layers import modules
 
@@ -29,13 +29,13 @@ CALLERS = ("fit/", "discover/", "compare/", "apply/", "report/", "cli/")
     ("name", "kind"),
     [
         ("auto", Auto()),
-        ("staged", Staged("staged")),
-        ("staged-lsq", Staged("staged-lsq")),
+        ("staged", StagedIdentification("staged")),
+        ("staged-lsq", StagedIdentification("staged-lsq")),
         # in a chain `auto` is one optimizer of several
-        ("auto-lsq", Chain("auto-lsq")),
-        ("pso-auto", Chain("pso-auto")),
-        ("multistart", Chain("multistart")),
-        ("pso-fmin", Chain("pso-fmin")),
+        ("auto-lsq", OptimizerChain("auto-lsq")),
+        ("pso-auto", OptimizerChain("pso-auto")),
+        ("multistart", OptimizerChain("multistart")),
+        ("pso-fmin", OptimizerChain("pso-fmin")),
     ],
 )
 def test_a_name_means_one_strategy(name: str, kind: Strategy) -> None:
@@ -44,7 +44,7 @@ def test_a_name_means_one_strategy(name: str, kind: Strategy) -> None:
 
 def test_options_reach_the_optimizers_of_a_chain() -> None:
     given = (("population", 12.0),)
-    assert find("woa-lsq", given) == Chain("woa-lsq", given)
+    assert find("woa-lsq", given) == OptimizerChain("woa-lsq", given)
     assert find("woa-lsq", given).budget(3) == 12 * 800 + 200 * 4
     assert find("staged-woa", given).budget(3) == 12 * 800 + 200 * 4
 
@@ -117,7 +117,7 @@ def test_no_strategy_and_no_optimizer_is_asked_for_by_its_name() -> None:
         ("match optimizer:\n    case 'lsq': pass", True),
         ('if settings.resistance == "auto": pass', False),
         ('SPEC = OptimizerSpec(name="points")', False),
-        ('step = Chain("multistart")', False),
+        ('step = OptimizerChain("multistart")', False),
         ("if strategy.begins_with: pass", False),
     ],
 )
@@ -161,7 +161,7 @@ def test_rooms_above_the_search_enter_it_by_its_one_door() -> None:
             for node in ast.walk(tree):
                 if isinstance(node, ast.ImportFrom) and node.module:
                     names = {a.name for a in node.names}
-                    assert node.module != "mrfit.search.objective" or not names & {"Objective"}, source
+                    assert node.module != "mrfit.optimizers.objective" or not names & {"Objective"}, source
                     inner = {"coarse_to_fine", "reparametrised", "variable_projection"}
                     assert node.module.rpartition(".")[2] not in inner, source
                     assert node.module != "mrfit.search" or not names & inner, source

@@ -14,7 +14,7 @@ from mrfit.search.auto import Auto
 from mrfit.search.coarse_to_fine import objective_of
 from mrfit.search.cube import cube_of
 from mrfit.search.limits import Limits
-from mrfit.search.problem import Posed
+from mrfit.search.problem import LeastSquaresProblem
 from mrfit.search.variable_projection import Projection, SeparableObjective, projection_of
 from mrfit.simulate.assembly import assemble
 from tests.fit.toy import block, linear_model
@@ -26,12 +26,12 @@ def fits(effect: str) -> bool:
     return "force" in registry.load("effect", effect).SPEC.outputs
 
 
-def posed(model: str, conditions: int = 1) -> Posed:
+def posed(model: str, conditions: int = 1) -> LeastSquaresProblem:
     group, assembly, cube = problem(model, conditions, 3000, np.random.default_rng(1))
-    return Posed(group.search, np.ones(conditions), assembly, cube)
+    return LeastSquaresProblem(group.search, np.ones(conditions), assembly, cube)
 
 
-def projection(at: Posed) -> Projection:
+def projection(at: LeastSquaresProblem) -> Projection:
     found = projection_of(at)
     assert found is not None
     return found
@@ -193,7 +193,7 @@ def test_an_effect_that_bends_the_output_leaves_no_parameter_linear() -> None:
     group, _, _ = problem("boucwen-flux", 1, 3000, np.random.default_rng(1))
     for name, affine in (("boucwen-flux", True), ("boucwen-flux+saturation", False)):
         assembly = assemble(name)
-        at = Posed(group.search, np.ones(1), assembly, cube_of(assembly.spec, {}, {}, {}))
+        at = LeastSquaresProblem(group.search, np.ones(1), assembly, cube_of(assembly.spec, {}, {}, {}))
         assert (projection_of(at) is not None) == affine
 
 
@@ -206,5 +206,7 @@ def test_a_wrong_mark_is_found_out() -> None:
         def simulate(drive: Array, theta: Array, dt: float, power: int = power) -> Array:
             return theta**power @ drive
 
-        at = Posed([block(drive, drive[0])], np.ones(1), replace(assembly, spec=marked, simulate=simulate), cube)
+        at = LeastSquaresProblem(
+            [block(drive, drive[0])], np.ones(1), replace(assembly, spec=marked, simulate=simulate), cube
+        )
         assert (projection_of(at) is not None) == affine

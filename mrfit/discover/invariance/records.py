@@ -8,7 +8,7 @@ import numpy as np
 from mrfit.core.channels import CONTROL, MOTION, WARMTH
 from mrfit.core.recording import Recording, Segment
 from mrfit.core.specs import Array
-from mrfit.search.problem import Block, full_block
+from mrfit.search.problem import SegmentBlock, full_block
 from mrfit.signal.noise import noise_level
 from mrfit.signal.smoothing import TIME, smooth
 
@@ -102,7 +102,7 @@ def not_applicable(output: str, channels: Collection[str]) -> str:
     return f"no {lacking[0]} in every record" if lacking else ""
 
 
-def from_block(block: Block, names: Sequence[str], output: str) -> Record:
+def from_block(block: SegmentBlock, names: Sequence[str], output: str) -> Record:
     """Return the record of a segment's full block, whose drive has a row for each name, ``time`` among them.
 
     Raises

@@ -19,7 +19,7 @@ from mrfit.fit.diagnostics.uncertainty import (
     phase_bins,
     sensitivities,
 )
-from mrfit.search.problem import Block, Posed, row_scales
+from mrfit.search.problem import LeastSquaresProblem, SegmentBlock, row_scales
 
 REPLICATES = 400
 # Quantiles between which 95 % of the refits end
@@ -29,14 +29,14 @@ STEPS = 6
 BLOCK_NUMBERS = 1 << 22
 
 
-class Interval(NamedTuple):
+class BootstrapInterval(NamedTuple):
     """Ends of a 95 % interval, None where it is open."""
 
     low: float | None
     high: float | None
 
 
-def bootstrap_intervals(posed: Posed, points: Array) -> dict[str, Interval]:
+def bootstrap_intervals(posed: LeastSquaresProblem, points: Array) -> dict[str, BootstrapInterval]:
     """Return percentile intervals of the parameters and derived quantities the data determine, by name.
 
     An end at which the refits were held by a bound is open.
@@ -56,11 +56,11 @@ def bootstrap_intervals(posed: Posed, points: Array) -> dict[str, Interval]:
     held = np.zeros(ends.shape, dtype=bool)
     held[:, posed.cube.free] = least <= 0.0, most >= 1.0
     shown = [[None if h else float(e) for e, h in zip(*both, strict=True)] for both in zip(ends, held, strict=True)]
-    return {n: Interval(low, high) for n, low, high in zip(names, *shown, strict=True)}
+    return {n: BootstrapInterval(low, high) for n, low, high in zip(names, *shown, strict=True)}
 
 
 def replicated(
-    posed: Posed,
+    posed: LeastSquaresProblem,
     point: Array,
     directions: Array,
     errors: Sequence[Array],
@@ -90,7 +90,7 @@ def replicated(
 
 
 def _redrawn(
-    blocks: Sequence[Block], scales: Sequence[Array], errors: Sequence[Array], rng: np.random.Generator
+    blocks: Sequence[SegmentBlock], scales: Sequence[Array], errors: Sequence[Array], rng: np.random.Generator
 ) -> Array:
     """Return redrawn errors of all blocks as rows of residuals (M,)."""
     drawn = zip(blocks, scales, errors, strict=True)
@@ -98,7 +98,7 @@ def _redrawn(
     return np.concatenate([*parts, [0.0]])
 
 
-def _period(block: Block, samples: int) -> float:
+def _period(block: SegmentBlock, samples: int) -> float:
     """Return the samples per cycle of a block's measured series."""
     return samples / block.segment.cycles if block.segment.cycles else 0.0
 

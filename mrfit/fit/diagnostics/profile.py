@@ -12,12 +12,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from mrfit.core.specs import Array
-from mrfit.fit.diagnostics.bootstrap import Interval
-from mrfit.fit.diagnostics.uncertainty import LEAN, Linearised, Uncertainty
+from mrfit.fit.diagnostics.bootstrap import BootstrapInterval
+from mrfit.fit.diagnostics.uncertainty import LEAN, Linearisation, Uncertainty
 from mrfit.io.schemas.fit import Profile
 from mrfit.search import run as search
 from mrfit.search.limits import Limits
-from mrfit.search.problem import LeastSquares, Posed
+from mrfit.search.problem import LeastSquaresProblem, ResidualProblem
 
 FIRST_STEP = 0.05
 # An end is found when the rise is within this share of the quantile
@@ -30,14 +30,16 @@ SHOWN = (0.5, 1.25)
 
 
 @dataclass(frozen=True)
-class Profiled:
+class ProfiledParameter:
     """A parameter's interval by its profile likelihood, and the profile where it was computed."""
 
-    interval: Interval
+    interval: BootstrapInterval
     profile: Profile
 
 
-def profiled(posed: Posed, point: Array, uncertainty: Uncertainty, linearised: Linearised) -> list[Profiled]:
+def profiled(
+    posed: LeastSquaresProblem, point: Array, uncertainty: Uncertainty, linearised: Linearisation
+) -> list[ProfiledParameter]:
     """Return profile likelihoods and their intervals, of the parameters that lean on no redundant direction.
 
     Parameters
@@ -69,11 +71,11 @@ def profiled(posed: Posed, point: Array, uncertainty: Uncertainty, linearised: L
         name, steps = posed.cube.params[int(k)].name, sorted(side.seen.items())
         values, rises = [value_of(p) for p, _ in steps], [r for _, r in steps]
         profile = Profile(name=name, values=values, rises=rises, quantile=uncertainty.quantile)
-        found.append(Profiled(Interval(*(None if e is None else value_of(e) for e in ends)), profile))
+        found.append(ProfiledParameter(BootstrapInterval(*(None if e is None else value_of(e) for e in ends)), profile))
     return found
 
 
-def variance_factors(uncertainty: Uncertainty, linearised: Linearised) -> Array:
+def variance_factors(uncertainty: Uncertainty, linearised: Linearisation) -> Array:
     """Return by which factor correlated residuals widen each parameter's variance over white ones, shape (F,).
 
     Parameters that the data leave open get the median over the determined directions.
@@ -92,7 +94,7 @@ def variance_factors(uncertainty: Uncertainty, linearised: Linearised) -> Array:
     return factors
 
 
-def residual_power(uncertainty: Uncertainty, linearised: Linearised) -> float:
+def residual_power(uncertainty: Uncertainty, linearised: Linearisation) -> float:
     """Return the variance σ² of the residuals."""
     samples = sum(len(r) for r in linearised.residuals)
     return sum(float(r @ r) for r in linearised.residuals) / max(samples - uncertainty.rank, 1)
@@ -112,7 +114,7 @@ class _Side:
     ``seen`` are the rises that were computed, by coordinate.
     """
 
-    posed: Posed
+    posed: LeastSquaresProblem
     point: Array
     along: tuple[int, Array]
     quantile: float
@@ -167,7 +169,10 @@ class _Side:
             return points
 
         if count:
-            problem, limits = LeastSquares(lambda moves: residuals(reached(moves))), Limits(REFIT_BUDGET * (count + 1))
+            problem, limits = (
+                ResidualProblem(lambda moves: residuals(reached(moves))),
+                Limits(REFIT_BUDGET * (count + 1)),
+            )
             best = search.run(problem, np.full((1, count), 0.5), limits, np.random.default_rng(0), "lsq").point
             held = reached(best[None, :])[0]
         rise = max(_mean_square(residuals, held) - self.base, 0.0) * self.posed.samples

@@ -13,14 +13,14 @@ import numpy as np
 from mrfit.core.specs import Array, Index
 from mrfit.fit.diagnostics.uncertainty import effective_samples, sensitivities
 from mrfit.fit.extrapolation import beyond, together
-from mrfit.fit.identify import Group, weights_of
+from mrfit.fit.identify import FitGroup, weights_of
 from mrfit.fit.predict import closest_result, stretch_of, theta_of
 from mrfit.fit.result import AT_BOUND
 from mrfit.io.schemas.band import Remainder
 from mrfit.io.schemas.fit import Result
 from mrfit.search.cube import Cube
-from mrfit.search.parts import Part
-from mrfit.search.problem import Posed, differences
+from mrfit.search.parts import SegmentPart
+from mrfit.search.problem import LeastSquaresProblem, differences
 from mrfit.simulate.assembly import Assembly
 
 LEFT_OUT = "left-out"
@@ -57,7 +57,7 @@ def _whole(condition: str, places: Iterable[int]) -> Unit:
     return Unit(condition, tuple((k, slice(None)) for k in places))
 
 
-def units_of(parts: Sequence[Part]) -> list[Unit]:
+def units_of(parts: Sequence[SegmentPart]) -> list[Unit]:
     """Return the units of the parts that were fitted: conditions, and tests without cycles, cut where they are few."""
     periodic: dict[str, list[int]] = {}
     single = [k for k, p in enumerate(parts) if not p.segment.cycles]
@@ -74,7 +74,7 @@ def units_of(parts: Sequence[Part]) -> list[Unit]:
     return units
 
 
-def refitted(posed: Posed, point: Array, groups: Index) -> Array:
+def refitted(posed: LeastSquaresProblem, point: Array, groups: Index) -> Array:
     """Return where refits end that leave out one group of residuals each, (G, F).
 
     Parameters
@@ -109,7 +109,7 @@ def refitted(posed: Posed, point: Array, groups: Index) -> Array:
     return points
 
 
-def fitted_remainders(parts: Sequence[Part], simulated: Sequence[Array], assembly: Assembly) -> list[Remainder]:
+def fitted_remainders(parts: Sequence[SegmentPart], simulated: Sequence[Array], assembly: Assembly) -> list[Remainder]:
     """Return what a fit leaves of every condition and role, by the simulated output of its parts."""
     members: dict[tuple[str, str], list[int]] = {}
     for k, part in enumerate(parts):
@@ -122,7 +122,9 @@ def fitted_remainders(parts: Sequence[Part], simulated: Sequence[Array], assembl
     return [r if r.role == "train" else replace(r, beyond=beyond(fitted, r.extents)) for r in rows]
 
 
-def left_out(group: Group, assembly: Assembly, cube: Cube, point: Array, weight: str) -> tuple[Array, list[Remainder]]:
+def left_out(
+    group: FitGroup, assembly: Assembly, cube: Cube, point: Array, weight: str
+) -> tuple[Array, list[Remainder]]:
     """Return refits without each unit, (G, F) in the cube, and what they leave of it; none where there are not two.
 
     Parameters
@@ -140,7 +142,7 @@ def left_out(group: Group, assembly: Assembly, cube: Cube, point: Array, weight:
     units = units_of(parts)
     if len(units) < 2 or not len(point):
         return np.empty((0, len(point))), []
-    posed = Posed(group.search, weights_of(group.search, group.training_floors, weight), assembly, cube)
+    posed = LeastSquaresProblem(group.search, weights_of(group.search, group.training_floors, weight), assembly, cube)
     starts = np.cumsum([0, *(len(b.target) for b in group.search)])
     groups = np.full(int(starts[-1]) + 1, -1)
     for number, unit in enumerate(units):
@@ -157,7 +159,7 @@ def left_out(group: Group, assembly: Assembly, cube: Cube, point: Array, weight:
     return points, [replace(r, beyond=beyond(others, r.extents)) for r, others in zip(rows, ranges, strict=True)]
 
 
-def borrowed(parts: Sequence[Part], assembly: Assembly, results: Sequence[Result]) -> list[Remainder]:
+def borrowed(parts: Sequence[SegmentPart], assembly: Assembly, results: Sequence[Result]) -> list[Remainder]:
     """Return what the parameters of the nearest other condition leave of parts of one that was fitted by itself."""
     condition = parts[0].segment.condition
     nearest = closest_result([r for r in results if r.condition != condition], parts[0].segment)
@@ -168,7 +170,9 @@ def borrowed(parts: Sequence[Part], assembly: Assembly, results: Sequence[Result
     return [replace(r, beyond=beyond(fitted, r.extents)) for r in rows]
 
 
-def _row(unit: Unit, parts: Sequence[Part], errors: Sequence[Array], assembly: Assembly, role: str) -> list[Remainder]:
+def _row(
+    unit: Unit, parts: Sequence[SegmentPart], errors: Sequence[Array], assembly: Assembly, role: str
+) -> list[Remainder]:
     """Return what is left of a unit, whose errors are simulated less measured output; nothing where it diverged."""
     if not all(np.isfinite(e).all() for e in errors):
         return []

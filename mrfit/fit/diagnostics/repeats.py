@@ -12,14 +12,14 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.io.schemas.fit import Repeats
-from mrfit.search.parts import Part
+from mrfit.search.parts import SegmentPart
 
 # Repeats disagree where they differ by more than so many times what differs from cycle to cycle within them, and by
 # more than this share of the output's standard deviation, as by a tenth of its gain
 NOISES, SHARE = 5.0, 0.1
 
 
-def repeat_rows(parts: Sequence[Part], floors: Sequence[float], simulated: Sequence[Array]) -> list[Repeats]:
+def repeat_rows(parts: Sequence[SegmentPart], floors: Sequence[float], simulated: Sequence[Array]) -> list[Repeats]:
     """Return one row per periodic condition with several training segments: how much these differ, and if they agree.
 
     Parameters

@@ -13,18 +13,18 @@ from mrfit.fit.band import refits_of
 from mrfit.fit.diagnostics.bands import bands
 from mrfit.fit.diagnostics.bootstrap import bootstrap_intervals, replicated
 from mrfit.fit.diagnostics.identifiability import judge
-from mrfit.fit.diagnostics.profile import Profiled, profiled
+from mrfit.fit.diagnostics.profile import ProfiledParameter, profiled
 from mrfit.fit.diagnostics.remainders import fitted_remainders, left_out
 from mrfit.fit.diagnostics.repeats import repeat_rows
 from mrfit.fit.diagnostics.residual_tests import input_dependence, varies
 from mrfit.fit.diagnostics.uncertainty import analyse
-from mrfit.fit.identify import Group, linearise, weights_of
+from mrfit.fit.identify import FitGroup, linearise, weights_of
 from mrfit.fit.result import conditioning, covariance_of, derived_rows, parameter_rows, passivity_rows, with_intervals
 from mrfit.io.schemas.determined import State
 from mrfit.io.schemas.fit import Caution, DriftRow, ResidualTest, Trust
 from mrfit.search.cube import Cube
-from mrfit.search.parts import Made, Part
-from mrfit.search.problem import Posed
+from mrfit.search.parts import LazySequence, SegmentPart
+from mrfit.search.problem import LeastSquaresProblem
 from mrfit.settings.fit import Intervals as Intervals
 from mrfit.signal.drift import drift_row, drift_words, steady_drift
 from mrfit.simulate.assembly import Assembly
@@ -34,7 +34,7 @@ SLOPE_FLOOR = 1e-6
 
 
 def trust(
-    group: Group,
+    group: FitGroup,
     assembly: Assembly,
     cube: Cube,
     point: Array,
@@ -64,9 +64,9 @@ def trust(
         What a bootstrap draws from.
     """
     # of very long segments some pieces stand for all
-    judged, responses = group.judged, Made(len(group.chosen), lambda k: simulated[group.chosen[k]])
+    judged, responses = group.judged, LazySequence(len(group.chosen), lambda k: simulated[group.chosen[k]])
     fitted = [k for k, s in enumerate(judged.segments) if s.role == "train"]
-    residuals = Made(len(fitted), lambda k: judged.parts[fitted[k]].output - responses[fitted[k]])
+    residuals = LazySequence(len(fitted), lambda k: judged.parts[fitted[k]].output - responses[fitted[k]])
     linearised = linearise(group, assembly, cube, point, weight)
     uncertainty = analyse(linearised.jacobians, linearised.residuals, linearised.periods, linearised.share)
     ranges = ranges_of(group.training.parts, assembly)
@@ -74,8 +74,8 @@ def trust(
     derived = derived_rows(assembly, cube, point, uncertainty, ranges)
     known = {r.name for r in (*parameters, *derived) if r.identifiable and not r.fixed}
     covariance = covariance_of(assembly, cube, point, uncertainty, known) if known else None
-    folded = Posed(group.search, weights_of(group.search, group.training_floors, weight), assembly, cube)
-    profiles: list[Profiled] = []
+    folded = LeastSquaresProblem(group.search, weights_of(group.search, group.training_floors, weight), assembly, cube)
+    profiles: list[ProfiledParameter] = []
     if intervals == "bootstrap":
         points = replicated(folded, point, uncertainty.directions[:, ~uncertainty.open], list(residuals), rng)
         drawn = bootstrap_intervals(folded, points)
@@ -105,7 +105,7 @@ def trust(
     )
 
 
-def ranges_of(parts: Sequence[Part], assembly: Assembly) -> dict[str, float]:
+def ranges_of(parts: Sequence[SegmentPart], assembly: Assembly) -> dict[str, float]:
     """Return the range of the output and of every input over parts, by unit; of a voltage by the flux that it adds."""
     spec = assembly.spec
     series = {unit_of(name): [p.inputs(row) for p in parts] for row, name in enumerate(spec.inputs)}
@@ -117,7 +117,7 @@ def ranges_of(parts: Sequence[Part], assembly: Assembly) -> dict[str, float]:
     return found
 
 
-def drift_rows(parts: Sequence[Part], simulated: Sequence[Array]) -> list[DriftRow]:
+def drift_rows(parts: Sequence[SegmentPart], simulated: Sequence[Array]) -> list[DriftRow]:
     """Return one row per part whose residual drifts steadily: what the output's level and gain do with time."""
     rows = []
     for part, output in zip(parts, simulated, strict=True):
@@ -127,7 +127,7 @@ def drift_rows(parts: Sequence[Part], simulated: Sequence[Array]) -> list[DriftR
     return rows
 
 
-def slope_warnings(parts: Sequence[Part], assembly: Assembly, theta: Array) -> list[Caution]:
+def slope_warnings(parts: Sequence[SegmentPart], assembly: Assembly, theta: Array) -> list[Caution]:
     """Return a warning on each effect that needs an output which rises, of one that falls at parameters (K,)."""
     found, spec = [], assembly.spec
     for effect in assembly.name.split("+")[1:]:
@@ -153,7 +153,7 @@ def slope_warnings(parts: Sequence[Part], assembly: Assembly, theta: Array) -> l
     return found
 
 
-def _slopes(part: Part, assembly: Assembly, theta: Array) -> Array:
+def _slopes(part: SegmentPart, assembly: Assembly, theta: Array) -> Array:
     """Return the rise of the output over that of the first input from sample to sample, where that one moves."""
     drive = part.block.drive
     output, rise = assembly.simulate(drive, theta[None], part.dt)[0], np.diff(drive[0])
@@ -167,13 +167,13 @@ def drift_warnings(rows: Sequence[DriftRow]) -> list[Caution]:
     return [Caution(kind="drift", text=drift_words(rows))] if rows else []
 
 
-def residual_rows(parts: Sequence[Part], residuals: Sequence[Array], assembly: Assembly) -> list[ResidualTest]:
+def residual_rows(parts: Sequence[SegmentPart], residuals: Sequence[Array], assembly: Assembly) -> list[ResidualTest]:
     """Return for each input the correlation of the training residual with it, in the condition where it is largest."""
     periods = [p.period for p in parts]
     conditions = [p.segment.condition for p in parts]
 
-    def values_of(row: int) -> Made[Array]:
-        return Made(len(parts), lambda k: parts[k].inputs(row))
+    def values_of(row: int) -> LazySequence[Array]:
+        return LazySequence(len(parts), lambda k: parts[k].inputs(row))
 
     inputs = {name: values_of(row) for row, name in enumerate(assembly.spec.inputs)}
     moving = {name: values for name, values in inputs.items() if any(varies(u) for u in values)}

@@ -40,7 +40,7 @@ MIRROR_ERRORS = 3.0
 
 
 @dataclass(frozen=True)
-class Linearised:
+class Linearisation:
     """A fit about its optimum, record by record.
 
     Attributes

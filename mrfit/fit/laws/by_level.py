@@ -18,8 +18,8 @@ from mrfit.core.specs import Array, Index, ModelSpec
 from mrfit.fit.diagnostics.uncertainty import effective_samples, sensitivities
 from mrfit.kernels.cube import Mask
 from mrfit.search.cube import Cube
-from mrfit.search.problem import Posed
-from mrfit.search.starts import OTHER_LEVELS, Level, descended
+from mrfit.search.problem import LeastSquaresProblem
+from mrfit.search.starts import OTHER_LEVELS, LevelFit, descended
 from mrfit.simulate.current_dependence import LOG, coordinate
 from mrfit.simulate.current_levels import POLYNOMIAL_ROLES
 
@@ -43,7 +43,7 @@ ROUNDING = 1e-16
 
 
 @dataclass(frozen=True)
-class Law:
+class CurrentLaw:
     """Form, ``plain`` or ``log``, and order of one parameter's polynomial of current."""
 
     form: str
@@ -51,19 +51,21 @@ class Law:
 
 
 @dataclass(frozen=True)
-class Posing:
+class LevelProblem:
     """The problem at one current, and the noise floor of each of its blocks, in the output's unit."""
 
-    posed: Posed
+    posed: LeastSquaresProblem
     floors: Array
 
-    def part(self, members: list[int]) -> "Posing":
+    def part(self, members: list[int]) -> "LevelProblem":
         """Return the problem of some of its blocks."""
         posed = self.posed
-        own = Posed([posed.blocks[k] for k in members], posed.weights[members], posed.assembly, posed.cube)
-        return Posing(own, self.floors[members])
+        own = LeastSquaresProblem(
+            [posed.blocks[k] for k in members], posed.weights[members], posed.assembly, posed.cube
+        )
+        return LevelProblem(own, self.floors[members])
 
-    def by_condition(self) -> list["Posing"]:
+    def by_condition(self) -> list["LevelProblem"]:
         """Return the problems of single conditions."""
         conditions = [b.segment.condition for b in self.posed.blocks]
         return [self.part([k for k, c in enumerate(conditions) if c == one]) for one in dict.fromkeys(conditions)]
@@ -124,7 +126,7 @@ class Tests:
     cube: Cube
     currents: Array
     theta: Array
-    posed: tuple[Posed, ...]
+    posed: tuple[LeastSquaresProblem, ...]
     places: Index
     factors: Array
     targets: Array
@@ -132,8 +134,8 @@ class Tests:
     unseen: Array
     worth: Array
     excess: float
-    bases: dict[tuple[Law, bytes], Array] = field(default_factory=dict)
-    maps: dict[tuple[Law, bytes], Array] = field(default_factory=dict)
+    bases: dict[tuple[CurrentLaw, bytes], Array] = field(default_factory=dict)
+    maps: dict[tuple[CurrentLaw, bytes], Array] = field(default_factory=dict)
     reduced: dict[bytes, tuple[Index, Array, Array]] = field(default_factory=dict)
 
     @property
@@ -146,7 +148,7 @@ class Tests:
         """Which free parameters (F,) have their logarithm as coordinate."""
         return _curved(self.spec, self.cube)
 
-    def basis(self, law: Law, currents: bytes) -> Array:
+    def basis(self, law: CurrentLaw, currents: bytes) -> Array:
         """Return the Chebyshev polynomials (A, m + 1) of a law at currents as bytes; many laws share them."""
         key = (law, currents)
         if key not in self.bases:
@@ -158,7 +160,7 @@ class Tests:
             self.bases[key] = np.polynomial.chebyshev.chebvander(x, law.order)
         return self.bases[key]
 
-    def through(self, law: Law, currents: bytes) -> Array:
+    def through(self, law: CurrentLaw, currents: bytes) -> Array:
         """Return the map from values at currents as bytes to the coefficients (m + 1, A) of the nearest law."""
         key = (law, currents)
         if key not in self.maps:
@@ -194,7 +196,7 @@ def _curved(spec: ModelSpec, cube: Cube) -> Mask:
     return np.array([p.scale == "log" and p.name not in spec.linear for p in params])
 
 
-def tests_about(spec: ModelSpec, cube: Cube, fits: Sequence[Level], posed: Sequence[Posing]) -> Tests:
+def tests_about(spec: ModelSpec, cube: Cube, fits: Sequence[LevelFit], posed: Sequence[LevelProblem]) -> Tests:
     """Return what is known about the optima found at single currents.
 
     Parameters
@@ -268,7 +270,9 @@ def _about(cube: Cube, theta: Array, bent: Mask) -> tuple[Array, Array, Array]:
     return cube.to_points(theta[None, :])[0], np.where(bent, np.log(held), values), slopes
 
 
-def drawn_together(cube: Cube, fits: Sequence[Level], posed: Sequence[Posing], rng: np.random.Generator) -> list[Level]:
+def drawn_together(
+    cube: Cube, fits: Sequence[LevelFit], posed: Sequence[LevelProblem], rng: np.random.Generator
+) -> list[LevelFit]:
     """Return fits at single currents among which as few parameters differ as the data allow.
 
     Where the data leave a direction open, as a change of scale of z is in a Bouc-Wen element, each level's fit ends
@@ -290,7 +294,7 @@ def drawn_together(cube: Cube, fits: Sequence[Level], posed: Sequence[Posing], r
             found = descended(_drawn(own, centre, weight), point, allowed)[None, :]
             theta = cube.to_theta(found)[0]
             cost = float(np.sqrt(np.mean(own.residuals(found)[0] ** 2)))
-            fits[k] = Level(fits[k].current, cost, theta)
+            fits[k] = LevelFit(fits[k].current, cost, theta)
     return fits
 
 
@@ -300,12 +304,12 @@ def _spread(points: Array) -> Array:
     return spread
 
 
-def _drawn(posed: Posed, centre: Array, weight: Array) -> Callable[[Array], Array]:
+def _drawn(posed: LeastSquaresProblem, centre: Array, weight: Array) -> Callable[[Array], Array]:
     """Return a problem's residuals with those of a penalty on the way from a point (F,) of the cube."""
     return lambda points: np.hstack([posed.residuals(points), weight * (points - centre)])
 
 
-def _rows(posed: Posed) -> Callable[[Array], Array]:
+def _rows(posed: LeastSquaresProblem) -> Callable[[Array], Array]:
     """Return a problem's residuals without the one that no model removes."""
     return lambda points: posed.residuals(points)[:, :-1]
 
@@ -323,7 +327,7 @@ class Laws:
         Conditions used (V,).
     """
 
-    def __init__(self, tests: Tests, laws: Sequence[Sequence[Law]], known: Index) -> None:
+    def __init__(self, tests: Tests, laws: Sequence[Sequence[CurrentLaw]], known: Index) -> None:
         self.tests, self.laws = tests, laws
         self.levels, self.factors, self.targets = tests.by_level(known)
         log = np.array([[law.form == LOG for law in own] for own in laws])

@@ -11,12 +11,12 @@ import numpy as np
 
 from mrfit.core.specs import Array, Param
 from mrfit.errors import DataError
-from mrfit.fit.laws.by_level import Law, Posing, Tests, drawn_together, tests_about
+from mrfit.fit.laws.by_level import CurrentLaw, LevelProblem, Tests, drawn_together, tests_about
 from mrfit.fit.laws.law_search import FEWEST_LEVELS, LawSearch, State
 from mrfit.io.schemas.fit import Caution, CurrentChoice, LawChosen, LawTried, LevelError
 from mrfit.search.cube import Cube
-from mrfit.search.problem import Block, Posed
-from mrfit.search.starts import Level, level_fits, node_names
+from mrfit.search.problem import LeastSquaresProblem, SegmentBlock
+from mrfit.search.starts import LevelFit, level_fits, node_names
 from mrfit.simulate.assembly import Assembly
 from mrfit.simulate.current_dependence import (
     HIGHEST,
@@ -41,7 +41,7 @@ TOLD = 4
 
 
 @dataclass(frozen=True)
-class Limits:
+class ChoiceLimits:
     """Ends in A of the range tested, randomness, and ``time.monotonic`` after which nothing is chosen any more."""
 
     low: float
@@ -54,13 +54,13 @@ class Limits:
 class Data:
     """Search blocks, the factor on the error of each, and the noise floor of each in the output's unit."""
 
-    blocks: list[Block]
+    blocks: list[SegmentBlock]
     weights: Array
     floors: Array
 
 
 @dataclass(frozen=True)
-class Choice:
+class LawChoice:
     """What was chosen, and why.
 
     Attributes
@@ -86,7 +86,7 @@ class Choice:
     dependence: CurrentDependence | None
     about: CurrentChoice
     warnings: list[Caution]
-    fits: list[Level]
+    fits: list[LevelFit]
     theta: Array
     by_role: bool
     usual: dict[str, Order]
@@ -111,7 +111,9 @@ class Choice:
         return replace(self.dependence, orders=tuple(orders))
 
 
-def chosen_by_levels(base: Assembly, cube: Cube, data: Data, kept: dict[str, Order], limits: Limits) -> Choice | None:
+def chosen_by_levels(
+    base: Assembly, cube: Cube, data: Data, kept: dict[str, Order], limits: ChoiceLimits
+) -> LawChoice | None:
     """Return the dependence on current that the base model's fits at single levels call for; None out of time.
 
     Parameters
@@ -130,8 +132,8 @@ def chosen_by_levels(base: Assembly, cube: Cube, data: Data, kept: dict[str, Ord
     levels, posed = levels_of(b.segment for b in blocks), []
     for fit in (fits := [f for f in fits if np.isfinite(f.cost)]):
         members = [k for k, b in enumerate(blocks) if level_of(b.segment, levels) == fit.current]
-        own = Posed([blocks[k] for k in members], weights[members], base, cube)
-        posed.append(Posing(own, data.floors[members]))
+        own = LeastSquaresProblem([blocks[k] for k in members], weights[members], base, cube)
+        posed.append(LevelProblem(own, data.floors[members]))
     if len(fits) < 2:
         raise DataError(
             f"every simulation of '{base.name}' diverged at all currents but one: narrow --bounds, or give "
@@ -143,7 +145,7 @@ def chosen_by_levels(base: Assembly, cube: Cube, data: Data, kept: dict[str, Ord
     return choose(tests_about(base.spec, cube, together, posed), fits, kept, (limits.low, limits.high))
 
 
-def choose(tests: Tests, fits: list[Level], kept: dict[str, Order], ends: tuple[float, float]) -> Choice:
+def choose(tests: Tests, fits: list[LevelFit], kept: dict[str, Order], ends: tuple[float, float]) -> LawChoice:
     """Return the dependence on current that predicts levels left out best, with no more coefficients than that takes.
 
     Parameters
@@ -160,13 +162,13 @@ def choose(tests: Tests, fits: list[Level], kept: dict[str, Order], ends: tuple[
     params = [tests.cube.params[k] for k in tests.free]
     groups = _groups(params, [k for k, p in enumerate(params) if p.name not in kept])
     forms = [usual_form(tests.spec, p) for p in params]
-    others = {k: Law(forms[k], count(kept[p.name]) - 1) for k, p in enumerate(params) if p.name in kept}
-    search = LawSearch(tests, groups, tuple(Law(forms[g[0]], 0) for g in groups), others)
+    others = {k: CurrentLaw(forms[k], count(kept[p.name]) - 1) for k, p in enumerate(params) if p.name in kept}
+    search = LawSearch(tests, groups, tuple(CurrentLaw(forms[g[0]], 0) for g in groups), others)
     by_role = dict(default_orders(tests.spec, search.highest + 1))
     usual = {p.name: by_role[p.name] for p in params if p.name in by_role}
     constant = search.reference
     most = [count(usual.get(params[g[0]].name, 0)) - 1 for g in groups]
-    roles = tuple(Law(search.own_form(k, order), order) for k, order in enumerate(most))
+    roles = tuple(CurrentLaw(search.own_form(k, order), order) for k, order in enumerate(most))
     search.reference = roles if tests.excess > OWN_ERROR else constant
     state = search.nearest(search.best([roles, constant]))
     orders: dict[str, Order] = dict(kept)
@@ -177,7 +179,7 @@ def choose(tests: Tests, fits: list[Level], kept: dict[str, Order], ends: tuple[
     theta = search.fitted(state).parameters(tests.currents)[0]
     about, warnings = _about(search, state, params)
     dependence, met = CurrentDependence(named, *ends) if named else None, _unmet(search, search.errors(state)) is None
-    return Choice(dependence, about, warnings, fits, theta, dict(named) == usual, usual, met)
+    return LawChoice(dependence, about, warnings, fits, theta, dict(named) == usual, usual, met)
 
 
 def _capped(order: Order, highest: int) -> Order:
@@ -231,7 +233,7 @@ def _about(search: LawSearch, state: State, params: Sequence[Param]) -> tuple[Cu
     return about, _warnings(search, state, errors)
 
 
-def _form(law: Law) -> str:
+def _form(law: CurrentLaw) -> str:
     return law.form if law.order else "constant"
 
 

@@ -23,7 +23,7 @@ from itertools import product
 import numpy as np
 
 from mrfit.core.specs import Array, Index
-from mrfit.fit.laws.by_level import Law, Laws, Tests
+from mrfit.fit.laws.by_level import CurrentLaw, Laws, Tests
 from mrfit.simulate.current_dependence import FORMS, HIGHEST, LOG, PLAIN
 from mrfit.simulate.current_levels import GRID, POLYNOMIAL_ROLES
 
@@ -45,7 +45,7 @@ NEGLIGIBLE = 0.005
 NEARER = 1.0 / 3.0
 # Changes after which the search ends
 MOST_CHANGES = 60
-State = tuple[Law, ...]
+State = tuple[CurrentLaw, ...]
 """The law of each group of parameters."""
 
 
@@ -123,7 +123,7 @@ class LawSearch:
     tests: Tests
     groups: list[list[int]]
     reference: State
-    kept: dict[int, Law]
+    kept: dict[int, CurrentLaw]
     scores: dict[State, Score] = field(default_factory=dict)
 
     @cached_property
@@ -150,9 +150,9 @@ class LawSearch:
         worth, changes = float(self.tests.worth.sum()), len(self.groups) * len(FORMS) * self.highest
         return (HELD_OUT_COST if self.held_out else FITTED_COST) * float(np.log(worth)) + float(np.log(changes))
 
-    def laws(self, state: State) -> list[Law]:
+    def laws(self, state: State) -> list[CurrentLaw]:
         """Return the law of each free parameter."""
-        laws = [self.kept.get(k, Law(PLAIN, 0)) for k in range(len(self.tests.free))]
+        laws = [self.kept.get(k, CurrentLaw(PLAIN, 0)) for k in range(len(self.tests.free))]
         for members, law in zip(self.groups, state, strict=True):
             for member in members:
                 laws[member] = law
@@ -197,14 +197,14 @@ class LawSearch:
         for order, form in product(range(self.highest + 1), self.forms(group)):
             if self._through_all(order) and form != self.own_form(group, order):
                 continue
-            other = Law(form, order) if order else self._constant(group)
+            other = CurrentLaw(form, order) if order else self._constant(group)
             turned = other.form != law.form and law.order > 0 and order > 0
             if other != law and abs(order - law.order) <= (0 if turned else 2):
                 found.append((*state[:group], other, *state[group + 1 :]))
         return list(dict.fromkeys(found))
 
-    def _constant(self, group: int) -> Law:
-        return Law(self.reference[group].form, 0)
+    def _constant(self, group: int) -> CurrentLaw:
+        return CurrentLaw(self.reference[group].form, 0)
 
     def forms(self, group: int) -> tuple[str, ...]:
         """Return the forms a group may have; two points do not tell them apart."""
@@ -235,7 +235,7 @@ class LawSearch:
     def _distance(self, group: int, form: str) -> float:
         """Return the distance from the optima, in their deviations, of a form's laws of one coefficient fewer."""
         values = self.tests.theta[:, self.tests.free[self.groups[group]]]
-        law, currents = Law(form, len(values) - 2), self.tests.currents.tobytes()
+        law, currents = CurrentLaw(form, len(values) - 2), self.tests.currents.tobytes()
         targets = np.log(values) if form == LOG else values
         found = self.tests.basis(law, currents) @ self.tests.through(law, currents) @ targets
         away = (np.exp(found) if form == LOG else found) - values

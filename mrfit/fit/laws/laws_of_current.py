@@ -8,17 +8,17 @@ import numpy as np
 
 from mrfit.core.recording import Recording, Segment
 from mrfit.fit.identify import SearchSettings, build_group, weights_of
-from mrfit.fit.laws.choice import Choice, Data, Limits, chosen_by_levels
+from mrfit.fit.laws.choice import ChoiceLimits, Data, LawChoice, chosen_by_levels
 from mrfit.search.cube import Cube, cube_of
 from mrfit.search.starts import at_scales
 from mrfit.simulate.current_dependence import CurrentDependence, base_name
-from mrfit.simulate.current_levels import base_of, default_orders, dependence_on_current, tested, to_choose
+from mrfit.simulate.current_levels import base_of, default_orders, dependence_on_current, tested_currents, to_choose
 
 # Share of the time allowed after which nothing is chosen any more
 TIME = 0.5
 
 
-class Asked(Protocol):
+class LawSettings(Protocol):
     """Settings of a fit, as its stage has them."""
 
     @property
@@ -62,7 +62,7 @@ class Asked(Protocol):
         """``auto``, an order, or ``NAME=ORDER,…``."""
 
 
-def base_cube(asked: Asked) -> Cube:
+def base_cube(asked: LawSettings) -> Cube:
     """Return the cube of the base model alone, with what the settings say of it."""
     spec = base_of(asked.model).spec
     own = {base_name(n) for n in spec.names}
@@ -72,8 +72,8 @@ def base_cube(asked: Asked) -> Cube:
 
 
 def dependence_of(
-    asked: Asked, segments: Sequence[Segment], recordings: dict[str, Recording]
-) -> tuple[CurrentDependence | None, Choice | None]:
+    asked: LawSettings, segments: Sequence[Segment], recordings: dict[str, Recording]
+) -> tuple[CurrentDependence | None, LawChoice | None]:
     """Return how a fit's parameters depend on current, and how that was chosen, None where it was not.
 
     Parameters
@@ -90,7 +90,7 @@ def dependence_of(
     """
     if asked.per != "all":
         return None, None
-    choice, fixed, currents = None, [n for n, _ in asked.fixed], tested(segments, recordings)
+    choice, fixed, currents = None, [n for n, _ in asked.fixed], tested_currents(segments, recordings)
     if to_choose(asked.model, asked.current_order, currents):
         # what is given for one node of current is for a parameter that varies
         given = [n for n, _, _ in asked.bounds] + [n for n, _ in (*asked.start, *asked.fixed)]
@@ -98,7 +98,7 @@ def dependence_of(
         orders = default_orders(base_of(asked.model).spec, currents.steps, fixed)
         search = SearchSettings(asked.optimizer, asked.seed, None, asked.seconds, asked.weight)
         deadline = None if asked.seconds is None else time.monotonic() + TIME * asked.seconds
-        limits = Limits(currents.low, currents.high, search.rng("all by current"), deadline)
+        limits = ChoiceLimits(currents.low, currents.high, search.rng("all by current"), deadline)
         choice = _chosen(asked, segments, recordings, {n: o for n, o in orders if n in at_nodes}, limits)
     if choice:
         return choice.dependence, choice
@@ -106,12 +106,12 @@ def dependence_of(
 
 
 def _chosen(
-    asked: Asked,
+    asked: LawSettings,
     segments: Sequence[Segment],
     recordings: dict[str, Recording],
     kept: dict[str, int | str],
-    limits: Limits,
-) -> Choice | None:
+    limits: ChoiceLimits,
+) -> LawChoice | None:
     base, training = base_of(asked.model), [s for s in segments if s.role == "train"]
     group = build_group("all", training, recordings, base, split=False)
     cube = at_scales(base_cube(asked), group.training, base)

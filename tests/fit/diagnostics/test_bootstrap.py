@@ -5,7 +5,7 @@ import pytest
 
 from mrfit.fit.diagnostics.bootstrap import block_length, bootstrap_intervals, replicated, resampled
 from mrfit.fit.diagnostics.uncertainty import analyse
-from mrfit.search.problem import Posed
+from mrfit.search.problem import LeastSquaresProblem
 from tests.fit.toy import block, coloured, linear_model
 
 SAMPLES, CYCLES = 3000, 6
@@ -43,7 +43,7 @@ def test_intervals_of_a_linear_model_have_the_width_of_generalised_least_squares
     point = cube.to_points(estimate[None, :])[0]
     errors = measured - estimate @ drive
     uncertainty = analyse([2 * drive.T], [errors], [SAMPLES / CYCLES])
-    posed = Posed([block(drive, measured, CYCLES)], np.ones(1), assembly, cube)
+    posed = LeastSquaresProblem([block(drive, measured, CYCLES)], np.ones(1), assembly, cube)
     points = replicated(posed, point, uncertainty.directions[:, ~uncertainty.open], [errors], rng)
     found = bootstrap_intervals(posed, points)
     # slow sensitivities see the noise's spectrum at zero
@@ -63,7 +63,7 @@ def test_an_end_beyond_a_bound_is_open() -> None:
     estimate = np.minimum(np.linalg.lstsq(drive.T, measured, rcond=None)[0], top)
     point, errors = cube.to_points(estimate[None, :])[0], measured - estimate @ drive
     uncertainty = analyse([2 * drive.T], [errors], [SAMPLES / CYCLES])
-    posed = Posed([block(drive, measured, CYCLES)], np.ones(1), assembly, cube)
+    posed = LeastSquaresProblem([block(drive, measured, CYCLES)], np.ones(1), assembly, cube)
     points = replicated(posed, point, uncertainty.directions[:, ~uncertainty.open], [errors], rng)
     found = bootstrap_intervals(posed, points)
     assert found["p0"].high is None and found["p0"].low < top

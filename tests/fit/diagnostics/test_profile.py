@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 
 from mrfit.core.specs import Array
-from mrfit.fit.diagnostics.bootstrap import Interval
-from mrfit.fit.diagnostics.profile import Profiled, variance_factors
+from mrfit.fit.diagnostics.bootstrap import BootstrapInterval
+from mrfit.fit.diagnostics.profile import ProfiledParameter, variance_factors
 from mrfit.fit.diagnostics.profile import profiled as profiles_of
-from mrfit.fit.diagnostics.uncertainty import Linearised, analyse
-from mrfit.search.problem import Posed
+from mrfit.fit.diagnostics.uncertainty import Linearisation, analyse
+from mrfit.search.problem import LeastSquaresProblem
 from tests.fit.toy import block, linear_model
 
 SAMPLES = 2000
 PHASE = np.linspace(0, 20 * np.pi, SAMPLES, endpoint=False)
 
 
-def likelihoods(drive: Array, truth: Array, noise: float) -> tuple[dict[str, Profiled], Array, Array]:
+def likelihoods(drive: Array, truth: Array, noise: float) -> tuple[dict[str, ProfiledParameter], Array, Array]:
     """Return profiles by name, the estimate, and the standard errors for white noise."""
     rng = np.random.default_rng(1)
     assembly, cube = linear_model(*[""] * len(truth))
@@ -23,16 +23,16 @@ def likelihoods(drive: Array, truth: Array, noise: float) -> tuple[dict[str, Pro
     estimate = np.linalg.lstsq(drive.T, measured, rcond=None)[0]
     point = cube.to_points(estimate[None, :])[0]
     errors = measured - estimate @ drive
-    linearised = Linearised([2 * drive.T], [-errors], [0.0])
+    linearised = Linearisation([2 * drive.T], [-errors], [0.0])
     uncertainty = analyse(linearised.jacobians, linearised.residuals)
     assert np.allclose(variance_factors(uncertainty, linearised)[0], 1.0, atol=0.35)
-    posed = Posed([block(drive, measured)], np.ones(1), assembly, cube)
+    posed = LeastSquaresProblem([block(drive, measured)], np.ones(1), assembly, cube)
     spread = noise * np.sqrt(np.diag(np.linalg.pinv(drive @ drive.T)))
     found = profiles_of(posed, point, uncertainty, linearised)
     return {one.profile.name: one for one in found}, estimate, spread
 
 
-def profiled(drive: Array, truth: Array, noise: float) -> tuple[dict[str, Interval], Array, Array]:
+def profiled(drive: Array, truth: Array, noise: float) -> tuple[dict[str, BootstrapInterval], Array, Array]:
     found, estimate, spread = likelihoods(drive, truth, noise)
     return {name: one.interval for name, one in found.items()}, estimate, spread
 

@@ -7,7 +7,7 @@ from scipy.optimize import least_squares
 import mrfit.fit.stage
 from mrfit.core.specs import Array
 from mrfit.fit.laws import by_level
-from mrfit.fit.laws.by_level import Law, Laws
+from mrfit.fit.laws.by_level import CurrentLaw, Laws
 from mrfit.fit.laws.laws_of_current import base_cube
 from mrfit.simulate.assembly import assemble
 from mrfit.simulate.current_dependence import coordinate
@@ -34,7 +34,7 @@ def about_optima(seed: int) -> by_level.Tests:
     )  # type: ignore[arg-type]
 
 
-def misfit(tests: by_level.Tests, laws: list[Law], known: Array, theta: Array) -> Array:
+def misfit(tests: by_level.Tests, laws: list[CurrentLaw], known: Array, theta: Array) -> Array:
     """Return the rows of the misfit of parameters (A, K) at the levels of the known conditions."""
     levels = np.unique(tests.places[known])
     values = theta[:, tests.free]
@@ -49,7 +49,8 @@ def test_laws_of_every_form_are_those_of_least_misfit(known: Array) -> None:
     tests = about_optima(1)
     free = len(tests.free)
     choices = [
-        [Law(form, order)] + [Law("log", 1) if tests.bent[k] else Law("plain", 1) for k in range(1, free)]
+        [CurrentLaw(form, order)]
+        + [CurrentLaw("log", 1) if tests.bent[k] else CurrentLaw("plain", 1) for k in range(1, free)]
         for form in ("plain", "log", "sat")
         for order in (0, 1, 2)
     ]
@@ -58,7 +59,7 @@ def test_laws_of_every_form_are_those_of_least_misfit(known: Array) -> None:
 
     for laws, own in zip(choices, found, strict=True):
 
-        def parameters(coefficients: Array, laws: list[Law] = laws) -> Array:
+        def parameters(coefficients: Array, laws: list[CurrentLaw] = laws) -> Array:
             theta, column = np.tile(tests.theta[0], (len(levels), 1)), 0
             for k, law in zip(tests.free, laws, strict=True):
                 powers = np.vander(coordinate(levels, CURRENTS[[0, -1]], law.form), law.order + 1)
@@ -81,7 +82,9 @@ def test_laws_of_every_form_are_those_of_least_misfit(known: Array) -> None:
 def test_laws_fitted_together_are_those_fitted_alone() -> None:
     tests, known = about_optima(2), np.arange(6)
     free = len(tests.free)
-    choices = [[Law("plain", k)] * free for k in range(3)] + [[Law("sat", 2)] + [Law("plain", 0)] * (free - 1)]
+    choices = [[CurrentLaw("plain", k)] * free for k in range(3)] + [
+        [CurrentLaw("sat", 2)] + [CurrentLaw("plain", 0)] * (free - 1)
+    ]
     together = Laws(tests, choices, known)
     for k, laws in enumerate(choices):
         alone = Laws(tests, [laws], known)

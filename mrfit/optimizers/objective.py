@@ -13,7 +13,7 @@ from mrfit.kernels.cube import stencils
 
 # Relative step of one-sided differences: the square root of float64's resolution, widened since simulations carry
 # table and interpolation errors of about 1e-9.
-STEP = 1e-5
+DIFFERENCE_STEP = 1e-5
 
 # A gain in cost smaller than this share does not count as progress.
 STALL_RTOL = 1e-6
@@ -22,7 +22,7 @@ STALL_RTOL = 1e-6
 BLOCK_NUMBERS = 1 << 22
 
 
-class Descent(NamedTuple):
+class DescentEnd(NamedTuple):
     """Where one of several starts ended: its cost, its point (K,) and whether it settled in a local minimum."""
 
     cost: float
@@ -31,7 +31,7 @@ class Descent(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Ended:
+class Termination:
     """What an optimizer says about its end.
 
     Attributes
@@ -45,7 +45,7 @@ class Ended:
     """
 
     reason: str = ""
-    descents: tuple[Descent, ...] = ()
+    descents: tuple[DescentEnd, ...] = ()
     agreeing: int = 0
 
 
@@ -58,14 +58,14 @@ class BudgetSpent(Exception):
         What the optimizer that was stopped adds to it, if anything.
     """
 
-    ended = Ended()
+    ended = Termination()
 
 
 class TimeSpent(BudgetSpent):
     """Raised by an Objective when its deadline has passed."""
 
 
-class Stalled(BudgetSpent):
+class NoProgress(BudgetSpent):
     """Raised by an Objective when the best cost has not improved for ``patience`` evaluations, or by an optimizer."""
 
 
@@ -274,7 +274,7 @@ class Objective:
             If fewer than K + 1 evaluations are left.
         """
         self._require(self.dimension + 1)
-        stencil, steps = stencils(point[None, :], STEP)
+        stencil, steps = stencils(point[None, :], DIFFERENCE_STEP)
         rows, costs = self._evaluate(stencil[0])
         with np.errstate(all="ignore"):
             jacobian = ((rows[1:] - rows[0]) / steps[0][:, None]).T
@@ -307,7 +307,7 @@ class Objective:
         return NormalEquations(costs, gradients, curvatures)
 
     def _models(self, points: Array) -> tuple[Array, Array, Array]:
-        around, steps = stencils(points, STEP)
+        around, steps = stencils(points, DIFFERENCE_STEP)
         rows, flat = self._evaluate(around.reshape(-1, self.dimension))
         costs = flat.reshape(around.shape[:2])
         # contiguous, as those of one point are: kernels are compiled for each layout
@@ -357,7 +357,7 @@ class Objective:
         if self.best_cost < reference * (1.0 - STALL_RTOL):
             self._gained = (self.evaluations, self.best_cost)
         elif patience is not None and self.evaluations - since >= patience:
-            raise Stalled
+            raise NoProgress
 
 
 class InParameters:

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mrfit.search import objective as module
-from mrfit.search.objective import BudgetSpent, Objective, Stalled, TimeSpent
+from mrfit.optimizers import objective as module
+from mrfit.optimizers.objective import BudgetSpent, NoProgress, Objective, TimeSpent
 
 
 def curve(points):
@@ -173,7 +173,7 @@ def test_patience_ends_a_search_without_progress():
     objective = make()
     objective.allow(1000, patience=10)
     objective.costs(np.array([[0.5, 0.5]]))
-    with pytest.raises(Stalled):
+    with pytest.raises(NoProgress):
         for _ in range(100):
             objective.costs(np.array([[0.6, 0.6]]))
     assert 10 <= objective.evaluations <= 13
