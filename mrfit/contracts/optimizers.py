@@ -8,7 +8,7 @@ import numpy as np
 from mrfit.contracts.check import Check, check_of, need
 from mrfit.core.protocols import Optimizer
 from mrfit.core.specs import Array
-from mrfit.optimizers.objective import Objective
+from mrfit.optimizers.cost.objective import Objective
 from mrfit.search import chain
 from mrfit.search.limits import Limits
 from mrfit.search.result import SearchResult

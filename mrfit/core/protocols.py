@@ -273,7 +273,7 @@ class Optimizer(Protocol):
     def minimise(self, objective: Any, rng: np.random.Generator, options: Options) -> None:
         """Evaluate points of the unit cube until done; the objective remembers the best.
 
-        ``objective`` (mrfit.optimizers.objective.Objective) has ``dimension``, ``remaining`` evaluations,
+        ``objective`` (mrfit.optimizers.cost.objective.Objective) has ``dimension``, ``remaining`` evaluations,
         ``best_point`` (K,), ``best_cost``, ``costs(points (P, K)) -> (P,)`` and ``residuals(point (K,)) -> (M,)``. It
         counts evaluations, and ends the search by an exception, to be let through, where the budget is spent. All
         randomness comes from ``rng``.

@@ -4,7 +4,7 @@ import numpy as np
 
 from mrfit.core.current_folder import without_matplotlibrc
 from mrfit.core.specs import Array, OptimizerSpec, Options
-from mrfit.optimizers.objective import Objective, Termination
+from mrfit.optimizers.cost.objective import Objective, Termination
 
 FIRST_SPREAD = 0.25
 # Costs are told relative to the first finite one, so that the tolerances mean the same for every unit.

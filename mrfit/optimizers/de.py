@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from mrfit.core.specs import Array, OptimizerSpec, Option, Options
-from mrfit.optimizers.objective import Objective, Termination
+from mrfit.optimizers.cost.objective import Objective, Termination
 
 # The least population scipy takes.
 SMALLEST = 5

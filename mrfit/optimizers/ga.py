@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from mrfit.core.specs import Array, OptimizerSpec, Option, Options
-from mrfit.optimizers.objective import Objective
+from mrfit.optimizers.cost.objective import Objective
 
 ELITE = 2
 CROSSOVER_SHARE = 0.8

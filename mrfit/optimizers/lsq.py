@@ -3,7 +3,7 @@
 import numpy as np
 
 from mrfit.core.specs import OptimizerSpec, Options
-from mrfit.optimizers.objective import Objective, Termination
+from mrfit.optimizers.cost.objective import Objective, Termination
 
 SPEC = OptimizerSpec(
     name="lsq",

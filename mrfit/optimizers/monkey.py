@@ -3,7 +3,7 @@
 import numpy as np
 
 from mrfit.core.specs import Array, OptimizerSpec, Option, Options
-from mrfit.optimizers.objective import Objective
+from mrfit.optimizers.cost.objective import Objective
 
 CLIMB_STEPS = 20
 # Step length of the climb at the first and the last evaluation, as a share of the cube's edge.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from mrfit.core.specs import Array, Index, OptimizerSpec, Options
 from mrfit.kernels.descent import FIRST_RAISE, LONGEST_STEP, damped_steps, fanned_steps, keep_better
 from mrfit.kernels.ending import AGREEMENT_RTOL, RIVAL, decided, enough, going_on
-from mrfit.optimizers.objective import BudgetSpent, DescentEnd, NoProgress, NormalEquations, Objective, Termination
+from mrfit.optimizers.cost.objective import BudgetSpent, DescentEnd, NoProgress, NormalEquations, Objective, Termination
 
 SPEC = OptimizerSpec(
     name="multistart",

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from mrfit.core.specs import Array, OptimizerSpec, Option, Options
-from mrfit.optimizers.objective import InParameters
+from mrfit.optimizers.cost.objective import InParameters
 from mrfit.optimizers.woa import B_TEXT, ITERATIONS, POPULATION, first_swarm, swim
 
 # Standard deviation of a clone about its antibody, as a share of the bounds; the paper gives none.

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from mrfit.core.specs import OptimizerSpec, Option, Options
-from mrfit.optimizers.objective import Objective
+from mrfit.optimizers.cost.objective import Objective
 
 SPEC = OptimizerSpec(
     name="pso",

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from mrfit.core.specs import Array, OptimizerSpec, Option, Options
-from mrfit.optimizers.objective import InParameters
+from mrfit.optimizers.cost.objective import InParameters
 
 POPULATION = Option("population", 40, 1, 10_000, "whales, simulated side by side", whole=True)
 ITERATIONS = Option("iterations", 800, 1, 1_000_000, "times they move, where --budget does not say it", whole=True)

@@ -10,7 +10,7 @@ import numpy as np
 from mrfit.core import registry
 from mrfit.core.specs import Array, OptimizerSpec, Option, Options
 from mrfit.errors import ConfigError, unknown_name
-from mrfit.optimizers.objective import BudgetSpent, InParameters, NoProgress, Objective, Termination, TimeSpent
+from mrfit.optimizers.cost.objective import BudgetSpent, InParameters, NoProgress, Objective, Termination, TimeSpent
 from mrfit.search.limits import UNLIMITED, Limits, SearchContext
 from mrfit.search.problem import Problem
 from mrfit.search.result import ChainLink, Ending, SearchResult

@@ -8,7 +8,7 @@ import numpy as np
 
 from mrfit.core.specs import Array, Options
 from mrfit.optimizers import multistart
-from mrfit.optimizers.objective import Objective, Termination
+from mrfit.optimizers.cost.objective import Objective, Termination
 from mrfit.search import chain
 from mrfit.search.limits import Limits, ProgressCallback, SearchContext, offset_progress, seconds_left
 from mrfit.search.problem import PHASE_BINS, SETTLE_CYCLES, LeastSquaresProblem, SegmentBlock

@@ -7,7 +7,7 @@ import numpy as np
 
 from mrfit.core.specs import Array
 from mrfit.optimizers import multistart
-from mrfit.optimizers.objective import Objective
+from mrfit.optimizers.cost.objective import Objective
 from mrfit.search import coarse_to_fine
 from mrfit.search.limits import SearchContext, offset_progress
 from mrfit.search.problem import Problem, measured

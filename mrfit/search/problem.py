@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from mrfit.core.recording import Segment
 from mrfit.core.specs import Array, Index
 from mrfit.kernels.folding import compare
-from mrfit.optimizers.objective import Coordinates
+from mrfit.optimizers.cost.objective import Coordinates
 from mrfit.search.cube import Cube, FreeParameters
 from mrfit.signal.smoothing import Drive
 from mrfit.simulate.assembly import Assembly

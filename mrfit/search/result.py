@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from mrfit.core.specs import Array
-from mrfit.optimizers.objective import DescentEnd
+from mrfit.optimizers.cost.objective import DescentEnd
 
 Ending = Literal["finished", "budget", "time", "stalled"]
 

@@ -14,7 +14,7 @@ from mrfit.core import registry
 from mrfit.core.specs import Array, EffectSpec
 from mrfit.errors import ConfigError
 from mrfit.optimizers import multistart
-from mrfit.optimizers.objective import Objective
+from mrfit.optimizers.cost.objective import Objective
 from mrfit.search import run as search
 from mrfit.search.chain import OptimizerChain
 from mrfit.search.cube import Cube

@@ -15,7 +15,7 @@ import numpy as np
 from mrfit.core.specs import Array, Index
 from mrfit.kernels.cube import stencils, varied_stencils
 from mrfit.kernels.linear import Mask, affine_model, projected, reduced_model, with_last_share
-from mrfit.optimizers.objective import BLOCK_NUMBERS, DIFFERENCE_STEP, Objective
+from mrfit.optimizers.cost.objective import BLOCK_NUMBERS, DIFFERENCE_STEP, Objective
 from mrfit.search.cube import Cube
 from mrfit.search.problem import LeastSquaresProblem
 

@@ -6,7 +6,7 @@ import pytest
 from mrfit.core.specs import Array
 from mrfit.kernels import descent
 from mrfit.kernels.descent import FIRST_RAISE, LONGEST_STEP, keep_better
-from mrfit.optimizers.objective import NormalEquations
+from mrfit.optimizers.cost.objective import NormalEquations
 
 
 def damped_steps(points: Array, gradients: Array, curvatures: Array, dampings: Array) -> tuple[Array, Array, Array]:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mrfit.optimizers import ga
-from mrfit.optimizers.objective import Objective
+from mrfit.optimizers.cost.objective import Objective
 
 
 def test_children_of_equal_parents_equal_them_without_mutation():

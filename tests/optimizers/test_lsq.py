@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mrfit.optimizers.objective import Objective
+from mrfit.optimizers.cost.objective import Objective
 from mrfit.search import chain
 from tests.optimizers.curve_fits import CERTIFIED
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mrfit.optimizers import monkey
-from mrfit.optimizers.objective import Objective
+from mrfit.optimizers.cost.objective import Objective
 
 
 def make(residuals, dimension=2):

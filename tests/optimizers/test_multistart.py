@@ -3,7 +3,7 @@ import pytest
 
 from mrfit.kernels.ending import AGREEING
 from mrfit.optimizers import multistart
-from mrfit.optimizers.objective import Objective
+from mrfit.optimizers.cost.objective import Objective
 from mrfit.search import chain
 from mrfit.search.limits import Limits
 from tests.optimizers.curve_fits import CERTIFIED, ZERO_MINIMUM

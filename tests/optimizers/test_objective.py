@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mrfit.optimizers import objective as module
-from mrfit.optimizers.objective import BudgetSpent, NoProgress, Objective, TimeSpent
+from mrfit.optimizers.cost import objective as module
+from mrfit.optimizers.cost.objective import BudgetSpent, NoProgress, Objective, TimeSpent
 
 
 def curve(points):

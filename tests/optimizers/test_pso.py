@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mrfit.optimizers import pso
-from mrfit.optimizers.objective import BudgetSpent, Objective
+from mrfit.optimizers.cost.objective import BudgetSpent, Objective
 
 
 def search(residuals, start, budget, seed=0):

@@ -3,7 +3,7 @@ import pytest
 
 from mrfit.core.specs import ModelSpec, Param
 from mrfit.models import rotational_erf
-from mrfit.optimizers.objective import InParameters, Objective
+from mrfit.optimizers.cost.objective import InParameters, Objective
 from mrfit.optimizers.woa import swim
 from mrfit.search import chain
 from mrfit.search.cube import FreeParameters, cube_of

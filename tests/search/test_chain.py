@@ -5,7 +5,7 @@ import pytest
 
 from mrfit.core import registry
 from mrfit.errors import ConfigError
-from mrfit.optimizers.objective import Objective
+from mrfit.optimizers.cost.objective import Objective
 from mrfit.search import chain
 from mrfit.search.limits import Limits
 

@@ -8,7 +8,7 @@ import pytest
 from benchmarks.planted import PER_CYCLE, problem
 from mrfit.core.specs import Array
 from mrfit.optimizers import multistart
-from mrfit.optimizers.objective import Objective
+from mrfit.optimizers.cost.objective import Objective
 from mrfit.search import chain
 from mrfit.search import run as search
 from mrfit.search.auto import Auto

@@ -161,7 +161,7 @@ def test_rooms_above_the_search_enter_it_by_its_one_door() -> None:
             for node in ast.walk(tree):
                 if isinstance(node, ast.ImportFrom) and node.module:
                     names = {a.name for a in node.names}
-                    assert node.module != "mrfit.optimizers.objective" or not names & {"Objective"}, source
+                    assert node.module != "mrfit.optimizers.cost.objective" or not names & {"Objective"}, source
                     inner = {"coarse_to_fine", "reparametrised", "variable_projection"}
                     assert node.module.rpartition(".")[2] not in inner, source
                     assert node.module != "mrfit.search" or not names & inner, source
