@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from mrfit.api.sheet import Sheet, sheet
     from mrfit.core.plugins import model
     from mrfit.core.specs import Param
+    from mrfit.drift.call import UnitComparison, drift
     from mrfit.errors import ConfigError, DataError, MrfitError
 
 __all__ = [
@@ -36,9 +37,11 @@ __all__ = [
     "Prediction",
     "Recording",
     "Sheet",
+    "UnitComparison",
     "advise",
     "compare",
     "discover",
+    "drift",
     "fit",
     "load",
     "model",
@@ -61,6 +64,7 @@ _HOMES = {
     "api.sheet": ("Sheet", "sheet"),
     "core.plugins": ("model",),
     "core.specs": ("Param",),
+    "drift.call": ("UnitComparison", "drift"),
     "errors": ("ConfigError", "DataError", "MrfitError"),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
@@ -79,7 +83,7 @@ _APPLIED = {
     "track": "calls",
 }
 # Functions that a room of the package has the name of: the name of the package is the function's
-_ROOMS = ("advise", "compare", "discover", "fit", "models", "sheet")
+_ROOMS = ("advise", "compare", "discover", "drift", "fit", "models", "sheet")
 
 
 def _of_face(name: str) -> object:

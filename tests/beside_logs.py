@@ -64,6 +64,7 @@ COMMANDS: tuple[tuple[str, ...], ...] = (
     ("plot", "one.csv"),
     ("measure", "lag", "one.csv", "--command", "displacement", "--actual", "force"),
     ("batch", ".", "--like", "*.csv", "--model", "bingham", "--report", "--work", "batch", "--jobs", "2"),
+    ("drift", "batch/batch.parquet"),
     ("run", "pipeline.toml", "--jobs", "2"),
     ("status",),
     ("list", "models"),

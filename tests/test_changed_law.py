@@ -246,6 +246,7 @@ SIMULATE: dict[str, Sequence[str]] = {
         "--control",
         "passive-low",
     ),
+    "drift": ("drift", "mrfit-work", "--fit", NAME),
     "advise": ("advise", "--goal", "parameters", "--fit", NAME, "--rig", "rig.toml"),
 }
 """Commands that simulate a stored fit: they refuse another law."""
@@ -450,6 +451,7 @@ SIMULATING = {
     "api/fitting.py",
     "advise/parameters.py",
     "cli/pipeline.py",
+    "drift/source.py",
     "export/workspace.py",
 }
 """Modules that make a model of a fit, by ``assembly_of``, which asks whether its law is the one here."""

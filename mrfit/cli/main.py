@@ -18,6 +18,7 @@ from mrfit.cli import apply, console, logbook, measure, names, project
 from mrfit.cli import plot as signals
 from mrfit.cli.advise import advise
 from mrfit.cli.batch import batch
+from mrfit.cli.drift import drift
 from mrfit.cli.export import check_all_made, export
 from mrfit.cli.figure import figure
 from mrfit.cli.options import (
@@ -387,6 +388,7 @@ def show(
 
 app.command()(export)
 app.command()(batch)
+app.command()(drift)
 
 
 def main() -> None:

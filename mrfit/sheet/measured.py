@@ -76,7 +76,7 @@ class Measured:
         )
 
 
-def unit_of(source: str, pattern: str) -> str:
+def unit_of(source: str, pattern: str, option: str = "--unit-from") -> str:
     """Return the name of the unit in the path of a log.
 
     Raises
@@ -87,14 +87,14 @@ def unit_of(source: str, pattern: str) -> str:
     if not pattern:
         return ONE_UNIT
     if pattern.count("{unit}") != 1:
-        raise ConfigError(f"--unit-from '{pattern}' has to hold {{unit}} once, as '*/{{unit}}_*.csv'")
+        raise ConfigError(f"{option} '{pattern}' has to hold {{unit}} once, as '*/{{unit}}_*.csv'")
     before, after = (
         fnmatch.translate(part).removeprefix("(?s:").removesuffix(r")\Z") for part in pattern.split("{unit}")
     )
     anchored = before if before.startswith((".*", "/")) else rf"(?:.*/)?{before}"
     found = re.fullmatch(rf"(?s:{anchored}(?P<unit>[^/]+?){after})", Path(source).as_posix())
     if found is None:
-        raise ConfigError(f"--unit-from '{pattern}' does not match '{source}'; write it for the whole name of a log")
+        raise ConfigError(f"{option} '{pattern}' does not match '{source}'; write it for the whole name of a log")
     return found["unit"]
 
 

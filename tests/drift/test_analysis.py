@@ -1,0 +1,79 @@
+"""What drifts is found and named alone, and nothing is where nothing does."""
+
+import numpy as np
+import pytest
+
+import mrfit
+from mrfit.io.schemas.drift import DriftFile
+from tests.drift.fleets import MEANS, fleet
+
+UNITS, TESTS = 10, 5
+LIFE = np.tile(np.linspace(0.0, 20000.0, TESTS), UNITS)
+
+
+def compared(
+    changes: list[tuple[str, str, float]], over: str = "cycles", seed: int = 1, **columns: object
+) -> DriftFile:
+    rng = np.random.default_rng(seed)
+    table = fleet(rng, UNITS, TESTS, changes=changes, columns={"cycles": LIFE, **columns})  # type: ignore[dict-item]
+    return mrfit.drift(table, over=over.split(","), unit="{unit}_*").content
+
+
+def drifting(found: DriftFile) -> set[tuple[str, str]]:
+    return {(r.parameter, s.covariate) for r in found.parameters for s in r.slopes if s.drifts}
+
+
+def test_a_drift_is_found_alone_with_its_size_and_its_cause() -> None:
+    found = compared([("fy", "cycles", 0.03)])
+    assert (found.units, found.tests) == (UNITS, UNITS * TESTS) and drifting(found) == {("fy", "cycles")}
+    (slope,) = next(r for r in found.parameters if r.parameter == "fy").slopes
+    assert slope.per == "1000 cycles" and slope.low <= np.expm1(0.03 / 20.0) <= slope.high
+    assert [c.effect for c in found.causes] == ["seal friction"]
+    assert [c.effect for c in compared([("f0", "cycles", -0.05)]).causes] == ["pressure loss"]
+
+
+def test_nothing_drifts_where_nothing_does() -> None:
+    found = compared([])
+    assert not drifting(found) and not found.causes and not any(r.change for r in found.parameters)
+
+
+def test_a_drift_that_is_the_temperature_s_is_called_so() -> None:
+    warm = 25.0 + LIFE / 1000.0 + np.random.default_rng(7).uniform(-6.0, 6.0, UNITS * TESTS)
+    changes = [("fy", "temperature", -0.08), ("c", "temperature", -0.2)]
+    both = compared(changes, "cycles,temperature", temperature=warm)
+    assert drifting(both) == {("fy", "temperature"), ("c", "temperature")}
+    assert [c.effect for c in both.causes] == ["temperature"]
+    alone = compared(changes, temperature=warm)
+    assert drifting(alone) == {("fy", "cycles"), ("c", "cycles")}
+    assert [c.effect for c in alone.causes] == ["temperature"] and "nothing is left" in alone.causes[0].text
+
+
+def test_a_step_is_told_from_a_drift() -> None:
+    stepped = compared([("c", "worn", 0.05)], worn=(LIFE > 12000.0).astype(float))
+    (row,) = [r for r in stepped.parameters if r.change]
+    assert row.parameter == "c" and row.change and 10000.0 < row.change.at < 15000.0
+    assert row.change.change == pytest.approx(np.expm1(0.05), abs=0.01)
+    assert not any(r.change for r in compared([("c", "cycles", 0.05)]).parameters)
+
+
+def test_repeatability_is_told_from_reproducibility() -> None:
+    rng = np.random.default_rng(9)
+    table = fleet(rng, 40, 4, between=0.06, within=0.02, known=0.005)
+    rows = mrfit.drift(table, unit="{unit}_*").content.parameters
+    assert {r.parameter for r in rows} == set(MEANS)
+    for r in rows:
+        scale = 1.0 if r.logarithmic else MEANS[r.parameter]
+        assert r.repeatability == pytest.approx(0.02 * scale, rel=0.25)
+        assert r.reproducibility == pytest.approx(np.hypot(0.06, 0.02) * scale, rel=0.25)
+        assert r.between_low is not None and r.between_high is not None
+        assert r.between_low < 0.06 * scale < r.between_high
+
+
+def test_what_cannot_be_judged_is_said() -> None:
+    table = fleet(np.random.default_rng(1), 3, columns={"cycles": np.zeros(3)})
+    found = mrfit.drift(table, over=["cycles"]).content
+    assert found.notes == ["sine: cycles does not move by itself in 4 tests or more"]
+    with pytest.raises(mrfit.ConfigError, match="--over colour: no fit states it; there are cycles"):
+        mrfit.drift(table, over=["colour"])
+    with pytest.raises(mrfit.DataError, match="no column value"):
+        mrfit.drift(table.drop(columns="value"))
