@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from mrfit.core.recording import Segment
 from mrfit.io.schemas.fit import Fit
 from mrfit.report import paper
+from mrfit.report.corner_figure import corner, has_draws
 from mrfit.report.curves import worst_of_each
 from mrfit.report.figures import WIDTH, Drawing, Figure, error_figure, has_errors
 from mrfit.report.paper import Drawn
@@ -49,6 +50,8 @@ def more_drawings(fit: Fit, series: Sequence[Series], segments: Sequence[Segment
         made.append(partial(_starts, fit))
     if has_profiles(fit):
         made.append(partial(_profiles, fit))
+    if has_draws(fit):
+        made.append(partial(_corner, fit))
     return made
 
 
@@ -98,3 +101,12 @@ def _profiles(fit: Fit) -> Figure:
         "is held and the others are refitted. Dots were computed; the dashed line cuts a profile at its 95 % interval."
     )
     return _figure(fit, profiles([fit], WIDTH), ("profiles", "Profile likelihood of the parameters", caption))
+
+
+def _corner(fit: Fit) -> Figure:
+    first = next(r for r in fit.results if r.draws)
+    caption = (
+        f"Draws of the posterior of {first.condition}, flat within the bounds: each, and two over each other."
+    )
+    figure = _figure(fit, corner(fit, WIDTH * 0.8), ("corner", "Posterior of the parameters", caption))
+    return Figure(**{**vars(figure), "narrow": True})

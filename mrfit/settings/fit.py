@@ -10,7 +10,7 @@ from mrfit.settings.shared import CurrentOrder, Jobs, Seed, Start
 # A global search ends when this share of its evaluations has passed without progress, unless told otherwise.
 PATIENCE = 0.5
 
-Intervals = Literal["hac", "bootstrap", "profile"]
+Intervals = Literal["hac", "bootstrap", "profile", "posterior"]
 Forms = Literal["named", "evidence"]
 Options = Annotated[
     Pairs,
@@ -85,7 +85,8 @@ class Settings:
         empty for all.
     intervals
         ``hac``: from the Jacobian with autocorrelated noise; ``bootstrap``: refits to residuals resampled in blocks;
-        ``profile``: how far each parameter can go while the others make up for it.
+        ``profile``: how far each parameter can go while the others make up for it; ``posterior``: draws within the
+        bounds.
     forms
         ``named``: every effect in the form that the model names; ``evidence``: of an effect that has several, as
         ``temperature``, the one is kept that predicts best what is left out.
@@ -110,7 +111,7 @@ class Settings:
     fixed: Fixed = ()
     current_order: CurrentOrder = "auto"
     only: Only = ""
-    intervals: Annotated[Intervals, Setting("Of parameters: hac, bootstrap or profile.")] = "hac"
+    intervals: Annotated[Intervals, Setting("Of parameters: hac, bootstrap, profile or posterior.")] = "hac"
     forms: Annotated[
         Forms, Setting("Of an effect with several, as temperature: the named one, or the one the data call for.")
     ] = "named"

@@ -13,6 +13,7 @@ from mrfit.fit.band import refits_of
 from mrfit.fit.diagnostics.bands import bands
 from mrfit.fit.diagnostics.bootstrap import bootstrap_intervals, replicated
 from mrfit.fit.diagnostics.identifiability import judge
+from mrfit.fit.diagnostics.posterior import posterior_density, posterior_draws, posterior_intervals, posterior_rows
 from mrfit.fit.diagnostics.profile import ProfiledParameter, profiled
 from mrfit.fit.diagnostics.remainders import fitted_remainders, left_out
 from mrfit.fit.diagnostics.repeats import repeat_rows
@@ -20,6 +21,7 @@ from mrfit.fit.diagnostics.residual_tests import input_dependence, varies
 from mrfit.fit.diagnostics.uncertainty import analyse
 from mrfit.fit.identify import FitGroup, linearise, weights_of
 from mrfit.fit.result import conditioning, covariance_of, derived_rows, parameter_rows, passivity_rows, with_intervals
+from mrfit.io.schemas.band import Refits
 from mrfit.io.schemas.determined import State
 from mrfit.io.schemas.fit import Caution, DriftRow, ResidualTest, Trust
 from mrfit.search.cube import Cube
@@ -76,6 +78,7 @@ def trust(
     covariance = covariance_of(assembly, cube, point, uncertainty, known) if known else None
     folded = LeastSquaresProblem(group.search, weights_of(group.search, group.training_floors, weight), assembly, cube)
     profiles: list[ProfiledParameter] = []
+    draws: Refits | None = None
     if intervals == "bootstrap":
         points = replicated(folded, point, uncertainty.directions[:, ~uncertainty.open], list(residuals), rng)
         drawn = bootstrap_intervals(folded, points)
@@ -84,6 +87,12 @@ def trust(
     elif intervals == "profile":
         profiles = profiled(folded, point, uncertainty, linearised)
         parameters = with_intervals(parameters, {p.profile.name: p.interval for p in profiles})
+    elif intervals == "posterior":
+        density = posterior_density(folded, point, uncertainty, linearised)
+        points = posterior_draws(density, uncertainty, rng)
+        drawn = posterior_intervals(folded, points)
+        parameters, derived = with_intervals(parameters, drawn), with_intervals(derived, drawn)
+        draws = posterior_rows(cube, points)
     readable = [d.name for d in derived if d.determined is State.WELL]
     segments = group.training.segments
     refits, unseen = left_out(group, assembly, cube, point, weight)
@@ -100,6 +109,7 @@ def trust(
         profiles=[p.profile for p in profiles],
         bands=bands(assembly, cube, point, uncertainty),
         covariance=covariance,
+        draws=draws,
         refits=refits_of(cube, point, uncertainty, refits) if len(point) else None,
         remainders=[*fitted_remainders(judged.parts, responses, assembly), *unseen],
     )

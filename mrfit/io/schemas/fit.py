@@ -310,6 +310,8 @@ class Trust(Entry):
         Of the parameters that depend on current.
     covariance
         Of what the data determine, see ``Covariance``.
+    draws
+        Of the posterior, where intervals are its.
     refits, remainders
         Of which the band of a prediction is made.
     """
@@ -326,13 +328,14 @@ class Trust(Entry):
     profiles: list[Profile] = field(default_factory=list)
     bands: list[Band] = field(default_factory=list)
     covariance: Covariance | None = None
+    draws: Refits | None = None
     refits: Refits | None = None
     remainders: list[Remainder] = field(default_factory=list)
 
     @property
     def absent(self) -> Collection[str]:
-        """Profiles, bands, covariance, refits and remainders where there are none."""
-        names = ("profiles", "bands", "covariance", "refits", "remainders")
+        """Profiles, bands, covariance, draws, refits and remainders where there are none."""
+        names = ("profiles", "bands", "covariance", "draws", "refits", "remainders")
         return [name for name in names if not getattr(self, name)]
 
 
