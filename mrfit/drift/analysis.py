@@ -164,14 +164,19 @@ def _trends(values: Sequence[FitValue], over: Sequence[str]) -> Iterator[Trend]:
 
 
 def _fitted(trend: Trend) -> Trend:
-    """Return a trend with its mixed model: units differ by a level and, where the data say so, by the drift itself."""
+    """Return a trend with its mixed model: units differ by a level and, where the data say so, by the drift itself.
+
+    Units that stand out take no part.
+    """
+    kept = ~np.isin(trend.units, [k for k, _, _ in trend.odd])
     x = np.column_stack([np.ones(len(trend.rows)), trend.centred])
     if len(trend.rows) < max(UNITS_NEEDED, x.shape[1] + 2):
         return trend
     z = x[:, : 1 + trend.random_slope] if trend.repeated else x[:, :0]
     scale = np.maximum(np.abs(x).max(axis=0), 1e-300)
     # coefficients of columns of one size
-    found = fit_mixed(trend.y, x / scale, trend.known, trend.units, z / scale[: z.shape[1]])
+    z = z / scale[: z.shape[1]]
+    found = fit_mixed(trend.y[kept], (x / scale)[kept], trend.known[kept], trend.units[kept], z[kept])
     size = np.concatenate([[1.0], scale[: z.shape[1]]])
     return replace(
         trend,
@@ -190,15 +195,23 @@ def _with_population(trend: Trend, tests: int) -> Trend:
     """Return a trend with the distribution over units at the mean of the covariates, without those that stand out."""
     if len(trend.names) < UNITS_NEEDED:
         return trend
+    values, variances = _levels(trend)
+    odd = odd_units(values, variances, tests)
+    if odd:
+        trend = _fitted(replace(trend, odd=odd))
+        values, variances = _levels(trend)
+    lost = 0 if trend.repeated else len(trend.covariates)
+    found = without(values, variances, [k for k, _, _ in odd], lost)
+    return replace(trend, population=found)
+
+
+def _levels(trend: Trend) -> tuple[Array, Array]:
+    """Return the value of every unit at the mean of the covariates (U,), and its known variance."""
     level = trend.y - (trend.centred @ trend.fitted.beta[1:] if trend.fitted else 0.0)
     within = trend.fitted.components[0] if trend.fitted and trend.repeated else 0.0
     weights = 1.0 / np.maximum(trend.known + within, 1e-300)
     total = np.bincount(trend.units, weights)
-    values, variances = np.bincount(trend.units, weights * level) / total, 1.0 / total
-    odd = odd_units(values, variances, tests)
-    lost = 0 if trend.repeated else len(trend.covariates)
-    found = without(values, variances, [k for k, _, _ in odd], lost)
-    return replace(trend, population=found, odd=odd)
+    return np.bincount(trend.units, weights * level) / total, 1.0 / total
 
 
 def _holm(probabilities: Array) -> Array:
@@ -312,7 +325,7 @@ def _slope(trend: Trend, k: int, probability: float) -> Slope:
     value, error = step * float(fitted.beta[k + 1]), step * float(fitted.errors[k + 1])
     width = float(stdtrit(fitted.degrees[k + 1], 0.975)) * error
     back = math.expm1 if trend.rows[0].log_scale else float
-    differ = step * math.sqrt(float(fitted.components[2])) if k == 0 and trend.random_slope else None
+    differ = step * math.sqrt(float(fitted.components[2])) if k == 0 and len(fitted.components) > 2 else None
     return Slope(
         covariate=name,
         per=per,

@@ -77,3 +77,16 @@ def test_what_cannot_be_judged_is_said() -> None:
         mrfit.drift(table, over=["colour"])
     with pytest.raises(mrfit.DataError, match="no column value"):
         mrfit.drift(table.drop(columns="value"))
+
+
+def test_a_unit_that_stands_out_takes_no_part_in_the_others() -> None:
+    table = fleet(np.random.default_rng(5), UNITS, TESTS, columns={"cycles": LIFE})
+    sound = mrfit.drift(table, over="cycles", unit="{unit}_*").content
+    own = (table["parameter"] == "c") & table["log"].str.startswith("u003")
+    table.loc[own, "value"] *= 1.6
+    found = mrfit.drift(table, over="cycles", unit="{unit}_*").content
+    row, before = (next(r for r in f.parameters if r.parameter == "c") for f in (found, sound))
+    assert [o.specimen for o in row.stands_out] == ["u003"] and not before.stands_out
+    assert row.reproducibility is not None and before.reproducibility is not None
+    assert row.reproducibility == pytest.approx(before.reproducibility, rel=0.4)
+    assert row.mean == pytest.approx(before.mean, rel=0.02)
