@@ -105,8 +105,6 @@ def _profiles(fit: Fit) -> Figure:
 
 def _corner(fit: Fit) -> Figure:
     first = next(r for r in fit.results if r.draws)
-    caption = (
-        f"Draws of the posterior of {first.condition}, flat within the bounds: each, and two over each other."
-    )
+    caption = f"Draws of the posterior of {first.condition}, flat within the bounds: each, and two over each other."
     figure = _figure(fit, corner(fit, WIDTH * 0.8), ("corner", "Posterior of the parameters", caption))
     return Figure(**{**vars(figure), "narrow": True})
