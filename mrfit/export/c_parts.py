@@ -13,10 +13,10 @@ from mrfit.core.specs import EffectSpec, ModelSpec
 from mrfit.errors import DataError
 from mrfit.export.c_context import BaseField, Channel, Context, CurveTable, EffectField, EffectFields, Memory
 from mrfit.export.frame import NAMES, Frame, Part
+from mrfit.export.printer import ir
 from mrfit.export.printer.elements import CURVE, Element, Sight, element
 from mrfit.export.printer.functions import python_of
 from mrfit.export.printer.reading import Reader
-from mrfit.export.printer.tree import INT, NOTHING, REAL, Call, Kind, Member, Name, Number, Program, struct
 from mrfit.export.printer.values import group
 from mrfit.export.source import Link, Source, Stretch
 from mrfit.export.text import field, identifier, in_comment, number
@@ -42,7 +42,7 @@ class Parts:
     """The context of templates, and all functions of the model."""
 
     context: Context
-    program: Program
+    program: ir.Program
 
 
 def parts_of(source: Source, tunable: bool = False) -> Parts:
@@ -279,23 +279,23 @@ def _curve(model: Any, source: Source, tunable: bool) -> CurveTable:
     return CurveTable(cells, others, CELLS_ABOVE + CELLS_BELOW if tunable else len(cells))
 
 
-def _curve_kinds(rows: int) -> dict[str, Kind]:
+def _curve_kinds(rows: int) -> dict[str, ir.Kind]:
     """Return the kinds of the curve's fields."""
-    kinds = {"cells": Kind("array", (), (rows, 6)), "above": INT, "first": INT, "below": INT}
-    return kinds | dict.fromkeys(("h_above", "h_below", "end", "gap", "z_max", "rate", "n", "rho"), REAL)
+    kinds = {"cells": ir.Kind("array", (), (rows, 6)), "above": ir.INT, "first": ir.INT, "below": ir.INT}
+    return kinds | dict.fromkeys(("h_above", "h_below", "end", "gap", "z_max", "rate", "n", "rho"), ir.REAL)
 
 
-def _curve_calls(reader: Reader, model: Any, source: Source) -> tuple[Call, Call]:
+def _curve_calls(reader: Reader, model: Any, source: Source) -> tuple[ir.Call, ir.Call]:
     """Return the calls that give a curve's shape of the parameters ``b``, and its cells of that."""
-    theta = [Member(Name("b", struct("base_values")), field(p.name), REAL) for p in source.base.params]
+    theta = [ir.Member(ir.Name("b", ir.struct("base_values")), field(p.name)) for p in source.base.params]
     made = reader.function(model.loop, {"theta": group(theta).kind})
     used = {id(a) for a in made.function.arguments}
     own = tuple(v for v, a in zip(theta, made.given, strict=True) if id(a) in used)
     kinds = reader.structs[CURVE.tag]
-    n, rho, cells = (Member(Name("curve", CURVE), name, kinds[name]) for name in ("n", "rho", "cells"))
-    values = (n, rho, cells, Number(str(CELLS_ABOVE), INT), Number(str(CELLS_ABOVE + CELLS_BELOW), INT))
+    n, rho, cells = (ir.Member(ir.Name("curve", CURVE), name, kinds[name]) for name in ("n", "rho", "cells"))
+    values = (n, rho, cells, ir.whole(CELLS_ABOVE), ir.whole(CELLS_ABOVE + CELLS_BELOW))
     names = ("n", "rho", "cells", "first", "last")
     plain = python_of(prepared)
     assert plain is not None
     function = reader.function(plain, dict(zip(names, (v.kind for v in values), strict=True))).function
-    return Call(made.function.name, own, NOTHING, True), Call(function.name, values, NOTHING, True)
+    return ir.Call(made.function.name, own, ir.NOTHING, True), ir.Call(function.name, values, ir.NOTHING, True)

@@ -3,38 +3,8 @@
 import re
 from collections.abc import Iterable, Iterator, Sequence
 
+from mrfit.export.printer import ir
 from mrfit.export.printer.functions import ONE, TWO
-from mrfit.export.printer.tree import (
-    BOOL,
-    NOTHING,
-    REAL,
-    Argument,
-    Assign,
-    Binary,
-    Block,
-    Call,
-    Cast,
-    Choice,
-    Declare,
-    Expression,
-    For,
-    Function,
-    Group,
-    If,
-    Item,
-    Kind,
-    Leave,
-    Member,
-    Name,
-    Number,
-    Program,
-    Remark,
-    Run,
-    Statement,
-    Unary,
-    While,
-    parts,
-)
 from mrfit.export.text import in_comment
 
 WIDTH = 116
@@ -86,15 +56,19 @@ def headline(lines: Sequence[str]) -> list[str]:
     return [first, *others] if others else [first.removesuffix(".")]
 
 
-def small_functions(program: Program) -> str:
+def small_functions(program: ir.Program) -> str:
     """Return those small functions that a program calls."""
-    called = {p.name for f in program.functions.values() for p in parts(f.body) if isinstance(p, Call) and not p.own}
+    called = {
+        p.name for f in program.functions.values() for p in ir.parts(f.body) if isinstance(p, ir.Call) and not p.own
+    }
     return "\n\n".join(f"{comment([title])}\n{code}" for name, (title, code) in SMALL.items() if name in called)
 
 
-def math_functions(program: Program) -> list[str]:
+def math_functions(program: ir.Program) -> list[str]:
     """Return the functions of math.h that a program calls."""
-    called = {p.name for f in program.functions.values() for p in parts(f.body) if isinstance(p, Call) and not p.own}
+    called = {
+        p.name for f in program.functions.values() for p in ir.parts(f.body) if isinstance(p, ir.Call) and not p.own
+    }
     return sorted(called & {*ONE.values(), *TWO.values()})
 
 
@@ -103,24 +77,24 @@ def macros(names: Iterable[str]) -> list[tuple[str, str, str]]:
     return [(n, *(("(x, y)", "((x), (y))") if n in TWO.values() else ("(x)", "((x))"))) for n in sorted(names)]
 
 
-def constants(program: Program) -> str:
+def constants(program: ir.Program) -> str:
     """Return the program's constants."""
     lines, last = list[str](), tuple[str, ...]()
     for constant in program.constants.values():
         if constant.remark and constant.remark != last:
             lines.append(comment(constant.remark))
-        kind = "int" if constant.kind != REAL else "@real"
+        kind = "int" if constant.kind != ir.REAL else "@real"
         lines.append(f"static const {kind} {constant.name} = {Printer(None).value(constant.value)};")
         last = constant.remark
     return "\n".join(lines)
 
 
-def function_text(function: Function) -> str:
+def function_text(function: ir.Function) -> str:
     """Return a function's definition, its comment above it."""
     return Printer(function).whole()
 
 
-def kind_text(kind: Kind) -> str:
+def kind_text(kind: ir.Kind) -> str:
     """Return a kind as a type."""
     if kind.name == "struct":
         return kind.tag
@@ -130,7 +104,7 @@ def kind_text(kind: Kind) -> str:
 class Printer:
     """Prints one function, or an expression outside of any."""
 
-    def __init__(self, function: Function | None) -> None:
+    def __init__(self, function: ir.Function | None) -> None:
         self.function = function
         self.outputs = {a.name for a in function.outputs} if function else set()
         self.pointers = {a.name for a in function.arguments if a.kind.name == "struct"} if function else set()
@@ -145,7 +119,7 @@ class Printer:
         title = f"{comment(headline(f.title))}\n" if any(f.title) else ""
         return f"{title}{head}\n{{\n{body}\n}}"
 
-    def argument(self, given: Argument) -> str:
+    def argument(self, given: ir.Argument) -> str:
         """Return an argument's declaration."""
         if given.kind.name == "array" and len(given.kind.extents) > 1:
             return f"@real (*{given.name})[{given.kind.extents[1]}]"
@@ -155,77 +129,77 @@ class Printer:
 
     # statements
 
-    def block(self, block: Block, indent: str) -> Iterator[str]:
+    def block(self, block: ir.Block, indent: str) -> Iterator[str]:
         """Yield the lines of a block."""
         for statement in block:
             yield from self.statement(statement, indent)
 
-    def statement(self, statement: Statement, indent: str) -> Iterator[str]:
+    def statement(self, statement: ir.Statement, indent: str) -> Iterator[str]:
         """Yield the lines of a statement."""
-        if isinstance(statement, Remark):
+        if isinstance(statement, ir.Remark):
             yield comment(statement.lines, indent)
-        elif isinstance(statement, Declare):
+        elif isinstance(statement, ir.Declare):
             yield broken(f"{indent}{self.declared(statement)};")
-        elif isinstance(statement, Assign):
+        elif isinstance(statement, ir.Assign):
             yield broken(f"{indent}{self.assigned(statement)};")
-        elif isinstance(statement, Run):
+        elif isinstance(statement, ir.Run):
             targets = [t.name if t.name in self.outputs else f"&{self.place(t)}" for t in statement.targets]
             call = ", ".join([*map(self.passed, statement.call.values), *targets])
-            void = "(void)" if statement.call.kind != NOTHING else ""
+            void = "(void)" if statement.call.kind != ir.NOTHING else ""
             yield broken(f"{indent}{void}{statement.call.name}({call});")
-        elif isinstance(statement, If):
+        elif isinstance(statement, ir.If):
             yield from self.chosen(statement, indent, False)
-        elif isinstance(statement, For):
+        elif isinstance(statement, ir.For):
             yield from self.loop(statement, indent)
-        elif isinstance(statement, While):
+        elif isinstance(statement, ir.While):
             yield broken(f"{indent}while ({self.condition(statement.condition)}) {{")
             yield from (*self.block(statement.body, indent + INDENT), f"{indent}}}")
-        elif isinstance(statement, Leave):
+        elif isinstance(statement, ir.Leave):
             yield f"{indent}{statement.word};"
         else:
             yield broken(f"{indent}return {self.value(statement.value)};")
 
-    def declared(self, statement: Declare) -> str:
+    def declared(self, statement: ir.Declare) -> str:
         """Return a declaration."""
         extents = "".join(f"[{n}]" for n in statement.kind.extents)
         head = f"{'const ' if statement.constant else ''}{kind_text(statement.kind)} {statement.name}{extents}"
         if statement.value is None:
             return head
         if statement.kind.name == "array":
-            assert isinstance(statement.value, Group)
+            assert isinstance(statement.value, ir.Group)
             return f"{head} = {self.listed(statement.value, statement.kind)}"
         return f"{head} = {self.value(statement.value)}"
 
-    def listed(self, value: Group, kind: Kind) -> str:
+    def listed(self, value: ir.Group, kind: ir.Kind) -> str:
         """Return an array's values; those of one without are 0."""
         count, element = kind.extents[0], kind.element
-        if element != REAL:
+        if element != ir.REAL:
             return f"{{ {', '.join([self.listed(value, element)] * count)} }}"
         return f"{{ {', '.join(list(map(self.value, value.values)) or ['K(0.0)'] * count)} }}"
 
-    def assigned(self, statement: Assign) -> str:
+    def assigned(self, statement: ir.Assign) -> str:
         """Return an assignment, with an operator where one can do it."""
         target, value = self.value(statement.target), statement.value
-        if isinstance(value, Binary) and value.left == statement.target and value.sign in ("+", "-", "*", "/"):
+        if isinstance(value, ir.Binary) and value.left == statement.target and value.sign in ("+", "-", "*", "/"):
             return f"{target} {value.sign}= {self.value(value.right)}"
         return f"{target} = {self.value(value)}"
 
-    def chosen(self, statement: If, indent: str, inside: bool) -> Iterator[str]:
+    def chosen(self, statement: ir.If, indent: str, inside: bool) -> Iterator[str]:
         """Yield a choice; one that goes on with ``else if`` ends with ``else``, as MISRA wants it."""
         head = f"{'} else ' if inside else ''}if ({self.condition(statement.condition)}) {{"
         yield broken(indent + head)
         yield from self.block(statement.then, indent + INDENT)
-        if len(statement.other) == 1 and isinstance(statement.other[0], If):
+        if len(statement.other) == 1 and isinstance(statement.other[0], ir.If):
             yield from self.chosen(statement.other[0], indent, True)
             return
         if statement.other or inside:
             yield f"{indent}}} else {{"
             yield from self.block(statement.other, indent + INDENT)
-            if not any(not isinstance(s, Remark) for s in statement.other):
+            if not any(not isinstance(s, ir.Remark) for s in statement.other):
                 yield f"{indent}{INDENT}/* as it is */"
         yield f"{indent}}}"
 
-    def loop(self, statement: For, indent: str) -> Iterator[str]:
+    def loop(self, statement: ir.For, indent: str) -> Iterator[str]:
         """Yield a loop that counts."""
         name, start, stop = statement.name, self.value(statement.start), self.operand(statement.stop)
         sign, step = (">", "--") if statement.down else ("<", "++")
@@ -234,15 +208,15 @@ class Printer:
 
     # expressions
 
-    def condition(self, value: Expression) -> str:
+    def condition(self, value: ir.Expression) -> str:
         """Return an expression that is true or false."""
-        if isinstance(value, Number):
+        if isinstance(value, ir.Number):
             return f"{value.text} != 0"
-        if isinstance(value, Unary):
+        if isinstance(value, ir.Unary):
             return (
                 f"{self.place(value.value)} == 0" if self.is_flag(value.value) else f"!({self.condition(value.value)})"
             )
-        if isinstance(value, Binary):
+        if isinstance(value, ir.Binary):
             if value.sign in ("and", "or"):
                 left = self.joined(value.left, value.sign)
                 return f"{left} {OPERATORS[value.sign]} {self.joined(value.right, '')}"
@@ -250,70 +224,70 @@ class Printer:
         return f"{self.place(value)} != 0"
 
     @staticmethod
-    def is_flag(value: Expression) -> bool:
+    def is_flag(value: ir.Expression) -> bool:
         """Return whether something that is true or false is stored as a number."""
-        return isinstance(value, Name | Member | Item | Call)
+        return isinstance(value, ir.Name | ir.Member | ir.Item | ir.Call)
 
-    def joined(self, value: Expression, sign: str) -> str:
+    def joined(self, value: ir.Expression, sign: str) -> str:
         """Return a condition among others."""
         text = self.condition(value)
-        return text if isinstance(value, Binary) and value.sign == sign else f"({text})"
+        return text if isinstance(value, ir.Binary) and value.sign == sign else f"({text})"
 
-    def place(self, value: Expression) -> str:
+    def place(self, value: ir.Expression) -> str:
         """Return what is stored or called."""
-        if isinstance(value, Name):
+        if isinstance(value, ir.Name):
             return f"*{value.name}" if value.name in self.outputs else value.name
-        if isinstance(value, Member):
+        if isinstance(value, ir.Member):
             arrow = "->" if self.is_pointer(value.value) else "."
             return f"{self.place(value.value)}{arrow}{value.name}"
-        if isinstance(value, Item):
+        if isinstance(value, ir.Item):
             return f"{self.place(value.value)}[{self.value(value.index)}]"
-        assert isinstance(value, Call)
+        assert isinstance(value, ir.Call)
         # functions of math.h have the precision of the model's numbers
         name = value.name if value.own or value.name in SMALL else f"{value.name.upper()}_"
         return f"{name}({', '.join(map(self.passed, value.values))})"
 
-    def is_pointer(self, value: Expression) -> bool:
+    def is_pointer(self, value: ir.Expression) -> bool:
         """Return whether something is a struct that the caller has."""
-        return isinstance(value, Name) and value.name in self.pointers
+        return isinstance(value, ir.Name) and value.name in self.pointers
 
-    def passed(self, value: Expression) -> str:
+    def passed(self, value: ir.Expression) -> str:
         """Return what is given to a function; a struct by its address."""
         if value.kind.name == "struct":
             return f"{'' if self.is_pointer(value) else '&'}{self.place(value)}"
         return self.value(value)
 
-    def value(self, value: Expression) -> str:
+    def value(self, value: ir.Expression) -> str:
         """Return an expression."""
-        if isinstance(value, Number):
-            if value.kind == REAL and 0.0 < float(value.text) < LEAST:
+        if isinstance(value, ir.Number):
+            if value.kind == ir.REAL and 0.0 < float(value.text) < LEAST:
                 return "@TINY"
             text = "HUGE_VAL" if value.text == "inf" else value.text
-            return f"K({text})" if value.kind == REAL else text
-        if isinstance(value, Choice):
+            return f"K({text})" if value.kind == ir.REAL else text
+        if isinstance(value, ir.Choice):
             return f"({self.condition(value.condition)}) ? {self.operand(value.then)} : {self.operand(value.other)}"
-        if value.kind == BOOL and not self.is_flag(value):
+        if value.kind == ir.BOOL and not self.is_flag(value):
             return f"({self.condition(value)}) ? 1 : 0"
-        if isinstance(value, Unary):
+        if isinstance(value, ir.Unary):
             return f"-{self.operand(value.value)}"
-        if isinstance(value, Cast):
+        if isinstance(value, ir.Cast):
             return f"({kind_text(value.kind)}){self.operand(value.value)}"
-        if isinstance(value, Binary):
+        if isinstance(value, ir.Binary):
             left = self.operand(value.left, value.sign)
             return f"{left} {OPERATORS.get(value.sign, value.sign)} {self.operand(value.right, right=True)}"
-        assert not isinstance(value, Group)
+        assert not isinstance(value, ir.Group)
         return f"{'*' if self.is_pointer(value) else ''}{self.place(value)}"
 
-    def operand(self, value: Expression, sign: str = "", right: bool = False) -> str:
+    def operand(self, value: ir.Expression, sign: str = "", right: bool = False) -> str:
         """Return an expression inside another: in parentheses, but for sums in sums and products in products."""
         text = self.value(value)
-        if isinstance(value, Unary) and isinstance(value.value, Number | Name | Member | Item | Call):
+        if isinstance(value, ir.Unary) and isinstance(value.value, ir.Number | ir.Name | ir.Member | ir.Item | ir.Call):
             return f"({text})" if right else text
-        if isinstance(value, Binary) and value.sign == sign and sign in ("+", "*"):
+        if isinstance(value, ir.Binary) and value.sign == sign and sign in ("+", "*"):
             return text
-        if isinstance(value, Unary) and not right:
+        if isinstance(value, ir.Unary) and not right:
             return text
-        return f"({text})" if isinstance(value, Binary | Choice | Unary) else text
+        return f"({text})" if isinstance(value, ir.Binary | ir.Choice | ir.Unary) else text
 
 
 def broken(line: str, column: int | None = None) -> str:

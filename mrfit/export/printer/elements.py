@@ -12,36 +12,10 @@ from typing import Any, cast
 from mrfit.core.channels import LEVELS
 from mrfit.core.protocols import HasCurve, MovesDrive
 from mrfit.core.specs import EffectSpec, ModelSpec
+from mrfit.export.printer import ir
 from mrfit.export.printer.functions import python_of, unpacked
 from mrfit.export.printer.reading import Entry, Reader
 from mrfit.export.printer.shaping import shape
-from mrfit.export.printer.tree import (
-    BOOL,
-    INT,
-    NOTHING,
-    REAL,
-    Argument,
-    Assign,
-    Binary,
-    Block,
-    Call,
-    Cast,
-    Declare,
-    Expression,
-    Function,
-    Group,
-    If,
-    Kind,
-    Member,
-    Name,
-    Number,
-    Place,
-    Return,
-    Run,
-    Statement,
-    names_in,
-    struct,
-)
 from mrfit.export.printer.values import group
 from mrfit.export.text import field as field_name
 from mrfit.export.text import number
@@ -50,7 +24,7 @@ from mrfit.kernels.past import RESERVED, begun, late, pushed, smooth_late
 
 # Temperature in degrees Celsius where a log has none, as effects that need it take it
 ROOM = 25.0
-CURVE = struct("curve")
+CURVE = ir.struct("curve")
 # Functions of whole arrays that are read as formulas, by slot
 FORMULAS = {"base": "response", "add": "term", "output": "shape"}
 
@@ -79,13 +53,13 @@ class Element:
         Whether it reads a branch curve.
     """
 
-    step: Function
-    rest: Function | None = None
+    step: ir.Function
+    rest: ir.Function | None = None
     state: list[str] = field(default_factory=list)
     late: int = 0
     own: int = 0
     centred: bool = False
-    moved: Function | None = None
+    moved: ir.Function | None = None
     curved: bool = False
 
     @property
@@ -124,24 +98,24 @@ class Sight:
     varying: bool = False
     centred: tuple[str, ...] = ()
     shaping: bool = False
-    tried: Callable[[Expression], Call] | None = None
+    tried: Callable[[ir.Expression], ir.Call] | None = None
 
-    def parameter(self, name: str) -> Member:
+    def parameter(self, name: str) -> ir.Member:
         """Return a parameter at the step's end."""
-        return Member(Name(self.values, struct(f"{self.ident}_values")), field_name(name), REAL)
+        return ir.record(self.values, f"{self.ident}_values").field(field_name(name))
 
-    def remembered(self, name: str) -> Member:
+    def remembered(self, name: str) -> ir.Member:
         """Return what the element remembers under a name."""
-        return Member(Name("s", struct(f"{self.ident}_state")), name, REAL)
+        return ir.record("s", f"{self.ident}_state").field(name)
 
-    def channel(self, name: str) -> Expression:
+    def channel(self, name: str) -> ir.Expression:
         """Return an input now."""
         if name == "time":
-            return Binary("+", self.remembered("time"), Name("dt", REAL), REAL)
+            return self.remembered("time") + ir.Name("dt")
         if name not in self.channels:
-            return Number(number(ROOM), REAL)
-        value = Member(Name("in", struct("inputs")), field_name(name), REAL)
-        return Binary("-", value, self.parameter("x_middle"), REAL) if name in self.centred else value
+            return ir.Number(number(ROOM), ir.REAL)
+        value = ir.record("in", "inputs").field(field_name(name))
+        return value - self.parameter("x_middle") if name in self.centred else value
 
 
 def element(reader: Reader, item: Any, spec: ModelSpec | EffectSpec, sight: Sight) -> Element | None:
@@ -168,45 +142,45 @@ class _Writer:
         self.inputs = [*spec.inputs, *dict.fromkeys(needed)]
         self.here = group([sight.parameter(p.name) for p in spec.params])
 
-    def now(self) -> list[Expression]:
+    def now(self) -> list[ir.Expression]:
         """Return the inputs at the step's end, behind the output where the element changes that."""
-        own: list[Expression] = [Name("y", REAL)] if self.slot == "output" else []
+        own: list[ir.Expression] = [ir.Name("y")] if self.slot == "output" else []
         return [*own, *map(self.sight.channel, self.inputs)]
 
-    def before(self) -> list[Place]:
+    def before(self) -> list[ir.Place]:
         """Return where the inputs at the step's beginning are remembered."""
         names = [*(["output"] if self.slot == "output" else []), *map(field_name, self.inputs)]
         return [self.sight.remembered("time" if n == "time" else f"before_{n}") for n in names]
 
-    def arguments(self) -> list[Argument]:
+    def arguments(self) -> list[ir.Argument]:
         """Return all that an element may be given."""
         sight = self.sight
         return [
-            Argument("p", struct("parameters")),
-            Argument("m", struct("memory")),
-            Argument("curve", CURVE),
-            Argument(sight.values, struct(f"{sight.ident}_values")),
-            Argument("s", struct(f"{sight.ident}_state"), changed=True),
-            Argument("f", struct("factors"), changed=True),
-            Argument("in", struct("inputs"), changed=self.slot in ("input", "loop")),
-            Argument("y", REAL),
-            Argument("dt", REAL),
-            Argument("first", INT),
+            ir.Argument("p", ir.struct("parameters")),
+            ir.Argument("m", ir.struct("memory")),
+            ir.Argument("curve", CURVE),
+            ir.Argument(sight.values, ir.struct(f"{sight.ident}_values")),
+            ir.Argument("s", ir.struct(f"{sight.ident}_state"), changed=True),
+            ir.Argument("f", ir.struct("factors"), changed=True),
+            ir.Argument("in", ir.struct("inputs"), changed=self.slot in ("input", "loop")),
+            ir.Argument("y", ir.REAL),
+            ir.Argument("dt", ir.REAL),
+            ir.Argument("first", ir.INT),
         ]
 
-    def destinations(self) -> list[Place | None]:
+    def destinations(self) -> list[ir.Place | None]:
         """Return where the element's output goes, None if the function returns it."""
         if self.slot in ("input", "loop"):
             return [self.sight.channel(self.inputs[-1])]  # type: ignore[list-item]
         if self.slot == "theta":
-            factors = Name("f", struct("factors"))
-            return [Member(factors, f"role_{role}", REAL) for role in self.item.ROLES]
+            factors = ir.Name("f", ir.struct("factors"))
+            return [ir.Member(factors, f"role_{role}") for role in self.item.ROLES]
         return [None]
 
     def lawful(self) -> Element:
         """Return an element without memory, but for the time."""
-        given: list[Expression] = [*self.now(), *self.here.values]
-        bound = dict[str, Expression]()
+        given: list[ir.Expression] = [*self.now(), *self.here.values]
+        bound = dict[str, ir.Expression]()
         for name, parameter in inspect.signature(self.item.law).parameters.items():
             others = parameter.kind == inspect.Parameter.VAR_POSITIONAL
             bound[name] = group(given[len(bound) :]) if others else given[len(bound)]
@@ -218,11 +192,11 @@ class _Writer:
         if not timed:
             return Element(step)
         place = self.sight.remembered("time")
-        body: Block = (Assign(place, Number("0.0", REAL)),)
-        rest = Function(
+        body: ir.Block = (ir.Assign(place, ir.Number("0.0", ir.REAL)),)
+        rest = ir.Function(
             f"{self.sight.ident}_rest",
             [a for a in self.arguments() if a.name == "s"],
-            NOTHING,
+            ir.NOTHING,
             body,
             title=self.rest_title(),
         )
@@ -234,14 +208,14 @@ class _Writer:
         function = inspect.unwrap(getattr(self.item, formula))
         names = list(inspect.signature(function).parameters)
         channels = dict(zip(self.spec.inputs, map(self.sight.channel, self.spec.inputs), strict=True))
-        tables: dict[str, Mapping[str, Expression] | Group] = {names[-2]: self.here}
-        bound: dict[str, Expression] = {}
+        tables: dict[str, Mapping[str, ir.Expression] | ir.Group] = {names[-2]: self.here}
+        bound: dict[str, ir.Expression] = {}
         if self.slot == "base":
             bound[names[0]] = group(list(channels.values()))
         else:
             tables[names[-3]] = channels
         if self.slot == "output":
-            bound[names[0]] = Name("y", REAL)
+            bound[names[0]] = ir.Name("y")
         entry = Entry(self.arguments(), bound, [None], self.title(), tables=tables)
         return Element(self.reader.entry(function, f"{self.sight.ident}_step", entry))
 
@@ -254,12 +228,12 @@ class _Writer:
         now, before = group(self.now()), group(list(self.before()))
         then = group([sight.remembered(f"then_{field_name(p.name)}") for p in self.spec.params])
         then = then if sight.varying else self.here
-        kept: list[tuple[Place, Expression]] = [*zip(self.before(), self.now(), strict=True)]
+        kept: list[tuple[ir.Place, ir.Expression]] = [*zip(self.before(), self.now(), strict=True)]
         if sight.varying:
             kept += [(p, v) for p, v in zip(then.values, self.here.values, strict=True)]  # type: ignore[misc]
         given = {"state": state, "before": before, "now": now, "theta": group([then, self.here])}
-        extra = Name("curve", CURVE) if curved else self.past
-        bound = self.bound(step_of, [*given.values(), Name("dt", REAL), extra])
+        extra = ir.Name("curve", CURVE) if curved else self.past
+        bound = self.bound(step_of, [*given.values(), ir.Name("dt"), extra])
         own = self.destinations()
         entry = Entry(self.arguments(), bound, [*own, *state.values], self.title(), kept)  # type: ignore[list-item]
         if sight.tried:
@@ -283,25 +257,29 @@ class _Writer:
         fields = list(dict.fromkeys([*names, *(p.name for p, _ in wanted)]))  # type: ignore[union-attr]
         return Element(step, rest, fields, signals, own_numbers, bool(sight.centred), moved, curved)
 
-    def begin(self, signals: int, own: int) -> Run:
+    def begin(self, signals: int, own: int) -> ir.Run:
         """Return the beginning of its past."""
-        values = (Number("@RING" if signals else "0", INT), Number(str(signals), INT), Number(str(own), INT))
-        return Run(self.called(begun, self.past, *values), ())
+        values = (
+            ir.Number("@RING" if signals else "0", ir.INT),
+            ir.whole(signals),
+            ir.whole(own),
+        )
+        return ir.Run(self.called(begun, self.past, *values), ())
 
     @property
-    def past(self) -> Member:
+    def past(self) -> ir.Member:
         """Its past."""
-        return Member(self.sight.remembered("past").value, "past", Kind("array", (), (0,)))
+        return ir.Member(self.sight.remembered("past").value, "past", ir.Kind("array", (), (0,)))
 
-    def called(self, function: Callable[..., Any], *values: Expression) -> Call:
+    def called(self, function: Callable[..., Any], *values: ir.Expression) -> ir.Call:
         """Return the call of a function of Python with values."""
         plain = python_of(function)
         assert plain is not None
         kinds = dict(zip(inspect.signature(plain).parameters, (v.kind for v in values), strict=True))
         made = self.reader.function(plain, kinds).function
-        return Call(made.name, values, made.result, True)
+        return ir.Call(made.name, values, made.result, True)
 
-    def longest(self) -> Expression:
+    def longest(self) -> ir.Expression:
         """Return how far back in s signals are needed."""
         entry = Entry(
             self.arguments(),
@@ -310,57 +288,59 @@ class _Writer:
             ("How far back signals are needed, s",),
         )
         longest = self.reader.entry(self.item.longest, f"{self.sight.ident}_longest", entry)
-        return Call(longest.name, tuple(Name(a.name, a.kind) for a in longest.arguments), REAL, True)
+        return ir.Call(longest.name, tuple(ir.Name(a.name, a.kind) for a in longest.arguments), ir.REAL, True)
 
-    def pushing(self, signals: Sequence[Expression]) -> tuple[Block, If]:
+    def pushing(self, signals: Sequence[ir.Expression]) -> tuple[ir.Block, ir.If]:
         """Return the first sample of signals of a past, and the one behind every step."""
-        kind = Kind("array", (), (len(signals),))
+        kind = ir.Kind("array", (), (len(signals),))
         # nearer samples share a place, so that there are enough of them at any rate
-        places = Binary("-", Cast(Number("@RING", INT), REAL), Number("4.0", REAL), REAL)
-        least = Binary("/", self.longest(), places, REAL)
+        places = ir.Cast(ir.Number("@RING", ir.INT), ir.REAL) - ir.Number("4.0", ir.REAL)
+        least = self.longest() / places
 
-        def push(dt: Expression, least: Expression) -> tuple[Statement, ...]:
-            call = self.called(pushed, self.past, Name("signals", kind), dt, least)
-            return (Declare("signals", kind, Group(tuple(signals), kind), True), Run(call, ()))
+        def push(dt: ir.Expression, least: ir.Expression) -> tuple[ir.Statement, ...]:
+            call = self.called(pushed, self.past, ir.Name("signals", kind), dt, least)
+            return (ir.Declare("signals", kind, ir.Group(tuple(signals), kind), True), ir.Run(call, ()))
 
-        begin = push(Number("0.0", REAL), Number("0.0", REAL))
-        more = (*push(Name("dt", REAL), least), Run(self.called(rebased, self.past), ()))
-        return begin, If(Binary(">", Name("dt", REAL), Number("0.0", REAL), BOOL), more)
+        begin = push(ir.Number("0.0", ir.REAL), ir.Number("0.0", ir.REAL))
+        more = (*push(ir.Name("dt"), least), ir.Run(self.called(rebased, self.past), ()))
+        return begin, ir.If(ir.Name("dt") > ir.Number("0.0", ir.REAL), more)
 
-    def moving(self) -> Function:
+    def moving(self) -> ir.Function:
         """Return the function that puts what the inputs were a dead time ago in their place, as in apply."""
-        age, dt = Name("age", REAL), Name("dt", REAL)
-        places = [cast(Place, self.sight.channel(n)) for n in self.sight.channels]
-        now = [Name(f"now_{place.name}", REAL) for place in places]  # type: ignore[union-attr]
-        body: list[Statement] = [
-            Assign(age, self.longest()),
-            *(Assign(n, place) for n, place in zip(now, places, strict=True)),
+        age, dt = ir.Name("age"), ir.Name("dt")
+        places = [cast(ir.Place, self.sight.channel(n)) for n in self.sight.channels]
+        now = [ir.Name(f"now_{place.name}") for place in places]  # type: ignore[union-attr]
+        body: list[ir.Statement] = [
+            ir.Assign(age, self.longest()),
+            *(ir.Assign(n, place) for n, place in zip(now, places, strict=True)),
         ]
         for k, (name, place, value) in enumerate(zip(self.sight.channels, places, now, strict=True)):
             read = late if name in LEVELS else smooth_late
-            body.append(Assign(place, self.called(read, self.past, Number(str(k), INT), age, dt, value)))
+            body.append(ir.Assign(place, self.called(read, self.past, ir.whole(k), age, dt, value)))
         begin, more = self.pushing(now)
         begin = (self.begin(len(now), 0), *begin)
-        body[1 + len(now) : 1 + len(now)] = [If(Binary("!=", Name("first", INT), Number("0", INT), BOOL), begin)]
+        body[1 + len(now) : 1 + len(now)] = [
+            ir.If(ir.Binary("!=", ir.Name("first", ir.INT), ir.whole(0), ir.BOOL), begin)
+        ]
         body.append(more)
-        function = Function(f"{self.sight.ident}_moved", [], NOTHING, tuple(body), title=self.title())
+        function = ir.Function(f"{self.sight.ident}_moved", [], ir.NOTHING, tuple(body), title=self.title())
         shape(function, [], [], [], self.reader.program)
-        function.arguments = [a for a in self.arguments() if a.name in names_in(function.body)]
+        function.arguments = [a for a in self.arguments() if a.name in ir.names_in(function.body)]
         for argument in function.arguments:
             argument.changed = argument.name in ("s", "in")
         self.reader.program.functions[function.name] = function
         return function
 
-    def remember(self, step: Function, rest: Function, signals: Sequence[Expression]) -> None:
+    def remember(self, step: ir.Function, rest: ir.Function, signals: Sequence[ir.Expression]) -> None:
         """Let an element push what it needs late: at rest its first sample, and one behind every step."""
         begin, moved = self.pushing(signals)
         rest.body = (*rest.body, *begin)
-        body, last = list(step.body), list[Statement]()
-        if isinstance(body[-1], Return):
+        body, last = list(step.body), list[ir.Statement]()
+        if isinstance(body[-1], ir.Return):
             # the output may be read from the past, which moves on now
             value = body.pop().value  # type: ignore[union-attr]
-            body.append(Declare("output", REAL, value, True))
-            last = [Return(Name("output", REAL))]
+            body.append(ir.Declare("output", ir.REAL, value, True))
+            last = [ir.Return(ir.Name("output"))]
         step.body = (*body, moved, *last)
 
     def state_names(self, step: Callable[..., Any], rest: Callable[..., Any]) -> list[str]:
@@ -374,7 +354,7 @@ class _Writer:
         return [f"state_{k}" for k in range(len(at_rest))]
 
     @staticmethod
-    def bound(function: Callable[..., Any], values: Sequence[Expression]) -> dict[str, Expression]:
+    def bound(function: Callable[..., Any], values: Sequence[ir.Expression]) -> dict[str, ir.Expression]:
         """Return what stands for every argument of a function."""
         names = list(inspect.signature(function).parameters)
         return dict(zip(names, values, strict=False))

@@ -2,34 +2,7 @@
 
 from collections.abc import Sequence
 
-from mrfit.export.printer.tree import (
-    BOOL,
-    INT,
-    NOTHING,
-    Assign,
-    Binary,
-    Block,
-    Call,
-    Cast,
-    Choice,
-    Declare,
-    Expression,
-    For,
-    Function,
-    Group,
-    If,
-    Item,
-    Leave,
-    Member,
-    Name,
-    Number,
-    Program,
-    Remark,
-    Run,
-    Statement,
-    Unary,
-    While,
-)
+from mrfit.export.printer import ir
 from mrfit.export.text import ascii_line
 
 INDENT = "    "
@@ -46,7 +19,7 @@ TAKEN = frozenset(
 SIGNS = {"and": "&&", "or": "||", "!=": "~="}
 
 
-def matlab_text(program: Program) -> str:
+def matlab_text(program: ir.Program) -> str:
     """Return all functions of a program."""
     return "\n".join(Printer(program, function).whole() for function in program.functions.values())
 
@@ -56,7 +29,7 @@ def named(name: str) -> str:
     return f"{name}_" if name in TAKEN else name
 
 
-def results(function: Function) -> list[str]:
+def results(function: ir.Function) -> list[str]:
     """Return the names of a function's outputs behind what it returns."""
     return [named(a.name) for a in (*function.arguments, *function.outputs) if a.changed]
 
@@ -64,7 +37,7 @@ def results(function: Function) -> list[str]:
 class Printer:
     """Prints one function."""
 
-    def __init__(self, program: Program, function: Function) -> None:
+    def __init__(self, program: ir.Program, function: ir.Function) -> None:
         self.program, self.function = program, function
         self.lines: list[str] = []
         self.depth, self.temporaries = 0, 0
@@ -72,7 +45,7 @@ class Printer:
     def whole(self) -> str:
         """Return the definition."""
         f = self.function
-        outputs = [*(["value_"] if f.result != NOTHING else []), *results(f)]
+        outputs = [*(["value_"] if f.result != ir.NOTHING else []), *results(f)]
         arguments = ", ".join(named(a.name) for a in f.arguments)
         self.lines = [f"function [{', '.join(outputs)}] = {f.name}({arguments})"]
         self.remark(f.title)
@@ -91,37 +64,37 @@ class Printer:
 
     # statements
 
-    def block(self, block: Block, deeper: int = 0) -> None:
+    def block(self, block: ir.Block, deeper: int = 0) -> None:
         """Add the lines of a block."""
         self.depth += deeper
         for statement in block:
             self.statement(statement)
         self.depth -= deeper
 
-    def statement(self, statement: Statement) -> None:
+    def statement(self, statement: ir.Statement) -> None:
         """Add the lines of a statement."""
-        if isinstance(statement, Remark):
+        if isinstance(statement, ir.Remark):
             self.remark(statement.lines)
-        elif isinstance(statement, Declare):
+        elif isinstance(statement, ir.Declare):
             self.declared(statement)
-        elif isinstance(statement, Assign):
+        elif isinstance(statement, ir.Assign):
             self.set(self.value(statement.target), statement.value)
-        elif isinstance(statement, Run):
+        elif isinstance(statement, ir.Run):
             self.run(statement.call, [named(t.name) for t in statement.targets], "")
-        elif isinstance(statement, If):
+        elif isinstance(statement, ir.If):
             self.say(f"if {self.condition(statement.condition)}")
             self.block(statement.then, 1)
             if statement.other:
                 self.say("else")
                 self.block(statement.other, 1)
             self.say("end")
-        elif isinstance(statement, For):
+        elif isinstance(statement, ir.For):
             first, last = self.value(statement.start), self.value(statement.stop)
             ends = f"{first}:-1:{last} + 1" if statement.down else f"{first}:{last} - 1"
             self.say(f"for {named(statement.name)} = {ends}")
             self.block(statement.body, 1)
             self.say("end")
-        elif isinstance(statement, While):
+        elif isinstance(statement, ir.While):
             self.say("while true")
             self.depth += 1
             self.say(f"if ~({self.condition(statement.condition)})")
@@ -130,16 +103,16 @@ class Printer:
             self.block(statement.body)
             self.depth -= 1
             self.say("end")
-        elif isinstance(statement, Leave):
+        elif isinstance(statement, ir.Leave):
             self.say(f"{statement.word};")
         else:
             self.set("value_", statement.value)
 
-    def declared(self, statement: Declare) -> None:
+    def declared(self, statement: ir.Declare) -> None:
         """Add a declaration, which is an assignment where there is a value."""
         name, kind = named(statement.name), statement.kind
         if kind.name == "array":
-            assert isinstance(statement.value, Group)
+            assert isinstance(statement.value, ir.Group)
             rows, columns = (1, *kind.extents) if len(kind.extents) == 1 else kind.extents
             inside = ", ".join(map(self.value, statement.value.values))
             self.say(f"{name} = {f'[{inside}]' if inside else f'zeros({rows}, {columns})'};")
@@ -148,9 +121,9 @@ class Printer:
         elif statement.value is not None:
             self.set(name, statement.value)
 
-    def set(self, target: str, value: Expression) -> None:
+    def set(self, target: str, value: ir.Expression) -> None:
         """Add an assignment; a choice is one between two of them."""
-        if isinstance(value, Choice):
+        if isinstance(value, ir.Choice):
             self.say(f"if {self.condition(value.condition)}")
             self.depth += 1
             self.set(target, value.then)
@@ -160,71 +133,71 @@ class Printer:
             self.set(target, value.other)
             self.depth -= 1
             self.say("end")
-        elif isinstance(value, Call) and value.own and results(self.program.functions[value.name]):
+        elif isinstance(value, ir.Call) and value.own and results(self.program.functions[value.name]):
             self.run(value, [], target)
         else:
             self.say(f"{target} = {self.value(value)};")
 
-    def run(self, call: Call, targets: Sequence[str], target: str) -> None:
+    def run(self, call: ir.Call, targets: Sequence[str], target: str) -> None:
         """Add a call that changes arguments, or fills in variables."""
         function = self.program.functions[call.name]
         values = [self.value(v) for v in call.values]
         changed = [v for a, v in zip(function.arguments, values, strict=True) if a.changed]
-        outputs = [*([target or "~"] if function.result != NOTHING else []), *changed, *targets]
+        outputs = [*([target or "~"] if function.result != ir.NOTHING else []), *changed, *targets]
         self.say(f"[{', '.join(outputs)}] = {call.name}({', '.join(values)});")
 
     # expressions
 
-    def condition(self, value: Expression) -> str:
+    def condition(self, value: ir.Expression) -> str:
         """Return an expression that is true or false."""
-        if isinstance(value, Unary):
+        if isinstance(value, ir.Unary):
             return f"~({self.condition(value.value)})"
-        if isinstance(value, Binary) and value.sign in ("and", "or"):
+        if isinstance(value, ir.Binary) and value.sign in ("and", "or"):
             return f"({self.condition(value.left)}) {SIGNS[value.sign]} ({self.condition(value.right)})"
-        if isinstance(value, Binary):
+        if isinstance(value, ir.Binary):
             return f"{self.operand(value.left)} {SIGNS.get(value.sign, value.sign)} {self.operand(value.right)}"
         return f"{self.value(value)} ~= 0"
 
-    def value(self, value: Expression) -> str:
+    def value(self, value: ir.Expression) -> str:
         """Return an expression; what has to be done before it is said first."""
-        if isinstance(value, Number):
+        if isinstance(value, ir.Number):
             return "Inf" if value.text == "inf" else value.text
-        if isinstance(value, Name):
+        if isinstance(value, ir.Name):
             constant = self.program.constants.get(value.name)
             return self.operand(constant.value) if constant else named(value.name)
-        if isinstance(value, Member):
+        if isinstance(value, ir.Member):
             return f"{self.value(value.value)}.{value.name}"
-        if isinstance(value, Item):
+        if isinstance(value, ir.Item):
             return self.item(value)
-        if isinstance(value, Choice):
+        if isinstance(value, ir.Choice):
             self.temporaries += 1
             name = f"chosen_{self.temporaries}"
             self.set(name, value)
             return name
-        if isinstance(value, Call):
+        if isinstance(value, ir.Call):
             return self.called(value)
-        if isinstance(value, Cast):
-            return f"fix({self.value(value.value)})" if value.kind == INT else self.operand(value.value)
-        if value.kind == BOOL:
+        if isinstance(value, ir.Cast):
+            return f"fix({self.value(value.value)})" if value.kind == ir.INT else self.operand(value.value)
+        if value.kind == ir.BOOL:
             return f"double({self.condition(value)})"
-        if isinstance(value, Unary):
+        if isinstance(value, ir.Unary):
             return f"-{self.operand(value.value)}"
-        assert isinstance(value, Binary)
+        assert isinstance(value, ir.Binary)
         if value.sign in ("//", "%"):
             left, right = self.value(value.left), self.value(value.right)
             return f"mod({left}, {right})" if value.sign == "%" else f"floor(({left}) / ({right}))"
         return f"{self.operand(value.left)} {value.sign} {self.operand(value.right)}"
 
-    def item(self, value: Item) -> str:
+    def item(self, value: ir.Item) -> str:
         """Return an element of an array."""
         indices, array = [value.index], value.value
-        while isinstance(array, Item):
+        while isinstance(array, ir.Item):
             indices.insert(0, array.index)
             array = array.value
         places = [*(f"{self.value(i)} + 1" for i in indices), *([":"] if value.kind.name == "array" else [])]
         return f"{self.value(array)}({', '.join(places)})"
 
-    def called(self, value: Call) -> str:
+    def called(self, value: ir.Call) -> str:
         """Return a call."""
         values = [self.value(v) for v in value.values]
         if value.name == "square" and not value.own:
@@ -237,7 +210,7 @@ class Printer:
         name = value.name if value.own else CALLED.get(value.name, value.name)
         return f"{name}({', '.join(values)})"
 
-    def operand(self, value: Expression) -> str:
+    def operand(self, value: ir.Expression) -> str:
         """Return an expression inside another."""
         text = self.value(value)
-        return f"({text})" if isinstance(value, Binary | Unary) and value.kind != BOOL else text
+        return f"({text})" if isinstance(value, ir.Binary | ir.Unary) and value.kind != ir.BOOL else text

@@ -11,39 +11,8 @@ from typing import Any
 import numpy as np
 
 from mrfit.errors import DataError
-from mrfit.export.printer import shaping
+from mrfit.export.printer import ir, shaping
 from mrfit.export.printer.functions import ONE, SMALL, TWO, python_of, set_by, unpacked
-from mrfit.export.printer.tree import (
-    INT,
-    NOTHING,
-    REAL,
-    Argument,
-    Assign,
-    Binary,
-    Block,
-    Call,
-    Declare,
-    Expression,
-    For,
-    Function,
-    Group,
-    If,
-    Kind,
-    Leave,
-    Member,
-    Name,
-    Number,
-    Place,
-    Program,
-    Remark,
-    Return,
-    Run,
-    Statement,
-    While,
-    names_in,
-    parts,
-    renamed,
-)
 from mrfit.export.printer.values import Signature, ValueReader, flat_kinds, group, kind_of, real_kind
 from mrfit.export.text import field as field_name
 
@@ -72,15 +41,15 @@ class Entry:
         What stands for calls of arguments that are functions.
     """
 
-    arguments: list[Argument]
-    bound: dict[str, Expression]
-    destinations: list[Place | None]
+    arguments: list[ir.Argument]
+    bound: dict[str, ir.Expression]
+    destinations: list[ir.Place | None]
     title: tuple[str, ...]
-    after: list[tuple[Place, Expression]] = field(default_factory=list)
+    after: list[tuple[ir.Place, ir.Expression]] = field(default_factory=list)
     always: bool = False
-    tables: Mapping[str, Mapping[str, Expression] | Group] = field(default_factory=dict)
+    tables: Mapping[str, Mapping[str, ir.Expression] | ir.Group] = field(default_factory=dict)
     factors: bool = False
-    calls: Mapping[str, Callable[..., Call]] = field(default_factory=dict)
+    calls: Mapping[str, Callable[..., ir.Call]] = field(default_factory=dict)
 
 
 class Reader:
@@ -101,14 +70,14 @@ class Reader:
 
     def __init__(self, reserved: Iterable[str] = (), prefix: str = " ") -> None:
         self.prefix, self.reserved = prefix, frozenset(reserved)
-        self.structs: dict[str, dict[str, Kind]] = {}
-        self.program = Program()
+        self.structs: dict[str, dict[str, ir.Kind]] = {}
+        self.program = ir.Program()
         self.signatures: dict[object, Signature] = {}
         self.taken: dict[str, object] = dict.fromkeys(
             (*self.reserved, *ONE.values(), *TWO.values(), *SMALL.values(), "square", "fewer", "more")
         )
 
-    def entry(self, given: Any, name: str, entry: Entry) -> Function:
+    def entry(self, given: Any, name: str, entry: Entry) -> ir.Function:
         """Return a function that the program begins with."""
         function = python_of(given)
         if function is None:
@@ -117,11 +86,11 @@ class Reader:
         self.program.functions[name] = found
         return found
 
-    def function(self, function: types.FunctionType, given: Mapping[str, Kind]) -> Signature:
+    def function(self, function: types.FunctionType, given: Mapping[str, ir.Kind]) -> Signature:
         """Return a function that is called with values of these kinds, by the names of its arguments."""
         hints = typing.get_type_hints(function)
         known = {name: kind_of(hints.get(name)) for name in given}
-        kinds = {name: given[name] if kind == NOTHING else kind for name, kind in known.items()}
+        kinds = {name: given[name] if kind == ir.NOTHING else kind for name, kind in known.items()}
         key = (function, tuple(kinds.values()))
         if key not in self.signatures:
             name = self.name_for(function.__name__, function, key)
@@ -129,30 +98,32 @@ class Reader:
             self.program.functions[name] = self.signatures[key].function
         return self.signatures[key]
 
-    def settled(self) -> Program:
+    def settled(self) -> ir.Program:
         """Return the program: each function behind those that it calls, a constant of one function inside it.
 
         No function has the name of a variable.
         """
         program = self.program
         functions = list(program.functions.values())
-        variables = {n for f in functions for n in (*names_in(f.body), *(a.name for a in (*f.arguments, *f.outputs)))}
+        variables = {
+            n for f in functions for n in (*ir.names_in(f.body), *(a.name for a in (*f.arguments, *f.outputs)))
+        }
         new = {n: f"{n}_of" for n in variables & set(program.functions)}
         for name, constant in list(program.constants.items()):
-            users = [f for f in functions if name in names_in(f.body)]
+            users = [f for f in functions if name in ir.names_in(f.body)]
             if len(users) == 1:
-                remark = (Remark(constant.remark),) if constant.remark else ()
-                own = Declare(name, constant.kind, constant.value, True)
+                remark = (ir.Remark(constant.remark),) if constant.remark else ()
+                own = ir.Declare(name, constant.kind, constant.value, True)
                 users[0].body = (*remark, own, *users[0].body)
             if len(users) < 2:
                 del program.constants[name]
         for function in functions:
-            function.name, function.body = new.get(function.name, function.name), renamed(function.body, new)
+            function.name, function.body = new.get(function.name, function.name), ir.renamed(function.body, new)
         known, program.functions = {f.name: f for f in functions}, {}
 
-        def add(function: Function) -> None:
-            for call in parts(function.body):
-                if isinstance(call, Call) and call.own and call.name not in program.functions:
+        def add(function: ir.Function) -> None:
+            for call in ir.parts(function.body):
+                if isinstance(call, ir.Call) and call.own and call.name not in program.functions:
                     add(known[call.name])
             program.functions.setdefault(function.name, function)
 
@@ -179,7 +150,7 @@ class FunctionReader(ValueReader):
         """Return the function."""
         arguments, start = self.entered() if self.entry else self.given()
         known, aliases = dict(self.known), dict(self.aliases)
-        body: Block = ()
+        body: ir.Block = ()
         for _ in range(8):
             # a variable that is whole at first and a real number later is the latter: read again
             before, self.pending, self.aliases = dict(self.known), [], dict(aliases)
@@ -188,52 +159,54 @@ class FunctionReader(ValueReader):
             if self.known == before:
                 break
             self.known = {**self.known, **known}
-        function = Function(self.name, arguments, NOTHING, body, title=self.entry.title if self.entry else self.title())
-        after = list[tuple[Place, Expression]]()
+        function = ir.Function(
+            self.name, arguments, ir.NOTHING, body, title=self.entry.title if self.entry else self.title()
+        )
+        after = list[tuple[ir.Place, ir.Expression]]()
         if self.entry:
-            mentioned = list(parts(body))
+            mentioned = list(ir.parts(body))
             after = [(place, v) for place, v in self.entry.after if self.entry.always or place in mentioned]
         function.kept = [place for place, _ in after]
         kinds = self.returned.items if self.returned.name == "tuple" else (self.returned,)
         destinations = self.entry.destinations if self.entry else ()
         shaping.shape(function, flat_kinds(kinds), destinations, after, self.reader.program)
-        used = set(names_in(function.body))
+        used = set(ir.names_in(function.body))
         function.arguments = [a for a in arguments if a.name in used]
         return Signature(function, self.returned, arguments)
 
-    def entered(self) -> tuple[list[Argument], list[Statement]]:
+    def entered(self) -> tuple[list[ir.Argument], list[ir.Statement]]:
         """Return an entry's arguments, and what it begins with."""
         assert self.entry is not None
         self.aliases = dict(self.entry.bound)
-        start = list[Statement]()
+        start = list[ir.Statement]()
         for name, value in self.entry.bound.items():
-            if isinstance(value, Group) and name in self.indexed:
+            if isinstance(value, ir.Group) and name in self.indexed:
                 start += self.listed(name, value)
-            elif not isinstance(value, Group) and name in self.stored:
+            elif not isinstance(value, ir.Group) and name in self.stored:
                 del self.aliases[name]
-                start.append(Assign(self.place(ast.Name(name), value.kind), value))
+                start.append(ir.Assign(self.place(ast.Name(name), value.kind), value))
         return list(self.entry.arguments), start
 
-    def given(self) -> tuple[list[Argument], list[Statement]]:
+    def given(self) -> tuple[list[ir.Argument], list[ir.Statement]]:
         """Return the arguments of any other function."""
-        tree, found = self.source.tree, list[Argument]()
+        tree, found = self.source.tree, list[ir.Argument]()
         if tree.args.vararg or tree.args.kwarg or tree.args.kwonlyargs:
             self.fail(tree, "a function has a fixed number of arguments")
         for one in tree.args.args:
             found += self.argument(one.arg, self.kinds[one.arg])
         return found, []
 
-    def argument(self, name: str, kind: Kind) -> list[Argument]:
+    def argument(self, name: str, kind: ir.Kind) -> list[ir.Argument]:
         """Return an argument, or those that a tuple's values become."""
         if kind.name == "tuple" and name in self.indexed:
-            kind = Kind("array", (), (len(kind.items),))
+            kind = ir.Kind("array", (), (len(kind.items),))
         self.known[name] = kind
         if kind.name != "tuple":
-            return [Argument(self.named(name), kind)]
+            return [ir.Argument(self.named(name), kind)]
         names = unpacked(self.python, name) or [f"{name}_{k}" for k in range(len(kind.items))]
         inside = [self.argument(n, k) for n, k in zip(names, kind.items, strict=True)]
-        values = tuple(self.aliases.get(n, Name(self.named(n), k)) for n, k in zip(names, kind.items, strict=True))
-        self.aliases[name] = Group(values, kind)
+        values = tuple(self.aliases.get(n, ir.Name(self.named(n), k)) for n, k in zip(names, kind.items, strict=True))
+        self.aliases[name] = ir.Group(values, kind)
         return [a for made in inside for a in made]
 
     def title(self) -> tuple[str, ...]:
@@ -244,24 +217,24 @@ class FunctionReader(ValueReader):
 
     # statements
 
-    def block(self, body: Sequence[ast.stmt]) -> Block:
+    def block(self, body: Sequence[ast.stmt]) -> ir.Block:
         """Return statements, with the comments that stand above and behind them."""
-        found = list[Statement]()
+        found = list[ir.Statement]()
         for node in body:
             remarks = tuple(self.remarks(node))
             made = list(self.statement(node))
             before, self.pending = self.pending, []
-            found += [*([Remark(remarks)] if remarks and (made or before) else []), *before, *made]
+            found += [*([ir.Remark(remarks)] if remarks and (made or before) else []), *before, *made]
         return tuple(found)
 
-    def looped(self, body: Sequence[ast.stmt]) -> Block:
+    def looped(self, body: Sequence[ast.stmt]) -> ir.Block:
         """Return the statements of a loop."""
         self.loops += 1
         found = self.block(body)
         self.loops -= 1
         return found
 
-    def flushed(self, made: Iterator[Statement]) -> Block:
+    def flushed(self, made: Iterator[ir.Statement]) -> ir.Block:
         """Return statements behind what has to be done before them."""
         found = tuple(made)
         before, self.pending = self.pending, []
@@ -277,7 +250,7 @@ class FunctionReader(ValueReader):
             if text := self.source.alone.get(one) or self.source.behind.get(one):
                 yield text
 
-    def statement(self, node: ast.stmt) -> Iterator[Statement]:
+    def statement(self, node: ast.stmt) -> Iterator[ir.Statement]:
         """Yield what a statement becomes."""
         if isinstance(node, ast.Pass) or isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
             return
@@ -292,45 +265,45 @@ class FunctionReader(ValueReader):
         elif isinstance(node, ast.If):
             condition = self.condition(node.test)
             before, self.pending = self.pending, []
-            yield from (*before, If(condition, self.block(node.body), self.block(node.orelse)))
+            yield from (*before, ir.If(condition, self.block(node.body), self.block(node.orelse)))
         elif isinstance(node, ast.While) and not node.orelse:
-            yield While(self.in_place(node.test, self.condition), self.looped(node.body))
+            yield ir.While(self.in_place(node.test, self.condition), self.looped(node.body))
         elif isinstance(node, ast.For) and not node.orelse:
             yield from self.counted(node)
         elif isinstance(node, ast.Break | ast.Continue):
-            yield Leave("break" if isinstance(node, ast.Break) else "continue")
+            yield ir.Leave("break" if isinstance(node, ast.Break) else "continue")
         elif isinstance(node, ast.Return) and node.value is not None:
             yield from self.ended(node.value)
         elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
             value = self.value(node.value)
-            if not isinstance(value, Call):
+            if not isinstance(value, ir.Call):
                 self.fail(node, "its value is not used")
-            yield Run(value, ())
+            yield ir.Run(value, ())
         else:
             self.fail(node, "there is no such statement")
 
-    def ended(self, node: ast.expr) -> Iterator[Statement]:
+    def ended(self, node: ast.expr) -> Iterator[ir.Statement]:
         """Yield the end of the function; a choice between tuples is one between statements."""
         if isinstance(node, ast.IfExp) and any(isinstance(n, ast.Tuple) for n in (node.body, node.orelse)):
             condition = self.condition(node.test)
             before, self.pending = self.pending, []
             yield from before
-            yield If(condition, self.flushed(self.ended(node.body)), self.flushed(self.ended(node.orelse)))
+            yield ir.If(condition, self.flushed(self.ended(node.body)), self.flushed(self.ended(node.orelse)))
             return
         value = self.value(node)
         values = self.flat(value)
-        if self.returned == NOTHING:
+        if self.returned == ir.NOTHING:
             self.returned = real_kind(value.kind)
         wanted = flat_kinds(self.returned.items if self.returned.name == "tuple" else (self.returned,))
         if len(values) != len(wanted):
             self.fail(node, f"{len(wanted)} values are returned elsewhere")
         made = tuple(self.as_kind(v, k, node) for v, k in zip(values, wanted, strict=True))
         if self.entry and self.entry.factors:
-            places = zip(typing.cast(list[Place], self.entry.destinations), made, strict=True)
-            made = tuple(Binary("*", place, value, REAL) for place, value in places)
-        yield Return(Group(made, self.returned) if len(made) > 1 else made[0])
+            places = zip(typing.cast(list[ir.Place], self.entry.destinations), made, strict=True)
+            made = tuple(place * value for place, value in places)
+        yield ir.Return(ir.Group(made, self.returned) if len(made) > 1 else made[0])
 
-    def counted(self, node: ast.For) -> Iterator[Statement]:
+    def counted(self, node: ast.For) -> Iterator[ir.Statement]:
         """Yield a loop over a range."""
         call = node.iter
         if not (isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id == "range"):
@@ -338,28 +311,28 @@ class FunctionReader(ValueReader):
         step = ast.unparse(call.args[2]) if len(call.args) == 3 else "1"
         if not isinstance(node.target, ast.Name) or step not in ("1", "-1"):
             self.fail(node, "a loop has one variable, which counts by 1 or -1")
-        start = self.value(call.args[0]) if len(call.args) > 1 else Number("0", INT)
+        start = self.value(call.args[0]) if len(call.args) > 1 else ir.whole(0)
         stop = self.value(call.args[1 if len(call.args) > 1 else 0])
         name = node.target.id
         if name.strip("_") == "":
             name = next(n for n in ("k", "j", "round_") if n not in self.stored and n not in self.known)
-        self.known[node.target.id] = INT
-        yield For(self.named(name), start, stop, step == "-1", self.looped(node.body))
+        self.known[node.target.id] = ir.INT
+        yield ir.For(self.named(name), start, stop, step == "-1", self.looped(node.body))
 
-    def assigned(self, node: ast.stmt, target: ast.expr, given: ast.expr) -> Iterator[Statement]:
+    def assigned(self, node: ast.stmt, target: ast.expr, given: ast.expr) -> Iterator[ir.Statement]:
         """Yield an assignment of one or several values."""
         if isinstance(given, ast.IfExp) and any(isinstance(n, ast.Tuple) for n in (target, given.body, given.orelse)):
             condition = self.condition(given.test)
             before, self.pending = self.pending, []
             yield from before
             branches = [self.flushed(self.assigned(node, target, n)) for n in (given.body, given.orelse)]
-            yield If(condition, branches[0], branches[1])
+            yield ir.If(condition, branches[0], branches[1])
         elif isinstance(target, ast.Tuple) and isinstance(given, ast.Tuple) and any(map(self.is_zeros, given.elts)):
             for one, made in zip(target.elts, given.elts, strict=True):
                 yield from self.assigned(node, one, made)
         elif isinstance(target, ast.Name) and isinstance(given, ast.Call) and (kind := self.zeros(given)):
             self.known[target.id] = kind
-            yield Assign(Name(self.named(target.id), kind), Group((), kind))
+            yield ir.Assign(ir.Name(self.named(target.id), kind), ir.Group((), kind))
         elif isinstance(target, ast.Name) and isinstance(given, ast.Call) and self.target_of(given) is np.array:
             yield from self.listed(target.id, group(self.items_of(self.value(given.args[0]))))
         elif isinstance(given, ast.Call) and (call := self.several(given, target)):
@@ -367,20 +340,22 @@ class FunctionReader(ValueReader):
             names, wanted = self.flat(call[1]), set_by(target)
             if wanted and len(wanted) == len(names):
                 filled = [
-                    typing.cast(Name, self.place(t, n.kind) if t else n) for t, n in zip(wanted, names, strict=True)
+                    typing.cast(ir.Name, self.place(t, n.kind) if t else n) for t, n in zip(wanted, names, strict=True)
                 ]
-                yield Run(call[0], tuple(filled))
+                yield ir.Run(call[0], tuple(filled))
             else:
-                yield Run(call[0], tuple(typing.cast(Name, n) for n in names))
+                yield ir.Run(call[0], tuple(typing.cast(ir.Name, n) for n in names))
                 yield from shaping.at_once(list(self.matched(node, target, call[1])), self.temporary)
         else:
             value = self.value(given)
-            if isinstance(target, ast.Name) and target.id in self.indexed and isinstance(value, Group):
+            if isinstance(target, ast.Name) and target.id in self.indexed and isinstance(value, ir.Group):
                 yield from self.listed(target.id, value)
             else:
                 yield from shaping.at_once(list(self.matched(node, target, value)), self.temporary)
 
-    def matched(self, node: ast.stmt, target: ast.expr, value: Expression) -> Iterator[tuple[Place, Expression]]:
+    def matched(
+        self, node: ast.stmt, target: ast.expr, value: ir.Expression
+    ) -> Iterator[tuple[ir.Place, ir.Expression]]:
         """Yield the places and the values of an assignment; a name for what does not change is that itself."""
         if isinstance(target, ast.Name) and target.id.strip("_") == "":
             return
@@ -394,50 +369,52 @@ class FunctionReader(ValueReader):
             if self.stored[target.id] == 1 and all(self.fixed(v) or self.single(v) for v in self.flat(value)):
                 self.aliases[target.id], self.known[target.id] = value, value.kind
                 return
-            names = tuple(Name(f"{self.named(target.id)}_{k}", v.kind) for k, v in enumerate(self.items_of(value)))
+            names = tuple(ir.Name(f"{self.named(target.id)}_{k}", v.kind) for k, v in enumerate(self.items_of(value)))
             self.known.update({n.name: n.kind for n in names})
             self.taken |= {n.name for n in names}
-            self.known[target.id], self.aliases[target.id] = value.kind, Group(names, value.kind)
+            self.known[target.id], self.aliases[target.id] = value.kind, ir.Group(names, value.kind)
             yield from zip(names, self.items_of(value), strict=True)
         elif isinstance(target, ast.Name) and self.stored[target.id] == 1 and self.fixed(value):
             self.aliases[target.id], self.known[target.id] = value, value.kind
         else:
             place = self.place(target, value.kind)
-            yield place, self.real(value) if place.kind == REAL else value
+            yield place, self.real(value) if place.kind == ir.REAL else value
 
-    def fixed(self, value: Expression) -> bool:
+    def fixed(self, value: ir.Expression) -> bool:
         """Return whether a value is a field or an argument that stays as it is until the function ends, or a count."""
-        if isinstance(value, Member) or isinstance(value, Number) and value.kind == INT:
+        if isinstance(value, ir.Member) or isinstance(value, ir.Number) and value.kind == ir.INT:
             return True
-        return isinstance(value, Name) and value.name not in map(self.named, self.stored) and value.name in self.known
+        return (
+            isinstance(value, ir.Name) and value.name not in map(self.named, self.stored) and value.name in self.known
+        )
 
-    def single(self, value: Expression) -> bool:
+    def single(self, value: ir.Expression) -> bool:
         """Return whether a value is a variable that is set once, outside of loops."""
         once = {self.named(n) for n, count in self.stored.items() if count == 1}
-        return not self.loops and isinstance(value, Name) and value.name in once
+        return not self.loops and isinstance(value, ir.Name) and value.name in once
 
-    def listed(self, name: str, value: Group) -> Iterator[Statement]:
+    def listed(self, name: str, value: ir.Group) -> Iterator[ir.Statement]:
         """Yield a tuple as an array, of which items are read whose places are not constant."""
-        kind = Kind("array", (), (len(value.values),))
+        kind = ir.Kind("array", (), (len(value.values),))
         self.known[name] = kind
         self.aliases.pop(name, None)
-        yield Assign(Name(self.named(name), kind), Group(tuple(map(self.real, value.values)), kind))
+        yield ir.Assign(ir.Name(self.named(name), kind), ir.Group(tuple(map(self.real, value.values)), kind))
 
     def is_zeros(self, node: ast.expr) -> bool:
         """Return whether an expression makes an array."""
         return isinstance(node, ast.Call) and self.target_of(node) in (np.zeros, np.empty)
 
-    def zeros(self, node: ast.Call) -> Kind | None:
+    def zeros(self, node: ast.Call) -> ir.Kind | None:
         """Return the kind of a new array, None of any other call."""
         if not self.is_zeros(node):
             return None
         sizes = node.args[0].elts if isinstance(node.args[0], ast.Tuple) else [node.args[0]]
         found = [
             self.reader.program.constants[v.name].value
-            if isinstance(v, Name) and v.name in self.reader.program.constants
+            if isinstance(v, ir.Name) and v.name in self.reader.program.constants
             else v
             for v in map(self.value, sizes)
         ]
-        if not all(isinstance(v, Number) and v.kind == INT for v in found):
+        if not all(isinstance(v, ir.Number) and v.kind == ir.INT for v in found):
             self.fail(node, "an array has constant extents")
-        return Kind("array", (), tuple(int(typing.cast(Number, v).text) for v in found))
+        return ir.Kind("array", (), tuple(int(typing.cast(ir.Number, v).text) for v in found))

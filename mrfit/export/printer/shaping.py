@@ -4,44 +4,18 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
-from mrfit.export.printer.tree import (
-    BOOL,
-    NOTHING,
-    Argument,
-    Assign,
-    Block,
-    Call,
-    Declare,
-    Expression,
-    For,
-    Function,
-    Group,
-    If,
-    Item,
-    Kind,
-    Leave,
-    Member,
-    Name,
-    Number,
-    Place,
-    Program,
-    Return,
-    Run,
-    Statement,
-    Unary,
-    While,
-    blocks_of,
-    names_in,
-    parts,
-    with_blocks,
-)
+from mrfit.export.printer import ir
 
-DONE = Name("done", BOOL)
-Pairs: TypeAlias = Sequence[tuple[Place, Expression]]
+DONE = ir.Name("done", ir.BOOL)
+Pairs: TypeAlias = Sequence[tuple[ir.Place, ir.Expression]]
 
 
 def shape(
-    function: Function, kinds: Sequence[Kind], destinations: Sequence[Place | None], after: Pairs, program: Program
+    function: ir.Function,
+    kinds: Sequence[ir.Kind],
+    destinations: Sequence[ir.Place | None],
+    after: Pairs,
+    program: ir.Program,
 ) -> None:
     """Give a function one exit, and declarations.
 
@@ -60,48 +34,50 @@ def shape(
         The functions that it calls.
     """
     mark_changed(function, program)
-    stored = {t.name for n in parts(function.body) for t in _targets(n)}
+    stored = {t.name for n in ir.parts(function.body) for t in _targets(n)}
     if not destinations:
         destinations = (None,) if len(kinds) == 1 else _outputs(function, kinds)
-    function.result = next((k for k, d in zip(kinds, destinations, strict=True) if d is None), NOTHING)
+    function.result = next((k for k, d in zip(kinds, destinations, strict=True) if d is None), ir.NOTHING)
     body = _Exits(function, destinations, after).whole(function.body)
     for argument in function.arguments:
         if argument.name in stored and argument.kind.name != "array":
             given, argument.name = argument.name, f"{argument.name}_start"
-            body = (Assign(Name(given, argument.kind), Name(argument.name, argument.kind)), *body)
+            body = (ir.Assign(ir.Name(given, argument.kind), ir.Name(argument.name, argument.kind)), *body)
     outside = {a.name for a in (*function.arguments, *function.outputs)}
     function.body = _Declared(body, outside, program).block(body, frozenset())
 
 
-def _outputs(function: Function, kinds: Sequence[Kind]) -> list[Place | None]:
+def _outputs(function: ir.Function, kinds: Sequence[ir.Kind]) -> list[ir.Place | None]:
     """Return the arguments to which a tuple's values go, named as the variables that are returned."""
-    returns = [n.value for n in parts(function.body) if isinstance(n, Return)]
-    taken = {a.name for a in function.arguments} | set(names_in(function.body))
-    places = list[Place | None]()
+    returns = [n.value for n in ir.parts(function.body) if isinstance(n, ir.Return)]
+    taken = {a.name for a in function.arguments} | set(ir.names_in(function.body))
+    places = list[ir.Place | None]()
     for k, kind in enumerate(kinds):
-        values = [v.values[k] for v in returns if isinstance(v, Group)]
-        names = [v.name for v in values if isinstance(v, Name)]
+        values = [v.values[k] for v in returns if isinstance(v, ir.Group)]
+        names = [v.name for v in values if isinstance(v, ir.Name)]
         name = f"{names[0]}_out" if names else f"out_{k}"
         while name in taken:
             name += "_"
         taken.add(name)
-        function.outputs.append(Argument(name, kind, changed=True))
-        places.append(Name(name, kind))
+        function.outputs.append(ir.Argument(name, kind, changed=True))
+        places.append(ir.Name(name, kind))
     return places
 
 
-def at_once(pairs: Sequence[tuple[Place, Expression]], temporary: Callable[[Kind], Name]) -> Iterator[Assign]:
+def at_once(
+    pairs: Sequence[tuple[ir.Place, ir.Expression]], temporary: Callable[[ir.Kind], ir.Name]
+) -> Iterator[ir.Assign]:
     """Yield assignments that happen together one after another, so that none reads what another has changed."""
     left = [(t, v) for t, v in pairs if t != v]
     while left:
-        free = [t for t, _ in left if not any(t in parts(v) for u, v in left if u != t)]
+        free = [t for t, _ in left if not any(t in ir.parts(v) for u, v in left if u != t)]
         if free:
-            yield from (Assign(t, v) for t, v in left if t == free[0])
+            yield from (ir.Assign(t, v) for t, v in left if t == free[0])
             left = [(t, v) for t, v in left if t != free[0]]
         else:
             target, value = left[0]
             kept = temporary(value.kind)
-            yield Assign(kept, value)
+            yield ir.Assign(kept, value)
             left[0] = target, kept
             # what was to be read before it changes is now read from elsewhere
             left = left[1:] + left[:1]
@@ -118,112 +94,115 @@ class _Exits:
         As of ``shape``.
     """
 
-    def __init__(self, function: Function, destinations: Sequence[Place | None], after: Pairs) -> None:
+    def __init__(self, function: ir.Function, destinations: Sequence[ir.Place | None], after: Pairs) -> None:
         self.destinations, self.after, self.count, self.flagged = destinations, list(after), 0, False
-        self.result = Name("result", function.result)
-        while self.result.name in names_in(function.body):
+        self.result = ir.Name("result", function.result)
+        while self.result.name in ir.names_in(function.body):
             self.result = replace(self.result, name=f"{self.result.name}_")
 
-    def whole(self, body: Block) -> Block:
+    def whole(self, body: ir.Block) -> ir.Block:
         """Return a function's body with its one return at the end."""
-        if body and isinstance(body[-1], Return) and not any(isinstance(p, Return) for p in parts(body[:-1])):
+        if body and isinstance(body[-1], ir.Return) and not any(isinstance(p, ir.Return) for p in ir.parts(body[:-1])):
             return (*body[:-1], *self.last(body[-1].value))
         made = self.block(body, True, False)
-        start: list[Statement] = [Assign(DONE, Number("0", BOOL))] if self.flagged else []
-        return (*start, *made, *([Return(self.result)] if self.result.kind != NOTHING else []))
+        start: list[ir.Statement] = [ir.Assign(DONE, ir.Number("0", ir.BOOL))] if self.flagged else []
+        return (*start, *made, *([ir.Return(self.result)] if self.result.kind != ir.NOTHING else []))
 
-    def block(self, block: Block, tail: bool, loop: bool) -> Block:
+    def block(self, block: ir.Block, tail: bool, loop: bool) -> ir.Block:
         """Return a block, after which the function ends if it is its ``tail``, or which stands in a ``loop``."""
         for k, statement in enumerate(block):
             before, rest = block[:k], block[k + 1 :]
-            if isinstance(statement, Return):
-                marks: list[Statement] = [] if tail else [Assign(DONE, Number("1", BOOL))]
+            if isinstance(statement, ir.Return):
+                marks: list[ir.Statement] = [] if tail else [ir.Assign(DONE, ir.Number("1", ir.BOOL))]
                 self.flagged = self.flagged or not tail
-                return (*before, *self.left(statement.value), *marks, *([Leave("break")] if loop else []))
-            if not any(isinstance(p, Return) for p in parts(statement)):
+                return (*before, *self.left(statement.value), *marks, *([ir.Leave("break")] if loop else []))
+            if not any(isinstance(p, ir.Return) for p in ir.parts(statement)):
                 continue
-            if isinstance(statement, If) and rest and _always(statement.then):
+            if isinstance(statement, ir.If) and rest and _always(statement.then):
                 statement, rest = replace(statement, other=(*statement.other, *rest)), ()
-            elif isinstance(statement, If) and rest and _always(statement.other):
+            elif isinstance(statement, ir.If) and rest and _always(statement.other):
                 statement, rest = replace(statement, then=(*statement.then, *rest)), ()
-            inner = isinstance(statement, For | While)
-            inside = [self.block(b, tail and not rest and not inner, inner or loop) for b in blocks_of(statement)]
+            inner = isinstance(statement, ir.For | ir.While)
+            inside = [self.block(b, tail and not rest and not inner, inner or loop) for b in ir.blocks_of(statement)]
             following = self.block(rest, tail, loop)
-            guarded = (If(Unary("not", DONE, BOOL), following),) if following and (inner or not loop) else following
-            return (*before, with_blocks(statement, inside), *guarded)
+            guarded = (
+                (ir.If(ir.Unary("not", DONE, ir.BOOL), following),) if following and (inner or not loop) else following
+            )
+            return (*before, ir.with_blocks(statement, inside), *guarded)
         return block
 
-    def pairs(self, value: Expression) -> list[tuple[Place | None, Expression]]:
+    def pairs(self, value: ir.Expression) -> list[tuple[ir.Place | None, ir.Expression]]:
         """Return where each value goes that a function returns."""
         values = flat(value) if len(self.destinations) > 1 else [value]
         return [*zip(self.destinations, values, strict=True), *self.after]
 
-    def left(self, value: Expression) -> Iterator[Statement]:
+    def left(self, value: ir.Expression) -> Iterator[ir.Statement]:
         """Yield what leaves the values where they belong."""
         yield from at_once([(d or self.result, v) for d, v in self.pairs(value)], self.kept)
 
-    def last(self, value: Expression) -> Iterator[Statement]:
+    def last(self, value: ir.Expression) -> Iterator[ir.Statement]:
         """Yield the same with a return."""
         pairs = self.pairs(value)
         own = [v for d, v in pairs if d is None]
         others = [(d, v) for d, v in pairs if d is not None]
-        read = [d for d, _ in others if own and d in parts(own[0])]
-        if others and own and (read or any(isinstance(p, Call) for p in parts(own[0]))):
+        read = [d for d, _ in others if own and d in ir.parts(own[0])]
+        if others and own and (read or any(isinstance(p, ir.Call) for p in ir.parts(own[0]))):
             yield from self.left(value)
-            yield Return(self.result)
+            yield ir.Return(self.result)
         else:
             yield from at_once(others, self.kept)
-            yield from (Return(v) for v in own)
+            yield from (ir.Return(v) for v in own)
 
-    def kept(self, kind: Kind) -> Name:
+    def kept(self, kind: ir.Kind) -> ir.Name:
         """Return a new variable."""
         self.count += 1
-        return Name(f"kept_{self.count}", kind)
+        return ir.Name(f"kept_{self.count}", kind)
 
 
-def flat(value: Expression) -> list[Expression]:
+def flat(value: ir.Expression) -> list[ir.Expression]:
     """Return the values of tuples inside one another."""
-    return [one for item in value.values for one in flat(item)] if isinstance(value, Group) else [value]
+    return [one for item in value.values for one in flat(item)] if isinstance(value, ir.Group) else [value]
 
 
-def _always(block: Block) -> bool:
+def _always(block: ir.Block) -> bool:
     """Return whether a block ends the function whatever happens."""
     for statement in block:
-        if isinstance(statement, Return):
+        if isinstance(statement, ir.Return):
             return True
-        if isinstance(statement, If) and _always(statement.then) and _always(statement.other):
+        if isinstance(statement, ir.If) and _always(statement.then) and _always(statement.other):
             return True
     return False
 
 
-def changed_in(body: Block, program: Program) -> set[str]:
+def changed_in(body: ir.Block, program: ir.Program) -> set[str]:
     """Return the arrays that statements change, by themselves or by what they call."""
     found = set[str]()
-    for node in parts(body):
-        if isinstance(node, Assign) and isinstance(node.target, Item):
-            place: Expression = node.target
-            while isinstance(place, Item | Member):
+    for node in ir.parts(body):
+        if isinstance(node, ir.Assign) and isinstance(node.target, ir.Item):
+            place: ir.Expression = node.target
+            while isinstance(place, ir.Item | ir.Member):
                 place = place.value
-            found.add(place.name)  # type: ignore[union-attr]
-        if isinstance(node, Call) and node.own:
+            assert isinstance(place, ir.Name)
+            found.add(place.name)
+        if isinstance(node, ir.Call) and node.own:
             arguments = program.functions[node.name].arguments
             changed = (v for a, v in zip(arguments, node.values, strict=True) if a.changed)
-            found |= {v.name for v in changed if isinstance(v, Name)}
+            found |= {v.name for v in changed if isinstance(v, ir.Name)}
     return found
 
 
-def mark_changed(function: Function, program: Program) -> None:
+def mark_changed(function: ir.Function, program: ir.Program) -> None:
     """Mark the arrays among a function's arguments that it changes."""
     changed = changed_in(function.body, program)
     for argument in function.arguments:
         argument.changed = argument.changed or argument.name in changed
 
 
-def _targets(node: object) -> list[Name]:
+def _targets(node: object) -> list[ir.Name]:
     """Return the variables that a statement sets."""
-    if isinstance(node, Assign):
-        return [node.target] if isinstance(node.target, Name) else []
-    return [t for t in node.targets if isinstance(t, Name)] if isinstance(node, Run) else []
+    if isinstance(node, ir.Assign):
+        return [node.target] if isinstance(node.target, ir.Name) else []
+    return [t for t in node.targets if isinstance(t, ir.Name)] if isinstance(node, ir.Run) else []
 
 
 class _Declared:
@@ -239,75 +218,75 @@ class _Declared:
         The functions that it calls.
     """
 
-    def __init__(self, body: Block, outside: set[str], program: Program) -> None:
-        self.kinds: dict[str, Kind] = {}
+    def __init__(self, body: ir.Block, outside: set[str], program: ir.Program) -> None:
+        self.kinds: dict[str, ir.Kind] = {}
         self.program = program
-        for node in parts(body):
+        for node in ir.parts(body):
             for target in _targets(node):
                 if target.name not in outside:
                     self.kinds.setdefault(target.name, target.kind)
 
-    def sets(self, name: str, block: Block) -> int:
+    def sets(self, name: str, block: ir.Block) -> int:
         """Return how often a variable is set in a block; what a call fills in, or an array changed, is no constant."""
         changed = name in changed_in(block, self.program) or any(
-            isinstance(n, Run) and name in [t.name for t in n.targets] for n in parts(block)
+            isinstance(n, ir.Run) and name in [t.name for t in n.targets] for n in ir.parts(block)
         )
-        return 2 * changed + sum(t.name == name for n in parts(block) for t in _targets(n))
+        return 2 * changed + sum(t.name == name for n in ir.parts(block) for t in _targets(n))
 
-    def block(self, block: Block, known: frozenset[str]) -> Block:
+    def block(self, block: ir.Block, known: frozenset[str]) -> ir.Block:
         """Return a block with the declarations of what begins in it."""
-        mentions = [set(names_in(s)) for s in block]
-        out = list[Statement]()
+        mentions = [set(ir.names_in(s)) for s in block]
+        out = list[ir.Statement]()
         for k, statement in enumerate(block):
-            for name in sorted(mentions[k] - known, key=names_in(statement).index):
+            for name in sorted(mentions[k] - known, key=ir.names_in(statement).index):
                 if name not in self.kinds or self._inside(name, statement, mentions, k):
                     continue
                 known |= {name}
-                own = isinstance(statement, Assign) and statement.target == Name(name, self.kinds[name])
-                if own and name not in names_in(statement.value):  # type: ignore[union-attr]
+                own = isinstance(statement, ir.Assign) and statement.target == ir.Name(name, self.kinds[name])
+                if own and name not in ir.names_in(statement.value):  # type: ignore[union-attr]
                     constant = self.sets(name, block[k:]) == 1
-                    statement = Declare(name, self.kinds[name], statement.value, constant)  # type: ignore[union-attr]
+                    statement = ir.Declare(name, self.kinds[name], statement.value, constant)  # type: ignore[union-attr]
                 else:
-                    out.append(Declare(name, self.kinds[name]))
-            blocks = [self.block(b, known) for b in blocks_of(statement)]
-            out.append(with_blocks(statement, blocks))
+                    out.append(ir.Declare(name, self.kinds[name]))
+            blocks = [self.block(b, known) for b in ir.blocks_of(statement)]
+            out.append(ir.with_blocks(statement, blocks))
         return tuple(out)
 
     @staticmethod
-    def _inside(name: str, statement: Statement, mentions: list[set[str]], k: int) -> bool:
+    def _inside(name: str, statement: ir.Statement, mentions: list[set[str]], k: int) -> bool:
         """Return whether a variable lives in the blocks of one statement alone, and begins again in each of them."""
-        blocks = blocks_of(statement)
+        blocks = ir.blocks_of(statement)
         if not blocks or any(name in later for later in mentions[k + 1 :]):
             return False
         head = [getattr(statement, a) for a in ("condition", "start", "stop") if hasattr(statement, a)]
-        if any(name in names_in(h) for h in head):
+        if any(name in ir.names_in(h) for h in head):
             return False
         return all(_first(name, b) != "read" for b in blocks)
 
 
-def _first(name: str, block: Block) -> str:
+def _first(name: str, block: ir.Block) -> str:
     """Return what happens first to a variable in a block: ``written``, ``read``, ``maybe`` written or ``untouched``."""
     state = "untouched"
     for statement in block:
-        if name not in names_in(statement):
+        if name not in ir.names_in(statement):
             continue
         if state == "maybe":
             return "read"
-        if isinstance(statement, Assign):
-            if name in names_in(statement.value):
+        if isinstance(statement, ir.Assign):
+            if name in ir.names_in(statement.value):
                 return "read"
-            state = "written" if isinstance(statement.target, Name) else "read"
-        elif isinstance(statement, Run):
-            state = "read" if name in names_in(statement.call) else "written"
-        elif isinstance(statement, If):
-            if name in names_in(statement.condition):
+            state = "written" if isinstance(statement.target, ir.Name) else "read"
+        elif isinstance(statement, ir.Run):
+            state = "read" if name in ir.names_in(statement.call) else "written"
+        elif isinstance(statement, ir.If):
+            if name in ir.names_in(statement.condition):
                 return "read"
-            ends = {_first(name, b) for b in blocks_of(statement)}
+            ends = {_first(name, b) for b in ir.blocks_of(statement)}
             state = "read" if "read" in ends else "written" if ends == {"written"} else "maybe"
-        elif isinstance(statement, For | While):
+        elif isinstance(statement, ir.For | ir.While):
             heads = [getattr(statement, a) for a in ("condition", "start", "stop") if hasattr(statement, a)]
             inside = _first(name, statement.body)
-            state = "read" if inside == "read" or any(name in names_in(h) for h in heads) else "maybe"
+            state = "read" if inside == "read" or any(name in ir.names_in(h) for h in heads) else "maybe"
         else:
             state = "read"
         if state != "maybe":

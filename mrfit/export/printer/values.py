@@ -14,33 +14,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from mrfit.errors import DataError
-from mrfit.export.printer import shaping
-from mrfit.export.printer.tree import (
-    BOOL,
-    INT,
-    NOTHING,
-    REAL,
-    Argument,
-    Assign,
-    Binary,
-    Call,
-    Cast,
-    Choice,
-    Constant,
-    Expression,
-    Function,
-    Group,
-    If,
-    Item,
-    Kind,
-    Member,
-    Name,
-    Number,
-    Place,
-    Run,
-    Statement,
-    Unary,
-)
+from mrfit.export.printer import ir, shaping
 from mrfit.export.text import field as field_name
 from mrfit.export.text import number
 from mrfit.kernels import jit
@@ -70,9 +44,9 @@ from mrfit.export.printer.functions import (
 class Signature:
     """A function as it is printed, the kind of what it returns in Python, and the arguments that it has there."""
 
-    function: Function
-    returned: Kind
-    given: list[Argument]
+    function: ir.Function
+    returned: ir.Kind
+    given: list[ir.Argument]
 
 
 class ValueReader:
@@ -97,16 +71,16 @@ class ValueReader:
         reader: "Reader",
         function: types.FunctionType,
         name: str,
-        kinds: Mapping[str, Kind],
+        kinds: Mapping[str, ir.Kind],
         entry: "Entry | None",
     ) -> None:
         self.reader, self.python, self.name, self.kinds, self.entry = reader, function, name, kinds, entry
         self.source = Source.of(function)
         self.hints = typing.get_type_hints(function)
-        self.returned = NOTHING if entry else kind_of(self.hints.get("return"))
-        self.known: dict[str, Kind] = {}
-        self.aliases: dict[str, Expression] = {}
-        self.pending: list[Statement] = []
+        self.returned = ir.NOTHING if entry else kind_of(self.hints.get("return"))
+        self.known: dict[str, ir.Kind] = {}
+        self.aliases: dict[str, ir.Expression] = {}
+        self.pending: list[ir.Statement] = []
         self.taken: set[str] = set()
         self.hoists = True
         self.loops = 0
@@ -135,52 +109,52 @@ class ValueReader:
         taken = [a.name for a in self.entry.arguments] if self.entry else []
         return f"{field_name(name)}_" if name in taken or name in self.reader.reserved else field_name(name)
 
-    def items_of(self, value: Expression) -> tuple[Expression, ...]:
+    def items_of(self, value: ir.Expression) -> tuple[ir.Expression, ...]:
         """Return the values of a tuple."""
-        if isinstance(value, Group):
+        if isinstance(value, ir.Group):
             return value.values
         if value.kind.name == "array":
-            return tuple(Item(value, Number(str(k), INT), value.kind.element) for k in range(value.kind.extents[0]))
+            return tuple(ir.Item(value, ir.whole(k), value.kind.element) for k in range(value.kind.extents[0]))
         return (value,)
 
-    def flat(self, value: Expression) -> list[Expression]:
+    def flat(self, value: ir.Expression) -> list[ir.Expression]:
         """Return the values of tuples inside one another."""
-        return shaping.flat(Group(self.items_of(value), value.kind)) if value.kind.name == "tuple" else [value]
+        return shaping.flat(ir.Group(self.items_of(value), value.kind)) if value.kind.name == "tuple" else [value]
 
-    def place(self, node: ast.expr, kind: Kind) -> Place:
+    def place(self, node: ast.expr, kind: ir.Kind) -> ir.Place:
         """Return what is assigned to."""
         if not isinstance(node, ast.Name):
             found = self.value(node)
-            if not isinstance(found, Item):
+            if not isinstance(found, ir.Item):
                 self.fail(node, "a variable or an element of an array is assigned to")
             return found
         known = self.known.get(node.id, kind)
-        if known != kind and {known, kind} == {REAL, INT}:
-            known = REAL
+        if known != kind and {known, kind} == {ir.REAL, ir.INT}:
+            known = ir.REAL
         elif known != kind:
             self.fail(node, "a variable keeps one kind")
         self.known[node.id] = known
-        return Name(self.named(node.id), known)
+        return ir.Name(self.named(node.id), known)
 
-    def temporary(self, kind: Kind, name: str = "kept") -> Name:
+    def temporary(self, kind: ir.Kind, name: str = "kept") -> ir.Name:
         """Return a new variable."""
         made, count = name, 1
         while made in self.taken:
             made, count = f"{name}_{count}", count + 1
         self.taken.add(made)
         self.known[made] = kind
-        return Name(made, kind)
+        return ir.Name(made, kind)
 
     # expressions
 
-    def condition(self, node: ast.expr) -> Expression:
+    def condition(self, node: ast.expr) -> ir.Expression:
         """Return what is true or false."""
         value = self.value(node)
-        if value.kind != BOOL:
+        if value.kind != ir.BOOL:
             self.fail(node, "a condition is a comparison")
         return value
 
-    def in_place(self, node: ast.expr, read: Callable[[ast.expr], Expression]) -> Expression:
+    def in_place(self, node: ast.expr, read: Callable[[ast.expr], ir.Expression]) -> ir.Expression:
         """Return an expression before which nothing can be done: that of a while, or one that may not be evaluated."""
         hoisted, self.hoists = self.hoists, False
         try:
@@ -188,80 +162,82 @@ class ValueReader:
         finally:
             self.hoists = hoisted
 
-    def number(self, node: ast.expr) -> Expression:
+    def number(self, node: ast.expr) -> ir.Expression:
         """Return a number."""
         value = self.value(node)
-        if value.kind not in (REAL, INT):
+        if value.kind not in (ir.REAL, ir.INT):
             self.fail(node, "a number is wanted")
         return value
 
     @staticmethod
-    def real(value: Expression) -> Expression:
+    def real(value: ir.Expression) -> ir.Expression:
         """Return a number as a real one."""
-        if value.kind != INT:
+        if value.kind != ir.INT:
             return value
-        if isinstance(value, Binary) and value.sign in ("+", "-", "*"):
-            return Binary(value.sign, ValueReader.real(value.left), ValueReader.real(value.right), REAL)
-        return Number(number(float(value.text)), REAL) if isinstance(value, Number) else Cast(value, REAL)
+        if isinstance(value, ir.Binary) and value.sign in ("+", "-", "*"):
+            return ir.Binary(value.sign, ValueReader.real(value.left), ValueReader.real(value.right), ir.REAL)
+        return (
+            ir.Number(number(float(value.text)), ir.REAL) if isinstance(value, ir.Number) else ir.Cast(value, ir.REAL)
+        )
 
-    def as_kind(self, value: Expression, kind: Kind, node: ast.expr) -> Expression:
+    def as_kind(self, value: ir.Expression, kind: ir.Kind, node: ast.expr) -> ir.Expression:
         """Return a value as one of a kind."""
-        value = self.real(value) if kind == REAL else value
+        value = self.real(value) if kind == ir.REAL else value
         if value.kind != kind:
             self.fail(node, f"it is of the kind {value.kind.name}, where {kind.name} is wanted")
         return value
 
-    def value(self, node: ast.expr) -> Expression:
+    def value(self, node: ast.expr) -> ir.Expression:
         """Return an expression; what has to be done before it is pending."""
         read = getattr(self, f"of_{type(node).__name__.lower()}", None)
         if read is None:
             self.fail(node, "there is no such expression")
-        return typing.cast(Expression, read(node))
+        return typing.cast(ir.Expression, read(node))
 
-    def of_constant(self, node: ast.Constant) -> Expression:
+    def of_constant(self, node: ast.Constant) -> ir.Expression:
         """Return a constant."""
         return self.literal(node.value, node)
 
-    def literal(self, value: object, node: ast.AST) -> Expression:
+    def literal(self, value: object, node: ast.AST) -> ir.Expression:
         """Return a value of Python as a constant."""
         if isinstance(value, tuple):
             return group([self.literal(v, node) for v in value])
         if isinstance(value, bool):
-            return Number("1" if value else "0", BOOL)
+            return ir.Number("1" if value else "0", ir.BOOL)
         if not isinstance(value, int | float):
             self.fail(node, "a constant is a number")
-        kind = REAL if isinstance(value, float) else INT
-        text = str(abs(value)) if kind == INT else "inf" if math.isinf(value) else number(abs(value))
-        return Unary("-", Number(text, kind), kind) if value < 0 else Number(text, kind)
+        kind = ir.REAL if isinstance(value, float) else ir.INT
+        text = str(abs(value)) if kind == ir.INT else "inf" if math.isinf(value) else number(abs(value))
+        return ir.Unary("-", ir.Number(text, kind), kind) if value < 0 else ir.Number(text, kind)
 
-    def of_name(self, node: ast.Name) -> Expression:
+    def of_name(self, node: ast.Name) -> ir.Expression:
         """Return a variable, or a constant of the module."""
         if node.id in self.aliases:
             return self.aliases[node.id]
         if node.id in self.known:
-            return Name(self.named(node.id), self.known[node.id])
+            return ir.Name(self.named(node.id), self.known[node.id])
         if node.id not in self.python.__globals__:
             self.fail(node, f"{node.id} has no value before it is used")
         given = self.python.__globals__[node.id]
         found = self.literal(given, node)
-        if isinstance(found, Group):
+        if isinstance(found, ir.Group):
             return found
         module, written = constant_of(self.python, node.id)
         name = self.reader.name_for(node.id, module, (node.id, given))
-        self.reader.program.constants[name] = Constant(name, found.kind, found, written)
-        return Name(name, found.kind)
+        self.reader.program.constants[name] = ir.Constant(name, found.kind, found, written)
+        return ir.Name(name, found.kind)
 
-    def of_attribute(self, node: ast.Attribute) -> Expression:
+    def of_attribute(self, node: ast.Attribute) -> ir.Expression:
         """Return a constant of math, or a field of a struct."""
         known = isinstance(node.value, ast.Name) and node.value.id in {*self.aliases, *self.known}
         if known and (held := self.value(node.value)).kind.name == "struct":
-            return Member(held, node.attr, self.reader.structs[held.kind.tag][node.attr])
+            return ir.Member(held, node.attr, self.reader.structs[held.kind.tag][node.attr])
         owner = self.python.__globals__.get(node.value.id) if isinstance(node.value, ast.Name) else None
         if not isinstance(owner, types.ModuleType):
             self.fail(node, "only modules have attributes")
         return self.literal(getattr(owner, node.attr, None), node)
 
-    def of_subscript(self, node: ast.Subscript) -> Expression:
+    def of_subscript(self, node: ast.Subscript) -> ir.Expression:
         """Return an item of a tuple, or an element of an array."""
         if isinstance(node.value, ast.Name) and self.entry and node.value.id in self.entry.tables:
             return self.column(node, self.entry.tables[node.value.id])
@@ -270,12 +246,12 @@ class ValueReader:
             known = place_of(one)
             if value.kind.name == "array" and (known is None or known >= 0):
                 index = self.value(one)
-                if index.kind != INT:
+                if index.kind != ir.INT:
                     self.fail(node, "the place in an array is a whole number")
-                value = Item(value, index, value.kind.element)
+                value = ir.Item(value, index, value.kind.element)
                 continue
             items = self.items_of(value)
-            if known is None and isinstance(found := self.value(one), Number):
+            if known is None and isinstance(found := self.value(one), ir.Number):
                 known = int(found.text)
             if known is not None and not -len(items) <= known < len(items):
                 self.fail(node, f"there are {len(items)} items")
@@ -284,12 +260,12 @@ class ValueReader:
             value = items[known]
         return value
 
-    def column(self, node: ast.Subscript, table: "Mapping[str, Expression] | Group") -> Expression:
+    def column(self, node: ast.Subscript, table: Mapping[str, ir.Expression] | ir.Group) -> ir.Expression:
         """Return a channel by its name, or a parameter by its column, of a function of whole arrays."""
         place = node.slice
-        if not isinstance(table, Group) and isinstance(place, ast.Constant) and str(place.value) in table:
+        if not isinstance(table, ir.Group) and isinstance(place, ast.Constant) and str(place.value) in table:
             return table[str(place.value)]
-        if isinstance(table, Group) and isinstance(place, ast.Tuple) and ast.unparse(place.elts[0]) == ":":
+        if isinstance(table, ir.Group) and isinstance(place, ast.Tuple) and ast.unparse(place.elts[0]) == ":":
             one, count = place.elts[1], len(table.values)
             if isinstance(one, ast.Slice):
                 first = place_of(one.lower) if one.lower else 0
@@ -303,102 +279,107 @@ class ValueReader:
                 return table.values[known]
         self.fail(node, "of arrays, a channel is read by its name and a parameter by its column")
 
-    def of_tuple(self, node: ast.Tuple) -> Expression:
+    def of_tuple(self, node: ast.Tuple) -> ir.Expression:
         """Return several values."""
         return group(self.listed_values(node.elts))
 
-    def listed_values(self, nodes: Sequence[ast.expr]) -> list[Expression]:
+    def listed_values(self, nodes: Sequence[ast.expr]) -> list[ir.Expression]:
         """Return several expressions, tuples with a star taken apart."""
-        found = list[Expression]()
+        found = list[ir.Expression]()
         for one in nodes:
             found += self.items_of(self.value(one.value)) if isinstance(one, ast.Starred) else [self.value(one)]
         return found
 
-    def of_unaryop(self, node: ast.UnaryOp) -> Expression:
+    def of_unaryop(self, node: ast.UnaryOp) -> ir.Expression:
         """Return a negative, or a negation."""
         if isinstance(node.op, ast.Not | ast.Invert):
-            return Unary("not", self.condition(node.operand), BOOL)
+            return ir.Unary("not", self.condition(node.operand), ir.BOOL)
         value = self.number(node.operand)
-        return value if isinstance(node.op, ast.UAdd) else Unary("-", value, value.kind)
+        return value if isinstance(node.op, ast.UAdd) else ir.Unary("-", value, value.kind)
 
-    def of_binop(self, node: ast.BinOp) -> Expression:
+    def of_binop(self, node: ast.BinOp) -> ir.Expression:
         """Return an operation."""
         if isinstance(node.op, ast.BitAnd | ast.BitOr):
             left, right = self.condition(node.left), self.in_place(node.right, self.condition)
-            return Binary("and" if isinstance(node.op, ast.BitAnd) else "or", left, right, BOOL)
+            return ir.Binary("and" if isinstance(node.op, ast.BitAnd) else "or", left, right, ir.BOOL)
         left, right = self.number(node.left), self.number(node.right)
         if isinstance(node.op, ast.Pow):
             return self.raised(left, right)
         sign = OPERATORS.get(type(node.op))
-        if sign is None or sign in ("//", "%") and (left.kind, right.kind) != (INT, INT):
+        if sign is None or sign in ("//", "%") and (left.kind, right.kind) != (ir.INT, ir.INT):
             self.fail(node, "// and % are those of whole numbers" if sign else "there is no such operation")
-        if isinstance(left, Number) and isinstance(right, Number) and left.kind == right.kind == INT and sign != "/":
+        if (
+            isinstance(left, ir.Number)
+            and isinstance(right, ir.Number)
+            and left.kind == right.kind == ir.INT
+            and sign != "/"
+        ):
             return self.literal(FOLDED[sign](int(left.text), int(right.text)), node)
-        if sign == "/" or REAL in (left.kind, right.kind):
+        if sign == "/" or ir.REAL in (left.kind, right.kind):
             left, right = self.real(left), self.real(right)
-        return Binary(sign, left, right, left.kind)
+        return ir.Binary(sign, left, right, left.kind)
 
-    def raised(self, base: Expression, exponent: Expression) -> Expression:
+    def raised(self, base: ir.Expression, exponent: ir.Expression) -> ir.Expression:
         """Return a power: a square is written out, by a function where its base is no plain name."""
-        if isinstance(exponent, Number) and float(exponent.text) == 2.0:
+        if isinstance(exponent, ir.Number) and float(exponent.text) == 2.0:
             base = self.real(base)
-            return Binary("*", base, base, REAL) if isinstance(base, Name | Member) else Call("square", (base,), REAL)
-        return Call("pow", (self.real(base), self.real(exponent)), REAL)
+            return base * base if isinstance(base, ir.Name | ir.Member) else ir.Call("square", (base,))
+        return ir.Call("pow", (self.real(base), self.real(exponent)))
 
-    def of_compare(self, node: ast.Compare) -> Expression:
+    def of_compare(self, node: ast.Compare) -> ir.Expression:
         """Return a comparison, or several in a row."""
         operands = [self.value(n) for n in (node.left, *node.comparators)]
-        found: Expression | None = None
+        found: ir.Expression | None = None
         for op, left, right in zip(node.ops, operands, operands[1:], strict=False):
             sign = OPERATORS.get(type(op))
-            if sign is None or not {left.kind, right.kind} <= {REAL, INT, BOOL}:
+            if sign is None or not {left.kind, right.kind} <= {ir.REAL, ir.INT, ir.BOOL}:
                 self.fail(node, "there is no such comparison")
-            if REAL in (left.kind, right.kind):
+            if ir.REAL in (left.kind, right.kind):
                 left, right = self.real(left), self.real(right)
-            one: Expression = Binary(sign, left, right, BOOL)
-            if isinstance(left, Number) and isinstance(right, Number) and left.kind == right.kind == INT:
+            one: ir.Expression = ir.Binary(sign, left, right, ir.BOOL)
+            if isinstance(left, ir.Number) and isinstance(right, ir.Number) and left.kind == right.kind == ir.INT:
                 one = self.literal(bool(COMPARED[sign](int(left.text), int(right.text))), node)
-            found = one if found is None else Binary("and", found, one, BOOL)
+            found = one if found is None else ir.Binary("and", found, one, ir.BOOL)
         assert found is not None
         return found
 
-    def of_boolop(self, node: ast.BoolOp) -> Expression:
+    def of_boolop(self, node: ast.BoolOp) -> ir.Expression:
         """Return a conjunction or a disjunction."""
         found = self.condition(node.values[0])
         for other in node.values[1:]:
-            found = Binary(OPERATORS[type(node.op)], found, self.in_place(other, self.condition), BOOL)
+            found = ir.Binary(OPERATORS[type(node.op)], found, self.in_place(other, self.condition), ir.BOOL)
         return found
 
-    def of_ifexp(self, node: ast.IfExp) -> Expression:
+    def of_ifexp(self, node: ast.IfExp) -> ir.Expression:
         """Return a choice."""
         return self.choice(node.test, node.body, node.orelse)
 
-    def choice(self, test: ast.expr, one: ast.expr, another: ast.expr) -> Expression:
+    def choice(self, test: ast.expr, one: ast.expr, another: ast.expr) -> ir.Expression:
         """Return one of two numbers."""
         condition = self.condition(test)
-        if isinstance(condition, Number):
+        if isinstance(condition, ir.Number):
             return self.value(one if condition.text == "1" else another)
         then, other = (self.in_place(n, self.value) for n in (one, another))
-        if REAL in (then.kind, other.kind):
+        if ir.REAL in (then.kind, other.kind):
             then, other = self.real(then), self.real(other)
         if then.kind.name == "tuple" and len(self.flat(then)) == len(self.flat(other)) and self.hoists:
             # variables that are set by one of two statements
             made = [self.temporary(real_kind(v.kind), "chosen") for v in self.flat(then)]
             branches = [
-                tuple(Assign(n, self.real(v)) for n, v in zip(made, self.flat(values), strict=True))
+                tuple(ir.Assign(n, self.real(v)) for n, v in zip(made, self.flat(values), strict=True))
                 for values in (then, other)
             ]
-            self.pending.append(If(condition, branches[0], branches[1]))
+            self.pending.append(ir.If(condition, branches[0], branches[1]))
             return self.gathered(real_kind(then.kind), iter(made))
         if then.kind != other.kind or then.kind.name == "tuple":
             self.fail(test, "a choice is one between numbers")
-        return Choice(condition, then, other, then.kind)
+        return ir.Choice(condition, then, other, then.kind)
 
-    def gathered(self, kind: Kind, names: Iterator[Name]) -> Expression:
+    def gathered(self, kind: ir.Kind, names: Iterator[ir.Name]) -> ir.Expression:
         """Return variables as the tuple that they are the values of."""
         if kind.name != "tuple":
             return next(names)
-        return Group(tuple(self.gathered(k, names) for k in kind.items), kind)
+        return ir.Group(tuple(self.gathered(k, names) for k in kind.items), kind)
 
     # calls
 
@@ -412,12 +393,12 @@ class ValueReader:
             return self.python.__globals__.get(node.func.id, getattr(builtins, node.func.id, None))
         self.fail(node, "what is called has a name")
 
-    def of_call(self, node: ast.Call) -> Expression:
+    def of_call(self, node: ast.Call) -> ir.Expression:
         """Return a call's value."""
         if self.entry and isinstance(node.func, ast.Name) and node.func.id in self.entry.calls:
             return self.entry.calls[node.func.id](*self.listed_values(node.args))
         if self.target_of(node) is columns and self.entry and isinstance(node.args[0], ast.Name):
-            return typing.cast(Group, self.entry.tables[node.args[0].id])
+            return typing.cast(ir.Group, self.entry.tables[node.args[0].id])
         small = self.small(node, self.target_of(node))
         if small is not None:
             return small
@@ -426,10 +407,10 @@ class ValueReader:
             return call
         if not self.hoists:
             self.fail(node, "a function of several values is not called where it may not be evaluated")
-        self.pending.append(Run(call, tuple(typing.cast(Name, v) for v in self.flat(value))))
+        self.pending.append(ir.Run(call, tuple(typing.cast(ir.Name, v) for v in self.flat(value))))
         return value
 
-    def several(self, node: ast.Call, place: ast.expr) -> tuple[Call, Expression] | None:
+    def several(self, node: ast.Call, place: ast.expr) -> tuple[ir.Call, ir.Expression] | None:
         """Return the call of a function of several values, with names of these; None of any other call."""
         target = self.target_of(node)
         if self.small_name(target) or python_of(target) is None or target is columns:
@@ -451,7 +432,7 @@ class ValueReader:
         known = own or name in KNOWN and any(vars(module).get(name) is target for module in (math, np, jit))
         return str(name) if known else ""
 
-    def small(self, node: ast.Call, target: Any) -> Expression | None:
+    def small(self, node: ast.Call, target: Any) -> ir.Expression | None:
         """Return a call of a function of math or numpy, or of a built-in one; None of another."""
         name = self.small_name(target)
         if not name:
@@ -459,39 +440,44 @@ class ValueReader:
         if name == "where":
             return self.choice(node.args[0], node.args[1], node.args[2])
         if name == "len":
-            return Number(str(len(self.items_of(self.value(node.args[0])))), INT)
+            return ir.whole(len(self.items_of(self.value(node.args[0]))))
         if name == "row":
             first, width = self.value(node.args[1]), len(self.items_of(self.value(node.args[2])))
-            assert isinstance(first, Number)
-            places = [Number(str(int(first.text) + k), INT) for k in range(width)]
-            return group([Item(self.value(node.args[0]), place, REAL) for place in places])
+            assert isinstance(first, ir.Number)
+            places = [ir.whole(int(first.text) + k) for k in range(width)]
+            return group([ir.Item(self.value(node.args[0]), place) for place in places])
         values = [self.number(n) for n in node.args]
         if name == "int":
             # of a call's value, since what is cast is no operation
-            return values[0] if values[0].kind == INT else Cast(cut(values[0]), INT)
-        if all(v.kind == INT for v in values) and name in ("abs", "min", "max"):
+            return values[0] if values[0].kind == ir.INT else ir.Cast(cut(values[0]), ir.INT)
+        if all(v.kind == ir.INT for v in values) and name in ("abs", "min", "max"):
             return self.whole(name, values)
         reals = tuple(map(self.real, values))
         if name == "float":
             return reals[0]
         for known, count in ((ONE, 1), (TWO, 2), (SMALL, 1 if name == "sign" else 3 if name == "clip" else 2)):
             if name in known and len(reals) == count:
-                return Call(known[name], reals, REAL)
+                return ir.Call(known[name], reals)
         if name in ("min", "max") and len(reals) > 2:
-            return Call(SMALL[name], (Call(SMALL[name], reals[:2], REAL), *reals[2:]), REAL)
+            return ir.Call(SMALL[name], (ir.Call(SMALL[name], reals[:2]), *reals[2:]))
         self.fail(node, "there is no such function in math.h")
 
     @staticmethod
-    def whole(name: str, values: list[Expression]) -> Expression:
+    def whole(name: str, values: list[ir.Expression]) -> ir.Expression:
         """Return the size of a whole number, or the smaller or larger of several."""
         if name == "abs":
-            return Choice(Binary("<", values[0], Number("0", INT), BOOL), Unary("-", values[0], INT), values[0], INT)
+            return ir.Choice(
+                values[0] < ir.whole(0),
+                ir.Unary("-", values[0], ir.INT),
+                values[0],
+                ir.INT,
+            )
         found = values[0]
         for other in values[1:]:
-            found = Call("fewer" if name == "min" else "more", (found, other), INT)
+            found = ir.Call("fewer" if name == "min" else "more", (found, other), ir.INT)
         return found
 
-    def own_call(self, node: ast.Call, shown: str = "") -> tuple[Call, Expression | None]:
+    def own_call(self, node: ast.Call, shown: str = "") -> tuple[ir.Call, ir.Expression | None]:
         """Return the call of a function of Python, and variables for its values if there are several."""
         target = python_of(self.target_of(node))
         if target is None:
@@ -506,7 +492,7 @@ class ValueReader:
             self.fail(node, f"{target.__name__} has {len(names)} arguments")
         signature = self.reader.function(target, {n: v.kind for n, v in zip(names, values, strict=True)})
         used = [id(a) for a in signature.function.arguments]
-        wanted, passed = iter(signature.given), list[Expression]()
+        wanted, passed = iter(signature.given), list[ir.Expression]()
         for value in values:
             left = self.flat(value)
             while left:
@@ -519,13 +505,13 @@ class ValueReader:
                     row, left = left[: argument.kind.extents[0]], left[argument.kind.extents[0] :]
                     if id(argument) in used:
                         name = self.temporary(argument.kind, argument.name)
-                        self.pending.append(Assign(name, Group(tuple(map(self.real, row)), argument.kind)))
+                        self.pending.append(ir.Assign(name, ir.Group(tuple(map(self.real, row)), argument.kind)))
                         passed.append(name)
                 elif id(argument) in used:
                     passed.append(self.as_kind(left.pop(0), argument.kind, node))
                 else:
                     left.pop(0)
-        call = Call(signature.function.name, tuple(passed), signature.function.result, True)
+        call = ir.Call(signature.function.name, tuple(passed), signature.function.result, True)
         if signature.returned.name != "tuple":
             return call, None
         shown_names = (a.name.removesuffix("_out") for a in signature.function.outputs)
@@ -535,35 +521,35 @@ class ValueReader:
         return call, self.gathered(signature.returned, iter(made))
 
 
-def kind_of(annotation: Any) -> Kind:
+def kind_of(annotation: Any) -> ir.Kind:
     """Return the kind that an annotation names, NOTHING if it names none or leaves a length open."""
-    simple = {float: REAL, int: INT, bool: BOOL}
+    simple = {float: ir.REAL, int: ir.INT, bool: ir.BOOL}
     if annotation in simple:
         return simple[annotation]
     inside = typing.get_args(annotation)
     if typing.get_origin(annotation) is tuple and Ellipsis not in inside:
         kinds = tuple(kind_of(a) for a in inside)
-        return NOTHING if NOTHING in kinds else Kind("tuple", kinds)
-    return NOTHING
+        return ir.NOTHING if ir.NOTHING in kinds else ir.Kind("tuple", kinds)
+    return ir.NOTHING
 
 
-def cut(value: Expression) -> Expression:
+def cut(value: ir.Expression) -> ir.Expression:
     """Return a number without its decimals."""
-    return Call("trunc", (value,), REAL) if isinstance(value, Binary) else value
+    return ir.Call("trunc", (value,)) if isinstance(value, ir.Binary) else value
 
 
-def group(values: Sequence[Expression]) -> Group:
+def group(values: Sequence[ir.Expression]) -> ir.Group:
     """Return several values as a tuple."""
-    return Group(tuple(values), Kind("tuple", tuple(v.kind for v in values)))
+    return ir.Group(tuple(values), ir.Kind("tuple", tuple(v.kind for v in values)))
 
 
-def real_kind(kind: Kind) -> Kind:
+def real_kind(kind: ir.Kind) -> ir.Kind:
     """Return a kind with real numbers in place of whole ones."""
     if kind.name == "tuple":
-        return Kind("tuple", tuple(map(real_kind, kind.items)))
-    return REAL if kind == INT else kind
+        return ir.Kind("tuple", tuple(map(real_kind, kind.items)))
+    return ir.REAL if kind == ir.INT else kind
 
 
-def flat_kinds(kinds: Sequence[Kind]) -> list[Kind]:
+def flat_kinds(kinds: Sequence[ir.Kind]) -> list[ir.Kind]:
     """Return the kinds inside tuples."""
     return [one for kind in kinds for one in (flat_kinds(kind.items) if kind.name == "tuple" else [kind])]

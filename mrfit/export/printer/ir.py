@@ -1,8 +1,13 @@
-"""The typed tree between Python and the languages that a step is printed in: kinds, expressions, statements."""
+"""The typed tree between Python and the languages that a step is printed in: kinds, expressions, statements.
+
+Operators on expressions of real numbers make expressions: ``a + b`` is the sum, ``a <= b`` the comparison.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import TypeAlias, TypeVar, cast
+
+from mrfit.export.text import number
 
 
 @dataclass(frozen=True)
@@ -28,8 +33,49 @@ def struct(name: str) -> Kind:
 REAL, INT, BOOL, NOTHING = Kind("real"), Kind("int"), Kind("bool"), Kind("nothing")
 
 
+class Expression:
+    """A value of a kind."""
+
+    kind: Kind
+
+    def field(self, name: str, kind: Kind = REAL) -> "Member":
+        """Return a field of a struct."""
+        return Member(self, name, kind)
+
+    def at(self, place: int) -> "Item":
+        """Return an element of an array."""
+        return Item(self, whole(place), self.kind.element)
+
+    def __add__(self, other: "Expression") -> "Expression":
+        return Binary("+", self, other, REAL)
+
+    def __sub__(self, other: "Expression") -> "Expression":
+        return Binary("-", self, other, REAL)
+
+    def __mul__(self, other: "Expression") -> "Expression":
+        return Binary("*", self, other, REAL)
+
+    def __truediv__(self, other: "Expression") -> "Expression":
+        return Binary("/", self, other, REAL)
+
+    def __lt__(self, other: "Expression") -> "Expression":
+        return Binary("<", self, other, BOOL)
+
+    def __le__(self, other: "Expression") -> "Expression":
+        return Binary("<=", self, other, BOOL)
+
+    def __gt__(self, other: "Expression") -> "Expression":
+        return Binary(">", self, other, BOOL)
+
+    def __ge__(self, other: "Expression") -> "Expression":
+        return Binary(">=", self, other, BOOL)
+
+    def __and__(self, other: "Expression") -> "Expression":
+        return Binary("and", self, other, BOOL)
+
+
 @dataclass(frozen=True)
-class Number:
+class Number(Expression):
     """A constant: its text has all digits of the value."""
 
     text: str
@@ -37,88 +83,103 @@ class Number:
 
 
 @dataclass(frozen=True)
-class Name:
+class Name(Expression):
     """A variable, an argument or a constant of the module."""
 
     name: str
-    kind: Kind
+    kind: Kind = REAL
 
 
 @dataclass(frozen=True)
-class Member:
+class Member(Expression):
     """A field of a struct."""
 
-    value: "Expression"
+    value: Expression
     name: str
-    kind: Kind
+    kind: Kind = REAL
 
 
 @dataclass(frozen=True)
-class Item:
+class Item(Expression):
     """An element of an array, counted from 0."""
 
-    value: "Expression"
-    index: "Expression"
-    kind: Kind
+    value: Expression
+    index: Expression
+    kind: Kind = REAL
 
 
 @dataclass(frozen=True)
-class Unary:
+class Unary(Expression):
     """A negative number, ``-``, or a negation, ``not``."""
 
     sign: str
-    value: "Expression"
+    value: Expression
     kind: Kind
 
 
 @dataclass(frozen=True)
-class Binary:
+class Binary(Expression):
     """An operation: ``+ - * / // %``, a comparison, ``and``, ``or``; those of numbers have operands of one kind."""
 
     sign: str
-    left: "Expression"
-    right: "Expression"
+    left: Expression
+    right: Expression
     kind: Kind
 
 
 @dataclass(frozen=True)
-class Choice:
+class Choice(Expression):
     """One of two values, of which only that is evaluated."""
 
-    condition: "Expression"
-    then: "Expression"
-    other: "Expression"
-    kind: Kind
+    condition: Expression
+    then: Expression
+    other: Expression
+    kind: Kind = REAL
 
 
 @dataclass(frozen=True)
-class Call:
+class Call(Expression):
     """A call of a function of ``math.h`` or of the tree, ``own``; ``kind`` is what it returns."""
 
     name: str
-    values: tuple["Expression", ...]
-    kind: Kind
+    values: tuple[Expression, ...]
+    kind: Kind = REAL
     own: bool = False
 
 
 @dataclass(frozen=True)
-class Cast:
+class Cast(Expression):
     """A number as one of another kind."""
 
-    value: "Expression"
+    value: Expression
     kind: Kind
 
 
 @dataclass(frozen=True)
-class Group:
+class Group(Expression):
     """Several values: a tuple, or those of an array."""
 
-    values: tuple["Expression", ...]
+    values: tuple[Expression, ...]
     kind: Kind
 
 
-Expression: TypeAlias = Number | Name | Member | Item | Unary | Binary | Choice | Call | Cast | Group
 Place: TypeAlias = Name | Member | Item
+
+
+def record(name: str, tag: str) -> Name:
+    """Return a variable that is a struct."""
+    return Name(name, struct(tag))
+
+
+def whole(value: int) -> Number:
+    """Return a constant count."""
+    return Number(str(value), INT)
+
+
+def real(value: float) -> Expression:
+    """Return a constant."""
+    text = Number(number(abs(value)), REAL)
+    return Unary("-", text, REAL) if value < 0.0 else text
 
 
 @dataclass(frozen=True)
